@@ -1,0 +1,111 @@
+"""What is read off a solution: gaps, velocities, shapes, volumes, health."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pairsim.mesh import Array, jacobians
+from pairsim.scene import Body, Scene
+from pairsim.ties import Tie
+
+
+@dataclass(frozen=True)
+class Observation:
+    """The state of the particles at one time.
+
+    Attributes:
+        d: Distances between facing surfaces on the axis, (N-1,).
+        U: Velocities of the centres of volume, (N,).
+        D: Taylor parameters, (N,).
+        dp: Pressure drop over the tube.
+        m: Uniform source of the pressure gauge.
+        volume_error: Largest relative change of a particle's volume.
+    """
+
+    d: Array
+    U: Array
+    D: Array
+    dp: float
+    m: float
+    volume_error: float
+
+
+def extents(outline: Array) -> tuple[float, float, float]:
+    """Extreme positions of a quadratic outline, also between its nodes.
+
+    Args:
+        outline: Nodes, arc ends and mid-sides alternating, (2 k + 1, 2).
+
+    Returns:
+        Smallest z, largest z and largest r.
+    """
+
+    def range_of(values: Array) -> tuple[float, float]:
+        left, middle, right = values[:-2:2], values[1::2], values[2::2]
+        # v(s) = middle + b s + c s^2 on [-1, 1]
+        b, c = (right - left) / 2, (left + right) / 2 - middle
+        with np.errstate(divide="ignore", invalid="ignore"):
+            s = np.where(c != 0, -b / (2 * c), 2.0)
+        inside = np.abs(s) < 1
+        turning = (middle + b * s + c * s**2)[inside]
+        every = np.concatenate([values, turning])
+        return float(every.min()), float(every.max())
+
+    z_min, z_max = range_of(outline[:, 0])
+    return z_min, z_max, range_of(outline[:, 1])[1]
+
+
+def taylor_parameter(outline: Array) -> float:
+    """D = (L_z - L_r)/(L_z + L_r) on the curved outline."""
+    z_min, z_max, r_max = extents(outline)
+    length, width = z_max - z_min, 2 * r_max
+    return (length - width) / (length + width)
+
+
+def gaps(bodies: list[Body], h: Array) -> Array:
+    """Distances between facing surfaces on the axis, (N-1,)."""
+    outlines = [body.outline_points(h) for body in bodies]
+    return np.array([b[-1, 0] - a[0, 0] for a, b in zip(outlines[:-1], outlines[1:], strict=True)])
+
+
+def observe(scene: Scene, tie: Tie, y: Array, h: Array, x: Array) -> Observation:
+    """Read the observation off a solution."""
+    velocity = tie.M @ y
+    U, D, change = [], [], 0.0
+    for body in scene.bodies:
+        if body.phase is None:
+            U.append(float(velocity[body.start]))
+            D.append(0.0)
+            continue
+        points = body.phase.quadratic.points + body.displacement(h)
+        U.append(body.quadrature.mean(body.displacement(velocity)[:, 0], points))
+        D.append(taylor_parameter(body.outline_points(h)))
+        reference = body.quadrature.volume(body.phase.quadratic.points)
+        change = max(change, abs(body.quadrature.volume(points) / reference - 1))
+    return Observation(
+        gaps(scene.bodies, h), np.array(U), np.array(D), scene.pressure_drop(x), float(x[scene.m]), change
+    )
+
+
+def liquid_distortion(scene: Scene, x: Array) -> float:
+    """Smallest ratio of a liquid cell's current to its reference Jacobian; not above zero if a cell is turned over."""
+    if not scene.moving:
+        return 1.0
+    mesh = scene.liquid.quadratic
+    nodes = np.arange(len(mesh.points))
+    eta = np.column_stack([x[scene.liquid.index("eta", nodes, c)] for c in range(2)])
+    now = jacobians((mesh.points + eta)[mesh.cells])
+    return float((now / jacobians(mesh.points[mesh.cells])).min())
+
+
+def solid_distortion(bodies: list[Body], h: Array) -> float:
+    """Smallest ratio of a solid cell's current to its reference Jacobian (1/hoop stretch where incompressible)."""
+    least = np.inf
+    for body in bodies:
+        if body.phase is not None:
+            mesh = body.phase.quadratic
+            now = jacobians((mesh.points + body.displacement(h))[mesh.cells])
+            least = min(least, float((now / jacobians(mesh.points[mesh.cells])).min()))
+    return least

@@ -1,0 +1,79 @@
+"""Typed errors: what the user gave (`InputError`) and what the computation met (`RunFailure`)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+class PairsimError(Exception):
+    """Base of every error that pairsim raises on purpose."""
+
+
+class InputError(PairsimError):
+    """Something the user gave cannot be used; the command ends with exit code 2.
+
+    Args:
+        file: Path or name of what was read (or the command-line option).
+        key: Dotted key inside the file, empty if the file as a whole is meant.
+        value: The offending value, as given.
+        allowed: What would have been accepted, in words.
+    """
+
+    def __init__(self, file: str, key: str, value: Any, allowed: str) -> None:
+        self.file, self.key, self.value, self.allowed = file, key, value, allowed
+        where = f"{file}: {key}: " if key else f"{file}: "
+        shown = "" if value is None else f"got {value!r}; "
+        super().__init__(f"{where}{shown}{allowed}")
+
+
+class RunFailure(PairsimError):
+    """A computation could not go on; the command ends with exit code 3.
+
+    Args:
+        message: What happened, with the figures that say so.
+        t: Time reached (in units of D_c/U_av).
+        step: Number of accepted steps.
+        advice: What to try.
+    """
+
+    reason = "failed"
+
+    def __init__(self, message: str, *, t: float = 0.0, step: int = 0, advice: str = "") -> None:
+        self.message, self.t, self.step, self.advice = message, t, step, advice
+        super().__init__(f"{self.reason} at t = {t:g} (step {step}): {message}" + (f" Try: {advice}" if advice else ""))
+
+
+class MeshFailure(RunFailure):
+    """gmsh could not make a valid mesh of the scene."""
+
+    reason = "mesh_failed"
+
+
+class NewtonFailure(RunFailure):
+    """Newton's method did not converge and no smaller step is left to try."""
+
+    reason = "newton_diverged"
+
+
+class InvertedCell(RunFailure):
+    """A cell of the moving mesh turned over and remeshing did not help."""
+
+    reason = "inverted_cell"
+
+
+class StepTooSmall(RunFailure):
+    """The error control asked for a step below the smallest allowed one."""
+
+    reason = "step_too_small"
+
+
+class WallTime(RunFailure):
+    """The wall-time limit of the case was reached."""
+
+    reason = "wall_time"
+
+
+class TooManySteps(RunFailure):
+    """The step limit of the case was reached."""
+
+    reason = "max_steps"

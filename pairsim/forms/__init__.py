@@ -1,0 +1,1 @@
+"""Weak forms, one term a function."""

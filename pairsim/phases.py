@@ -1,0 +1,218 @@
+"""The two kinds of phase, discretised: which fields a phase has, its compiled forms, and its local assembly.
+
+A phase has one mixed function x on its own mesh. Its degrees of freedom have a canonical number that knows the nodes
+of the mesh and nothing of processes: field after field, vector fields as (node, component), P1 fields by vertex.
+Ties (`pairsim.ties`) join the phases; the assembly here leaves contributions of processes unsummed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+import basix.ufl
+import numpy as np
+import ufl
+from mpi4py import MPI
+from numpy.typing import NDArray
+from ufl.algorithms import expand_derivatives, expand_indices
+from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
+
+from pairsim.fenicsx import dolfinx
+from pairsim.forms import continuity, mesh_motion
+from pairsim.forms.momentum import momentum
+from pairsim.jit import JIT_OPTIONS
+from pairsim.kinematics import Expr, Kinematics
+from pairsim.materials import neo_hookean, newtonian
+from pairsim.mesh import Array, Indices, QuadraticMesh
+
+fem = dolfinx.fem
+
+QUADRATURE_DEGREE = 6
+# basix orders mid-sides by the opposite vertex, gmsh by their first vertex.
+_TO_BASIX = np.array([0, 1, 2, 4, 5, 3])
+
+
+@dataclass(frozen=True)
+class FieldSpec:
+    """One field of a phase: its name, Lagrange degree and number of components."""
+
+    name: str
+    degree: int
+    components: int
+
+
+VELOCITY = FieldSpec("u", 2, 2)
+DISPLACEMENT = FieldSpec("eta", 2, 2)
+PRESSURE = FieldSpec("p", 1, 1)
+
+
+@dataclass(frozen=True)
+class CompiledPhase:
+    """Forms of one kind of phase, compiled without a mesh."""
+
+    fields: tuple[FieldSpec, ...]
+    element: basix.ufl._ElementBase
+    residual: fem.CompiledForm
+    jacobian: fem.CompiledForm
+    coupled: NDArray[np.bool_]
+    x: ufl.Coefficient
+    constants: dict[str, ufl.Constant]
+
+
+def _couples(block: ufl.Form | None) -> bool:
+    """Whether a block of the Jacobian is anything but zero once its derivatives are carried out."""
+    return block is not None and not expand_indices(expand_derivatives(apply_algebra_lowering(block))).empty()
+
+
+def _compile(
+    fields: tuple[FieldSpec, ...],
+    constant_names: tuple[str, ...],
+    build: Callable[[ufl.Mesh, dict[str, Expr], dict[str, Expr], dict[str, ufl.Constant], ufl.Measure], ufl.Form],
+) -> CompiledPhase:
+    mesh = ufl.Mesh(basix.ufl.element("Lagrange", "triangle", 2, shape=(2,)))
+    element = basix.ufl.mixed_element(
+        [
+            basix.ufl.element("Lagrange", "triangle", f.degree, shape=(f.components,) if f.components > 1 else None)
+            for f in fields
+        ]
+    )
+    space = ufl.FunctionSpace(mesh, element)
+    x, y = ufl.Coefficient(space), ufl.TestFunction(space)
+    constants = {name: ufl.Constant(mesh) for name in constant_names}
+    names = [f.name for f in fields]
+    dX = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE})
+    residual = build(
+        mesh, dict(zip(names, ufl.split(x), strict=True)), dict(zip(names, ufl.split(y), strict=True)), constants, dX
+    )
+    jacobian = ufl.derivative(residual, x, ufl.TrialFunction(space))
+    coupled = np.array([[_couples(block) for block in row] for row in ufl.extract_blocks(jacobian)])
+
+    def compiled(form: ufl.Form) -> fem.CompiledForm:
+        return fem.compile_form(MPI.COMM_WORLD, form, jit_options=JIT_OPTIONS)
+
+    return CompiledPhase(fields, element, compiled(residual), compiled(jacobian), coupled, x, constants)
+
+
+@cache
+def newtonian_liquid(moving: bool) -> CompiledPhase:
+    """Newtonian liquid: u, p and, where the mesh moves, eta."""
+
+    def build(mesh, x, y, constants, dX):  # type: ignore[no-untyped-def]
+        kin = Kinematics.of(mesh, x.get("eta"))
+        form = momentum(kin, newtonian.extra_stress(kin, x["u"], 1.0), x["p"], y["u"], dX)
+        form += continuity.liquid(kin, x["u"], y["p"], dX)
+        if moving:
+            form += mesh_motion.elastic_extension(mesh, x["eta"], y["eta"], dX)
+        return form
+
+    return _compile((VELOCITY, PRESSURE, DISPLACEMENT) if moving else (VELOCITY, PRESSURE), (), build)
+
+
+@cache
+def neo_hookean_solid() -> CompiledPhase:
+    """Neo-Hookean particle: eta and p, with its capillary number Ca_e as a constant."""
+
+    def build(mesh, x, y, constants, dX):  # type: ignore[no-untyped-def]
+        kin = Kinematics.of(mesh, x["eta"])
+        stress = neo_hookean.extra_stress(kin, constants["Ca_e"])
+        return momentum(kin, stress, x["p"], y["eta"], dX) + continuity.solid(kin, y["p"], dX)
+
+    return _compile((DISPLACEMENT, PRESSURE), ("Ca_e",), build)
+
+
+class Phase:
+    """A phase on its mesh, spread over the processes of a communicator.
+
+    Args:
+        comm: Communicator of the case.
+        compiled: Forms and fields.
+        mesh: The mesh, the same on every process.
+        constants: Values of the forms' constants.
+
+    Attributes:
+        size: Number of canonical degrees of freedom.
+        canonical: Canonical number of each local degree of freedom (owned, then ghosts).
+        owned: Number of owned local degrees of freedom.
+    """
+
+    def __init__(
+        self, comm: MPI.Comm, compiled: CompiledPhase, mesh: QuadraticMesh, constants: dict[str, float] | None = None
+    ) -> None:
+        self.comm, self.compiled, self.quadratic = comm, compiled, mesh
+        coordinate = basix.ufl.element("Lagrange", "triangle", 2, shape=(2,))
+        cells = mesh.cells[:, _TO_BASIX] if comm.rank == 0 else np.empty((0, 6), dtype=np.int64)
+        points = mesh.points if comm.rank == 0 else np.empty((0, 2))
+        self.mesh = dolfinx.mesh.create_mesh(comm, cells, coordinate, points)
+        self.space = fem.functionspace(self.mesh, compiled.element)
+        self.x = fem.Function(self.space)
+        self.offsets = self._offsets()
+        self.canonical = self._number()
+        self.owned = int(self.space.dofmap.index_map.size_local * self.space.dofmap.index_map_bs)
+        self.constants = {k: fem.Constant(self.mesh, float(v)) for k, v in (constants or {}).items()}
+        constant_map = {compiled.constants[k]: self.constants[k] for k in self.constants}
+
+        def create(form: fem.CompiledForm, spaces: int) -> fem.Form:
+            return fem.create_form(form, [self.space] * spaces, self.mesh, {}, {compiled.x: self.x}, constant_map)
+
+        self._residual = create(compiled.residual, 1)
+        self._jacobian = create(compiled.jacobian, 2)
+        self._vector = np.zeros(len(self.x.x.array))
+        self._matrix = fem.create_matrix(self._jacobian)
+        self.entries = self._entries()
+
+    def _offsets(self) -> dict[str, int]:
+        nodes, vertices = len(self.quadratic.points), len(self.quadratic.vertices)
+        offsets, total = {}, 0
+        for f in self.compiled.fields:
+            offsets[f.name] = total
+            total += f.components * (nodes if f.degree == 2 else vertices)
+        self.size = total
+        return offsets
+
+    def index(self, name: str, nodes: Indices, component: int = 0) -> Indices:
+        """Canonical numbers of a field's component at nodes (vertices for a P1 field)."""
+        f = next(f for f in self.compiled.fields if f.name == name)
+        if f.degree == 2:
+            return np.asarray(self.offsets[name] + f.components * nodes + component)
+        return np.asarray(self.offsets[name] + np.searchsorted(self.quadratic.vertices, nodes))
+
+    def _number(self) -> Indices:
+        node = self.mesh.geometry.input_global_indices[self.mesh.geometry.dofmap]
+        canonical = np.full(len(self.x.x.array), -1, dtype=np.int64)
+        for i, f in enumerate(self.compiled.fields):
+            for c in range(f.components):
+                sub = self.space.sub(i).sub(c) if f.components > 1 else self.space.sub(i)
+                dofs = sub.dofmap.list
+                canonical[dofs] = self.index(f.name, node[:, : dofs.shape[1]], c)
+        return canonical
+
+    def _entries(self) -> tuple[Indices, Indices, Indices]:
+        """Positions in the local matrix data that can be non-zero, with canonical rows and columns."""
+        A = self._matrix
+        rows = np.repeat(np.arange(len(A.indptr) - 1), np.diff(A.indptr))
+        row, column = self.canonical[rows], self.canonical[A.indices]
+        starts = np.array([self.offsets[f.name] for f in self.compiled.fields])
+        field_row = np.searchsorted(starts, row, side="right") - 1
+        field_column = np.searchsorted(starts, column, side="right") - 1
+        keep = np.flatnonzero(self.compiled.coupled[field_row, field_column])
+        return keep, row[keep], column[keep]
+
+    def set(self, values: Array) -> None:
+        """Set all local degrees of freedom from a canonical vector."""
+        self.x.x.array[:] = values[self.canonical]
+
+    def residual(self) -> Array:
+        """This process's contributions to the residual, as a canonical vector."""
+        self._vector[:] = 0.0
+        fem.assemble_vector(self._vector, self._residual)
+        out = np.zeros(self.size)
+        out[self.canonical] = self._vector
+        return out
+
+    def jacobian(self) -> Array:
+        """This process's contributions to the matrix, ordered as `entries`."""
+        self._matrix.set_value(0.0)
+        fem.assemble_matrix(self._matrix, self._jacobian)
+        return np.asarray(self._matrix.data[self.entries[0]])

@@ -1,0 +1,246 @@
+"""A scene: which phases a case needs, where their boundaries are, and the full vector of all unknown fields.
+
+The full vector x stacks the canonical vectors of the phases (liquid, then the soft particles from upstream) and the
+scalars m (uniform source of the pressure gauge) and, with periodic ends, dp. The positions of the particles' material
+form a second vector h: the displacements of every soft particle from its undeformed sphere about the origin
+(node by node, z and r), and one axial centre position for every rigid particle. Ties (`pairsim.ties`) say how x
+follows from the free unknowns and h.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import pi
+
+import numpy as np
+from mpi4py import MPI
+from scipy.spatial import cKDTree
+
+from pairsim.errors import MeshFailure
+from pairsim.mesh import TUBE_RADIUS, Array, Geometry, Indices, Outline, QuadraticMesh
+from pairsim.phases import Phase, neo_hookean_solid, newtonian_liquid
+from pairsim.quadrature import CellQuadrature, end_load
+
+FLOW_RATE = pi / 4
+POISEUILLE_DROP = 32.0  # pressure drop by unit length without particles, in units of eta_0 U_av/D_c^2
+
+BoundaryVelocity = Callable[[Array], Array]
+
+
+def poiseuille(points: Array) -> Array:
+    """Fully developed Newtonian flow of unit mean velocity, (n, 2) -> (n, 2)."""
+    return np.column_stack([2 * (1 - (points[:, 1] / TUBE_RADIUS) ** 2), np.zeros(len(points))])
+
+
+@dataclass(frozen=True)
+class LiquidNodes:
+    """Nodes of the liquid's mesh on its boundaries.
+
+    Attributes:
+        axis, wall: Nodes with r = 0 and r = 1/2.
+        inlet, outlet: Nodes of the ends, in ascending r, matching one another.
+        interfaces: For each particle its outline from the downstream pole to the upstream one.
+    """
+
+    axis: Indices
+    wall: Indices
+    inlet: Indices
+    outlet: Indices
+    interfaces: tuple[Indices, ...]
+
+    @staticmethod
+    def find(mesh: QuadraticMesh, geometry: Geometry, outlines: Sequence[Outline]) -> LiquidNodes:
+        z, r = mesh.points.T
+        half = geometry.length / 2
+
+        def end(position: float) -> Indices:
+            nodes = np.flatnonzero(np.abs(z - position) < 1e-9)
+            return nodes[np.argsort(r[nodes])]
+
+        inlet, outlet = end(-half), end(half)
+        if len(inlet) != len(outlet) or not np.allclose(r[inlet], r[outlet], rtol=0.0, atol=1e-9):
+            raise MeshFailure("the nodes of the two ends do not match")
+        return LiquidNodes(
+            np.flatnonzero(r < 1e-12),
+            np.flatnonzero(r > TUBE_RADIUS - 1e-9),
+            inlet,
+            outlet,
+            tuple(
+                match(mesh.points, outline.nodes + [centre, 0.0])
+                for outline, centre in zip(outlines, geometry.centres, strict=True)
+            ),
+        )
+
+
+def match(points: Array, wanted: Array) -> Indices:
+    """Numbers of the points that coincide with the wanted positions.
+
+    Raises:
+        MeshFailure: A wanted position has no point.
+    """
+    distance, index = cKDTree(points).query(wanted)
+    if distance.max() > 1e-9:
+        raise MeshFailure(f"an outline node is {distance.max():.1e} away from the mesh")
+    return np.asarray(index, dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class Body:
+    """One particle: rigid (phase is None) or soft, with the meaning of its part of h.
+
+    Attributes:
+        beta: Diameter.
+        Ca_e: Elastic capillary number; 0 is rigid.
+        outline: Its cut half-circle.
+        phase: Its inside, None when rigid.
+        nodes: Nodes of its own mesh on the outline (empty when rigid).
+        start: First index of its part of h.
+    """
+
+    beta: float
+    Ca_e: float
+    outline: Outline
+    phase: Phase | None
+    nodes: Indices
+    start: int
+
+    @property
+    def size(self) -> int:
+        """Number of entries in h."""
+        return 1 if self.phase is None else 2 * len(self.phase.quadratic.points)
+
+    @cached_property
+    def quadrature(self) -> CellQuadrature:
+        assert self.phase is not None
+        return CellQuadrature(self.phase.quadratic)
+
+    def displacement(self, h: Array) -> Array:
+        """Displacement of all nodes of a soft particle from the sphere about the origin, (n, 2)."""
+        return h[self.start : self.start + self.size].reshape(-1, 2)
+
+    def outline_points(self, h: Array) -> Array:
+        """Current positions of the outline's nodes, downstream pole first, (n, 2)."""
+        if self.phase is None:
+            return self.outline.nodes + [h[self.start], 0.0]
+        return self.outline.nodes + self.displacement(h)[self.nodes]
+
+
+def make_bodies(
+    comm: MPI.Comm,
+    betas: Sequence[float],
+    Ca_es: Sequence[float],
+    outlines: Sequence[Outline],
+    meshes: Sequence[QuadraticMesh | None],
+) -> list[Body]:
+    """The particles of a scene; meshes of rigid ones are not looked at."""
+    bodies: list[Body] = []
+    start = 0
+    for beta, Ca_e, outline, mesh in zip(betas, Ca_es, outlines, meshes, strict=True):
+        if Ca_e > 0:
+            assert mesh is not None
+            phase: Phase | None = Phase(comm, neo_hookean_solid(), mesh, {"Ca_e": Ca_e})
+            nodes = match(mesh.points, outline.nodes)
+        else:
+            phase, nodes = None, np.empty(0, dtype=np.int64)
+        bodies.append(Body(beta, Ca_e, outline, phase, nodes, start))
+        start += bodies[-1].size
+    return bodies
+
+
+class Scene:
+    """Phases, boundaries and scalars of a case on one reference mesh of the liquid.
+
+    Args:
+        comm: Communicator of the case.
+        geometry: Where the undeformed spheres of this reference mesh are.
+        mesh: Mesh of the liquid.
+        bodies: The particles; they are shared by the scenes of successive remeshings.
+        ends: "periodic" or "prescribed".
+        boundary_velocity: Velocity on wall and ends when they are prescribed.
+    """
+
+    def __init__(
+        self,
+        comm: MPI.Comm,
+        geometry: Geometry,
+        mesh: QuadraticMesh,
+        bodies: Sequence[Body],
+        *,
+        periodic: bool,
+        boundary_velocity: BoundaryVelocity = poiseuille,
+    ) -> None:
+        self.comm, self.geometry, self.bodies, self.periodic = comm, geometry, list(bodies), periodic
+        self.boundary_velocity = boundary_velocity
+        # One rigid particle rides in its own frame: nothing of the mesh ever moves.
+        self.moving = len(self.bodies) > 1 or any(body.phase is not None for body in self.bodies)
+        self.liquid = Phase(comm, newtonian_liquid(self.moving), mesh)
+        self.nodes = LiquidNodes.find(mesh, geometry, [body.outline for body in self.bodies])
+        self.phases: list[Phase] = [self.liquid] + [b.phase for b in self.bodies if b.phase is not None]
+        self.offsets = np.concatenate([[0], np.cumsum([phase.size for phase in self.phases])]).astype(np.int64)
+        self.m = int(self.offsets[-1])
+        self.dp = self.m + 1 if periodic else None
+        self.size = self.m + (2 if periodic else 1)
+        self.h_size = sum(body.size for body in self.bodies)
+
+    def offset(self, phase: Phase) -> int:
+        """Where a phase begins in the full vector."""
+        return int(self.offsets[next(i for i, p in enumerate(self.phases) if p is phase)])
+
+    def set(self, x: Array) -> None:
+        """Hand the full vector to the phases."""
+        for phase, a, b in zip(self.phases, self.offsets[:-1], self.offsets[1:], strict=True):
+            phase.set(x[a:b])
+
+    @cached_property
+    def gauge(self) -> tuple[Indices, Array]:
+        """Indices and weights of int p_f 2 pi r dX."""
+        vertices = self.liquid.quadratic.vertices
+        return self.liquid.index("p", vertices), CellQuadrature(self.liquid.quadratic).p1_load
+
+    def _end(self, name: str, nodes: Indices) -> tuple[Indices, Array]:
+        degree = 2 if name == "u" else 1
+        chosen = nodes if degree == 2 else nodes[::2]
+        load = end_load(self.liquid.quadratic, nodes, degree)
+        return self.liquid.index(name, chosen), load if degree == 2 else load[::2]
+
+    @cached_property
+    def flow(self) -> tuple[Indices, Array]:
+        """Indices and weights of the flow rate int u_z 2 pi r dr through the inlet."""
+        return self._end("u", self.nodes.inlet)
+
+    @cached_property
+    def drop(self) -> tuple[Indices, Array]:
+        """Indices and weights of the difference of the area means of p at the ends."""
+        (i, w), (j, v) = self._end("p", self.nodes.inlet), self._end("p", self.nodes.outlet)
+        return np.concatenate([i, j]), np.concatenate([w, -v]) / FLOW_RATE
+
+    def linear_terms(self) -> tuple[Indices, Indices, Array]:
+        """Rows, columns and values of the scalar couplings, which no form carries.
+
+        Continuity gains m int q, its partner is mean(p_f) = 0; with periodic ends momentum loses dp int_inlet v_z
+        (Eq. 9), and its partner is the flow rate (Eq. 14). Both pairs are symmetric.
+        """
+        index, weight = self.gauge
+        m = np.full(len(index), self.m)
+        rows, columns, values = [index, m], [m, index], [weight, weight]
+        if self.dp is not None:
+            index, weight = self.flow
+            dp = np.full(len(index), self.dp)
+            rows += [index, dp]
+            columns += [dp, index]
+            values += [-weight, -weight]
+        return np.concatenate(rows), np.concatenate(columns), np.concatenate(values)
+
+    def load(self) -> Array:
+        """Constant part of the residual: the imposed flow rate."""
+        f = np.zeros(self.size)
+        if self.dp is not None:
+            f[self.dp] = FLOW_RATE
+        return f
+
+    def pressure_drop(self, x: Array) -> float:
+        """dp, the pressure drop over the tube's length."""
+        index, weight = self.drop
+        return float(weight @ x[index])

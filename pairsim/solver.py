@@ -1,0 +1,323 @@
+"""Newton's method for T R(x(y)) = 0 with PETSc SNES and MUMPS. The only module that touches PETSc.
+
+The assembled entries of all phases land in T A P in one pass: their places and factors are worked out once, and PETSc
+sums them (also across processes) through its COO interface. Jacobians are lagged while they contract well.
+"""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy import sparse
+
+from pairsim.fenicsx import PETSc
+from pairsim.mesh import Array, Indices
+from pairsim.scene import Scene
+from pairsim.ties import Tie
+
+_PREFIXES = itertools.count()
+
+# A zero-diagonal saddle point: a maximum transversal with scaling first, then nested dissection (design, section 7).
+MUMPS = {"icntl_6": 5, "icntl_7": 5, "icntl_14": 40}
+
+
+@dataclass
+class Phases:
+    """Seconds spent by phase of the work."""
+
+    seconds: Counter[str] = field(default_factory=Counter)
+
+    def __call__(self, name: str) -> _Timer:
+        return _Timer(self, name)
+
+
+class _Timer:
+    def __init__(self, phases: Phases, name: str) -> None:
+        self.phases, self.name = phases, name
+
+    def __enter__(self) -> None:
+        self.begin = time.perf_counter()
+
+    def __exit__(self, *_: object) -> None:
+        self.phases.seconds[self.name] += time.perf_counter() - self.begin
+
+
+@dataclass(frozen=True)
+class Report:
+    """How a solve went.
+
+    Attributes:
+        converged: Whether the tolerance was met.
+        iterations: Newton iterations (linear solves).
+        factorisations: Numeric factorisations.
+        reason: Why not, or how.
+        steps: Scaled norm of the last step by field.
+        residual: Norm of the last residual.
+    """
+
+    converged: bool
+    iterations: int
+    factorisations: int
+    reason: str
+    steps: dict[str, float]
+    residual: float
+
+
+@dataclass(frozen=True)
+class _Entries:
+    """Places and factors of one phase's assembled entries in the reduced matrix."""
+
+    source: Indices
+    plain: Array
+    with_g: Array
+    over_g: Array
+
+
+def _expand(scene: Scene, tie: Tie) -> tuple[Indices, Indices, list[_Entries], Array]:
+    """COO rows and columns of T A P, phase after phase, and the constant entries at their end."""
+    P0, P1, T = tie.N.tocoo(), (tie.C @ tie.M).tocoo(), tie.T.tocsc()
+    # One list of images a column of A: those independent of g and those that carry it.
+    image = sparse.csr_matrix(
+        (np.arange(1, P0.nnz + P1.nnz + 1), (np.r_[P0.row, P1.row], np.r_[P0.col + 0, P1.col + tie.size])),
+        shape=(scene.size, 2 * tie.size),
+    )
+    factor = np.r_[P0.data, P1.data]
+
+    def images(row: Indices, column: Indices) -> tuple[Indices, Indices, Indices, Array, np.ndarray]:
+        count_t, count_p = np.diff(T.indptr)[row], np.diff(image.indptr)[column]
+        source = np.repeat(np.arange(len(row)), count_t * count_p)
+        within = np.arange(len(source)) - np.repeat(np.cumsum(count_t * count_p) - count_t * count_p, count_t * count_p)
+        at_t = T.indptr[row[source]] + within // count_p[source]
+        at_p = image.indptr[column[source]] + within % count_p[source]
+        target = image.indices[at_p]
+        value = T.data[at_t] * factor[image.data[at_p] - 1]
+        return source, T.indices[at_t], target % tie.size, value, target >= tie.size
+
+    rows, columns, entries = [], [], []
+    for phase, offset in zip(scene.phases, scene.offsets, strict=False):
+        keep, row, column = phase.entries
+        source, i, j, value, carries_g = images(row + offset, column + offset)
+        divided = tie.integrated[i]
+        over = divided & ~carries_g
+        plain = (carries_g & divided) | (~carries_g & ~divided)
+        entries.append(
+            _Entries(
+                source,
+                np.where(plain, value, 0.0),
+                np.where(carries_g & ~divided, value, 0.0),
+                np.where(over, value, 0.0),
+            )
+        )
+        rows.append(i)
+        columns.append(j)
+    row, column, value = scene.linear_terms()
+    source, i, j, product, _ = images(row, column)
+    constant = product * value[source]
+    return np.concatenate([*rows, i]), np.concatenate([*columns, j]), entries, constant
+
+
+class Newton:
+    """Newton's method on one scene with one tie.
+
+    Args:
+        scene: Phases and scalars.
+        tie: Free unknowns and test rows.
+        tolerance: Estimated error left in any field, relative to the field's size.
+        max_iterations: Linear solves allowed.
+        clock: Where the seconds go.
+    """
+
+    def __init__(
+        self, scene: Scene, tie: Tie, *, tolerance: float = 1e-8, max_iterations: int = 12, clock: Phases | None = None
+    ) -> None:
+        self.scene, self.tie, self.tolerance, self.max_iterations = scene, tie, tolerance, max_iterations
+        self.clock = clock or Phases()
+        self._factored_g: float | None = None
+        self._rate = 1.0
+        self._h_star, self._g, self._U_m = np.zeros(scene.h_size), 1.0, 0.0
+        with self.clock("symbolic"):
+            self._linear = self._linear_operator()
+            self._create()
+
+    def _linear_operator(self) -> sparse.csr_matrix:
+        row, column, value = self.scene.linear_terms()
+        return sparse.csr_matrix(sparse.coo_matrix((value, (row, column)), shape=(self.scene.size, self.scene.size)))
+
+    def _create(self) -> None:
+        comm, n = self.scene.comm, self.tie.size
+        rows, columns, self._entries, self._constant = _expand(self.scene, self.tie)
+        if comm.rank != 0:
+            self._constant = np.zeros_like(self._constant)
+        self._A = PETSc.Mat().create(comm)
+        self._A.setSizes([n, n])
+        self._A.setType("aij")
+        self._A.setPreallocationCOO(rows.astype(PETSc.IntType), columns.astype(PETSc.IntType))
+        self._y, self._r = self._A.createVecs()
+        prefix = f"pairsim_{next(_PREFIXES)}_"
+        self._snes = PETSc.SNES().create(comm)
+        self._snes.setOptionsPrefix(prefix)
+        self._snes.setFunction(self._residual, self._r)
+        self._snes.setJacobian(self._jacobian, self._A)
+        self._snes.setConvergenceTest(self._converged)
+        self._snes.setType("newtonls")
+        self._snes.setMaxFunctionEvaluations(-1)
+        ksp = self._snes.getKSP()
+        ksp.setType("preonly")
+        pc = ksp.getPC()
+        pc.setType("lu")
+        pc.setFactorSolverType("mumps")
+        options = PETSc.Options()
+        names = {f"{prefix}snes_linesearch_type": "basic", f"{prefix}snes_max_it": self.max_iterations}
+        names |= {f"{prefix}mat_mumps_{k}": v for k, v in MUMPS.items()}
+        for name, value in names.items():
+            options[name] = value
+        self._snes.setFromOptions()
+        ksp.setFromOptions()
+        self._options = list(names)
+        self._counts = np.array(comm.allgather(self._y.getLocalSize()))
+        self._range = self._y.getOwnershipRange()
+
+    def _gather(self, vector: PETSc.Vec) -> Array:
+        """The whole of a distributed vector on every process."""
+        if self.scene.comm.size == 1:
+            return np.array(vector.getArray(readonly=True))
+        whole = np.empty(self.tie.size)
+        self.scene.comm.Allgatherv(np.array(vector.getArray(readonly=True)), (whole, self._counts))
+        return whole
+
+    def _scaled_rows(self, reduced: Array) -> Array:
+        reduced[self.tie.integrated] /= self._g
+        return reduced
+
+    def _state(self, y: Array) -> tuple[Array, Array]:
+        h = self.tie.positions(y, self._h_star, self._g, self._U_m)
+        return h, self.tie.expand(y, h)
+
+    def _residual(self, snes: PETSc.SNES, y: PETSc.Vec, r: PETSc.Vec) -> None:
+        values = self._gather(y)
+        _, x = self._state(values)
+        with self.clock("assembly"):
+            self.scene.set(x)
+            local = [phase.residual() for phase in self.scene.phases]
+            full = np.concatenate([*local, np.zeros(self.scene.size - self.scene.m)])
+            reduced = self.tie.T @ full
+            if self.scene.comm.size > 1:
+                self.scene.comm.Allreduce(reduced.copy(), reduced)
+            reduced += self.tie.T @ (self._linear @ x + self.scene.load())
+            r.setArray(self._scaled_rows(reduced)[self._range[0] : self._range[1]])
+
+    def _jacobian(self, snes: PETSc.SNES, y: PETSc.Vec, A: PETSc.Mat, _: PETSc.Mat) -> None:
+        if not self._must_factor:
+            return
+        with self.clock("assembly"):
+            parts = []
+            for phase, entries in zip(self.scene.phases, self._entries, strict=True):
+                factor = entries.plain + self._g * entries.with_g + entries.over_g / self._g
+                parts.append(phase.jacobian()[entries.source] * factor)
+            A.setValuesCOO(np.concatenate([*parts, self._constant]), PETSc.InsertMode.INSERT_VALUES)
+            A.assemble()
+        self._factored_g = self._g
+        self._fresh = True
+        self._must_factor = False
+        self._factorisations += 1
+        with self.clock("factorisation"):
+            ksp = snes.getKSP()
+            ksp.setOperators(A)
+            ksp.setUp()
+
+    def _converged(self, snes: PETSc.SNES, its: int, norms: tuple[float, float, float]) -> PETSc.SNES.ConvergedReason:
+        reason = PETSc.SNES.ConvergedReason
+        self._residual_norm = norms[2]
+        if not np.isfinite(norms[2]):
+            self._why = "the residual is not finite"
+            return reason.DIVERGED_FNORM_NAN
+        if its == 0:
+            return reason.ITERATING
+        step, x = self._gather(snes.getSolutionUpdate()), self._gather(snes.getSolution())
+        self._steps = {
+            name: float(np.linalg.norm(step[i]) / max(np.linalg.norm(x[i]), 1e-3 * np.sqrt(len(i))))
+            for name, i in self.tie.fields.items()
+            if len(i)
+        }
+        largest = max((v for k, v in self._steps.items() if k != "m"), default=0.0)
+        previous, self._largest = self._largest, largest
+        if its > 1 and previous > 0:
+            rate = largest / previous
+        elif self._fresh:
+            rate = min(1.0, 10 * largest)
+        else:
+            rate = self._rate
+        # What is left: a geometric series while the Jacobian is lagged, the square of the step when it is fresh.
+        left = min(10 * largest, 1.0) * largest if self._fresh else largest * rate / max(1 - rate, 0.1)
+        if not self._fresh:
+            self._rate = rate
+        if left < self.tolerance or largest < 0.1 * self.tolerance:
+            self._why = "converged"
+            return reason.CONVERGED_SNORM_RELATIVE
+        if self._fresh and its > 3 and rate > 2:
+            self._why = "the steps grow"
+            return reason.DIVERGED_DTOL
+        if its >= self.max_iterations:
+            self._why = f"{its} iterations"
+            return reason.DIVERGED_MAX_IT
+        self._must_factor = self._must_factor or (rate > 0.15 if not self._fresh else largest > 1e-3)
+        self._fresh = False
+        return reason.ITERATING
+
+    def solve(self, y: Array, h_star: Array, g: float, U_m: float) -> tuple[Array, Report]:
+        """Solve from a first guess.
+
+        Args:
+            y: First guess, shape (n_y,), the same on every process.
+            h_star: Part of h that the time scheme has fixed.
+            g: gamma dt of the time scheme.
+            U_m: Velocity of the frame.
+
+        Returns:
+            The solution (or the last iterate) and how it went.
+        """
+        self._h_star, self._g, self._U_m = h_star, g, U_m
+        changed = self._factored_g is None or abs(g / self._factored_g - 1) > 0.25
+        self._must_factor, self._fresh = changed, False
+        self._largest, self._steps, self._why, self._factorisations = 0.0, {}, "", 0
+        self._residual_norm = 0.0
+        if changed:
+            self._rate = 1.0
+        self._y.setArray(y[self._range[0] : self._range[1]])
+        with self.clock("solve"):
+            inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation"))
+            try:
+                self._snes.solve(None, self._y)
+                converged = self._snes.getConvergedReason() > 0
+            except PETSc.Error as error:
+                converged, self._why = False, f"PETSc error {error.ierr}"
+            inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation")) - inside
+        self.clock.seconds["solve"] -= inside
+        if not converged:
+            self._factored_g = None
+            self._why = self._why or f"SNES reason {self._snes.getConvergedReason()}"
+        iterations = self._snes.getIterationNumber()
+        report = Report(
+            converged, iterations, self._factorisations, self._why, dict(self._steps), self._residual_norm
+        )
+        return self._gather(self._y), report
+
+    def state(self, y: Array) -> tuple[Array, Array]:
+        """h and x of a solution y of the last solve."""
+        return self._state(y)
+
+    def destroy(self) -> None:
+        """Give all PETSc objects back and remove this solve's options."""
+        options = PETSc.Options()
+        for name in self._options:
+            options.delValue(name)
+        for thing in (self._snes, self._A, self._y, self._r):
+            thing.destroy()
+
+
+Solve = Callable[[Array], tuple[Array, Report]]

@@ -1,0 +1,263 @@
+"""Which unknowns are tied to which: x = x_0 + P y and the choice of test rows T.
+
+A tie is pure linear algebra on the canonical numbers of a scene, the same on every process. With the time scheme
+h = h* + g (M y - U_m a), in which a moves everything along the axis, the full vector is
+
+    x = base + N y + C h,    P = N + g C M,
+
+so that one set of index arrays serves every step size: the entries of T A P are (t n + g t c m) times assembled ones.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from pairsim.mesh import Array, Indices
+from pairsim.scene import Body, Scene
+
+
+@dataclass(frozen=True)
+class Tie:
+    """An affine map from the free unknowns y to the full vector x, and the rows that are tested.
+
+    Attributes:
+        base: Constant part of x, shape (n,).
+        N: Direct part of the map, (n, n_y).
+        C: Dependence of x on the material positions h, (n, n_h).
+        M: Velocity of h in the laboratory from y, (n_h, n_y).
+        a: Axial translation of h, (n_h,).
+        T: Test rows, (n_y, n).
+        integrated: Rows that constrain h itself and are divided by g to balance the rest, (n_y,) of bool.
+        fields: Unknowns by field, for norms and reports.
+    """
+
+    base: Array
+    N: sparse.csr_matrix
+    C: sparse.csr_matrix
+    M: sparse.csr_matrix
+    a: Array
+    T: sparse.csr_matrix
+    integrated: np.ndarray
+    fields: dict[str, Indices]
+
+    @property
+    def size(self) -> int:
+        """Number of free unknowns."""
+        return int(self.N.shape[1])
+
+    def positions(self, y: Array, h_star: Array, g: float, U_m: float) -> Array:
+        """h = h* + g (M y - U_m a)."""
+        return np.asarray(h_star + g * (self.M @ y - U_m * self.a))
+
+    def expand(self, y: Array, h: Array) -> Array:
+        """x = base + N y + C h."""
+        return np.asarray(self.base + self.N @ y + self.C @ h)
+
+
+class _Triplets:
+    def __init__(self) -> None:
+        self.rows: list[Array] = []
+        self.columns: list[Array] = []
+        self.values: list[Array] = []
+
+    def add(self, rows: Indices, columns: Indices, values: Array | float = 1.0) -> None:
+        rows, columns, values = np.broadcast_arrays(rows, columns, np.asarray(values, dtype=np.float64))
+        self.rows.append(rows.ravel())
+        self.columns.append(columns.ravel())
+        self.values.append(values.ravel())
+
+    def matrix(self, shape: tuple[int, int]) -> sparse.csr_matrix:
+        if not self.rows:
+            return sparse.csr_matrix(shape)
+        data = np.concatenate(self.values), (np.concatenate(self.rows), np.concatenate(self.columns))
+        return sparse.csr_matrix(sparse.coo_matrix(data, shape=shape))
+
+
+class _Unknowns:
+    """Hands out the numbers of the free unknowns, field by field."""
+
+    def __init__(self) -> None:
+        self.size = 0
+        self.fields: dict[str, Indices] = {}
+
+    def take(self, field: str, count: int) -> Indices:
+        new = np.arange(self.size, self.size + count)
+        self.size += count
+        self.fields[field] = np.concatenate([self.fields[field], new]) if field in self.fields else new
+        return new
+
+
+def _interface(body: Body) -> tuple[Indices, Indices | None]:
+    """Indices in h of the outline's axial and radial positions (None: the radius cannot change)."""
+    if body.phase is None:
+        return np.full(len(body.outline.nodes), body.start), None
+    return body.start + 2 * body.nodes, body.start + 2 * body.nodes + 1
+
+
+def _boundary(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Masks of the liquid's nodes: on wall or ends, on an interface."""
+    count = len(scene.liquid.quadratic.points)
+    outer, interface = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+    for nodes in (scene.nodes.wall, scene.nodes.inlet, scene.nodes.outlet):
+        outer[nodes] = True
+    for nodes in scene.nodes.interfaces:
+        interface[nodes] = True
+    return outer, interface
+
+
+def _tie_velocity(
+    scene: Scene, y: _Unknowns, N: _Triplets, rows: _Triplets, material: sparse.csr_matrix, base: Array
+) -> None:
+    """Liquid velocity: free inside, tied on axis, wall, ends and interfaces."""
+    liquid, nodes = scene.liquid, scene.nodes
+    outer, interface = _boundary(scene)
+    count = len(outer)
+    fixed = np.zeros((count, 2), dtype=bool)
+    fixed[nodes.axis, 1] = True
+    fixed[interface] = True
+    if scene.periodic:
+        fixed[nodes.wall] = True
+        fixed[nodes.outlet] = True
+    else:
+        fixed[outer] = True
+        at = np.flatnonzero(outer)
+        velocity = scene.boundary_velocity(liquid.quadratic.points[at])
+        for c in range(2):
+            base[liquid.index("u", at, c)] = velocity[:, c]
+        base[liquid.index("u", nodes.axis, 1)] = 0.0
+    number = np.full((count, 2), -1)
+    number[~fixed] = y.take("u", int(np.count_nonzero(~fixed)))
+    for c in range(2):
+        free = np.flatnonzero(~fixed[:, c])
+        N.add(liquid.index("u", free, c), number[free, c])
+        rows.add(number[free, c], liquid.index("u", free, c))
+        if scene.periodic:
+            inlet, outlet = nodes.inlet, nodes.outlet
+            tied = number[inlet, c] >= 0
+            N.add(liquid.index("u", outlet[tied], c), number[inlet[tied], c])
+            rows.add(number[inlet[tied], c], liquid.index("u", outlet[tied], c))
+    for body, at in zip(scene.bodies, nodes.interfaces, strict=True):
+        for c, index in enumerate(_interface(body)):
+            if index is None:
+                continue
+            velocity_of = material[index].tocoo()
+            full = liquid.index("u", at[velocity_of.row], c)
+            N.add(full, velocity_of.col, velocity_of.data)
+            rows.add(velocity_of.col, full, velocity_of.data)
+
+
+def _tie_mesh(scene: Scene, y: _Unknowns, N: _Triplets, C: _Triplets, rows: _Triplets, base: Array) -> None:
+    """Displacement of the liquid's mesh: P1 inside, quadratic only on the interfaces, zero on wall and ends."""
+    liquid, nodes, mesh = scene.liquid, scene.nodes, scene.liquid.quadratic
+    outer, interface = _boundary(scene)
+    count = len(outer)
+    vertex = np.zeros(count, dtype=bool)
+    vertex[mesh.vertices] = True
+    number = np.full((count, 2), -1)
+    free = np.repeat((vertex & ~outer & ~interface)[:, None], 2, axis=1)
+    free[nodes.axis, 1] = False
+    number[free] = y.take("eta", int(np.count_nonzero(free)))
+    on_h = np.full((count, 2), -1)
+    offset = np.zeros((count, 2))
+    for body, at in zip(scene.bodies, nodes.interfaces, strict=True):
+        offset[at] = body.outline.nodes - mesh.points[at]
+        for c, index in enumerate(_interface(body)):
+            if index is not None:
+                on_h[at, c] = index
+    for c in range(2):
+        # Every node is itself (vertices, interface) or the mean of its two parents.
+        self_parent = np.arange(count)
+        parents = np.where((vertex | interface)[:, None], np.column_stack([self_parent, self_parent]), mesh.parents)
+        for parent in parents.T:
+            full = liquid.index("eta", self_parent, c)
+            k = number[parent, c] >= 0
+            N.add(full[k], number[parent[k], c], 0.5)
+            rows.add(number[parent[k], c], full[k], 0.5)
+            k = on_h[parent, c] >= 0
+            C.add(full[k], on_h[parent[k], c], 0.5)
+            np.add.at(base, full, 0.5 * offset[parent, c])
+
+
+def transient_tie(scene: Scene) -> Tie:
+    """Ties of a transient: soft material moves with the velocity of its nodes, rigid bodies with one unknown U_p.
+
+    The unknown of a soft particle is its velocity; its displacement follows from the time scheme node by node, and
+    the momentum rows of liquid and solid are added at the interface.
+    """
+    y = _Unknowns()
+    N, C, M, rows = _Triplets(), _Triplets(), _Triplets(), _Triplets()
+    base = np.zeros(scene.size)
+    a = np.zeros(scene.h_size)
+    integrated: list[Indices] = []
+    for body in scene.bodies:
+        if body.phase is None:
+            M.add(np.array([body.start]), y.take("U_p", 1))
+            a[body.start] = 1.0
+            continue
+        offset, mesh = scene.offset(body.phase), body.phase.quadratic
+        points = np.arange(len(mesh.points))
+        for c in range(2):
+            h = body.start + 2 * points + c
+            eta = offset + body.phase.index("eta", points, c)
+            C.add(eta, h)
+            free = points if c == 0 else points[mesh.points[:, 1] > 1e-12]
+            velocity = y.take("v", len(free))
+            M.add(h[free], velocity)
+            rows.add(velocity, eta[free])
+            if c == 0:
+                a[h] = 1.0
+        p = offset + body.phase.index("p", mesh.vertices)
+        unknown = y.take("p_s", len(p))
+        N.add(p, unknown)
+        rows.add(unknown, p)
+        integrated.append(unknown)
+    material = M.matrix((scene.h_size, y.size))
+    _tie_velocity(scene, y, N, rows, material, base)
+    p = scene.liquid.index("p", scene.liquid.quadratic.vertices)
+    unknown = y.take("p_f", len(p))
+    N.add(p, unknown)
+    rows.add(unknown, p)
+    if scene.moving:
+        _tie_mesh(scene, y, N, C, rows, base)
+    for name, index in (("m", scene.m), ("dp", scene.dp)):
+        if index is not None:
+            unknown = y.take(name, 1)
+            N.add(np.array([index]), unknown)
+            rows.add(unknown, np.array([index]))
+    divided = np.zeros(y.size, dtype=bool)
+    for unknown in integrated:
+        divided[unknown] = True
+    return Tie(
+        base,
+        N.matrix((scene.size, y.size)),
+        C.matrix((scene.size, scene.h_size)),
+        M.matrix((scene.h_size, y.size)),
+        a,
+        rows.matrix((y.size, scene.size)),
+        divided,
+        y.fields,
+    )
+
+
+def extension_tie(scene: Scene, x: Array) -> Tie:
+    """Ties that leave only the displacement of the liquid's mesh free, for given material positions."""
+    y = _Unknowns()
+    N, C, rows = _Triplets(), _Triplets(), _Triplets()
+    base = x.copy()
+    mesh_rows = scene.liquid.index("eta", np.arange(len(scene.liquid.quadratic.points)))
+    base[np.concatenate([mesh_rows, mesh_rows + 1])] = 0.0
+    _tie_mesh(scene, y, N, C, rows, base)
+    empty = sparse.csr_matrix((scene.h_size, y.size))
+    return Tie(
+        base,
+        N.matrix((scene.size, y.size)),
+        C.matrix((scene.size, scene.h_size)),
+        empty,
+        np.zeros(scene.h_size),
+        rows.matrix((y.size, scene.size)),
+        np.zeros(y.size, dtype=bool),
+        y.fields,
+    )
