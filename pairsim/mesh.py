@@ -16,6 +16,7 @@ from functools import cached_property
 import gmsh
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from pairsim.errors import MeshFailure
 
@@ -60,7 +61,6 @@ class Geometry:
         betas: Diameters of the particles, counted from upstream.
         gaps: The N-1 distances between facing surfaces.
         length: Length of the tube.
-        soft: Which particles have an inside; only they are told apart when a mirror image is looked for.
     """
 
     betas: tuple[float, ...]
@@ -81,6 +81,33 @@ class Geometry:
     def mirrored(self) -> bool:
         """Whether the scene is its own mirror image in z."""
         return self.betas == self.betas[::-1] and bool(np.allclose(self.gaps, self.gaps[::-1], rtol=1e-12))
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A reference domain of the liquid: around undeformed spheres, or around outlines as they are.
+
+    Attributes:
+        geometry: Spheres and gaps (those between the outlines).
+        outlines: The cut half-circles, counted from upstream.
+        positions: Quadratic nodes of every outline, downstream pole first.
+        deformed: Whether the positions are not those of the spheres.
+    """
+
+    geometry: Geometry
+    outlines: tuple[Outline, ...]
+    positions: tuple[Array, ...]
+    deformed: bool
+
+    @staticmethod
+    def spheres(geometry: Geometry, outlines: Sequence[Outline]) -> Reference:
+        positions = tuple(o.nodes + [z, 0.0] for o, z in zip(outlines, geometry.centres, strict=True))
+        return Reference(geometry, tuple(outlines), positions, False)
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether the domain is its own mirror image in z."""
+        return self.geometry.mirrored and not self.deformed
 
 
 @dataclass(frozen=True)
@@ -205,22 +232,57 @@ def _outline_size(geometry: Geometry, settings: MeshSettings, i: int, angle: flo
     return size
 
 
-def _liquid_size(
-    geometry: Geometry, settings: MeshSettings, outlines: Sequence[Outline]
-) -> Callable[[float, float], float]:
+Distances = Callable[[float, float], list[tuple[float, float]]]
+
+
+def _from_spheres(reference: Reference) -> Distances:
+    """Distance to every sphere, and the length of its nearest arc."""
+    centres = [float(z) for z in reference.geometry.centres]
+    outlines = reference.outlines
+
+    def distances(z: float, r: float) -> list[tuple[float, float]]:
+        return [
+            (
+                max(math.hypot(z - centre, r) - outline.radius, 0.0),
+                outline.size_at(math.atan2(abs(r), z - centre)),
+            )
+            for centre, outline in zip(centres, outlines, strict=True)
+        ]
+
+    return distances
+
+
+def _from_nodes(reference: Reference) -> Distances:
+    """Distance to every deformed outline, and the length of its nearest arc."""
+    trees = [cKDTree(nodes) for nodes in reference.positions]
+    arcs = []
+    for nodes in reference.positions:
+        chord = np.hypot(*np.diff(nodes[::2], axis=0).T)
+        at_ends = np.minimum(np.append(chord, chord[-1]), np.append(chord[0], chord))
+        both = np.empty(len(nodes))
+        both[::2], both[1::2] = at_ends, chord
+        arcs.append(both.tolist())
+
+    def distances(z: float, r: float) -> list[tuple[float, float]]:
+        found = []
+        for tree, arc in zip(trees, arcs, strict=True):
+            distance, k = tree.query((z, r))
+            found.append((float(distance), arc[k]))
+        return found
+
+    return distances
+
+
+def _liquid_size(reference: Reference, settings: MeshSettings) -> Callable[[float, float], float]:
     """Cell size in the liquid as a function of (z, r)."""
-    centres = [float(z) for z in geometry.centres]
-    radii = [beta / 2 for beta in geometry.betas]
-    gap_cells = [_gap_cells(settings, gap) for gap in geometry.gaps]
+    distances = _from_nodes(reference) if reference.deformed else _from_spheres(reference)
+    gap_cells = [_gap_cells(settings, gap) for gap in reference.geometry.gaps]
     wall_cells = _wall_cells(settings)
 
     def size(z: float, r: float) -> float:
         h = settings.max_size
-        surface = []
-        for centre, radius, outline in zip(centres, radii, outlines, strict=True):
-            distance = max(math.hypot(z - centre, r) - radius, 0.0)
-            arc = outline.size_at(math.atan2(abs(r), z - centre))
-            surface.append((distance, arc))
+        surface = distances(z, r)
+        for distance, arc in surface:
             h = min(h, arc + settings.growth * distance)
             h = min(h, max((TUBE_RADIUS - r + distance) / wall_cells, 0.5 * arc))
         for i, cells in enumerate(gap_cells):
@@ -231,13 +293,12 @@ def _liquid_size(
     return size
 
 
-def liquid_mesh(geometry: Geometry, settings: MeshSettings, outlines: Sequence[Outline]) -> QuadraticMesh:
-    """Mesh the liquid of the reference domain.
+def liquid_mesh(reference: Reference, settings: MeshSettings) -> QuadraticMesh:
+    """Mesh the liquid of a reference domain.
 
     Args:
-        geometry: Where the undeformed spheres are.
+        reference: The outlines, whose nodes become nodes of this mesh.
         settings: Cell sizes.
-        outlines: The cut half-circles, one a particle; their nodes become nodes of this mesh.
 
     Returns:
         The mesh; nodes of the two ends match in r.
@@ -245,51 +306,48 @@ def liquid_mesh(geometry: Geometry, settings: MeshSettings, outlines: Sequence[O
     Raises:
         MeshFailure: gmsh failed or left a cell turned over.
     """
-    half = geometry.length / 2
-    n = len(geometry.betas)
-    size = _liquid_size(geometry, settings, outlines)
+    half = reference.geometry.length / 2
+    size = _liquid_size(reference, settings)
     end_cells = max(2, math.ceil(TUBE_RADIUS / size(half, TUBE_RADIUS / 2)))
-    mirrored = geometry.mirrored
+    mirrored = reference.mirrored
+    pieces = [nodes[::-1] for nodes in reference.positions]  # from the upstream pole to the downstream one
+    if mirrored:
+        n = len(pieces)
+        middle = [pieces[n // 2][len(pieces[n // 2]) // 2 :]] if n % 2 else []
+        pieces = middle + pieces[(n + 1) // 2 :]
+    from_middle = mirrored and len(reference.positions) % 2 == 1
 
-    def build() -> int:
+    def build() -> None:
         curve: list[int] = []
-        point = gmsh.model.geo.addPoint
-        first_arcs: list[tuple[float, Array]] = []
-        for i in range(n):
-            xy = outlines[i].nodes[::-2]  # from the upstream pole to the downstream one
-            if mirrored and geometry.centres[i] < -1e-12:
-                continue
-            if mirrored and abs(geometry.centres[i]) < 1e-12:
-                xy = xy[len(xy) // 2 :]
-            first_arcs.append((float(geometry.centres[i]), xy))
-        from_middle = mirrored and n % 2 == 1
+        point, line = gmsh.model.geo.addPoint, gmsh.model.geo.addLine
         start = None if from_middle else point(0.0 if mirrored else -half, 0.0, 0.0)
         last = start
-        for centre, xy in first_arcs:
-            c = point(centre, 0.0, 0.0)
-            tags = [point(centre + float(p[0]), float(p[1]), 0.0) for p in xy]
+        for nodes in pieces:
+            tags = [point(float(z), float(r), 0.0) for z, r in nodes[::2]]
             if last is None:
                 start = tags[0]
             else:
-                curve.append(gmsh.model.geo.addLine(last, tags[0]))
-            for a, b in zip(tags[:-1], tags[1:], strict=True):
-                arc = gmsh.model.geo.addCircleArc(a, c, b)
-                gmsh.model.geo.mesh.setTransfiniteCurve(arc, 2)
-                curve.append(arc)
+                curve.append(line(last, tags[0]))
+            curve += _one_cell_lines(tags)
             last = tags[-1]
         corner = point(half, 0.0, 0.0), point(half, TUBE_RADIUS, 0.0)
         top = point(0.0 if mirrored else -half, TUBE_RADIUS, 0.0)
-        curve.append(gmsh.model.geo.addLine(last, corner[0]))
-        outlet = gmsh.model.geo.addLine(*corner)
-        wall = gmsh.model.geo.addLine(corner[1], top)
-        inlet = gmsh.model.geo.addLine(top, start)
+        curve.append(line(last, corner[0]))
+        outlet, wall, inlet = line(*corner), line(corner[1], top), line(top, start)
         for end in (outlet,) if mirrored else (outlet, inlet):
             gmsh.model.geo.mesh.setTransfiniteCurve(end, end_cells + 1)
-        curve += [outlet, wall, inlet]
-        return int(gmsh.model.geo.addPlaneSurface([gmsh.model.geo.addCurveLoop(curve)]))
+        gmsh.model.geo.addPlaneSurface([gmsh.model.geo.addCurveLoop([*curve, outlet, wall, inlet])])
 
-    mesh = _run_gmsh(build, size)
+    mesh = _run_gmsh(build, size, pieces)
     return mesh.with_mirror_image() if mirrored else mesh
+
+
+def _one_cell_lines(tags: Sequence[int]) -> list[int]:
+    """Straight lines through points, each the side of one cell."""
+    lines = [gmsh.model.geo.addLine(a, b) for a, b in zip(tags[:-1], tags[1:], strict=True)]
+    for tag in lines:
+        gmsh.model.geo.mesh.setTransfiniteCurve(tag, 2)
+    return lines
 
 
 def particle_mesh(outline: Outline, settings: MeshSettings) -> QuadraticMesh:
@@ -305,23 +363,22 @@ def particle_mesh(outline: Outline, settings: MeshSettings) -> QuadraticMesh:
         depth = max(a - math.hypot(z, r), 0.0)
         return min(outline.size_at(math.atan2(abs(r), z)) + settings.core_growth * depth, a / 3)
 
-    def build() -> int:
-        point = gmsh.model.geo.addPoint
-        xy = outline.nodes[::-2]
-        if symmetric and len(outline.angles) % 2 == 1:
-            xy = xy[len(xy) // 2 :]
-        c = point(0.0, 0.0, 0.0)
-        tags = [point(float(p[0]), float(p[1]), 0.0) for p in xy]
-        curve = []
-        for p, q in zip(tags[:-1], tags[1:], strict=True):
-            arc = gmsh.model.geo.addCircleArc(p, c, q)
-            gmsh.model.geo.mesh.setTransfiniteCurve(arc, 2)
-            curve.append(arc)
-        curve += [gmsh.model.geo.addLine(tags[-1], c), gmsh.model.geo.addLine(c, tags[0])]
-        return int(gmsh.model.geo.addPlaneSurface([gmsh.model.geo.addCurveLoop(curve)]))
+    halved = symmetric and len(outline.angles) % 2 == 1
+    nodes = outline.nodes[::-1]
+    if halved:
+        nodes = nodes[len(nodes) // 2 :]
 
-    mesh = _run_gmsh(build, size)
-    return mesh.with_mirror_image() if symmetric and len(outline.angles) % 2 == 1 else mesh
+    def build() -> None:
+        point, line = gmsh.model.geo.addPoint, gmsh.model.geo.addLine
+        tags = [point(float(z), float(r), 0.0) for z, r in nodes[::2]]
+        axis = [line(tags[-1], tags[0])]
+        if halved:
+            centre = point(0.0, 0.0, 0.0)
+            axis = [line(tags[-1], centre), line(centre, tags[0])]
+        gmsh.model.geo.addPlaneSurface([gmsh.model.geo.addCurveLoop([*_one_cell_lines(tags), *axis])])
+
+    mesh = _run_gmsh(build, size, [nodes])
+    return mesh.with_mirror_image() if halved else mesh
 
 
 def particle_meshes(geometry: Geometry, settings: MeshSettings, outlines: Sequence[Outline]) -> list[QuadraticMesh]:
@@ -336,7 +393,10 @@ def particle_meshes(geometry: Geometry, settings: MeshSettings, outlines: Sequen
     return meshes
 
 
-def _run_gmsh(build: Callable[[], int], size: Callable[[float, float], float]) -> QuadraticMesh:
+def _run_gmsh(
+    build: Callable[[], None], size: Callable[[float, float], float], curves: Sequence[Array]
+) -> QuadraticMesh:
+    """Mesh what `build` describes; mid-sides along the curves' nodes are then put where the curves have them."""
     gmsh.initialize(readConfigFiles=False, interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
@@ -367,6 +427,12 @@ def _run_gmsh(build: Callable[[], int], size: Callable[[float, float], float]) -
     points = coordinates.reshape(-1, 3)[row[used.astype(np.int64)], :2].copy()
     points[np.abs(points[:, 1]) < 1e-12, 1] = 0.0
     triangles = cells.reshape(-1, 6).astype(np.int64)
+    for nodes in curves:
+        chords = (nodes[:-2:2] + nodes[2::2]) / 2
+        distance, index = cKDTree(points).query(chords)
+        if distance.max() > 1e-9:
+            raise MeshFailure("an arc of an outline was cut", advice="another mesh.Np")
+        points[index] = nodes[1::2]
     clockwise = jacobians(points[triangles])[:, -1] < 0
     triangles[clockwise] = triangles[clockwise][:, _MIRRORED_CELL]
     mesh = QuadraticMesh(points, triangles)

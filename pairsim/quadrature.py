@@ -32,6 +32,13 @@ class CellQuadrature:
         """Quadratic shape functions at the points, shape (q, 6)."""
         return shape_values(self._rule[0])
 
+    @cached_property
+    def gradients(self) -> Array:
+        """Gradients of the shape functions with respect to the reference coordinates, shape (m, q, 6, 2)."""
+        local = shape_gradients(self._rule[0])
+        dx = np.einsum("qak,mai->mqik", local, self.mesh.points[self.mesh.cells])
+        return np.asarray(np.einsum("qak,mqki->mqai", local, np.linalg.inv(dx)))
+
     def weights(self, points: Array) -> Array:
         """Volume weights 2 pi R |dA| when the nodes are at `points` (n, 2), shape (m, q)."""
         x = points[self.mesh.cells]

@@ -19,7 +19,7 @@ from mpi4py import MPI
 from scipy.spatial import cKDTree
 
 from pairsim.errors import MeshFailure
-from pairsim.mesh import TUBE_RADIUS, Array, Geometry, Indices, Outline, QuadraticMesh
+from pairsim.mesh import TUBE_RADIUS, Array, Indices, Outline, QuadraticMesh, Reference
 from pairsim.phases import Phase, neo_hookean_solid, newtonian_liquid
 from pairsim.quadrature import CellQuadrature, end_load
 
@@ -51,9 +51,9 @@ class LiquidNodes:
     interfaces: tuple[Indices, ...]
 
     @staticmethod
-    def find(mesh: QuadraticMesh, geometry: Geometry, outlines: Sequence[Outline]) -> LiquidNodes:
+    def find(mesh: QuadraticMesh, reference: Reference) -> LiquidNodes:
         z, r = mesh.points.T
-        half = geometry.length / 2
+        half = reference.geometry.length / 2
 
         def end(position: float) -> Indices:
             nodes = np.flatnonzero(np.abs(z - position) < 1e-9)
@@ -67,10 +67,7 @@ class LiquidNodes:
             np.flatnonzero(r > TUBE_RADIUS - 1e-9),
             inlet,
             outlet,
-            tuple(
-                match(mesh.points, outline.nodes + [centre, 0.0])
-                for outline, centre in zip(outlines, geometry.centres, strict=True)
-            ),
+            tuple(match(mesh.points, nodes) for nodes in reference.positions),
         )
 
 
@@ -154,29 +151,29 @@ class Scene:
 
     Args:
         comm: Communicator of the case.
-        geometry: Where the undeformed spheres of this reference mesh are.
-        mesh: Mesh of the liquid.
+        reference: Reference domain of the liquid.
+        mesh: Its mesh.
         bodies: The particles; they are shared by the scenes of successive remeshings.
-        ends: "periodic" or "prescribed".
+        periodic: Periodic ends with an imposed flow rate, or a prescribed velocity on them.
         boundary_velocity: Velocity on wall and ends when they are prescribed.
     """
 
     def __init__(
         self,
         comm: MPI.Comm,
-        geometry: Geometry,
+        reference: Reference,
         mesh: QuadraticMesh,
         bodies: Sequence[Body],
         *,
         periodic: bool,
         boundary_velocity: BoundaryVelocity = poiseuille,
     ) -> None:
-        self.comm, self.geometry, self.bodies, self.periodic = comm, geometry, list(bodies), periodic
+        self.comm, self.reference, self.bodies, self.periodic = comm, reference, list(bodies), periodic
         self.boundary_velocity = boundary_velocity
         # One rigid particle rides in its own frame: nothing of the mesh ever moves.
         self.moving = len(self.bodies) > 1 or any(body.phase is not None for body in self.bodies)
         self.liquid = Phase(comm, newtonian_liquid(self.moving), mesh)
-        self.nodes = LiquidNodes.find(mesh, geometry, [body.outline for body in self.bodies])
+        self.nodes = LiquidNodes.find(mesh, reference)
         self.phases: list[Phase] = [self.liquid] + [b.phase for b in self.bodies if b.phase is not None]
         self.offsets = np.concatenate([[0], np.cumsum([phase.size for phase in self.phases])]).astype(np.int64)
         self.m = int(self.offsets[-1])

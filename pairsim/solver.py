@@ -9,7 +9,6 @@ from __future__ import annotations
 import itertools
 import time
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,6 +18,11 @@ from pairsim.fenicsx import PETSc
 from pairsim.mesh import Array, Indices
 from pairsim.scene import Scene
 from pairsim.ties import Tie
+
+def petsc_version() -> str:
+    """Version of the PETSc in use."""
+    return ".".join(map(str, PETSc.Sys.getVersion()))
+
 
 _PREFIXES = itertools.count()
 
@@ -319,5 +323,3 @@ class Newton:
         for thing in (self._snes, self._A, self._y, self._r):
             thing.destroy()
 
-
-Solve = Callable[[Array], tuple[Array, Report]]

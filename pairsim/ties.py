@@ -150,14 +150,20 @@ def _tie_velocity(
 
 
 def _tie_mesh(scene: Scene, y: _Unknowns, N: _Triplets, C: _Triplets, rows: _Triplets, base: Array) -> None:
-    """Displacement of the liquid's mesh: P1 inside, quadratic only on the interfaces, zero on wall and ends."""
+    """Displacement of the liquid's mesh: quadratic in the layer of cells at the interfaces, P1 farther in.
+
+    It is zero on wall and ends. The layer is there because a strongly curved interface would turn over cells with
+    straight inner sides; P1 elsewhere saves most of the unknowns at no loss, as only the interface carries physics.
+    """
     liquid, nodes, mesh = scene.liquid, scene.nodes, scene.liquid.quadratic
     outer, interface = _boundary(scene)
     count = len(outer)
     vertex = np.zeros(count, dtype=bool)
     vertex[mesh.vertices] = True
     number = np.full((count, 2), -1)
-    free = np.repeat((vertex & ~outer & ~interface)[:, None], 2, axis=1)
+    own = vertex | interface
+    own[mesh.cells[interface[mesh.cells[:, :3]].any(axis=1)]] = True
+    free = np.repeat((own & ~outer & ~interface)[:, None], 2, axis=1)
     free[nodes.axis, 1] = False
     number[free] = y.take("eta", int(np.count_nonzero(free)))
     on_h = np.full((count, 2), -1)
@@ -168,9 +174,9 @@ def _tie_mesh(scene: Scene, y: _Unknowns, N: _Triplets, C: _Triplets, rows: _Tri
             if index is not None:
                 on_h[at, c] = index
     for c in range(2):
-        # Every node is itself (vertices, interface) or the mean of its two parents.
+        # Every node is its own or the mean of its two parents.
         self_parent = np.arange(count)
-        parents = np.where((vertex | interface)[:, None], np.column_stack([self_parent, self_parent]), mesh.parents)
+        parents = np.where(own[:, None], np.column_stack([self_parent, self_parent]), mesh.parents)
         for parent in parents.T:
             full = liquid.index("eta", self_parent, c)
             k = number[parent, c] >= 0
@@ -242,13 +248,11 @@ def transient_tie(scene: Scene) -> Tie:
     )
 
 
-def extension_tie(scene: Scene, x: Array) -> Tie:
+def extension_tie(scene: Scene) -> Tie:
     """Ties that leave only the displacement of the liquid's mesh free, for given material positions."""
     y = _Unknowns()
     N, C, rows = _Triplets(), _Triplets(), _Triplets()
-    base = x.copy()
-    mesh_rows = scene.liquid.index("eta", np.arange(len(scene.liquid.quadratic.points)))
-    base[np.concatenate([mesh_rows, mesh_rows + 1])] = 0.0
+    base = np.zeros(scene.size)
     _tie_mesh(scene, y, N, C, rows, base)
     empty = sparse.csr_matrix((scene.h_size, y.size))
     return Tie(

@@ -15,15 +15,27 @@ from mpi4py import MPI
 from pairsim import diagnostics
 from pairsim.diagnostics import Observation
 from pairsim.errors import InvertedCell, MeshFailure, NewtonFailure, RunFailure, StepTooSmall
-from pairsim.mesh import Array, Geometry, MeshSettings, QuadraticMesh, liquid_mesh, make_outlines, particle_meshes
+from pairsim.mesh import (
+    Array,
+    Geometry,
+    MeshSettings,
+    QuadraticMesh,
+    Reference,
+    liquid_mesh,
+    make_outlines,
+    particle_meshes,
+)
 from pairsim.scene import BoundaryVelocity, Scene, make_bodies, poiseuille
 from pairsim.solver import Newton, Phases, Report
 from pairsim.stepsize import Scheme, StepControl, error_factor, extrapolation_weights, land
 from pairsim.ties import extension_tie, transient_tie
 
-# A cell squeezed below this fraction of its reference area, or a gap changed by this factor, calls for a new mesh.
+# A cell squeezed below this fraction of its reference area, or a gap changed by this factor, calls for a new mesh;
+# one around undeformed spheres must do better than the second figure to be used.
 LEAST_DISTORTION = 0.25
+FRESH_DISTORTION = 0.45
 GAP_RATIO = 1.6
+RELATIVE_WEIGHT = 20.0
 
 
 @dataclass
@@ -39,17 +51,31 @@ class Counts:
 
 @dataclass(frozen=True)
 class Step:
-    """An accepted step."""
+    """An accepted step.
+
+    Attributes:
+        t, dt: Its end and its size.
+        error: Local error in units of the tolerance (0 where it cannot be known).
+        report: How Newton went.
+        observation: What is read off the solution.
+        distortion: Smallest ratio of a liquid cell's current to its reference Jacobian.
+        scene: The scene it was computed on.
+        mesh_id: Number of remeshings before it.
+        x, h: Full vector and material positions.
+        velocity: Velocity of the material, as h.
+    """
 
     t: float
     dt: float
     error: float
     report: Report
     observation: Observation
+    distortion: float
+    scene: Scene
+    mesh_id: int
     x: Array
     h: Array
     velocity: Array
-    remeshed: bool
 
 
 @dataclass(frozen=True)
@@ -125,7 +151,8 @@ class Transient:
                 h[body.start : body.start + body.size] = (moved - points + [centre, 0.0]).ravel()
         self.history = _History([0.0], [h])
         self.newton: Newton | None = None
-        self._mesh(geometry)
+        self._deformed, self._carried = False, None
+        self._mesh(Reference.spheres(geometry, self.outlines))
 
     def _on_root(self, make: Callable[[], object]) -> object:
         """Run gmsh on one process; every process gets the result, or raises the same error."""
@@ -147,16 +174,17 @@ class Transient:
             return outlines, [None] * len(outlines)
         return outlines, list(particle_meshes(geometry, settings, outlines))
 
-    def _mesh(self, geometry: Geometry) -> None:
-        """Put a reference mesh of the liquid around the particles."""
+    def _mesh(self, reference: Reference) -> None:
+        """Put a mesh of the reference domain around the particles."""
         with self.clock("mesh"):
-            mesh = self._on_root(lambda: liquid_mesh(geometry, self.problem.mesh, self.outlines))
+            mesh = self._on_root(lambda: liquid_mesh(reference, self.problem.mesh))
         if self.newton is not None:
             self.newton.destroy()
+            self.newton = None
         with self.clock("jit"):
             self.scene = Scene(
                 self.comm,
-                geometry,
+                reference,
                 mesh,
                 self.bodies,
                 periodic=self.problem.periodic,
@@ -167,24 +195,24 @@ class Transient:
         self.history.y, self.history.t_y = [], []
         self._material = np.concatenate([self.tie.fields.get(name, np.empty(0, int)) for name in ("v", "U_p", "p_s")])
 
-    def _first_guess(self, material: Array | None, h_star: Array, g: float, U_m: float) -> Array:
+    def _extend(self, h: Array) -> tuple[Array, float]:
+        """Displacement of the liquid's mesh for given material positions, and the distortion it means."""
+        tie = extension_tie(self.scene)
+        extension = Newton(self.scene, tie, clock=self.clock)
+        eta, _ = extension.solve(np.zeros(tie.size), h, 1.0, 0.0)
+        _, x = extension.state(eta)
+        extension.destroy()
+        return eta, diagnostics.liquid_distortion(self.scene, x)
+
+    def _first_guess(self, h_star: Array, g: float, U_m: float) -> Array:
         """A guess on a new mesh: material unknowns carried over, mesh displacement extended, liquid at rest."""
         y = np.zeros(self.tie.size)
-        if material is not None:
-            y[self._material] = material
+        if self._carried is not None:
+            y[self._material] = self._carried
         else:
-            for name in ("U_p",):
-                y[self.tie.fields.get(name, np.empty(0, int))] = U_m
-            velocity = self.tie.M.T @ self.tie.a
-            y += U_m * (velocity > 0)
+            y[self.tie.M.T @ self.tie.a > 0] = U_m
         if self.scene.moving:
-            h = self.tie.positions(y, h_star, g, U_m)
-            x = self.tie.expand(y, h)
-            tie = extension_tie(self.scene, x)
-            extension = Newton(self.scene, tie, clock=self.clock)
-            eta, _ = extension.solve(np.zeros(tie.size), h, 1.0, 0.0)
-            extension.destroy()
-            y[self.tie.fields["eta"]] = eta
+            y[self.tie.fields["eta"]], _ = self._extend(self.tie.positions(y, h_star, g, U_m))
         return y
 
     def _attempt(self, dt: float) -> tuple[Array, Array, Array, Report, float]:
@@ -199,39 +227,56 @@ class Transient:
             weights = extrapolation_weights(past.t_y, t)
             guess = np.asarray(sum(w * y for w, y in zip(weights, past.y, strict=True)))
         else:
-            guess = self._first_guess(self._carried, h_star, scheme.g, U_m)
+            guess = self._first_guess(h_star, scheme.g, U_m)
         y, report = self.newton.solve(guess, h_star, scheme.g, U_m)
         h, x = self.newton.state(y)
         error = 0.0
         if len(past.t) > 2 and report.converged:
             weights = extrapolation_weights(past.t, t)
             predicted = sum(w * old for w, old in zip(weights, past.h, strict=True))
-            difference = h - predicted
-            # The frame's own motion is no error: take the common translation out.
-            on_axis = self.tie.a > 0
-            difference[on_axis] -= difference[on_axis].mean()
-            local = error_factor(past.t, t) * np.sqrt(np.mean(difference**2) * 2)
-            error = float(local / scheme.g / self.problem.control.tolerance)
+            error = self._size_of(h - predicted) * error_factor(past.t, t) / scheme.g / self.problem.control.tolerance
         return y, h, x, report, error
 
+    def _size_of(self, difference: Array) -> float:
+        """Norm of a difference of material positions, in which the particles' relative motion counts most.
+
+        dU is a small difference of velocities of order one: an error in the distances weighs RELATIVE_WEIGHT times one
+        in the shapes. The frame's own motion is no error: the common translation is taken out.
+        """
+        on_axis = self.tie.a > 0
+        difference = difference.copy()
+        difference[on_axis] -= difference[on_axis].mean()
+        shape = float(np.sqrt(2 * np.mean(difference**2)))
+        centres = [
+            difference[body.start : body.start + body.size : 2].mean() for body in self.bodies
+        ]
+        return max(shape, RELATIVE_WEIGHT * float(np.ptp(centres)))
+
     def _remesh(self) -> None:
-        """A new reference mesh at the current spacing; the solids' histories stay."""
+        """A new reference mesh at the current spacing; the solids' histories stay.
+
+        The reference domain is that around undeformed spheres (mirrored where the scene is) while the particles'
+        shapes allow it, and from then on that around the shapes as they are.
+        """
         h = self.history.h[0]
         distances = diagnostics.gaps(self.bodies, h)
         if distances.size and distances.min() <= 0:
-            raise MeshFailure("the particles touch")
-        equal = len(set(np.round(distances, 9))) <= 1
-        gaps = tuple(float(distances.mean()) if equal else float(d) for d in distances)
-        geometry = Geometry(self.problem.betas, gaps, self.problem.length)
+            raise MeshFailure("the particles touch", t=self.history.t[0], step=self.counts.steps)
+        geometry = Geometry(self.problem.betas, tuple(map(float, distances)), self.problem.length)
         # Bring the particles back to the middle of the tube: the ends are far away and nothing else has a place.
-        centres = [np.mean(diagnostics.extents(body.outline_points(h))[:2]) for body in self.bodies]
+        centres = [h[body.start : body.start + body.size : 2].mean() for body in self.bodies]
         shift = np.mean(geometry.centres) - np.mean(centres)
         for old in self.history.h:
             old += shift * (self.tie.a > 0)
-        carried = self.history.y[0][self._material] if self.history.y else None
-        self._mesh(geometry)
-        self._carried = carried
+        if self.history.y:
+            self._carried = self.history.y[0][self._material]
         self.counts.remeshings += 1
+        if not self._deformed:
+            self._mesh(Reference.spheres(geometry, self.outlines))
+            self._deformed = self._extend(h)[1] < FRESH_DISTORTION
+        if self._deformed:
+            positions = tuple(body.outline_points(h) for body in self.bodies)
+            self._mesh(Reference(geometry, tuple(self.outlines), positions, True))
 
     def steps(self, milestones: Iterator[float]) -> Iterator[Step]:
         """March through the milestones, yielding every accepted step.
@@ -243,7 +288,7 @@ class Transient:
             RunFailure: A typed reason why the run could not go on.
         """
         control = self.problem.control
-        self._U_m, self._carried = self.problem.U_m, None
+        self._U_m = self.problem.U_m
         dt = control.fixed or self.problem.first_step
         remeshed = False
         for milestone in milestones:
@@ -262,7 +307,19 @@ class Transient:
                     self._U_m = float(observation.U.mean()) if observation.U.size else 0.0
                     if size >= dt * (1 - 1e-9) or error > 1:
                         dt = control.next(size, error) if error > 0 else size
-                    yield Step(t + size, size, error, report, observation, x, h, self.tie.M @ y, remeshed)
+                    yield Step(
+                        t=t + size,
+                        dt=size,
+                        error=error,
+                        report=report,
+                        observation=observation,
+                        distortion=distortion,
+                        scene=self.scene,
+                        mesh_id=self.counts.remeshings,
+                        x=x,
+                        h=h,
+                        velocity=self.tie.M @ y,
+                    )
                     remeshed = self._needs_mesh(distortion, observation)
                     if remeshed:
                         self._remesh()
@@ -281,7 +338,7 @@ class Transient:
     def _needs_mesh(self, distortion: float, observation: Observation) -> bool:
         if distortion < LEAST_DISTORTION:
             return True
-        ratio = observation.d / np.array(self.scene.geometry.gaps) if observation.d.size else np.ones(1)
+        ratio = observation.d / np.array(self.scene.reference.geometry.gaps) if observation.d.size else np.ones(1)
         return bool(ratio.max() > GAP_RATIO or ratio.min() < 1 / GAP_RATIO)
 
     def _give_up(self, t: float, report: Report, valid: bool, error: float) -> None:
