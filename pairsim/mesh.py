@@ -381,15 +381,15 @@ def particle_mesh(outline: Outline, settings: MeshSettings) -> QuadraticMesh:
     return mesh.with_mirror_image() if halved else mesh
 
 
-def particle_meshes(geometry: Geometry, settings: MeshSettings, outlines: Sequence[Outline]) -> list[QuadraticMesh]:
-    """One mesh a particle, mirror images of each other where the scene is mirrored."""
-    meshes: list[QuadraticMesh] = []
+def particle_meshes(
+    geometry: Geometry, settings: MeshSettings, outlines: Sequence[Outline], Ca_es: Sequence[float]
+) -> list[QuadraticMesh | None]:
+    """One mesh a soft particle, None for a rigid one; mirror images of each other where the scene is mirrored."""
+    meshes: list[QuadraticMesh | None] = []
     n = len(outlines)
-    for i, outline in enumerate(outlines):
-        twin = n - 1 - i
-        meshes.append(
-            meshes[twin].mirror() if geometry.mirrored and twin < i else particle_mesh(outline, settings)
-        )
+    for i, (outline, Ca_e) in enumerate(zip(outlines, Ca_es, strict=True)):
+        twin = meshes[n - 1 - i] if geometry.mirrored and n - 1 - i < i else None
+        meshes.append(None if Ca_e == 0 else twin.mirror() if twin else particle_mesh(outline, settings))
     return meshes
 
 

@@ -151,6 +151,7 @@ class Transient:
                 h[body.start : body.start + body.size] = (moved - points + [centre, 0.0]).ravel()
         self.history = _History([0.0], [h])
         self.newton: Newton | None = None
+        self._extension: Newton | None = None
         self._deformed, self._carried = False, None
         self._mesh(Reference.spheres(geometry, self.outlines))
 
@@ -170,17 +171,13 @@ class Transient:
     def _particles(self, geometry: Geometry) -> tuple[list, list[QuadraticMesh | None]]:
         settings = self.problem.mesh
         outlines = make_outlines(geometry, settings)
-        if not any(Ca_e > 0 for Ca_e in self.problem.Ca_es):
-            return outlines, [None] * len(outlines)
-        return outlines, list(particle_meshes(geometry, settings, outlines))
+        return outlines, particle_meshes(geometry, settings, outlines, self.problem.Ca_es)
 
     def _mesh(self, reference: Reference) -> None:
         """Put a mesh of the reference domain around the particles."""
         with self.clock("mesh"):
             mesh = self._on_root(lambda: liquid_mesh(reference, self.problem.mesh))
-        if self.newton is not None:
-            self.newton.destroy()
-            self.newton = None
+        self.close()
         with self.clock("jit"):
             self.scene = Scene(
                 self.comm,
@@ -197,22 +194,19 @@ class Transient:
 
     def _extend(self, h: Array) -> tuple[Array, float]:
         """Displacement of the liquid's mesh for given material positions, and the distortion it means."""
-        tie = extension_tie(self.scene)
-        extension = Newton(self.scene, tie, clock=self.clock)
-        eta, _ = extension.solve(np.zeros(tie.size), h, 1.0, 0.0)
-        _, x = extension.state(eta)
-        extension.destroy()
+        if self._extension is None:
+            self._extension = Newton(self.scene, extension_tie(self.scene), clock=self.clock)
+        eta, _ = self._extension.solve(np.zeros(self._extension.tie.size), h, 1.0, 0.0)
+        _, x = self._extension.state(eta)
         return eta, diagnostics.liquid_distortion(self.scene, x)
 
-    def _first_guess(self, h_star: Array, g: float, U_m: float) -> Array:
-        """A guess on a new mesh: material unknowns carried over, mesh displacement extended, liquid at rest."""
+    def _first_guess(self, U_m: float) -> Array:
+        """A guess on a new mesh: material unknowns carried over, liquid at rest."""
         y = np.zeros(self.tie.size)
         if self._carried is not None:
             y[self._material] = self._carried
         else:
             y[self.tie.M.T @ self.tie.a > 0] = U_m
-        if self.scene.moving:
-            y[self.tie.fields["eta"]], _ = self._extend(self.tie.positions(y, h_star, g, U_m))
         return y
 
     def _attempt(self, dt: float) -> tuple[Array, Array, Array, Report, float]:
@@ -227,7 +221,10 @@ class Transient:
             weights = extrapolation_weights(past.t_y, t)
             guess = np.asarray(sum(w * y for w, y in zip(weights, past.y, strict=True)))
         else:
-            guess = self._first_guess(h_star, scheme.g, U_m)
+            guess = self._first_guess(U_m)
+        if len(past.y) < 3 and self.scene.moving:
+            # Too little is known to extrapolate the liquid's mesh: put it where the material's guess wants it.
+            guess[self.tie.fields["eta"]], _ = self._extend(self.tie.positions(guess, h_star, scheme.g, U_m))
         y, report = self.newton.solve(guess, h_star, scheme.g, U_m)
         h, x = self.newton.state(y)
         error = 0.0
@@ -355,6 +352,7 @@ class Transient:
 
     def close(self) -> None:
         """Give the solver's memory back."""
-        if self.newton is not None:
-            self.newton.destroy()
-            self.newton = None
+        for solver in (self.newton, self._extension):
+            if solver is not None:
+                solver.destroy()
+        self.newton = self._extension = None

@@ -1,0 +1,5 @@
+"""`python -m pairsim`."""
+
+from pairsim.cli import main
+
+main()

@@ -1,0 +1,384 @@
+"""Case files: what a user may say, checked before anything is computed.
+
+The models below are the only definition of keys, defaults, limits and their documentation; `pairsim schema` prints
+them, and a resolved case written to a run's folder reads back as the same case.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import yaml
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+
+from pairsim.errors import InputError
+
+
+def _number(value: Any) -> Any:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ValueError("a number")
+    if not math.isfinite(value):
+        raise ValueError("a finite number")
+    return float(value)
+
+
+def _integer(value: Any) -> Any:
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise ValueError("a whole number")
+    return value
+
+
+Number = Annotated[float, BeforeValidator(_number)]
+Whole = Annotated[int, BeforeValidator(_integer)]
+# Bounds come before the validator, so that they show in the JSON schema of a union too.
+Diameter = Annotated[float, Field(gt=0, lt=1), BeforeValidator(_number)]
+Capillary = Annotated[float, Field(ge=0), BeforeValidator(_number)]
+Positive = Annotated[float, Field(gt=0), BeforeValidator(_number)]
+
+
+class _Options(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class MeshOptions(_Options):
+    """Cell sizes."""
+
+    Np: Whole = Field(40, ge=6, le=1000, description="cells on each half-circle, at least")
+    growth: Number = Field(0.15, gt=0, le=2, description="growth of the cell size by unit distance from a particle")
+    gap_cells: Whole = Field(0, ge=0, description="cells across a gap between particles (0: Np/4)")
+    gap_exponent: Number = Field(
+        0.5, ge=0, le=1, description="below d = 0.1 the cells across a gap grow as (0.1/d)^gap_exponent"
+    )
+    wall_cells: Whole = Field(0, ge=0, description="cells between particle and wall (0: Np/4)")
+    max_size: Number = Field(0.2, gt=0, le=0.5, description="largest cell [D_c]")
+    core_growth: Number = Field(0.3, gt=0, le=2, description="growth of the cell size by unit depth in a particle")
+
+
+class TimeOptions(_Options):
+    """Time steps."""
+
+    end: Number = Field(2.0, gt=0, description="end time [D_c/U_av]")
+    tol: Number = Field(3e-4, gt=0, le=0.1, description="allowed local error of the particles' velocities [U_av]")
+    first_step: Number = Field(5e-4, gt=0, description="first step [D_c/U_av]")
+    max_step: Number = Field(2.0, gt=0, description="largest step [D_c/U_av]")
+    fixed_step: Positive | None = Field(None, description="keep to this step, without error control")
+
+
+class Limits(_Options):
+    """What ends a run before its end time."""
+
+    min_gap: Number = Field(0.002, ge=0, description="contact: the run ends when a gap falls below this [D_c]")
+    max_gap: Positive | None = Field(None, description="the run ends when a gap passes this [D_c]")
+    wall_time: Positive | None = Field(None, description="allowed time of the whole run [s]; more is a failure")
+    max_steps: Whole = Field(100_000, ge=1, description="allowed steps; more is a failure")
+
+
+class OutputOptions(_Options):
+    """When fields are written; steps land on these times. The first step and the last are always written."""
+
+    times: tuple[Positive, ...] = Field((), description="times of fields.xdmf [D_c/U_av]")
+    every: Positive | None = Field(None, description="interval of fields.xdmf [D_c/U_av]")
+    fields: bool = Field(True, strict=True, description="write fields.xdmf at all")
+
+
+class Case(_Options):
+    """One case. beta, Ca_e: the same for all particles, or a list counted from upstream; d0: likewise the gaps."""
+
+    beta: Diameter | tuple[Diameter, ...] | None = Field(None, description="blockage D_p/D_c, between 0 and 1")
+    De: Number = Field(ge=0, description="Deborah number lambda U_av/D_c; 0 is a Newtonian liquid")
+    Ca_e: Capillary | tuple[Capillary, ...] | None = Field(
+        None, description="elastic capillary number eta_0 U_av/(D_c G_p); 0 is a rigid particle"
+    )
+    d0: Positive | tuple[Positive, ...] | None = Field(None, description="initial distance between surfaces [D_c]")
+    name: str | None = Field(None, pattern=r"^[\w.+-]+$", description="name of the run's folder")
+    particles: Whole = Field(2, ge=0, le=50, description="number of particles on the axis")
+    xi: Number = Field(0.09, ge=0, le=1, description="solvent viscosity over eta_0 (De > 0)")
+    alpha: Number = Field(0.2, ge=0, le=1, description="Giesekus mobility (De > 0)")
+    length: Positive | Literal["auto"] | None = Field(
+        None, description="tube length [D_c]; 50 times the largest beta (10 without particles); auto: developed ends"
+    )
+    ends: Literal["periodic", "developed"] = Field("periodic", description="periodic with the flow rate, or developed")
+    mesh: MeshOptions = MeshOptions()
+    time: TimeOptions = TimeOptions()
+    limits: Limits = Limits()
+    output: OutputOptions = OutputOptions()
+
+    @property
+    def n(self) -> int:
+        """Number of particles."""
+        return self.particles
+
+    @property
+    def betas(self) -> tuple[float, ...]:
+        """Diameters, one a particle."""
+        return _each(self.beta, self.n)
+
+    @property
+    def Ca_es(self) -> tuple[float, ...]:
+        """Elastic capillary numbers, one a particle."""
+        return _each(self.Ca_e, self.n)
+
+    @property
+    def gaps(self) -> tuple[float, ...]:
+        """Initial distances, one a gap."""
+        return _each(self.d0, max(self.n - 1, 0))
+
+    @property
+    def tube_length(self) -> float:
+        """Length of the tube."""
+        if self.length == "auto":
+            return self.cluster + 2 * AUTO_MARGIN
+        if self.length is None:
+            return 50 * max(self.betas) if self.n else 10.0
+        return self.length
+
+    @property
+    def cluster(self) -> float:
+        """Length of the row of particles."""
+        return sum(self.betas) + sum(self.gaps)
+
+    @property
+    def slug(self) -> str:
+        """Name of the run's folder."""
+        if self.name:
+            return self.name
+        if self.n == 0:
+            return f"pipe-De{self.De:g}"
+
+        def shown(value: Any) -> str:
+            return "_".join(f"{v:g}" for v in value) if isinstance(value, tuple) else f"{value:g}"
+
+        parts = [f"beta{shown(self.beta)}", f"De{self.De:g}", f"Cae{shown(self.Ca_e)}"]
+        if self.n > 1:
+            parts.append(f"d{shown(self.d0)}")
+        return "-".join(parts if self.n == 2 else [f"n{self.n}", *parts])
+
+    def resolved(self) -> dict[str, Any]:
+        """The case with every default filled in, as plain data."""
+        data = self.model_dump(mode="json")
+        if self.length is None:
+            data["length"] = self.tube_length
+        return {k: v for k, v in data.items() if v is not None}
+
+
+# Tube on each side of the particles with developed ends. The slowest disturbance of a Newtonian pipe flow decays as
+# exp(-8.93 z/D_c): 2 leaves 2e-8 of it.
+AUTO_MARGIN = 2.0
+FREE_ENDS = 0.5
+
+
+def _each(value: float | tuple[float, ...] | None, count: int) -> tuple[float, ...]:
+    if count == 0 or value is None:
+        return ()
+    return value if isinstance(value, tuple) else (value,) * count
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML in which 1e-3 is a number and a repeated key is an error."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        seen: set[Any] = set()
+        for key_node, _ in node.value:
+            key = self.construct_object(key_node, deep=True)  # type: ignore[no-untyped-call]
+            if not isinstance(key, str):
+                raise yaml.constructor.ConstructorError(None, None, f"key {key!r} is not a word", key_node.start_mark)
+            if key in seen:
+                raise yaml.constructor.ConstructorError(None, None, f"key {key!r} is given twice", key_node.start_mark)
+            seen.add(key)
+        return super().construct_mapping(node, deep)
+
+
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"), list("-+0123456789.")
+)
+
+
+def read_yaml(path: Path) -> dict[str, Any]:
+    """A YAML file whose top level is a mapping.
+
+    Raises:
+        InputError: It is missing, unreadable, broken, or something else.
+    """
+    name = str(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise InputError(name, "", None, "no such file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(name, "", None, f"cannot be read: {error}") from None
+    try:
+        data = yaml.load(text, _Loader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark
+        where = f"line {mark.line + 1}, column {mark.column + 1}" if mark else "?"
+        raise InputError(name, where, None, f"not valid YAML: {error.problem}") from None
+    except yaml.YAMLError as error:
+        raise InputError(name, "", None, f"not valid YAML: {error}") from None
+    if not isinstance(data, dict):
+        raise InputError(name, "", None, "the file must hold keys and values, such as beta: 0.4; see pairsim schema")
+    return data
+
+
+def load_case(path: Path, overrides: tuple[str, ...] = ()) -> Case:
+    """Read and check a case file.
+
+    Args:
+        path: The file.
+        overrides: key=value settings (dotted keys) that replace or add to what the file says.
+
+    Raises:
+        InputError: With file, key, value and what is allowed.
+    """
+    data = read_yaml(path)
+    for setting in overrides:
+        key, equals, text = setting.partition("=")
+        if not equals or not key:
+            raise InputError("--set", "", setting, "key=value, such as mesh.Np=20")
+        try:
+            value = yaml.load(text, _Loader)
+        except yaml.YAMLError:
+            raise InputError("--set", key, text, "a YAML value") from None
+        *groups, last = key.split(".")
+        target = data
+        for group in groups:
+            target = target.setdefault(group, {})
+            if not isinstance(target, dict):
+                raise InputError("--set", key, text, f"{group} is not a group of keys")
+        target[last] = value
+    return case_from_dict(data, str(path))
+
+
+def case_from_dict(data: Mapping[str, Any], source: str) -> Case:
+    """Check plain data.
+
+    Raises:
+        InputError: With the first wrong key, its value and what is allowed.
+    """
+    try:
+        case = Case.model_validate(_tuples(data))
+    except ValidationError as error:
+        raise _input_error(error, source) from None
+    _check_together(case, source)
+    return case
+
+
+def _tuples(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {k: _tuples(v) for k, v in value.items()}
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _check_together(case: Case, source: str) -> None:
+    def refuse(key: str, value: Any, allowed: str) -> None:
+        raise InputError(source, key, value, allowed)
+
+    if case.De > 0:
+        refuse("De", case.De, "not supported yet: De must be 0; viscoelastic liquids come with a later version")
+    counts = {"beta": case.n, "Ca_e": case.n, "d0": case.n - 1}
+    for key, count in counts.items():
+        value = getattr(case, key)
+        if count > 0 and value is None:
+            refuse(key, None, f"is missing; {case.n} particles need it (a number or a list of {count})")
+        if isinstance(value, tuple) and len(value) != max(count, 0):
+            what = "gaps" if key == "d0" else "particles"
+            refuse(key, list(value), f"a number or a list of {max(count, 0)}, one for each of the {what}")
+    if case.length == "auto" and case.ends != "developed":
+        refuse("length", "auto", "auto goes with ends: developed; periodic ends need a number")
+    if case.n and case.tube_length < case.cluster + 2 * FREE_ENDS:
+        allowed = f"at least {case.cluster + 2 * FREE_ENDS:g}: the particles take {case.cluster:g}, each end {FREE_ENDS:g}"
+        refuse("length", case.tube_length, allowed)
+    if case.time.first_step > case.time.end:
+        refuse("time.first_step", case.time.first_step, f"at most time.end = {case.time.end:g}")
+    late = [t for t in case.output.times if t > case.time.end]
+    if late:
+        refuse("output.times", late[0], f"at most time.end = {case.time.end:g}")
+    if case.limits.max_gap is not None and case.gaps and case.limits.max_gap <= max(case.gaps):
+        refuse("limits.max_gap", case.limits.max_gap, f"above the initial distance {max(case.gaps):g}")
+    if case.gaps and case.limits.min_gap >= min(case.gaps):
+        refuse("limits.min_gap", case.limits.min_gap, f"below the initial distance {min(case.gaps):g}")
+
+
+_GROUPS: dict[str, type[BaseModel]] = {
+    "": Case,
+    "mesh": MeshOptions,
+    "time": TimeOptions,
+    "limits": Limits,
+    "output": OutputOptions,
+}
+
+
+def _input_error(error: ValidationError, source: str) -> InputError:
+    """The first problem that pydantic met, in the words of the case file."""
+    first = error.errors()[0]
+    location = [str(part) for part in first["loc"]]
+    group = location[0] if location and location[0] in _GROUPS else ""
+    depth = 2 if group and len(location) > 1 else 1
+    key = ".".join(location[:depth])
+    indices = [part for part in location[depth:] if part.isdigit()]
+    key += "".join(f"[{i}]" for i in indices)
+    value = first.get("input")
+    if isinstance(value, tuple):
+        value = list(value)
+    kind = first["type"]
+    if kind == "extra_forbidden":
+        known = list(_GROUPS[group].model_fields)
+        near = difflib.get_close_matches(location[-1], known, 1, 0.5)
+        hint = f"did you mean {near[0]}? " if near else ""
+        return InputError(source, key, value, f"unknown key; {hint}allowed: {', '.join(known)}")
+    if kind == "missing":
+        return InputError(source, key, None, "is missing; the four numbers of a case are beta, De, Ca_e and d0")
+    if kind == "model_type":
+        known = list(_GROUPS[group].model_fields)
+        return InputError(source, key, value, f"a group of keys; allowed: {', '.join(known)}")
+    name = location[depth - 1]
+    return InputError(source, key, value, _allowed(group, name))
+
+
+def _allowed(group: str, name: str) -> str:
+    """What a key accepts, in words, from its own JSON schema."""
+    schema = _GROUPS[group].model_json_schema()
+    field = schema["properties"][name]
+    return "; or ".join(_words(s) for s in field.get("anyOf", [field]) if s.get("type") != "null")
+
+
+def _words(schema: Mapping[str, Any]) -> str:
+    limits = [
+        f"{word} {schema[k]:g}"
+        for k, word in (
+            ("exclusiveMinimum", "above"),
+            ("minimum", "at least"),
+            ("exclusiveMaximum", "below"),
+            ("maximum", "at most"),
+        )
+        if k in schema
+    ]
+    kinds = {"number": "a finite number", "integer": "a whole number", "boolean": "true or false", "string": "a word"}
+    if "const" in schema:
+        return str(schema["const"])
+    if "enum" in schema:
+        return " or ".join(map(str, schema["enum"]))
+    if schema.get("type") == "array":
+        return f"a list of which each is {_words(schema['items'])}"
+    text = kinds.get(str(schema.get("type")), "a value")
+    if "pattern" in schema:
+        text += " of letters, digits and . _ + -"
+    return f"{text} {' and '.join(limits)}".strip() if limits else text
+
+
+def schema_rows() -> list[tuple[str, str, str, str]]:
+    """Key, what is allowed, default and description of every key."""
+    rows = []
+    for group, model in _GROUPS.items():
+        for name, field in model.model_fields.items():
+            if not group and name in _GROUPS:
+                continue
+            key = f"{group}.{name}" if group else name
+            default = "required" if field.is_required() else field.default
+            default = "" if default in (None, ()) else str(default).lower() if default in (True, False) else str(default)
+            rows.append((key, _allowed(group, name), default, field.description or ""))
+    return rows
