@@ -52,7 +52,7 @@ class MeshOptions(_Options):
     growth: Number = Field(0.15, gt=0, le=2, description="growth of the cell size by unit distance from a particle")
     gap_cells: Whole = Field(0, ge=0, description="cells across a gap between particles (0: Np/4)")
     gap_exponent: Number = Field(
-        0.5, ge=0, le=1, description="below d = 0.1 the cells across a gap grow as (0.1/d)^gap_exponent"
+        0.0, ge=0, le=1, description="below d = 0.1 the cells across a gap grow as (0.1/d)^gap_exponent"
     )
     wall_cells: Whole = Field(0, ge=0, description="cells between particle and wall (0: Np/4)")
     max_size: Number = Field(0.2, gt=0, le=0.5, description="largest cell [D_c]")
@@ -312,9 +312,15 @@ _GROUPS: dict[str, type[BaseModel]] = {
 }
 
 
+def _names_an_entry(problem: Any) -> bool:
+    return any(isinstance(part, int) for part in problem["loc"])
+
+
 def _input_error(error: ValidationError, source: str) -> InputError:
     """The first problem that pydantic met, in the words of the case file."""
-    first = error.errors()[0]
+    errors = error.errors()
+    # A key that takes a number or a list fails twice; the entry of the list says more.
+    first = max((e for e in errors if e["loc"][:1] == errors[0]["loc"][:1]), key=_names_an_entry)
     location = [str(part) for part in first["loc"]]
     group = location[0] if location and location[0] in _GROUPS else ""
     depth = 2 if group and len(location) > 1 else 1

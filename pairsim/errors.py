@@ -25,6 +25,10 @@ class InputError(PairsimError):
         shown = "" if value is None else f"got {value!r}; "
         super().__init__(f"{where}{shown}{allowed}")
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Errors travel between processes."""
+        return type(self), (self.file, self.key, self.value, self.allowed)
+
 
 class RunFailure(PairsimError):
     """A computation could not go on; the command ends with exit code 3.
@@ -40,7 +44,16 @@ class RunFailure(PairsimError):
 
     def __init__(self, message: str, *, t: float = 0.0, step: int = 0, advice: str = "") -> None:
         self.message, self.t, self.step, self.advice = message, t, step, advice
-        super().__init__(f"{self.reason} at t = {t:g} (step {step}): {message}" + (f" Try: {advice}" if advice else ""))
+        super().__init__(f"{self.reason} at t = {t:g} (step {step}): {message}" + (f"; try {advice}" if advice else ""))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Errors travel between processes."""
+        state = {"t": self.t, "step": self.step, "advice": self.advice}
+        return _failure, (type(self), self.message, state)
+
+
+def _failure(kind: type[RunFailure], message: str, state: dict[str, Any]) -> RunFailure:
+    return kind(message, **state)
 
 
 class MeshFailure(RunFailure):

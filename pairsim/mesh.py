@@ -16,6 +16,8 @@ from functools import cached_property
 import gmsh
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
 from pairsim.errors import MeshFailure
@@ -24,6 +26,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 TUBE_RADIUS = 0.5
+STRAIGHT_ENOUGH = 0.3  # least Jacobian, against straight sides, of a mesh whose curved sides are left to themselves
 # Local node numbers of gmsh's 6-node triangle: swapping the first two vertices' neighbours mirrors a cell.
 _MIRRORED_CELL = np.array([0, 2, 1, 5, 4, 3])
 _MIDSIDE_PARENTS = {3: (0, 1), 4: (1, 2), 5: (2, 0)}
@@ -46,7 +49,7 @@ class MeshSettings:
     Np: int = 40
     growth: float = 0.15
     gap_cells: int = 0
-    gap_exponent: float = 0.5
+    gap_exponent: float = 0.0
     wall_cells: int = 0
     wall_arcs: float = 0.35
     max_size: float = 0.2
@@ -427,18 +430,73 @@ def _run_gmsh(
     points = coordinates.reshape(-1, 3)[row[used.astype(np.int64)], :2].copy()
     points[np.abs(points[:, 1]) < 1e-12, 1] = 0.0
     triangles = cells.reshape(-1, 6).astype(np.int64)
-    for nodes in curves:
-        chords = (nodes[:-2:2] + nodes[2::2]) / 2
-        distance, index = cKDTree(points).query(chords)
-        if distance.max() > 1e-9:
-            raise MeshFailure("an arc of an outline was cut", advice="another mesh.Np")
-        points[index] = nodes[1::2]
     clockwise = jacobians(points[triangles])[:, -1] < 0
     triangles[clockwise] = triangles[clockwise][:, _MIRRORED_CELL]
-    mesh = QuadraticMesh(points, triangles)
-    if jacobians(mesh.points[mesh.cells]).min() <= 0:
+    straight = QuadraticMesh(points, triangles)
+    mesh = _curved(straight, curves, spread=False)
+    if _least_jacobian(mesh) < STRAIGHT_ENOUGH:
+        mesh = _curved(straight, curves, spread=True)
+    if _least_jacobian(mesh) <= 0:
         raise MeshFailure("a cell of the new mesh is turned over", advice="a larger mesh.Np")
     return mesh
+
+
+def _least_jacobian(mesh: QuadraticMesh) -> float:
+    """Smallest Jacobian of the mesh over that of its cells with straight sides."""
+    x = mesh.points[mesh.cells[:, :3]]
+    (a, b), (c, d) = (x[:, 1] - x[:, 0]).T, (x[:, 2] - x[:, 0]).T
+    return float((jacobians(mesh.points[mesh.cells]) / (a * d - b * c)[:, None]).min())
+
+
+def _curved(straight: QuadraticMesh, curves: Sequence[Array], spread: bool) -> QuadraticMesh:
+    """Put mid-sides along the curves where the curves have them.
+
+    Args:
+        straight: Mesh with straight sides.
+        curves: Quadratic nodes of each curve.
+        spread: Let the other nodes near a curve follow, harmonically; a side that is bent too much for its cell would
+            turn the cell over.
+    """
+    points = straight.points.copy()
+    boundary = [np.arange(0)]
+    for nodes in curves:
+        both = np.vstack([nodes[::2], (nodes[:-2:2] + nodes[2::2]) / 2])
+        distance, index = cKDTree(straight.points).query(both)
+        if distance.max() > 1e-9:
+            raise MeshFailure("an arc of an outline was cut", advice="another mesh.Np")
+        points[index] = np.vstack([nodes[::2], nodes[1::2]])
+        boundary.append(index)
+    if spread:
+        shift = points - straight.points
+        on_curve = np.zeros(len(points), dtype=bool)
+        on_curve[np.concatenate(boundary)] = True
+        stiffness = _harmonic(straight)
+        for component in range(2):
+            fixed = on_curve | _on_boundary(straight, axis=component == 1)
+            free = ~fixed
+            load = -stiffness[free][:, fixed] @ shift[fixed, component]
+            shift[free, component] = spsolve(stiffness[free][:, free].tocsc(), load)
+        points = straight.points + shift
+    return QuadraticMesh(points, straight.cells)
+
+
+def _on_boundary(mesh: QuadraticMesh, axis: bool) -> np.ndarray:
+    """Nodes on a straight boundary; those on the axis only if asked for (they may slide along it)."""
+    z, r = mesh.points.T
+    outer = (r > TUBE_RADIUS - 1e-9) | (z < z.min() + 1e-9) | (z > z.max() - 1e-9)
+    return np.asarray(outer | (r < 1e-12) if axis else outer)
+
+
+def _harmonic(mesh: QuadraticMesh) -> sparse.csr_matrix:
+    """Stiffness matrix of the Laplacian on quadratic cells, weighted by the inverse cell area."""
+    points, weights = np.array([[1 / 6, 1 / 6], [2 / 3, 1 / 6], [1 / 6, 2 / 3]]), np.full(3, 1 / 6)
+    local = shape_gradients(points)
+    dx = np.einsum("qak,mai->mqik", local, mesh.points[mesh.cells])
+    gradients = np.einsum("qak,mqki->mqai", local, np.linalg.inv(dx))
+    # The inverse area cancels the area of the integral.
+    values = np.einsum("q,mqai,mqbi->mab", weights, gradients, gradients)
+    row, column = np.repeat(mesh.cells, 6, axis=1).ravel(), np.tile(mesh.cells, (1, 6)).ravel()
+    return sparse.csr_matrix(sparse.coo_matrix((values.ravel(), (row, column)), shape=(len(mesh.points),) * 2))
 
 
 def shape_values(points: Array) -> Array:

@@ -1,7 +1,7 @@
 """The folder of one run: its files, the time series, and the table that says what each column means.
 
-Everything here runs on rank 0 only and needs neither DOLFINx nor MPI, so that results can be read and plotted anywhere.
-Text files appear whole or not at all (`write_text`); rows of the series reach the operating system as they are computed.
+Everything here runs on rank 0 only and needs neither DOLFINx nor MPI, so that results can be read anywhere. Text files
+appear whole or not at all (`write_text`); rows of the series reach the operating system as they are computed.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ class RunFolder:
             if folder.exists() and not folder.is_dir():
                 raise refuse("is a file; give the name of a folder")
             if folder.is_dir() and any(folder.iterdir()) and not overwrite:
-                raise refuse("the folder exists and is not empty; give another one, or use --overwrite to replace the run")
+                raise refuse("the folder exists and is not empty; give another, or use --overwrite to replace the run")
             folder.mkdir(parents=True, exist_ok=True)
             old = [file for name in OWN_FILES for file in (folder / name, _part(folder / name))]
             for file in old:
@@ -159,8 +159,10 @@ COLUMNS: tuple[Column, ...] = (
     Column("U_L", r"U_L", "velocity of the leading (downstream) particle, the volume average of u_z", VELOCITY),
     Column("U_T", r"U_T", "velocity of the trailing (upstream) particle, the volume average of u_z", VELOCITY),
     Column("U_i", r"U_i", "velocity of particle i, counted from upstream, the volume average of u_z", VELOCITY),
-    Column("dU", r"\Delta U", "relative velocity of the pair, U_L - U_T; positive when they separate", VELOCITY),
-    Column("dU_i", r"\Delta U_i", "relative velocity of neighbours, U_(i+1) - U_i; positive when they separate", VELOCITY),
+    Column("dU", r"\Delta U", "relative velocity of the pair, U_L - U_T, positive if they separate", VELOCITY),
+    Column(
+        "dU_i", r"\Delta U_i", "relative velocity of neighbours, U_(i+1) - U_i, positive if they separate", VELOCITY
+    ),
     Column("D_L", r"D_L", "Taylor parameter (L_z - L_r)/(L_z + L_r) of the leading particle", ""),
     Column("D_T", r"D_T", "Taylor parameter (L_z - L_r)/(L_z + L_r) of the trailing particle", ""),
     Column("D_i", r"D_i", "Taylor parameter (L_z - L_r)/(L_z + L_r) of particle i, counted from upstream", ""),

@@ -6,7 +6,8 @@ remeshing replaces that. The XDMF keeps to what ParaView, pyvista (VTK) and mesh
 * `fields.xdmf` is one temporal collection. ParaView and pyvista show the deformed particles at every time.
   `meshio.xdmf.TimeSeriesReader` knows one mesh for all times and takes it from the first frame; point it to a later one
   (`reader.mesh_grid = reader.collection[k]` before `read_points_cells`), or take the points from the field `position`.
-* `fields_last.xdmf` is the last time alone, since `meshio.read` refuses every XDMF file with times in it.
+* `fields_last.xdmf` is the last time alone, since `meshio.read` refuses every XDMF file with times in it. It is for
+  meshio and ParaView; pyvista in turn refuses XDMF files without times.
 
 Vectors are stored with three components (z, r, 0), symmetric tensors as four scalars `name_zz`, `_zr`, `_rr`, `_tt`.
 """
@@ -15,6 +16,7 @@ from __future__ import annotations
 
 import copy
 from dataclasses import dataclass, field
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -62,6 +64,8 @@ class FieldFrame:
             raise ValueError(f"region has the shape {self.region.shape}, not ({m},)")
         if m and not 0 <= self.cells.min() <= self.cells.max() < n:
             raise ValueError(f"cells name nodes outside 0..{n - 1}")
+        if "position" in self.point_data:
+            raise ValueError("position is the name under which the points are stored")
         for name, values in {"t": np.asarray(self.t), "points": self.points, **self.point_data}.items():
             if name in self.point_data and (values.shape[:1] != (n,) or values.shape[1:] not in ((), (2,), (4,))):
                 raise ValueError(f"{name} has the shape {values.shape}, not ({n},), ({n}, 2) or ({n}, 4)")
@@ -80,7 +84,7 @@ def _stored(values: NDArray[np.float64], name: str) -> dict[str, NDArray[np.floa
 
 
 class FieldsWriter:
-    """Writes frames as they are computed. After each one both files are complete and closed, so a killed run is readable.
+    """Writes frames as they are computed; after each one the files are complete, so a killed run is readable.
 
     Args:
         folder: Existing folder.
@@ -90,22 +94,23 @@ class FieldsWriter:
     def __init__(self, folder: Path | str, name: str = "fields") -> None:
         self.folder, self.name = Path(folder), name
         self._frames: list[ElementTree.Element] = []
-        self._meshes: dict[int, tuple[int, ...]] = {}
+        self._meshes: dict[int, bytes] = {}  # digest of the topology
         self._t = -np.inf
 
     def write(self, frame: FieldFrame) -> None:
         """Append a frame.
 
         Raises:
-            ValueError: The frame is inconsistent or not finite, its time is not later than the last one's, or it changes
-                the topology of a known `mesh_id`.
+            ValueError: The frame is inconsistent or not finite, its time is not later than the last one's, or it
+                changes the topology of a known `mesh_id`.
         """
         frame.check()
         if frame.t <= self._t:
             raise ValueError(f"frame at t = {frame.t:g} after one at t = {self._t:g}")
         cells = np.ascontiguousarray(frame.cells, dtype=np.int64)
-        shape = (len(frame.points), *cells.shape)
-        if self._meshes.get(frame.mesh_id, shape) != shape:
+        region = np.ascontiguousarray(frame.region, dtype=np.int64)
+        digest = sha256(cells.tobytes() + region.tobytes()).digest() + cells.shape[1].to_bytes()
+        if self._meshes.get(frame.mesh_id, digest) != digest:
             raise ValueError(f"mesh {frame.mesh_id} had another topology before")
         grid = ElementTree.Element("Grid", Name=f"t = {frame.t:.6g}", GridType="Uniform")
         ElementTree.SubElement(grid, "Time", Value=repr(float(frame.t)))
@@ -114,7 +119,7 @@ class FieldsWriter:
         with h5py.File(self.folder / f"{self.name}.h5", mode, libver="earliest", locking=False) as h5:
             self._write_mesh(h5, grid, frame, cells)
             self._write_fields(h5, grid, frame)
-        self._meshes[frame.mesh_id], self._t = shape, frame.t
+        self._meshes[frame.mesh_id], self._t = digest, frame.t
         self._frames.append(grid)
         self._write_xdmf()
 

@@ -1,0 +1,97 @@
+"""Helpers of the tests: scenes solved in process, and commands run as a user runs them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pairsim.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
+from mpi4py import MPI
+
+from pairsim.mesh import Geometry, MeshSettings, Reference, liquid_mesh, make_outlines
+from pairsim.scene import Scene, make_bodies
+from pairsim.solver import Newton
+from pairsim.stepsize import StepControl
+from pairsim.ties import transient_tie
+from pairsim.transient import Problem, Step, Transient
+
+ROOT = Path(__file__).parent.parent
+
+
+@dataclass(frozen=True)
+class Rigid:
+    """Force-free rigid spheres in a Newtonian liquid."""
+
+    U: np.ndarray
+    dp_plus: float
+    m: float
+
+
+def solve_rigid(betas: tuple[float, ...], gaps: tuple[float, ...] = (), **mesh: float) -> Rigid:
+    """Velocities and extra pressure drop, periodic ends, L = 50 D_p."""
+    geometry = Geometry(betas, gaps, 50 * max(betas))
+    settings = MeshSettings(**mesh)
+    outlines = make_outlines(geometry, settings)
+    reference = Reference.spheres(geometry, outlines)
+    n = len(betas)
+    bodies = make_bodies(MPI.COMM_WORLD, betas, [0.0] * n, outlines, [None] * n)
+    scene = Scene(MPI.COMM_WORLD, reference, liquid_mesh(reference, settings), bodies, periodic=True)
+    tie = transient_tie(scene)
+    newton = Newton(scene, tie)
+    y, report = newton.solve(np.zeros(tie.size), geometry.centres.copy(), 1e-3, 2 - 4 / 3 * betas[0] ** 2)
+    assert report.converged, report
+    _, x = newton.state(y)
+    newton.destroy()
+    return Rigid(y[tie.fields["U_p"]], scene.pressure_drop(x) - 32 * geometry.length, float(x[scene.m]))
+
+
+def soft_pair(beta: float, d: float, Ca_e: float, **changes: object) -> Problem:
+    """Two equal soft spheres with the default settings of a case."""
+    problem = Problem(
+        (beta, beta),
+        (Ca_e, Ca_e),
+        (d,),
+        50 * beta,
+        True,
+        MeshSettings(),
+        StepControl(3e-4, 1e-8, 2.0),
+        5e-4,
+        U_m=2 * (1 - 2 / 3 * beta**2),
+    )
+    return replace(problem, **changes)  # type: ignore[arg-type]
+
+
+def march(problem: Problem, times: list[float], keep: Callable[[Step], object] | None = None) -> list[Step]:
+    """Every accepted step up to the last of the times, all of which are landed on."""
+    transient = Transient(MPI.COMM_WORLD, problem)
+    try:
+        return list(transient.steps(iter(times)))
+    finally:
+        transient.close()
+
+
+def at(steps: list[Step], t: float) -> Step:
+    """The step that ends at t."""
+    return next(s for s in steps if abs(s.t - t) < 1e-9 * max(1.0, t))
+
+
+def dU(step: Step) -> float:
+    return float(step.observation.U[1] - step.observation.U[0])
+
+
+@pytest.fixture
+def pairsim(tmp_path: Path) -> Callable[..., subprocess.CompletedProcess[str]]:
+    """Runs the command in an empty folder; `ranks` puts mpirun in front."""
+
+    def run(*arguments: str, ranks: int = 0, timeout: float = 280) -> subprocess.CompletedProcess[str]:
+        mpirun = [str(Path(sys.executable).parent / "mpirun"), "-n", str(ranks)] if ranks else []
+        command = [*mpirun, sys.executable, "-m", "pairsim", *arguments]
+        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=timeout, check=False)
+
+    return run

@@ -1,0 +1,66 @@
+"""Case files: defaults, lists, and what is written back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+from pairsim.case import case_from_dict, load_case, schema_rows
+from pairsim.cli import app
+
+MINIMAL = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}
+CONFIGS = sorted((Path(__file__).parent.parent / "configs").glob("*.yaml"))
+
+
+def test_four_numbers_are_a_case() -> None:
+    case = case_from_dict(MINIMAL, "test")
+    assert case.betas == (0.4, 0.4)
+    assert case.Ca_es == (0.1, 0.1)
+    assert case.gaps == (0.1,)
+    assert case.tube_length == 20.0
+    assert (case.xi, case.alpha, case.ends, case.mesh.Np) == (0.09, 0.2, "periodic", 40)
+    assert case.slug == "beta0.4-De0-Cae0.1-d0.1"
+
+
+def test_lists_count_from_upstream() -> None:
+    case = case_from_dict({**MINIMAL, "particles": 3, "beta": [0.2, 0.3, 0.4], "Ca_e": [0, 0.1, 0], "d0": [1, 2]}, "test")
+    assert case.betas == (0.2, 0.3, 0.4)
+    assert case.gaps == (1.0, 2.0)
+    assert case.tube_length == 20.0
+
+
+def test_a_pipe_needs_no_particles() -> None:
+    assert case_from_dict({"particles": 0, "De": 0}, "test").betas == ()
+    assert case_from_dict({"particles": 1, "De": 0, "beta": 0.4, "Ca_e": 0}, "test").gaps == ()
+
+
+def test_numbers_without_a_point_are_numbers(tmp_path: Path) -> None:
+    path = tmp_path / "case.yaml"
+    path.write_text("beta: 4e-1\nDe: 0\nCa_e: 1e-3\nd0: 1E-1\n")
+    assert load_case(path).Ca_es == (1e-3, 1e-3)
+
+
+@pytest.mark.parametrize("path", CONFIGS, ids=lambda p: p.stem)
+def test_resolved_case_reads_back_as_itself(path: Path, tmp_path: Path) -> None:
+    case = load_case(path)
+    again = tmp_path / "case.yaml"
+    again.write_text(yaml.safe_dump(case.resolved()))
+    assert load_case(again).resolved() == case.resolved()
+
+
+def test_schema_lists_every_key() -> None:
+    keys = [row[0] for row in schema_rows()]
+    assert {"beta", "De", "Ca_e", "d0", "mesh.Np", "time.tol", "limits.max_gap", "output.every"} <= set(keys)
+    shown = CliRunner().invoke(app, ["schema"]).output
+    assert all(key in shown for key in keys)
+    assert all(row[3] for row in schema_rows())
+
+
+@pytest.mark.parametrize("command", ["run", "mesh", "plot", "schema"])
+def test_every_command_explains_itself(command: str) -> None:
+    result = CliRunner().invoke(app, [command, "--help"])
+    assert result.exit_code == 0
+    assert "Usage" in result.output

@@ -1,0 +1,112 @@
+"""Soft spheres in a Newtonian tube against first-order theory in Ca_e and the statements of the paper's Fig. 6."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import at, dU, march, soft_pair
+from numpy.polynomial import legendre
+from scipy.interpolate import CubicSpline
+
+from pairsim.mesh import MeshSettings
+from pairsim.scene import Body
+from pairsim.stepsize import StepControl
+
+SLOPE = {(0.4, 0.1): 5.475377e-2, (0.4, 0.3): 1.965724e-2, (0.2, 0.1): -9.88438e-4}
+F_3, F_5 = 1.4454685, -0.0059043
+
+
+def slope(beta: float, d: float, Np: int = 40) -> float:
+    """dU/Ca_e at Ca_e 1e-3, when the stresses have developed and d has not moved."""
+    Ca = 1e-3
+    problem = soft_pair(beta, d, Ca, mesh=MeshSettings(Np=Np), control=StepControl(3e-4, 1e-9, 3 * Ca), first_step=Ca / 100)
+    return dU(march(problem, [30 * Ca])[-1]) / Ca
+
+
+@pytest.mark.parametrize(("beta", "d"), SLOPE)
+def test_nearly_rigid_pair_separates_as_first_order_theory(beta: float, d: float) -> None:
+    assert slope(beta, d) == pytest.approx(SLOPE[beta, d], rel=5e-3)
+
+
+def test_relative_velocity_converges_at_third_order_at_least() -> None:
+    error = [abs(slope(0.4, 0.1, Np) - SLOPE[0.4, 0.1]) for Np in (10, 20, 40)]
+    assert np.log2(error[0] / error[2]) / 2 > 3
+
+
+def modes(body: Body, h: np.ndarray, Ca: float) -> np.ndarray:
+    """Legendre coefficients f_n of the outline about its centre of volume, (r/a - 1)/Ca = sum f_n P_n(cos theta)."""
+    nodes = body.outline_points(h)
+    s = np.linspace(-1, 1, 9)
+    shapes = np.stack([s * (s - 1) / 2, 1 - s**2, s * (s + 1) / 2], axis=1)
+    curve = np.vstack([shapes @ nodes[k : k + 3] for k in range(0, len(nodes) - 2, 2)])
+    assert body.phase is not None
+    points = body.phase.quadratic.points + body.displacement(h)
+    curve = curve - [body.quadrature.mean(points[:, 0], points), 0.0]
+    angle, radius = np.arctan2(curve[:, 1], curve[:, 0]), np.hypot(*curve.T)
+    angle, first = np.unique(angle, return_index=True)
+    x, w = legendre.leggauss(400)
+    f = CubicSpline(angle, radius[first] / (body.beta / 2) - 1)(np.arccos(x)) / Ca
+    return np.array([(2 * n + 1) / 2 * np.sum(w * f * legendre.Legendre.basis(n)(x)) for n in range(8)])
+
+
+def single_sphere_modes(Ca: float) -> np.ndarray:
+    from conftest import MPI, Transient
+
+    problem = soft_pair(0.4, 0.1, Ca, control=StepControl(3e-4, 1e-9, 3 * Ca), first_step=Ca / 100)
+    problem = type(problem)(**{**problem.__dict__, "betas": (0.4,), "Ca_es": (Ca,), "gaps": ()})
+    transient = Transient(MPI.COMM_WORLD, problem)
+    h = [step.h for step in transient.steps(iter([30 * Ca]))][-1]
+    found = modes(transient.bodies[0], h, Ca)
+    transient.close()
+    return found
+
+
+def test_single_sphere_becomes_a_bullet() -> None:
+    assert single_sphere_modes(0.01)[3] == pytest.approx(F_3, rel=3e-3)
+    small = single_sphere_modes(1e-3)
+    assert small[5] == pytest.approx(F_5, rel=3e-2)
+    assert abs(small[2]) < 0.01
+
+
+def test_softness_gives_a_dip_and_then_a_separation_that_grows_with_it() -> None:
+    """Fig. 6a: a negative relative velocity at first, then a positive one that grows with Ca_e."""
+    late = []
+    for Ca in (0.01, 0.05, 0.1, 0.15):
+        problem = soft_pair(0.4, 0.1, Ca, mesh=MeshSettings(Np=20), first_step=min(5e-4, Ca / 100))
+        steps = march(problem, [2.0])
+        assert min(dU(s) for s in steps) < -0.03 * Ca
+        late.append(dU(steps[-1]))
+    assert all(late[i] < late[i + 1] for i in range(3))
+    assert late[0] > 0
+
+
+def test_volumes_stay() -> None:
+    steps = march(soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=20)), [1.0])
+    assert max(s.observation.volume_error for s in steps) < 1e-6
+
+
+def test_remeshing_leaves_no_jump() -> None:
+    """dU on the new mesh continues the parabola through the three steps before it."""
+    problem = soft_pair(0.4, 0.1, 0.15, control=StepControl(3e-4, 1e-9, 0.3))
+    steps = march(problem, [5.0])
+    peak = max(abs(dU(s)) for s in steps)
+    new = [k for k in range(3, len(steps)) if steps[k].mesh_id != steps[k - 1].mesh_id]
+    assert new
+    for k in new:
+        before = steps[k - 3 : k]
+        parabola = np.polyfit([s.t for s in before], [dU(s) for s in before], 2)
+        assert abs(np.polyval(parabola, steps[k].t) - dU(steps[k])) < 2e-3 * peak
+
+
+def test_fixed_steps_converge_at_second_order() -> None:
+    def states(dt: float) -> np.ndarray:
+        control = StepControl(1.0, 1e-12, 1.0, fixed=dt)
+        problem = soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=12), control=control, newton_tolerance=1e-11)
+        times = [0.1, 0.2, 0.3]
+        steps = march(problem, times)
+        return np.array([[dU(s), *s.observation.D] for s in (at(steps, t) for t in times)])
+
+    coarse, middle, fine = (states(dt) for dt in (0.02, 0.01, 0.005))
+    order = np.log2(np.abs(coarse - middle).max(axis=0) / np.abs(middle - fine).max(axis=0))
+    assert (order > 1.8).all()
+    assert (order < 2.6).all()
