@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import sys
+import traceback
 from pathlib import Path
 from typing import Annotated, NoReturn
 
@@ -152,6 +154,13 @@ def main() -> NoReturn:
         sys.exit(1)
     except KeyboardInterrupt:
         sys.exit(130)
+    except Exception:
+        # Not meant to happen: show it, and leave no other process waiting for this one.
+        traceback.print_exc()
+        mpi = sys.modules.get("mpi4py.MPI")
+        if mpi is not None and mpi.COMM_WORLD.size > 1:
+            mpi.COMM_WORLD.Abort(1)
+        sys.exit(1)
     sys.exit(0)
 
 
@@ -161,8 +170,6 @@ def _complain(error: Exception) -> None:
     if (mpi := sys.modules.get("mpi4py.MPI")) is not None:
         rank = mpi.COMM_WORLD.rank
     else:
-        import os
-
         rank = int(os.environ.get("PMI_RANK") or os.environ.get("OMPI_COMM_WORLD_RANK") or 0)
     if rank == 0:
         typer.echo(f"pairsim: {error}", err=True)

@@ -192,7 +192,10 @@ class Phase:
         """Positions in the local matrix data that can be non-zero, with canonical rows and columns."""
         A = self._matrix
         rows = np.repeat(np.arange(len(A.indptr) - 1), np.diff(A.indptr))
-        row, column = self.canonical[rows], self.canonical[A.indices]
+        # The matrix knows columns of other processes that the function's own ghosts do not hold.
+        everywhere = np.concatenate(self.comm.allgather(self.canonical[: self.owned]))
+        column = everywhere[A.index_map(1).local_to_global(A.indices)]
+        row = self.canonical[rows]
         starts = np.array([self.offsets[f.name] for f in self.compiled.fields])
         field_row = np.searchsorted(starts, row, side="right") - 1
         field_column = np.searchsorted(starts, column, side="right") - 1

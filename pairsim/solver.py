@@ -219,12 +219,7 @@ class Newton:
         if not self._must_factor:
             return
         with self.clock("assembly"):
-            parts = []
-            for phase, entries in zip(self.scene.phases, self._entries, strict=True):
-                factor = entries.plain + self._g * entries.with_g + entries.over_g / self._g
-                parts.append(phase.jacobian()[entries.source] * factor)
-            A.setValuesCOO(np.concatenate([*parts, self._constant]), PETSc.InsertMode.INSERT_VALUES)
-            A.assemble()
+            self._assemble(A)
         self._factored_g = self._g
         self._fresh = True
         self._must_factor = False
@@ -233,6 +228,15 @@ class Newton:
             ksp = snes.getKSP()
             ksp.setOperators(A)
             ksp.setUp()
+
+    def _assemble(self, A: PETSc.Mat) -> None:
+        """Put T A P of the phases' current state into the matrix."""
+        parts = []
+        for phase, entries in zip(self.scene.phases, self._entries, strict=True):
+            factor = entries.plain + self._g * entries.with_g + entries.over_g / self._g
+            parts.append(phase.jacobian()[entries.source] * factor)
+        A.setValuesCOO(np.concatenate([*parts, self._constant]), PETSc.InsertMode.INSERT_VALUES)
+        A.assemble()
 
     def _converged(self, snes: PETSc.SNES, its: int, norms: tuple[float, float, float]) -> PETSc.SNES.ConvergedReason:
         reason = PETSc.SNES.ConvergedReason
@@ -310,6 +314,30 @@ class Newton:
             converged, iterations, self._factorisations, self._why, dict(self._steps), self._residual_norm
         )
         return self._gather(self._y), report
+
+    def residual_at(self, y: Array) -> Array:
+        """The whole residual T R at y, with h*, g and U_m of the last solve."""
+        vector = self._y.duplicate()
+        out = self._r.duplicate()
+        vector.setArray(y[self._range[0] : self._range[1]])
+        self._residual(self._snes, vector, out)
+        values = self._gather(out)
+        vector.destroy()
+        out.destroy()
+        return values
+
+    def jacobian_times(self, y: Array, direction: Array) -> Array:
+        """T A P at y times a direction; overwrites the matrix in hand."""
+        self.residual_at(y)
+        self._assemble(self._A)
+        self._factored_g = None
+        vector, out = self._A.createVecs()
+        vector.setArray(direction[self._range[0] : self._range[1]])
+        self._A.mult(vector, out)
+        values = self._gather(out)
+        vector.destroy()
+        out.destroy()
+        return values
 
     def state(self, y: Array) -> tuple[Array, Array]:
         """h and x of a solution y of the last solve."""

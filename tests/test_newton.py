@@ -1,0 +1,53 @@
+"""The Newton matrix is the derivative of the residual: T A P against finite differences."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import MPI, soft_pair
+
+from pairsim.mesh import MeshSettings
+from pairsim.transient import Problem, Transient
+
+
+def problems() -> dict[str, Problem]:
+    coarse = {"mesh": MeshSettings(Np=8), "length": 4.0}
+    soft = soft_pair(0.4, 0.1, 0.1, **coarse)
+    values = soft.__dict__
+    return {
+        "soft pair, periodic": soft,
+        "soft and rigid, periodic": Problem(**{**values, "Ca_es": (0.1, 0.0)}),
+        "unequal rigid, developed": Problem(**{**values, "betas": (0.4, 0.3), "Ca_es": (0.0, 0.0), "periodic": False}),
+        "three, developed": Problem(
+            **{**values, "betas": (0.4,) * 3, "Ca_es": (0.1, 0.0, 0.2), "gaps": (0.1, 0.2), "periodic": False}
+        ),
+    }
+
+
+@pytest.mark.parametrize("name", problems())
+def test_jacobian_matches_differences(name: str) -> None:
+    transient = Transient(MPI.COMM_WORLD, problems()[name])
+    newton, tie = transient.newton, transient.tie
+    assert newton is not None
+    rng = np.random.default_rng(1)
+    h, g, U_m = transient.history.h[0], 0.03, 1.7
+    y = newton.solve(transient._first_guess(U_m), h, g, U_m)[0]
+    y = y * (1 + 0.05 * rng.standard_normal(tie.size))
+    direction = rng.standard_normal(tie.size) * np.maximum(np.abs(y), 1e-3)
+    product = newton.jacobian_times(y, direction)
+    step = 1e-5
+    difference = (newton.residual_at(y + step * direction) - newton.residual_at(y - step * direction)) / (2 * step)
+    for field, index in tie.fields.items():
+        scale = np.linalg.norm(product[index])
+        assert np.linalg.norm(product[index] - difference[index]) < 1e-6 * max(scale, 1e-3), field
+    transient.close()
+
+
+def test_converges_quadratically_from_a_near_guess() -> None:
+    transient = Transient(MPI.COMM_WORLD, soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=10)))
+    assert transient.newton is not None
+    y, report = transient.newton.solve(transient._first_guess(1.8), transient.history.h[0], 1e-3, 1.8)
+    assert report.converged
+    assert report.iterations <= 6
+    assert max(v for k, v in report.steps.items() if k != "m") < 1e-4
+    transient.close()
