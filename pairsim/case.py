@@ -184,7 +184,7 @@ class _Loader(yaml.SafeLoader):
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         seen: set[Any] = set()
         for key_node, _ in node.value:
-            key = self.construct_object(key_node, deep=True)  # type: ignore[no-untyped-call]
+            key = self.construct_object(key_node, deep=True)
             if not isinstance(key, str):
                 raise yaml.constructor.ConstructorError(None, None, f"key {key!r} is not a word", key_node.start_mark)
             if key in seen:
@@ -290,7 +290,9 @@ def _check_together(case: Case, source: str) -> None:
     if case.length == "auto" and case.ends != "developed":
         refuse("length", "auto", "auto goes with ends: developed; periodic ends need a number")
     if case.n and case.tube_length < case.cluster + 2 * FREE_ENDS:
-        allowed = f"at least {case.cluster + 2 * FREE_ENDS:g}: the particles take {case.cluster:g}, each end {FREE_ENDS:g}"
+        allowed = (
+            f"at least {case.cluster + 2 * FREE_ENDS:g}: the particles take {case.cluster:g}, each end {FREE_ENDS:g}"
+        )
         refuse("length", case.tube_length, allowed)
     if case.time.first_step > case.time.end:
         refuse("time.first_step", case.time.first_step, f"at most time.end = {case.time.end:g}")
@@ -385,6 +387,8 @@ def schema_rows() -> list[tuple[str, str, str, str]]:
                 continue
             key = f"{group}.{name}" if group else name
             default = "required" if field.is_required() else field.default
-            default = "" if default in (None, ()) else str(default).lower() if default in (True, False) else str(default)
+            default = (
+                "" if default in (None, ()) else str(default).lower() if default in (True, False) else str(default)
+            )
             rows.append((key, _allowed(group, name), default, field.description or ""))
     return rows

@@ -64,9 +64,9 @@ def run(
     checked = load_case(case, tuple(set_ or ()))
     directory = output or Path("runs") / checked.slug
 
-    import pairsim.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
     from mpi4py import MPI
 
+    import pairsim.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
     from pairsim.progress import make_reporter
     from pairsim.run import run_case
 

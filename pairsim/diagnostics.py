@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -67,7 +68,7 @@ def taylor_parameter(outline: Array) -> float:
 def gaps(bodies: list[Body], h: Array) -> Array:
     """Distances between facing surfaces on the axis, (N-1,)."""
     outlines = [body.outline_points(h) for body in bodies]
-    return np.array([b[-1, 0] - a[0, 0] for a, b in zip(outlines[:-1], outlines[1:], strict=True)])
+    return np.array([b[-1, 0] - a[0, 0] for a, b in pairwise(outlines)])
 
 
 def observe(scene: Scene, tie: Tie, y: Array, h: Array, x: Array) -> Observation:

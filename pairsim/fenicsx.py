@@ -5,21 +5,30 @@ FEniCSx from Debian, conda or Spack has no such module and is imported directly.
 """
 
 import contextlib
+import os
+from typing import Any
 
 from pairsim.errors import PairsimError
+
+# PETSc would take SIGTERM for itself and abort; pairsim ends its runs in order. The options are read when PETSc is
+# first loaded, which is before any code here could pass them.
+os.environ["PETSC_OPTIONS"] = f"{os.environ.get('PETSC_OPTIONS', '')} -no_signal_handler".strip()
 
 with contextlib.suppress(ModuleNotFoundError):
     import dolfinx_solver  # noqa: F401
 
 try:
-    import dolfinx
     import dolfinx.fem
     import dolfinx.mesh
-    from petsc4py import PETSc
+    import petsc4py.PETSc
 except ImportError as error:
     raise PairsimError(
         f"FEniCSx cannot be imported ({error}); install the wheel with pip install 'pairsim[wheel]' "
         "or use a Python that has DOLFINx 0.11"
     ) from error
+
+# Both come with stubs that miss half of what they have.
+dolfinx: Any = dolfinx
+PETSc: Any = petsc4py.PETSc
 
 __all__ = ["PETSc", "dolfinx"]

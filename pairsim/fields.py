@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from pairsim.mesh import Array
+from pairsim.mesh import Array, Indices
 from pairsim.quadrature import CellQuadrature
 from pairsim.scene import Body
 from pairsim.transient import Step
@@ -23,7 +23,9 @@ def elastic_stress(body: Body, h: Array) -> Array:
     mesh, quadrature = body.phase.quadratic, CellQuadrature(body.phase.quadratic)
     gradients, shapes = quadrature.gradients, quadrature.shapes
     F = np.einsum("mqak,mai->mqik", gradients, (mesh.points + body.displacement(h))[mesh.cells])
-    radius = [np.einsum("qa,ma->mq", shapes, p[mesh.cells, 1]) for p in (mesh.points, mesh.points + body.displacement(h))]
+    radius = [
+        np.einsum("qa,ma->mq", shapes, p[mesh.cells, 1]) for p in (mesh.points, mesh.points + body.displacement(h))
+    ]
     B = np.einsum("mqik,mqjk->mqij", F, F)
     hoop = (radius[1] / radius[0]) ** 2
     stress = np.stack([B[..., 0, 0] - 1, B[..., 0, 1], B[..., 1, 1] - 1, hoop - 1], axis=-1) / body.Ca_e
@@ -51,7 +53,7 @@ def frame(step: Step, origin: Array) -> FieldFrame:
     def vector(name: str) -> Array:
         return np.column_stack([step.x[liquid.index(name, nodes, c)] for c in range(2)])
 
-    def pressure(values: Array, parents: Array, vertices: Array) -> Array:
+    def pressure(values: Array, parents: Indices, vertices: Indices) -> Array:
         p = np.zeros(len(parents))
         p[vertices] = values
         return np.asarray(p[parents].mean(axis=1))

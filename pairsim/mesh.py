@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import gmsh
 import numpy as np
@@ -150,9 +151,7 @@ class QuadraticMesh:
         image = np.arange(len(points))
         image[~on_plane] = len(points) + np.arange(np.count_nonzero(~on_plane))
         other = (points * [-1.0, 1.0])[~on_plane]
-        return QuadraticMesh(
-            np.vstack([points, other]), np.vstack([self.cells, image[self.cells[:, _MIRRORED_CELL]]])
-        )
+        return QuadraticMesh(np.vstack([points, other]), np.vstack([self.cells, image[self.cells[:, _MIRRORED_CELL]]]))
 
 
 @dataclass(frozen=True)
@@ -347,7 +346,7 @@ def liquid_mesh(reference: Reference, settings: MeshSettings) -> QuadraticMesh:
 
 def _one_cell_lines(tags: Sequence[int]) -> list[int]:
     """Straight lines through points, each the side of one cell."""
-    lines = [gmsh.model.geo.addLine(a, b) for a, b in zip(tags[:-1], tags[1:], strict=True)]
+    lines = [gmsh.model.geo.addLine(a, b) for a, b in pairwise(tags)]
     for tag in lines:
         gmsh.model.geo.mesh.setTransfiniteCurve(tag, 2)
     return lines

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import basix.ufl
 import numpy as np
@@ -54,8 +55,8 @@ class CompiledPhase:
 
     fields: tuple[FieldSpec, ...]
     element: basix.ufl._ElementBase
-    residual: fem.CompiledForm
-    jacobian: fem.CompiledForm
+    residual: Any
+    jacobian: Any
     coupled: NDArray[np.bool_]
     x: ufl.Coefficient
     constants: dict[str, ufl.Constant]
@@ -89,7 +90,7 @@ def _compile(
     jacobian = ufl.derivative(residual, x, ufl.TrialFunction(space))
     coupled = np.array([[_couples(block) for block in row] for row in ufl.extract_blocks(jacobian)])
 
-    def compiled(form: ufl.Form) -> fem.CompiledForm:
+    def compiled(form: ufl.Form) -> Any:
         return fem.compile_form(MPI.COMM_WORLD, form, jit_options=JIT_OPTIONS)
 
     return CompiledPhase(fields, element, compiled(residual), compiled(jacobian), coupled, x, constants)
@@ -153,7 +154,7 @@ class Phase:
         self.constants = {k: fem.Constant(self.mesh, float(v)) for k, v in (constants or {}).items()}
         constant_map = {compiled.constants[k]: self.constants[k] for k in self.constants}
 
-        def create(form: fem.CompiledForm, spaces: int) -> fem.Form:
+        def create(form: Any, spaces: int) -> Any:
             return fem.create_form(form, [self.space] * spaces, self.mesh, {}, {compiled.x: self.x}, constant_map)
 
         self._residual = create(compiled.residual, 1)

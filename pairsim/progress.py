@@ -42,7 +42,9 @@ class PlainReporter(Reporter):
         gap = "" if d is None or dU is None else f"  d = {d:.5f}  dU = {dU:+.4e}"
         passed = now - self._begin
         print(
-            f"  t = {t:.4g}{gap}  dt = {dt:.2g}  Newton {newton}  step {step}  {passed:.0f} s", file=sys.stderr, flush=True
+            f"  t = {t:.4g}{gap}  dt = {dt:.2g}  Newton {newton}  step {step}  {passed:.0f} s",
+            file=sys.stderr,
+            flush=True,
         )
 
     def finish(self, text: str) -> None:

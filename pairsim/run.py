@@ -201,7 +201,8 @@ def run_case(
             "wall_time": wall,
         }
         if transient is not None:
-            counts, phases = transient.counts, dict(transient.clock.seconds)
+            counts = transient.counts
+            phases: dict[str, float] = dict(transient.clock.seconds)
             phases["other"] = wall - sum(phases.values())
             content |= {
                 "t": transient.history.t[0],
@@ -266,18 +267,24 @@ def _march(
                 transient.counts.steps,
             )
             stop = comm.allreduce((signals.caught, time.perf_counter() - begin), op=MPI.MAX)
-            at = {"t": step.t, "step": transient.counts.steps}
+            count = transient.counts.steps
             if o.d.size and o.d.min() < limits.min_gap:
-                outcome = Outcome("finished", "contact", f"contact: the gap fell below {limits.min_gap:g} at t = {step.t:g}")
+                outcome = Outcome(
+                    "finished", "contact", f"contact: the gap fell below {limits.min_gap:g} at t = {step.t:g}"
+                )
             elif limits.max_gap is not None and o.d.size and o.d.max() > limits.max_gap:
                 outcome = Outcome("finished", "max_gap", f"the gap passed {limits.max_gap:g} at t = {step.t:g}")
             elif stop[0]:
                 name = signal.Signals(stop[0]).name
-                outcome = Outcome("interrupted", "interrupted", f"{name} at t = {step.t:g}; the rows written so far stand")
+                outcome = Outcome(
+                    "interrupted", "interrupted", f"{name} at t = {step.t:g}; the rows written so far stand"
+                )
             elif limits.wall_time is not None and stop[1] > limits.wall_time:
-                raise WallTime(f"{stop[1]:.0f} s have passed", **at, advice="a larger limits.wall_time")
+                message = f"{stop[1]:.0f} s have passed"
+                raise WallTime(message, t=step.t, step=count, advice="a larger limits.wall_time")
             elif transient.counts.steps >= limits.max_steps and step.t < case.time.end * (1 - 1e-12):
-                raise TooManySteps(f"{limits.max_steps} steps were taken", **at, advice="a larger limits.max_steps")
+                message = f"{limits.max_steps} steps were taken"
+                raise TooManySteps(message, t=step.t, step=count, advice="a larger limits.max_steps")
             if outcome is not None:
                 break
     finally:

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import itertools
 import time
-from collections import Counter
+from collections import defaultdict
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -18,6 +19,7 @@ from pairsim.fenicsx import PETSc
 from pairsim.mesh import Array, Indices
 from pairsim.scene import Scene
 from pairsim.ties import Tie
+
 
 def petsc_version() -> str:
     """Version of the PETSc in use."""
@@ -31,24 +33,24 @@ MUMPS = {"icntl_6": 5, "icntl_7": 5, "icntl_14": 40}
 
 
 @dataclass
-class Phases:
+class Clock:
     """Seconds spent by phase of the work."""
 
-    seconds: Counter[str] = field(default_factory=Counter)
+    seconds: defaultdict[str, float] = field(default_factory=lambda: defaultdict(float))
 
     def __call__(self, name: str) -> _Timer:
         return _Timer(self, name)
 
 
 class _Timer:
-    def __init__(self, phases: Phases, name: str) -> None:
-        self.phases, self.name = phases, name
+    def __init__(self, clock: Clock, name: str) -> None:
+        self.clock, self.name = clock, name
 
     def __enter__(self) -> None:
         self.begin = time.perf_counter()
 
     def __exit__(self, *_: object) -> None:
-        self.phases.seconds[self.name] += time.perf_counter() - self.begin
+        self.clock.seconds[self.name] += time.perf_counter() - self.begin
 
 
 @dataclass(frozen=True)
@@ -104,7 +106,7 @@ def _expand(scene: Scene, tie: Tie) -> tuple[Indices, Indices, list[_Entries], A
 
     rows, columns, entries = [], [], []
     for phase, offset in zip(scene.phases, scene.offsets, strict=False):
-        keep, row, column = phase.entries
+        _, row, column = phase.entries
         source, i, j, value, carries_g = images(row + offset, column + offset)
         divided = tie.integrated[i]
         over = divided & ~carries_g
@@ -129,7 +131,7 @@ class Newton:
     """Newton's method on one scene with one tie.
 
     Args:
-        scene: Phases and scalars.
+        scene: Clock and scalars.
         tie: Free unknowns and test rows.
         tolerance: Estimated error left in any field, relative to the field's size.
         max_iterations: Linear solves allowed.
@@ -137,13 +139,18 @@ class Newton:
     """
 
     def __init__(
-        self, scene: Scene, tie: Tie, *, tolerance: float = 1e-8, max_iterations: int = 12, clock: Phases | None = None
+        self, scene: Scene, tie: Tie, *, tolerance: float = 1e-8, max_iterations: int = 12, clock: Clock | None = None
     ) -> None:
         self.scene, self.tie, self.tolerance, self.max_iterations = scene, tie, tolerance, max_iterations
-        self.clock = clock or Phases()
+        self.clock = clock or Clock()
+        # Of the matrix in hand: the g it was made with, and the last rate of convergence with it.
         self._factored_g: float | None = None
         self._rate = 1.0
+        # Of the solve under way.
         self._h_star, self._g, self._U_m = np.zeros(scene.h_size), 1.0, 0.0
+        self._must_factor, self._fresh, self._factorisations = True, False, 0
+        self._largest, self._residual_norm, self._why = 0.0, 0.0, ""
+        self._steps: dict[str, float] = {}
         with self.clock("symbolic"):
             self._linear = self._linear_operator()
             self._create()
@@ -183,10 +190,10 @@ class Newton:
         self._snes.setFromOptions()
         ksp.setFromOptions()
         self._options = list(names)
-        self._counts = np.array(comm.allgather(self._y.getLocalSize()))
+        self._counts = comm.allgather(self._y.getLocalSize())
         self._range = self._y.getOwnershipRange()
 
-    def _gather(self, vector: PETSc.Vec) -> Array:
+    def _gather(self, vector: Any) -> Array:
         """The whole of a distributed vector on every process."""
         if self.scene.comm.size == 1:
             return np.array(vector.getArray(readonly=True))
@@ -202,7 +209,7 @@ class Newton:
         h = self.tie.positions(y, self._h_star, self._g, self._U_m)
         return h, self.tie.expand(y, h)
 
-    def _residual(self, snes: PETSc.SNES, y: PETSc.Vec, r: PETSc.Vec) -> None:
+    def _residual(self, snes: Any, y: Any, r: Any) -> None:
         values = self._gather(y)
         _, x = self._state(values)
         with self.clock("assembly"):
@@ -215,7 +222,7 @@ class Newton:
             reduced += self.tie.T @ (self._linear @ x + self.scene.load())
             r.setArray(self._scaled_rows(reduced)[self._range[0] : self._range[1]])
 
-    def _jacobian(self, snes: PETSc.SNES, y: PETSc.Vec, A: PETSc.Mat, _: PETSc.Mat) -> None:
+    def _jacobian(self, snes: Any, y: Any, A: Any, _: Any) -> None:
         if not self._must_factor:
             return
         with self.clock("assembly"):
@@ -229,7 +236,7 @@ class Newton:
             ksp.setOperators(A)
             ksp.setUp()
 
-    def _assemble(self, A: PETSc.Mat) -> None:
+    def _assemble(self, A: Any) -> None:
         """Put T A P of the phases' current state into the matrix."""
         parts = []
         for phase, entries in zip(self.scene.phases, self._entries, strict=True):
@@ -238,12 +245,12 @@ class Newton:
         A.setValuesCOO(np.concatenate([*parts, self._constant]), PETSc.InsertMode.INSERT_VALUES)
         A.assemble()
 
-    def _converged(self, snes: PETSc.SNES, its: int, norms: tuple[float, float, float]) -> PETSc.SNES.ConvergedReason:
+    def _converged(self, snes: Any, its: int, norms: tuple[float, float, float]) -> int:
         reason = PETSc.SNES.ConvergedReason
         self._residual_norm = norms[2]
         if not np.isfinite(norms[2]):
             self._why = "the residual is not finite"
-            return reason.DIVERGED_FNORM_NAN
+            return reason.DIVERGED_FUNCTION_NANORINF
         if its == 0:
             return reason.ITERATING
         step, x = self._gather(snes.getSolutionUpdate()), self._gather(snes.getSolution())
@@ -303,16 +310,14 @@ class Newton:
                 self._snes.solve(None, self._y)
                 converged = self._snes.getConvergedReason() > 0
             except PETSc.Error as error:
-                converged, self._why = False, f"PETSc error {error.ierr}"
+                converged, self._why = False, str(error)
             inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation")) - inside
         self.clock.seconds["solve"] -= inside
         if not converged:
             self._factored_g = None
             self._why = self._why or f"SNES reason {self._snes.getConvergedReason()}"
         iterations = self._snes.getIterationNumber()
-        report = Report(
-            converged, iterations, self._factorisations, self._why, dict(self._steps), self._residual_norm
-        )
+        report = Report(converged, iterations, self._factorisations, self._why, dict(self._steps), self._residual_norm)
         return self._gather(self._y), report
 
     def residual_at(self, y: Array) -> Array:
@@ -350,4 +355,3 @@ class Newton:
             options.delValue(name)
         for thing in (self._snes, self._A, self._y, self._r):
             thing.destroy()
-

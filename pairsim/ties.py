@@ -59,8 +59,8 @@ class Tie:
 
 class _Triplets:
     def __init__(self) -> None:
-        self.rows: list[Array] = []
-        self.columns: list[Array] = []
+        self.rows: list[Indices] = []
+        self.columns: list[Indices] = []
         self.values: list[Array] = []
 
     def add(self, rows: Indices, columns: Indices, values: Array | float = 1.0) -> None:

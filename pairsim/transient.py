@@ -19,6 +19,7 @@ from pairsim.mesh import (
     Array,
     Geometry,
     MeshSettings,
+    Outline,
     QuadraticMesh,
     Reference,
     liquid_mesh,
@@ -26,7 +27,7 @@ from pairsim.mesh import (
     particle_meshes,
 )
 from pairsim.scene import BoundaryVelocity, Scene, make_bodies, poiseuille
-from pairsim.solver import Newton, Phases, Report
+from pairsim.solver import Clock, Newton, Report
 from pairsim.stepsize import Scheme, StepControl, error_factor, extrapolation_weights, land
 from pairsim.ties import extension_tie, transient_tie
 
@@ -135,7 +136,7 @@ class Transient:
 
     def __init__(self, comm: MPI.Comm, problem: Problem) -> None:
         self.comm, self.problem = comm, problem
-        self.clock, self.counts = Phases(), Counts()
+        self.clock, self.counts = Clock(), Counts()
         geometry = Geometry(problem.betas, problem.gaps, problem.length)
         with self.clock("mesh"):
             self.outlines, meshes = self._on_root(lambda: self._particles(geometry))
@@ -155,20 +156,20 @@ class Transient:
         self._deformed, self._carried = False, None
         self._mesh(Reference.spheres(geometry, self.outlines))
 
-    def _on_root(self, make: Callable[[], object]) -> object:
+    def _on_root[T](self, make: Callable[[], T]) -> T:
         """Run gmsh on one process; every process gets the result, or raises the same error."""
-        result: object = None
+        made: T | RunFailure | None = None
         if self.comm.rank == 0:
             try:
-                result = make()
+                made = make()
             except RunFailure as error:
-                result = error
-        result = self.comm.bcast(result)
+                made = error
+        result: T | RunFailure = self.comm.bcast(made)
         if isinstance(result, RunFailure):
             raise result
         return result
 
-    def _particles(self, geometry: Geometry) -> tuple[list, list[QuadraticMesh | None]]:
+    def _particles(self, geometry: Geometry) -> tuple[list[Outline], list[QuadraticMesh | None]]:
         settings = self.problem.mesh
         outlines = make_outlines(geometry, settings)
         return outlines, particle_meshes(geometry, settings, outlines, self.problem.Ca_es)
@@ -215,7 +216,7 @@ class Transient:
         past = self.history
         t = past.t[0] + dt
         scheme = Scheme.bdf(dt, past.t[0] - past.t[1] if len(past.t) > 1 else None)
-        h_star = sum(w * h for w, h in zip(scheme.weights, past.h, strict=False))
+        h_star = np.asarray(sum(w * h for w, h in zip(scheme.weights, past.h, strict=False)))
         U_m = self._U_m
         if past.y:
             weights = extrapolation_weights(past.t_y, t)
@@ -240,13 +241,13 @@ class Transient:
         dU is a small difference of velocities of order one: an error in the distances weighs RELATIVE_WEIGHT times one
         in the shapes. The frame's own motion is no error: the common translation is taken out.
         """
+        if difference.size == 0:
+            return 0.0
         on_axis = self.tie.a > 0
         difference = difference.copy()
         difference[on_axis] -= difference[on_axis].mean()
         shape = float(np.sqrt(2 * np.mean(difference**2)))
-        centres = [
-            difference[body.start : body.start + body.size : 2].mean() for body in self.bodies
-        ]
+        centres = [difference[body.start : body.start + body.size : 2].mean() for body in self.bodies]
         return max(shape, RELATIVE_WEIGHT * float(np.ptp(centres)))
 
     def _remesh(self) -> None:
@@ -339,16 +340,14 @@ class Transient:
         return bool(ratio.max() > GAP_RATIO or ratio.min() < 1 / GAP_RATIO)
 
     def _give_up(self, t: float, report: Report, valid: bool, error: float) -> None:
-        where = {"t": t, "step": self.counts.steps}
+        step = self.counts.steps
         if not report.converged:
-            raise NewtonFailure(report.reason, **where, advice="a finer mesh (mesh.Np) or a smaller time.first_step")
+            advice = "a finer mesh (mesh.Np) or a smaller time.first_step"
+            raise NewtonFailure(report.reason, t=t, step=step, advice=advice)
         if not valid:
-            raise InvertedCell("a cell turned over", **where, advice="a finer mesh (mesh.Np)")
-        raise StepTooSmall(
-            f"the local error is {error:.2g} times the tolerance at the smallest step",
-            **where,
-            advice="a larger time.tol",
-        )
+            raise InvertedCell("a cell turned over", t=t, step=step, advice="a finer mesh (mesh.Np)")
+        message = f"the local error is {error:.2g} times the tolerance at the smallest step"
+        raise StepTooSmall(message, t=t, step=step, advice="a larger time.tol")
 
     def close(self) -> None:
         """Give the solver's memory back."""

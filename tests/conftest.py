@@ -10,10 +10,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-import pairsim.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
 from mpi4py import MPI
 
+import pairsim.fenicsx
 from pairsim.mesh import Geometry, MeshSettings, Reference, liquid_mesh, make_outlines
 from pairsim.scene import Scene, make_bodies
 from pairsim.solver import Newton

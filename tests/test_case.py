@@ -26,7 +26,9 @@ def test_four_numbers_are_a_case() -> None:
 
 
 def test_lists_count_from_upstream() -> None:
-    case = case_from_dict({**MINIMAL, "particles": 3, "beta": [0.2, 0.3, 0.4], "Ca_e": [0, 0.1, 0], "d0": [1, 2]}, "test")
+    case = case_from_dict(
+        {**MINIMAL, "particles": 3, "beta": [0.2, 0.3, 0.4], "Ca_e": [0, 0.1, 0], "d0": [1, 2]}, "test"
+    )
     assert case.betas == (0.2, 0.3, 0.4)
     assert case.gaps == (1.0, 2.0)
     assert case.tube_length == 20.0

@@ -46,7 +46,7 @@ def test_jacobian_matches_differences(name: str) -> None:
 def test_converges_quadratically_from_a_near_guess() -> None:
     transient = Transient(MPI.COMM_WORLD, soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=10)))
     assert transient.newton is not None
-    y, report = transient.newton.solve(transient._first_guess(1.8), transient.history.h[0], 1e-3, 1.8)
+    _, report = transient.newton.solve(transient._first_guess(1.8), transient.history.h[0], 1e-3, 1.8)
     assert report.converged
     assert report.iterations <= 6
     assert max(v for k, v in report.steps.items() if k != "m") < 1e-4

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import at, dU, march, soft_pair
+from conftest import dU, march, soft_pair
 from numpy.polynomial import legendre
 from scipy.interpolate import CubicSpline
 
@@ -19,7 +19,9 @@ F_3, F_5 = 1.4454685, -0.0059043
 def slope(beta: float, d: float, Np: int = 40) -> float:
     """dU/Ca_e at Ca_e 1e-3, when the stresses have developed and d has not moved."""
     Ca = 1e-3
-    problem = soft_pair(beta, d, Ca, mesh=MeshSettings(Np=Np), control=StepControl(3e-4, 1e-9, 3 * Ca), first_step=Ca / 100)
+    problem = soft_pair(
+        beta, d, Ca, mesh=MeshSettings(Np=Np), control=StepControl(3e-4, 1e-9, 3 * Ca), first_step=Ca / 100
+    )
     return dU(march(problem, [30 * Ca])[-1]) / Ca
 
 

@@ -1,0 +1,235 @@
+"""The command as a user runs it: folders, exit codes, series, fields, parallel runs, every shipped case."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+import pyvista as pv
+import yaml
+from conftest import ROOT
+
+from pairsim.diagnostics import extents
+from pairsim.output import read_series
+from pairsim.xdmf import read_frame
+
+SOFT = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\nmesh: {Np: 12}\ntime: {end: 0.1}\noutput: {times: [0.02, 0.05]}\n"
+CONFIGS = sorted((ROOT / "configs").glob("*.yaml"))
+
+
+@pytest.fixture(scope="module")
+def soft_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("soft")
+    (folder / "case.yaml").write_text(SOFT)
+    command = [sys.executable, "-m", "pairsim", "run", "case.yaml", "-o", "out"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == "out"
+    return folder / "out"
+
+
+def test_series_begins_with_the_promised_columns(soft_run: Path) -> None:
+    with (soft_run / "series.csv").open() as file:
+        header, *rows = list(csv.reader(file))
+    assert ",".join(header).startswith("t,d,U_L,U_T,dU,D_L,D_T,dp,dp_plus,")
+    series = read_series(soft_run / "series.csv")
+    assert np.allclose(series["dU"], series["U_L"] - series["U_T"], atol=1e-15)
+    assert np.allclose(series["dp_plus"], series["dp"] - 32 * 20, atol=1e-9)
+    assert series["t"][-1] == pytest.approx(0.1)
+    assert {0.02, 0.05} <= set(np.round(series["t"], 12))
+    assert max(len(value.lstrip("-0.").replace(".", "")) for value in rows[5]) >= 12
+
+
+def test_run_json_tells_how_it_went(soft_run: Path) -> None:
+    told = json.loads((soft_run / "run.json").read_text())
+    assert (told["status"], told["reason"]) == ("finished", "end")
+    assert told["steps"] == len(read_series(soft_run / "series.csv")["t"])
+    assert {"mesh", "jit", "assembly", "factorisation", "solve", "output"} <= set(told["wall_time_by_phase"])
+    assert sum(told["wall_time_by_phase"].values()) == pytest.approx(told["wall_time"], rel=1e-6)
+    assert told["unknowns"] > 1000
+    assert yaml.safe_load((soft_run / "case.yaml").read_text())["length"] == 20.0
+
+
+def outline_of(points: np.ndarray, cells: np.ndarray, region: np.ndarray, particle: int) -> tuple[float, float]:
+    """Axial extent and largest radius of a particle's quadratic cells."""
+    lengths, radius = [], 0.0
+    for a, m, b in ((0, 3, 1), (1, 4, 2), (2, 5, 0)):
+        for side in points[cells[region == particle]][:, [a, m, b], :2]:
+            z_min, z_max, r_max = extents(side)
+            lengths += [z_min, z_max]
+            radius = max(radius, r_max)
+    return max(lengths) - min(lengths), radius
+
+
+@pytest.mark.parametrize("reader", ["pyvista", "meshio"])
+def test_fields_show_the_deformed_outline(soft_run: Path, reader: str) -> None:
+    """D from the outline in fields.xdmf, as other programs read it, is that of series.csv at every written time."""
+    series = read_series(soft_run / "series.csv")
+    if reader == "pyvista":
+        opened = pv.get_reader(str(soft_run / "fields.xdmf"))
+        frames = []
+        for t in opened.time_values:
+            opened.set_active_time_value(t)
+            grid = opened.read()
+            frames.append((t, grid.points, grid.cells_dict[pv.CellType.QUADRATIC_TRIANGLE], grid["region"]))
+    else:
+        with meshio.xdmf.TimeSeriesReader(soft_run / "fields.xdmf") as opened:
+            _, cells = opened.read_points_cells()
+            read = [opened.read_data(k) for k in range(opened.num_steps)]
+            frames = [(t, point["position"], cells[0].data, cell["region"][0]) for t, point, cell in read]
+    assert len(frames) == 4  # first step, two wanted times, the end
+    for t, points, cells, region in frames:
+        row = int(np.argmin(np.abs(series["t"] - t)))
+        for particle, name in ((1, "D_T"), (2, "D_L")):
+            length, radius = outline_of(points, cells, np.asarray(region), particle)
+            assert (length - 2 * radius) / (length + 2 * radius) == pytest.approx(series[name][row], abs=1e-12)
+
+
+def test_solid_stress_is_that_of_the_shape(soft_run: Path) -> None:
+    """The mean of tr(B) - 3 is not negative for an incompressible deformation, and is largest at the end."""
+    frame = read_frame(soft_run, -1)
+    inside = np.unique(frame.cells[frame.region > 0])
+    trace = frame.point_data["tau_s"][:, [0, 2, 3]].sum(axis=1)
+    assert trace[inside].mean() > 0
+    liquid = np.setdiff1d(np.unique(frame.cells[frame.region == 0]), inside)
+    assert np.all(frame.point_data["tau_s"][liquid] == 0)
+
+
+def test_pictures_are_drawn(soft_run: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+    done = pairsim("plot", str(soft_run), "-o", "pictures")
+    assert done.returncode == 0, done.stderr
+    for line in done.stdout.split():
+        picture = pv.read(str(Path(done.args[-1]).parent / line)) if Path(line).is_absolute() else None
+        assert picture is None or np.ptp(picture.active_scalars) > 100
+    assert "series.png" in done.stdout
+    assert "fields.png" in done.stdout
+
+
+def test_ranks_give_the_same_series(soft_run: Path, tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+    alone = read_series(soft_run / "series.csv")
+    (tmp_path / "case.yaml").write_text(SOFT)
+    for ranks in (1, 2, 3):
+        done = pairsim("run", "case.yaml", "-o", f"out{ranks}", ranks=ranks)
+        assert done.returncode == 0, done.stderr
+        together = read_series(tmp_path / f"out{ranks}" / "series.csv")
+        for name in ("t", "d", "U_L", "U_T", "dU", "D_L", "D_T", "dp", "dp_plus"):
+            assert together[name] == pytest.approx(alone[name], abs=1e-8)
+
+
+@pytest.mark.parametrize("path", CONFIGS, ids=lambda p: p.stem)
+def test_shipped_case_runs(path: Path, tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+    short = ["mesh.Np=10", "time.end=0.01", "output.times=[]", "output.every=0.005"]
+    done = pairsim("run", str(path), "-o", "out", *(word for s in short for word in ("--set", s)))
+    assert done.returncode == 0, done.stderr
+    told = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert told["status"] == "finished"
+    rows = read_series(tmp_path / "out" / "series.csv")
+    assert rows["t"][-1] == pytest.approx(0.01)
+    drawn = pairsim("plot", "out")
+    assert drawn.returncode == 0, drawn.stderr
+
+
+def test_existing_results_are_replaced_only_when_asked(soft_run: Path, tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / "case.yaml").write_text("particles: 0\nDe: 0\nlength: 4\n")
+    assert pairsim("run", "case.yaml", "-o", "out").returncode == 0
+    first = (tmp_path / "out" / "run.json").read_text()
+    (tmp_path / "out" / "notes.txt").write_text("mine")
+    assert pairsim("run", "case.yaml", "-o", "out").returncode == 2
+    assert (tmp_path / "out" / "run.json").read_text() == first
+    assert pairsim("run", "case.yaml", "-o", "out", "--overwrite").returncode == 0
+    assert (tmp_path / "out" / "notes.txt").read_text() == "mine"
+
+
+def test_poiseuille_flow_is_exact(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / "case.yaml").write_text("particles: 0\nDe: 0\nlength: 4\n")
+    for ends in ("periodic", "developed"):
+        assert pairsim("run", "case.yaml", "-o", ends, "--set", f"ends={ends}").returncode == 0
+        series = read_series(tmp_path / ends / "series.csv")
+        assert list(series)[:3] == ["t", "dp", "dp_plus"]
+        assert np.abs(series["dp"] - 32 * 4).max() < 1e-9
+
+
+def test_ends_of_both_kinds_agree(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / "case.yaml").write_text(SOFT)
+    short = ["--set", "ends=developed", "--set", "length=auto"]
+    assert pairsim("run", "case.yaml", "-o", "long").returncode == 0
+    assert pairsim("run", "case.yaml", "-o", "short", *short).returncode == 0
+    long, cut = (read_series(tmp_path / name / "series.csv") for name in ("long", "short"))
+    assert abs(long["dU"][-1] - cut["dU"][-1]) < 5e-3 * np.abs(long["dU"]).max()
+    assert abs(long["dp_plus"][-1] - cut["dp_plus"][-1]) < 1e-3
+
+
+def test_unequal_pair_runs_into_contact(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+    """A smaller, faster rigid sphere behind a larger one catches up; the run ends by itself."""
+    text = "beta: [0.3, 0.4]\nDe: 0\nCa_e: 0\nd0: 0.1\nmesh: {Np: 12}\ntime: {end: 50}\nlimits: {min_gap: 0.02}\n"
+    (tmp_path / "case.yaml").write_text(text)
+    done = pairsim("run", "case.yaml", "-o", "out")
+    assert done.returncode == 0, done.stderr
+    told = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert (told["status"], told["reason"]) == ("finished", "contact")
+    series = read_series(tmp_path / "out" / "series.csv")
+    assert series["d"][-1] < 0.02 < series["d"][-2]
+
+
+@pytest.mark.parametrize(
+    ("setting", "reason"), [("limits.max_steps=3", "max_steps"), ("limits.wall_time=0.01", "wall_time")]
+)
+def test_limits_are_typed_failures(setting: str, reason: str, tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / "case.yaml").write_text(SOFT)
+    done = pairsim("run", "case.yaml", "-o", "out", "--set", setting)
+    assert done.returncode == 3
+    assert "Traceback" not in done.stderr
+    told = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert (told["status"], told["reason"]) == ("failed", reason)
+    assert len(read_series(tmp_path / "out" / "series.csv")["t"]) >= 1
+
+
+def test_a_hopeless_step_is_a_typed_failure(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / "case.yaml").write_text(SOFT)
+    hopeless = ["--set", "time.fixed_step=0.1", "--set", "Ca_e=5", "--set", "time.end=20", "--set", "output.times=[]"]
+    done = pairsim("run", "case.yaml", "-o", "out", *hopeless)
+    assert done.returncode == 3, done.stdout + done.stderr
+    assert "Traceback" not in done.stderr
+    told = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert told["status"] == "failed"
+    assert told["reason"] in ("newton_diverged", "inverted_cell", "mesh_failed", "step_too_small")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_keeps_its_rows(number: int, tmp_path: Path) -> None:
+    (tmp_path / "case.yaml").write_text(SOFT.replace("end: 0.1", "end: 500"))
+    command = [sys.executable, "-m", "pairsim", "run", "case.yaml", "-o", "out", "--set", "time.max_step=0.01"]
+    process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, env=os.environ)
+    series = tmp_path / "out" / "series.csv"
+    for _ in range(600):
+        if series.exists() and series.read_text().count("\n") > 5:
+            break
+        time.sleep(0.1)
+    process.send_signal(number)
+    _, complaint = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Traceback" not in complaint
+    told = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert told["status"] == "interrupted"
+    assert told["steps"] == len(read_series(series)["t"])
+
+
+@pytest.mark.parametrize("ending", ["msh", "vtu"])
+def test_mesh_command_writes_a_mesh_and_a_picture(ending: str, tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / "case.yaml").write_text(SOFT)
+    done = pairsim("mesh", "case.yaml", "-o", f"m/x.{ending}", "--png", "m/x.png")
+    assert done.returncode == 0, done.stderr
+    mesh = meshio.read(tmp_path / "m" / f"x.{ending}")
+    assert mesh.cells_dict["triangle6"].shape[1] == 6
+    assert (tmp_path / "m" / "x.png").stat().st_size > 10_000
+    assert sorted(p.name for p in (tmp_path / "m").iterdir()) == ["x." + ending, "x.png"] or ending == "vtu"
+    assert pairsim("mesh", "case.yaml", "-o", f"m/x.{ending}").returncode == 2
