@@ -1,180 +1,290 @@
-"""`pairsim plot`: pictures of a run, from its folder alone."""
+"""`pairsim plot`: pictures of a run, drawn from its folder alone."""
 
 from __future__ import annotations
 
+import logging
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
-import matplotlib
 import numpy as np
 import yaml
-from numpy.typing import NDArray
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from matplotlib.tri import Triangulation
 
 from pairsim.errors import InputError
 from pairsim.output import column, read_series
+from pairsim.render import Picture, RenderError, render
+from pairsim.section import Array, Surface, outlines, tessellate
 from pairsim.xdmf import FieldFrame, read_frame, read_times
 
-matplotlib.use("Agg")
-from matplotlib import pyplot
+log = logging.getLogger(__name__)
 
-VIEW_MARGIN = 0.35  # tube shown on each side of the particles, in D_c
+Renderer = Literal["auto", "pyvista", "matplotlib"]
+PIXELS = 640  # of a rendered tube diameter
+GREY = "0.72"
+NOISE = 1e-9  # a curve below this is zero to rounding and not blown up to fill its panel
 
 
-def plot_run(directory: Path, out: Path | None = None) -> list[Path]:
+def plot_run(directory: Path, out: Path | None = None, *, renderer: Renderer = "auto") -> list[Path]:
     """Draw series.png, and fields.png where fields were written.
 
     Args:
-        directory: Folder of a run.
-        out: Folder of the pictures; the run's own by default.
+        directory: Folder of a run, finished or not.
+        out: Folder of the pictures, made if needed; the run's own by default.
+        renderer: What draws the fields. `auto` is pyvista, or matplotlib where nothing can be rendered off screen; the
+            picture then says so.
 
     Returns:
         The files written.
 
     Raises:
-        InputError: The folder holds no run.
+        InputError: The folder is not that of a run, or holds no results yet.
+        RenderError: `renderer` is "pyvista" and this machine cannot render.
     """
-    if not (directory / "series.csv").is_file() or not (directory / "case.yaml").is_file():
-        raise InputError(str(directory), "", None, "is not the folder of a run: it needs series.csv and case.yaml")
-    case = yaml.safe_load((directory / "case.yaml").read_text(encoding="utf-8"))
+    if not (directory / "series.csv").is_file():
+        raise InputError(str(directory), "", None, "is not the folder of a run: it has no series.csv")
     series = read_series(directory / "series.csv")
-    if len(series["t"]) == 0:
-        raise InputError(str(directory), "series.csv", None, "has no rows yet")
+    if "t" not in series or not len(series["t"]):
+        raise InputError(str(directory / "series.csv"), "", None, "has no rows yet; wait for the first step")
     target = out or directory
-    target.mkdir(parents=True, exist_ok=True)
-    written = [_draw_series(series, case, target / "series.png")]
-    if (directory / "fields.h5").is_file() and len(read_times(directory)):
-        written.append(draw_fields([read_frame(directory, 0), read_frame(directory, -1)], case, target / "fields.png"))
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(str(target), "-o", None, f"cannot be used as a folder ({error.strerror})") from error
+    case = _read_case(directory / "case.yaml")
+    written = [draw_series(series, case, target / "series.png")]
+    if (directory / "fields.h5").is_file() and (count := len(read_times(directory))):
+        frames = [read_frame(directory, i) for i in ((0, count - 1) if count > 1 else (0,))]
+        written.append(draw_fields(frames, case, target / "fields.png", renderer=renderer))
     return written
 
 
+def _read_case(file: Path) -> dict[str, Any]:
+    if not file.is_file():
+        return {}
+    try:
+        case = yaml.safe_load(file.read_text(encoding="utf-8"))
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise InputError(str(file), "", None, f"is not YAML ({error})") from error
+    return case if isinstance(case, dict) else {}
+
+
 def _title(case: dict[str, Any]) -> str:
+    """The parameters of the case in the paper's symbols; a list of equal entries is one number."""
     names = {"beta": r"\beta", "De": r"\mathrm{De}", "Ca_e": r"\mathrm{Ca}_e", "d0": "d_0"}
-    shown = [f"${tex} = {case[key]}$" for key, tex in names.items() if key in case]
-    return ", ".join(shown).replace("[", r"[").replace("]", r"]")
+    parts = []
+    for key, tex in names.items():
+        value = case.get(key)
+        entries = value if isinstance(value, list) else [value]
+        if not entries or entries[0] is None:
+            continue
+        shown = entries[:1] if all(entry == entries[0] for entry in entries) else entries
+        parts.append(f"${tex} = {', '.join(format(entry, 'g') for entry in shown)}$")
+    name = str(case["name"]).replace("$", r"\$") + ":  " if case.get("name") else ""
+    return name + ",  ".join(parts)
 
 
-def _axis_label(name: str) -> str:
-    entry = column(name)
-    return f"${entry.symbol}$" + (f" [${entry.unit}$]" if entry.unit else "")
+def _label(names: list[str]) -> str:
+    """Axis label of some columns, which share their unit."""
+    entries = [column(name) for name in names]
+    symbols = ", ".join(f"${entry.symbol}$" for entry in entries[:3]) + (", ..." if len(entries) > 3 else "")
+    return symbols + (f"   [${entries[0].unit}$]" if entries[0].unit else "")
 
 
-def _draw_series(series: dict[str, NDArray[np.float64]], case: dict[str, Any], path: Path) -> Path:
-    """dU (or U) and D against time, and dU against distance."""
-    t = series["t"]
-    relative = [name for name in series if name == "dU" or name.startswith("dU_")]
-    shapes = [name for name in series if name.startswith("D_")]
-    panels: list[tuple[str, list[str], str]] = []
-    if relative:
-        panels.append(("t", relative, "dU"))
-    elif velocities := [name for name in series if name.startswith("U_")]:
-        panels.append(("t", velocities, velocities[0]))
-    else:
-        panels.append(("t", ["dp"], "dp"))
-    if shapes and any(np.any(series[name] != 0) for name in shapes):
-        panels.append(("t", shapes, shapes[0]))
-    panels += [(gap, [name], name) for gap, name in _gap_pairs(relative)]
-    figure, axes = pyplot.subplots(1, len(panels), figsize=(4.6 * len(panels), 3.8), squeeze=False)
-    for axis, (x, names, label) in zip(axes[0], panels, strict=True):
+def draw_series(series: dict[str, Array], case: dict[str, Any], path: Path) -> Path:
+    """Relative velocities (or velocities, or the pressure drop) and D against time; dU against d.
+
+    Args:
+        series: Columns of series.csv.
+        case: Content of case.yaml, for the title.
+        path: The PNG.
+    """
+
+    def of(prefix: str) -> list[str]:
+        return [name for name in series if name == prefix or name.startswith(prefix + "_")]
+
+    relative = of("dU")
+    panels = [("t", relative or of("U") or ["dp"])]
+    if shapes := of("D"):
+        panels.append(("t", shapes))
+    curves = [(name, "d" + name.removeprefix("dU")) for name in relative]
+    count = len(panels) + bool(curves)
+    figure = Figure(figsize=(4.7 * count, 3.9), layout="constrained")
+    axes = figure.subplots(1, count, squeeze=False)[0]
+    for axis, (_, names) in zip(axes, panels, strict=False):
         for name in names:
-            axis.plot(series[x] if x != "t" else t, series[name], label=f"${column(name).symbol}$")
-        axis.axhline(0, color="0.7", linewidth=0.8, zorder=0)
-        axis.set(xlabel=_axis_label(x), ylabel=_axis_label(label))
-        if len(names) > 1:
-            axis.set_ylabel(", ".join(f"${column(n).symbol}$" for n in names))
-            axis.legend(frameon=False)
-        axis.ticklabel_format(axis="y", style="sci", scilimits=(-2, 3))
+            _curve(axis, series["t"], series[name], f"${column(name).symbol}$")
+        _finish(axis, _label(["t"]), _label(names), [series[name] for name in names], legend=len(names) > 1)
+    if curves:
+        for name, gap in curves:
+            _curve(axes[-1], series[gap], series[name], f"${column(name).symbol}({column(gap).symbol})$")
+        gaps = _label([gap for _, gap in curves])
+        _finish(axes[-1], gaps, _label(relative), [series[name] for name in relative], legend=len(curves) > 1)
     figure.suptitle(_title(case))
-    figure.tight_layout()
-    figure.savefig(path, dpi=150)
-    pyplot.close(figure)
+    figure.savefig(path, dpi=160)
     return path
 
 
-def _gap_pairs(relative: list[str]) -> list[tuple[str, str]]:
-    return [("d" + name.removeprefix("dU"), name) for name in relative]
+def _curve(axis: Axes, x: Array, y: Array, label: str) -> None:
+    axis.plot(x, y, "o-" if len(x) == 1 else "-", linewidth=1.6, markersize=4, label=label)
 
 
-def draw_fields(frames: list[FieldFrame], case: dict[str, Any], path: Path) -> Path:
-    """Render the meridional section of the tube, one row a frame: u_z in the liquid, tau_zz in the particles."""
-    import pyvista as pv
+def _finish(axis: Axes, x: str, y: str, curves: list[Array], *, legend: bool) -> None:
+    low, high = min(float(curve.min()) for curve in curves), max(float(curve.max()) for curve in curves)
+    if high - low < NOISE:
+        middle = (low + high) / 2
+        axis.set_ylim(middle - 1e-6, middle + 1e-6)
+    if low < 0 < high:
+        axis.axhline(0, color="0.6", linewidth=0.8, zorder=0)
+    axis.ticklabel_format(axis="y", style="sci", scilimits=(-2, 4))
+    axis.set(xlabel=x, ylabel=y)
+    axis.grid(color="0.92")
+    axis.set_axisbelow(True)
+    if legend:
+        axis.legend(frameon=False)
 
-    rows = len(frames)
-    plotter = pv.Plotter(off_screen=True, shape=(rows, 1), window_size=(1500, 120 + 560 * rows), border=False)
-    speeds = np.concatenate([f.point_data["velocity"][:, 0] for f in frames])
-    has_stress = all("tau_s" in f.point_data for f in frames)
-    stresses = np.concatenate([f.point_data["tau_s"][:, 0] for f in frames]) if has_stress else np.zeros(1)
-    reach = max(abs(float(np.quantile(stresses[stresses != 0], q))) for q in (0.01, 0.99)) if np.any(stresses) else 1.0
-    for row, frame in enumerate(frames):
-        plotter.subplot(row, 0)
-        left, right = _window(frame)
-        for soft in (False, True):
-            chosen = frame.region > 0 if soft else frame.region == 0
-            if not chosen.any():
-                continue
-            values = frame.point_data["tau_s"][:, 0] if soft else frame.point_data["velocity"][:, 0]
-            name = f"tau_zz in the particles ({row})" if soft else f"u_z in the liquid ({row})"
-            title = "tau_zz, particles" if soft else "u_z, liquid"
-            for sign in (1.0, -1.0):
-                grid = _grid(frame, chosen, sign)
-                grid.point_data[name] = values
-                grid = grid.clip_box([left, right, -1, 1, -1, 1], invert=False)
-                plotter.add_mesh(
-                    grid,
-                    scalars=name,
-                    cmap="RdBu_r" if soft else "viridis",
-                    clim=(-reach, reach) if soft else (float(speeds.min()), float(speeds.max())),
-                    show_scalar_bar=sign > 0 and row == rows - 1,
-                    scalar_bar_args={
-                        "title": title,
-                        "n_labels": 4,
-                        "position_x": 0.55 if soft else 0.08,
-                        "position_y": 0.01,
-                        "width": 0.38,
-                        "height": 0.1,
-                        "color": "black",
-                        "fmt": "%.2g",
-                        "title_font_size": 20,
-                        "label_font_size": 18,
-                    },
-                )
-                edges = grid.extract_surface(nonlinear_subdivision=3, algorithm=None).extract_feature_edges(
-                    boundary_edges=True, feature_edges=False, manifold_edges=False, non_manifold_edges=False
-                )
-                # The axis bounds the half-section, not the particle.
-                edges = edges.extract_points(np.abs(edges.points[:, 1]) > 1e-9, adjacent_cells=True)
-                if soft and edges.n_points:
-                    plotter.add_mesh(edges, color="black", line_width=2)
-        plotter.add_text(f"t = {frame.t:.4g}", position="upper_left", font_size=12, color="black")
-        plotter.view_xy()
-        plotter.enable_parallel_projection()
-        plotter.camera.focal_point = ((left + right) / 2, -0.06, 0.0)
-        plotter.camera.position = ((left + right) / 2, -0.06, 5.0)
-        plotter.camera.parallel_scale = max(0.62, (right - left) / 2 * (560 / 1500) * 1.05)
-    plotter.set_background("white")
-    plotter.screenshot(path)
-    plotter.close()
+
+@dataclass(frozen=True)
+class _View:
+    """What is seen of one frame; `surfaces` are (surface, is it solid)."""
+
+    frame: FieldFrame
+    window: tuple[float, float, float, float]
+    surfaces: list[tuple[Surface, bool]]
+    discs: list[Array]  # rigid particles, closed outlines
+    lines: list[Array]
+
+
+def draw_fields(frames: list[FieldFrame], case: dict[str, Any], path: Path, *, renderer: Renderer = "auto") -> Path:
+    """The meridional section around the particles, one row a frame: u_z in the liquid, tau_zz in the soft particles.
+
+    Args:
+        frames: At least one frame.
+        case: Content of case.yaml, for the title.
+        path: The PNG.
+        renderer: See `plot_run`.
+
+    Raises:
+        RenderError: `renderer` is "pyvista" and this machine cannot render.
+    """
+    views = _views(frames)
+    flow, stress = _scales(views)
+    images: list[Any] | None = None
+    note = ""
+    if renderer != "matplotlib":
+        try:
+            images = render([_picture(view, flow, stress) for view in views])
+        except RenderError as error:
+            if renderer == "pyvista":
+                raise
+            log.warning("%s; the fields are drawn with matplotlib instead", error)
+            note = "drawn with matplotlib: this machine cannot render off screen"
+    z_min, z_max, r_min, r_max = views[0].window
+    width = 9.5
+    height = width * (r_max - r_min) / (z_max - z_min) * 0.88 + 0.45
+    figure = Figure(figsize=(width, height * len(views) + 1.5), layout="constrained")
+    axes = figure.subplots(len(views), 1, squeeze=False)[:, 0]
+    for row, (axis, view) in enumerate(zip(axes, views, strict=True)):
+        if images is not None:
+            axis.imshow(images[row], extent=view.window, interpolation="antialiased", aspect="equal")
+        else:
+            _draw(axis, view, flow, stress)
+        axis.set(xlim=view.window[:2], ylim=view.window[2:], ylabel=r"$r\ [D_c]$", title=f"$t = {view.frame.t:.4g}$")
+        axis.title.set_size("medium")
+    axes[-1].set_xlabel(r"$z\ [D_c]$")
+    bars = [(flow, r"liquid: $u_z\ [U_{av}]$")]
+    if any(solid for view in views for _, solid in view.surfaces):
+        bars.append((stress, r"particles: $\tau_{zz}\ [\eta_0 U_{av}/D_c]$"))
+    for scale, label in bars:
+        bar = figure.colorbar(scale, ax=list(axes), location="bottom", aspect=35, shrink=0.8, pad=0.02, label=label)
+        bar.locator = MaxNLocator(7)
+        bar.update_ticks()
+    figure.suptitle(_title(case))
+    if note:
+        figure.supxlabel(note, fontsize="small", color="0.4")
+    figure.savefig(path, dpi=160)
     return path
 
 
-def _grid(frame: FieldFrame, chosen: NDArray[np.bool_], sign: float) -> Any:
-    """Cells of one kind in VTK's quadratic triangles, mirrored to r < 0 for sign -1."""
-    import pyvista as pv
+def _views(frames: list[FieldFrame]) -> list[_View]:
+    """Windows of one width, each centred on the particles of its frame, and what lies in them."""
+    arcs = [outlines(frame) for frame in frames]
+    ranges = []
+    for frame, lines in zip(frames, arcs, strict=True):
+        z = np.concatenate([line[:, 0] for line in lines]) if lines else np.array([frame.points[:, 0].mean()])
+        margin = max((float(np.ptp(line[:, 0])) for line in lines), default=1.0)
+        ranges.append((float(z.min()) - margin, float(z.max()) + margin))
+    half = max(0.75, *((high - low) / 2 for low, high in ranges))
+    views = []
+    for frame, lines, (low, high) in zip(frames, arcs, ranges, strict=True):
+        wall = float(frame.points[:, 1].max())
+        z_min, z_max = (low + high) / 2 - half, (low + high) / 2 + half
+        z = frame.points[frame.cells, 0]
+        seen = (z.max(axis=1) > z_min) & (z.min(axis=1) < z_max)
+        liquid, solid = seen & (frame.region == 0), seen & (frame.region > 0)
+        surfaces = [(tessellate(frame, liquid, frame.point_data["velocity"][:, 0]).mirrored(), False)]
+        if solid.any():
+            stress = frame.point_data.get("tau_s")
+            values = np.zeros(len(frame.points)) if stress is None else stress[:, 0]
+            surfaces.append((tessellate(frame, solid, values).mirrored(), True))
+        closed = [np.vstack([line, (line * [1, -1])[::-1]]) for line in lines]
+        corners = frame.points[frame.cells[frame.region > 0]].reshape(-1, 2)
+        discs = [line for line in closed if not _holds_cells(line, corners)]
+        walls = [np.array([[z_min, r], [z_max, r]]) for r in (wall, -wall)]
+        window = (z_min, z_max, -1.04 * wall, 1.04 * wall)
+        views.append(_View(frame, window, surfaces, discs, [*closed, *walls]))
+    return views
 
-    cells = frame.cells[chosen]
-    points = np.column_stack([frame.points[:, 0], sign * frame.points[:, 1], np.zeros(len(frame.points))])
-    kind = pv.CellType.QUADRATIC_TRIANGLE if cells.shape[1] == 6 else pv.CellType.BIQUADRATIC_QUAD
-    listed = np.column_stack([np.full(len(cells), cells.shape[1]), cells]).ravel()
-    return pv.UnstructuredGrid(listed, np.full(len(cells), kind), points)
+
+def _holds_cells(outline: Array, points: Array) -> bool:
+    """Whether there are nodes of a soft particle on the axis between the poles of an outline."""
+    inside = (points[:, 0] > outline[:, 0].min()) & (points[:, 0] < outline[:, 0].max())
+    return bool(inside.any())
 
 
-def _window(frame: FieldFrame) -> tuple[float, float]:
-    """Axial range that shows the particles: the soft ones, and rigid ones as the holes on the axis."""
-    nodes = frame.points[np.unique(frame.cells[frame.region > 0])] if np.any(frame.region > 0) else np.empty((0, 2))
-    liquid = np.unique(frame.cells[frame.region == 0])
-    on_axis = np.sort(frame.points[liquid][frame.points[liquid, 1] < 1e-9, 0])
-    steps = np.diff(on_axis)
-    near = np.concatenate([nodes[:, 0], on_axis[:-1][steps > 0.15], on_axis[1:][steps > 0.15]])
-    near = near[np.abs(near) < 0.8 * max(abs(on_axis[0]), abs(on_axis[-1]))]
-    if near.size == 0:
-        return -1.0, 1.0
-    return float(near.min()) - VIEW_MARGIN, float(near.max()) + VIEW_MARGIN
+def _scales(views: list[_View]) -> tuple[ScalarMappable, ScalarMappable]:
+    """Colours of u_z and of tau_zz, the same in all views; outliers at the poles do not set the range of tau_zz."""
+    flow = np.concatenate([surface.values for view in views for surface, solid in view.surfaces if not solid])
+    stress = [np.abs(surface.values) for view in views for surface, solid in view.surfaces if solid]
+    reach = max((float(np.quantile(values, 0.995)) for values in stress), default=0.0) or 1.0
+    low, high = float(flow.min()), float(flow.max())
+    return (
+        ScalarMappable(Normalize(low, high if high > low else low + 1.0), "viridis"),
+        ScalarMappable(Normalize(-reach, reach), "RdBu_r"),
+    )
+
+
+def _picture(view: _View, flow: ScalarMappable, stress: ScalarMappable) -> Picture:
+    """A view as pyvista gets it: with colours in place of values, and rigid particles as grey fans."""
+    surfaces = [
+        (part.points, part.triangles, (stress if solid else flow).to_rgba(part.values, bytes=True)[:, :3])
+        for part, solid in view.surfaces
+    ]
+    for disc in view.discs:
+        n = len(disc)
+        points = np.vstack([disc, disc.mean(axis=0)])
+        fan = np.column_stack([np.arange(n), (np.arange(n) + 1) % n, np.full(n, n)])
+        surfaces.append((points, fan, np.full((n + 1, 3), round(255 * float(GREY)), dtype=np.uint8)))
+    z_min, z_max, r_min, r_max = view.window
+    size = (round(PIXELS * (z_max - z_min)), round(PIXELS * (r_max - r_min)))
+    return Picture(view.window, size, surfaces, view.lines)
+
+
+def _draw(axis: Axes, view: _View, flow: ScalarMappable, stress: ScalarMappable) -> None:
+    """The same picture by matplotlib alone."""
+    for part, solid in view.surfaces:
+        scale = stress if solid else flow
+        mesh = Triangulation(part.points[:, 0], part.points[:, 1], part.triangles)
+        axis.tripcolor(
+            mesh, part.values, cmap=scale.cmap, norm=Normalize(*scale.get_clim()), shading="gouraud", rasterized=True
+        )
+    for disc in view.discs:
+        axis.fill(*disc.T, color=GREY)
+    for line in view.lines:
+        axis.plot(*line.T, color="black", linewidth=1.2)
+    axis.set_aspect("equal")

@@ -1,0 +1,139 @@
+"""Pictures of a run: they exist, are not blank, and show the deformed particles, with and without a renderer."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from field_samples import scene
+from matplotlib import image
+
+from pairsim import render as render_module
+from pairsim.errors import InputError
+from pairsim.output import SeriesWriter, named_row, series_columns
+from pairsim.plots import plot_run
+from pairsim.render import Picture, RenderError, render
+from pairsim.section import outlines, tessellate
+from pairsim.xdmf import FieldFrame, FieldsWriter
+
+PAIR = [(-0.3, 0.22, 0.19), (0.3, 0.21, 0.2)]
+
+
+def make_run(folder: Path, n: int, frames: list[FieldFrame], rows: int = 12) -> Path:
+    folder.mkdir()
+    case = {"name": "sample", "beta": 0.4, "De": 0, "Ca_e": [0.1] * n, "d0": 0.1}
+    (folder / "case.yaml").write_text(yaml.safe_dump(case))
+    with SeriesWriter(folder / "series.csv", [*series_columns(n), "dt"]) as series:
+        for t in np.linspace(0.1, 1, rows):
+            gaps, order = np.full(max(n - 1, 0), 0.1 + 0.1 * t), np.arange(n)
+            row = named_row(t, gaps, 1.5 + 0.01 * order * t, 0.01 * t * (order + 1), 640.0, 2.0)
+            series.row(row | {"dt": 0.1})
+    writer = FieldsWriter(folder)
+    for frame in frames:
+        writer.write(frame)
+    return folder
+
+
+def colours(file: Path) -> int:
+    """Number of different colours of a picture: a blank one has a single one."""
+    pixels = (image.imread(file)[..., :3] * 255).astype(np.uint8).reshape(-1, 3)
+    return len(np.unique(pixels, axis=0))
+
+
+CASES = {
+    "pipe": (0, [scene(0.5, [])]),
+    "single": (1, [scene(0.1, [(0.0, 0.2, 0.2)]), scene(0.5, [(0.2, 0.23, 0.19)], mesh_id=1)]),
+    "pair": (2, [scene(0.1, PAIR), scene(0.5, PAIR, mesh_id=1)]),
+    "pair of quadrilaterals": (2, [scene(0.1, PAIR, kind=9)]),
+    "rigid pair": (2, [scene(0.1, PAIR, rigid=True)]),
+    "three": (3, [scene(0.1, [(-0.6, 0.2, 0.2), (0.0, 0.2, 0.2), (0.6, 0.2, 0.2)])]),
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "renderer"), [*((name, "auto") for name in CASES), ("single", "matplotlib"), ("rigid pair", "matplotlib")]
+)
+def test_pictures_are_drawn_and_not_blank(tmp_path: Path, name: str, renderer: str) -> None:
+    n, frames = CASES[name]
+    folder = make_run(tmp_path / "run", n, frames)
+    files = plot_run(folder, tmp_path / "pictures", renderer=renderer)  # type: ignore[arg-type]
+    assert [file.relative_to(tmp_path) for file in files] == [
+        Path("pictures/series.png"), Path("pictures/fields.png"),
+    ]  # fmt: skip
+    assert colours(files[0]) > 50
+    assert colours(files[1]) > 500
+
+
+def test_run_without_fields_has_a_series_and_one_row_is_enough(tmp_path: Path) -> None:
+    folder = make_run(tmp_path / "run", 2, [], rows=1)
+    assert plot_run(folder) == [folder / "series.png"]
+
+
+def test_folder_that_is_not_a_run_is_an_input_error(tmp_path: Path) -> None:
+    for folder in (tmp_path, tmp_path / "missing"):
+        with pytest.raises(InputError, match="not the folder of a run"):
+            plot_run(folder)
+    (tmp_path / "series.csv").write_text("t,dp,dp_plus\n")
+    with pytest.raises(InputError, match="no rows"):
+        plot_run(tmp_path)
+    folder = make_run(tmp_path / "run", 2, [])
+    with pytest.raises(InputError, match="-o"):
+        plot_run(folder, folder / "case.yaml")
+
+
+@pytest.fixture
+def no_opengl(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A machine on which the child process crashes, as VTK does without EGL and OSMesa."""
+    monkeypatch.setattr(render_module, "PYTHON", "false")
+
+
+@pytest.mark.usefixtures("no_opengl")
+def test_without_opengl_matplotlib_draws_and_says_so(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    folder = make_run(tmp_path / "run", *CASES["pair"])
+    assert colours(plot_run(folder)[1]) > 500
+    assert "drawn with matplotlib" in caplog.text
+
+
+@pytest.mark.usefixtures("no_opengl")
+def test_without_opengl_a_demanded_rendering_is_a_typed_error(tmp_path: Path) -> None:
+    folder = make_run(tmp_path / "run", *CASES["pair"])
+    with pytest.raises(RenderError, match="libegl1"):
+        plot_run(folder, renderer="pyvista")
+
+
+@pytest.mark.parametrize("kind", [6, 9])
+@pytest.mark.parametrize("rigid", [False, True])
+def test_outlines_are_the_curved_surfaces_from_upstream(kind: int, rigid: bool) -> None:
+    found = outlines(scene(0.1, PAIR, kind=kind, rigid=rigid))
+    assert len(found) == 2
+    for line, (z, a, b) in zip(found, PAIR, strict=True):
+        assert line[0] == pytest.approx([z - a, 0], abs=1e-12)
+        assert line[-1] == pytest.approx([z + a, 0], abs=1e-12)
+        assert np.abs(((line - [z, 0]) / [a, b]) ** 2 @ [1, 1] - 1).max() < 1e-3
+        assert np.all(np.diff(line[:, 0]) > 0)
+
+
+@pytest.mark.parametrize("kind", [6, 9])
+def test_tessellation_follows_the_curves_and_keeps_quadratic_values(kind: int) -> None:
+    frame = scene(0.1, PAIR, kind=kind)
+    surface = tessellate(frame, frame.region == 1, frame.points[:, 0], level=4)
+    assert surface.values == pytest.approx(surface.points[:, 0], abs=1e-12)
+    a, b, c = (surface.points[surface.triangles[:, i]] for i in range(3))
+    (x, y), (u, v) = (b - a).T, (c - a).T
+    assert np.abs(x * v - y * u).sum() / 2 == pytest.approx(np.pi * 0.22 * 0.19 / 2, rel=2e-3)
+
+
+def test_rendered_window_is_the_one_asked_for() -> None:
+    """A red square on the left half of the window fills the left half of the picture."""
+    square = np.array([[-1.0, -0.5], [0, -0.5], [0, 0.5], [-1, 0.5]])
+    red = np.tile(np.array([255, 0, 0], dtype=np.uint8), (4, 1))
+    picture = Picture((-1, 1, -0.5, 0.5), (200, 100), [(square, np.array([[0, 1, 2], [0, 2, 3]]), red)], [])
+    try:
+        (found,) = render([picture])
+    except RenderError as error:
+        pytest.skip(str(error))
+    assert found.shape == (100, 200, 3)
+    assert np.all(found[2:-2, 2:97] == [255, 0, 0])
+    assert np.all(found[2:-2, 103:-2] == 255)
