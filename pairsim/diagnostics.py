@@ -98,7 +98,7 @@ def liquid_distortion(scene: Scene, x: Array) -> float:
     nodes = np.arange(len(mesh.points))
     eta = np.column_stack([x[scene.liquid.index("eta", nodes, c)] for c in range(2)])
     now = jacobians((mesh.points + eta)[mesh.cells])
-    return float((now / jacobians(mesh.points[mesh.cells])).min())
+    return float((now / mesh.jacobians).min())
 
 
 def solid_distortion(bodies: list[Body], h: Array) -> float:
@@ -108,5 +108,5 @@ def solid_distortion(bodies: list[Body], h: Array) -> float:
         if body.phase is not None:
             mesh = body.phase.quadratic
             now = jacobians((mesh.points + body.displacement(h))[mesh.cells])
-            least = min(least, float((now / jacobians(mesh.points[mesh.cells])).min()))
+            least = min(least, float((now / mesh.jacobians).min()))
     return least

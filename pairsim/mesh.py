@@ -139,6 +139,11 @@ class QuadraticMesh:
             pair[self.cells[:, k]] = self.cells[:, [i, j]]
         return pair
 
+    @cached_property
+    def jacobians(self) -> Array:
+        """`jacobians` of every cell, shape (m, 7)."""
+        return jacobians(self.points[self.cells])
+
     def mirror(self) -> QuadraticMesh:
         """The image under z -> -z."""
         return QuadraticMesh(self.points * [-1.0, 1.0], self.cells[:, _MIRRORED_CELL])
@@ -444,7 +449,7 @@ def _least_jacobian(mesh: QuadraticMesh) -> float:
     """Smallest Jacobian of the mesh over that of its cells with straight sides."""
     x = mesh.points[mesh.cells[:, :3]]
     (a, b), (c, d) = (x[:, 1] - x[:, 0]).T, (x[:, 2] - x[:, 0]).T
-    return float((jacobians(mesh.points[mesh.cells]) / (a * d - b * c)[:, None]).min())
+    return float((mesh.jacobians / (a * d - b * c)[:, None]).min())
 
 
 def _curved(straight: QuadraticMesh, curves: Sequence[Array], spread: bool) -> QuadraticMesh:

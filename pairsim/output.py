@@ -168,8 +168,20 @@ COLUMNS: tuple[Column, ...] = (
     Column("D_i", r"D_i", "Taylor parameter (L_z - L_r)/(L_z + L_r) of particle i, counted from upstream", ""),
     Column("dp", r"\Delta p", "pressure drop over the length of the tube", STRESS),
     Column("dp_plus", r"\Delta p^+", "pressure drop in excess of that of the same tube without particles", STRESS),
+    Column("dt", r"\Delta t", "size of the step that ends here", TIME),
+    Column("newton", r"n", "Newton iterations of the step", ""),
+    Column("mesh", r"k", "remeshings before the step", ""),
+    Column(
+        "m", r"m", "uniform source in the liquid's continuity that the time scheme needs; a measure of its error", ""
+    ),
+    Column("volume_error", r"\epsilon_V", "largest relative change of a particle's volume", ""),
+    Column(
+        "distortion", r"q", "smallest ratio of a liquid cell's current to its reference Jacobian; 0 is turned over", ""
+    ),
 )
 """What the columns of series.csv mean; `_i` stands for the number of a particle or gap. Docs and plot labels use it."""
+HEALTH = tuple(entry.name for entry in COLUMNS[-6:])
+"""The columns that every series.csv ends with."""
 
 
 def column(name: str) -> Column:

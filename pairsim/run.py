@@ -21,7 +21,7 @@ from pairsim.case import Case
 from pairsim.errors import InputError, RunFailure, TooManySteps, WallTime
 from pairsim.fields import frame
 from pairsim.mesh import MeshSettings
-from pairsim.output import RunFolder, SeriesWriter, named_row, series_columns
+from pairsim.output import HEALTH, RunFolder, SeriesWriter, named_row, series_columns
 from pairsim.progress import Reporter
 from pairsim.scene import POISEUILLE_DROP
 from pairsim.solver import petsc_version
@@ -29,7 +29,6 @@ from pairsim.stepsize import StepControl
 from pairsim.transient import Problem, Step, Transient
 from pairsim.xdmf import FieldsWriter
 
-HEALTH = ("dt", "newton", "m", "volume_error", "distortion")
 SMALLEST_STEP = 1e-8
 
 
@@ -120,7 +119,7 @@ class _Recorder:
         if self.folder is None:
             return
         values = named_row(step.t, o.d, o.U, o.D, o.dp, o.dp - POISEUILLE_DROP * self.case.tube_length)
-        health = (step.dt, step.report.iterations, o.m, o.volume_error, step.distortion)
+        health = (step.dt, step.report.iterations, step.mesh_id, o.m, o.volume_error, step.distortion)
         self.series.row(values | dict(zip(HEALTH, map(float, health), strict=True)))
 
     def field(self, step: Step) -> None:

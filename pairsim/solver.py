@@ -30,6 +30,7 @@ _PREFIXES = itertools.count()
 
 # A zero-diagonal saddle point: a maximum transversal with scaling first, then nested dissection (design, section 7).
 MUMPS = {"icntl_6": 5, "icntl_7": 5, "icntl_14": 40}
+MOST_ANALYSES = 4
 
 
 @dataclass
@@ -76,12 +77,24 @@ class Report:
 
 @dataclass(frozen=True)
 class _Entries:
-    """Places and factors of one phase's assembled entries in the reduced matrix."""
+    """Places of one phase's assembled entries in the reduced matrix, and the factors they carry.
+
+    Attributes:
+        source: Positions in the phase's assembled data.
+        value: Factor apart from g.
+        times_g, over_g: Entries whose factor is multiplied or divided by g = gamma dt.
+    """
 
     source: Indices
-    plain: Array
-    with_g: Array
-    over_g: Array
+    value: Array
+    times_g: Indices
+    over_g: Indices
+
+    def factors(self, g: float) -> Array:
+        factors = self.value.copy()
+        factors[self.times_g] *= g
+        factors[self.over_g] /= g
+        return factors
 
 
 def _expand(scene: Scene, tie: Tie) -> tuple[Indices, Indices, list[_Entries], Array]:
@@ -106,18 +119,11 @@ def _expand(scene: Scene, tie: Tie) -> tuple[Indices, Indices, list[_Entries], A
 
     rows, columns, entries = [], [], []
     for phase, offset in zip(scene.phases, scene.offsets, strict=False):
-        _, row, column = phase.entries
+        place, row, column = phase.entries
         source, i, j, value, carries_g = images(row + offset, column + offset)
         divided = tie.integrated[i]
-        over = divided & ~carries_g
-        plain = (carries_g & divided) | (~carries_g & ~divided)
         entries.append(
-            _Entries(
-                source,
-                np.where(plain, value, 0.0),
-                np.where(carries_g & ~divided, value, 0.0),
-                np.where(over, value, 0.0),
-            )
+            _Entries(place[source], value, np.flatnonzero(carries_g & ~divided), np.flatnonzero(divided & ~carries_g))
         )
         rows.append(i)
         columns.append(j)
@@ -169,7 +175,8 @@ class Newton:
         self._A.setType("aij")
         self._A.setPreallocationCOO(rows.astype(PETSc.IntType), columns.astype(PETSc.IntType))
         self._y, self._r = self._A.createVecs()
-        prefix = f"pairsim_{next(_PREFIXES)}_"
+        self._prefix = prefix = f"pairsim_{next(_PREFIXES)}_"
+        self._relaxation = MUMPS["icntl_14"]
         self._snes = PETSc.SNES().create(comm)
         self._snes.setOptionsPrefix(prefix)
         self._snes.setFunction(self._residual, self._r)
@@ -227,21 +234,35 @@ class Newton:
             return
         with self.clock("assembly"):
             self._assemble(A)
+        with self.clock("factorisation"):
+            self._factor(snes.getKSP(), A)
         self._factored_g = self._g
         self._fresh = True
         self._must_factor = False
         self._factorisations += 1
-        with self.clock("factorisation"):
-            ksp = snes.getKSP()
-            ksp.setOperators(A)
+
+    def _factor(self, ksp: Any, A: Any) -> None:
+        """Factor the matrix; where delayed pivots outgrow MUMPS's work space, analyse anew with more of it."""
+        ksp.setOperators(A)
+        for _ in range(MOST_ANALYSES):
             ksp.setUp()
+            if ksp.getPC().getFactorMatrix().getMumpsInfog(1) not in (-8, -9):
+                return
+            self._relaxation *= 2
+            self._forget_factor()
+            ksp.setOperators(A)
+
+    def _forget_factor(self) -> None:
+        """Drop the factor and its symbolic analysis; the next one starts afresh."""
+        PETSc.Options()[f"{self._prefix}mat_mumps_icntl_14"] = self._relaxation
+        self._snes.getKSP().reset()
+        self._factored_g = None
 
     def _assemble(self, A: Any) -> None:
         """Put T A P of the phases' current state into the matrix."""
         parts = []
         for phase, entries in zip(self.scene.phases, self._entries, strict=True):
-            factor = entries.plain + self._g * entries.with_g + entries.over_g / self._g
-            parts.append(phase.jacobian()[entries.source] * factor)
+            parts.append(phase.jacobian()[entries.source] * entries.factors(self._g))
         A.setValuesCOO(np.concatenate([*parts, self._constant]), PETSc.InsertMode.INSERT_VALUES)
         A.assemble()
 
@@ -314,7 +335,7 @@ class Newton:
             inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation")) - inside
         self.clock.seconds["solve"] -= inside
         if not converged:
-            self._factored_g = None
+            self._forget_factor()
             self._why = self._why or f"SNES reason {self._snes.getConvergedReason()}"
         iterations = self._snes.getIterationNumber()
         report = Report(converged, iterations, self._factorisations, self._why, dict(self._steps), self._residual_norm)

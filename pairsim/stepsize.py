@@ -10,6 +10,9 @@ import numpy as np
 from pairsim.mesh import Array
 
 
+GROWTH = 1.6  # most that a step may grow by
+
+
 @dataclass(frozen=True)
 class Scheme:
     """One implicit step h = h* + g h', in which h* is a combination of old values.
@@ -79,14 +82,24 @@ class StepControl:
         """Whether a step with this error (in units of the tolerance) stands."""
         return self.fixed is not None or error <= 1.5
 
-    def next(self, dt: float, error: float) -> float:
-        """Step size after a step with this error in units of the tolerance."""
+    def next(self, dt: float, size: float, error: float) -> float:
+        """Step size after a step.
+
+        Args:
+            dt: The step size that was wanted.
+            size: The one that was taken, smaller where it had to land on a time.
+            error: Its error in units of the tolerance; 0 where it is unknown.
+        """
         if self.fixed is not None:
             return self.fixed
+        if error == 0.0:
+            return dt
         factor = 0.85 / max(error, 1e-4) ** 0.5
+        if size < dt * (1 - 1e-9) and error <= 1.0:
+            return min(max(size * factor, dt), GROWTH * dt, self.largest)
         if 1.0 <= factor < 1.15:  # the Jacobian in hand serves longer at an unchanged step
-            return min(dt, self.largest)
-        return min(dt * min(max(factor, 0.3), 1.6), self.largest)
+            return min(size, self.largest)
+        return min(size * min(max(factor, 0.3), GROWTH), self.largest)
 
 
 def land(t: float, dt: float, milestone: float) -> float:

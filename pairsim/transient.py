@@ -303,8 +303,7 @@ class Transient:
                     self.history.push(t + size, h, y)
                     observation = diagnostics.observe(self.scene, self.tie, y, h, x)
                     self._U_m = float(observation.U.mean()) if observation.U.size else 0.0
-                    if size >= dt * (1 - 1e-9) or error > 1:
-                        dt = control.next(size, error) if error > 0 else size
+                    dt = control.next(dt, size, error)
                     yield Step(
                         t=t + size,
                         dt=size,
@@ -324,7 +323,7 @@ class Transient:
                     continue
                 self.counts.rejected += 1
                 if valid and distortion > 0:
-                    dt = min(control.next(size, error), 0.7 * size)
+                    dt = min(control.next(size, size, error), 0.7 * size)
                 elif not remeshed and self.history.y:
                     self._remesh()
                     remeshed = True
