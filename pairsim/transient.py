@@ -259,7 +259,7 @@ class Transient:
         h = self.history.h[0]
         distances = diagnostics.gaps(self.bodies, h)
         if distances.size and distances.min() <= 0:
-            raise MeshFailure("the particles touch", t=self.history.t[0], step=self.counts.steps)
+            raise MeshFailure("the particles touch")
         geometry = Geometry(self.problem.betas, tuple(map(float, distances)), self.problem.length)
         # Bring the particles back to the middle of the tube: the ends are far away and nothing else has a place.
         centres = [h[body.start : body.start + body.size : 2].mean() for body in self.bodies]
@@ -275,6 +275,14 @@ class Transient:
         if self._deformed:
             positions = tuple(body.outline_points(h) for body in self.bodies)
             self._mesh(Reference(geometry, tuple(self.outlines), positions, True))
+
+    def _remesh_or_say_when(self) -> None:
+        try:
+            self._remesh()
+        except MeshFailure as failure:
+            t, step = self.history.t[0], self.counts.steps
+            advice = "a larger mesh.Np; very soft particles may have no steady shape"
+            raise MeshFailure(failure.message, t=t, step=step, advice=advice) from failure
 
     def steps(self, milestones: Iterator[float]) -> Iterator[Step]:
         """March through the milestones, yielding every accepted step.
@@ -319,13 +327,13 @@ class Transient:
                     )
                     remeshed = self._needs_mesh(distortion, observation)
                     if remeshed:
-                        self._remesh()
+                        self._remesh_or_say_when()
                     continue
                 self.counts.rejected += 1
                 if valid and distortion > 0:
                     dt = min(control.next(size, size, error), 0.7 * size)
                 elif not remeshed and self.history.y:
-                    self._remesh()
+                    self._remesh_or_say_when()
                     remeshed = True
                 else:
                     dt = size / 3
