@@ -9,7 +9,6 @@ import numpy as np
 
 from pairsim.mesh import Array
 
-
 GROWTH = 1.6  # most that a step may grow by
 
 
