@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import basix.ufl
@@ -21,17 +20,19 @@ from ufl.algorithms import expand_derivatives, expand_indices
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 
 from pairsim.fenicsx import dolfinx
-from pairsim.forms import continuity, mesh_motion
+from pairsim.forms import constitutive, continuity, mesh_motion
 from pairsim.forms.momentum import momentum
 from pairsim.jit import JIT_OPTIONS
 from pairsim.kinematics import Expr, Kinematics
-from pairsim.materials import neo_hookean, newtonian
+from pairsim.materials import neo_hookean, newtonian, polymer
+from pairsim.materials.log_conformation import LogConformation
 from pairsim.mesh import Array, Indices, QuadraticMesh
 
 fem = dolfinx.fem
 
 # Degree 4 changes dU by 3e-5 of itself at Ca_e .15 and N_p 20, degree 5 by 1e-5, degree 6 by 5e-7 (against 8).
 QUADRATURE_DEGREE = 5
+UPWIND_SCALE = 0.5
 # basix orders mid-sides by the opposite vertex, gmsh by their first vertex.
 _TO_BASIX = np.array([0, 1, 2, 4, 5, 3])
 
@@ -48,6 +49,7 @@ class FieldSpec:
 VELOCITY = FieldSpec("u", 2, 2)
 DISPLACEMENT = FieldSpec("eta", 2, 2)
 PRESSURE = FieldSpec("p", 1, 1)
+LOG_CONFORMATION = FieldSpec("s", 1, 4)
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,20 @@ class CompiledPhase:
     jacobian: Any
     coupled: NDArray[np.bool_]
     x: ufl.Coefficient
+    star: ufl.Coefficient
     constants: dict[str, ufl.Constant]
+
+
+@dataclass(frozen=True)
+class _Terms:
+    """What a form is built from: unknowns, their part that the time scheme has fixed, test functions, constants."""
+
+    mesh: ufl.Mesh
+    x: dict[str, Expr]
+    star: dict[str, Expr]
+    test: dict[str, Expr]
+    constants: dict[str, ufl.Constant]
+    dX: ufl.Measure
 
 
 def _couples(block: ufl.Form | None) -> bool:
@@ -68,11 +83,19 @@ def _couples(block: ufl.Form | None) -> bool:
     return block is not None and not expand_indices(expand_derivatives(apply_algebra_lowering(block))).empty()
 
 
+_COMPILED: dict[tuple[str | bool, ...], CompiledPhase] = {}
+
+
 def _compile(
+    comm: MPI.Comm,
+    kind: tuple[str | bool, ...],
     fields: tuple[FieldSpec, ...],
     constant_names: tuple[str, ...],
-    build: Callable[[ufl.Mesh, dict[str, Expr], dict[str, Expr], dict[str, ufl.Constant], ufl.Measure], ufl.Form],
+    build: Callable[[_Terms], ufl.Form],
 ) -> CompiledPhase:
+    """Compile a kind of phase on all processes of a communicator, once for every scene that has it."""
+    if kind in _COMPILED:
+        return _COMPILED[kind]
     mesh = ufl.Mesh(basix.ufl.element("Lagrange", "triangle", 2, shape=(2,)))
     element = basix.ufl.mixed_element(
         [
@@ -81,47 +104,75 @@ def _compile(
         ]
     )
     space = ufl.FunctionSpace(mesh, element)
-    x, y = ufl.Coefficient(space), ufl.TestFunction(space)
+    x, star, test = ufl.Coefficient(space), ufl.Coefficient(space), ufl.TestFunction(space)
     constants = {name: ufl.Constant(mesh) for name in constant_names}
-    names = [f.name for f in fields]
+    named = [dict(zip((f.name for f in fields), ufl.split(function), strict=True)) for function in (x, star, test)]
     dX = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE})
-    residual = build(
-        mesh, dict(zip(names, ufl.split(x), strict=True)), dict(zip(names, ufl.split(y), strict=True)), constants, dX
-    )
+    residual = build(_Terms(mesh, named[0], named[1], named[2], constants, dX))
     jacobian = ufl.derivative(residual, x, ufl.TrialFunction(space))
     coupled = np.array([[_couples(block) for block in row] for row in ufl.extract_blocks(jacobian)])
 
     def compiled(form: ufl.Form) -> Any:
-        return fem.compile_form(MPI.COMM_WORLD, form, jit_options=JIT_OPTIONS)
+        return fem.compile_form(comm, form, jit_options=JIT_OPTIONS)
 
-    return CompiledPhase(fields, element, compiled(residual), compiled(jacobian), coupled, x, constants)
+    _COMPILED[kind] = CompiledPhase(
+        fields, element, compiled(residual), compiled(jacobian), coupled, x, star, constants
+    )
+    return _COMPILED[kind]
 
 
-@cache
-def newtonian_liquid(moving: bool) -> CompiledPhase:
+def newtonian_liquid(comm: MPI.Comm, moving: bool) -> CompiledPhase:
     """Newtonian liquid: u, p and, where the mesh moves, eta."""
 
-    def build(mesh, x, y, constants, dX):  # type: ignore[no-untyped-def]
-        kin = Kinematics.of(mesh, x.get("eta"))
-        form = momentum(kin, newtonian.extra_stress(kin, x["u"], 1.0), x["p"], y["u"], dX)
-        form += continuity.liquid(kin, x["u"], y["p"], dX)
+    def build(terms: _Terms) -> ufl.Form:
+        x, test, dX = terms.x, terms.test, terms.dX
+        kin = Kinematics.of(terms.mesh, x.get("eta"))
+        form = momentum(kin, newtonian.extra_stress(kin, x["u"], 1.0), x["p"], test["u"], dX)
+        form += continuity.liquid(kin, x["u"], test["p"], dX)
         if moving:
-            form += mesh_motion.elastic_extension(mesh, x["eta"], y["eta"], dX)
+            form += mesh_motion.elastic_extension(terms.mesh, x["eta"], test["eta"], dX)
         return form
 
-    return _compile((VELOCITY, PRESSURE, DISPLACEMENT) if moving else (VELOCITY, PRESSURE), (), build)
+    fields = (VELOCITY, PRESSURE, DISPLACEMENT) if moving else (VELOCITY, PRESSURE)
+    return _compile(comm, ("newtonian", moving), fields, (), build)
 
 
-@cache
-def neo_hookean_solid() -> CompiledPhase:
+def viscoelastic_liquid(comm: MPI.Comm, law: polymer.Name, moving: bool) -> CompiledPhase:
+    """Viscoelastic liquid: u, p, s = log c and, where the mesh moves, eta."""
+
+    def build(terms: _Terms) -> ufl.Form:
+        x, star, test, k, dX = terms.x, terms.star, terms.test, terms.constants, terms.dX
+        kin = Kinematics.of(terms.mesh, x.get("eta"))
+        s = LogConformation.of(x["s"])
+        solvent = newtonian.extra_stress(kin, x["u"], k["xi"])
+        tau = constitutive.stress(law, s, k["xi"], k["De"], k["L2"])
+        form = momentum(kin, (solvent[0] + tau[0], solvent[1] + tau[1]), x["p"], test["u"], dX)
+        form += continuity.liquid(kin, x["u"], test["p"], dX)
+        v = x["u"]
+        if moving:
+            form += mesh_motion.elastic_extension(terms.mesh, x["eta"], test["eta"], dX)
+            v = v - ufl.as_vector([k["U_m"], 0]) - (x["eta"] - star["eta"]) / k["g"]
+        rate = LogConformation.of((x["s"] - star["s"]) / k["g"] + ufl.dot(kin.grad(x["s"]), v))
+        relaxed = constitutive.relaxation(law, s, k["alpha"], k["epsilon"], k["L2"])
+        strong = constitutive.residual(kin, s, (rate.block, rate.hoop), x["u"], relaxed, k["De"])
+        time = constitutive.upwind_time(terms.mesh, v, k["De"], UPWIND_SCALE)
+        return form + constitutive.constitutive(kin, strong, test["s"], v, time, dX)
+
+    fields = (VELOCITY, PRESSURE, LOG_CONFORMATION)
+    names = ("De", "xi", "alpha", "epsilon", "L2", "g", "U_m")
+    return _compile(comm, (law, moving), (*fields, DISPLACEMENT) if moving else fields, names, build)
+
+
+def neo_hookean_solid(comm: MPI.Comm) -> CompiledPhase:
     """Neo-Hookean particle: eta and p, with its capillary number Ca_e as a constant."""
 
-    def build(mesh, x, y, constants, dX):  # type: ignore[no-untyped-def]
-        kin = Kinematics.of(mesh, x["eta"])
-        stress = neo_hookean.extra_stress(kin, constants["Ca_e"])
-        return momentum(kin, stress, x["p"], y["eta"], dX) + continuity.solid(kin, y["p"], dX)
+    def build(terms: _Terms) -> ufl.Form:
+        x, test, dX = terms.x, terms.test, terms.dX
+        kin = Kinematics.of(terms.mesh, x["eta"])
+        stress = neo_hookean.extra_stress(kin, terms.constants["Ca_e"])
+        return momentum(kin, stress, x["p"], test["eta"], dX) + continuity.solid(kin, test["p"], dX)
 
-    return _compile((DISPLACEMENT, PRESSURE), ("Ca_e",), build)
+    return _compile(comm, ("neo-hookean",), (DISPLACEMENT, PRESSURE), ("Ca_e",), build)
 
 
 class Phase:
@@ -148,15 +199,17 @@ class Phase:
         points = mesh.points if comm.rank == 0 else np.empty((0, 2))
         self.mesh = dolfinx.mesh.create_mesh(comm, cells, coordinate, points)
         self.space = fem.functionspace(self.mesh, compiled.element)
-        self.x = fem.Function(self.space)
+        self.x, self.star = fem.Function(self.space), fem.Function(self.space)
         self.offsets = self._offsets()
         self.canonical = self._number()
         self.owned = int(self.space.dofmap.index_map.size_local * self.space.dofmap.index_map_bs)
         self.constants = {k: fem.Constant(self.mesh, float(v)) for k, v in (constants or {}).items()}
         constant_map = {compiled.constants[k]: self.constants[k] for k in self.constants}
 
+        functions = {compiled.x: self.x, compiled.star: self.star}
+
         def create(form: Any, spaces: int) -> Any:
-            return fem.create_form(form, [self.space] * spaces, self.mesh, {}, {compiled.x: self.x}, constant_map)
+            return fem.create_form(form, [self.space] * spaces, self.mesh, {}, functions, constant_map)
 
         self._residual = create(compiled.residual, 1)
         self._jacobian = create(compiled.jacobian, 2)
@@ -178,7 +231,9 @@ class Phase:
         f = next(f for f in self.compiled.fields if f.name == name)
         if f.degree == 2:
             return np.asarray(self.offsets[name] + f.components * nodes + component)
-        return np.asarray(self.offsets[name] + np.searchsorted(self.quadratic.vertices, nodes))
+        return np.asarray(
+            self.offsets[name] + f.components * np.searchsorted(self.quadratic.vertices, nodes) + component
+        )
 
     def _number(self) -> Indices:
         node = self.mesh.geometry.input_global_indices[self.mesh.geometry.dofmap]
@@ -207,6 +262,10 @@ class Phase:
     def set(self, values: Array) -> None:
         """Set all local degrees of freedom from a canonical vector."""
         self.x.x.array[:] = values[self.canonical]
+
+    def set_star(self, values: Array) -> None:
+        """Set what the time scheme has fixed, from a canonical vector."""
+        self.star.x.array[:] = values[self.canonical]
 
     def residual(self) -> Array:
         """This process's contributions to the residual, as a canonical vector."""

@@ -19,8 +19,9 @@ from mpi4py import MPI
 from scipy.spatial import cKDTree
 
 from pairsim.errors import MeshFailure
+from pairsim.materials.polymer import Polymer
 from pairsim.mesh import TUBE_RADIUS, Array, Indices, Outline, QuadraticMesh, Reference
-from pairsim.phases import Phase, neo_hookean_solid, newtonian_liquid
+from pairsim.phases import Phase, neo_hookean_solid, newtonian_liquid, viscoelastic_liquid
 from pairsim.quadrature import CellQuadrature, end_load
 
 FLOW_RATE = pi / 4
@@ -137,7 +138,7 @@ def make_bodies(
     for beta, Ca_e, outline, mesh in zip(betas, Ca_es, outlines, meshes, strict=True):
         if Ca_e > 0:
             assert mesh is not None
-            phase: Phase | None = Phase(comm, neo_hookean_solid(), mesh, {"Ca_e": Ca_e})
+            phase: Phase | None = Phase(comm, neo_hookean_solid(comm), mesh, {"Ca_e": Ca_e})
             nodes = match(mesh.points, outline.nodes)
         else:
             phase, nodes = None, np.empty(0, dtype=np.int64)
@@ -156,6 +157,7 @@ class Scene:
         bodies: The particles; they are shared by the scenes of successive remeshings.
         periodic: Periodic ends with an imposed flow rate, or a prescribed velocity on them.
         boundary_velocity: Velocity on wall and ends when they are prescribed.
+        polymer: The viscoelastic part of the liquid, None for a Newtonian one.
     """
 
     def __init__(
@@ -167,12 +169,20 @@ class Scene:
         *,
         periodic: bool,
         boundary_velocity: BoundaryVelocity = poiseuille,
+        polymer: Polymer | None = None,
     ) -> None:
         self.comm, self.reference, self.bodies, self.periodic = comm, reference, list(bodies), periodic
         self.boundary_velocity = boundary_velocity
         # One rigid particle rides in its own frame: nothing of the mesh ever moves.
-        self.moving = len(self.bodies) > 1 or any(body.phase is not None for body in self.bodies)
-        self.liquid = Phase(comm, newtonian_liquid(self.moving), mesh)
+        # In a viscoelastic liquid it does, by what the frame's velocity is off: s is carried relative to the mesh.
+        self.polymer = polymer
+        self.moving = len(self.bodies) > (0 if polymer else 1) or any(b.phase is not None for b in self.bodies)
+        if polymer is None:
+            self.liquid = Phase(comm, newtonian_liquid(comm, self.moving), mesh)
+        else:
+            numbers = {k: getattr(polymer, k) for k in ("De", "xi", "alpha", "epsilon", "L2")}
+            compiled = viscoelastic_liquid(comm, polymer.name, self.moving)
+            self.liquid = Phase(comm, compiled, mesh, {**numbers, "g": 1.0, "U_m": 0.0})
         self.nodes = LiquidNodes.find(mesh, reference)
         self.phases: list[Phase] = [self.liquid] + [b.phase for b in self.bodies if b.phase is not None]
         self.offsets = np.concatenate([[0], np.cumsum([phase.size for phase in self.phases])]).astype(np.int64)
@@ -189,6 +199,13 @@ class Scene:
         """Hand the full vector to the phases."""
         for phase, a, b in zip(self.phases, self.offsets[:-1], self.offsets[1:], strict=True):
             phase.set(x[a:b])
+
+    def set_step(self, star: Array, g: float, U_m: float) -> None:
+        """Hand the liquid what the time scheme has fixed; only a viscoelastic one remembers anything."""
+        if self.polymer is not None:
+            self.liquid.set_star(star[: self.liquid.size])
+            self.liquid.constants["g"].value = g
+            self.liquid.constants["U_m"].value = U_m
 
     @cached_property
     def gauge(self) -> tuple[Indices, Array]:

@@ -31,6 +31,7 @@ _PREFIXES = itertools.count()
 # A zero-diagonal saddle point: a maximum transversal with scaling first, then nested dissection (design, section 7).
 MUMPS = {"icntl_6": 5, "icntl_7": 5, "icntl_14": 40}
 MOST_ANALYSES = 4
+UNPROVEN_RATE = 0.1
 
 
 @dataclass
@@ -287,9 +288,11 @@ class Newton:
         elif self._fresh:
             rate = min(1.0, 10 * largest)
         else:
-            rate = self._rate
+            # The rate of an earlier solve is a hint only: an iterate taken for converged too early breaks
+            # incompressibility, which the next steps then meet with velocities of their own.
+            rate = max(self._rate, UNPROVEN_RATE)
         # What is left: a geometric series while the Jacobian is lagged, the square of the step when it is fresh.
-        left = min(10 * largest, 1.0) * largest if self._fresh else largest * rate / max(1 - rate, 0.1)
+        left = min(100 * largest, 1.0) * largest if self._fresh else largest * rate / max(1 - rate, 0.1)
         if not self._fresh:
             self._rate = rate
         if left < self.tolerance or largest < 0.1 * self.tolerance:
@@ -305,7 +308,7 @@ class Newton:
         self._fresh = False
         return reason.ITERATING
 
-    def solve(self, y: Array, h_star: Array, g: float, U_m: float) -> tuple[Array, Report]:
+    def solve(self, y: Array, h_star: Array, g: float, U_m: float, star: Array | None = None) -> tuple[Array, Report]:
         """Solve from a first guess.
 
         Args:
@@ -313,11 +316,14 @@ class Newton:
             h_star: Part of h that the time scheme has fixed.
             g: gamma dt of the time scheme.
             U_m: Velocity of the frame.
+            star: Part of the full vector that the time scheme has fixed (needed by a viscoelastic liquid).
 
         Returns:
             The solution (or the last iterate) and how it went.
         """
         self._h_star, self._g, self._U_m = h_star, g, U_m
+        if star is not None:
+            self.scene.set_step(star, g, U_m)
         changed = self._factored_g is None or abs(g / self._factored_g - 1) > 0.25
         self._must_factor, self._fresh = changed, False
         self._largest, self._steps, self._why, self._factorisations = 0.0, {}, "", 0

@@ -149,6 +149,25 @@ def _tie_velocity(
             rows.add(velocity_of.col, full, velocity_of.data)
 
 
+def _tie_conformation(scene: Scene, y: _Unknowns, N: _Triplets, rows: _Triplets) -> None:
+    """Log-conformation: free, but the same at both periodic ends; at prescribed ends that of the developed flow."""
+    liquid, nodes = scene.liquid, scene.nodes
+    vertices = liquid.quadratic.vertices
+    inlet, outlet = nodes.inlet[::2], nodes.outlet[::2]
+    given = outlet if scene.periodic else np.concatenate([inlet, outlet])
+    free = vertices[~np.isin(vertices, given)]
+    for c in range(4):
+        number = np.full(len(liquid.quadratic.points), -1)
+        number[free] = y.take("s", len(free))
+        index = liquid.index("s", free, c)
+        N.add(index, number[free])
+        rows.add(number[free], index)
+        if scene.periodic:
+            index = liquid.index("s", outlet, c)
+            N.add(index, number[inlet])
+            rows.add(number[inlet], index)
+
+
 def _tie_mesh(scene: Scene, y: _Unknowns, N: _Triplets, C: _Triplets, rows: _Triplets, base: Array) -> None:
     """Displacement of the liquid's mesh: quadratic in the layer of cells at the interfaces, P1 farther in.
 
@@ -226,6 +245,8 @@ def transient_tie(scene: Scene) -> Tie:
     unknown = y.take("p_f", len(p))
     N.add(p, unknown)
     rows.add(unknown, p)
+    if scene.polymer is not None:
+        _tie_conformation(scene, y, N, rows)
     if scene.moving:
         _tie_mesh(scene, y, N, C, rows, base)
     for name, index in (("m", scene.m), ("dp", scene.dp)):

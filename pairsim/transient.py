@@ -15,6 +15,7 @@ from mpi4py import MPI
 from pairsim import diagnostics
 from pairsim.diagnostics import Observation
 from pairsim.errors import InvertedCell, MeshFailure, NewtonFailure, RunFailure, StepTooSmall
+from pairsim.materials.polymer import Polymer
 from pairsim.mesh import (
     Array,
     Geometry,
@@ -93,6 +94,7 @@ class Problem:
         U_m: First guess of the particles' velocity.
         start: Starting positions of the material, from the undeformed ones (None: undeformed).
         newton_tolerance: Tolerance of every Newton solve.
+        polymer: Viscoelastic part of the liquid.
     """
 
     betas: tuple[float, ...]
@@ -107,6 +109,7 @@ class Problem:
     U_m: float = 2.0
     start: Callable[[Array], Array] | None = None
     newton_tolerance: float = 1e-8
+    polymer: Polymer | None = None
 
 
 @dataclass
@@ -115,11 +118,12 @@ class _History:
 
     t: list[float] = field(default_factory=list)
     h: list[Array] = field(default_factory=list)
+    x: list[Array] = field(default_factory=list)
     y: list[Array] = field(default_factory=list)
     t_y: list[float] = field(default_factory=list)
 
-    def push(self, t: float, h: Array, y: Array) -> None:
-        self.t, self.h = [t, *self.t[:2]], [h, *self.h[:2]]
+    def push(self, t: float, h: Array, x: Array, y: Array) -> None:
+        self.t, self.h, self.x = [t, *self.t[:2]], [h, *self.h[:2]], [x, *self.x[:2]]
         self.t_y, self.y = [t, *self.t_y[:2]], [y, *self.y[:2]]
 
 
@@ -155,6 +159,7 @@ class Transient:
         self._extension: Newton | None = None
         self._deformed, self._carried = False, None
         self._mesh(Reference.spheres(geometry, self.outlines))
+        self.history.x = [np.zeros(self.scene.size)]
 
     def _on_root[T](self, make: Callable[[], T]) -> T:
         """Run gmsh on one process; every process gets the result, or raises the same error."""
@@ -187,6 +192,7 @@ class Transient:
                 self.bodies,
                 periodic=self.problem.periodic,
                 boundary_velocity=self.problem.boundary_velocity,
+                polymer=self.problem.polymer,
             )
         self.tie = transient_tie(self.scene)
         self.newton = Newton(self.scene, self.tie, tolerance=self.problem.newton_tolerance, clock=self.clock)
@@ -217,6 +223,9 @@ class Transient:
         t = past.t[0] + dt
         scheme = Scheme.bdf(dt, past.t[0] - past.t[1] if len(past.t) > 1 else None)
         h_star = np.asarray(sum(w * h for w, h in zip(scheme.weights, past.h, strict=False)))
+        star = None
+        if self.problem.polymer is not None:
+            star = np.asarray(sum(w * x for w, x in zip(scheme.weights, past.x, strict=False)))
         U_m = self._U_m
         if past.y:
             weights = extrapolation_weights(past.t_y, t)
@@ -226,7 +235,7 @@ class Transient:
         if len(past.y) < 3 and self.scene.moving:
             # Too little is known to extrapolate the liquid's mesh: put it where the material's guess wants it.
             guess[self.tie.fields["eta"]], _ = self._extend(self.tie.positions(guess, h_star, scheme.g, U_m))
-        y, report = self.newton.solve(guess, h_star, scheme.g, U_m)
+        y, report = self.newton.solve(guess, h_star, scheme.g, U_m, star)
         h, x = self.newton.state(y)
         error = 0.0
         if len(past.t) > 2 and report.converged:
@@ -308,7 +317,7 @@ class Transient:
                 distortion = diagnostics.liquid_distortion(self.scene, x) if valid else 0.0
                 if valid and distortion > 0 and control.accepts(error):
                     self.counts.steps += 1
-                    self.history.push(t + size, h, y)
+                    self.history.push(t + size, h, x, y)
                     observation = diagnostics.observe(self.scene, self.tie, y, h, x)
                     self._U_m = float(observation.U.mean()) if observation.U.size else 0.0
                     dt = control.next(dt, size, error)

@@ -1,0 +1,51 @@
+"""Viscoelastic liquids in terms of the conformation c, all of one family.
+
+    De (upper-convected derivative of c) = -Y(tr c) [F(tr c) c - I + alpha (c - I)^2],
+    tau = (1 - xi)/De (F c - I),
+
+with Y = F = 1 and alpha = 0 for Oldroyd-B, alpha > 0 for Giesekus (the paper's Eq. (5)), Y = 1 + epsilon (tr c - 3) or
+its exponential for PTT, F = (L2 - 3)/(L2 - tr c) for FENE-P. The functions work on numbers, numpy arrays and UFL alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+Name = Literal["oldroyd-b", "giesekus", "ptt-linear", "ptt-exp", "fene-p"]
+
+
+@dataclass(frozen=True)
+class Polymer:
+    """A polymer contribution.
+
+    Attributes:
+        name: Which law.
+        De: Deborah number.
+        xi: Solvent viscosity over eta_0.
+        alpha: Giesekus mobility.
+        epsilon: PTT's extensional parameter.
+        L2: Largest trace of c of FENE-P.
+    """
+
+    name: Name
+    De: float
+    xi: float
+    alpha: float = 0.0
+    epsilon: float = 0.0
+    L2: float = 0.0
+
+
+def relaxation(name: Name, trace: Any, epsilon: Any, exp: Callable[[Any], Any]) -> Any:
+    """Y(tr c)."""
+    if name == "ptt-linear":
+        return 1 + epsilon * (trace - 3)
+    if name == "ptt-exp":
+        return exp(epsilon * (trace - 3))
+    return 1.0
+
+
+def spring(name: Name, trace: Any, L2: Any) -> Any:
+    """F(tr c)."""
+    return (L2 - 3) / (L2 - trace) if name == "fene-p" else 1.0

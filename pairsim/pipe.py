@@ -1,0 +1,107 @@
+"""The flow without particles: start-up of a viscoelastic liquid in the tube at constant flow rate, in one dimension.
+
+Given the polymer stress, the momentum balance xi u' + tau_rz = -G r/2 and the flow rate make u'(r) and the pressure
+gradient G algebraic, so every radius is an ordinary differential equation and only G couples them. Gauss points in r
+make the flow rate spectrally accurate.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from pairsim.materials import polymer
+from pairsim.materials.polymer import Polymer
+from pairsim.mesh import TUBE_RADIUS, Array
+
+
+@dataclass(frozen=True)
+class PipeState:
+    """The flow at one time.
+
+    Attributes:
+        gradient: Pressure drop by unit length.
+        r: Radii, from the axis to the wall.
+        u: Axial velocity at the radii.
+        c: Conformation (zz, zr, rr, tt) at the radii, (n, 4).
+    """
+
+    gradient: float
+    r: Array
+    u: Array
+    c: Array
+
+
+class Pipe:
+    """Start-up from rest stress at t = 0.
+
+    Args:
+        liquid: The polymer, or None for a Newtonian liquid.
+        points: Gauss points in r.
+    """
+
+    def __init__(self, liquid: Polymer | None, points: int = 60) -> None:
+        self.liquid = liquid
+        x, w = np.polynomial.legendre.leggauss(points)
+        self._inner = (x + 1) / 2 * TUBE_RADIUS
+        self._weights = w / 2 * TUBE_RADIUS
+        # The axis and the wall follow along without a say in the flow rate.
+        self.r = np.concatenate([[0.0], self._inner, [TUBE_RADIUS]])
+
+    def _shear(self, c: Array) -> tuple[Array, float]:
+        """u'(r) and the pressure gradient for conformations (4, n)."""
+        liquid = self.liquid
+        assert liquid is not None
+        F = polymer.spring(liquid.name, c[0] + c[2] + c[3], liquid.L2)
+        tau = (1 - liquid.xi) / liquid.De * F * c[1]
+        inner = slice(1, -1)
+        # Flow rate: -pi int r^2 u' dr = pi/4.
+        r, w = self._inner, self._weights
+        G = (0.25 * liquid.xi - w @ (r**2 * tau[inner])) / (w @ (r**3 / 2))
+        return -(G * self.r / 2 + tau) / liquid.xi, float(G)
+
+    def _rate(self, _: float, flat: Array) -> Array:
+        liquid = self.liquid
+        assert liquid is not None
+        c = flat.reshape(4, -1)
+        shear, _G = self._shear(c)
+        zz, zr, rr, tt = c
+        trace = zz + rr + tt
+        Y = polymer.relaxation(liquid.name, trace, liquid.epsilon, np.exp)
+        F = polymer.spring(liquid.name, trace, liquid.L2)
+        square = np.array([(zz - 1) ** 2 + zr**2, zr * (zz + rr - 2), zr**2 + (rr - 1) ** 2, (tt - 1) ** 2])
+        relax = Y / liquid.De * (F * c - np.array([[1.0], [0.0], [1.0], [1.0]]) + liquid.alpha * square)
+        stretch = np.array([2 * shear * zr, shear * rr, np.zeros_like(rr), np.zeros_like(rr)])
+        return np.asarray((stretch - relax).ravel())
+
+    @cached_property
+    def _start(self) -> Array:
+        n = len(self.r)
+        return np.concatenate([np.ones(n), np.zeros(n), np.ones(n), np.ones(n)])
+
+    def at(self, times: list[float]) -> list[PipeState]:
+        """The flow at ascending times.
+
+        Raises:
+            RuntimeError: The integration failed.
+        """
+        if self.liquid is None:
+            u = 2 * (1 - (self.r / TUBE_RADIUS) ** 2)
+            c = np.tile([1.0, 0.0, 1.0, 1.0], (len(self.r), 1))
+            return [PipeState(32.0, self.r, u, c) for _ in times]
+        done = solve_ivp(self._rate, (0.0, times[-1]), self._start, "LSODA", times, rtol=1e-9, atol=1e-11)
+        if not done.success:
+            raise RuntimeError(done.message)
+        return [self._state(flat.reshape(4, -1)) for flat in done.y.T]
+
+    def _state(self, c: Array) -> PipeState:
+        shear, G = self._shear(c)
+        # u = -int_r^R u' dr through the interpolating polynomial of the Gauss points.
+        series = np.polynomial.legendre.Legendre.fit(
+            self._inner, shear[1:-1], len(self._inner) - 1, domain=[0, TUBE_RADIUS]
+        )
+        primitive = series.integ()
+        return PipeState(G, self.r, primitive(self.r) - primitive(TUBE_RADIUS), c.T.copy())
