@@ -17,14 +17,19 @@ import yaml
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from pairsim.errors import InputError
+from pairsim.materials.polymer import Polymer
 
 
 def _number(value: Any) -> Any:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ValueError("a number")
-    if not math.isfinite(value):
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
         raise ValueError("a finite number")
-    return float(value)
+    return number
 
 
 def _integer(value: Any) -> Any:
@@ -38,6 +43,8 @@ Whole = Annotated[int, BeforeValidator(_integer)]
 # Bounds come before the validator, so that they show in the JSON schema of a union too.
 Diameter = Annotated[float, Field(gt=0, lt=1), BeforeValidator(_number)]
 Capillary = Annotated[float, Field(ge=0), BeforeValidator(_number)]
+Unit = Annotated[float, Field(ge=0, le=1), BeforeValidator(_number)]
+Extensibility = Annotated[float, Field(gt=3), BeforeValidator(_number)]
 Positive = Annotated[float, Field(gt=0), BeforeValidator(_number)]
 
 
@@ -95,10 +102,15 @@ class Case(_Options):
         None, description="elastic capillary number eta_0 U_av/(D_c G_p); 0 is a rigid particle"
     )
     d0: Positive | tuple[Positive, ...] | None = Field(None, description="initial distance between surfaces [D_c]")
-    name: str | None = Field(None, pattern=r"^[\w.+-]+$", description="name of the run's folder")
+    name: str | None = Field(None, pattern=r"^\w[\w.+-]{0,99}$", description="name of the run's folder")
     particles: Whole = Field(2, ge=0, le=50, description="number of particles on the axis")
     xi: Number = Field(0.09, ge=0, le=1, description="solvent viscosity over eta_0 (De > 0)")
-    alpha: Number = Field(0.2, ge=0, le=1, description="Giesekus mobility (De > 0)")
+    liquid: Literal["newtonian", "oldroyd-b", "giesekus", "ptt-linear", "ptt-exp", "fene-p"] | None = Field(
+        None, description="constitutive law; giesekus by default, newtonian at De = 0"
+    )
+    alpha: Unit | None = Field(None, description="Giesekus mobility; 0.2 by default (liquid: giesekus)")
+    epsilon: Capillary | None = Field(None, description="PTT's extensional parameter (liquid: ptt-linear, ptt-exp)")
+    L2: Extensibility | None = Field(None, description="largest trace of the conformation (liquid: fene-p)")
     length: Positive | Literal["auto"] | None = Field(
         None, description="tube length [D_c]; 50 times the largest beta (10 without particles); auto: developed ends"
     )
@@ -129,6 +141,22 @@ class Case(_Options):
         return _each(self.d0, max(self.n - 1, 0))
 
     @property
+    def polymer(self) -> Polymer | None:
+        """The viscoelastic part of the liquid, None for a Newtonian one."""
+        law = self.liquid or "giesekus"
+        if self.De == 0 or law == "newtonian":
+            return None
+        alpha = 0.2 if self.alpha is None else self.alpha
+        return Polymer(law, self.De, self.xi, alpha if law == "giesekus" else 0.0, self.epsilon or 0.0, self.L2 or 0.0)
+
+    @property
+    def notes(self) -> list[str]:
+        """What a user should know of the case as it was understood."""
+        if self.De == 0 and self.liquid not in (None, "newtonian"):
+            return [f"De = 0: the liquid is Newtonian with viscosity 1; liquid: {self.liquid} and xi are ignored"]
+        return []
+
+    @property
     def tube_length(self) -> float:
         """Length of the tube."""
         if self.length == "auto":
@@ -147,13 +175,19 @@ class Case(_Options):
         """Name of the run's folder."""
         if self.name:
             return self.name
+        law = [f"De{self.De:g}"]
+        if self.polymer is not None:
+            law += [] if self.polymer.name == "giesekus" else [self.polymer.name]
+            law += [
+                f"{key}{value:g}" for key in ("alpha", "epsilon", "L2") if (value := getattr(self, key)) is not None
+            ]
         if self.n == 0:
-            return f"pipe-De{self.De:g}"
+            return "-".join(["pipe", *law])
 
         def shown(value: Any) -> str:
             return "_".join(f"{v:g}" for v in value) if isinstance(value, tuple) else f"{value:g}"
 
-        parts = [f"beta{shown(self.beta)}", f"De{self.De:g}", f"Cae{shown(self.Ca_e)}"]
+        parts = [f"beta{shown(self.beta)}", *law, f"Cae{shown(self.Ca_e)}"]
         if self.n > 1:
             parts.append(f"d{shown(self.d0)}")
         return "-".join(parts if self.n == 2 else [f"n{self.n}", *parts])
@@ -163,6 +197,9 @@ class Case(_Options):
         data = self.model_dump(mode="json")
         if self.length is None:
             data["length"] = self.tube_length
+        if self.polymer is not None:
+            data["liquid"] = self.polymer.name
+            data["alpha"] = self.polymer.alpha if self.polymer.name == "giesekus" else None
         return {k: v for k, v in data.items() if v is not None}
 
 
@@ -170,6 +207,7 @@ class Case(_Options):
 # exp(-8.93 z/D_c): 2 leaves 2e-8 of it.
 AUTO_MARGIN = 2.0
 FREE_ENDS = 0.5
+MOST_OUTPUTS = 10_000
 
 
 def _each(value: float | tuple[float, ...] | None, count: int) -> tuple[float, ...]:
@@ -278,7 +316,17 @@ def _check_together(case: Case, source: str) -> None:
         raise InputError(source, key, value, allowed)
 
     if case.De > 0:
-        refuse("De", case.De, "not supported yet: De must be 0; viscoelastic liquids come with a later version")
+        law = case.liquid or "giesekus"
+        if law == "newtonian":
+            refuse("liquid", law, "another law, or De: 0: a Newtonian liquid has no relaxation time")
+        if case.xi == 0:
+            refuse("xi", case.xi, "above 0 in a viscoelastic liquid")
+        for key, laws in (("alpha", ("giesekus",)), ("epsilon", ("ptt-linear", "ptt-exp")), ("L2", ("fene-p",))):
+            value = getattr(case, key)
+            if value is not None and law not in laws:
+                refuse(key, value, f"nothing: {key} belongs to {' and '.join(laws)}, the liquid is {law}")
+            if value is None and law in laws and key != "alpha":
+                refuse(key, None, f"is missing; liquid: {law} needs it")
     counts = {"beta": case.n, "Ca_e": case.n, "d0": case.n - 1}
     for key, count in counts.items():
         value = getattr(case, key)
@@ -296,6 +344,14 @@ def _check_together(case: Case, source: str) -> None:
         refuse("length", case.tube_length, allowed)
     if case.time.first_step > case.time.end:
         refuse("time.first_step", case.time.first_step, f"at most time.end = {case.time.end:g}")
+    if case.time.max_step < case.time.first_step:
+        refuse("time.max_step", case.time.max_step, f"at least time.first_step = {case.time.first_step:g}")
+    if case.time.fixed_step is not None and case.time.fixed_step > case.time.end:
+        refuse("time.fixed_step", case.time.fixed_step, f"at most time.end = {case.time.end:g}")
+    if case.output.every is not None and case.time.end / case.output.every > MOST_OUTPUTS:
+        refuse(
+            "output.every", case.output.every, f"at least {case.time.end / MOST_OUTPUTS:g}: more outputs fill the disk"
+        )
     late = [t for t in case.output.times if t > case.time.end]
     if late:
         refuse("output.times", late[0], f"at most time.end = {case.time.end:g}")
@@ -374,7 +430,7 @@ def _words(schema: Mapping[str, Any]) -> str:
         return f"a list of which each is {_words(schema['items'])}"
     text = kinds.get(str(schema.get("type")), "a value")
     if "pattern" in schema:
-        text += " of letters, digits and . _ + -"
+        text += " of at most 100 letters, digits and . _ + -, not beginning with one of . + -"
     return f"{text} {' and '.join(limits)}".strip() if limits else text
 
 

@@ -170,6 +170,7 @@ def _complain(error: Exception) -> None:
     if (mpi := sys.modules.get("mpi4py.MPI")) is not None:
         rank = mpi.COMM_WORLD.rank
     else:
-        rank = int(os.environ.get("PMI_RANK") or os.environ.get("OMPI_COMM_WORLD_RANK") or 0)
+        launchers = ("PMI_RANK", "PMIX_RANK", "OMPI_COMM_WORLD_RANK", "SLURM_PROCID")
+        rank = int(next((os.environ[name] for name in launchers if os.environ.get(name)), 0))
     if rank == 0:
         typer.echo(f"pairsim: {error}", err=True)

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from pairsim.conformation import Health, health
 from pairsim.mesh import Array, jacobians
 from pairsim.scene import Body, Scene
 from pairsim.ties import Tie
@@ -23,6 +24,7 @@ class Observation:
         dp: Pressure drop over the tube.
         m: Uniform source of the pressure gauge.
         volume_error: Largest relative change of a particle's volume.
+        conformation: What to watch in a viscoelastic liquid, None in a Newtonian one.
     """
 
     d: Array
@@ -31,6 +33,7 @@ class Observation:
     dp: float
     m: float
     volume_error: float
+    conformation: Health | None
 
 
 def extents(outline: Array) -> tuple[float, float, float]:
@@ -85,8 +88,12 @@ def observe(scene: Scene, tie: Tie, y: Array, h: Array, x: Array) -> Observation
         D.append(taylor_parameter(body.outline_points(h)))
         reference = body.quadrature.volume(body.phase.quadratic.points)
         change = max(change, abs(body.quadrature.volume(points) / reference - 1))
+    conformation = None
+    if scene.polymer is not None:
+        liquid = scene.liquid
+        conformation = health(liquid.nodal("s", x), scene.positions(x), liquid.quadratic)
     return Observation(
-        gaps(scene.bodies, h), np.array(U), np.array(D), scene.pressure_drop(x), float(x[scene.m]), change
+        gaps(scene.bodies, h), np.array(U), np.array(D), scene.pressure_drop(x), float(x[scene.m]), change, conformation
     )
 
 

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 from scipy import sparse
+from scipy.interpolate import barycentric_interpolate
 from scipy.sparse.linalg import splu
 
+from pairsim.conformation import exponential, polymer_stress
 from pairsim.mesh import Array, Indices
+from pairsim.pipe import PipeState
 from pairsim.quadrature import CellQuadrature
 from pairsim.scene import Body
 from pairsim.transient import Step
@@ -39,12 +42,13 @@ def elastic_stress(body: Body, h: Array) -> Array:
     return np.asarray(splu(mass).solve(load))
 
 
-def frame(step: Step, origin: Array) -> FieldFrame:
+def frame(step: Step, origin: Array, flow: PipeState) -> FieldFrame:
     """All fields of a step on the deformed mesh, in the frame that rides with the particles.
 
     Args:
         step: The accepted step.
         origin: Material positions h at t = 0; displacements count from there.
+        flow: The flow without particles at this time, for the perturbation fields of Figs. 14 and 15.
     """
     scene = step.scene
     liquid, mesh = scene.liquid, scene.liquid.quadratic
@@ -84,4 +88,13 @@ def frame(step: Step, origin: Array) -> FieldFrame:
         data["displacement"] = np.vstack(displacement)
     if soft:
         data["tau_s"] = np.vstack(stress)
+    if scene.polymer is not None:
+        here = points[0]
+        tau = polymer_stress(scene.polymer, exponential(liquid.nodal("s", step.x)))
+        alone = polymer_stress(scene.polymer, barycentric_interpolate(flow.r, flow.c, here[:, 1]))
+        extra = p[0] + flow.gradient * here[:, 0]
+        rest = start - len(nodes)
+        data["tau_p"] = np.vstack([tau, np.zeros((rest, 4))])
+        data["tau_p_zz_extra"] = np.concatenate([(tau - alone)[:, 0], np.zeros(rest)])
+        data["pressure_extra"] = np.concatenate([extra, np.zeros(rest)])
     return FieldFrame(step.t, step.mesh_id, np.vstack(points), np.vstack(cells), np.concatenate(region), data)

@@ -180,8 +180,10 @@ COLUMNS: tuple[Column, ...] = (
     ),
 )
 """What the columns of series.csv mean; `_i` stands for the number of a particle or gap. Docs and plot labels use it."""
-HEALTH = tuple(entry.name for entry in COLUMNS[-6:])
-"""The columns that every series.csv ends with."""
+HEALTH = ("dt", "newton", "mesh", "m", "volume_error", "distortion")
+"""The columns that every series.csv has after those."""
+POLYMER_HEALTH = ("c_max", "c_max_z", "c_max_r", "c_min", "s_jump")
+"""The columns that follow in a viscoelastic liquid."""
 
 
 def column(name: str) -> Column:

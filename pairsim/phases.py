@@ -49,7 +49,7 @@ class FieldSpec:
 VELOCITY = FieldSpec("u", 2, 2)
 DISPLACEMENT = FieldSpec("eta", 2, 2)
 PRESSURE = FieldSpec("p", 1, 1)
-LOG_CONFORMATION = FieldSpec("s", 1, 4)
+LOG_CONFORMATION = FieldSpec("s", 2, 4)
 
 
 @dataclass(frozen=True)
@@ -226,6 +226,11 @@ class Phase:
         self.size = total
         return offsets
 
+    def carriers(self, name: str) -> Indices:
+        """Nodes that carry a field: all of them, or the vertices only."""
+        f = next(f for f in self.compiled.fields if f.name == name)
+        return np.arange(len(self.quadratic.points)) if f.degree == 2 else self.quadratic.vertices
+
     def index(self, name: str, nodes: Indices, component: int = 0) -> Indices:
         """Canonical numbers of a field's component at nodes (vertices for a P1 field)."""
         f = next(f for f in self.compiled.fields if f.name == name)
@@ -258,6 +263,12 @@ class Phase:
         field_column = np.searchsorted(starts, column, side="right") - 1
         keep = np.flatnonzero(self.compiled.coupled[field_row, field_column])
         return keep, row[keep], column[keep]
+
+    def nodal(self, name: str, values: Array) -> Array:
+        """A quadratic field's values by node and component, from a canonical vector."""
+        f = next(f for f in self.compiled.fields if f.name == name)
+        start = self.offsets[name]
+        return values[start : start + f.components * len(self.quadratic.points)].reshape(-1, f.components)
 
     def set(self, values: Array) -> None:
         """Set all local degrees of freedom from a canonical vector."""

@@ -7,6 +7,7 @@ make the flow rate spectrally accurate.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -82,20 +83,20 @@ class Pipe:
         n = len(self.r)
         return np.concatenate([np.ones(n), np.zeros(n), np.ones(n), np.ones(n)])
 
-    def at(self, times: list[float]) -> list[PipeState]:
-        """The flow at ascending times.
+    def until(self, t_end: float) -> Callable[[float], PipeState]:
+        """The flow as a function of time up to t_end.
 
         Raises:
             RuntimeError: The integration failed.
         """
         if self.liquid is None:
             u = 2 * (1 - (self.r / TUBE_RADIUS) ** 2)
-            c = np.tile([1.0, 0.0, 1.0, 1.0], (len(self.r), 1))
-            return [PipeState(32.0, self.r, u, c) for _ in times]
-        done = solve_ivp(self._rate, (0.0, times[-1]), self._start, "LSODA", times, rtol=1e-9, atol=1e-11)
+            still = PipeState(32.0, self.r, u, np.tile([1.0, 0.0, 1.0, 1.0], (len(self.r), 1)))
+            return lambda _: still
+        done = solve_ivp(self._rate, (0.0, t_end), self._start, "LSODA", dense_output=True, rtol=1e-9, atol=1e-11)
         if not done.success:
             raise RuntimeError(done.message)
-        return [self._state(flat.reshape(4, -1)) for flat in done.y.T]
+        return lambda t: self._state(done.sol(t).reshape(4, -1))
 
     def _state(self, c: Array) -> PipeState:
         shear, G = self._shear(c)

@@ -20,6 +20,9 @@ class Reporter:
     def update(self, t: float, d: float | None, dU: float | None, dt: float, newton: int, step: int) -> None:
         """Tell of an accepted step; d and dU are None when there is not just one gap."""
 
+    def note(self, text: str) -> None:
+        """Tell what the user should know."""
+
     def finish(self, text: str) -> None:
         """End with a line."""
 
@@ -47,6 +50,9 @@ class PlainReporter(Reporter):
             flush=True,
         )
 
+    def note(self, text: str) -> None:
+        print(f"{self._title}: note: {text}", file=sys.stderr, flush=True)
+
     def finish(self, text: str) -> None:
         print(f"{self._title}: {text}", file=sys.stderr, flush=True)
 
@@ -70,6 +76,9 @@ class RichReporter(Reporter):
     def update(self, t: float, d: float | None, dU: float | None, dt: float, newton: int, step: int) -> None:
         gap = "" if d is None or dU is None else f" d {d:.4f} dU {dU:+.3e}"
         self._progress.update(self._task, completed=t, state=f"t {t:.3g}{gap} dt {dt:.1e} Newton {newton}")
+
+    def note(self, text: str) -> None:
+        self._progress.console.print(f"{self._title}: note: {text}", highlight=False)
 
     def finish(self, text: str) -> None:
         self._progress.stop()

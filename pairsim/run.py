@@ -21,9 +21,8 @@ from pairsim.case import Case
 from pairsim.errors import InputError, RunFailure, TooManySteps, WallTime
 from pairsim.fields import frame
 from pairsim.mesh import MeshSettings
-from pairsim.output import HEALTH, RunFolder, SeriesWriter, named_row, series_columns
+from pairsim.output import HEALTH, POLYMER_HEALTH, RunFolder, SeriesWriter, named_row, series_columns
 from pairsim.progress import Reporter
-from pairsim.scene import POISEUILLE_DROP
 from pairsim.solver import petsc_version
 from pairsim.stepsize import StepControl
 from pairsim.transient import Problem, Step, Transient
@@ -65,6 +64,8 @@ def problem_of(case: Case) -> Problem:
         mesh_settings(case),
         StepControl(time_options.tol, SMALLEST_STEP, time_options.max_step, time_options.fixed_step),
         time_options.first_step,
+        polymer=case.polymer,
+        t_end=time_options.end,
         U_m=2 * (1 - 2 / 3 * largest**2),  # Faxen's law without wall corrections: only a first guess
     )
 
@@ -108,23 +109,35 @@ class _Signals:
 class _Recorder:
     """Writes what a run yields; does nothing on other processes than the first."""
 
-    def __init__(self, case: Case, folder: RunFolder | None, origin: np.ndarray) -> None:
-        self.case, self.folder, self.origin = case, folder, origin
+    def __init__(self, case: Case, folder: RunFolder | None, transient: Transient) -> None:
+        self.case, self.folder, self.pipe = case, folder, transient.pipe
+        self.origin = transient.history.h[0].copy()
+        self.columns = HEALTH + (POLYMER_HEALTH if case.polymer else ())
         if folder is not None:
-            self.series = SeriesWriter(folder.file("series.csv"), [*series_columns(case.n), *HEALTH])
+            self.series = SeriesWriter(folder.file("series.csv"), [*series_columns(case.n), *self.columns])
             self.fields = FieldsWriter(folder.path) if case.output.fields else None
 
     def row(self, step: Step) -> None:
         o = step.observation
         if self.folder is None:
             return
-        values = named_row(step.t, o.d, o.U, o.D, o.dp, o.dp - POISEUILLE_DROP * self.case.tube_length)
-        health = (step.dt, step.report.iterations, step.mesh_id, o.m, o.volume_error, step.distortion)
-        self.series.row(values | dict(zip(HEALTH, map(float, health), strict=True)))
+        values = named_row(step.t, o.d, o.U, o.D, o.dp, o.dp - self.pipe(step.t).gradient * self.case.tube_length)
+        health: tuple[float, ...] = (
+            step.dt,
+            step.report.iterations,
+            step.mesh_id,
+            o.m,
+            o.volume_error,
+            step.distortion,
+        )
+        if o.conformation is not None:
+            c = o.conformation
+            health += (c.c_max, c.z, c.r, c.c_min, c.s_jump)
+        self.series.row(values | dict(zip(self.columns, map(float, health), strict=True)))
 
     def field(self, step: Step) -> None:
         if self.folder is not None and self.fields is not None:
-            self.fields.write(frame(step, self.origin))
+            self.fields.write(frame(step, self.origin, self.pipe(step.t)))
 
     def close(self) -> None:
         if self.folder is not None:
@@ -217,10 +230,12 @@ def run_case(
 
     record(None)
     reporter.start(case.name or case.slug, case.time.end)
+    for note in case.notes:
+        reporter.note(note)
     try:
         with _Signals() as signals:
             transient = Transient(comm, problem_of(case))
-            recorder = _Recorder(case, folder, transient.history.h[0].copy())
+            recorder = _Recorder(case, folder, transient)
             outcome = _march(case, transient, recorder, reporter, signals, begin)
     except KeyboardInterrupt:
         outcome = Outcome("interrupted", "interrupted", "stopped at once; the rows written so far stand")

@@ -207,6 +207,11 @@ class Scene:
             self.liquid.constants["g"].value = g
             self.liquid.constants["U_m"].value = U_m
 
+    def positions(self, x: Array) -> Array:
+        """Current positions of the liquid's nodes."""
+        mesh = self.liquid.quadratic
+        return mesh.points + self.liquid.nodal("eta", x) if self.moving else mesh.points
+
     @cached_property
     def gauge(self) -> tuple[Indices, Array]:
         """Indices and weights of int p_f 2 pi r dX."""

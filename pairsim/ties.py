@@ -152,10 +152,11 @@ def _tie_velocity(
 def _tie_conformation(scene: Scene, y: _Unknowns, N: _Triplets, rows: _Triplets) -> None:
     """Log-conformation: free, but the same at both periodic ends; at prescribed ends that of the developed flow."""
     liquid, nodes = scene.liquid, scene.nodes
-    vertices = liquid.quadratic.vertices
-    inlet, outlet = nodes.inlet[::2], nodes.outlet[::2]
-    given = outlet if scene.periodic else np.concatenate([inlet, outlet])
-    free = vertices[~np.isin(vertices, given)]
+    given = nodes.outlet if scene.periodic else np.concatenate([nodes.inlet, nodes.outlet])
+    carriers = liquid.carriers("s")
+    free = carriers[~np.isin(carriers, given)]
+    carried = np.isin(nodes.inlet, carriers)
+    inlet, outlet = nodes.inlet[carried], nodes.outlet[carried]
     for c in range(4):
         number = np.full(len(liquid.quadratic.points), -1)
         number[free] = y.take("s", len(free))

@@ -11,8 +11,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from mpi4py import MPI
+from scipy.interpolate import barycentric_interpolate
 
 from pairsim import diagnostics
+from pairsim.conformation import interpolate, logarithm
 from pairsim.diagnostics import Observation
 from pairsim.errors import InvertedCell, MeshFailure, NewtonFailure, RunFailure, StepTooSmall
 from pairsim.materials.polymer import Polymer
@@ -27,6 +29,7 @@ from pairsim.mesh import (
     make_outlines,
     particle_meshes,
 )
+from pairsim.pipe import Pipe
 from pairsim.scene import BoundaryVelocity, Scene, make_bodies, poiseuille
 from pairsim.solver import Clock, Newton, Report
 from pairsim.stepsize import Scheme, StepControl, error_factor, extrapolation_weights, land
@@ -38,6 +41,7 @@ LEAST_DISTORTION = 0.25
 FRESH_DISTORTION = 0.45
 GAP_RATIO = 1.6
 RELATIVE_WEIGHT = 20.0
+CONFORMATION_WEIGHT = 0.4
 
 
 @dataclass
@@ -95,6 +99,7 @@ class Problem:
         start: Starting positions of the material, from the undeformed ones (None: undeformed).
         newton_tolerance: Tolerance of every Newton solve.
         polymer: Viscoelastic part of the liquid.
+        t_end: Time up to which the flow without particles is needed.
     """
 
     betas: tuple[float, ...]
@@ -110,6 +115,7 @@ class Problem:
     start: Callable[[Array], Array] | None = None
     newton_tolerance: float = 1e-8
     polymer: Polymer | None = None
+    t_end: float = 1000.0
 
 
 @dataclass
@@ -141,6 +147,8 @@ class Transient:
     def __init__(self, comm: MPI.Comm, problem: Problem) -> None:
         self.comm, self.problem = comm, problem
         self.clock, self.counts = Clock(), Counts()
+        # The flow without particles: what the ends carry, and the pressure drop that particles add to.
+        self.pipe = Pipe(problem.polymer).until(problem.t_end)
         geometry = Geometry(problem.betas, problem.gaps, problem.length)
         with self.clock("mesh"):
             self.outlines, meshes = self._on_root(lambda: self._particles(geometry))
@@ -199,6 +207,16 @@ class Transient:
         self.history.y, self.history.t_y = [], []
         self._material = np.concatenate([self.tie.fields.get(name, np.empty(0, int)) for name in ("v", "U_p", "p_s")])
 
+    def _prescribe_ends(self, t: float) -> None:
+        """Give the ends the developed flow of this time."""
+        state, liquid = self.pipe(t), self.scene.liquid
+        s = logarithm(state.c)
+        for nodes in (self.scene.nodes.inlet, self.scene.nodes.outlet):
+            r = liquid.quadratic.points[nodes, 1]
+            self.tie.base[liquid.index("u", nodes, 0)] = barycentric_interpolate(state.r, state.u, r)
+            for c in range(4):
+                self.tie.base[liquid.index("s", nodes, c)] = barycentric_interpolate(state.r, s[:, c], r)
+
     def _extend(self, h: Array) -> tuple[Array, float]:
         """Displacement of the liquid's mesh for given material positions, and the distortion it means."""
         if self._extension is None:
@@ -225,6 +243,8 @@ class Transient:
         h_star = np.asarray(sum(w * h for w, h in zip(scheme.weights, past.h, strict=False)))
         star = None
         if self.problem.polymer is not None:
+            if not self.problem.periodic:
+                self._prescribe_ends(t)
             star = np.asarray(sum(w * x for w, x in zip(scheme.weights, past.x, strict=False)))
         U_m = self._U_m
         if past.y:
@@ -241,7 +261,12 @@ class Transient:
         if len(past.t) > 2 and report.converged:
             weights = extrapolation_weights(past.t, t)
             predicted = sum(w * old for w, old in zip(weights, past.h, strict=True))
-            error = self._size_of(h - predicted) * error_factor(past.t, t) / scheme.g / self.problem.control.tolerance
+            size = self._size_of(h - predicted)
+            if self.problem.polymer is not None:
+                predicted = sum(w * old for w, old in zip(weights, past.x, strict=True))
+                change = self.scene.liquid.nodal("s", x - predicted)
+                size = max(size, CONFORMATION_WEIGHT * float(np.sqrt(np.mean(change**2))))
+            error = size * error_factor(past.t, t) / scheme.g / self.problem.control.tolerance
         return y, h, x, report, error
 
     def _size_of(self, difference: Array) -> float:
@@ -273,17 +298,39 @@ class Transient:
         # Bring the particles back to the middle of the tube: the ends are far away and nothing else has a place.
         centres = [h[body.start : body.start + body.size : 2].mean() for body in self.bodies]
         shift = np.mean(geometry.centres) - np.mean(centres)
-        for old in self.history.h:
-            old += shift * (self.tie.a > 0)
+        for positions in self.history.h:
+            positions += shift * (self.tie.a > 0)
         if self.history.y:
             self._carried = self.history.y[0][self._material]
         self.counts.remeshings += 1
+        old = self.scene
         if not self._deformed:
             self._mesh(Reference.spheres(geometry, self.outlines))
             self._deformed = self._extend(h)[1] < FRESH_DISTORTION
         if self._deformed:
-            positions = tuple(body.outline_points(h) for body in self.bodies)
-            self._mesh(Reference(geometry, tuple(self.outlines), positions, True))
+            outlines = tuple(body.outline_points(h) for body in self.bodies)
+            self._mesh(Reference(geometry, tuple(self.outlines), outlines, True))
+        self.history.x = [
+            self._carried_over(old, x, h, float(shift)) for x, h in zip(self.history.x, self.history.h, strict=True)
+        ]
+
+    def _carried_over(self, old: Scene, x: Array, h: Array, shift: float) -> Array:
+        """What the liquid remembers of one old time, on the new mesh: its displacement then, and s where it was."""
+        new = np.zeros(self.scene.size)
+        if self.problem.polymer is None:
+            return new
+        liquid = self.scene.liquid
+        assert self._extension is not None
+        eta, _ = self._extend(h)
+        new[:] = self._extension.state(eta)[1]
+        wanted = self.scene.positions(new) - [shift, 0.0]
+        reach = old.reference.geometry.length / 2
+        wanted[:, 0] = np.clip(wanted[:, 0], -reach, reach)
+        s = interpolate(old.liquid.quadratic, old.positions(x), old.liquid.nodal("s", x), wanted)
+        nodes = np.arange(len(liquid.quadratic.points))
+        for c in range(4):
+            new[liquid.index("s", nodes, c)] = s[:, c]
+        return new
 
     def _remesh_or_say_when(self) -> None:
         try:

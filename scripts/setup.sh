@@ -38,7 +38,8 @@ setup_venv() {
         say "no C compiler (cc or gcc) was found; forms are compiled when first used. On Debian: apt install gcc"
         exit 1
     fi
-    if ! [ -x "$venv/bin/python" ] || ! is_new_enough "$venv/bin/python"; then
+    # Without pip it is what an interrupted set-up left.
+    if ! is_new_enough "$venv/bin/python" || ! "$venv/bin/python" -m pip --version >/dev/null 2>&1; then
         python=$(find_python) || {
             say "no Python 3.12 or newer with venv was found; install one, or set PAIRSIM_PYTHON to it"
             exit 1

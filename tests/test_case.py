@@ -21,7 +21,11 @@ def test_four_numbers_are_a_case() -> None:
     assert case.Ca_es == (0.1, 0.1)
     assert case.gaps == (0.1,)
     assert case.tube_length == 20.0
-    assert (case.xi, case.alpha, case.ends, case.mesh.Np) == (0.09, 0.2, "periodic", 40)
+    assert (case.xi, case.ends, case.mesh.Np) == (0.09, "periodic", 40)
+    assert case.polymer is None
+    elastic = case_from_dict({**MINIMAL, "De": 1}, "test").polymer
+    assert elastic is not None
+    assert (elastic.name, elastic.xi, elastic.alpha) == ("giesekus", 0.09, 0.2)
     assert case.slug == "beta0.4-De0-Cae0.1-d0.1"
 
 
@@ -66,3 +70,22 @@ def test_every_command_explains_itself(command: str) -> None:
     result = CliRunner().invoke(app, [command, "--help"])
     assert result.exit_code == 0
     assert "Usage" in result.output
+
+
+def test_liquids_do_not_share_a_folder() -> None:
+    cases = [
+        {"De": 1},
+        {"De": 2},
+        {"De": 1, "alpha": 0},
+        {"De": 1, "liquid": "oldroyd-b"},
+        {"De": 1, "liquid": "fene-p", "L2": 50},
+        {"De": 1, "liquid": "ptt-exp", "epsilon": 0.25},
+    ]
+    slugs = {case_from_dict({**MINIMAL, **changes}, "test").slug for changes in cases}
+    assert len(slugs) == len(cases)
+
+
+def test_a_law_without_relaxation_time_is_newtonian_and_said_to_be() -> None:
+    case = case_from_dict({**MINIMAL, "liquid": "giesekus", "xi": 0.5}, "test")
+    assert case.polymer is None
+    assert "ignored" in case.notes[0]

@@ -1,0 +1,197 @@
+"""Viscoelastic liquids: the laws, the log-conformation, start-up in the tube, and particles in it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from conftest import MPI, dU, march, soft_pair
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+from scipy.optimize import fsolve
+
+from pairsim.conformation import exponential, interpolate, logarithm, polymer_stress
+from pairsim.materials.polymer import Polymer
+from pairsim.mesh import Geometry, MeshSettings, Reference, liquid_mesh
+from pairsim.pipe import Pipe
+from pairsim.stepsize import StepControl
+from pairsim.transient import Problem, Transient
+
+GIESEKUS = {De: Polymer("giesekus", De, 0.09, 0.2) for De in (0.5, 1.0)}
+STEADY = {
+    0.5: (13.896025030, 1.699395184, -1.3911059, 7.2824251, 0.5772155),
+    1.0: (9.452899283, 1.646464948, -1.5673116, 11.4214195, 0.4476997),
+}
+START_UP = {
+    0.05: 4.29971123,
+    0.1: 5.64378972,
+    0.25: 9.08872297,
+    0.5: 12.0374955,
+    1.0: 10.89484674,
+    2.0: 9.39146088,
+}
+LAWS = {
+    "oldroyd-b": Polymer("oldroyd-b", 0.8, 0.09),
+    "giesekus": Polymer("giesekus", 0.8, 0.09, alpha=0.2),
+    "ptt-linear": Polymer("ptt-linear", 0.8, 0.09, epsilon=0.25),
+    "ptt-exp": Polymer("ptt-exp", 0.8, 0.09, epsilon=0.25),
+    "fene-p": Polymer("fene-p", 0.8, 0.09, L2=50.0),
+}
+
+
+@pytest.mark.parametrize("De", STEADY)
+def test_one_dimensional_flow_is_exact(De: float) -> None:
+    gradient, centre, zr, zz, rr = STEADY[De]
+    flow = Pipe(GIESEKUS[De]).until(40 * De)(40 * De)
+    assert flow.gradient == pytest.approx(gradient, rel=1e-8)
+    assert flow.u[0] == pytest.approx(centre, rel=1e-8)
+    assert flow.c[-1, :3] == pytest.approx([zz, zr, rr], rel=1e-6)
+
+
+def test_one_dimensional_start_up_is_exact() -> None:
+    giesekus = Pipe(GIESEKUS[1.0]).until(2.0)
+    assert [giesekus(t).gradient for t in START_UP] == pytest.approx(list(START_UP.values()), rel=1e-7)
+    oldroyd = Pipe(Polymer("oldroyd-b", 1.0, 0.09)).until(2.0)
+    assert oldroyd(0.7).gradient == pytest.approx(32 * (0.09 + 0.91 * (1 - np.exp(-0.7))), rel=1e-7)
+
+
+def pipe_in_two_dimensions(liquid: Polymer, times: list[float], **mesh: float) -> dict[float, tuple[float, float]]:
+    """Pressure gradient and axial velocity on the mesh of a tube without particles."""
+    control = StepControl(3e-4, 1e-8, 1.0)
+    problem = Problem((), (), (), 2.0, True, MeshSettings(**mesh), control, 1e-3, polymer=liquid, t_end=times[-1])
+    transient = Transient(MPI.COMM_WORLD, problem)
+    found = {}
+    for step in transient.steps(iter(times)):
+        for t in times:
+            if abs(step.t - t) < 1e-9:
+                axis = step.scene.liquid.index("u", step.scene.nodes.axis)
+                found[t] = step.observation.dp / 2.0, float(step.x[axis].mean())
+    transient.close()
+    return found
+
+
+def test_start_up_on_the_mesh_follows_the_exact_one() -> None:
+    found = pipe_in_two_dimensions(GIESEKUS[1.0], list(START_UP))
+    for t, gradient in START_UP.items():
+        assert found[t][0] == pytest.approx(gradient, rel=3e-3)
+
+
+@pytest.mark.parametrize("De", STEADY)
+def test_steady_flow_on_a_fine_mesh_is_exact(De: float) -> None:
+    found = pipe_in_two_dimensions(GIESEKUS[De], [20 * De], max_size=0.05)[20 * De]
+    assert found[0] == pytest.approx(STEADY[De][0], rel=1e-4)
+    assert found[1] == pytest.approx(STEADY[De][1], rel=1e-4)
+
+
+def steady_shear(liquid: Polymer, rate: float) -> np.ndarray:
+    """tau of homogeneous steady shear u_z = rate r, from the equation for tau alone, not that for c."""
+
+    def equation(x: np.ndarray) -> np.ndarray:
+        tau = np.array([[x[0], x[1], 0], [x[1], x[2], 0], [0, 0, x[3]]])
+        L = np.zeros((3, 3))
+        L[0, 1] = rate
+        eta = 1 - liquid.xi
+        De, D = liquid.De, L + L.T
+        convected = -L @ tau - tau @ L.T
+        if liquid.name == "fene-p":
+            c = (De / eta * tau + np.eye(3)) / x[4]
+            F = (liquid.L2 - 3) / (liquid.L2 - np.trace(c))
+            c_convected = -L @ c - c @ L.T
+            residual = De * c_convected + x[4] * c - np.eye(3)
+            return np.array([residual[0, 0], residual[0, 1], residual[1, 1], residual[2, 2], x[4] - F])
+        factor = 1.0
+        if liquid.name == "ptt-linear":
+            factor = 1 + liquid.epsilon * De / eta * np.trace(tau)
+        if liquid.name == "ptt-exp":
+            factor = np.exp(liquid.epsilon * De / eta * np.trace(tau))
+        residual = De * convected + liquid.alpha * De / eta * tau @ tau + factor * tau - eta * D
+        return np.array([residual[0, 0], residual[0, 1], residual[1, 1], residual[2, 2], x[4] - 1])
+
+    start = np.array([0.5, 0.5, 0.0, 0.0, 1.1])
+    for part in np.linspace(0.1, 1.0, 10):
+        full, rate = rate, rate * part
+        start = fsolve(equation, start, xtol=1e-12)
+        rate = full
+    return np.asarray(start[:4])
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_law_gives_its_own_steady_shear(name: str) -> None:
+    """The start-up of c at constant shear rate ends at the stress that the law's equation for tau has."""
+    liquid, rate = LAWS[name], 2.5
+    pipe = Pipe(liquid)
+
+    def evolve(t: float, flat: np.ndarray) -> np.ndarray:
+        pipe._shear = lambda c: (np.full(c.shape[1], rate), 0.0)  # type: ignore[method-assign]
+        return pipe._rate(t, flat)
+
+    end = solve_ivp(evolve, (0, 60), pipe._start, "LSODA", rtol=1e-10, atol=1e-12).y[:, -1].reshape(4, -1)
+    assert polymer_stress(liquid, end.T)[0] == pytest.approx(steady_shear(liquid, rate), rel=1e-6, abs=1e-8)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_every_law_starts_up_on_the_mesh(name: str) -> None:
+    """The UFL form of each law against the one-dimensional flow, which is written for c and not for log c."""
+    found = pipe_in_two_dimensions(LAWS[name], [0.3, 1.0], max_size=0.1)
+    exact = Pipe(LAWS[name]).until(1.0)
+    for t, (gradient, _) in found.items():
+        assert gradient == pytest.approx(exact(t).gradient, rel=3e-3)
+
+
+def test_exponential_and_logarithm_are_those_of_matrices() -> None:
+    rng = np.random.default_rng(0)
+    s = np.vstack([rng.normal(size=(20, 4)), np.zeros(4), [0.3, 1e-10, 0.3, 0.1]])
+    c = exponential(s)
+    for row, value in zip(s, c, strict=True):
+        exact = expm(np.array([[row[0], row[1]], [row[1], row[2]]]))
+        assert value == pytest.approx([exact[0, 0], exact[0, 1], exact[1, 1], np.exp(row[3])], rel=1e-12, abs=1e-14)
+    assert logarithm(c) == pytest.approx(s, abs=1e-9)
+
+
+def test_parabolas_are_carried_exactly_to_other_points() -> None:
+    geometry = Geometry((), (), 4.0)
+    mesh = liquid_mesh(Reference.spheres(geometry, []), MeshSettings())
+    rng = np.random.default_rng(0)
+    points = rng.uniform([-2, 0], [2, 0.5], (200, 2))
+    values = np.column_stack([mesh.points[:, 0] ** 2, mesh.points[:, 0] * mesh.points[:, 1]])
+    found = interpolate(mesh, mesh.points, values, points)
+    assert found == pytest.approx(np.column_stack([points[:, 0] ** 2, points[:, 0] * points[:, 1]]), abs=1e-10)
+
+
+def viscoelastic_pair(De: float, **changes: object) -> Problem:
+    problem = soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=12), length=4.0, periodic=False, **changes)
+    return replace(problem, polymer=Polymer("giesekus", De, 0.09, 0.2) if De else None, t_end=10.0)
+
+
+def test_small_De_tends_to_the_newtonian_liquid_at_first_order() -> None:
+    """Late enough for the liquid's own start-up to be over: dU - dU(De = 0) halves with De."""
+    newtonian, *rest = (dU(march(viscoelastic_pair(De), [0.6])[-1]) for De in (0.0, 0.01, 0.02))
+    first, second = (value - newtonian for value in rest)
+    assert second / first == pytest.approx(2.0, abs=0.25)
+    assert abs(first) < 0.2 * abs(newtonian)
+
+
+def test_elasticity_turns_separation_into_attraction() -> None:
+    """Fig. 10: at d .1 a soft pair separates at De 0 and comes together at De 1."""
+    assert dU(march(viscoelastic_pair(0.0), [1.2])[-1]) > 0
+    steps = march(viscoelastic_pair(1.0), [1.2])
+    assert dU(steps[-1]) < -5e-4
+    assert steps[-1].observation.conformation is not None
+    assert steps[-1].observation.conformation.c_min > 0
+
+
+def test_stress_survives_a_remeshing() -> None:
+    """dU on the new mesh goes on where it was on the old one."""
+    transient = Transient(MPI.COMM_WORLD, viscoelastic_pair(1.0))
+    steps = []
+    for step in transient.steps(iter([0.5, 0.6])):
+        steps.append(step)
+        if abs(step.t - 0.5) < 1e-9:
+            transient._remesh()
+    transient.close()
+    k = next(i for i, s in enumerate(steps) if s.mesh_id == 1)
+    before = steps[k - 3 : k]
+    parabola = np.polyfit([s.t for s in before], [dU(s) for s in before], 2)
+    peak = max(abs(dU(s)) for s in steps)
+    assert abs(np.polyval(parabola, steps[k].t) - dU(steps[k])) < 0.03 * peak
