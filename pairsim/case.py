@@ -1,20 +1,15 @@
-"""Case files: what a user may say, checked before anything is computed.
+"""A case: what a user may say, and what follows from it.
 
-The models below are the only definition of keys, defaults, limits and their documentation; `pairsim schema` prints
-them, and a resolved case written to a run's folder reads back as the same case.
+The models below are the only definition of keys, defaults, limits and their documentation; `pairsim.case_file` reads
+them from YAML and words their errors.
 """
 
 from __future__ import annotations
 
-import difflib
 import math
-import re
-from collections.abc import Mapping
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import yaml
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from pairsim.errors import InputError
 from pairsim.materials.polymer import Polymer
@@ -45,6 +40,7 @@ Diameter = Annotated[float, Field(gt=0, lt=1), BeforeValidator(_number)]
 Capillary = Annotated[float, Field(ge=0), BeforeValidator(_number)]
 Unit = Annotated[float, Field(ge=0, le=1), BeforeValidator(_number)]
 Extensibility = Annotated[float, Field(gt=3), BeforeValidator(_number)]
+CellSize = Annotated[float, Field(gt=0, le=0.5), BeforeValidator(_number)]
 Positive = Annotated[float, Field(gt=0), BeforeValidator(_number)]
 
 
@@ -62,7 +58,9 @@ class MeshOptions(_Options):
         0.0, ge=0, le=1, description="below d = 0.1 the cells across a gap grow as (0.1/d)^gap_exponent"
     )
     wall_cells: Whole = Field(0, ge=0, description="cells between particle and wall (0: Np/4)")
-    max_size: Number = Field(0.2, gt=0, le=0.5, description="largest cell [D_c]")
+    max_size: CellSize | None = Field(
+        None, description="largest cell [D_c]; 0.2 in a Newtonian liquid, else 0.1, and 0.05 without particles"
+    )
     core_growth: Number = Field(0.3, gt=0, le=2, description="growth of the cell size by unit depth in a particle")
 
 
@@ -150,6 +148,20 @@ class Case(_Options):
         return Polymer(law, self.De, self.xi, alpha if law == "giesekus" else 0.0, self.epsilon or 0.0, self.L2 or 0.0)
 
     @property
+    def max_size(self) -> float:
+        """Largest cell: stresses that the flow carries far need finer ones than a Newtonian far field."""
+        if self.mesh.max_size is not None:
+            return self.mesh.max_size
+        if self.polymer is None:
+            return 0.2
+        return 0.1 if self.n else 0.05
+
+    @property
+    def cell_sizes(self) -> dict[str, Any]:
+        """Settings of the mesh, by the names of `MeshSettings`."""
+        return {**self.mesh.model_dump(), "max_size": self.max_size}
+
+    @property
     def notes(self) -> list[str]:
         """What a user should know of the case as it was understood."""
         if self.De == 0 and self.liquid not in (None, "newtonian"):
@@ -197,6 +209,7 @@ class Case(_Options):
         data = self.model_dump(mode="json")
         if self.length is None:
             data["length"] = self.tube_length
+        data["mesh"]["max_size"] = self.max_size
         if self.polymer is not None:
             data["liquid"] = self.polymer.name
             data["alpha"] = self.polymer.alpha if self.polymer.name == "giesekus" else None
@@ -216,102 +229,13 @@ def _each(value: float | tuple[float, ...] | None, count: int) -> tuple[float, .
     return value if isinstance(value, tuple) else (value,) * count
 
 
-class _Loader(yaml.SafeLoader):
-    """YAML in which 1e-3 is a number and a repeated key is an error."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        seen: set[Any] = set()
-        for key_node, _ in node.value:
-            key = self.construct_object(key_node, deep=True)
-            if not isinstance(key, str):
-                raise yaml.constructor.ConstructorError(None, None, f"key {key!r} is not a word", key_node.start_mark)
-            if key in seen:
-                raise yaml.constructor.ConstructorError(None, None, f"key {key!r} is given twice", key_node.start_mark)
-            seen.add(key)
-        return super().construct_mapping(node, deep)
-
-
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float", re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"), list("-+0123456789.")
-)
-
-
-def read_yaml(path: Path) -> dict[str, Any]:
-    """A YAML file whose top level is a mapping.
+def check_together(case: Case, source: str) -> None:
+    """What no key can say alone.
 
     Raises:
-        InputError: It is missing, unreadable, broken, or something else.
+        InputError: With the first key that does not fit the others.
     """
-    name = str(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputError(name, "", None, "no such file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(name, "", None, f"cannot be read: {error}") from None
-    try:
-        data = yaml.load(text, _Loader)
-    except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark
-        where = f"line {mark.line + 1}, column {mark.column + 1}" if mark else "?"
-        raise InputError(name, where, None, f"not valid YAML: {error.problem}") from None
-    except yaml.YAMLError as error:
-        raise InputError(name, "", None, f"not valid YAML: {error}") from None
-    if not isinstance(data, dict):
-        raise InputError(name, "", None, "the file must hold keys and values, such as beta: 0.4; see pairsim schema")
-    return data
 
-
-def load_case(path: Path, overrides: tuple[str, ...] = ()) -> Case:
-    """Read and check a case file.
-
-    Args:
-        path: The file.
-        overrides: key=value settings (dotted keys) that replace or add to what the file says.
-
-    Raises:
-        InputError: With file, key, value and what is allowed.
-    """
-    data = read_yaml(path)
-    for setting in overrides:
-        key, equals, text = setting.partition("=")
-        if not equals or not key:
-            raise InputError("--set", "", setting, "key=value, such as mesh.Np=20")
-        try:
-            value = yaml.load(text, _Loader)
-        except yaml.YAMLError:
-            raise InputError("--set", key, text, "a YAML value") from None
-        *groups, last = key.split(".")
-        target = data
-        for group in groups:
-            target = target.setdefault(group, {})
-            if not isinstance(target, dict):
-                raise InputError("--set", key, text, f"{group} is not a group of keys")
-        target[last] = value
-    return case_from_dict(data, str(path))
-
-
-def case_from_dict(data: Mapping[str, Any], source: str) -> Case:
-    """Check plain data.
-
-    Raises:
-        InputError: With the first wrong key, its value and what is allowed.
-    """
-    try:
-        case = Case.model_validate(_tuples(data))
-    except ValidationError as error:
-        raise _input_error(error, source) from None
-    _check_together(case, source)
-    return case
-
-
-def _tuples(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {k: _tuples(v) for k, v in value.items()}
-    return tuple(value) if isinstance(value, list) else value
-
-
-def _check_together(case: Case, source: str) -> None:
     def refuse(key: str, value: Any, allowed: str) -> None:
         raise InputError(source, key, value, allowed)
 
@@ -359,92 +283,3 @@ def _check_together(case: Case, source: str) -> None:
         refuse("limits.max_gap", case.limits.max_gap, f"above the initial distance {max(case.gaps):g}")
     if case.gaps and case.limits.min_gap >= min(case.gaps):
         refuse("limits.min_gap", case.limits.min_gap, f"below the initial distance {min(case.gaps):g}")
-
-
-_GROUPS: dict[str, type[BaseModel]] = {
-    "": Case,
-    "mesh": MeshOptions,
-    "time": TimeOptions,
-    "limits": Limits,
-    "output": OutputOptions,
-}
-
-
-def _names_an_entry(problem: Any) -> bool:
-    return any(isinstance(part, int) for part in problem["loc"])
-
-
-def _input_error(error: ValidationError, source: str) -> InputError:
-    """The first problem that pydantic met, in the words of the case file."""
-    errors = error.errors()
-    # A key that takes a number or a list fails twice; the entry of the list says more.
-    first = max((e for e in errors if e["loc"][:1] == errors[0]["loc"][:1]), key=_names_an_entry)
-    location = [str(part) for part in first["loc"]]
-    group = location[0] if location and location[0] in _GROUPS else ""
-    depth = 2 if group and len(location) > 1 else 1
-    key = ".".join(location[:depth])
-    indices = [part for part in location[depth:] if part.isdigit()]
-    key += "".join(f"[{i}]" for i in indices)
-    value = first.get("input")
-    if isinstance(value, tuple):
-        value = list(value)
-    kind = first["type"]
-    if kind == "extra_forbidden":
-        known = list(_GROUPS[group].model_fields)
-        near = difflib.get_close_matches(location[-1], known, 1, 0.5)
-        hint = f"did you mean {near[0]}? " if near else ""
-        return InputError(source, key, value, f"unknown key; {hint}allowed: {', '.join(known)}")
-    if kind == "missing":
-        return InputError(source, key, None, "is missing; the four numbers of a case are beta, De, Ca_e and d0")
-    if kind == "model_type":
-        known = list(_GROUPS[group].model_fields)
-        return InputError(source, key, value, f"a group of keys; allowed: {', '.join(known)}")
-    name = location[depth - 1]
-    return InputError(source, key, value, _allowed(group, name))
-
-
-def _allowed(group: str, name: str) -> str:
-    """What a key accepts, in words, from its own JSON schema."""
-    schema = _GROUPS[group].model_json_schema()
-    field = schema["properties"][name]
-    return "; or ".join(_words(s) for s in field.get("anyOf", [field]) if s.get("type") != "null")
-
-
-def _words(schema: Mapping[str, Any]) -> str:
-    limits = [
-        f"{word} {schema[k]:g}"
-        for k, word in (
-            ("exclusiveMinimum", "above"),
-            ("minimum", "at least"),
-            ("exclusiveMaximum", "below"),
-            ("maximum", "at most"),
-        )
-        if k in schema
-    ]
-    kinds = {"number": "a finite number", "integer": "a whole number", "boolean": "true or false", "string": "a word"}
-    if "const" in schema:
-        return str(schema["const"])
-    if "enum" in schema:
-        return " or ".join(map(str, schema["enum"]))
-    if schema.get("type") == "array":
-        return f"a list of which each is {_words(schema['items'])}"
-    text = kinds.get(str(schema.get("type")), "a value")
-    if "pattern" in schema:
-        text += " of at most 100 letters, digits and . _ + -, not beginning with one of . + -"
-    return f"{text} {' and '.join(limits)}".strip() if limits else text
-
-
-def schema_rows() -> list[tuple[str, str, str, str]]:
-    """Key, what is allowed, default and description of every key."""
-    rows = []
-    for group, model in _GROUPS.items():
-        for name, field in model.model_fields.items():
-            if not group and name in _GROUPS:
-                continue
-            key = f"{group}.{name}" if group else name
-            default = "required" if field.is_required() else field.default
-            default = (
-                "" if default in (None, ()) else str(default).lower() if default in (True, False) else str(default)
-            )
-            rows.append((key, _allowed(group, name), default, field.description or ""))
-    return rows

@@ -59,7 +59,7 @@ def run(
 
     Exit code 0: finished (also at contact and max_gap); 2: bad input; 3: a typed failure; 130: interrupted.
     """
-    from pairsim.case import load_case
+    from pairsim.case_file import load_case
 
     checked = load_case(case, tuple(set_ or ()))
     directory = output or Path("runs") / checked.slug
@@ -96,7 +96,7 @@ def mesh(
     set_: Settings = None,
 ) -> None:
     """Make the reference mesh of a case and write it."""
-    from pairsim.case import load_case
+    from pairsim.case_file import load_case
 
     checked = load_case(case, tuple(set_ or ()))
     for option, path in (("-o", output), ("--png", png)):
@@ -131,7 +131,7 @@ def schema() -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from pairsim.case import schema_rows
+    from pairsim.case_file import schema_rows
 
     table = Table("key", "allowed", "default", "meaning", box=None, pad_edge=False)
     for row in schema_rows():

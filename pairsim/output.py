@@ -33,6 +33,7 @@ OWN_FILES = (
     "fields_last.xdmf",
     "fields.h5",
     "fields.png",
+    "perturbation.png",
 )
 """Every file that pairsim writes into a run folder; `--overwrite` removes these and nothing else."""
 

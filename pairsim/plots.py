@@ -31,7 +31,7 @@ NOISE = 1e-9  # a curve below this is zero to rounding and not blown up to fill 
 
 
 def plot_run(directory: Path, out: Path | None = None, *, renderer: Renderer = "auto") -> list[Path]:
-    """Draw series.png, and fields.png where fields were written.
+    """Draw series.png, and fields.png where fields were written, and perturbation.png in a viscoelastic liquid.
 
     Args:
         directory: Folder of a run, finished or not.
@@ -61,6 +61,8 @@ def plot_run(directory: Path, out: Path | None = None, *, renderer: Renderer = "
     if (directory / "fields.h5").is_file() and (count := len(read_times(directory))):
         frames = [read_frame(directory, i) for i in ((0, count - 1) if count > 1 else (0,))]
         written.append(draw_fields(frames, case, target / "fields.png", renderer=renderer))
+        if set(PERTURBATIONS) <= set(frames[-1].point_data) and case.get("particles", 2):
+            written.append(draw_perturbation(frames[-1], case, target / "perturbation.png"))
     return written
 
 
@@ -207,6 +209,36 @@ def draw_fields(frames: list[FieldFrame], case: dict[str, Any], path: Path, *, r
     figure.suptitle(_title(case))
     if note:
         figure.supxlabel(note, fontsize="small", color="0.4")
+    figure.savefig(path, dpi=160)
+    return path
+
+
+PERTURBATIONS = {
+    "tau_p_zz_extra": r"$\tau_{zz} - \tau_{zz\infty}\ [\eta_0 U_{av}/D_c]$",
+    "pressure_extra": r"$p - p_\infty\ [\eta_0 U_{av}/D_c]$",
+}
+
+
+def draw_perturbation(frame: FieldFrame, case: dict[str, Any], path: Path) -> Path:
+    """What the particles change in the liquid's axial stress and pressure, as in the paper's Figs. 14 and 15."""
+    figure = Figure(figsize=(9.5, 9.0), layout="constrained")
+    for axis, (name, label) in zip(figure.subplots(len(PERTURBATIONS), 1), PERTURBATIONS.items(), strict=True):
+        (view,) = _views([frame])
+        z_min, z_max = view.window[:2]
+        z = frame.points[frame.cells, 0]
+        seen = (z.max(axis=1) > z_min) & (z.min(axis=1) < z_max) & (frame.region == 0)
+        part = tessellate(frame, seen, frame.point_data[name]).mirrored()
+        reach = float(np.quantile(np.abs(part.values), 0.995)) or 1.0
+        mesh = Triangulation(part.points[:, 0], part.points[:, 1], part.triangles)
+        drawn = axis.tripcolor(
+            mesh, part.values, cmap="RdBu_r", norm=Normalize(-reach, reach), shading="gouraud", rasterized=True
+        )
+        for line in view.lines:
+            axis.plot(*line.T, color="black", linewidth=1.2)
+        axis.set(xlim=view.window[:2], ylim=view.window[2:], aspect="equal", ylabel=r"$r\ [D_c]$")
+        figure.colorbar(drawn, ax=axis, label=label, shrink=0.8)
+    axis.set_xlabel(r"$z\ [D_c]$")
+    figure.suptitle(f"{_title(case)},  $t = {frame.t:.4g}$")
     figure.savefig(path, dpi=160)
     return path
 

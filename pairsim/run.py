@@ -61,18 +61,13 @@ def problem_of(case: Case) -> Problem:
         case.gaps,
         case.tube_length,
         case.ends == "periodic",
-        mesh_settings(case),
+        MeshSettings(**case.cell_sizes),
         StepControl(time_options.tol, SMALLEST_STEP, time_options.max_step, time_options.fixed_step),
         time_options.first_step,
         polymer=case.polymer,
         t_end=time_options.end,
         U_m=2 * (1 - 2 / 3 * largest**2),  # Faxen's law without wall corrections: only a first guess
     )
-
-
-def mesh_settings(case: Case) -> MeshSettings:
-    """Cell sizes of a case."""
-    return MeshSettings(**case.mesh.model_dump())
 
 
 def milestones(case: Case) -> list[float]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from pairsim.case import load_case
+from pairsim.case_file import load_case
 from pairsim.cli import app
 from pairsim.errors import InputError
 

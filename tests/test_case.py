@@ -8,7 +8,7 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
-from pairsim.case import case_from_dict, load_case, schema_rows
+from pairsim.case_file import case_from_dict, load_case, schema_rows
 from pairsim.cli import app
 
 MINIMAL = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}

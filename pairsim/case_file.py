@@ -1,0 +1,199 @@
+"""Case files: YAML in, a checked case out, and errors in the words of the file."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydantic import BaseModel, ValidationError
+
+from pairsim.case import Case, Limits, MeshOptions, OutputOptions, TimeOptions, check_together
+from pairsim.errors import InputError
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML in which 1e-3 is a number and a repeated key is an error."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        seen: set[Any] = set()
+        for key_node, _ in node.value:
+            key = self.construct_object(key_node, deep=True)
+            if not isinstance(key, str):
+                raise yaml.constructor.ConstructorError(None, None, f"key {key!r} is not a word", key_node.start_mark)
+            if key in seen:
+                raise yaml.constructor.ConstructorError(None, None, f"key {key!r} is given twice", key_node.start_mark)
+            seen.add(key)
+        return super().construct_mapping(node, deep)
+
+
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"), list("-+0123456789.")
+)
+
+
+def read_yaml(path: Path) -> dict[str, Any]:
+    """A YAML file whose top level is a mapping.
+
+    Raises:
+        InputError: It is missing, unreadable, broken, or something else.
+    """
+    name = str(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise InputError(name, "", None, "no such file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(name, "", None, f"cannot be read: {error}") from None
+    try:
+        data = yaml.load(text, _Loader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark
+        where = f"line {mark.line + 1}, column {mark.column + 1}" if mark else "?"
+        raise InputError(name, where, None, f"not valid YAML: {error.problem}") from None
+    except yaml.YAMLError as error:
+        raise InputError(name, "", None, f"not valid YAML: {error}") from None
+    if not isinstance(data, dict):
+        raise InputError(name, "", None, "the file must hold keys and values, such as beta: 0.4; see pairsim schema")
+    return data
+
+
+def load_case(path: Path, overrides: tuple[str, ...] = ()) -> Case:
+    """Read and check a case file.
+
+    Args:
+        path: The file.
+        overrides: key=value settings (dotted keys) that replace or add to what the file says.
+
+    Raises:
+        InputError: With file, key, value and what is allowed.
+    """
+    data = read_yaml(path)
+    for setting in overrides:
+        key, equals, text = setting.partition("=")
+        if not equals or not key:
+            raise InputError("--set", "", setting, "key=value, such as mesh.Np=20")
+        try:
+            value = yaml.load(text, _Loader)
+        except yaml.YAMLError:
+            raise InputError("--set", key, text, "a YAML value") from None
+        *groups, last = key.split(".")
+        target = data
+        for group in groups:
+            target = target.setdefault(group, {})
+            if not isinstance(target, dict):
+                raise InputError("--set", key, text, f"{group} is not a group of keys")
+        target[last] = value
+    return case_from_dict(data, str(path))
+
+
+def case_from_dict(data: Mapping[str, Any], source: str) -> Case:
+    """Check plain data.
+
+    Raises:
+        InputError: With the first wrong key, its value and what is allowed.
+    """
+    try:
+        case = Case.model_validate(_tuples(data))
+    except ValidationError as error:
+        raise _input_error(error, source) from None
+    check_together(case, source)
+    return case
+
+
+def _tuples(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {k: _tuples(v) for k, v in value.items()}
+    return tuple(value) if isinstance(value, list) else value
+
+
+_GROUPS: dict[str, type[BaseModel]] = {
+    "": Case,
+    "mesh": MeshOptions,
+    "time": TimeOptions,
+    "limits": Limits,
+    "output": OutputOptions,
+}
+
+
+def _names_an_entry(problem: Any) -> bool:
+    return any(isinstance(part, int) for part in problem["loc"])
+
+
+def _input_error(error: ValidationError, source: str) -> InputError:
+    """The first problem that pydantic met, in the words of the case file."""
+    errors = error.errors()
+    # A key that takes a number or a list fails twice; the entry of the list says more.
+    first = max((e for e in errors if e["loc"][:1] == errors[0]["loc"][:1]), key=_names_an_entry)
+    location = [str(part) for part in first["loc"]]
+    group = location[0] if location and location[0] in _GROUPS else ""
+    depth = 2 if group and len(location) > 1 else 1
+    key = ".".join(location[:depth])
+    indices = [part for part in location[depth:] if part.isdigit()]
+    key += "".join(f"[{i}]" for i in indices)
+    value = first.get("input")
+    if isinstance(value, tuple):
+        value = list(value)
+    kind = first["type"]
+    if kind == "extra_forbidden":
+        known = list(_GROUPS[group].model_fields)
+        near = difflib.get_close_matches(location[-1], known, 1, 0.5)
+        hint = f"did you mean {near[0]}? " if near else ""
+        return InputError(source, key, value, f"unknown key; {hint}allowed: {', '.join(known)}")
+    if kind == "missing":
+        return InputError(source, key, None, "is missing; the four numbers of a case are beta, De, Ca_e and d0")
+    if kind == "model_type":
+        known = list(_GROUPS[group].model_fields)
+        return InputError(source, key, value, f"a group of keys; allowed: {', '.join(known)}")
+    name = location[depth - 1]
+    return InputError(source, key, value, _allowed(group, name))
+
+
+def _allowed(group: str, name: str) -> str:
+    """What a key accepts, in words, from its own JSON schema."""
+    schema = _GROUPS[group].model_json_schema()
+    field = schema["properties"][name]
+    return "; or ".join(_words(s) for s in field.get("anyOf", [field]) if s.get("type") != "null")
+
+
+def _words(schema: Mapping[str, Any]) -> str:
+    limits = [
+        f"{word} {schema[k]:g}"
+        for k, word in (
+            ("exclusiveMinimum", "above"),
+            ("minimum", "at least"),
+            ("exclusiveMaximum", "below"),
+            ("maximum", "at most"),
+        )
+        if k in schema
+    ]
+    kinds = {"number": "a finite number", "integer": "a whole number", "boolean": "true or false", "string": "a word"}
+    if "const" in schema:
+        return str(schema["const"])
+    if "enum" in schema:
+        return " or ".join(map(str, schema["enum"]))
+    if schema.get("type") == "array":
+        return f"a list of which each is {_words(schema['items'])}"
+    text = kinds.get(str(schema.get("type")), "a value")
+    if "pattern" in schema:
+        text += " of at most 100 letters, digits and . _ + -, not beginning with one of . + -"
+    return f"{text} {' and '.join(limits)}".strip() if limits else text
+
+
+def schema_rows() -> list[tuple[str, str, str, str]]:
+    """Key, what is allowed, default and description of every key."""
+    rows = []
+    for group, model in _GROUPS.items():
+        for name, field in model.model_fields.items():
+            if not group and name in _GROUPS:
+                continue
+            key = f"{group}.{name}" if group else name
+            default = "required" if field.is_required() else field.default
+            default = (
+                "" if default in (None, ()) else str(default).lower() if default in (True, False) else str(default)
+            )
+            rows.append((key, _allowed(group, name), default, field.description or ""))
+    return rows
