@@ -217,13 +217,12 @@ class Transient:
             for c in range(4):
                 self.tie.base[liquid.index("s", nodes, c)] = barycentric_interpolate(state.r, s[:, c], r)
 
-    def _extend(self, h: Array) -> tuple[Array, float]:
-        """Displacement of the liquid's mesh for given material positions, and the distortion it means."""
+    def _extend(self, h: Array) -> tuple[Array, Array]:
+        """Displacement of the liquid's mesh for given material positions: its free part, and the full vector."""
         if self._extension is None:
             self._extension = Newton(self.scene, extension_tie(self.scene), clock=self.clock)
         eta, _ = self._extension.solve(np.zeros(self._extension.tie.size), h, 1.0, 0.0)
-        _, x = self._extension.state(eta)
-        return eta, diagnostics.liquid_distortion(self.scene, x)
+        return eta, self._extension.state(eta)[1]
 
     def _first_guess(self, U_m: float) -> Array:
         """A guess on a new mesh: material unknowns carried over, liquid at rest."""
@@ -306,7 +305,7 @@ class Transient:
         old = self.scene
         if not self._deformed:
             self._mesh(Reference.spheres(geometry, self.outlines))
-            self._deformed = self._extend(h)[1] < FRESH_DISTORTION
+            self._deformed = diagnostics.liquid_distortion(self.scene, self._extend(h)[1]) < FRESH_DISTORTION
         if self._deformed:
             outlines = tuple(body.outline_points(h) for body in self.bodies)
             self._mesh(Reference(geometry, tuple(self.outlines), outlines, True))
@@ -320,9 +319,7 @@ class Transient:
         if self.problem.polymer is None:
             return new
         liquid = self.scene.liquid
-        assert self._extension is not None
-        eta, _ = self._extend(h)
-        new[:] = self._extension.state(eta)[1]
+        new[:] = self._extend(h)[1]
         wanted = self.scene.positions(new) - [shift, 0.0]
         reach = old.reference.geometry.length / 2
         wanted[:, 0] = np.clip(wanted[:, 0], -reach, reach)

@@ -195,3 +195,11 @@ def test_stress_survives_a_remeshing() -> None:
     parabola = np.polyfit([s.t for s in before], [dU(s) for s in before], 2)
     peak = max(abs(dU(s)) for s in steps)
     assert abs(np.polyval(parabola, steps[k].t) - dU(steps[k])) < 0.03 * peak
+
+
+def test_several_processes_are_refused_for_now(tmp_path, pairsim) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / "case.yaml").write_text("beta: 0.4\nDe: 1\nCa_e: 0\nd0: 0.1\n")
+    done = pairsim("run", "case.yaml", "-o", "out", ranks=2)
+    assert done.returncode == 2
+    assert done.stderr.count("one process") == 1
+    assert not (tmp_path / "out").exists()
