@@ -207,15 +207,15 @@ class Transient:
         self.history.y, self.history.t_y = [], []
         self._material = np.concatenate([self.tie.fields.get(name, np.empty(0, int)) for name in ("v", "U_p", "p_s")])
 
-    def _prescribe_ends(self, t: float) -> None:
-        """Give the ends the developed flow of this time."""
+    def _prescribe_ends(self, x: Array, t: float) -> None:
+        """Give the ends in a full vector the developed flow of this time."""
         state, liquid = self.pipe(t), self.scene.liquid
         s = logarithm(state.c)
         for nodes in (self.scene.nodes.inlet, self.scene.nodes.outlet):
             r = liquid.quadratic.points[nodes, 1]
-            self.tie.base[liquid.index("u", nodes, 0)] = barycentric_interpolate(state.r, state.u, r)
+            x[liquid.index("u", nodes, 0)] = barycentric_interpolate(state.r, state.u, r)
             for c in range(4):
-                self.tie.base[liquid.index("s", nodes, c)] = barycentric_interpolate(state.r, s[:, c], r)
+                x[liquid.index("s", nodes, c)] = barycentric_interpolate(state.r, s[:, c], r)
 
     def _extend(self, h: Array) -> tuple[Array, Array]:
         """Displacement of the liquid's mesh for given material positions: its free part, and the full vector."""
@@ -243,7 +243,7 @@ class Transient:
         star = None
         if self.problem.polymer is not None:
             if not self.problem.periodic:
-                self._prescribe_ends(t)
+                self._prescribe_ends(self.tie.base, t)
             star = np.asarray(sum(w * x for w, x in zip(scheme.weights, past.x, strict=False)))
         U_m = self._U_m
         if past.y:
@@ -310,10 +310,11 @@ class Transient:
             outlines = tuple(body.outline_points(h) for body in self.bodies)
             self._mesh(Reference(geometry, tuple(self.outlines), outlines, True))
         self.history.x = [
-            self._carried_over(old, x, h, float(shift)) for x, h in zip(self.history.x, self.history.h, strict=True)
+            self._carried_over(old, t, x, h, float(shift))
+            for t, x, h in zip(self.history.t, self.history.x, self.history.h, strict=True)
         ]
 
-    def _carried_over(self, old: Scene, x: Array, h: Array, shift: float) -> Array:
+    def _carried_over(self, old: Scene, t: float, x: Array, h: Array, shift: float) -> Array:
         """What the liquid remembers of one old time, on the new mesh: its displacement then, and s where it was."""
         new = np.zeros(self.scene.size)
         if self.problem.polymer is None:
@@ -327,6 +328,8 @@ class Transient:
         nodes = np.arange(len(liquid.quadratic.points))
         for c in range(4):
             new[liquid.index("s", nodes, c)] = s[:, c]
+        if not self.problem.periodic:
+            self._prescribe_ends(new, t)
         return new
 
     def _remesh_or_say_when(self) -> None:
