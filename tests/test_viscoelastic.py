@@ -182,7 +182,7 @@ def test_elasticity_turns_separation_into_attraction() -> None:
 
 
 def test_stress_survives_a_remeshing() -> None:
-    """dU on the new mesh goes on where it was on the old one, up to what two meshes as coarse as this differ by (5 %)."""
+    """dU on the new mesh goes on where it was on the old one, up to what meshes as coarse as this differ by (5 %)."""
     transient = Transient(MPI.COMM_WORLD, viscoelastic_pair(1.0))
     steps = []
     for step in transient.steps(iter([0.5, 0.6])):
