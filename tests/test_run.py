@@ -107,9 +107,6 @@ def test_solid_stress_is_that_of_the_shape(soft_run: Path) -> None:
 def test_pictures_are_drawn(soft_run: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
     done = pairsim("plot", str(soft_run), "-o", "pictures")
     assert done.returncode == 0, done.stderr
-    for line in done.stdout.split():
-        picture = pv.read(str(Path(done.args[-1]).parent / line)) if Path(line).is_absolute() else None
-        assert picture is None or np.ptp(picture.active_scalars) > 100
     assert "series.png" in done.stdout
     assert "fields.png" in done.stdout
 
@@ -231,5 +228,5 @@ def test_mesh_command_writes_a_mesh_and_a_picture(ending: str, tmp_path: Path, p
     mesh = meshio.read(tmp_path / "m" / f"x.{ending}")
     assert mesh.cells_dict["triangle6"].shape[1] == 6
     assert (tmp_path / "m" / "x.png").stat().st_size > 10_000
-    assert sorted(p.name for p in (tmp_path / "m").iterdir()) == ["x." + ending, "x.png"] or ending == "vtu"
+    assert {p.name for p in (tmp_path / "m").iterdir()} == {f"x.{ending}", "x.png"}
     assert pairsim("mesh", "case.yaml", "-o", f"m/x.{ending}").returncode == 2
