@@ -16,8 +16,6 @@ import numpy as np
 import ufl
 from mpi4py import MPI
 from numpy.typing import NDArray
-from ufl.algorithms import expand_derivatives, expand_indices
-from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 
 from pairsim.fenicsx import dolfinx
 from pairsim.forms import constitutive, continuity, mesh_motion
@@ -78,9 +76,26 @@ class _Terms:
     dX: ufl.Measure
 
 
-def _couples(block: ufl.Form | None) -> bool:
-    """Whether a block of the Jacobian is anything but zero once its derivatives are carried out."""
-    return block is not None and not expand_indices(expand_derivatives(apply_algebra_lowering(block))).empty()
+def _components(space: Any, i: int, field: FieldSpec) -> list[Any]:
+    """Scalar subspaces of field i of a mixed space."""
+    return [space.sub(i).sub(c) for c in range(field.components)] if field.components > 1 else [space.sub(i)]
+
+
+def _coupled(element: basix.ufl._ElementBase, fields: tuple[FieldSpec, ...], create: Callable[..., Any]) -> Any:
+    """Which blocks of the Jacobian are anything but zero, (fields, fields) of bool.
+
+    They are looked up in the matrix of one cell with random values in every unknown and constant: what no form
+    touches is exactly zero there. (Asking UFL takes seconds in a viscoelastic liquid.)
+    """
+    triangle = np.array([[0.1, 0.3], [0.9, 0.2], [0.4, 0.8], [0.65, 0.5], [0.25, 0.55], [0.5, 0.25]])
+    coordinate = basix.ufl.element("Lagrange", "triangle", 2, shape=(2,))
+    cells = np.arange(6, dtype=np.int64)[None, :]
+    space = fem.functionspace(dolfinx.mesh.create_mesh(MPI.COMM_SELF, cells, coordinate, triangle), element)
+    random = np.random.default_rng(0)
+    form = create(space, lambda: random.uniform(0.2, 0.8))
+    dense = fem.assemble_matrix(form).to_dense()
+    blocks = [np.ravel([part.dofmap.list[0] for part in _components(space, i, f)]) for i, f in enumerate(fields)]
+    return np.array([[bool(np.any(dense[np.ix_(i, j)] != 0)) for j in blocks] for i in blocks])
 
 
 _COMPILED: dict[tuple[str | bool, ...], CompiledPhase] = {}
@@ -110,14 +125,21 @@ def _compile(
     dX = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE})
     residual = build(_Terms(mesh, named[0], named[1], named[2], constants, dX))
     jacobian = ufl.derivative(residual, x, ufl.TrialFunction(space))
-    coupled = np.array([[_couples(block) for block in row] for row in ufl.extract_blocks(jacobian)])
 
     def compiled(form: ufl.Form) -> Any:
         return fem.compile_form(comm, form, jit_options=JIT_OPTIONS)
 
-    _COMPILED[kind] = CompiledPhase(
-        fields, element, compiled(residual), compiled(jacobian), coupled, x, star, constants
-    )
+    compiled_jacobian = compiled(jacobian)
+
+    def on_one_cell(space: Any, value: Callable[[], float]) -> Any:
+        functions = {c: fem.Function(space) for c in (x, star)}
+        for function in functions.values():
+            function.x.array[:] = [value() for _ in function.x.array]
+        values = {c: fem.Constant(space.mesh, value()) for c in constants.values()}
+        return fem.create_form(compiled_jacobian, [space, space], space.mesh, {}, functions, values)
+
+    coupled = _coupled(element, fields, on_one_cell)
+    _COMPILED[kind] = CompiledPhase(fields, element, compiled(residual), compiled_jacobian, coupled, x, star, constants)
     return _COMPILED[kind]
 
 
@@ -244,9 +266,8 @@ class Phase:
         node = self.mesh.geometry.input_global_indices[self.mesh.geometry.dofmap]
         canonical = np.full(len(self.x.x.array), -1, dtype=np.int64)
         for i, f in enumerate(self.compiled.fields):
-            for c in range(f.components):
-                sub = self.space.sub(i).sub(c) if f.components > 1 else self.space.sub(i)
-                dofs = sub.dofmap.list
+            for c, part in enumerate(_components(self.space, i, f)):
+                dofs = part.dofmap.list
                 canonical[dofs] = self.index(f.name, node[:, : dofs.shape[1]], c)
         return canonical
 

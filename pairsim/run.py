@@ -176,11 +176,8 @@ def run_case(
         How it ended. Whatever was computed is in the folder, also after a failure.
 
     Raises:
-        InputError: The folder exists and may not be replaced, or a viscoelastic case was given several processes.
+        InputError: The folder exists and may not be replaced.
     """
-    if case.polymer is not None and comm.size > 1:
-        # Known fault: on two processes steps collapse after a while (docs/viscoelastic.md). Refused rather than wrong.
-        raise InputError("mpirun", "De", case.De, "viscoelastic cases run on one process for now")
     folder: RunFolder | None = None
     error: Exception | None = None
     if comm.rank == 0:

@@ -281,7 +281,8 @@ class Newton:
             for name, i in self.tie.fields.items()
             if len(i)
         }
-        largest = max((v for k, v in self._steps.items() if k != "m"), default=0.0)
+        # All processes decide by one and the same number: norms may differ between them in the last digit.
+        largest = self.scene.comm.bcast(max((v for k, v in self._steps.items() if k != "m"), default=0.0))
         previous, self._largest = self._largest, largest
         if its > 1 and previous > 0:
             rate = largest / previous

@@ -62,6 +62,11 @@ def error_factor(times: Sequence[float], t: float) -> float:
     return corrector / (predictor + corrector)
 
 
+def _rounded(dt: float) -> float:
+    """dt to three digits, so that noise in the error does not make two runs of one case take different steps."""
+    return float(f"{dt:.2e}")
+
+
 @dataclass(frozen=True)
 class StepControl:
     """Chooses steps so that the local error of the particles' velocities stays at `tolerance`.
@@ -93,6 +98,9 @@ class StepControl:
             return self.fixed
         if error == 0.0:
             return dt
+        return min(_rounded(self._wanted(dt, size, error)), self.largest)
+
+    def _wanted(self, dt: float, size: float, error: float) -> float:
         factor = 0.85 / max(error, 1e-4) ** 0.5
         if size < dt * (1 - 1e-9) and error <= 1.0:
             return min(max(size * factor, dt), GROWTH * dt, self.largest)

@@ -113,7 +113,7 @@ class Problem:
     boundary_velocity: BoundaryVelocity = poiseuille
     U_m: float = 2.0
     start: Callable[[Array], Array] | None = None
-    newton_tolerance: float = 1e-8
+    newton_tolerance: float = 1e-9
     polymer: Polymer | None = None
     t_end: float = 1000.0
 
@@ -209,7 +209,7 @@ class Transient:
 
     def _prescribe_ends(self, x: Array, t: float) -> None:
         """Give the ends in a full vector the developed flow of this time."""
-        state, liquid = self.pipe(t), self.scene.liquid
+        state, liquid = self.comm.bcast(self.pipe(t)), self.scene.liquid
         s = logarithm(state.c)
         for nodes in (self.scene.nodes.inlet, self.scene.nodes.outlet):
             r = liquid.quadratic.points[nodes, 1]
@@ -237,6 +237,9 @@ class Transient:
         """One step of size dt from the history: y, h, x, report, error in units of the tolerance."""
         assert self.newton is not None
         past = self.history
+        # Every process must march the very same state: a difference in the last digit between two of them, as norms
+        # and integrators leave it, is no solution of anything and grows a hundredfold a step.
+        dt, U_m = self.comm.bcast((dt, self._U_m))
         t = past.t[0] + dt
         scheme = Scheme.bdf(dt, past.t[0] - past.t[1] if len(past.t) > 1 else None)
         h_star = np.asarray(sum(w * h for w, h in zip(scheme.weights, past.h, strict=False)))
@@ -245,7 +248,6 @@ class Transient:
             if not self.problem.periodic:
                 self._prescribe_ends(self.tie.base, t)
             star = np.asarray(sum(w * x for w, x in zip(scheme.weights, past.x, strict=False)))
-        U_m = self._U_m
         if past.y:
             weights = extrapolation_weights(past.t_y, t)
             guess = np.asarray(sum(w * y for w, y in zip(weights, past.y, strict=True)))
@@ -266,6 +268,7 @@ class Transient:
                 change = self.scene.liquid.nodal("s", x - predicted)
                 size = max(size, CONFORMATION_WEIGHT * float(np.sqrt(np.mean(change**2))))
             error = size * error_factor(past.t, t) / scheme.g / self.problem.control.tolerance
+        h, x, error = self.comm.bcast((h, x, error))
         return y, h, x, report, error
 
     def _size_of(self, difference: Array) -> float:
@@ -290,13 +293,13 @@ class Transient:
         shapes allow it, and from then on that around the shapes as they are.
         """
         h = self.history.h[0]
-        distances = diagnostics.gaps(self.bodies, h)
+        distances = self.comm.bcast(diagnostics.gaps(self.bodies, h))
         if distances.size and distances.min() <= 0:
             raise MeshFailure("the particles touch")
         geometry = Geometry(self.problem.betas, tuple(map(float, distances)), self.problem.length)
         # Bring the particles back to the middle of the tube: the ends are far away and nothing else has a place.
         centres = [h[body.start : body.start + body.size : 2].mean() for body in self.bodies]
-        shift = np.mean(geometry.centres) - np.mean(centres)
+        shift = self.comm.bcast(float(np.mean(geometry.centres) - np.mean(centres)))
         for positions in self.history.h:
             positions += shift * (self.tie.a > 0)
         if self.history.y:
@@ -305,14 +308,13 @@ class Transient:
         old = self.scene
         if not self._deformed:
             self._mesh(Reference.spheres(geometry, self.outlines))
-            self._deformed = diagnostics.liquid_distortion(self.scene, self._extend(h)[1]) < FRESH_DISTORTION
+            distortion = diagnostics.liquid_distortion(self.scene, self._extend(h)[1])
+            self._deformed = self.comm.bcast(distortion < FRESH_DISTORTION)
         if self._deformed:
             outlines = tuple(body.outline_points(h) for body in self.bodies)
             self._mesh(Reference(geometry, tuple(self.outlines), outlines, True))
-        self.history.x = [
-            self._carried_over(old, t, x, h, float(shift))
-            for t, x, h in zip(self.history.t, self.history.x, self.history.h, strict=True)
-        ]
+        past = zip(self.history.t, self.history.x, self.history.h, strict=True)
+        self.history.x = self.comm.bcast([self._carried_over(old, t, x, h, shift) for t, x, h in past])
 
     def _carried_over(self, old: Scene, t: float, x: Array, h: Array, shift: float) -> Array:
         """What the liquid remembers of one old time, on the new mesh: its displacement then, and s where it was."""
@@ -362,6 +364,7 @@ class Transient:
                 self.counts.factorisations += report.factorisations
                 valid = report.converged and diagnostics.solid_distortion(self.bodies, h) > 0
                 distortion = diagnostics.liquid_distortion(self.scene, x) if valid else 0.0
+                valid, distortion = self.comm.bcast((valid, distortion))
                 if valid and distortion > 0 and control.accepts(error):
                     self.counts.steps += 1
                     self.history.push(t + size, h, x, y)
