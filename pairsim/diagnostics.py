@@ -76,7 +76,7 @@ def gaps(bodies: list[Body], h: Array) -> Array:
 
 def observe(scene: Scene, tie: Tie, y: Array, h: Array, x: Array) -> Observation:
     """Read the observation off a solution."""
-    velocity = tie.M @ y
+    velocity = tie.V @ y
     U, D, change = [], [], 0.0
     for body in scene.bodies:
         if body.phase is None:

@@ -48,6 +48,7 @@ VELOCITY = FieldSpec("u", 2, 2)
 DISPLACEMENT = FieldSpec("eta", 2, 2)
 PRESSURE = FieldSpec("p", 1, 1)
 LOG_CONFORMATION = FieldSpec("s", 2, 4)
+MESH_VELOCITY = FieldSpec("w", 1, 2)
 
 
 @dataclass(frozen=True)
@@ -159,8 +160,12 @@ def newtonian_liquid(comm: MPI.Comm, moving: bool) -> CompiledPhase:
     return _compile(comm, ("newtonian", moving), fields, (), build)
 
 
-def viscoelastic_liquid(comm: MPI.Comm, law: polymer.Name, moving: bool) -> CompiledPhase:
-    """Viscoelastic liquid: u, p, s = log c and, where the mesh moves, eta."""
+def viscoelastic_liquid(comm: MPI.Comm, law: polymer.Name, moving: bool, steady: bool = False) -> CompiledPhase:
+    """Viscoelastic liquid: u, p, s = log c and, where the mesh moves, eta.
+
+    In time the mesh's velocity follows from eta; a quasi-steady liquid has it as a field of its own, w, and forgets
+    its past with rate = 0 (rate = 1/dt makes a step of pseudo-time of it).
+    """
 
     def build(terms: _Terms) -> ufl.Form:
         x, star, test, k, dX = terms.x, terms.star, terms.test, terms.constants, terms.dX
@@ -170,19 +175,25 @@ def viscoelastic_liquid(comm: MPI.Comm, law: polymer.Name, moving: bool) -> Comp
         tau = constitutive.stress(law, s, k["xi"], k["De"], k["L2"])
         form = momentum(kin, (solvent[0] + tau[0], solvent[1] + tau[1]), x["p"], test["u"], dX)
         form += continuity.liquid(kin, x["u"], test["p"], dX)
-        v = x["u"]
         if moving:
             form += mesh_motion.elastic_extension(terms.mesh, x["eta"], test["eta"], dX)
-            v = v - ufl.as_vector([k["U_m"], 0]) - (x["eta"] - star["eta"]) / k["g"]
-        rate = LogConformation.of((x["s"] - star["s"]) / k["g"] + ufl.dot(kin.grad(x["s"]), v))
+        if steady:
+            v, change = x["u"] - x["w"], (x["s"] - star["s"]) * k["rate"]
+        else:
+            v, change = x["u"], (x["s"] - star["s"]) / k["g"]
+            if moving:
+                v = v - ufl.as_vector([k["U_m"], 0]) - (x["eta"] - star["eta"]) / k["g"]
+        rate = LogConformation.of(change + ufl.dot(kin.grad(x["s"]), v))
         relaxed = constitutive.relaxation(law, s, k["alpha"], k["epsilon"], k["L2"])
         strong = constitutive.residual(kin, s, (rate.block, rate.hoop), x["u"], relaxed, k["De"])
         time = constitutive.upwind_time(terms.mesh, v, k["De"], UPWIND_SCALE)
         return form + constitutive.constitutive(kin, strong, test["s"], v, time, dX)
 
-    fields = (VELOCITY, PRESSURE, LOG_CONFORMATION)
-    names = ("De", "xi", "alpha", "epsilon", "L2", "g", "U_m")
-    return _compile(comm, (law, moving), (*fields, DISPLACEMENT) if moving else fields, names, build)
+    fields = [VELOCITY, PRESSURE, LOG_CONFORMATION]
+    fields += [DISPLACEMENT] if moving else []
+    fields += [MESH_VELOCITY] if steady else []
+    names = ("De", "xi", "alpha", "epsilon", "L2", *(("rate",) if steady else ("g", "U_m")))
+    return _compile(comm, (law, moving, steady), tuple(fields), names, build)
 
 
 def neo_hookean_solid(comm: MPI.Comm) -> CompiledPhase:
@@ -261,6 +272,10 @@ class Phase:
         return np.asarray(
             self.offsets[name] + f.components * np.searchsorted(self.quadratic.vertices, nodes) + component
         )
+
+    def has(self, name: str) -> bool:
+        """Whether the phase has a field of this name."""
+        return name in self.offsets
 
     def _number(self) -> Indices:
         node = self.mesh.geometry.input_global_indices[self.mesh.geometry.dofmap]

@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.optimize import root
 
 from pairsim.materials import polymer
 from pairsim.materials.polymer import Polymer
@@ -97,6 +98,21 @@ class Pipe:
         if not done.success:
             raise RuntimeError(done.message)
         return lambda t: self._state(done.sol(t).reshape(4, -1))
+
+    def steady(self) -> PipeState:
+        """The fully developed flow.
+
+        Raises:
+            RuntimeError: It was not found.
+        """
+        if self.liquid is None:
+            return self.until(0.0)(0.0)
+        # Close to it in time first, which chooses the stable one, then all the way.
+        done = solve_ivp(self._rate, (0.0, 15 * self.liquid.De), self._start, "LSODA", rtol=1e-7, atol=1e-9)
+        found = root(lambda c: self._rate(0.0, c), done.y[:, -1], method="hybr", options={"xtol": 1e-13})
+        if not done.success or np.abs(found.fun).max() > 1e-8 * np.abs(found.x).max() / self.liquid.De:
+            raise RuntimeError(f"no developed flow: {done.message}; {found.message}")
+        return self._state(found.x.reshape(4, -1))
 
     def _state(self, c: Array) -> PipeState:
         shear, G = self._shear(c)

@@ -158,6 +158,7 @@ class Scene:
         periodic: Periodic ends with an imposed flow rate, or a prescribed velocity on them.
         boundary_velocity: Velocity on wall and ends when they are prescribed.
         polymer: The viscoelastic part of the liquid, None for a Newtonian one.
+        steady: Quasi-steady: the mesh's velocity is that of the particles, extended into the liquid.
     """
 
     def __init__(
@@ -170,19 +171,22 @@ class Scene:
         periodic: bool,
         boundary_velocity: BoundaryVelocity = poiseuille,
         polymer: Polymer | None = None,
+        steady: bool = False,
     ) -> None:
         self.comm, self.reference, self.bodies, self.periodic = comm, reference, list(bodies), periodic
         self.boundary_velocity = boundary_velocity
         # One rigid particle rides in its own frame: nothing of the mesh ever moves.
         # In a viscoelastic liquid it does, by what the frame's velocity is off: s is carried relative to the mesh.
-        self.polymer = polymer
-        self.moving = len(self.bodies) > (0 if polymer else 1) or any(b.phase is not None for b in self.bodies)
+        self.polymer, self.steady = polymer, steady
+        alone = 1 if steady or polymer is None else 0
+        self.moving = len(self.bodies) > alone or any(b.phase is not None for b in self.bodies)
         if polymer is None:
             self.liquid = Phase(comm, newtonian_liquid(comm, self.moving), mesh)
         else:
             numbers = {k: getattr(polymer, k) for k in ("De", "xi", "alpha", "epsilon", "L2")}
-            compiled = viscoelastic_liquid(comm, polymer.name, self.moving)
-            self.liquid = Phase(comm, compiled, mesh, {**numbers, "g": 1.0, "U_m": 0.0})
+            compiled = viscoelastic_liquid(comm, polymer.name, self.moving, steady)
+            numbers |= {"rate": 0.0} if steady else {"g": 1.0, "U_m": 0.0}
+            self.liquid = Phase(comm, compiled, mesh, numbers)
         self.nodes = LiquidNodes.find(mesh, reference)
         self.phases: list[Phase] = [self.liquid] + [b.phase for b in self.bodies if b.phase is not None]
         self.offsets = np.concatenate([[0], np.cumsum([phase.size for phase in self.phases])]).astype(np.int64)

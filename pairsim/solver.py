@@ -221,14 +221,17 @@ class Newton:
         values = self._gather(y)
         _, x = self._state(values)
         with self.clock("assembly"):
-            self.scene.set(x)
-            local = [phase.residual() for phase in self.scene.phases]
-            full = np.concatenate([*local, np.zeros(self.scene.size - self.scene.m)])
-            reduced = self.tie.T @ full
-            if self.scene.comm.size > 1:
-                self.scene.comm.Allreduce(reduced.copy(), reduced)
-            reduced += self.tie.T @ (self._linear @ x + self.scene.load())
-            r.setArray(self._scaled_rows(reduced)[self._range[0] : self._range[1]])
+            r.setArray(self._scaled_rows(self._tested(x))[self._range[0] : self._range[1]])
+
+    def _tested(self, x: Array) -> Array:
+        """T R(x), the same on every process."""
+        self.scene.set(x)
+        local = [phase.residual() for phase in self.scene.phases]
+        full = np.concatenate([*local, np.zeros(self.scene.size - self.scene.m)])
+        reduced = self.tie.T @ full
+        if self.scene.comm.size > 1:
+            self.scene.comm.Allreduce(reduced.copy(), reduced)
+        return np.asarray(reduced + self.tie.T @ (self._linear @ x + self.scene.load()))
 
     def _jacobian(self, snes: Any, y: Any, A: Any, _: Any) -> None:
         if not self._must_factor:
@@ -309,6 +312,10 @@ class Newton:
         self._fresh = False
         return reason.ITERATING
 
+    def forget(self) -> None:
+        """Make the next solve factor anew."""
+        self._factored_g = None
+
     def solve(self, y: Array, h_star: Array, g: float, U_m: float, star: Array | None = None) -> tuple[Array, Report]:
         """Solve from a first guess.
 
@@ -347,6 +354,34 @@ class Newton:
         iterations = self._snes.getIterationNumber()
         report = Report(converged, iterations, self._factorisations, self._why, dict(self._steps), self._residual_norm)
         return self._gather(self._y), report
+
+    def place(self, h_star: Array) -> None:
+        """Set h* for the evaluations below, with g = 1 and U_m = 0 as quasi-steady scenes have them."""
+        self._h_star, self._g, self._U_m = h_star, 1.0, 0.0
+
+    def factor_at(self, y: Array) -> None:
+        """Factor the matrix at y: for linear solves, and as the matrix that the next solve begins with."""
+        self.residual_at(y)
+        self._must_factor = True
+        self._jacobian(self._snes, self._y, self._A, None)
+        self._rate, self._fresh = 0.0, False
+
+    def linear_solve(self, rhs: Array, *, transposed: bool = False) -> Array:
+        """Solve with the matrix in hand (or its transpose)."""
+        b, x = self._A.createVecs()
+        b.setArray(rhs[self._range[0] : self._range[1]])
+        ksp = self._snes.getKSP()
+        with self.clock("solve"):
+            (ksp.solveTranspose if transposed else ksp.solve)(b, x)
+        values = self._gather(x)
+        b.destroy()
+        x.destroy()
+        return values
+
+    def reduce(self, x: Array) -> Array:
+        """T R for a full vector x that need not be one of the tie's."""
+        with self.clock("assembly"):
+            return self._scaled_rows(self._tested(x))
 
     def residual_at(self, y: Array) -> Array:
         """The whole residual T R at y, with h*, g and U_m of the last solve."""

@@ -29,6 +29,7 @@ class Tie:
         C: Dependence of x on the material positions h, (n, n_h).
         M: Velocity of h in the laboratory from y, (n_h, n_y).
         a: Axial translation of h, (n_h,).
+        V: Velocity of the particles' material from y, (n_h, n_y): M itself unless the scene is quasi-steady.
         T: Test rows, (n_y, n).
         integrated: Rows that constrain h itself and are divided by g to balance the rest, (n_y,) of bool.
         fields: Unknowns by field, for norms and reports.
@@ -42,6 +43,7 @@ class Tie:
     T: sparse.csr_matrix
     integrated: np.ndarray
     fields: dict[str, Indices]
+    V: sparse.csr_matrix
 
     @property
     def size(self) -> int:
@@ -109,9 +111,21 @@ def _boundary(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _tie_velocity(
-    scene: Scene, y: _Unknowns, N: _Triplets, rows: _Triplets, material: sparse.csr_matrix, base: Array
+    scene: Scene,
+    y: _Unknowns,
+    N: _Triplets,
+    rows: _Triplets,
+    V: sparse.csr_matrix,
+    balance: sparse.csr_matrix,
+    base: Array,
 ) -> None:
-    """Liquid velocity: free inside, tied on axis, wall, ends and interfaces."""
+    """Liquid velocity: free inside, tied on axis, wall, ends and interfaces.
+
+    Args:
+        scene, y, N, rows, base: What the tie is put together from.
+        V: Velocity of the material from y, (n_h, n_y).
+        balance: Row that the momentum of each material position belongs to, (n_h, n_y).
+    """
     liquid, nodes = scene.liquid, scene.nodes
     outer, interface = _boundary(scene)
     count = len(outer)
@@ -143,10 +157,9 @@ def _tie_velocity(
         for c, index in enumerate(_interface(body)):
             if index is None:
                 continue
-            velocity_of = material[index].tocoo()
-            full = liquid.index("u", at[velocity_of.row], c)
-            N.add(full, velocity_of.col, velocity_of.data)
-            rows.add(velocity_of.col, full, velocity_of.data)
+            moved, tested = V[index].tocoo(), balance[index].tocoo()
+            N.add(liquid.index("u", at[moved.row], c), moved.col, moved.data)
+            rows.add(tested.col, liquid.index("u", at[tested.row], c), tested.data)
 
 
 def _tie_conformation(scene: Scene, y: _Unknowns, N: _Triplets, rows: _Triplets) -> None:
@@ -241,7 +254,23 @@ def transient_tie(scene: Scene) -> Tie:
         rows.add(unknown, p)
         integrated.append(unknown)
     material = M.matrix((scene.h_size, y.size))
-    _tie_velocity(scene, y, N, rows, material, base)
+    _tie_velocity(scene, y, N, rows, material, material, base)
+    return _finished(scene, y, N, C, M, M, rows, base, a, integrated)
+
+
+def _finished(
+    scene: Scene,
+    y: _Unknowns,
+    N: _Triplets,
+    C: _Triplets,
+    M: _Triplets,
+    V: _Triplets,
+    rows: _Triplets,
+    base: Array,
+    a: Array,
+    integrated: list[Indices],
+) -> Tie:
+    """The tie, with the liquid's unknowns that are the same in every problem."""
     p = scene.liquid.index("p", scene.liquid.quadratic.vertices)
     unknown = y.take("p_f", len(p))
     N.add(p, unknown)
@@ -267,7 +296,77 @@ def transient_tie(scene: Scene) -> Tie:
         rows.matrix((y.size, scene.size)),
         divided,
         y.fields,
+        V.matrix((scene.h_size, y.size)),
     )
+
+
+def steady_tie(scene: Scene, extensions: Array) -> Tie:
+    """Ties of a quasi-steady scene: particles move as they are, with one unknown velocity U_i each.
+
+    The unknown of a soft particle is its displacement (take g = 1 and U_m = 0). Its axial translation is no unknown:
+    the upstream pole of particle i+1 follows the downstream pole of particle i, and that of particle 1 stays. The
+    momentum rows of all nodes are kept; U_i takes the place of the lost unknown.
+
+    Args:
+        scene: A quasi-steady scene.
+        extensions: The mesh's velocity for unit velocity of each particle and none on wall and ends, at the vertices,
+            (N, n_vertices, 2); not looked at in a Newtonian liquid.
+    """
+    y = _Unknowns()
+    N, C, M, V, rows, balance = (_Triplets() for _ in range(6))
+    base = np.zeros(scene.size)
+    a = np.zeros(scene.h_size)
+    integrated: list[Indices] = []
+    pole = -1  # unknown of the last downstream pole; -1 is at rest
+    U = y.take("U_p", len(scene.bodies))
+    for i, body in enumerate(scene.bodies):
+        if body.phase is None:
+            at = np.array([body.start])
+            V.add(at, U[i])
+            balance.add(at, U[i])
+            a[body.start] = 1.0
+            if pole >= 0:
+                M.add(at, np.array([pole]))
+            continue
+        offset, mesh = scene.offset(body.phase), body.phase.quadratic
+        points = np.arange(len(mesh.points))
+        held = int(body.nodes[-1] if i else body.nodes[0])
+        for c in range(2):
+            h = body.start + 2 * points + c
+            eta = offset + body.phase.index("eta", points, c)
+            C.add(eta, h)
+            free = points if c == 0 else points[mesh.points[:, 1] > 1e-12]
+            row = np.empty(len(free), dtype=np.int64)
+            own = free != held if c == 0 else np.ones(len(free), dtype=bool)
+            unknown = y.take("h", int(np.count_nonzero(own)))
+            row[own] = unknown
+            M.add(h[free[own]], unknown)
+            if c == 0:
+                row[~own] = U[i]
+                a[h] = 1.0
+                V.add(h, U[i])
+                if pole >= 0:
+                    M.add(h[[held]], np.array([pole]))
+                pole = int(row[np.flatnonzero(free == body.nodes[0])[0]]) if i else -1
+            rows.add(row, eta[free])
+            balance.add(h[free], row)
+        p = offset + body.phase.index("p", mesh.vertices)
+        unknown = y.take("p_s", len(p))
+        N.add(p, unknown)
+        rows.add(unknown, p)
+        integrated.append(unknown)
+    size = (scene.h_size, y.size)
+    _tie_velocity(scene, y, N, rows, V.matrix(size), balance.matrix(size), base)
+    if scene.polymer is not None:
+        liquid = scene.liquid
+        vertices = liquid.quadratic.vertices
+        for i in range(len(scene.bodies)):
+            # The mean of all velocities on wall and ends.
+            rest = (1 - extensions[:, :, 0].sum(axis=0)) / len(scene.bodies)
+            N.add(liquid.index("w", vertices, 0), U[i], extensions[i, :, 0] + rest)
+            other = extensions[i, :, 1] - extensions[:, :, 1].sum(axis=0) / len(scene.bodies)
+            N.add(liquid.index("w", vertices, 1), U[i], other)
+    return _finished(scene, y, N, C, M, V, rows, base, a, integrated)
 
 
 def extension_tie(scene: Scene) -> Tie:
@@ -286,4 +385,5 @@ def extension_tie(scene: Scene) -> Tie:
         rows.matrix((y.size, scene.size)),
         np.zeros(y.size, dtype=bool),
         y.fields,
+        empty,
     )

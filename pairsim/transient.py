@@ -16,7 +16,7 @@ from scipy.interpolate import barycentric_interpolate
 from pairsim import diagnostics
 from pairsim.conformation import interpolate, logarithm
 from pairsim.diagnostics import Observation
-from pairsim.errors import InvertedCell, MeshFailure, NewtonFailure, RunFailure, StepTooSmall
+from pairsim.errors import InvertedCell, MeshFailure, NewtonFailure, StepTooSmall
 from pairsim.materials.polymer import Polymer
 from pairsim.mesh import (
     Array,
@@ -30,16 +30,12 @@ from pairsim.mesh import (
     particle_meshes,
 )
 from pairsim.pipe import Pipe
+from pairsim.remeshing import FRESH_DISTORTION, needs_mesh, on_root
 from pairsim.scene import BoundaryVelocity, Scene, make_bodies, poiseuille
 from pairsim.solver import Clock, Newton, Report
 from pairsim.stepsize import Scheme, StepControl, error_factor, extrapolation_weights, land
 from pairsim.ties import extension_tie, transient_tie
 
-# A cell squeezed below this fraction of its reference area, or a gap changed by this factor, calls for a new mesh;
-# one around undeformed spheres must do better than the second figure to be used.
-LEAST_DISTORTION = 0.25
-FRESH_DISTORTION = 0.45
-GAP_RATIO = 1.6
 RELATIVE_WEIGHT = 20.0
 CONFORMATION_WEIGHT = 0.4
 
@@ -151,7 +147,7 @@ class Transient:
         self.pipe = Pipe(problem.polymer).until(problem.t_end)
         geometry = Geometry(problem.betas, problem.gaps, problem.length)
         with self.clock("mesh"):
-            self.outlines, meshes = self._on_root(lambda: self._particles(geometry))
+            self.outlines, meshes = on_root(self.comm, lambda: self._particles(geometry))
         with self.clock("jit"):
             self.bodies = make_bodies(comm, problem.betas, problem.Ca_es, self.outlines, meshes)
         h = np.zeros(sum(body.size for body in self.bodies))
@@ -169,19 +165,6 @@ class Transient:
         self._mesh(Reference.spheres(geometry, self.outlines))
         self.history.x = [np.zeros(self.scene.size)]
 
-    def _on_root[T](self, make: Callable[[], T]) -> T:
-        """Run gmsh on one process; every process gets the result, or raises the same error."""
-        made: T | RunFailure | None = None
-        if self.comm.rank == 0:
-            try:
-                made = make()
-            except RunFailure as error:
-                made = error
-        result: T | RunFailure = self.comm.bcast(made)
-        if isinstance(result, RunFailure):
-            raise result
-        return result
-
     def _particles(self, geometry: Geometry) -> tuple[list[Outline], list[QuadraticMesh | None]]:
         settings = self.problem.mesh
         outlines = make_outlines(geometry, settings)
@@ -190,7 +173,7 @@ class Transient:
     def _mesh(self, reference: Reference) -> None:
         """Put a mesh of the reference domain around the particles."""
         with self.clock("mesh"):
-            mesh = self._on_root(lambda: liquid_mesh(reference, self.problem.mesh))
+            mesh = on_root(self.comm, lambda: liquid_mesh(reference, self.problem.mesh))
         self.close()
         with self.clock("jit"):
             self.scene = Scene(
@@ -384,7 +367,7 @@ class Transient:
                         h=h,
                         velocity=self.tie.M @ y,
                     )
-                    remeshed = self._needs_mesh(distortion, observation)
+                    remeshed = needs_mesh(distortion, observation.d, self.scene.reference.geometry.gaps)
                     if remeshed:
                         self._remesh_or_say_when()
                     continue
@@ -398,12 +381,6 @@ class Transient:
                     dt = size / 3
                 if dt < control.smallest:
                     self._give_up(t, report, valid, error)
-
-    def _needs_mesh(self, distortion: float, observation: Observation) -> bool:
-        if distortion < LEAST_DISTORTION:
-            return True
-        ratio = observation.d / np.array(self.scene.reference.geometry.gaps) if observation.d.size else np.ones(1)
-        return bool(ratio.max() > GAP_RATIO or ratio.min() < 1 / GAP_RATIO)
 
     def _give_up(self, t: float, report: Report, valid: bool, error: float) -> None:
         step = self.counts.steps

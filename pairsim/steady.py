@@ -1,0 +1,372 @@
+"""Quasi-steady scenes: distances prescribed, d/dt at fixed X dropped, shapes, stresses and all velocities at once.
+
+One object holds a scene at given parameters, solves it from a neighbouring solution, and gives what continuation
+needs: tangents, the transposed solve, a new mesh where the old one is too distorted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from mpi4py import MPI
+from scipy.interpolate import barycentric_interpolate
+
+from pairsim import diagnostics
+from pairsim.conformation import interpolate, logarithm
+from pairsim.diagnostics import Observation
+from pairsim.errors import MeshFailure
+from pairsim.materials.polymer import Polymer
+from pairsim.mesh import (
+    Array,
+    Geometry,
+    MeshSettings,
+    Outline,
+    Reference,
+    liquid_mesh,
+    make_outlines,
+    particle_meshes,
+)
+from pairsim.pipe import Pipe, PipeState
+from pairsim.remeshing import FRESH_DISTORTION, needs_mesh, on_root
+from pairsim.scene import BoundaryVelocity, Scene, make_bodies, poiseuille
+from pairsim.solver import Clock, Newton, Report
+from pairsim.ties import extension_tie, steady_tie
+
+# Relative step of the differences that give derivatives with respect to parameters: the residual is smooth.
+DIFFERENCE = 1e-5
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Where a scene is in the space of its parameters.
+
+    Attributes:
+        gaps: Distances between facing surfaces on the axis, (N-1,).
+        Ca_es: Elastic capillary numbers, 0 for rigid particles, (N,).
+        De: Deborah number; 0 without polymer.
+        size: Factor of all particle diameters; differs from 1 only for derivatives with respect to beta.
+    """
+
+    gaps: tuple[float, ...]
+    Ca_es: tuple[float, ...]
+    De: float = 0.0
+    size: float = 1.0
+
+    def with_gap(self, d: float) -> Parameters:
+        """All gaps equal to d."""
+        return replace(self, gaps=(d,) * len(self.gaps))
+
+
+@dataclass(frozen=True)
+class SteadyProblem:
+    """What does not change along a branch.
+
+    Attributes:
+        betas: Diameters.
+        length: Length of the tube.
+        periodic: Kind of the ends.
+        mesh: Cell sizes.
+        polymer: Viscoelastic part of the liquid; its De is that of `Parameters`.
+        boundary_velocity: Velocity on wall and ends when they are not periodic.
+        newton_tolerance: Tolerance of every Newton solve.
+    """
+
+    betas: tuple[float, ...]
+    length: float
+    periodic: bool
+    mesh: MeshSettings
+    polymer: Polymer | None = None
+    boundary_velocity: BoundaryVelocity = poiseuille
+    newton_tolerance: float = 1e-9
+
+
+class Steady:
+    """A quasi-steady scene at one set of parameters.
+
+    Args:
+        comm: Communicator of the case.
+        problem: What stays.
+        parameters: Where to begin; which particles are rigid is fixed here.
+
+    Attributes:
+        y: Free unknowns of the last solution (a guess before the first one).
+
+    Raises:
+        MeshFailure: The first mesh could not be made.
+    """
+
+    def __init__(self, comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters) -> None:
+        self.comm, self.problem, self.parameters = comm, problem, parameters
+        self.clock = Clock()
+        self.newton: Newton | None = None
+        self._extension: Newton | None = None
+        self._flows: dict[float, PipeState] = {}
+        self.meshes = self.iterations = self.factorisations = 0
+        geometry = Geometry(problem.betas, parameters.gaps, problem.length)
+        with self.clock("mesh"):
+            self.outlines = make_outlines(geometry, problem.mesh)
+            meshes = on_root(comm, lambda: particle_meshes(geometry, problem.mesh, self.outlines, parameters.Ca_es))
+        with self.clock("jit"):
+            self.bodies = make_bodies(comm, problem.betas, parameters.Ca_es, self.outlines, meshes)
+        self._sphere_points: list[Array | None] = [None if b.phase is None else b.phase.mesh.geometry.x.copy() for b in self.bodies]
+        self._deformed = False
+        self._mesh(Reference.spheres(geometry, self.outlines))
+        self.y = self._cold_guess()
+
+    # Meshes
+
+    def _mesh(self, reference: Reference) -> None:
+        with self.clock("mesh"):
+            mesh = on_root(self.comm, lambda: liquid_mesh(reference, self.problem.mesh))
+        self.close()
+        self.meshes += 1
+        polymer = self.problem.polymer
+        with self.clock("jit"):
+            self.scene = Scene(
+                self.comm,
+                reference,
+                mesh,
+                self.bodies,
+                periodic=self.problem.periodic,
+                boundary_velocity=self.problem.boundary_velocity,
+                polymer=polymer,
+                steady=True,
+            )
+        self.tie = steady_tie(self.scene, self._unit_extensions())
+        self._untouched = self.tie.base.copy()
+        self.newton = Newton(self.scene, self.tie, tolerance=self.problem.newton_tolerance, clock=self.clock)
+        self._material = np.concatenate([self.tie.fields.get(name, np.empty(0, int)) for name in ("h", "U_p", "p_s")])
+
+    def _extend(self, h: Array) -> Array:
+        """Full vector with the liquid's mesh displacement for given material positions."""
+        if self._extension is None:
+            self._extension = Newton(self.scene, extension_tie(self.scene), clock=self.clock)
+        eta, _ = self._extension.solve(np.zeros(self._extension.tie.size), h, 1.0, 0.0)
+        return self._extension.state(eta)[1]
+
+    def _unit_extensions(self) -> Array:
+        """The mesh's velocity for unit velocity of each particle, at the vertices, (N, n_vertices, 2)."""
+        scene, vertices = self.scene, self.scene.liquid.quadratic.vertices
+        if scene.polymer is None or not scene.moving:
+            return np.ones((len(self.bodies), len(vertices), 2)) * [1.0, 0.0]
+        h = np.concatenate([np.zeros(body.size) for body in self.bodies])
+        still = scene.liquid.nodal("eta", self._extend(h))[vertices]
+        fields = []
+        for body in self.bodies:
+            moved = h.copy()
+            moved[body.start : body.start + body.size : 2] = 1.0
+            fields.append(scene.liquid.nodal("eta", self._extend(moved))[vertices] - still)
+        return np.array(fields)
+
+    def remesh(self) -> None:
+        """A new reference mesh at the current spacing; the solution is carried over as a guess.
+
+        Raises:
+            MeshFailure: It could not be made.
+        """
+        old, old_y, (h, x) = self.scene, self.y, self.state()
+        distances = self.comm.bcast(diagnostics.gaps(self.bodies, h))
+        if distances.size and distances.min() <= 0:
+            raise MeshFailure("the particles touch")
+        material = old_y[self._material]
+        geometry = Geometry(self.problem.betas, tuple(map(float, distances)), self.problem.length)
+        if not self._deformed:
+            self._mesh(Reference.spheres(geometry, self.outlines))
+            distortion = diagnostics.liquid_distortion(self.scene, self._extend(h)) if self.scene.moving else 1.0
+            self._deformed = self.comm.bcast(distortion < FRESH_DISTORTION)
+        if self._deformed:
+            outlines = tuple(body.outline_points(h) for body in self.bodies)
+            self._mesh(Reference(geometry, tuple(self.outlines), outlines, True))
+        self.y = self.comm.bcast(self._carried_over(old, x, h, material))
+
+    def _carried_over(self, old: Scene, x: Array, h: Array, material: Array) -> Array:
+        """The old solution on the new mesh."""
+        scene, tie = self.scene, self.tie
+        new = np.zeros(scene.size)
+        if scene.moving:
+            new = self._extend(h)
+        mesh = old.liquid.quadratic
+        p = np.zeros(len(mesh.points))
+        p[mesh.vertices] = x[old.liquid.index("p", mesh.vertices)]
+        values = [old.liquid.nodal("u", x), p[mesh.parents].mean(axis=1)[:, None]]
+        if scene.polymer is not None:
+            values.append(old.liquid.nodal("s", x))
+        found = interpolate(mesh, old.positions(x), np.hstack(values), scene.positions(new))
+        liquid, inside = scene.liquid, scene.liquid.quadratic
+        nodes = np.arange(len(inside.points))
+        for c in range(2):
+            new[liquid.index("u", nodes, c)] = found[:, c]
+        new[liquid.index("p", inside.vertices)] = found[inside.vertices, 2]
+        if scene.polymer is not None:
+            for c in range(4):
+                new[liquid.index("s", nodes, c)] = found[:, 3 + c]
+        y = self._picked(new)
+        y[self._material] = material
+        if scene.dp is not None:
+            assert old.dp is not None
+            y[tie.fields["dp"]] = x[old.dp]
+        return y
+
+    def _picked(self, x: Array) -> Array:
+        """Free unknowns of the liquid out of a full vector; others are zero."""
+        y = np.zeros(self.tie.size)
+        columns = self.tie.N.tocsc()
+        for name in ("u", "p_f", "s", "eta"):
+            unknowns = self.tie.fields.get(name, np.empty(0, int))
+            entry = columns[:, unknowns].tocoo()
+            own = entry.data == 1.0  # an unknown's other nodes carry halves of it
+            y[unknowns[entry.col[own]]] = x[entry.row[own]]
+        return y
+
+    def _cold_guess(self) -> Array:
+        """Undeformed spheres in the developed flow."""
+        liquid, tie = self.scene.liquid, self.tie
+        mesh = liquid.quadratic
+        nodes = np.arange(len(mesh.points))
+        x = self._extend(self._h_star(self.parameters)) if self.scene.moving else np.zeros(self.scene.size)
+        if self.scene.polymer is None:
+            u = self.problem.boundary_velocity(mesh.points)
+        else:
+            flow = self._flow(self.parameters.De)
+            u = np.column_stack([barycentric_interpolate(flow.r, flow.u, mesh.points[:, 1]), np.zeros(len(nodes))])
+            s = logarithm(flow.c)
+            for c in range(4):
+                x[liquid.index("s", nodes, c)] = barycentric_interpolate(flow.r, s[:, c], mesh.points[:, 1])
+        for c in range(2):
+            x[liquid.index("u", nodes, c)] = u[:, c]
+        y = self._picked(x)
+        largest = max(self.problem.betas, default=0.0)
+        on_axis = self.problem.boundary_velocity(np.zeros((1, 2)))[0, 0]
+        y[tie.fields["U_p"]] = on_axis * (1 - 2 / 3 * largest**2)
+        return y
+
+    # Parameters
+
+    def _flow(self, De: float) -> PipeState:
+        """The developed flow at a Deborah number."""
+        if De not in self._flows:
+            polymer = self.problem.polymer
+            self._flows[De] = self.comm.bcast(Pipe(replace(polymer, De=De) if polymer else None).steady())
+        return self._flows[De]
+
+    def _h_star(self, parameters: Parameters) -> Array:
+        """Positions of undeformed spheres at the wanted distances."""
+        betas = tuple(beta * parameters.size for beta in self.problem.betas)
+        centres = Geometry(betas, parameters.gaps, self.problem.length).centres
+        h = np.zeros(self.scene.h_size)
+        for body, centre in zip(self.bodies, centres, strict=True):
+            h[body.start : body.start + body.size : 2] = centre
+        return h
+
+    def _apply(self, parameters: Parameters) -> Array:
+        """Put the forms and the tie at these parameters; h*."""
+        assert self.newton is not None
+        scene, base = self.scene, self.tie.base
+        base[:] = self._untouched if parameters.size == 1.0 else self._base_at(parameters.size)
+        for body, points, Ca_e in zip(self.bodies, self._sphere_points, parameters.Ca_es, strict=True):
+            if body.phase is not None and points is not None:
+                body.phase.constants["Ca_e"].value = Ca_e
+                body.phase.mesh.geometry.x[:] = points * parameters.size
+        if scene.polymer is not None:
+            liquid, flow = scene.liquid, self._flow(parameters.De)
+            liquid.constants["De"].value = parameters.De
+            liquid.constants["rate"].value = 0.0
+            if not scene.periodic:
+                s = logarithm(flow.c)
+                for nodes in (scene.nodes.inlet, scene.nodes.outlet):
+                    r = liquid.quadratic.points[nodes, 1]
+                    base[liquid.index("u", nodes, 0)] = barycentric_interpolate(flow.r, flow.u, r)
+                    for c in range(4):
+                        base[liquid.index("s", nodes, c)] = barycentric_interpolate(flow.r, s[:, c], r)
+        h_star = self._h_star(parameters)
+        self.newton.place(h_star)
+        return h_star
+
+    def _base_at(self, size: float) -> Array:
+        """Constant part of the tie with all diameters multiplied."""
+        bodies = self.scene.bodies
+        self.scene.bodies = [
+            replace(body, outline=Outline(body.outline.radius * size, body.outline.angles)) for body in bodies
+        ]
+        try:
+            count = len(self.scene.liquid.quadratic.vertices)
+            return steady_tie(self.scene, np.zeros((len(bodies), count, 2))).base
+        finally:
+            self.scene.bodies = bodies
+
+    def state(self) -> tuple[Array, Array]:
+        """h and x of the solution."""
+        assert self.newton is not None
+        self._apply(self.parameters)
+        return self.newton.state(self.y)
+
+    # Solving
+
+    def solve(self, parameters: Parameters, guess: Array | None = None) -> Report:
+        """Solve at these parameters; on success they and y become the scene's.
+
+        Args:
+            parameters: Where.
+            guess: First guess, by default the last solution.
+        """
+        assert self.newton is not None
+        h_star = self._apply(parameters)
+        y, report = self.newton.solve(self.y if guess is None else guess, h_star, 1.0, 0.0)
+        self.iterations += report.iterations
+        self.factorisations += report.factorisations
+        if report.converged and self._distortion_of(*self.newton.state(y)) <= 0:
+            report = replace(report, converged=False, reason="a cell turned over")
+            self.newton.forget()
+        if report.converged:
+            self.y, self.parameters = y, parameters
+        return report
+
+    def _distortion_of(self, h: Array, x: Array) -> float:
+        solid = diagnostics.solid_distortion(self.bodies, h)
+        return self.comm.bcast(min(diagnostics.liquid_distortion(self.scene, x), 0.0 if solid <= 0 else 1.0))
+
+    def distorted(self) -> bool:
+        """Whether a new mesh is due."""
+        h, x = self.state()
+        gaps = self.comm.bcast(diagnostics.gaps(self.bodies, h))
+        return needs_mesh(self._distortion_of(h, x), gaps, self.scene.reference.geometry.gaps)
+
+    def factor(self) -> None:
+        """Factor the exact matrix at the solution; tangents need it, and the next solve begins with it."""
+        assert self.newton is not None
+        self._apply(self.parameters)
+        self.newton.factor_at(self.y)
+        self.factorisations += 1
+
+    def residual_change(self, along: Callable[[float], Parameters]) -> Array:
+        """dR/dtau at fixed y along a line of parameters, `along(0)` being here; tau of order one matters."""
+        assert self.newton is not None
+        ends = []
+        for tau in (DIFFERENCE, -DIFFERENCE):
+            self._apply(along(tau))
+            ends.append(self.newton.residual_at(self.y))
+        self._apply(self.parameters)
+        return (ends[0] - ends[1]) / (2 * DIFFERENCE)
+
+    def tangent(self, along: Callable[[float], Parameters]) -> Array:
+        """dy/dtau along a line of parameters; `factor` first."""
+        assert self.newton is not None
+        return -self.newton.linear_solve(self.residual_change(along))
+
+    def observe(self) -> Observation:
+        """What is read off the solution."""
+        h, x = self.state()
+        return diagnostics.observe(self.scene, self.tie, self.y, h, x)
+
+    def drop_without_particles(self) -> float:
+        """Pressure drop of the same tube without particles."""
+        return self._flow(self.parameters.De).gradient * self.problem.length
+
+    def close(self) -> None:
+        """Give the solver's memory back."""
+        for solver in (self.newton, self._extension):
+            if solver is not None:
+                solver.destroy()
+        self.newton = self._extension = None
