@@ -44,7 +44,8 @@ class RunFailure(PairsimError):
 
     def __init__(self, message: str, *, t: float = 0.0, step: int = 0, advice: str = "") -> None:
         self.message, self.t, self.step, self.advice = message, t, step, advice
-        super().__init__(f"{self.reason} at t = {t:g} (step {step}): {message}" + (f"; try {advice}" if advice else ""))
+        where = f" at t = {t:g} (step {step})" if step or t else ""
+        super().__init__(f"{self.reason}{where}: {message}" + (f"; try {advice}" if advice else ""))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Errors travel between processes."""
@@ -90,3 +91,9 @@ class TooManySteps(RunFailure):
     """The step limit of the case was reached."""
 
     reason = "max_steps"
+
+
+class NoSteadyState(RunFailure):
+    """A quasi-steady branch could not be followed farther: past a fold there is no steady shape."""
+
+    reason = "no_steady_state"

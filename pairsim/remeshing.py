@@ -17,15 +17,18 @@ FRESH_DISTORTION = 0.45
 GAP_RATIO = 1.6
 
 
-def needs_mesh(distortion: float, gaps: Array, reference_gaps: Sequence[float]) -> bool:
+def needs_mesh(
+    distortion: float, gaps: Array, reference_gaps: Sequence[float], least: float = LEAST_DISTORTION
+) -> bool:
     """Whether a new mesh is due.
 
     Args:
         distortion: Smallest ratio of a liquid cell's current to its reference Jacobian.
         gaps: Distances now.
         reference_gaps: Those that the mesh was made for.
+        least: Distortion that is still borne.
     """
-    if distortion < LEAST_DISTORTION:
+    if distortion < least:
         return True
     ratio = gaps / np.asarray(reference_gaps) if gaps.size else np.ones(1)
     return bool(ratio.max() > GAP_RATIO or ratio.min() < 1 / GAP_RATIO)

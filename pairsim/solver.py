@@ -279,11 +279,7 @@ class Newton:
         if its == 0:
             return reason.ITERATING
         step, x = self._gather(snes.getSolutionUpdate()), self._gather(snes.getSolution())
-        self._steps = {
-            name: float(np.linalg.norm(step[i]) / max(np.linalg.norm(x[i]), 1e-3 * np.sqrt(len(i))))
-            for name, i in self.tie.fields.items()
-            if len(i)
-        }
+        self._steps = self.scaled(step, x)
         # All processes decide by one and the same number: norms may differ between them in the last digit.
         largest = self.scene.comm.bcast(max((v for k, v in self._steps.items() if k != "m"), default=0.0))
         previous, self._largest = self._largest, largest
@@ -315,6 +311,14 @@ class Newton:
     def forget(self) -> None:
         """Make the next solve factor anew."""
         self._factored_g = None
+
+    def scaled(self, step: Array, y: Array) -> dict[str, float]:
+        """Norm of a step by field, relative to the field's size."""
+        return {
+            name: float(np.linalg.norm(step[i]) / max(np.linalg.norm(y[i]), 1e-3 * np.sqrt(len(i))))
+            for name, i in self.tie.fields.items()
+            if len(i)
+        }
 
     def solve(self, y: Array, h_star: Array, g: float, U_m: float, star: Array | None = None) -> tuple[Array, Report]:
         """Solve from a first guess.

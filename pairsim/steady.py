@@ -29,13 +29,21 @@ from pairsim.mesh import (
     particle_meshes,
 )
 from pairsim.pipe import Pipe, PipeState
-from pairsim.remeshing import FRESH_DISTORTION, needs_mesh, on_root
+from pairsim.remeshing import needs_mesh, on_root
 from pairsim.scene import BoundaryVelocity, Scene, make_bodies, poiseuille
 from pairsim.solver import Clock, Newton, Report
 from pairsim.ties import extension_tie, steady_tie
 
 # Relative step of the differences that give derivatives with respect to parameters: the residual is smooth.
 DIFFERENCE = 1e-5
+# A steady branch is followed to where shapes barely exist, and there distorted cells make rims buckle too early
+# (beta .4, d .1: at Ca_e .14 around spheres, at .16 around the shapes): a new mesh comes sooner than in time.
+LEAST_STEADY, FRESH_STEADY = 0.6, 0.75
+MOST_BORDERED = 12
+# First and last step of pseudo-time, in relaxation times.
+RELAX_FIRST, RELAX_LAST = 0.1, 200.0
+# A bordered iteration keeps the matrix in hand once its steps are below this.
+FRESH_ABOVE = 1e-4
 
 
 @dataclass(frozen=True)
@@ -110,7 +118,9 @@ class Steady:
             meshes = on_root(comm, lambda: particle_meshes(geometry, problem.mesh, self.outlines, parameters.Ca_es))
         with self.clock("jit"):
             self.bodies = make_bodies(comm, problem.betas, parameters.Ca_es, self.outlines, meshes)
-        self._sphere_points: list[Array | None] = [None if b.phase is None else b.phase.mesh.geometry.x.copy() for b in self.bodies]
+        self._sphere_points: list[Array | None] = [
+            None if b.phase is None else b.phase.mesh.geometry.x.copy() for b in self.bodies
+        ]
         self._deformed = False
         self._mesh(Reference.spheres(geometry, self.outlines))
         self.y = self._cold_guess()
@@ -175,7 +185,7 @@ class Steady:
         if not self._deformed:
             self._mesh(Reference.spheres(geometry, self.outlines))
             distortion = diagnostics.liquid_distortion(self.scene, self._extend(h)) if self.scene.moving else 1.0
-            self._deformed = self.comm.bcast(distortion < FRESH_DISTORTION)
+            self._deformed = self.comm.bcast(distortion < FRESH_STEADY)
         if self._deformed:
             outlines = tuple(body.outline_points(h) for body in self.bodies)
             self._mesh(Reference(geometry, tuple(self.outlines), outlines, True))
@@ -323,15 +333,44 @@ class Steady:
             self.y, self.parameters = y, parameters
         return report
 
+    def relax(self, parameters: Parameters) -> Report:
+        """Solve through pseudo-time: s relaxes in growing implicit steps while all else stays in balance.
+
+        Args:
+            parameters: Where; the guess is the last solution.
+        """
+        assert self.newton is not None
+        h_star, y, dt = self._apply(parameters), self.y, RELAX_FIRST * parameters.De
+        liquid = self.scene.liquid
+        while True:
+            liquid.constants["rate"].value = 1 / dt if dt < RELAX_LAST * parameters.De else 0.0
+            _, x = self.newton.state(y)
+            liquid.set_star(x[: liquid.size])
+            self.newton.forget()
+            new, report = self.newton.solve(y, h_star, 1.0, 0.0)
+            self.iterations += report.iterations
+            self.factorisations += report.factorisations
+            if report.converged and self._distortion_of(*self.newton.state(new)) > 0:
+                y = new
+                if liquid.constants["rate"].value == 0.0:
+                    self.y, self.parameters = y, parameters
+                    return report
+                dt *= 2.0
+                continue
+            dt /= 4
+            if dt < 1e-3 * RELAX_FIRST * parameters.De:
+                self._apply(self.parameters)
+                return replace(report, converged=False)
+
     def _distortion_of(self, h: Array, x: Array) -> float:
         solid = diagnostics.solid_distortion(self.bodies, h)
-        return self.comm.bcast(min(diagnostics.liquid_distortion(self.scene, x), 0.0 if solid <= 0 else 1.0))
+        return self.comm.bcast(diagnostics.liquid_distortion(self.scene, x) if solid > 0 else 0.0)
 
     def distorted(self) -> bool:
         """Whether a new mesh is due."""
         h, x = self.state()
         gaps = self.comm.bcast(diagnostics.gaps(self.bodies, h))
-        return needs_mesh(self._distortion_of(h, x), gaps, self.scene.reference.geometry.gaps)
+        return needs_mesh(self._distortion_of(h, x), gaps, self.scene.reference.geometry.gaps, LEAST_STEADY)
 
     def factor(self) -> None:
         """Factor the exact matrix at the solution; tangents need it, and the next solve begins with it."""
@@ -354,6 +393,60 @@ class Steady:
         """dy/dtau along a line of parameters; `factor` first."""
         assert self.newton is not None
         return -self.newton.linear_solve(self.residual_change(along))
+
+    def solve_with(
+        self, along: Callable[[float], Parameters], tau: float, y: Array, row: Array, row_tau: float, value: float
+    ) -> tuple[float | None, int]:
+        """Solve for y and the place on a line of parameters together, with row . y + row_tau tau = value.
+
+        Args:
+            along: The line.
+            tau: First guess of the place.
+            y: First guess of the unknowns.
+            row, row_tau, value: The equation that is added; the matrix is bordered by it and never assembled, so
+                that one factorisation serves and a fold of the scene's own equations does no harm.
+
+        Returns:
+            The place, None without convergence, and the number of iterations. On success the solution is the scene's.
+        """
+        assert self.newton is not None
+        previous = np.inf
+        for count in range(1, MOST_BORDERED + 1):
+            there = along(tau)
+            ends = []
+            for change in (DIFFERENCE, -DIFFERENCE):
+                self._apply(along(tau + change))
+                ends.append(self.newton.residual_at(y))
+            self._apply(there)
+            if previous > FRESH_ABOVE:
+                self.newton.factor_at(y)
+                self.factorisations += 1
+            a = self.newton.linear_solve(self.newton.residual_at(y))
+            b = self.newton.linear_solve((ends[0] - ends[1]) / (2 * DIFFERENCE))
+            step_tau = float((value - row @ y - row_tau * tau + row @ a) / (row_tau - row @ b))
+            step = -a - b * step_tau
+            y, tau = y + step, tau + step_tau
+            self.iterations += 1
+            sizes = self.newton.scaled(step, y)
+            largest = self.comm.bcast(max([v for k, v in sizes.items() if k != "m"] + [abs(step_tau)]))
+            if not np.isfinite(largest) or (count > 3 and largest > 2 * previous):
+                break
+            if largest < 10 * self.problem.newton_tolerance:
+                self._apply(along(tau))
+                if self._distortion_of(*self.newton.state(y)) <= 0:
+                    break
+                self.y, self.parameters = y, along(tau)
+                return tau, count
+            previous = largest
+        self._apply(self.parameters)
+        self.newton.forget()
+        return None, count
+
+    def velocity_row(self) -> Array:
+        """Row c with c . y = U of the leading particle minus U of the trailing one."""
+        row = np.zeros(self.tie.size)
+        row[self.tie.fields["U_p"][[0, -1]]] = -1.0, 1.0
+        return row
 
     def observe(self) -> Observation:
         """What is read off the solution."""

@@ -1,0 +1,191 @@
+"""Following quasi-steady solutions through their parameters: steps chosen from Newton's behaviour, folds recognised."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pairsim.errors import NoSteadyState
+from pairsim.mesh import Array
+from pairsim.steady import Parameters, Steady
+
+# What a predictor may change at once: positions of the outline (D_c), log-conformation, in the largest node.
+MOST_SHAPE = 0.06
+MOST_STRESS = 1.0
+SMALLEST = 2e-3  # of the way; below it natural continuation gives up
+EASY, HARD = 4, 8  # Newton iterations that let the step grow, or shrink
+ARC = 0.1
+MOST_ARCS = 60
+COLD_CAPILLARY = 0.01
+COLD_DEBORAH = 0.05
+
+
+def towards(start: Parameters, end: Parameters) -> Callable[[float], Parameters]:
+    """The line from one place to another: Ca_e linear, distances and De geometric."""
+
+    def between(a: float, b: float, tau: float) -> float:
+        return float(a * (b / a) ** tau) if a > 0 and b > 0 else a + (b - a) * tau
+
+    def along(tau: float) -> Parameters:
+        return Parameters(
+            tuple(between(a, b, tau) for a, b in zip(start.gaps, end.gaps, strict=True)),
+            tuple(a + (b - a) * tau for a, b in zip(start.Ca_es, end.Ca_es, strict=True)),
+            between(start.De, end.De, tau),
+            start.size,
+        )
+
+    return along
+
+
+def cold_start(parameters: Parameters) -> Parameters:
+    """Where a first solution is found from undeformed spheres in the developed flow."""
+    largest = max(parameters.Ca_es, default=0.0)
+    factor = min(1.0, COLD_CAPILLARY / largest) if largest else 1.0
+    return replace(
+        parameters,
+        Ca_es=tuple(Ca_e * factor for Ca_e in parameters.Ca_es),
+        De=min(parameters.De, COLD_DEBORAH),
+    )
+
+
+def begin(steady: Steady) -> None:
+    """The first solution, at the parameters that the scene was made with (see `cold_start`).
+
+    Raises:
+        NoSteadyState: None was found.
+    """
+    report = steady.solve(steady.parameters)
+    if not report.converged and steady.problem.polymer is not None:
+        report = steady.relax(steady.parameters)
+    if not report.converged:
+        raise NoSteadyState(f"no first solution: {report.reason}", advice="a larger mesh.Np")
+    if steady.distorted():
+        _new_mesh(steady)
+
+
+def _new_mesh(steady: Steady) -> None:
+    steady.remesh()
+    report = steady.solve(steady.parameters)
+    if not report.converged and steady.problem.polymer is not None:
+        report = steady.relax(steady.parameters)
+    if not report.converged:
+        raise NoSteadyState(f"the solution was lost at a remeshing: {report.reason}", advice="a larger mesh.Np")
+
+
+def _reach(steady: Steady, tangent: Array) -> float:
+    """How far along the line the tangent may be trusted."""
+    fields = steady.tie.fields
+    step = np.inf
+    for name, most in (("h", MOST_SHAPE), ("s", MOST_STRESS)):
+        rate = tangent[fields[name]] if name in fields else np.empty(0)
+        if rate.size and (largest := float(np.abs(rate).max())) > 0:
+            step = min(step, most / largest)
+    return float(steady.comm.bcast(step))
+
+
+def follow(steady: Steady, target: Parameters) -> None:
+    """Carry the scene's solution to other parameters.
+
+    Raises:
+        NoSteadyState: The way ends at a fold or Newton is lost; the scene stays at the last solution, and the
+            message tells the parameters reached.
+    """
+    start = steady.parameters
+    if start == target:
+        return
+    along = towards(start, target)
+    tau, longest, refused = 0.0, 1.0, ""
+    while tau < 1.0:
+        steady.factor()
+        tangent = steady.tangent(lambda change, at=tau: along(at + change))  # type: ignore[misc]
+        step = min(longest, _reach(steady, tangent), 1.0 - tau)
+        while True:
+            to = 1.0 if tau + step > 1 - 1e-9 else tau + step
+            report = steady.solve(along(to), steady.y + (to - tau) * tangent)
+            if report.converged:
+                break
+            refused = report.reason
+            step /= 3
+            if step < SMALLEST:
+                if steady.problem.polymer is not None and steady.relax(along(to)).converged:
+                    break
+                raise NoSteadyState(f"{_where(steady.parameters)} was reached, {_where(target)} not: {refused}")
+        longest = step * (2.0 if report.iterations <= EASY else 1.0 if report.iterations < HARD else 0.5)
+        tau = to
+        if steady.distorted():
+            _new_mesh(steady)
+
+
+def _where(parameters: Parameters) -> str:
+    def shown(values: tuple[float, ...]) -> str:
+        return ", ".join(f"{v:.5g}" for v in dict.fromkeys(values))
+
+    parts = [f"De = {parameters.De:.5g}"] if parameters.De else []
+    parts += [f"Ca_e = {shown(parameters.Ca_es)}"] if any(parameters.Ca_es) else []
+    parts += [f"d = {shown(parameters.gaps)}"] if parameters.gaps else []
+    return ", ".join(parts)
+
+
+@dataclass(frozen=True)
+class Fold:
+    """A turning point of a branch.
+
+    Attributes:
+        parameters: Its place.
+        passed: Whether the branch was seen to turn back, or only stopped before it.
+    """
+
+    parameters: Parameters
+    passed: bool
+
+
+def find_fold(steady: Steady, target: Parameters) -> Fold:
+    """Follow the branch by its arc length until the parameter turns back.
+
+    Args:
+        steady: A solution before the fold.
+        target: Parameters beyond it; the fold is looked for on the straight way there.
+    """
+    along = towards(steady.parameters, target)
+    tau, direction, arc = 0.0, 1.0, ARC
+    places: list[tuple[float, float]] = [(0.0, 0.0)]
+    scale = np.zeros(steady.tie.size)
+    shape = steady.tie.fields.get("h", np.empty(0, int))
+    scale[shape] = 1 / (MOST_SHAPE**2 * max(len(shape), 1))
+    old: Array | None = None
+    for _ in range(MOST_ARCS):
+        steady.factor()
+        slope = steady.tangent(lambda change, at=tau: along(at + change))  # type: ignore[misc]
+        length = float(np.sqrt(slope @ (scale * slope) + 1))
+        y_s, tau_s = slope / length, 1 / length
+        if old is not None and float(y_s @ (scale * old)) + tau_s * direction < 0:
+            y_s, tau_s = -y_s, -tau_s
+        while True:
+            y, at = steady.y + arc * y_s, tau + arc * tau_s
+            row = scale * y_s
+            value = float(row @ steady.y + tau_s * tau + arc)
+            found, count = steady.solve_with(along, at, y, row, tau_s, value)
+            if found is not None or arc < ARC / 500:
+                break
+            arc /= 2
+        if found is None:
+            return Fold(steady.parameters, False)
+        places.append((places[-1][0] + arc, found))
+        tau, old, direction = found, y_s, tau_s
+        if len(places) >= 3 and tau < places[-2][1]:
+            (s0, t0), (s1, t1), (s2, t2) = places[-3:]
+            a, b, c = np.polyfit([s0, s1, s2], [t0, t1, t2], 2)
+            return Fold(along(float(c - b * b / (4 * a))), True)
+        if tau >= 1:
+            return Fold(steady.parameters, False)
+        if count <= EASY:
+            arc *= 1.5
+        if steady.distorted():
+            _new_mesh(steady)
+            scale = np.zeros(steady.tie.size)
+            shape = steady.tie.fields["h"]
+            scale[shape] = 1 / (MOST_SHAPE**2 * len(shape))
+            old = None
+    return Fold(steady.parameters, False)
