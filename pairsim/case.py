@@ -15,33 +15,35 @@ from pairsim.errors import InputError
 from pairsim.materials.polymer import Polymer
 
 
-def _number(value: Any) -> Any:
+def number(value: Any) -> Any:
+    """A finite number; true, false and words that YAML made of numbers are none."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ValueError("a number")
     try:
-        number = float(value)
+        as_float = float(value)
     except OverflowError:
-        number = math.inf
-    if not math.isfinite(number):
+        as_float = math.inf
+    if not math.isfinite(as_float):
         raise ValueError("a finite number")
-    return number
+    return as_float
 
 
-def _integer(value: Any) -> Any:
+def whole(value: Any) -> Any:
+    """A whole number."""
     if isinstance(value, bool) or not isinstance(value, int):
         raise ValueError("a whole number")
     return value
 
 
-Number = Annotated[float, BeforeValidator(_number)]
-Whole = Annotated[int, BeforeValidator(_integer)]
+Number = Annotated[float, BeforeValidator(number)]
+Whole = Annotated[int, BeforeValidator(whole)]
 # Bounds come before the validator, so that they show in the JSON schema of a union too.
-Diameter = Annotated[float, Field(gt=0, lt=1), BeforeValidator(_number)]
-Capillary = Annotated[float, Field(ge=0), BeforeValidator(_number)]
-Unit = Annotated[float, Field(ge=0, le=1), BeforeValidator(_number)]
-Extensibility = Annotated[float, Field(gt=3), BeforeValidator(_number)]
-CellSize = Annotated[float, Field(gt=0, le=0.5), BeforeValidator(_number)]
-Positive = Annotated[float, Field(gt=0), BeforeValidator(_number)]
+Diameter = Annotated[float, Field(gt=0, lt=1), BeforeValidator(number)]
+Capillary = Annotated[float, Field(ge=0), BeforeValidator(number)]
+Unit = Annotated[float, Field(ge=0, le=1), BeforeValidator(number)]
+Extensibility = Annotated[float, Field(gt=3), BeforeValidator(number)]
+CellSize = Annotated[float, Field(gt=0, le=0.5), BeforeValidator(number)]
+Positive = Annotated[float, Field(gt=0), BeforeValidator(number)]
 
 
 class _Options(BaseModel):
@@ -91,15 +93,14 @@ class OutputOptions(_Options):
     fields: bool = Field(True, strict=True, description="write fields.xdmf at all")
 
 
-class Case(_Options):
-    """One case. beta, Ca_e: the same for all particles, or a list counted from upstream; d0: likewise the gaps."""
+class SceneCase(_Options):
+    """What every command needs to know. beta, Ca_e: the same for all particles, or a list counted from upstream."""
 
     beta: Diameter | tuple[Diameter, ...] | None = Field(None, description="blockage D_p/D_c, between 0 and 1")
     De: Number = Field(ge=0, description="Deborah number lambda U_av/D_c; 0 is a Newtonian liquid")
     Ca_e: Capillary | tuple[Capillary, ...] | None = Field(
         None, description="elastic capillary number eta_0 U_av/(D_c G_p); 0 is a rigid particle"
     )
-    d0: Positive | tuple[Positive, ...] | None = Field(None, description="initial distance between surfaces [D_c]")
     name: str | None = Field(None, pattern=r"^\w[\w.+-]{0,99}$", description="name of the run's folder")
     particles: Whole = Field(2, ge=0, le=50, description="number of particles on the axis")
     xi: Number = Field(0.09, ge=0, le=1, description="solvent viscosity over eta_0 (De > 0)")
@@ -114,9 +115,6 @@ class Case(_Options):
     )
     ends: Literal["periodic", "developed"] = Field("periodic", description="periodic with the flow rate, or developed")
     mesh: MeshOptions = MeshOptions()
-    time: TimeOptions = TimeOptions()
-    limits: Limits = Limits()
-    output: OutputOptions = OutputOptions()
 
     @property
     def n(self) -> int:
@@ -135,8 +133,8 @@ class Case(_Options):
 
     @property
     def gaps(self) -> tuple[float, ...]:
-        """Initial distances, one a gap."""
-        return _each(self.d0, max(self.n - 1, 0))
+        """Distances that the scene is made for, one a gap."""
+        raise NotImplementedError
 
     @property
     def polymer(self) -> Polymer | None:
@@ -185,8 +183,10 @@ class Case(_Options):
     @property
     def slug(self) -> str:
         """Name of the run's folder."""
-        if self.name:
-            return self.name
+        return self.name or "-".join(self._words())
+
+    def _words(self) -> list[str]:
+        """The case in short, for the name of its folder."""
         law = [f"De{self.De:g}"]
         if self.polymer is not None:
             law += [] if self.polymer.name == "giesekus" else [self.polymer.name]
@@ -194,15 +194,9 @@ class Case(_Options):
                 f"{key}{value:g}" for key in ("alpha", "epsilon", "L2") if (value := getattr(self, key)) is not None
             ]
         if self.n == 0:
-            return "-".join(["pipe", *law])
-
-        def shown(value: Any) -> str:
-            return "_".join(f"{v:g}" for v in value) if isinstance(value, tuple) else f"{value:g}"
-
+            return ["pipe", *law]
         parts = [f"beta{shown(self.beta)}", *law, f"Cae{shown(self.Ca_e)}"]
-        if self.n > 1:
-            parts.append(f"d{shown(self.d0)}")
-        return "-".join(parts if self.n == 2 else [f"n{self.n}", *parts])
+        return parts if self.n == 2 else [f"n{self.n}", *parts]
 
     def resolved(self) -> dict[str, Any]:
         """The case with every default filled in, as plain data."""
@@ -216,11 +210,34 @@ class Case(_Options):
         return {k: v for k, v in data.items() if v is not None}
 
 
+class Case(SceneCase):
+    """One case in time; d0 is one distance for all gaps or a list."""
+
+    d0: Positive | tuple[Positive, ...] | None = Field(None, description="initial distance between surfaces [D_c]")
+    time: TimeOptions = TimeOptions()
+    limits: Limits = Limits()
+    output: OutputOptions = OutputOptions()
+
+    @property
+    def gaps(self) -> tuple[float, ...]:
+        """Initial distances, one a gap."""
+        return _each(self.d0, max(self.n - 1, 0))
+
+    def _words(self) -> list[str]:
+        words = super()._words()
+        return [*words, f"d{shown(self.d0)}"] if self.n > 1 else words
+
+
 # Tube on each side of the particles with developed ends. The slowest disturbance of a Newtonian pipe flow decays as
 # exp(-8.93 z/D_c): 2 leaves 2e-8 of it.
 AUTO_MARGIN = 2.0
 FREE_ENDS = 0.5
 MOST_OUTPUTS = 10_000
+
+
+def shown(value: Any) -> str:
+    """A number or a list of them, for a name."""
+    return "_".join(f"{v:g}" for v in value) if isinstance(value, tuple) else f"{value:g}"
 
 
 def _each(value: float | tuple[float, ...] | None, count: int) -> tuple[float, ...]:
@@ -229,8 +246,13 @@ def _each(value: float | tuple[float, ...] | None, count: int) -> tuple[float, .
     return value if isinstance(value, tuple) else (value,) * count
 
 
-def check_together(case: Case, source: str) -> None:
-    """What no key can say alone.
+def check_scene(case: SceneCase, source: str, counts: dict[str, int]) -> None:
+    """What no key of a scene can say alone.
+
+    Args:
+        case: The case.
+        source: Where it came from.
+        counts: Keys that take one value for each of so many particles or gaps.
 
     Raises:
         InputError: With the first key that does not fit the others.
@@ -251,8 +273,7 @@ def check_together(case: Case, source: str) -> None:
                 refuse(key, value, f"nothing: {key} belongs to {' and '.join(laws)}, the liquid is {law}")
             if value is None and law in laws and key != "alpha":
                 refuse(key, None, f"is missing; liquid: {law} needs it")
-    counts = {"beta": case.n, "Ca_e": case.n, "d0": case.n - 1}
-    for key, count in counts.items():
+    for key, count in {"beta": case.n, "Ca_e": case.n, **counts}.items():
         value = getattr(case, key)
         if count > 0 and value is None:
             refuse(key, None, f"is missing; {case.n} particles need it (a number or a list of {count})")
@@ -266,6 +287,19 @@ def check_together(case: Case, source: str) -> None:
             f"at least {case.cluster + 2 * FREE_ENDS:g}: the particles take {case.cluster:g}, each end {FREE_ENDS:g}"
         )
         refuse("length", case.tube_length, allowed)
+
+
+def check_together(case: Case, source: str) -> None:
+    """What no key of a case in time can say alone.
+
+    Raises:
+        InputError: With the first key that does not fit the others.
+    """
+    check_scene(case, source, {"d0": case.n - 1})
+
+    def refuse(key: str, value: Any, allowed: str) -> None:
+        raise InputError(source, key, value, allowed)
+
     if case.time.first_step > case.time.end:
         refuse("time.first_step", case.time.first_step, f"at most time.end = {case.time.end:g}")
     if case.time.max_step < case.time.first_step:

@@ -11,7 +11,8 @@ from typing import Any
 import yaml
 from pydantic import BaseModel, ValidationError
 
-from pairsim.case import Case, Limits, MeshOptions, OutputOptions, TimeOptions, check_together
+from pairsim.case import Case, SceneCase, check_together
+from pairsim.curve_case import CriticalCase, CurveCase, check_critical, check_curve
 from pairsim.errors import InputError
 
 
@@ -62,7 +63,7 @@ def read_yaml(path: Path) -> dict[str, Any]:
 
 
 def load_case(path: Path, overrides: tuple[str, ...] = ()) -> Case:
-    """Read and check a case file.
+    """Read and check the file of a case in time.
 
     Args:
         path: The file.
@@ -70,6 +71,25 @@ def load_case(path: Path, overrides: tuple[str, ...] = ()) -> Case:
 
     Raises:
         InputError: With file, key, value and what is allowed.
+    """
+    return case_from_dict(read_with(path, overrides), str(path))
+
+
+def load_curve(path: Path, overrides: tuple[str, ...] = ()) -> CurveCase:
+    """Read and check the file of a master curve; as `load_case`."""
+    return curve_from_dict(read_with(path, overrides), str(path))
+
+
+def load_critical(path: Path, overrides: tuple[str, ...] = ()) -> CriticalCase:
+    """Read and check the file of a search for critical distances; as `load_case`."""
+    return critical_from_dict(read_with(path, overrides), str(path))
+
+
+def read_with(path: Path, overrides: tuple[str, ...]) -> dict[str, Any]:
+    """A case file's content with key=value settings put in.
+
+    Raises:
+        InputError: The file cannot be read or a setting is not understood.
     """
     data = read_yaml(path)
     for setting in overrides:
@@ -87,7 +107,7 @@ def load_case(path: Path, overrides: tuple[str, ...] = ()) -> Case:
             if not isinstance(target, dict):
                 raise InputError("--set", key, text, f"{group} is not a group of keys")
         target[last] = value
-    return case_from_dict(data, str(path))
+    return data
 
 
 def case_from_dict(data: Mapping[str, Any], source: str) -> Case:
@@ -96,12 +116,30 @@ def case_from_dict(data: Mapping[str, Any], source: str) -> Case:
     Raises:
         InputError: With the first wrong key, its value and what is allowed.
     """
-    try:
-        case = Case.model_validate(_tuples(data))
-    except ValidationError as error:
-        raise _input_error(error, source) from None
+    case = _validated(Case, data, source)
     check_together(case, source)
     return case
+
+
+def curve_from_dict(data: Mapping[str, Any], source: str) -> CurveCase:
+    """Check plain data; as `case_from_dict`."""
+    case = _validated(CurveCase, data, source)
+    check_curve(case, source)
+    return case
+
+
+def critical_from_dict(data: Mapping[str, Any], source: str) -> CriticalCase:
+    """Check plain data; as `case_from_dict`."""
+    case = _validated(CriticalCase, data, source)
+    check_critical(case, source)
+    return case
+
+
+def _validated[T: SceneCase](model: type[T], data: Mapping[str, Any], source: str) -> T:
+    try:
+        return model.model_validate(_tuples(data))
+    except ValidationError as error:
+        raise _input_error(error, source, _groups(model)) from None
 
 
 def _tuples(value: Any) -> Any:
@@ -110,26 +148,26 @@ def _tuples(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
-_GROUPS: dict[str, type[BaseModel]] = {
-    "": Case,
-    "mesh": MeshOptions,
-    "time": TimeOptions,
-    "limits": Limits,
-    "output": OutputOptions,
-}
+Groups = dict[str, type[BaseModel]]
+
+
+def _groups(model: type[SceneCase]) -> Groups:
+    """The model itself under "", and its groups of keys."""
+    fields = {name: field.annotation for name, field in model.model_fields.items()}
+    return {"": model} | {k: v for k, v in fields.items() if isinstance(v, type) and issubclass(v, BaseModel)}
 
 
 def _names_an_entry(problem: Any) -> bool:
     return any(isinstance(part, int) for part in problem["loc"])
 
 
-def _input_error(error: ValidationError, source: str) -> InputError:
+def _input_error(error: ValidationError, source: str, groups: Groups) -> InputError:
     """The first problem that pydantic met, in the words of the case file."""
     errors = error.errors()
     # A key that takes a number or a list fails twice; the entry of the list says more.
     first = max((e for e in errors if e["loc"][:1] == errors[0]["loc"][:1]), key=_names_an_entry)
     location = [str(part) for part in first["loc"]]
-    group = location[0] if location and location[0] in _GROUPS else ""
+    group = location[0] if location and location[0] in groups else ""
     depth = 2 if group and len(location) > 1 else 1
     key = ".".join(location[:depth])
     indices = [part for part in location[depth:] if part.isdigit()]
@@ -139,22 +177,24 @@ def _input_error(error: ValidationError, source: str) -> InputError:
         value = list(value)
     kind = first["type"]
     if kind == "extra_forbidden":
-        known = list(_GROUPS[group].model_fields)
+        known = list(groups[group].model_fields)
         near = difflib.get_close_matches(location[-1], known, 1, 0.5)
         hint = f"did you mean {near[0]}? " if near else ""
         return InputError(source, key, value, f"unknown key; {hint}allowed: {', '.join(known)}")
     if kind == "missing":
         return InputError(source, key, None, "is missing; the four numbers of a case are beta, De, Ca_e and d0")
+    if kind == "range":
+        return InputError(source, key, value, first["msg"])
     if kind == "model_type":
-        known = list(_GROUPS[group].model_fields)
+        known = list(groups[group].model_fields)
         return InputError(source, key, value, f"a group of keys; allowed: {', '.join(known)}")
     name = location[depth - 1]
-    return InputError(source, key, value, _allowed(group, name))
+    return InputError(source, key, value, _allowed(groups[group], name))
 
 
-def _allowed(group: str, name: str) -> str:
+def _allowed(model: type[BaseModel], name: str) -> str:
     """What a key accepts, in words, from its own JSON schema."""
-    schema = _GROUPS[group].model_json_schema()
+    schema = model.model_json_schema()
     field = schema["properties"][name]
     return "; or ".join(_words(s) for s in field.get("anyOf", [field]) if s.get("type") != "null")
 
@@ -175,6 +215,12 @@ def _words(schema: Mapping[str, Any]) -> str:
         return str(schema["const"])
     if "enum" in schema:
         return " or ".join(map(str, schema["enum"]))
+    if "anyOf" in schema:
+        return "; or ".join(_words(s) for s in schema["anyOf"])
+    if schema.get("type") == "object":
+        return "a name with " + _words(schema["additionalProperties"])
+    if "prefixItems" in schema:
+        return f"two numbers, each {_words(schema['prefixItems'][0])}"
     if schema.get("type") == "array":
         return f"a list of which each is {_words(schema['items'])}"
     text = kinds.get(str(schema.get("type")), "a value")
@@ -183,17 +229,22 @@ def _words(schema: Mapping[str, Any]) -> str:
     return f"{text} {' and '.join(limits)}".strip() if limits else text
 
 
-def schema_rows() -> list[tuple[str, str, str, str]]:
-    """Key, what is allowed, default and description of every key."""
+MODELS: dict[str, type[SceneCase]] = {"run": Case, "curve": CurveCase, "critical": CriticalCase}
+"""What the case file of each command is checked against."""
+
+
+def schema_rows(command: str = "run") -> list[tuple[str, str, str, str]]:
+    """Key, what is allowed, default and description of every key of a command's case file."""
     rows = []
-    for group, model in _GROUPS.items():
+    groups = _groups(MODELS[command])
+    for group, model in groups.items():
         for name, field in model.model_fields.items():
-            if not group and name in _GROUPS:
+            if not group and name in groups:
                 continue
             key = f"{group}.{name}" if group else name
             default = "required" if field.is_required() else field.default
             default = (
                 "" if default in (None, ()) else str(default).lower() if default in (True, False) else str(default)
             )
-            rows.append((key, _allowed(group, name), default, field.description or ""))
+            rows.append((key, _allowed(model, name), default, field.description or ""))
     return rows

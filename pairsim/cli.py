@@ -87,6 +87,53 @@ def run(
     raise typer.Exit(outcome.exit_code)
 
 
+@app.command(
+    epilog="Examples: pairsim curve configs/curve.yaml | pairsim curve case.yaml -o out "
+    "--set 'd={start: 0.02, stop: 1, num: 12}'"
+)
+def curve(
+    case: CaseFile,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Folder of the results. [default: runs/<name>]")
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the results in an existing folder.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
+    set_: Settings = None,
+) -> None:
+    """Solve the quasi-steady master curve dU(d) and its zeros: curve.csv, equilibria.csv, curve.png, run.json.
+
+    The case file has d (a list, or {start, stop, num, spacing}) in place of d0. Exit codes as those of run.
+    """
+    from pairsim.case_file import load_curve
+
+    checked = load_curve(case, tuple(set_ or ()))
+    directory = output or Path("runs") / checked.slug
+
+    from mpi4py import MPI
+
+    import pairsim.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
+    from pairsim.curve_plots import plot_curve
+    from pairsim.curve_run import run_curve
+    from pairsim.progress import make_reporter
+
+    comm = MPI.COMM_WORLD
+    outcome = run_curve(
+        checked,
+        directory,
+        comm=comm,
+        overwrite=overwrite,
+        reporter=make_reporter(quiet, comm.rank),
+        command=shlex.join(["pairsim", *sys.argv[1:]]),
+    )
+    if comm.rank == 0:
+        if outcome.exit_code == 0:
+            plot_curve(directory, directory)
+            typer.echo(str(directory))
+        elif quiet:
+            typer.echo(outcome.message, err=True)
+    raise typer.Exit(outcome.exit_code)
+
+
 @app.command(epilog="Example: pairsim mesh configs/quickstart.yaml -o meshes/pair.msh --png meshes/pair.png")
 def mesh(
     case: CaseFile,
@@ -119,9 +166,15 @@ def plot(
     ] = None,
 ) -> None:
     """Draw a run: dU and D against time and distance, and the deformed particles in the flow, as PNG."""
-    from pairsim.plots import plot_run
+    if (directory / "curve.csv").is_file():
+        from pairsim.curve_plots import plot_curve
 
-    for path in plot_run(directory, output):
+        paths = plot_curve(directory, output or directory)
+    else:
+        from pairsim.plots import plot_run
+
+        paths = plot_run(directory, output)
+    for path in paths:
         typer.echo(str(path))
 
 

@@ -11,7 +11,9 @@ from pairsim.errors import NoSteadyState
 from pairsim.mesh import Array
 from pairsim.steady import Parameters, Steady
 
-# What a predictor may change at once: positions of the outline (D_c), log-conformation, in the largest node.
+# What a predictor may change at once: positions of the outline (D_c), log-conformation, in the largest node; a distance
+# as a part of itself.
+MOST_APART = 0.4
 MOST_SHAPE = 0.06
 MOST_STRESS = 1.0
 SMALLEST = 2e-3  # of the way; below it natural continuation gives up
@@ -23,16 +25,16 @@ COLD_DEBORAH = 0.05
 
 
 def towards(start: Parameters, end: Parameters) -> Callable[[float], Parameters]:
-    """The line from one place to another: Ca_e linear, distances and De geometric."""
+    """The line from one place to another: De geometric, all else linear.
 
-    def between(a: float, b: float, tau: float) -> float:
-        return float(a * (b / a) ** tau) if a > 0 and b > 0 else a + (b - a) * tau
+    The liquid's mesh follows the distances linearly, so that a tangent along a straight line foretells it exactly.
+    """
 
     def along(tau: float) -> Parameters:
         return Parameters(
-            tuple(between(a, b, tau) for a, b in zip(start.gaps, end.gaps, strict=True)),
+            tuple(a + (b - a) * tau for a, b in zip(start.gaps, end.gaps, strict=True)),
             tuple(a + (b - a) * tau for a, b in zip(start.Ca_es, end.Ca_es, strict=True)),
-            between(start.De, end.De, tau),
+            start.De * (end.De / start.De) ** tau if start.De > 0 else 0.0,
             start.size,
         )
 
@@ -74,10 +76,13 @@ def _new_mesh(steady: Steady) -> None:
         raise NoSteadyState(f"the solution was lost at a remeshing: {report.reason}", advice="a larger mesh.Np")
 
 
-def _reach(steady: Steady, tangent: Array) -> float:
-    """How far along the line the tangent may be trusted."""
+def _reach(steady: Steady, tangent: Array, rates: Array) -> float:
+    """How far along the line the tangent may be trusted; `rates` are those of the distances."""
     fields = steady.tie.fields
-    step = np.inf
+    step = min(
+        (MOST_APART * d / abs(rate) for d, rate in zip(steady.parameters.gaps, rates, strict=True) if rate),
+        default=np.inf,
+    )
     for name, most in (("h", MOST_SHAPE), ("s", MOST_STRESS)):
         rate = tangent[fields[name]] if name in fields else np.empty(0)
         if rate.size and (largest := float(np.abs(rate).max())) > 0:
@@ -100,7 +105,9 @@ def follow(steady: Steady, target: Parameters) -> None:
     while tau < 1.0:
         steady.factor()
         tangent = steady.tangent(lambda change, at=tau: along(at + change))  # type: ignore[misc]
-        step = min(longest, _reach(steady, tangent), 1.0 - tau)
+        step = min(longest, _reach(steady, tangent, np.subtract(target.gaps, start.gaps)))
+        if step > 0.9 * (1.0 - tau):
+            step = 1.0 - tau
         while True:
             to = 1.0 if tau + step > 1 - 1e-9 else tau + step
             report = steady.solve(along(to), steady.y + (to - tau) * tangent)

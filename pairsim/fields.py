@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Protocol
+
 import numpy as np
 from scipy import sparse
 from scipy.interpolate import barycentric_interpolate
@@ -11,8 +14,7 @@ from pairsim.conformation import exponential, polymer_stress
 from pairsim.mesh import Array, Indices
 from pairsim.pipe import PipeState
 from pairsim.quadrature import CellQuadrature
-from pairsim.scene import Body
-from pairsim.transient import Step
+from pairsim.scene import Body, Scene
 from pairsim.xdmf import FieldFrame
 
 
@@ -42,11 +44,40 @@ def elastic_stress(body: Body, h: Array) -> Array:
     return np.asarray(splu(mass).solve(load))
 
 
-def frame(step: Step, origin: Array, flow: PipeState) -> FieldFrame:
+class Moment(Protocol):
+    """A solution to look at: an accepted step, or a quasi-steady one (whose t is its distance d)."""
+
+    @property
+    def t(self) -> float: ...
+    @property
+    def scene(self) -> Scene: ...
+    @property
+    def mesh_id(self) -> int: ...
+    @property
+    def x(self) -> Array: ...
+    @property
+    def h(self) -> Array: ...
+    @property
+    def velocity(self) -> Array: ...
+
+
+@dataclass(frozen=True)
+class SteadyMoment:
+    """A quasi-steady solution as a `Moment`; attributes as those of a step."""
+
+    t: float
+    scene: Scene
+    mesh_id: int
+    x: Array
+    h: Array
+    velocity: Array
+
+
+def frame(step: Moment, origin: Array, flow: PipeState) -> FieldFrame:
     """All fields of a step on the deformed mesh, in the frame that rides with the particles.
 
     Args:
-        step: The accepted step.
+        step: The solution.
         origin: Material positions h at t = 0; displacements count from there.
         flow: The flow without particles at this time, for the perturbation fields of Figs. 14 and 15.
     """

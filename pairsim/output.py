@@ -11,7 +11,7 @@ import json
 import math
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -34,6 +34,11 @@ OWN_FILES = (
     "fields.h5",
     "fields.png",
     "perturbation.png",
+    "curve.csv",
+    "equilibria.csv",
+    "curve.png",
+    "critical.csv",
+    "critical.png",
 )
 """Every file that pairsim writes into a run folder; `--overwrite` removes these and nothing else."""
 
@@ -152,6 +157,7 @@ class Column:
     unit: str
 
 
+RATE = r"U_{av}/D_c"
 TIME, VELOCITY, LENGTH, STRESS = r"D_c/U_{av}", r"U_{av}", r"D_c", r"\eta_0 U_{av}/D_c"
 COLUMNS: tuple[Column, ...] = (
     Column("t", r"t", "time", TIME),
@@ -170,8 +176,16 @@ COLUMNS: tuple[Column, ...] = (
     Column("dp", r"\Delta p", "pressure drop over the length of the tube", STRESS),
     Column("dp_plus", r"\Delta p^+", "pressure drop in excess of that of the same tube without particles", STRESS),
     Column("dt", r"\Delta t", "size of the step that ends here", TIME),
-    Column("newton", r"n", "Newton iterations of the step", ""),
+    Column("newton", r"n", "Newton iterations of the step, or on the way from the point before", ""),
     Column("mesh", r"k", "remeshings before the step", ""),
+    Column("meshes", r"k", "meshes made so far", ""),
+    Column("slope", r"\mathrm{d}\Delta U/\mathrm{d}d", "slope of dU over d; at a zero, negative is stable", RATE),
+    Column("slope_i", r"\mathrm{d}\Delta U_i/\mathrm{d}d", "slope of dU_i when all distances change together", RATE),
+    Column("drift", r"\delta", "change of dU by the terms that a quasi-steady solution leaves out", VELOCITY),
+    Column("drift_i", r"\delta_i", "change of dU_i by the terms that a quasi-steady solution leaves out", VELOCITY),
+    Column("mesh_error", r"\epsilon", "|dU - dU on a mesh with cells 2^0.5 times larger|", VELOCITY),
+    Column("mesh_error_i", r"\epsilon_i", "|dU_i - dU_i on a mesh with cells 2^0.5 times larger|", VELOCITY),
+    Column("wanted", "", "1 at a point that was asked for, 0 at one that was added", ""),
     Column(
         "m", r"m", "uniform source in the liquid's continuity that the time scheme needs; a measure of its error", ""
     ),
@@ -185,6 +199,15 @@ HEALTH = ("dt", "newton", "mesh", "m", "volume_error", "distortion")
 """The columns that every series.csv has after those."""
 POLYMER_HEALTH = ("c_max", "c_max_z", "c_max_r", "c_min", "s_jump")
 """The columns that follow in a viscoelastic liquid."""
+CURVE_HEALTH = ("meshes", "m", "volume_error", "distortion")
+"""The columns that every curve.csv ends with, before those of a viscoelastic liquid."""
+
+
+def curve_columns(n: int, common: bool) -> list[str]:
+    """The columns that curve.csv with `n` particles begins with; slopes belong to curves over one distance."""
+    gaps = [""] if n == 2 else [f"_{i}" for i in range(1, n)]
+    own = [name + gap for name in (*(["slope"] if common else []), "drift", "mesh_error") for gap in gaps]
+    return [*series_columns(n)[1:], "newton", *own, "wanted"]
 
 
 def column(name: str) -> Column:
@@ -287,6 +310,22 @@ class SeriesWriter:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def write_table(path: Path, columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> None:
+    """Write a whole CSV table at once; numbers so that reading them gives the same double.
+
+    Raises:
+        ValueError: A number is nan or infinite; the old file stays.
+    """
+    lines = [",".join(columns)]
+    for row in rows:
+        entries = [row[name] for name in columns]
+        for name, entry in zip(columns, entries, strict=True):
+            if isinstance(entry, float) and not math.isfinite(entry):
+                raise ValueError(f"{path.name}: {name} is {entry}")
+        lines.append(",".join(entry if isinstance(entry, str) else repr(entry) for entry in entries))
+    write_text(path, "\n".join(lines) + "\n")
 
 
 def read_series(path: Path | str) -> dict[str, NDArray[np.float64]]:

@@ -56,7 +56,7 @@ def plot_run(directory: Path, out: Path | None = None, *, renderer: Renderer = "
         target.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(str(target), "-o", None, f"cannot be used as a folder ({error.strerror})") from error
-    case = _read_case(directory / "case.yaml")
+    case = read_case(directory / "case.yaml")
     written = [draw_series(series, case, target / "series.png")]
     if (directory / "fields.h5").is_file() and (count := len(read_times(directory))):
         frames = [read_frame(directory, i) for i in ((0, count - 1) if count > 1 else (0,))]
@@ -66,7 +66,8 @@ def plot_run(directory: Path, out: Path | None = None, *, renderer: Renderer = "
     return written
 
 
-def _read_case(file: Path) -> dict[str, Any]:
+def read_case(file: Path) -> dict[str, Any]:
+    """Content of a case.yaml, empty if there is none."""
     if not file.is_file():
         return {}
     try:
@@ -76,7 +77,7 @@ def _read_case(file: Path) -> dict[str, Any]:
     return case if isinstance(case, dict) else {}
 
 
-def _title(case: dict[str, Any]) -> str:
+def case_title(case: dict[str, Any]) -> str:
     """The parameters of the case in the paper's symbols; a list of equal entries is one number."""
     names = {"beta": r"\beta", "De": r"\mathrm{De}", "Ca_e": r"\mathrm{Ca}_e", "d0": "d_0"}
     parts = []
@@ -91,7 +92,7 @@ def _title(case: dict[str, Any]) -> str:
     return name + ",  ".join(parts)
 
 
-def _label(names: list[str]) -> str:
+def axis_label(names: list[str]) -> str:
     """Axis label of some columns, which share their unit."""
     entries = [column(name) for name in names]
     symbols = ", ".join(f"${entry.symbol}$" for entry in entries[:3]) + (", ..." if len(entries) > 3 else "")
@@ -121,13 +122,13 @@ def draw_series(series: dict[str, Array], case: dict[str, Any], path: Path) -> P
     for axis, (_, names) in zip(axes, panels, strict=False):
         for name in names:
             _curve(axis, series["t"], series[name], f"${column(name).symbol}$")
-        _finish(axis, _label(["t"]), _label(names), [series[name] for name in names], legend=len(names) > 1)
+        finish_axis(axis, axis_label(["t"]), axis_label(names), [series[name] for name in names], legend=len(names) > 1)
     if curves:
         for name, gap in curves:
             _curve(axes[-1], series[gap], series[name], f"${column(name).symbol}({column(gap).symbol})$")
-        gaps = _label([gap for _, gap in curves])
-        _finish(axes[-1], gaps, _label(relative), [series[name] for name in relative], legend=len(curves) > 1)
-    figure.suptitle(_title(case))
+        gaps = axis_label([gap for _, gap in curves])
+        finish_axis(axes[-1], gaps, axis_label(relative), [series[name] for name in relative], legend=len(curves) > 1)
+    figure.suptitle(case_title(case))
     figure.savefig(path, dpi=160)
     return path
 
@@ -136,7 +137,8 @@ def _curve(axis: Axes, x: Array, y: Array, label: str) -> None:
     axis.plot(x, y, "o-" if len(x) == 1 else "-", linewidth=1.6, markersize=4, label=label)
 
 
-def _finish(axis: Axes, x: str, y: str, curves: list[Array], *, legend: bool) -> None:
+def finish_axis(axis: Axes, x: str, y: str, curves: list[Array], *, legend: bool) -> None:
+    """Labels, grid, the line y = 0, and a range that does not blow rounding up."""
     low, high = min(float(curve.min()) for curve in curves), max(float(curve.max()) for curve in curves)
     if high - low < NOISE:
         middle = (low + high) / 2
@@ -206,7 +208,7 @@ def draw_fields(frames: list[FieldFrame], case: dict[str, Any], path: Path, *, r
         bar = figure.colorbar(scale, ax=list(axes), location="bottom", aspect=35, shrink=0.8, pad=0.02, label=label)
         bar.locator = MaxNLocator(7)
         bar.update_ticks()
-    figure.suptitle(_title(case))
+    figure.suptitle(case_title(case))
     if note:
         figure.supxlabel(note, fontsize="small", color="0.4")
     figure.savefig(path, dpi=160)
@@ -238,7 +240,7 @@ def draw_perturbation(frame: FieldFrame, case: dict[str, Any], path: Path) -> Pa
         axis.set(xlim=view.window[:2], ylim=view.window[2:], aspect="equal", ylabel=r"$r\ [D_c]$")
         figure.colorbar(drawn, ax=axis, label=label, shrink=0.8)
     axis.set_xlabel(r"$z\ [D_c]$")
-    figure.suptitle(f"{_title(case)},  $t = {frame.t:.4g}$")
+    figure.suptitle(f"{case_title(case)},  $t = {frame.t:.4g}$")
     figure.savefig(path, dpi=160)
     return path
 

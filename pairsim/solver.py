@@ -298,7 +298,7 @@ class Newton:
         if left < self.tolerance or largest < 0.1 * self.tolerance:
             self._why = "converged"
             return reason.CONVERGED_SNORM_RELATIVE
-        if self._fresh and its > 3 and rate > 2:
+        if its > 1 and rate > 2 and (largest > 0.1 or (self._fresh and its > 3)):
             self._why = "the steps grow"
             return reason.DIVERGED_DTOL
         if its >= self.max_iterations:

@@ -442,6 +442,55 @@ class Steady:
         self.newton.forget()
         return None, count
 
+    def drift(self) -> Array:
+        """Change of the particles' velocities by what a quasi-steady scene leaves out, to first order, (N,).
+
+        The distances change at the rates dU, and with them the shapes and s; the velocity of the surfaces, that of the
+        mesh and ds/dt that follow from this are put into the full residual. `factor` first.
+        """
+        assert self.newton is not None
+        scene, tie, now = self.scene, self.tie, self.parameters
+        U = self.y[tie.fields["U_p"]]
+        rates = np.diff(U)
+        fastest = float(np.abs(rates).max(initial=0.0))
+        if fastest == 0.0:
+            return np.zeros(len(U))
+
+        def along(tau: float) -> Parameters:
+            return replace(now, gaps=tuple(np.add(now.gaps, tau * rates / fastest)))
+
+        y_t = fastest * self.tangent(along)
+        ends = [self._h_star(along(tau)) for tau in (DIFFERENCE, -DIFFERENCE)]
+        h_t = fastest * (ends[0] - ends[1]) / (2 * DIFFERENCE) + tie.M @ y_t
+        (h, x), liquid = self.state(), scene.liquid
+        means = []
+        for body, at in zip(self.bodies, scene.nodes.interfaces, strict=True):
+            if body.phase is None:
+                means.append(float(h_t[body.start]))
+                continue
+            moved = body.displacement(h_t)
+            means.append(body.quadrature.mean(moved[:, 0], body.phase.quadratic.points + body.displacement(h)))
+            for c in range(2):
+                x[liquid.index("u", at, c)] += moved[body.nodes, c] - (means[-1] if c == 0 else 0.0)
+        if scene.polymer is not None:
+            x_t = tie.N @ y_t + tie.C @ h_t
+            vertices = liquid.quadratic.vertices
+            for c, frame in enumerate((float(np.mean(U - means)), 0.0)):
+                x[liquid.index("w", vertices, c)] = frame + x_t[liquid.index("eta", vertices, c)]
+            star = x[: liquid.size].copy()
+            start, stop = liquid.offsets["s"], liquid.offsets["s"] + liquid.nodal("s", x).size
+            star[start:stop] -= x_t[start:stop]
+            liquid.set_star(star)
+            liquid.constants["rate"].value = 1.0
+        neglected = self.newton.reduce(x) - self._residual_here()
+        change: Array = -self.newton.linear_solve(neglected)[tie.fields["U_p"]]
+        return change
+
+    def _residual_here(self) -> Array:
+        assert self.newton is not None
+        self._apply(self.parameters)
+        return self.newton.residual_at(self.y)
+
     def velocity_row(self) -> Array:
         """Row c with c . y = U of the leading particle minus U of the trailing one."""
         row = np.zeros(self.tie.size)
@@ -453,9 +502,19 @@ class Steady:
         h, x = self.state()
         return diagnostics.observe(self.scene, self.tie, self.y, h, x)
 
+    @property
+    def flow(self) -> PipeState:
+        """The flow without particles."""
+        return self._flow(self.parameters.De)
+
+    @property
+    def centres(self) -> Array:
+        """Axial positions of undeformed spheres at these distances, (N,)."""
+        return Geometry(self.problem.betas, self.parameters.gaps, self.problem.length).centres
+
     def drop_without_particles(self) -> float:
         """Pressure drop of the same tube without particles."""
-        return self._flow(self.parameters.De).gradient * self.problem.length
+        return self.flow.gradient * self.problem.length
 
     def close(self) -> None:
         """Give the solver's memory back."""

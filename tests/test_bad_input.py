@@ -16,7 +16,7 @@ GOOD = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\n"
 BAD = {
     "misspelt key": (GOOD + "lenght: 3\n", "lenght", "did you mean length"),
     "misspelt key in a group": (GOOD + "mesh: {NP: 20}\n", "mesh.NP", "Np"),
-    "unknown key": (GOOD + "gravity: 9.81\n", "gravity", "allowed: beta, De, Ca_e, d0"),
+    "unknown key": (GOOD + "gravity: 9.81\n", "gravity", "allowed: beta, De, Ca_e, name"),
     "missing De": ("beta: 0.4\nCa_e: 0.1\nd0: 0.1\n", "De", "missing"),
     "missing beta": ("De: 0\nCa_e: 0.1\nd0: 0.1\n", "beta", "missing"),
     "missing Ca_e": ("beta: 0.4\nDe: 0\nd0: 0.1\n", "Ca_e", "missing"),

@@ -1,0 +1,296 @@
+"""Master curves: quasi-steady solutions at many distances, points added where the curve bends, and its zeros."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from mpi4py import MPI
+from scipy.interpolate import CubicHermiteSpline
+
+from pairsim.continuation import begin, cold_start, follow, towards
+from pairsim.curve_case import CurveCase
+from pairsim.diagnostics import Observation, liquid_distortion
+from pairsim.errors import NoSteadyState
+from pairsim.mesh import Array, MeshSettings
+from pairsim.steady import Parameters, Steady, SteadyProblem
+
+# The mesh that tells the error of the wanted one: its cells are larger by this factor.
+COARSER = 2**0.5
+FEWEST_CELLS = 8
+
+
+@dataclass(frozen=True)
+class Point:
+    """A quasi-steady solution.
+
+    Attributes:
+        gaps: Distances, one a gap.
+        observation: What is read off it.
+        dp_plus: Pressure drop that the particles cause.
+        slopes: d(dU)/dd of every gap when all distances change together.
+        drifts: Change of every dU by the terms that a quasi-steady scene leaves out, to first order.
+        mesh_errors: |dU - dU on a mesh with cells 2^0.5 times larger|, None without that mesh.
+        newton: Newton iterations on the way from the point before.
+        meshes: Meshes made so far.
+        distortion: Smallest ratio of a liquid cell's current to its reference Jacobian.
+    """
+
+    gaps: tuple[float, ...]
+    observation: Observation
+    dp_plus: float
+    slopes: Array
+    drifts: Array
+    mesh_errors: Array | None
+    newton: int
+    meshes: int
+    distortion: float
+
+    @property
+    def d(self) -> float:
+        """The distance of a curve over one distance."""
+        return self.gaps[0]
+
+    @property
+    def dU(self) -> float:
+        """Velocity of the leading particle relative to the trailing one."""
+        return float(self.observation.U[-1] - self.observation.U[0])
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A distance at which the pair moves as one.
+
+    Attributes:
+        d: The distance.
+        slope: d(dU)/dd there; negative is stable.
+        peak: Largest |dU| between this zero and the next one or the end, over that of the whole curve.
+    """
+
+    d: float
+    slope: float
+    peak: float
+
+    @property
+    def stable(self) -> bool:
+        """Whether a pair that is displaced a little comes back."""
+        return self.slope < 0
+
+
+def steady_problem(case: CurveCase) -> SteadyProblem:
+    """The part of a validated case that stays along its curve."""
+    settings = MeshSettings(**case.cell_sizes)
+    return SteadyProblem(case.betas, case.tube_length, case.ends == "periodic", settings, case.polymer)
+
+
+def coarser(problem: SteadyProblem) -> SteadyProblem:
+    """The same on cells larger by `COARSER`."""
+    mesh = problem.mesh
+    return replace(
+        problem,
+        mesh=replace(
+            mesh,
+            Np=max(FEWEST_CELLS, round(mesh.Np / COARSER)),
+            gap_cells=round(mesh.gap_cells / COARSER),
+            wall_cells=round(mesh.wall_cells / COARSER),
+            growth=mesh.growth * COARSER,
+            max_size=mesh.max_size * COARSER,
+        ),
+    )
+
+
+class Branch:
+    """Solutions of one scene at any distances, each from its nearest neighbour.
+
+    Args:
+        comm: Communicator of the case.
+        problem: What stays.
+        parameters: The first place.
+        mesh_error: Solve on a coarser mesh too.
+
+    Raises:
+        NoSteadyState: There is no solution at the first place.
+    """
+
+    def __init__(self, comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters, mesh_error: bool) -> None:
+        problems = [problem, coarser(problem)] if mesh_error else [problem]
+        self.scenes: list[Steady] = []
+        for each in problems:
+            self.scenes.append(Steady(comm, each, cold_start(parameters)))
+            begin(self.scenes[-1])
+            follow(self.scenes[-1], parameters)
+
+    @property
+    def fine(self) -> Steady:
+        """The scene on the wanted mesh."""
+        return self.scenes[0]
+
+    def at(self, parameters: Parameters) -> Point:
+        """The solution at a place.
+
+        Raises:
+            NoSteadyState: The way there ends before it.
+        """
+        before = self.fine.iterations
+        for scene in self.scenes:
+            follow(scene, parameters)
+        return self._read(before)
+
+    def zero(self, left: float, right: float, guess: float) -> Point:
+        """The distance between two others at which dU vanishes, with dU = 0 as one of the equations.
+
+        Raises:
+            NoSteadyState: It was not found.
+        """
+        fine = self.fine
+        before = fine.iterations
+        here = fine.parameters
+        along = towards(here.with_gap(left), here.with_gap(right))
+        start = (guess - left) / (right - left)
+        follow(fine, along(start))
+        tau, _ = fine.solve_with(along, start, fine.y, fine.velocity_row(), 0.0, 0.0)
+        if tau is None:
+            raise NoSteadyState(f"the zero of dU near d = {guess:.5g} was lost")
+        for scene in self.scenes[1:]:
+            follow(scene, fine.parameters)
+        return self._read(before)
+
+    def _read(self, iterations_before: int) -> Point:
+        fine = self.fine
+        fine.factor()
+        gaps = fine.parameters.gaps
+        velocities = fine.tie.fields["U_p"]
+        slopes = np.zeros(len(gaps))
+        if gaps:
+            change = fine.tangent(lambda tau: replace(fine.parameters, gaps=tuple(d + tau for d in gaps)))
+            slopes = np.diff(change[velocities])
+        observation = fine.observe()
+        errors = None
+        if len(self.scenes) > 1:
+            coarse = self.scenes[1]
+            errors = np.abs(np.diff(observation.U) - np.diff(coarse.y[coarse.tie.fields["U_p"]]))
+        return Point(
+            gaps,
+            observation,
+            observation.dp - fine.drop_without_particles(),
+            slopes,
+            np.diff(fine.drift()),
+            errors,
+            fine.iterations - iterations_before,
+            fine.meshes,
+            liquid_distortion(fine.scene, fine.state()[1]),
+        )
+
+    def close(self) -> None:
+        """Give the solvers' memory back."""
+        for scene in self.scenes:
+            scene.close()
+
+
+def interpolant(points: list[Point]) -> CubicHermiteSpline:
+    """dU over log d, from values and slopes at points in ascending d."""
+    d = np.array([p.d for p in points])
+    return CubicHermiteSpline(np.log(d), [p.dU for p in points], [p.slopes[0] * p.d for p in points])
+
+
+def _doubtful(points: list[Point], tol: float) -> list[bool]:
+    """Intervals in which dU may not be known to tol of its largest value: two parabolas disagree there."""
+    largest = max(abs(p.dU) for p in points)
+    flags = []
+    for a, b in pairwise(points):
+        width = np.log(b.d / a.d)
+        bend = (a.slopes[0] * a.d + b.slopes[0] * b.d) * width / 4 - (b.dU - a.dU) / 2
+        flags.append(abs(bend) / 2 > tol * largest)
+    return flags
+
+
+def trace(branch: Branch, case: CurveCase, found: Callable[[Point, bool], None]) -> list[Point]:
+    """Solve at every wanted place and, on a curve over one distance, at added ones.
+
+    Args:
+        branch: A solution at the first place of `order`.
+        case: The case.
+        found: Called with every point and whether it was asked for.
+
+    Returns:
+        All points, in ascending d where there is one distance, otherwise as the file has them.
+
+    Raises:
+        RunFailure: The branch could not be followed; `found` has seen the points before.
+    """
+    parameters = branch.fine.parameters
+    points = []
+    for place in order(case):
+        points.append(branch.at(replace(parameters, gaps=place)))
+        found(points[-1], True)
+    if not case.common:
+        return points
+    points.sort(key=lambda p: p.d)
+    known: set[tuple[float, float]] = set()
+    while len(points) < case.max_points:
+        intervals = list(pairwise(points))
+        new = [
+            (a, b)
+            for (a, b), doubt in zip(intervals, _doubtful(points, case.tol), strict=True)
+            if doubt and (a.d, b.d) not in known
+        ]
+        if not new:
+            break
+        curve = interpolant(points)
+        largest = max(abs(p.dU) for p in points)
+        new = new[: case.max_points - len(points)]
+        if abs(branch.fine.parameters.gaps[0] - new[-1][1].d) < abs(branch.fine.parameters.gaps[0] - new[0][0].d):
+            new.reverse()  # begin with the nearest
+        for a, b in new:
+            d = float(np.sqrt(a.d * b.d))
+            point = branch.at(parameters.with_gap(d))
+            found(point, False)
+            if abs(point.dU - curve(np.log(d))) < case.tol * largest:
+                known |= {(a.d, d), (d, b.d)}
+            points.append(point)
+        points.sort(key=lambda p: p.d)
+    return points
+
+
+def order(case: CurveCase) -> list[tuple[float, ...]]:
+    """The places in the order in which they are solved: from the widest distance down, where the start is easy."""
+    places = case.places
+    if case.common:
+        wanted = {place[0] for place in places} | set(case.fields)
+        return [(d,) * (case.n - 1) for d in sorted(wanted, reverse=True)]
+    return places
+
+
+def equilibria(branch: Branch, points: list[Point], found: Callable[[Point], None]) -> list[Equilibrium]:
+    """All zeros of dU between the points of a curve over one distance.
+
+    Args:
+        branch: Any solution.
+        points: In ascending d.
+        found: Called with the solution at every zero.
+    """
+    if len(points) < 2:
+        return []
+    curve = interpolant(points)
+    zeros = []
+    for left, right, guess in _sign_changes(points, curve):
+        zeros.append(branch.zero(left, right, guess))
+        found(zeros[-1])
+    ends = [*(z.d for z in zeros), points[-1].d]
+    largest = max(abs(p.dU) for p in points)
+    result = []
+    for zero, end in zip(zeros, ends[1:], strict=True):
+        inside = [abs(p.dU) for p in points if zero.d < p.d <= end]
+        between = np.abs(curve(np.linspace(np.log(zero.d), np.log(end), 50)))
+        result.append(Equilibrium(zero.d, float(zero.slopes[0]), max([*inside, float(between.max())]) / largest))
+    return result
+
+
+def _sign_changes(points: list[Point], curve: CubicHermiteSpline) -> Iterator[tuple[float, float, float]]:
+    """Neighbours between which dU changes sign, with where the interpolant has its zero."""
+    for a, b in pairwise(points):
+        if a.dU * b.dU < 0:
+            roots = [r for r in curve.solve(0.0, extrapolate=False) if np.log(a.d) <= r <= np.log(b.d)]
+            yield a.d, b.d, float(np.exp(roots[0])) if roots else float(np.sqrt(a.d * b.d))

@@ -1,0 +1,126 @@
+"""What every command leaves behind besides its numbers: how it ended, by which versions, on which machine."""
+
+from __future__ import annotations
+
+import platform
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from mpi4py import MPI
+
+from pairsim import __version__
+from pairsim.errors import InputError
+from pairsim.output import RunFolder
+from pairsim.solver import petsc_version
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a command ended.
+
+    Attributes:
+        status: "finished", "failed" or "interrupted".
+        reason: "end", "contact", "max_gap", or the typed reason of a failure.
+        message: One line for people.
+    """
+
+    status: str
+    reason: str
+    message: str
+
+    @property
+    def exit_code(self) -> int:
+        """0 finished, 3 typed failure, 130 interrupted."""
+        return {"finished": 0, "failed": 3, "interrupted": 130}[self.status]
+
+
+def collectively[T](comm: MPI.Comm, make: Callable[[], T]) -> T | None:
+    """Run on the first process; its error is raised on every one, its result is None on the others."""
+    made: T | None = None
+    error: Exception | None = None
+    if comm.rank == 0:
+        try:
+            made = make()
+        except (InputError, OSError) as caught:
+            error = caught
+    error = comm.bcast(error)
+    if error is not None:
+        raise error
+    return made
+
+
+def new_folder(comm: MPI.Comm, directory: Path, overwrite: bool, case: dict[str, Any]) -> RunFolder | None:
+    """The folder of a command with its case.yaml, on the first process.
+
+    Raises:
+        InputError: It exists and may not be replaced.
+    """
+
+    def make() -> RunFolder:
+        folder = RunFolder.create(directory, overwrite)
+        folder.write_yaml("case.yaml", case)
+        return folder
+
+    return collectively(comm, make)
+
+
+def _versions() -> dict[str, str]:
+    names = ("fenics-basix", "fenics-ffcx", "fenics-ufl", "gmsh", "mpi4py", "numpy", "scipy", "h5py")
+    found = {"pairsim": __version__, "python": platform.python_version(), "petsc": petsc_version()}
+    for name in names:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            found[name] = "unknown"
+    return found
+
+
+class Record:
+    """run.json: rewritten whole whenever something is to be told.
+
+    Args:
+        folder: The folder, None on all processes but the first.
+        command: The command line.
+        processes: Size of the communicator.
+    """
+
+    def __init__(self, folder: RunFolder | None, command: str, processes: int) -> None:
+        self._folder, self._command, self._processes = folder, command, processes
+        self._begin = time.perf_counter()
+        self._started = time.strftime("%Y-%m-%dT%H:%M:%S%z")
+
+    @property
+    def passed(self) -> float:
+        """Seconds since the command began."""
+        return time.perf_counter() - self._begin
+
+    def write(self, outcome: Outcome | None, more: dict[str, Any], phases: dict[str, float]) -> None:
+        """Tell how it stands.
+
+        Args:
+            outcome: How it ended, None while it runs.
+            more: What else to tell.
+            phases: Seconds by phase of the work; the rest is `other`.
+        """
+        if self._folder is None:
+            return
+        wall = self.passed
+        content = {
+            "status": outcome.status if outcome else "running",
+            "reason": outcome.reason if outcome else "",
+            "message": outcome.message if outcome else "",
+            "started": self._started,
+            "command": self._command,
+            "processes": self._processes,
+            "machine": {"node": platform.node(), "system": platform.platform(), "processor": platform.machine()},
+            "versions": _versions(),
+            "wall_time": wall,
+            **more,
+        }
+        if phases:
+            content["wall_time_by_phase"] = {**phases, "other": wall - sum(phases.values())}
+        self._folder.write_json("run.json", content)
