@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pairsim.errors import NoSteadyState
+from pairsim.errors import MeshFailure, NoSteadyState
 from pairsim.mesh import Array
+from pairsim.solver import Report
 from pairsim.steady import Parameters, Steady
 
 # What a predictor may change at once: positions of the outline (D_c), log-conformation, in the largest node; a distance
@@ -110,10 +111,12 @@ def follow(steady: Steady, target: Parameters) -> None:
             step = 1.0 - tau
         while True:
             to = 1.0 if tau + step > 1 - 1e-9 else tau + step
-            report = steady.solve(along(to), steady.y + (to - tau) * tangent)
+            there, before = along(to), steady.snapshot
+            report = _solve(steady, there, steady.y + (to - tau) * tangent)
             if report.converged:
                 break
             refused = report.reason
+            steady.recall(before)
             step /= 3
             if step < SMALLEST:
                 if steady.problem.polymer is not None and steady.relax(along(to)).converged:
@@ -121,8 +124,19 @@ def follow(steady: Steady, target: Parameters) -> None:
                 raise NoSteadyState(f"{_where(steady.parameters)} was reached, {_where(target)} not: {refused}")
         longest = step * (2.0 if report.iterations <= EASY else 1.0 if report.iterations < HARD else 0.5)
         tau = to
-        if steady.distorted():
-            _new_mesh(steady)
+
+
+def _solve(steady: Steady, there: Parameters, guess: Array) -> Report:
+    """Solve from a guess, on a mesh that is made for the guess where the present one would be distorted there."""
+    if steady.folded(there, guess):
+        return Report(False, 0, 0, "a cell turned over", {}, 0.0)
+    if steady.distorted(there, guess):
+        try:
+            steady.remesh(there, guess)
+        except MeshFailure as failure:
+            return Report(False, 0, 0, str(failure), {}, 0.0)
+        guess = steady.y
+    return steady.solve(there, guess)
 
 
 def _where(parameters: Parameters) -> str:

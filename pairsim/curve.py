@@ -15,6 +15,7 @@ from pairsim.curve_case import CurveCase
 from pairsim.diagnostics import Observation, liquid_distortion
 from pairsim.errors import NoSteadyState
 from pairsim.mesh import Array, MeshSettings
+from pairsim.remeshing import GAP_RATIO
 from pairsim.steady import Parameters, Steady, SteadyProblem
 
 # The mesh that tells the error of the wanted one: its cells are larger by this factor.
@@ -82,7 +83,10 @@ class Equilibrium:
 def steady_problem(case: CurveCase) -> SteadyProblem:
     """The part of a validated case that stays along its curve."""
     settings = MeshSettings(**case.cell_sizes)
-    return SteadyProblem(case.betas, case.tube_length, case.ends == "periodic", settings, case.polymer)
+    narrowest = min((d for place in case.places for d in place), default=np.inf)
+    return SteadyProblem(
+        case.betas, case.tube_length, case.ends == "periodic", settings, case.polymer, narrowest=narrowest
+    )
 
 
 def coarser(problem: SteadyProblem) -> SteadyProblem:
@@ -121,6 +125,7 @@ class Branch:
             self.scenes.append(Steady(comm, each, cold_start(parameters)))
             begin(self.scenes[-1])
             follow(self.scenes[-1], parameters)
+        self._known = [[scene.snapshot] for scene in self.scenes]
 
     @property
     def fine(self) -> Steady:
@@ -134,8 +139,12 @@ class Branch:
             NoSteadyState: The way there ends before it.
         """
         before = self.fine.iterations
-        for scene in self.scenes:
+        for scene, known in zip(self.scenes, self._known, strict=True):
+            nearest = min(known, key=lambda snapshot: _apart(snapshot.parameters, parameters))
+            if _apart(scene.parameters, parameters) > np.log(GAP_RATIO) + _apart(nearest.parameters, parameters):
+                scene.recall(nearest)
             follow(scene, parameters)
+            known.append(scene.snapshot)
         return self._read(before)
 
     def zero(self, left: float, right: float, guess: float) -> Point:
@@ -187,6 +196,11 @@ class Branch:
         """Give the solvers' memory back."""
         for scene in self.scenes:
             scene.close()
+
+
+def _apart(a: Parameters, b: Parameters) -> float:
+    """How far two places are from each other: the largest ratio of their distances, as a logarithm."""
+    return max((abs(float(np.log(x / y))) for x, y in zip(a.gaps, b.gaps, strict=True)), default=0.0)
 
 
 def interpolant(points: list[Point]) -> CubicHermiteSpline:

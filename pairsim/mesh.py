@@ -9,6 +9,7 @@ velocities, and a mirrored mesh cancels most of its error (design: 1.2 % instead
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -191,8 +192,14 @@ class Outline:
 
     def size_at(self, angle: float) -> float:
         """Length of the arc that holds the angle."""
-        k = min(max(int(np.searchsorted(self.angles, angle)), 1), len(self.angles) - 1)
-        return float(self.angles[k] - self.angles[k - 1]) * self.radius
+        angles = self._angles  # gmsh asks for every cell: plain numbers, not arrays
+        k = min(max(bisect_left(angles, angle), 1), len(angles) - 1)
+        return (angles[k] - angles[k - 1]) * self.radius
+
+    @cached_property
+    def _angles(self) -> list[float]:
+        angles: list[float] = self.angles.tolist()
+        return angles
 
 
 def make_outlines(geometry: Geometry, settings: MeshSettings) -> list[Outline]:

@@ -23,6 +23,7 @@ from pairsim.mesh import (
     Geometry,
     MeshSettings,
     Outline,
+    QuadraticMesh,
     Reference,
     liquid_mesh,
     make_outlines,
@@ -79,6 +80,7 @@ class SteadyProblem:
         polymer: Viscoelastic part of the liquid; its De is that of `Parameters`.
         boundary_velocity: Velocity on wall and ends when they are not periodic.
         newton_tolerance: Tolerance of every Newton solve.
+        narrowest: Distance that the arcs of the outlines are cut for, where it is below the first one.
     """
 
     betas: tuple[float, ...]
@@ -88,6 +90,24 @@ class SteadyProblem:
     polymer: Polymer | None = None
     boundary_velocity: BoundaryVelocity = poiseuille
     newton_tolerance: float = 1e-9
+    narrowest: float = np.inf
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """A solution and its mesh, to come back to.
+
+    Attributes:
+        parameters, y: The solution.
+        reference, mesh: Reference domain of the liquid and its mesh.
+        deformed: Whether that domain lies around deformed outlines.
+    """
+
+    parameters: Parameters
+    y: Array
+    reference: Reference
+    mesh: QuadraticMesh
+    deformed: bool
 
 
 class Steady:
@@ -114,7 +134,8 @@ class Steady:
         self.meshes = self.iterations = self.factorisations = 0
         geometry = Geometry(problem.betas, parameters.gaps, problem.length)
         with self.clock("mesh"):
-            self.outlines = make_outlines(geometry, problem.mesh)
+            narrowest = tuple(min(d, problem.narrowest) for d in parameters.gaps)
+            self.outlines = make_outlines(Geometry(problem.betas, narrowest, problem.length), problem.mesh)
             meshes = on_root(comm, lambda: particle_meshes(geometry, problem.mesh, self.outlines, parameters.Ca_es))
         with self.clock("jit"):
             self.bodies = make_bodies(comm, problem.betas, parameters.Ca_es, self.outlines, meshes)
@@ -122,16 +143,21 @@ class Steady:
             None if b.phase is None else b.phase.mesh.geometry.x.copy() for b in self.bodies
         ]
         self._deformed = False
+        # Where the factors in hand were made: its y and parameters.
+        self._factored: tuple[Array, Parameters] | None = None
         self._mesh(Reference.spheres(geometry, self.outlines))
         self.y = self._cold_guess()
 
     # Meshes
 
-    def _mesh(self, reference: Reference) -> None:
-        with self.clock("mesh"):
-            mesh = on_root(self.comm, lambda: liquid_mesh(reference, self.problem.mesh))
+    def _mesh(self, reference: Reference, mesh: QuadraticMesh | None = None) -> None:
+        """Everything that belongs to one reference mesh, made for the reference domain where none is given."""
+        if mesh is None:
+            with self.clock("mesh"):
+                mesh = on_root(self.comm, lambda: liquid_mesh(reference, self.problem.mesh))
+            self.meshes += 1
         self.close()
-        self.meshes += 1
+        self._liquid_mesh, self._factored = mesh, None
         polymer = self.problem.polymer
         with self.clock("jit"):
             self.scene = Scene(
@@ -170,13 +196,18 @@ class Steady:
             fields.append(scene.liquid.nodal("eta", self._extend(moved))[vertices] - still)
         return np.array(fields)
 
-    def remesh(self) -> None:
-        """A new reference mesh at the current spacing; the solution is carried over as a guess.
+    def remesh(self, parameters: Parameters | None = None, y: Array | None = None) -> None:
+        """A new reference mesh for a state, by default the solution's; `y` becomes that state on it, as a guess.
+
+        Args:
+            parameters, y: The state, whose mesh must not be folded.
 
         Raises:
             MeshFailure: It could not be made.
         """
-        old, old_y, (h, x) = self.scene, self.y, self.state()
+        parameters = parameters or self.parameters
+        old_y = self.y if y is None else y
+        old, (h, x) = self.scene, self._state_at(parameters, old_y)
         distances = self.comm.bcast(diagnostics.gaps(self.bodies, h))
         if distances.size and distances.min() <= 0:
             raise MeshFailure("the particles touch")
@@ -189,7 +220,20 @@ class Steady:
         if self._deformed:
             outlines = tuple(body.outline_points(h) for body in self.bodies)
             self._mesh(Reference(geometry, tuple(self.outlines), outlines, True))
+        self.parameters = parameters
         self.y = self.comm.bcast(self._carried_over(old, x, h, material))
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The present solution."""
+        return Snapshot(self.parameters, self.y, self.scene.reference, self._liquid_mesh, self._deformed)
+
+    def recall(self, snapshot: Snapshot) -> None:
+        """Go back to a solution."""
+        if snapshot.mesh is not self._liquid_mesh:
+            self._deformed = snapshot.deformed
+            self._mesh(snapshot.reference, snapshot.mesh)
+        self.parameters, self.y = snapshot.parameters, snapshot.y
 
     def _carried_over(self, old: Scene, x: Array, h: Array, material: Array) -> Array:
         """The old solution on the new mesh."""
@@ -308,9 +352,12 @@ class Steady:
 
     def state(self) -> tuple[Array, Array]:
         """h and x of the solution."""
+        return self._state_at(self.parameters, self.y)
+
+    def _state_at(self, parameters: Parameters, y: Array) -> tuple[Array, Array]:
         assert self.newton is not None
-        self._apply(self.parameters)
-        return self.newton.state(self.y)
+        self._apply(parameters)
+        return self.newton.state(y)
 
     # Solving
 
@@ -322,7 +369,7 @@ class Steady:
             guess: First guess, by default the last solution.
         """
         assert self.newton is not None
-        h_star = self._apply(parameters)
+        h_star, self._factored = self._apply(parameters), None
         y, report = self.newton.solve(self.y if guess is None else guess, h_star, 1.0, 0.0)
         self.iterations += report.iterations
         self.factorisations += report.factorisations
@@ -341,6 +388,7 @@ class Steady:
         """
         assert self.newton is not None
         h_star, y, dt = self._apply(parameters), self.y, RELAX_FIRST * parameters.De
+        self._factored = None
         liquid = self.scene.liquid
         while True:
             liquid.constants["rate"].value = 1 / dt if dt < RELAX_LAST * parameters.De else 0.0
@@ -366,18 +414,25 @@ class Steady:
         solid = diagnostics.solid_distortion(self.bodies, h)
         return self.comm.bcast(diagnostics.liquid_distortion(self.scene, x) if solid > 0 else 0.0)
 
-    def distorted(self) -> bool:
-        """Whether a new mesh is due."""
-        h, x = self.state()
+    def distorted(self, parameters: Parameters | None = None, y: Array | None = None) -> bool:
+        """Whether a state, by default the solution, asks for a new mesh."""
+        h, x = self._state_at(parameters or self.parameters, self.y if y is None else y)
         gaps = self.comm.bcast(diagnostics.gaps(self.bodies, h))
         return needs_mesh(self._distortion_of(h, x), gaps, self.scene.reference.geometry.gaps, LEAST_STEADY)
+
+    def folded(self, parameters: Parameters, y: Array) -> bool:
+        """Whether a cell of a state's mesh is turned over."""
+        return self._distortion_of(*self._state_at(parameters, y)) <= 0
 
     def factor(self) -> None:
         """Factor the exact matrix at the solution; tangents need it, and the next solve begins with it."""
         assert self.newton is not None
         self._apply(self.parameters)
+        if self._factored is not None and self._factored[0] is self.y and self._factored[1] == self.parameters:
+            return
         self.newton.factor_at(self.y)
         self.factorisations += 1
+        self._factored = self.y, self.parameters
 
     def residual_change(self, along: Callable[[float], Parameters]) -> Array:
         """dR/dtau at fixed y along a line of parameters, `along(0)` being here; tau of order one matters."""
@@ -410,7 +465,7 @@ class Steady:
             The place, None without convergence, and the number of iterations. On success the solution is the scene's.
         """
         assert self.newton is not None
-        previous = np.inf
+        previous, self._factored = np.inf, None
         for count in range(1, MOST_BORDERED + 1):
             there = along(tau)
             ends = []
