@@ -6,13 +6,17 @@ import os
 import shlex
 import sys
 import traceback
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn
 
 import typer
 
 from pairsim import __version__
 from pairsim.errors import InputError, PairsimError, RunFailure
+
+if TYPE_CHECKING:
+    from pairsim.record import Outcome
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -42,18 +46,17 @@ def _common(
     pass
 
 
+Output = Annotated[Path | None, typer.Option("-o", "--output", help="Folder of the results. [default: runs/<name>]")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace the results in an existing folder.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")]
+
+
 @app.command(
     epilog="Examples: pairsim run configs/quickstart.yaml | pairsim run case.yaml -o out --set Ca_e=0.05 | "
     "mpirun -n 2 pairsim run case.yaml"
 )
 def run(
-    case: CaseFile,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Folder of the results. [default: runs/<name>]")
-    ] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the results in an existing folder.")] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
-    set_: Settings = None,
+    case: CaseFile, output: Output = None, overwrite: Overwrite = False, quiet: Quiet = False, set_: Settings = None
 ) -> None:
     """Run one case in time: series.csv, fields.xdmf, case.yaml and run.json.
 
@@ -63,41 +66,24 @@ def run(
 
     checked = load_case(case, tuple(set_ or ()))
     directory = output or Path("runs") / checked.slug
-
-    from mpi4py import MPI
-
-    import pairsim.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
-    from pairsim.progress import make_reporter
+    common = _common_arguments(overwrite, quiet)
     from pairsim.run import run_case
 
-    comm = MPI.COMM_WORLD
-    outcome = run_case(
-        checked,
-        directory,
-        comm=comm,
-        overwrite=overwrite,
-        reporter=make_reporter(quiet, comm.rank),
-        command=shlex.join(["pairsim", *sys.argv[1:]]),
-    )
-    if comm.rank == 0:
-        if outcome.exit_code == 0:
-            typer.echo(str(directory))
-        elif quiet:
-            typer.echo(outcome.message, err=True)
-    raise typer.Exit(outcome.exit_code)
+    _end(run_case(checked, directory, **common), directory, quiet, None)
 
 
 @app.command(
-    epilog="Examples: pairsim curve configs/curve.yaml | pairsim curve case.yaml -o out "
+    epilog="Examples: pairsim curve configs/curve.yaml | pairsim curve case.yaml -o out --sensitivities "
     "--set 'd={start: 0.02, stop: 1, num: 12}'"
 )
 def curve(
     case: CaseFile,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Folder of the results. [default: runs/<name>]")
-    ] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the results in an existing folder.")] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
+    output: Output = None,
+    overwrite: Overwrite = False,
+    sensitivities: Annotated[
+        bool, typer.Option("--sensitivities", help="Add the derivatives of dU by Ca_e, De and beta at the same d.")
+    ] = False,
+    quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
     """Solve the quasi-steady master curve dU(d) and its zeros: curve.csv, equilibria.csv, curve.png, run.json.
@@ -108,26 +94,57 @@ def curve(
 
     checked = load_curve(case, tuple(set_ or ()))
     directory = output or Path("runs") / checked.slug
+    common = _common_arguments(overwrite, quiet)
+    from pairsim.curve_plots import plot_curve
+    from pairsim.curve_run import run_curve
 
+    outcome = run_curve(checked, directory, sensitivities=sensitivities, **common)
+    _end(outcome, directory, quiet, plot_curve)
+
+
+@app.command(
+    epilog="Examples: pairsim critical configs/critical.yaml | "
+    "pairsim critical case.yaml --set 'along={Ca_e: [0.02, 0.05, 0.1]}'"
+)
+def critical(
+    case: CaseFile, output: Output = None, overwrite: Overwrite = False, quiet: Quiet = False, set_: Settings = None
+) -> None:
+    """Find the distances at which a pair neither separates nor collides, and follow them: critical.csv, critical.png.
+
+    The case file has along: {Ca_e: ...} or {De: ...} (values, or {start, stop, num, spacing}), perhaps lines: with the
+    other of the two, and d: [least, most], the distances that are looked at. Exit codes as those of run.
+    """
+    from pairsim.case_file import load_critical
+
+    checked = load_critical(case, tuple(set_ or ()))
+    directory = output or Path("runs") / checked.slug
+    common = _common_arguments(overwrite, quiet)
+    from pairsim.critical_plots import plot_critical
+    from pairsim.critical_run import run_critical
+
+    _end(run_critical(checked, directory, **common), directory, quiet, plot_critical)
+
+
+def _common_arguments(overwrite: bool, quiet: bool) -> dict[str, Any]:
+    """What every command that computes is called with."""
     from mpi4py import MPI
 
     import pairsim.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
-    from pairsim.curve_plots import plot_curve
-    from pairsim.curve_run import run_curve
     from pairsim.progress import make_reporter
 
     comm = MPI.COMM_WORLD
-    outcome = run_curve(
-        checked,
-        directory,
-        comm=comm,
-        overwrite=overwrite,
-        reporter=make_reporter(quiet, comm.rank),
-        command=shlex.join(["pairsim", *sys.argv[1:]]),
-    )
-    if comm.rank == 0:
+    command = shlex.join(["pairsim", *sys.argv[1:]])
+    return {"comm": comm, "overwrite": overwrite, "reporter": make_reporter(quiet, comm.rank), "command": command}
+
+
+def _end(outcome: Outcome, directory: Path, quiet: bool, plot: Callable[[Path, Path], list[Path]] | None) -> NoReturn:
+    """Draw, say where the results are or what went wrong, and exit with the outcome's code."""
+    from mpi4py import MPI
+
+    if MPI.COMM_WORLD.rank == 0:
         if outcome.exit_code == 0:
-            plot_curve(directory, directory)
+            if plot is not None:
+                plot(directory, directory)
             typer.echo(str(directory))
         elif quiet:
             typer.echo(outcome.message, err=True)
@@ -165,11 +182,15 @@ def plot(
         Path | None, typer.Option("-o", "--output", help="Where the pictures go. [default: the folder itself]")
     ] = None,
 ) -> None:
-    """Draw a run: dU and D against time and distance, and the deformed particles in the flow, as PNG."""
+    """Draw the results of run, curve or critical as PNG: velocities and shapes, and the particles in the flow."""
     if (directory / "curve.csv").is_file():
         from pairsim.curve_plots import plot_curve
 
         paths = plot_curve(directory, output or directory)
+    elif (directory / "critical.csv").is_file():
+        from pairsim.critical_plots import plot_critical
+
+        paths = plot_critical(directory, output or directory)
     else:
         from pairsim.plots import plot_run
 
@@ -178,8 +199,12 @@ def plot(
         typer.echo(str(path))
 
 
-@app.command()
-def schema() -> None:
+@app.command(epilog="Example: pairsim schema curve")
+def schema(
+    command: Annotated[
+        Literal["run", "curve", "critical"], typer.Argument(help="The command that the case file is for.")
+    ] = "run",
+) -> None:
     """List every key of a case file with what it accepts, its default and its meaning."""
     from rich.console import Console
     from rich.table import Table
@@ -187,7 +212,7 @@ def schema() -> None:
     from pairsim.case_file import schema_rows
 
     table = Table("key", "allowed", "default", "meaning", box=None, pad_edge=False)
-    for row in schema_rows():
+    for row in schema_rows(command):
         table.add_row(*row)
     Console(width=None if sys.stdout.isatty() else 160, markup=False).print(table)
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from pairsim.errors import MeshFailure, NoSteadyState
 from pairsim.mesh import Array
-from pairsim.solver import Report
 from pairsim.steady import Parameters, Steady
 
 # What a predictor may change at once: positions of the outline (D_c), log-conformation, in the largest node; a distance
@@ -77,7 +76,7 @@ def _new_mesh(steady: Steady) -> None:
         raise NoSteadyState(f"the solution was lost at a remeshing: {report.reason}", advice="a larger mesh.Np")
 
 
-def _reach(steady: Steady, tangent: Array, rates: Array) -> float:
+def reach(steady: Steady, tangent: Array, rates: Array) -> float:
     """How far along the line the tangent may be trusted; `rates` are those of the distances."""
     fields = steady.tie.fields
     step = min(
@@ -106,40 +105,46 @@ def follow(steady: Steady, target: Parameters) -> None:
     while tau < 1.0:
         steady.factor()
         tangent = steady.tangent(lambda change, at=tau: along(at + change))  # type: ignore[misc]
-        step = min(longest, _reach(steady, tangent, np.subtract(target.gaps, start.gaps)))
+        step = min(longest, reach(steady, tangent, np.subtract(target.gaps, start.gaps)))
         if step > 0.9 * (1.0 - tau):
             step = 1.0 - tau
         while True:
             to = 1.0 if tau + step > 1 - 1e-9 else tau + step
             there, before = along(to), steady.snapshot
-            report = _solve(steady, there, steady.y + (to - tau) * tangent)
-            if report.converged:
-                break
-            refused = report.reason
+            try:
+                report = steady.solve(there, prepared(steady, there, steady.y + (to - tau) * tangent))
+                refused = report.reason
+                if report.converged:
+                    break
+            except MeshFailure as failure:
+                refused = str(failure)
             steady.recall(before)
             step /= 3
             if step < SMALLEST:
-                if steady.problem.polymer is not None and steady.relax(along(to)).converged:
+                if steady.problem.polymer is not None and (report := steady.relax(there)).converged:
                     break
-                raise NoSteadyState(f"{_where(steady.parameters)} was reached, {_where(target)} not: {refused}")
+                raise NoSteadyState(f"{where(steady.parameters)} was reached, {where(target)} not: {refused}")
         longest = step * (2.0 if report.iterations <= EASY else 1.0 if report.iterations < HARD else 0.5)
         tau = to
 
 
-def _solve(steady: Steady, there: Parameters, guess: Array) -> Report:
-    """Solve from a guess, on a mesh that is made for the guess where the present one would be distorted there."""
+def prepared(steady: Steady, there: Parameters, guess: Array) -> Array:
+    """A guess for other parameters, on a mesh made for it where the present one would be distorted there.
+
+    Raises:
+        MeshFailure: The guess is too far away: a cell is turned over there.
+    """
     if steady.folded(there, guess):
-        return Report(False, 0, 0, "a cell turned over", {}, 0.0)
+        raise MeshFailure("a cell turned over")
     if steady.distorted(there, guess):
-        try:
-            steady.remesh(there, guess)
-        except MeshFailure as failure:
-            return Report(False, 0, 0, str(failure), {}, 0.0)
-        guess = steady.y
-    return steady.solve(there, guess)
+        steady.remesh(there, guess)
+        return steady.y
+    return guess
 
 
-def _where(parameters: Parameters) -> str:
+def where(parameters: Parameters) -> str:
+    """A place in words."""
+
     def shown(values: tuple[float, ...]) -> str:
         return ", ".join(f"{v:.5g}" for v in dict.fromkeys(values))
 

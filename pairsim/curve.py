@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -10,13 +10,14 @@ import numpy as np
 from mpi4py import MPI
 from scipy.interpolate import CubicHermiteSpline
 
+from pairsim.case import SceneCase
 from pairsim.continuation import begin, cold_start, follow, towards
 from pairsim.curve_case import CurveCase
 from pairsim.diagnostics import Observation, liquid_distortion
 from pairsim.errors import NoSteadyState
 from pairsim.mesh import Array, MeshSettings
 from pairsim.remeshing import GAP_RATIO
-from pairsim.steady import Parameters, Steady, SteadyProblem
+from pairsim.steady import Parameters, Snapshot, Steady, SteadyProblem
 
 # The mesh that tells the error of the wanted one: its cells are larger by this factor.
 COARSER = 2**0.5
@@ -28,26 +29,33 @@ class Point:
     """A quasi-steady solution.
 
     Attributes:
-        gaps: Distances, one a gap.
+        parameters: Where it is.
         observation: What is read off it.
         dp_plus: Pressure drop that the particles cause.
         slopes: d(dU)/dd of every gap when all distances change together.
         drifts: Change of every dU by the terms that a quasi-steady scene leaves out, to first order.
+        sensitivities: Derivatives of every dU by Ca_e, De and beta where the scene has them; empty when not asked for.
         mesh_errors: |dU - dU on a mesh with cells 2^0.5 times larger|, None without that mesh.
         newton: Newton iterations on the way from the point before.
         meshes: Meshes made so far.
         distortion: Smallest ratio of a liquid cell's current to its reference Jacobian.
     """
 
-    gaps: tuple[float, ...]
+    parameters: Parameters
     observation: Observation
     dp_plus: float
     slopes: Array
     drifts: Array
+    sensitivities: dict[str, Array]
     mesh_errors: Array | None
     newton: int
     meshes: int
     distortion: float
+
+    @property
+    def gaps(self) -> tuple[float, ...]:
+        """Distances, one a gap."""
+        return self.parameters.gaps
 
     @property
     def d(self) -> float:
@@ -58,6 +66,14 @@ class Point:
     def dU(self) -> float:
         """Velocity of the leading particle relative to the trailing one."""
         return float(self.observation.U[-1] - self.observation.U[0])
+
+
+@dataclass(frozen=True)
+class Zero:
+    """A point at which dU vanishes, with what it takes to come back to it: a snapshot of every scene."""
+
+    point: Point
+    snapshots: tuple[Snapshot, ...]
 
 
 @dataclass(frozen=True)
@@ -80,10 +96,9 @@ class Equilibrium:
         return self.slope < 0
 
 
-def steady_problem(case: CurveCase) -> SteadyProblem:
-    """The part of a validated case that stays along its curve."""
+def steady_problem(case: SceneCase, narrowest: float) -> SteadyProblem:
+    """The part of a validated case that stays along its curve, whose least distance is `narrowest`."""
     settings = MeshSettings(**case.cell_sizes)
-    narrowest = min((d for place in case.places for d in place), default=np.inf)
     return SteadyProblem(
         case.betas, case.tube_length, case.ends == "periodic", settings, case.polymer, narrowest=narrowest
     )
@@ -113,12 +128,21 @@ class Branch:
         problem: What stays.
         parameters: The first place.
         mesh_error: Solve on a coarser mesh too.
+        sensitivities: Find the derivatives by the parameters too.
 
     Raises:
         NoSteadyState: There is no solution at the first place.
     """
 
-    def __init__(self, comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters, mesh_error: bool) -> None:
+    def __init__(
+        self,
+        comm: MPI.Comm,
+        problem: SteadyProblem,
+        parameters: Parameters,
+        mesh_error: bool,
+        sensitivities: bool = False,
+    ) -> None:
+        self._sensitivities = sensitivities
         problems = [problem, coarser(problem)] if mesh_error else [problem]
         self.scenes: list[Steady] = []
         for each in problems:
@@ -139,10 +163,8 @@ class Branch:
             NoSteadyState: The way there ends before it.
         """
         before = self.fine.iterations
+        self._nearest(parameters)
         for scene, known in zip(self.scenes, self._known, strict=True):
-            nearest = min(known, key=lambda snapshot: _apart(snapshot.parameters, parameters))
-            if _apart(scene.parameters, parameters) > np.log(GAP_RATIO) + _apart(nearest.parameters, parameters):
-                scene.recall(nearest)
             follow(scene, parameters)
             known.append(scene.snapshot)
         return self._read(before)
@@ -158,13 +180,45 @@ class Branch:
         here = fine.parameters
         along = towards(here.with_gap(left), here.with_gap(right))
         start = (guess - left) / (right - left)
+        self._nearest(along(start))
         follow(fine, along(start))
-        tau, _ = fine.solve_with(along, start, fine.y, fine.velocity_row(), 0.0, 0.0)
-        if tau is None:
+        point = self.zero_on(along, start, fine.y)
+        if point is None:
             raise NoSteadyState(f"the zero of dU near d = {guess:.5g} was lost")
+        return replace(point, newton=fine.iterations - before)
+
+    def zero_on(self, along: Callable[[float], Parameters], tau: float, y: Array) -> Point | None:
+        """The place on a line of parameters at which dU vanishes, None where Newton finds none.
+
+        Args:
+            along: The line.
+            tau, y: First guess of the place and of the unknowns, on the scene's present mesh.
+        """
+        fine = self.fine
+        before = fine.iterations
+        found, _ = fine.solve_with(along, tau, y, fine.velocity_row(), 0.0, 0.0)
+        if found is None:
+            return None
         for scene in self.scenes[1:]:
             follow(scene, fine.parameters)
         return self._read(before)
+
+    @property
+    def snapshots(self) -> tuple[Snapshot, ...]:
+        """The present solution on every mesh."""
+        return tuple(scene.snapshot for scene in self.scenes)
+
+    def recall(self, snapshots: Sequence[Snapshot]) -> None:
+        """Go back to a solution."""
+        for scene, snapshot in zip(self.scenes, snapshots, strict=True):
+            scene.recall(snapshot)
+
+    def _nearest(self, parameters: Parameters) -> None:
+        """Start from the known solution that is nearest to a place, where that is much nearer than the present one."""
+        for scene, known in zip(self.scenes, self._known, strict=True):
+            nearest = min(known, key=lambda snapshot: _apart(snapshot.parameters, parameters))
+            if _apart(scene.parameters, parameters) > np.log(GAP_RATIO) + _apart(nearest.parameters, parameters):
+                scene.recall(nearest)
 
     def _read(self, iterations_before: int) -> Point:
         fine = self.fine
@@ -181,11 +235,12 @@ class Branch:
             coarse = self.scenes[1]
             errors = np.abs(np.diff(observation.U) - np.diff(coarse.y[coarse.tie.fields["U_p"]]))
         return Point(
-            gaps,
+            fine.parameters,
             observation,
             observation.dp - fine.drop_without_particles(),
             slopes,
             np.diff(fine.drift()),
+            fine.sensitivities() if self._sensitivities else {},
             errors,
             fine.iterations - iterations_before,
             fine.meshes,
@@ -199,8 +254,9 @@ class Branch:
 
 
 def _apart(a: Parameters, b: Parameters) -> float:
-    """How far two places are from each other: the largest ratio of their distances, as a logarithm."""
-    return max((abs(float(np.log(x / y))) for x, y in zip(a.gaps, b.gaps, strict=True)), default=0.0)
+    """How far two places are from each other: the largest ratio of a parameter, as a logarithm."""
+    pairs = [*zip(a.gaps, b.gaps, strict=True), *zip(a.Ca_es, b.Ca_es, strict=True), (a.De, b.De)]
+    return max((abs(float(np.log(x / y))) for x, y in pairs if x and y), default=0.0)
 
 
 def interpolant(points: list[Point]) -> CubicHermiteSpline:
@@ -220,48 +276,56 @@ def _doubtful(points: list[Point], tol: float) -> list[bool]:
     return flags
 
 
-def trace(branch: Branch, case: CurveCase, found: Callable[[Point, bool], None]) -> list[Point]:
-    """Solve at every wanted place and, on a curve over one distance, at added ones.
+def trace(
+    branch: Branch,
+    places: Sequence[tuple[float, ...]],
+    tol: float,
+    max_points: int,
+    found: Callable[[Point, bool], None],
+) -> list[Point]:
+    """Solve at every wanted place and, where each has one distance for all gaps, at added ones.
 
     Args:
-        branch: A solution at the first place of `order`.
-        case: The case.
+        branch: A solution.
+        places: The wanted distances, in the order in which they are solved.
+        tol: Points are added until dU between them is known to this part of its largest value.
+        max_points: Most points.
         found: Called with every point and whether it was asked for.
 
     Returns:
-        All points, in ascending d where there is one distance, otherwise as the file has them.
+        All points, in ascending d where there is one distance, otherwise in the given order.
 
     Raises:
         RunFailure: The branch could not be followed; `found` has seen the points before.
     """
     parameters = branch.fine.parameters
     points = []
-    for place in order(case):
+    for place in places:
         points.append(branch.at(replace(parameters, gaps=place)))
         found(points[-1], True)
-    if not case.common:
+    if not all(place and len(set(place)) == 1 for place in places):
         return points
     points.sort(key=lambda p: p.d)
     known: set[tuple[float, float]] = set()
-    while len(points) < case.max_points:
+    while len(points) < max_points:
         intervals = list(pairwise(points))
         new = [
             (a, b)
-            for (a, b), doubt in zip(intervals, _doubtful(points, case.tol), strict=True)
+            for (a, b), doubt in zip(intervals, _doubtful(points, tol), strict=True)
             if doubt and (a.d, b.d) not in known
         ]
         if not new:
             break
         curve = interpolant(points)
         largest = max(abs(p.dU) for p in points)
-        new = new[: case.max_points - len(points)]
+        new = new[: max_points - len(points)]
         if abs(branch.fine.parameters.gaps[0] - new[-1][1].d) < abs(branch.fine.parameters.gaps[0] - new[0][0].d):
             new.reverse()  # begin with the nearest
         for a, b in new:
             d = float(np.sqrt(a.d * b.d))
             point = branch.at(parameters.with_gap(d))
             found(point, False)
-            if abs(point.dU - curve(np.log(d))) < case.tol * largest:
+            if abs(point.dU - curve(np.log(d))) < tol * largest:
                 known |= {(a.d, d), (d, b.d)}
             points.append(point)
         points.sort(key=lambda p: p.d)
@@ -277,25 +341,38 @@ def order(case: CurveCase) -> list[tuple[float, ...]]:
     return places
 
 
-def equilibria(branch: Branch, points: list[Point], found: Callable[[Point], None]) -> list[Equilibrium]:
+def find_zeros(branch: Branch, points: list[Point]) -> list[Zero]:
     """All zeros of dU between the points of a curve over one distance.
 
     Args:
         branch: Any solution.
         points: In ascending d.
-        found: Called with the solution at every zero.
+
+    Raises:
+        NoSteadyState: One was lost.
     """
     if len(points) < 2:
         return []
+    return [
+        Zero(branch.zero(left, right, guess), branch.snapshots)
+        for left, right, guess in _sign_changes(points, interpolant(points))
+    ]
+
+
+def equilibria(zeros: list[Zero], points: list[Point]) -> list[Equilibrium]:
+    """What is told of the zeros of a curve.
+
+    Args:
+        zeros: In ascending d.
+        points: Those of the curve, in ascending d.
+    """
+    if not zeros:
+        return []
     curve = interpolant(points)
-    zeros = []
-    for left, right, guess in _sign_changes(points, curve):
-        zeros.append(branch.zero(left, right, guess))
-        found(zeros[-1])
-    ends = [*(z.d for z in zeros), points[-1].d]
+    ends = [*(z.point.d for z in zeros), points[-1].d]
     largest = max(abs(p.dU) for p in points)
     result = []
-    for zero, end in zip(zeros, ends[1:], strict=True):
+    for zero, end in zip((z.point for z in zeros), ends[1:], strict=True):
         inside = [abs(p.dU) for p in points if zero.d < p.d <= end]
         between = np.abs(curve(np.linspace(np.log(zero.d), np.log(end), 50)))
         result.append(Equilibrium(zero.d, float(zero.slopes[0]), max([*inside, float(between.max())]) / largest))

@@ -84,7 +84,13 @@ class CriticalCase(SceneCase):
     along: dict[str, Values] | None = Field(
         None, description="the parameter to follow them along: Ca_e or De, with its values (a list or a range)"
     )
+    lines: dict[str, Values] | None = Field(
+        None, description="the other of the two, with values of which each gives a line of its own"
+    )
     d: tuple[Positive, Positive] = Field((0.02, 0.8), description="distances between which zeros are looked for [D_c]")
+    mesh_error: bool = Field(
+        True, strict=True, description="solve on a coarser mesh too and estimate the error of every distance from it"
+    )
 
     @property
     def gaps(self) -> tuple[float, ...]:
@@ -130,13 +136,15 @@ def check_critical(case: CriticalCase, source: str) -> None:
         raise InputError(source, "particles", case.n, "2: critical distances are those of a pair")
     if case.d[0] >= case.d[1]:
         raise InputError(source, "d", list(case.d), "[least, largest], ascending")
-    if case.along is not None:
-        if len(case.along) != 1 or next(iter(case.along)) not in ("Ca_e", "De"):
-            raise InputError(
-                source, "along", dict(case.along), "one of Ca_e and De, such as along: {Ca_e: [0.05, 0.1]}"
-            )
-        if "Ca_e" in case.along and len(set(case.Ca_es)) > 1:
-            raise InputError(source, "along", dict(case.along), "De, or one Ca_e for both particles")
-        if "De" in case.along and case.De == 0:
-            raise InputError(source, "De", 0, "above 0 where De is followed")
+    for key, values in (("along", case.along), ("lines", case.lines)):
+        if values is None:
+            continue
+        if len(values) != 1 or next(iter(values)) not in ("Ca_e", "De"):
+            raise InputError(source, key, dict(values), f"one of Ca_e and De, such as {key}: {{Ca_e: [0.05, 0.1]}}")
+        if "Ca_e" in values and len({Ca_e for Ca_e in case.Ca_es if Ca_e}) != 1:
+            raise InputError(source, "Ca_e", list(case.Ca_es), f"one value above 0, which those of {key} replace")
+        if "De" in values and case.De == 0:
+            raise InputError(source, "De", 0, f"above 0; the values of {key} replace it")
+    if case.lines is not None and (case.along is None or case.lines.keys() == case.along.keys()):
+        raise InputError(source, "lines", dict(case.lines), "the other parameter of along, which must be given too")
     check_scene(case, source, {})

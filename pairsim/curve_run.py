@@ -8,55 +8,81 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from pairsim.curve import Branch, Equilibrium, Point, equilibria, order, steady_problem, trace
+from pairsim.curve import Branch, Equilibrium, Point, equilibria, find_zeros, order, steady_problem, trace
 from pairsim.curve_case import CurveCase
-from pairsim.errors import RunFailure
 from pairsim.fields import SteadyMoment, frame
 from pairsim.output import CURVE_HEALTH, POLYMER_HEALTH, RunFolder, curve_columns, named_row, write_table
 from pairsim.progress import Reporter
-from pairsim.record import Outcome, Record, new_folder
+from pairsim.record import Outcome, Record, concluded, new_folder
 from pairsim.steady import Parameters, Steady
 from pairsim.xdmf import FieldsWriter
+
+
+def point_row(point: Point) -> dict[str, float]:
+    """Everything that is told of a quasi-steady solution, under the names of its columns."""
+    o = point.observation
+    row = named_row(0.0, o.d, o.U, o.D, o.dp, point.dp_plus)
+    gaps = [""] if o.d.size == 1 else [f"_{i}" for i in range(1, o.d.size + 1)]
+    values = {"slope": point.slopes, "drift": point.drifts, "mesh_error": point.mesh_errors}
+    values |= {f"by_{name}": change for name, change in point.sensitivities.items()}
+    for name, each in values.items():
+        row |= {name + gap: value for gap, value in zip(gaps, each if each is not None else (), strict=False)}
+    row |= {"newton": point.newton, "meshes": point.meshes, "m": o.m}
+    row |= {"volume_error": o.volume_error, "distortion": point.distortion}
+    if o.conformation is not None:
+        c = o.conformation
+        row |= dict(zip(POLYMER_HEALTH, (c.c_max, c.z, c.r, c.c_min, c.s_jump), strict=True))
+    return {name: float(value) for name, value in row.items()}
+
+
+def effort(branch: Branch | None) -> tuple[dict[str, Any], dict[str, float]]:
+    """What a branch has cost: counts, and seconds by phase, for run.json."""
+    if branch is None:
+        return {}, {}
+    counts = {
+        "newton_iterations": sum(s.iterations for s in branch.scenes),
+        "factorisations": sum(s.factorisations for s in branch.scenes),
+        "meshes": sum(s.meshes for s in branch.scenes),
+        "unknowns": branch.fine.tie.size,
+    }
+    phases: dict[str, float] = {}
+    for scene in branch.scenes:
+        for name, seconds in scene.clock.seconds.items():
+            phases[name] = phases.get(name, 0.0) + seconds
+    return counts, phases
 
 
 class _Recorder:
     """Writes the files of a curve as they grow; does nothing on other processes than the first."""
 
-    def __init__(self, case: CurveCase, folder: RunFolder | None, reporter: Reporter) -> None:
+    def __init__(self, case: CurveCase, folder: RunFolder | None, reporter: Reporter, sensitivities: bool) -> None:
         self.case, self.folder, self.reporter = case, folder, reporter
         self.points: list[tuple[Point, bool]] = []
+        parameters = [name for name, value in (("Ca_e", max(case.Ca_es)), ("De", case.De), ("beta", 1.0)) if value]
         health = CURVE_HEALTH + (POLYMER_HEALTH if case.polymer else ())
-        self.columns = [*curve_columns(case.n, case.common), *health]
-        if not case.mesh_error:
-            self.columns = [name for name in self.columns if not name.startswith("mesh_error")]
+        self.columns = [
+            *curve_columns(case.n, case.common, case.mesh_error, parameters if sensitivities else []),
+            *health,
+        ]
         self.fields = FieldsWriter(folder.path) if folder is not None and case.fields else None
 
-    def row(self, point: Point, wanted: bool) -> dict[str, float]:
-        """A point under the names of the columns."""
-        o = point.observation
-        row = named_row(0.0, o.d, o.U, o.D, o.dp, point.dp_plus)
-        gaps = [""] if self.case.n == 2 else [f"_{i}" for i in range(1, self.case.n)]
-        for name, values in (("slope", point.slopes), ("drift", point.drifts), ("mesh_error", point.mesh_errors)):
-            row |= {name + gap: value for gap, value in zip(gaps, values if values is not None else (), strict=False)}
-        row |= {"newton": point.newton, "wanted": wanted, "meshes": point.meshes, "m": o.m}
-        row |= {"volume_error": o.volume_error, "distortion": point.distortion}
-        if o.conformation is not None:
-            c = o.conformation
-            row |= dict(zip(POLYMER_HEALTH, (c.c_max, c.z, c.r, c.c_min, c.s_jump), strict=True))
-        return {name: float(row[name]) for name in self.columns}
-
-    def found(self, point: Point, wanted: bool, scene: Steady, allowed: int) -> None:
+    def found(self, point: Point, wanted: bool, scene: Steady, expected: int) -> None:
         """Take a new point in."""
         self.points.append((point, wanted))
-        d = point.gaps[0] if len(set(point.gaps)) == 1 else None
+        count = len(self.points)
+        o = point.observation
+        gaps = f"d = {', '.join(f'{d:.5f}' for d in point.gaps)}  " if point.gaps else ""
+        velocities = ", ".join(f"{dU:+.4e}" for dU in np.diff(o.U)) if o.U.size > 1 else f"{o.U[0]:.6f}"
+        name = "dU" if o.U.size > 1 else "U"
         self.reporter.update(
-            len(self.points) / allowed, d, point.dU if d is not None else None, 0.0, point.newton, len(self.points)
+            min(count, expected), f"{gaps}{name} = {velocities}  Newton {point.newton}  point {count}", count
         )
         if self.folder is None:
             return
         if self.case.common:
             self.points.sort(key=lambda entry: entry[0].d)
-        write_table(self.folder.file("curve.csv"), self.columns, [self.row(*entry) for entry in self.points])
+        rows = [point_row(p) | {"wanted": float(asked)} for p, asked in self.points]
+        write_table(self.folder.file("curve.csv"), self.columns, rows)
         if self.fields is not None and any(abs(point.d - d) < 1e-9 * d for d in self.case.fields):
             (h, x), flow = scene.state(), scene.flow
             undeformed = np.concatenate([np.zeros(body.size) for body in scene.bodies])
@@ -79,7 +105,14 @@ class _Recorder:
 
 
 def run_curve(
-    case: CurveCase, directory: Path, *, comm: MPI.Comm, overwrite: bool, reporter: Reporter, command: str
+    case: CurveCase,
+    directory: Path,
+    *,
+    comm: MPI.Comm,
+    overwrite: bool,
+    reporter: Reporter,
+    command: str,
+    sensitivities: bool = False,
 ) -> Outcome:
     """Solve a master curve into a folder.
 
@@ -90,6 +123,7 @@ def run_curve(
         overwrite: Replace earlier results.
         reporter: Shows progress (quiet on all processes but the first).
         command: The command line, for the record.
+        sensitivities: Add the derivatives of dU by Ca_e, De and beta.
 
     Returns:
         How it ended. Whatever was solved is in the folder, also after a failure.
@@ -101,43 +135,40 @@ def run_curve(
     record = Record(folder, command, comm.size)
     record.write(None, {}, {})
     places = order(case)
-    reporter.start(case.slug, 1.0)
+    expected = max(len(places), 1)
+    reporter.start(case.name or case.slug, f"{expected} point{'s' * (expected > 1)} and those that are added", expected)
     for note in case.notes:
         reporter.note(note)
-    recorder = _Recorder(case, folder, reporter)
+    recorder = _Recorder(case, folder, reporter, sensitivities)
     branch: Branch | None = None
-    try:
-        branch = Branch(comm, steady_problem(case), Parameters(places[0], case.Ca_es, case.De), case.mesh_error)
+
+    def work() -> str:
+        nonlocal branch
+        start = Parameters(places[0], case.Ca_es, case.De)
+        narrowest = min((d for place in places for d in place), default=np.inf)
+        branch = Branch(comm, steady_problem(case, narrowest), start, case.mesh_error, sensitivities)
         fine = branch.fine
-        count = len(places)
-        points = trace(branch, case, lambda point, wanted: recorder.found(point, wanted, fine, max(count, 1)))
+        points = trace(
+            branch,
+            places,
+            case.tol,
+            case.max_points,
+            lambda point, wanted: recorder.found(point, wanted, fine, expected),
+        )
         message = f"{len(points)} points"
         if case.n == 2:
-            zeros = equilibria(branch, points, lambda point: None)
+            zeros = equilibria(find_zeros(branch, points), points)
             recorder.zeros(zeros)
             kinds = [f"{'stable' if z.stable else 'unstable'} at d = {z.d:.5g}" for z in zeros]
             message += f"; dU = 0: {', '.join(kinds) or 'nowhere'}"
-        outcome = Outcome("finished", "end", message)
-    except RunFailure as failure:
-        outcome = Outcome("failed", failure.reason, str(failure))
-    except KeyboardInterrupt:
-        outcome = Outcome("interrupted", "interrupted", "stopped; the points solved so far stand")
+        return message
+
+    try:
+        outcome = concluded(work)
     finally:
         recorder.close()
-    more: dict[str, Any] = {"points": len(recorder.points)}
-    phases: dict[str, float] = {}
-    if branch is not None:
-        scenes = branch.scenes
-        more |= {
-            "newton_iterations": sum(s.iterations for s in scenes),
-            "factorisations": sum(s.factorisations for s in scenes),
-            "meshes": sum(s.meshes for s in scenes),
-            "unknowns": branch.fine.tie.size,
-        }
-        for scene in scenes:
-            for name, seconds in scene.clock.seconds.items():
-                phases[name] = phases.get(name, 0.0) + seconds
-    record.write(outcome, more, phases)
+    counts, phases = effort(branch)
+    record.write(outcome, {"points": len(recorder.points), **counts}, phases)
     if branch is not None:
         branch.close()
     reporter.finish(outcome.message)

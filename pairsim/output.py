@@ -183,6 +183,24 @@ COLUMNS: tuple[Column, ...] = (
     Column("slope_i", r"\mathrm{d}\Delta U_i/\mathrm{d}d", "slope of dU_i when all distances change together", RATE),
     Column("drift", r"\delta", "change of dU by the terms that a quasi-steady solution leaves out", VELOCITY),
     Column("drift_i", r"\delta_i", "change of dU_i by the terms that a quasi-steady solution leaves out", VELOCITY),
+    *(
+        Column(
+            f"by_{name}{i}",
+            rf"\partial\Delta U{s}/\partial {symbol}",
+            f"derivative of dU{i} by {name} at fixed d",
+            VELOCITY,
+        )
+        for name, symbol in (("Ca_e", "Ca_e"), ("De", r"\mathrm{De}"), ("beta", r"\beta"))
+        for i, s in (("", ""), ("_i", "_i"))
+    ),
+    Column("Ca_e", "Ca_e", "elastic capillary number of the soft particles", ""),
+    Column("De", r"\mathrm{De}", "Deborah number", ""),
+    Column("d_cr", r"d_{cr}", "critical distance: the pair moves as one", LENGTH),
+    Column("stable", "", "true: a pair that is displaced a little comes back", ""),
+    Column("kind", "", "wanted, added; vanishes: a stable and an unstable zero meet; edge: d leaves the range", ""),
+    Column("branch", "", "number of the line of critical distances", ""),
+    Column("U", "U", "velocity of the pair", VELOCITY),
+    Column("d_error", r"\epsilon_d", "error of d_cr by the mesh: mesh_error over slope", LENGTH),
     Column("mesh_error", r"\epsilon", "|dU - dU on a mesh with cells 2^0.5 times larger|", VELOCITY),
     Column("mesh_error_i", r"\epsilon_i", "|dU_i - dU_i on a mesh with cells 2^0.5 times larger|", VELOCITY),
     Column("wanted", "", "1 at a point that was asked for, 0 at one that was added", ""),
@@ -203,11 +221,26 @@ CURVE_HEALTH = ("meshes", "m", "volume_error", "distortion")
 """The columns that every curve.csv ends with, before those of a viscoelastic liquid."""
 
 
-def curve_columns(n: int, common: bool) -> list[str]:
-    """The columns that curve.csv with `n` particles begins with; slopes belong to curves over one distance."""
+def curve_columns(n: int, common: bool, mesh_error: bool, sensitivities: Sequence[str]) -> list[str]:
+    """The columns that curve.csv begins with.
+
+    Args:
+        n: Number of particles.
+        common: Whether there is a curve over one distance, which has slopes.
+        mesh_error: Whether points were solved on a coarser mesh too.
+        sensitivities: Parameters by which dU was differentiated.
+    """
     gaps = [""] if n == 2 else [f"_{i}" for i in range(1, n)]
-    own = [name + gap for name in (*(["slope"] if common else []), "drift", "mesh_error") for gap in gaps]
-    return [*series_columns(n)[1:], "newton", *own, "wanted"]
+    names = ["drift", *(["mesh_error"] if mesh_error else []), *(["slope"] if common else [])]
+    names += [f"by_{name}" for name in sensitivities]
+    return [*series_columns(n)[1:], "newton", *(name + gap for name in names for gap in gaps), "wanted"]
+
+
+CRITICAL_COLUMNS = (
+    *("Ca_e", "De", "d_cr", "stable", "kind", "branch", "slope", "U", "D_L", "D_T", "dp", "dp_plus"),
+    *("newton", "drift"),
+)
+"""The columns that critical.csv begins with."""
 
 
 def column(name: str) -> Column:

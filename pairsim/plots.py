@@ -139,7 +139,7 @@ def _curve(axis: Axes, x: Array, y: Array, label: str) -> None:
 
 def finish_axis(axis: Axes, x: str, y: str, curves: list[Array], *, legend: bool) -> None:
     """Labels, grid, the line y = 0, and a range that does not blow rounding up."""
-    low, high = min(float(curve.min()) for curve in curves), max(float(curve.max()) for curve in curves)
+    low, high = min((float(c.min()) for c in curves), default=0.0), max((float(c.max()) for c in curves), default=1.0)
     if high - low < NOISE:
         middle = (low + high) / 2
         axis.set_ylim(middle - 1e-6, middle + 1e-6)

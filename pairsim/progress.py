@@ -14,11 +14,17 @@ LINE_EVERY = 5.0  # seconds between plain lines
 class Reporter:
     """Shows nothing; the base of the others."""
 
-    def start(self, title: str, t_end: float) -> None:
-        """Begin a run that goes to t_end."""
+    def start(self, title: str, goal: str, total: float) -> None:
+        """Begin.
 
-    def update(self, t: float, d: float | None, dU: float | None, dt: float, newton: int, step: int) -> None:
-        """Tell of an accepted step; d and dU are None when there is not just one gap."""
+        Args:
+            title: Name of the case.
+            goal: What is to be reached, in words.
+            total: The same as a number; `update` tells how much of it is done.
+        """
+
+    def update(self, done: float, text: str, count: int) -> None:
+        """Tell of an accepted step or point, the count-th one."""
 
     def note(self, text: str) -> None:
         """Tell what the user should know."""
@@ -33,22 +39,16 @@ class PlainReporter(Reporter):
     def __init__(self) -> None:
         self._last = 0.0
 
-    def start(self, title: str, t_end: float) -> None:
-        self._title, self._end, self._begin = title, t_end, time.monotonic()
-        print(f"{title}: to t = {t_end:g}", file=sys.stderr, flush=True)
+    def start(self, title: str, goal: str, total: float) -> None:
+        self._title, self._begin = title, time.monotonic()
+        print(f"{title}: {goal}", file=sys.stderr, flush=True)
 
-    def update(self, t: float, d: float | None, dU: float | None, dt: float, newton: int, step: int) -> None:
+    def update(self, done: float, text: str, count: int) -> None:
         now = time.monotonic()
-        if step > 1 and now - self._last < LINE_EVERY:
+        if count > 1 and now - self._last < LINE_EVERY:
             return
         self._last = now
-        gap = "" if d is None or dU is None else f"  d = {d:.5f}  dU = {dU:+.4e}"
-        passed = now - self._begin
-        print(
-            f"  t = {t:.4g}{gap}  dt = {dt:.2g}  Newton {newton}  step {step}  {passed:.0f} s",
-            file=sys.stderr,
-            flush=True,
-        )
+        print(f"  {text}  {now - self._begin:.0f} s", file=sys.stderr, flush=True)
 
     def note(self, text: str) -> None:
         print(f"{self._title}: note: {text}", file=sys.stderr, flush=True)
@@ -58,9 +58,9 @@ class PlainReporter(Reporter):
 
 
 class RichReporter(Reporter):
-    """A live bar with t, d, dU, step size, Newton iterations and time left."""
+    """A live bar with the state of the solution and the time left."""
 
-    def start(self, title: str, t_end: float) -> None:
+    def start(self, title: str, goal: str, total: float) -> None:
         self._title = title
         self._progress = Progress(
             TextColumn("[bold]{task.description}"),
@@ -70,12 +70,11 @@ class RichReporter(Reporter):
             TimeRemainingColumn(),
             console=Console(stderr=True),
         )
-        self._task: TaskID = self._progress.add_task(title, total=t_end, state="meshing")
+        self._task: TaskID = self._progress.add_task(title, total=total, state="meshing")
         self._progress.start()
 
-    def update(self, t: float, d: float | None, dU: float | None, dt: float, newton: int, step: int) -> None:
-        gap = "" if d is None or dU is None else f" d {d:.4f} dU {dU:+.3e}"
-        self._progress.update(self._task, completed=t, state=f"t {t:.3g}{gap} dt {dt:.1e} Newton {newton}")
+    def update(self, done: float, text: str, count: int) -> None:
+        self._progress.update(self._task, completed=done, state=text)
 
     def note(self, text: str) -> None:
         self._progress.console.print(f"{self._title}: note: {text}", highlight=False)

@@ -13,7 +13,7 @@ from typing import Any
 from mpi4py import MPI
 
 from pairsim import __version__
-from pairsim.errors import InputError
+from pairsim.errors import InputError, RunFailure
 from pairsim.output import RunFolder
 from pairsim.solver import petsc_version
 
@@ -36,6 +36,16 @@ class Outcome:
     def exit_code(self) -> int:
         """0 finished, 3 typed failure, 130 interrupted."""
         return {"finished": 0, "failed": 3, "interrupted": 130}[self.status]
+
+
+def concluded(work: Callable[[], str]) -> Outcome:
+    """Do work that ends with a message; how it ended, also by a typed failure or by hand."""
+    try:
+        return Outcome("finished", "end", work())
+    except RunFailure as failure:
+        return Outcome("failed", failure.reason, str(failure))
+    except KeyboardInterrupt:
+        return Outcome("interrupted", "interrupted", "stopped by hand; what was written so far stands")
 
 
 def collectively[T](comm: MPI.Comm, make: Callable[[], T]) -> T | None:

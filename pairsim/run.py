@@ -224,7 +224,7 @@ def run_case(
         folder.write_json("run.json", content)
 
     record(None)
-    reporter.start(case.name or case.slug, case.time.end)
+    reporter.start(case.name or case.slug, f"to t = {case.time.end:g}", case.time.end)
     for note in case.notes:
         reporter.note(note)
     try:
@@ -244,6 +244,13 @@ def run_case(
         transient.close()
     reporter.finish(outcome.message)
     return outcome
+
+
+def _shown(step: Step, count: int) -> str:
+    """A step in a line of progress."""
+    o = step.observation
+    gap = f"d = {o.d[0]:.5f}  dU = {o.U[1] - o.U[0]:+.4e}  " if o.d.size == 1 else ""
+    return f"t = {step.t:.4g}  {gap}dt = {step.dt:.2g}  Newton {step.report.iterations}  step {count}"
 
 
 def _march(
@@ -266,15 +273,7 @@ def _march(
                     pending = None
                 else:
                     pending = step
-            single = o.d.size == 1
-            reporter.update(
-                step.t,
-                float(o.d[0]) if single else None,
-                float(o.U[1] - o.U[0]) if single else None,
-                step.dt,
-                step.report.iterations,
-                transient.counts.steps,
-            )
+            reporter.update(step.t, _shown(step, transient.counts.steps), transient.counts.steps)
             stop = comm.allreduce((signals.caught, time.perf_counter() - begin), op=MPI.MAX)
             count = transient.counts.steps
             if o.d.size and o.d.min() < limits.min_gap:

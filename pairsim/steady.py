@@ -552,6 +552,31 @@ class Steady:
         row[self.tie.fields["U_p"][[0, -1]]] = -1.0, 1.0
         return row
 
+    def sensitivities(self) -> dict[str, Array]:
+        """Derivatives of every dU, (N-1,), by what the scene has of Ca_e, De and beta, at the same distances.
+
+        Particles that differ keep the ratios of their values; the derivative is by the largest. One transposed solve a
+        gap serves all parameters. `factor` first.
+        """
+        assert self.newton is not None
+        now, velocities = self.parameters, self.tie.fields["U_p"]
+        lines: dict[str, tuple[float, Callable[[float], Parameters]]] = {}
+        if any(now.Ca_es):
+            lines["Ca_e"] = (
+                max(now.Ca_es),
+                lambda tau: replace(now, Ca_es=tuple(Ca_e * (1 + tau) for Ca_e in now.Ca_es)),
+            )
+        if now.De:
+            lines["De"] = now.De, lambda tau: replace(now, De=now.De * (1 + tau))
+        lines["beta"] = max(self.problem.betas), lambda tau: replace(now, size=now.size * (1 + tau))
+        changes = {name: self.residual_change(line) / value for name, (value, line) in lines.items()}
+        adjoints = []
+        for i in range(len(velocities) - 1):
+            row = np.zeros(self.tie.size)
+            row[velocities[[i, i + 1]]] = -1.0, 1.0
+            adjoints.append(self.newton.linear_solve(row, transposed=True))
+        return {name: -np.array([adjoint @ change for adjoint in adjoints]) for name, change in changes.items()}
+
     def observe(self) -> Observation:
         """What is read off the solution."""
         h, x = self.state()

@@ -1,0 +1,259 @@
+"""Critical distances: zeros of dU(d), followed through a parameter by arc length, through folds, to where they end.
+
+In the plane of log d and the logarithm of the parameter, dU = 0 is a curve. Its tangent comes from the two derivatives
+of dU; a step goes along it, and the way back to the curve, at right angles, is solved together with the scene.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from pairsim.continuation import prepared, reach, where
+from pairsim.curve import Branch, Point, Zero, find_zeros, trace
+from pairsim.errors import MeshFailure, NoSteadyState
+from pairsim.mesh import Array
+from pairsim.steady import Parameters
+
+Followed = Literal["Ca_e", "De"]
+Kind = Literal["wanted", "added", "vanishes", "edge"]
+
+# Points of the curve dU(d) in which zeros are looked for, and the part of its largest value that it is known to.
+SCAN_POINTS, SCAN_TOL = 9, 0.02
+FIRST, LONGEST, SHORTEST = 0.1, 0.4, 1e-3  # steps of the arc length
+EASY = 4
+MOST_STEPS = 400
+SAME = 0.02  # zeros whose distances differ by less than this part are one
+
+
+@dataclass(frozen=True)
+class Critical:
+    """A critical distance.
+
+    Attributes:
+        point: The solution there.
+        branch: Number of its line of solutions.
+        kind: "wanted": at a value that was asked for; "added": on the way; "vanishes": two zeros, a stable and an
+            unstable one, meet here and end; "edge": d leaves the distances that are looked at.
+    """
+
+    point: Point
+    branch: int
+    kind: Kind
+
+
+@dataclass(frozen=True)
+class End:
+    """Where a line of critical distances was left.
+
+    Attributes:
+        branch: Its number.
+        reason: "range" of the parameter passed, "edge" of the distances reached, or "no_steady_state".
+        message: For people.
+    """
+
+    branch: int
+    reason: str
+    message: str
+
+
+def value_of(name: Followed, parameters: Parameters) -> float:
+    """The parameter that is followed."""
+    return parameters.De if name == "De" else max(parameters.Ca_es)
+
+
+def with_value(name: Followed, parameters: Parameters, value: float) -> Parameters:
+    """Other parameters with this one changed; rigid particles stay rigid."""
+    if name == "De":
+        return replace(parameters, De=value)
+    return replace(parameters, Ca_es=tuple(value if Ca_e else 0.0 for Ca_e in parameters.Ca_es))
+
+
+def search(branch: Branch, least: float, most: float, found: Callable[[Point], None]) -> list[Zero]:
+    """All zeros of dU between two distances at the branch's other parameters.
+
+    Args:
+        branch: Any solution.
+        least, most: The distances.
+        found: Called with every point of the curve that is solved on the way.
+    """
+    places = [(float(d),) for d in np.geomspace(most, least, SCAN_POINTS)]
+    points = trace(branch, places, SCAN_TOL, 10 * SCAN_POINTS, lambda point, wanted: found(point))
+    return find_zeros(branch, points)
+
+
+class Follower:
+    """Follows zeros of dU through one parameter.
+
+    Args:
+        branch: Any solution.
+        name: The parameter.
+        values: Its wanted values, ascending.
+        least, most: Distances between which zeros are followed.
+        found: Called with every critical distance.
+    """
+
+    def __init__(
+        self,
+        branch: Branch,
+        name: Followed,
+        values: Sequence[float],
+        least: float,
+        most: float,
+        found: Callable[[Critical], None],
+    ) -> None:
+        self.branch, self.name, self.values = branch, name, np.log(values)
+        self.least, self.most, self.found = np.log(least), np.log(most), found
+
+    def _place(self, x: float, q: float) -> Parameters:
+        return with_value(self.name, self.branch.fine.parameters.with_gap(float(np.exp(x))), float(np.exp(q)))
+
+    def _line(self, at: Array, direction: Array) -> Callable[[float], Parameters]:
+        return lambda tau: self._place(*(at + tau * direction))
+
+    def _here(self) -> Array:
+        parameters = self.branch.fine.parameters
+        return np.log([parameters.gaps[0], value_of(self.name, parameters)])
+
+    def _tangents(self) -> tuple[Array, Array]:
+        """dy/dx and dy/dq, as two rows, and the gradient of dU."""
+        fine = self.branch.fine
+        fine.factor()
+        here = self._here()
+        rows = np.array([fine.tangent(self._line(here, direction)) for direction in np.eye(2)])
+        return rows, rows @ fine.velocity_row()
+
+    def follow(self, number: int, start: Zero, forward: float) -> End:
+        """Follow one zero until it leaves the parameter's range or the distances.
+
+        Args:
+            number: Number of this line of solutions.
+            start: A zero.
+            forward: 1 towards larger values of the parameter, -1 towards smaller ones.
+        """
+        fine = self.branch.fine
+        self.branch.recall(start.snapshots)
+        self.found(Critical(start.point, number, "wanted"))
+        step, old = FIRST, np.array([0.0, forward])
+        before: tuple[Array, Array] | None = None
+        for _ in range(MOST_STEPS):
+            rows, gradient = self._tangents()
+            here = self._here()
+            tangent = np.array([gradient[1], -gradient[0]]) / np.linalg.norm(gradient)
+            tangent = -tangent if tangent @ old < 0 else tangent
+            if before is not None and tangent[1] * before[1][1] < 0:
+                self._fold(number, before, (here, tangent))
+                rows, gradient = self._tangents()
+            before, old = (here, tangent), tangent
+            change = tangent @ rows
+            step = min(step, reach(fine, change, np.array([fine.parameters.gaps[0] * tangent[0]])))
+            end = self._step(number, here, tangent, change, step)
+            if isinstance(end, End):
+                return end
+            step = end
+        return End(number, "no_steady_state", f"{MOST_STEPS} steps did not suffice at {where(fine.parameters)}")
+
+    def _step(self, number: int, here: Array, tangent: Array, change: Array, step: float) -> End | float:
+        """Take one step; the end of the line, or the length of the next step."""
+        branch, fine = self.branch, self.branch.fine
+        ahead = self.values[(self.values - here[1]) * np.sign(tangent[1]) > 1e-9]
+        if not len(ahead):
+            return End(number, "range", f"the last value is reached at {where(fine.parameters)}")
+        wanted = ahead[np.argmin(np.abs(ahead - here[1]))]
+        edge = self.most if tangent[0] > 0 else self.least
+        while True:
+            length, line, kind = step, np.array([-tangent[1], tangent[0]]), "added"
+            if abs(tangent[1]) > 0.2 and abs(wanted - here[1]) <= 1.2 * length * abs(tangent[1]):
+                length, line, kind = (wanted - here[1]) / tangent[1], np.array([1.0, 0.0]), "wanted"
+            if abs(tangent[0]) > 1e-3 and (edge - here[0]) / tangent[0] < length:
+                length, line, kind = (edge - here[0]) / tangent[0], np.array([0.0, 1.0]), "edge"
+            at = here + length * tangent
+            before = branch.snapshots
+            iterations = fine.iterations
+            try:
+                guess = prepared(fine, self._place(*at), fine.y + length * change)
+                point = branch.zero_on(self._line(at, line), 0.0, guess)
+            except (MeshFailure, NoSteadyState):
+                point = None
+            if point is not None and np.linalg.norm(self._here() - at) < max(length, 0.02):
+                break
+            branch.recall(before)
+            step = length / 3
+            if step < SHORTEST:
+                return End(number, "no_steady_state", f"no steady state was found beyond {where(fine.parameters)}")
+        self.found(Critical(point, number, kind))  # type: ignore[arg-type]
+        if kind == "edge":
+            return End(number, "edge", f"d leaves the distances that are looked at, at {where(fine.parameters)}")
+        return min(LONGEST, step * 1.5) if fine.iterations - iterations <= EASY else step
+
+    def _fold(self, number: int, before: tuple[Array, Array], after: tuple[Array, Array]) -> None:
+        """Between two points the parameter turned back: two zeros meet there."""
+        (a, t_a), (b, t_b) = before, after
+        length = float(np.linalg.norm(b - a))
+        way = CubicHermiteSpline([0.0, length], [a, b], [t_a, t_b])
+        along = np.linspace(0, length, 401)
+        s = along[int(np.argmin(np.abs(way.derivative()(along)[:, 1])))]
+        snapshots = self.branch.snapshots
+        rows, _ = self._tangents()
+        at = way(s)
+        try:
+            guess = prepared(self.branch.fine, self._place(*at), self.branch.fine.y + (at - b) @ rows)
+            point = self.branch.zero_on(self._line(at, np.array([0.0, 1.0])), 0.0, guess)
+        except (MeshFailure, NoSteadyState):
+            point = None
+        if point is not None:
+            self.found(Critical(point, number, "vanishes"))
+        self.branch.recall(snapshots)
+
+
+def follow_all(
+    branch: Branch,
+    name: Followed,
+    values: Sequence[float],
+    least: float,
+    most: float,
+    scanned: Callable[[Point], None],
+    found: Callable[[Critical], None],
+) -> list[End]:
+    """All lines of critical distances that pass the first or the last value of a parameter.
+
+    Args:
+        branch: A solution at the first value and the widest distance.
+        name: The parameter.
+        values: Its wanted values, ascending.
+        least, most: Distances between which zeros are followed.
+        scanned: Called with the points solved in search of zeros.
+        found: Called with every critical distance.
+
+    Raises:
+        RunFailure: A curve in which zeros are looked for could not be solved.
+    """
+    seen: list[Critical] = []
+
+    def keep(critical: Critical) -> None:
+        seen.append(critical)
+        found(critical)
+
+    follower = Follower(branch, name, values, least, most, keep)
+    ends: list[End] = []
+    for value, forward in ((values[0], 1.0), (values[-1], -1.0)):
+        branch.at(with_value(name, branch.fine.parameters.with_gap(most), value))
+        for zero in search(branch, least, most, scanned):
+            if not any(_same(zero.point, c.point) for c in seen):
+                ends.append(follower.follow(len(ends) + 1, zero, forward))
+        if len(values) == 1:
+            break
+    return ends
+
+
+def _same(a: Point, b: Point) -> bool:
+    p, q = a.parameters, b.parameters
+    return (
+        abs(a.d / b.d - 1) < SAME
+        and bool(np.allclose(p.Ca_es, q.Ca_es, rtol=1e-6))
+        and bool(np.isclose(p.De, q.De, rtol=1e-6))
+    )

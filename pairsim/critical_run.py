@@ -1,0 +1,142 @@
+"""`pairsim critical`: critical distances from a case file to a folder of results."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, cast
+
+from mpi4py import MPI
+
+from pairsim.critical import Critical, End, Followed, follow_all, search, with_value
+from pairsim.curve import Branch, Point, steady_problem
+from pairsim.curve_case import CriticalCase
+from pairsim.curve_run import effort, point_row
+from pairsim.errors import NoSteadyState
+from pairsim.output import CRITICAL_COLUMNS, CURVE_HEALTH, POLYMER_HEALTH, RunFolder, write_table
+from pairsim.progress import Reporter
+from pairsim.record import Outcome, Record, concluded, new_folder
+from pairsim.steady import Parameters
+
+
+class _Recorder:
+    """Writes critical.csv as it grows; does nothing on other processes than the first."""
+
+    def __init__(self, case: CriticalCase, folder: RunFolder | None, reporter: Reporter, values: int) -> None:
+        self.folder, self.reporter, self.values = folder, reporter, values
+        health = CURVE_HEALTH + (POLYMER_HEALTH if case.polymer else ())
+        self.columns = [*CRITICAL_COLUMNS, *(["mesh_error", "d_error"] if case.mesh_error else []), *health]
+        self.rows: list[dict[str, Any]] = []
+        self.first_branch = self.solved = self.wanted = 0
+
+    def scanned(self, point: Point) -> None:
+        """A point was solved in search of zeros."""
+        self.solved += 1
+        self.reporter.update(self.wanted, f"search: d = {point.d:.5f}  dU = {point.dU:+.4e}", self.solved)
+
+    def found(self, critical: Critical) -> None:
+        """Take a critical distance in."""
+        point, number = critical.point, critical.branch + self.first_branch
+        self.solved += 1
+        self.wanted += critical.kind == "wanted"
+        row: dict[str, Any] = dict(point_row(point))
+        place = point.parameters
+        row |= {"Ca_e": max(place.Ca_es), "De": place.De, "d_cr": point.d, "U": row["U_T"]}
+        row |= {"kind": critical.kind, "branch": number, "stable": "true" if row["slope"] < 0 else "false"}
+        if "mesh_error" in row:
+            row["d_error"] = row["mesh_error"] / abs(row["slope"])
+        self.rows.append({name: row[name] for name in self.columns})
+        text = f"Ca_e = {row['Ca_e']:.5g}  De = {place.De:.5g}  d_cr = {point.d:.5f}  {critical.kind}"
+        self.reporter.update(self.wanted, text, self.solved)
+        self.write()
+
+    def write(self) -> None:
+        """Write the table."""
+        if self.folder is not None:
+            write_table(self.folder.file("critical.csv"), self.columns, self.rows)
+
+
+def run_critical(
+    case: CriticalCase, directory: Path, *, comm: MPI.Comm, overwrite: bool, reporter: Reporter, command: str
+) -> Outcome:
+    """Find and follow critical distances into a folder.
+
+    Args:
+        case: The validated case.
+        directory: Where the results go.
+        comm: Communicator of the case; every process calls this.
+        overwrite: Replace earlier results.
+        reporter: Shows progress (quiet on all processes but the first).
+        command: The command line, for the record.
+
+    Returns:
+        How it ended. Whatever was found is in the folder, also after a failure.
+
+    Raises:
+        InputError: The folder exists and may not be replaced.
+    """
+    folder = new_folder(comm, directory, overwrite, case.resolved())
+    record = Record(folder, command, comm.size)
+    record.write(None, {}, {})
+    least, most = case.d
+    name, values = next(iter(case.along.items())) if case.along else (None, ())
+    lines = next(iter(case.lines.items())) if case.lines else None
+    count = max(len(values), 1) * (len(lines[1]) if lines else 1)
+    reporter.start(case.name or case.slug, f"zeros of dU between d = {least:g} and {most:g}", count)
+    for note in case.notes:
+        reporter.note(note)
+    recorder = _Recorder(case, folder, reporter, count)
+    recorder.write()
+    branch: Branch | None = None
+    ends: list[dict[str, Any]] = []
+
+    def work() -> str:
+        nonlocal branch
+        here = Parameters((most,), case.Ca_es, case.De)
+        if name is not None:
+            here = with_value(cast(Followed, name), here, min(values))
+        lost: list[str] = []
+        for line in sorted(lines[1]) if lines else (None,):
+            if lines is not None and line is not None:
+                here = with_value(cast(Followed, lines[0]), here, line)
+            try:
+                if branch is None:
+                    branch = Branch(comm, steady_problem(case, least), here, case.mesh_error)
+                branch.at(here)
+                for end in _line(branch, name, sorted(values), least, most, recorder):
+                    ends.append(
+                        {**_named(lines, line), **vars(replace(end, branch=end.branch + recorder.first_branch))}
+                    )
+                    reporter.note(f"branch {ends[-1]['branch']}: {end.message}")
+            except NoSteadyState as failure:
+                if lines is None:
+                    raise
+                lost.append(f"{lines[0]} = {line:g}: {failure}")
+                reporter.note(lost[-1])
+            recorder.first_branch = max((row["branch"] for row in recorder.rows), default=0)
+        if lost:
+            raise NoSteadyState("; ".join(lost))
+        return f"{len(recorder.rows)} critical distances on {recorder.first_branch} branches"
+
+    outcome = concluded(work)
+    counts, phases = effort(branch)
+    record.write(outcome, {"ends": ends, **counts}, phases)
+    if branch is not None:
+        branch.close()
+    reporter.finish(outcome.message)
+    return outcome
+
+
+def _named(lines: tuple[str, tuple[float, ...]] | None, value: float | None) -> dict[str, Any]:
+    return {lines[0]: value} if lines is not None else {}
+
+
+def _line(
+    branch: Branch, name: str | None, values: list[float], least: float, most: float, recorder: _Recorder
+) -> list[End]:
+    """The critical distances at the branch's other parameters."""
+    if name is not None:
+        return follow_all(branch, cast(Followed, name), values, least, most, recorder.scanned, recorder.found)
+    for number, zero in enumerate(search(branch, least, most, recorder.scanned), start=1):
+        recorder.found(Critical(zero.point, number, "wanted"))
+    return []
