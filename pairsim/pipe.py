@@ -12,12 +12,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.integrate import solve_ivp
+from scipy.integrate import LSODA, OdeSolution, solve_ivp
 from scipy.optimize import root
 
 from pairsim.materials import polymer
 from pairsim.materials.polymer import Polymer
 from pairsim.mesh import TUBE_RADIUS, Array
+
+OUT_OF_REACH = 1e9
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,7 @@ class Pipe:
         return np.concatenate([np.ones(n), np.zeros(n), np.ones(n), np.ones(n)])
 
     def until(self, t_end: float) -> Callable[[float], PipeState]:
-        """The flow as a function of time up to t_end.
+        """The flow as a function of time up to t_end; at earlier times it does not depend on t_end.
 
         Raises:
             RuntimeError: The integration failed.
@@ -94,10 +96,18 @@ class Pipe:
             u = 2 * (1 - (self.r / TUBE_RADIUS) ** 2)
             still = PipeState(32.0, self.r, u, np.tile([1.0, 0.0, 1.0, 1.0], (len(self.r), 1)))
             return lambda _: still
-        done = solve_ivp(self._rate, (0.0, t_end), self._start, "LSODA", dense_output=True, rtol=1e-9, atol=1e-11)
-        if not done.success:
-            raise RuntimeError(done.message)
-        return lambda t: self._state(done.sol(t).reshape(4, -1))
+        # LSODA chooses its first step by the end it is told of and cuts the last one there. It is told of one that is out
+        # of reach and left where t_end is passed, so that a run whose end time is raised later sees the same flow.
+        solver = LSODA(self._rate, 0.0, self._start, max(OUT_OF_REACH, 2 * t_end), rtol=1e-9, atol=1e-11)
+        times, pieces = [0.0], []
+        while solver.t < t_end:
+            message = solver.step()
+            if solver.status == "failed":
+                raise RuntimeError(message)
+            times.append(solver.t)
+            pieces.append(solver.dense_output())
+        solution = OdeSolution(times, pieces)
+        return lambda t: self._state(solution(t).reshape(4, -1))
 
     def steady(self) -> PipeState:
         """The fully developed flow.
