@@ -96,8 +96,8 @@ class Pipe:
             u = 2 * (1 - (self.r / TUBE_RADIUS) ** 2)
             still = PipeState(32.0, self.r, u, np.tile([1.0, 0.0, 1.0, 1.0], (len(self.r), 1)))
             return lambda _: still
-        # LSODA chooses its first step by the end it is told of and cuts the last one there. It is told of one that is out
-        # of reach and left where t_end is passed, so that a run whose end time is raised later sees the same flow.
+        # LSODA chooses its first step by the end it is told of and cuts the last one there. It is told of one that is
+        # out of reach and left where t_end is passed: a run whose end time is raised later sees the same flow.
         solver = LSODA(self._rate, 0.0, self._start, max(OUT_OF_REACH, 2 * t_end), rtol=1e-9, atol=1e-11)
         times, pieces = [0.0], []
         while solver.t < t_end:

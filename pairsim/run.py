@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import platform
 import signal
 import sys
-import time
 from collections.abc import Iterator
-from dataclasses import dataclass
-from importlib import metadata
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -16,39 +12,18 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from pairsim import __version__
 from pairsim.case import Case
-from pairsim.errors import InputError, RunFailure, TooManySteps, WallTime
+from pairsim.errors import RunFailure, TooManySteps, WallTime
 from pairsim.fields import frame
 from pairsim.mesh import MeshSettings
 from pairsim.output import HEALTH, POLYMER_HEALTH, RunFolder, SeriesWriter, named_row, series_columns
 from pairsim.progress import Reporter
-from pairsim.solver import petsc_version
+from pairsim.record import Outcome, Record, new_folder
 from pairsim.stepsize import StepControl
 from pairsim.transient import Problem, Step, Transient
 from pairsim.xdmf import FieldsWriter
 
 SMALLEST_STEP = 1e-8
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """How a run ended.
-
-    Attributes:
-        status: "finished", "failed" or "interrupted".
-        reason: "end", "contact", "max_gap", or the typed reason of a failure.
-        message: One line for people.
-    """
-
-    status: str
-    reason: str
-    message: str
-
-    @property
-    def exit_code(self) -> int:
-        """0 finished, 3 typed failure, 130 interrupted."""
-        return {"finished": 0, "failed": 3, "interrupted": 130}[self.status]
 
 
 def problem_of(case: Case) -> Problem:
@@ -141,24 +116,6 @@ class _Recorder:
                 self.fields.close()
 
 
-def _versions() -> dict[str, str]:
-    names = ("fenics-basix", "fenics-ffcx", "fenics-ufl", "gmsh", "mpi4py", "numpy", "scipy", "h5py")
-    found = {"pairsim": __version__, "python": platform.python_version(), "petsc": petsc_version()}
-    for name in names:
-        try:
-            found[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            found[name] = "unknown"
-    return found
-
-
-def _collectively(comm: MPI.Comm, error: Exception | None) -> None:
-    """Raise on every process what the first one met."""
-    error = comm.bcast(error)
-    if error is not None:
-        raise error
-
-
 def run_case(
     case: Case, directory: Path, *, comm: MPI.Comm, overwrite: bool, reporter: Reporter, command: str
 ) -> Outcome:
@@ -178,52 +135,11 @@ def run_case(
     Raises:
         InputError: The folder exists and may not be replaced.
     """
-    folder: RunFolder | None = None
-    error: Exception | None = None
-    if comm.rank == 0:
-        try:
-            folder = RunFolder.create(directory, overwrite)
-            folder.write_yaml("case.yaml", case.resolved())
-        except (InputError, OSError) as caught:
-            error = caught
-    _collectively(comm, error)
-    begin = time.perf_counter()
-    started = time.strftime("%Y-%m-%dT%H:%M:%S%z")
+    folder = new_folder(comm, directory, overwrite, case.resolved())
+    record = Record(folder, command, comm.size)
+    record.write(None, {}, {})
     transient: Transient | None = None
     recorder: _Recorder | None = None
-
-    def record(outcome: Outcome | None) -> None:
-        if folder is None:
-            return
-        wall = time.perf_counter() - begin
-        content: dict[str, Any] = {
-            "status": outcome.status if outcome else "running",
-            "reason": outcome.reason if outcome else "",
-            "message": outcome.message if outcome else "",
-            "started": started,
-            "command": command,
-            "processes": comm.size,
-            "machine": {"node": platform.node(), "system": platform.platform(), "processor": platform.machine()},
-            "versions": _versions(),
-            "wall_time": wall,
-        }
-        if transient is not None:
-            counts = transient.counts
-            phases: dict[str, float] = dict(transient.clock.seconds)
-            phases["other"] = wall - sum(phases.values())
-            content |= {
-                "t": transient.history.t[0],
-                "steps": counts.steps,
-                "rejected_steps": counts.rejected,
-                "newton_iterations": counts.newton,
-                "factorisations": counts.factorisations,
-                "remeshings": counts.remeshings,
-                "unknowns": transient.tie.size,
-                "wall_time_by_phase": phases,
-            }
-        folder.write_json("run.json", content)
-
-    record(None)
     reporter.start(case.name or case.slug, f"to t = {case.time.end:g}", case.time.end)
     for note in case.notes:
         reporter.note(note)
@@ -231,7 +147,7 @@ def run_case(
         with _Signals() as signals:
             transient = Transient(comm, problem_of(case))
             recorder = _Recorder(case, folder, transient)
-            outcome = _march(case, transient, recorder, reporter, signals, begin)
+            outcome = _march(case, transient, recorder, reporter, signals, record)
     except KeyboardInterrupt:
         outcome = Outcome("interrupted", "interrupted", "stopped at once; the rows written so far stand")
     except RunFailure as failure:
@@ -239,7 +155,7 @@ def run_case(
     finally:
         if recorder is not None:
             recorder.close()
-    record(outcome)
+    record.write(outcome, *_told(transient))
     if transient is not None:
         transient.close()
     reporter.finish(outcome.message)
@@ -253,8 +169,25 @@ def _shown(step: Step, count: int) -> str:
     return f"t = {step.t:.4g}  {gap}dt = {step.dt:.2g}  Newton {step.report.iterations}  step {count}"
 
 
+def _told(transient: Transient | None) -> tuple[dict[str, Any], dict[str, float]]:
+    """What run.json says of a march: its counts, and seconds by phase of the work."""
+    if transient is None:
+        return {}, {}
+    counts = transient.counts
+    told = {
+        "t": transient.history.t[0],
+        "steps": counts.steps,
+        "rejected_steps": counts.rejected,
+        "newton_iterations": counts.newton,
+        "factorisations": counts.factorisations,
+        "remeshings": counts.remeshings,
+        "unknowns": transient.tie.size,
+    }
+    return told, dict(transient.clock.seconds)
+
+
 def _march(
-    case: Case, transient: Transient, recorder: _Recorder, reporter: Reporter, signals: _Signals, begin: float
+    case: Case, transient: Transient, recorder: _Recorder, reporter: Reporter, signals: _Signals, record: Record
 ) -> Outcome:
     """Take all steps, write them, and find the end."""
     comm, limits = transient.comm, case.limits
@@ -274,7 +207,7 @@ def _march(
                 else:
                     pending = step
             reporter.update(step.t, _shown(step, transient.counts.steps), transient.counts.steps)
-            stop = comm.allreduce((signals.caught, time.perf_counter() - begin), op=MPI.MAX)
+            stop = comm.allreduce((signals.caught, record.passed), op=MPI.MAX)
             count = transient.counts.steps
             if o.d.size and o.d.min() < limits.min_gap:
                 outcome = Outcome(
