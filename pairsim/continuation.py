@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,10 +12,10 @@ from pairsim.errors import MeshFailure, NoSteadyState
 from pairsim.mesh import Array
 from pairsim.steady import Parameters, Steady
 
-# What a predictor may change at once: positions of the outline (D_c), log-conformation, in the largest node; a distance
-# as a part of itself.
+# What a predictor may change at once: positions of the outline (largest diameters), log-conformation, in the largest
+# node; a distance as a part of itself.
 MOST_APART = 0.4
-MOST_SHAPE = 0.06
+MOST_SHAPE = 0.15
 MOST_STRESS = 1.0
 SMALLEST = 2e-3  # of the way; below it natural continuation gives up
 EASY, HARD = 4, 8  # Newton iterations that let the step grow, or shrink
@@ -83,7 +84,7 @@ def reach(steady: Steady, tangent: Array, rates: Array) -> float:
         (MOST_APART * d / abs(rate) for d, rate in zip(steady.parameters.gaps, rates, strict=True) if rate),
         default=np.inf,
     )
-    for name, most in (("h", MOST_SHAPE), ("s", MOST_STRESS)):
+    for name, most in (("h", MOST_SHAPE * max(steady.problem.betas)), ("s", MOST_STRESS)):
         rate = tangent[fields[name]] if name in fields else np.empty(0)
         if rate.size and (largest := float(np.abs(rate).max())) > 0:
             step = min(step, most / largest)
@@ -123,9 +124,23 @@ def follow(steady: Steady, target: Parameters) -> None:
             if step < SMALLEST:
                 if steady.problem.polymer is not None and (report := steady.relax(there)).converged:
                     break
-                raise NoSteadyState(f"{where(steady.parameters)} was reached, {where(target)} not: {refused}")
+                raise _lost(steady, target, refused)
         longest = step * (2.0 if report.iterations <= EASY else 1.0 if report.iterations < HARD else 0.5)
         tau = to
+
+
+def _lost(steady: Steady, target: Parameters, refused: str) -> NoSteadyState:
+    """Why the way to other parameters ends here: at a fold, or because Newton's method fails."""
+    reached = steady.parameters
+    fold = None
+    if any(target.Ca_es):
+        with suppress(MeshFailure, NoSteadyState):
+            fold = find_fold(steady, target)
+    if fold is not None and fold.passed:
+        return NoSteadyState(
+            f"the steady shapes end in a fold at {where(fold.parameters)}; there are none at {where(target)}"
+        )
+    return NoSteadyState(f"{where(reached)} was reached, {where(target)} not: {refused}", advice="a larger mesh.Np")
 
 
 def prepared(steady: Steady, there: Parameters, guess: Array) -> Array:
@@ -177,29 +192,37 @@ def find_fold(steady: Steady, target: Parameters) -> Fold:
     along = towards(steady.parameters, target)
     tau, direction, arc = 0.0, 1.0, ARC
     places: list[tuple[float, float]] = [(0.0, 0.0)]
-    scale = np.zeros(steady.tie.size)
-    shape = steady.tie.fields.get("h", np.empty(0, int))
-    scale[shape] = 1 / (MOST_SHAPE**2 * max(len(shape), 1))
+    most = MOST_SHAPE * max(steady.problem.betas)
     old: Array | None = None
     for _ in range(MOST_ARCS):
         steady.factor()
         slope = steady.tangent(lambda change, at=tau: along(at + change))  # type: ignore[misc]
-        length = float(np.sqrt(slope @ (scale * slope) + 1))
-        y_s, tau_s = slope / length, 1 / length
-        if old is not None and float(y_s @ (scale * old)) + tau_s * direction < 0:
-            y_s, tau_s = -y_s, -tau_s
+        # Arc length is measured on the shapes, which all meshes share, and on the parameter.
+        shape = steady.tie.fields["h"]
+        weight = 1 / (most**2 * len(shape))
+        length = float(np.sqrt(weight * slope[shape] @ slope[shape] + 1))
+        slope, tau_s = slope / length, 1 / length
+        if old is not None and weight * float(slope[shape] @ old) + tau_s * direction < 0:
+            slope, tau_s = -slope, -tau_s
+        arc = min(arc, most / max(float(np.abs(slope[shape]).max()), 1e-9))
+        before, value = steady.snapshot, weight * float(slope[shape] @ steady.y[shape]) + tau_s * tau
         while True:
-            y, at = steady.y + arc * y_s, tau + arc * tau_s
-            row = scale * y_s
-            value = float(row @ steady.y + tau_s * tau + arc)
-            found, count = steady.solve_with(along, at, y, row, tau_s, value)
-            if found is not None or arc < ARC / 500:
+            at, found, count = tau + arc * tau_s, None, 0
+            try:
+                guess = prepared(steady, along(at), steady.y + arc * slope)
+                row = np.zeros(steady.tie.size)
+                row[steady.tie.fields["h"]] = weight * slope[shape]
+                found, count = steady.solve_with(along, at, guess, row, tau_s, value + arc)
+            except MeshFailure:
+                pass
+            if found is not None:
                 break
+            steady.recall(before)
             arc /= 2
-        if found is None:
-            return Fold(steady.parameters, False)
+            if arc < ARC / 500:
+                return Fold(steady.parameters, False)
         places.append((places[-1][0] + arc, found))
-        tau, old, direction = found, y_s, tau_s
+        tau, old, direction = found, slope[shape], tau_s
         if len(places) >= 3 and tau < places[-2][1]:
             (s0, t0), (s1, t1), (s2, t2) = places[-3:]
             a, b, c = np.polyfit([s0, s1, s2], [t0, t1, t2], 2)
@@ -208,10 +231,4 @@ def find_fold(steady: Steady, target: Parameters) -> Fold:
             return Fold(steady.parameters, False)
         if count <= EASY:
             arc *= 1.5
-        if steady.distorted():
-            _new_mesh(steady)
-            scale = np.zeros(steady.tie.size)
-            shape = steady.tie.fields["h"]
-            scale[shape] = 1 / (MOST_SHAPE**2 * len(shape))
-            old = None
     return Fold(steady.parameters, False)

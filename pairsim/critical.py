@@ -176,7 +176,7 @@ class Follower:
             iterations = fine.iterations
             try:
                 guess = prepared(fine, self._place(*at), fine.y + length * change)
-                point = branch.zero_on(self._line(at, line), 0.0, guess)
+                point = branch.zero_on(self._line(at, line), 0.0, guess, settled=kind == "wanted")
             except (MeshFailure, NoSteadyState):
                 point = None
             if point is not None and np.linalg.norm(self._here() - at) < max(length, 0.02):
@@ -202,7 +202,7 @@ class Follower:
         at = way(s)
         try:
             guess = prepared(self.branch.fine, self._place(*at), self.branch.fine.y + (at - b) @ rows)
-            point = self.branch.zero_on(self._line(at, np.array([0.0, 1.0])), 0.0, guess)
+            point = self.branch.zero_on(self._line(at, np.array([0.0, 1.0])), 0.0, guess, settled=False)
         except (MeshFailure, NoSteadyState):
             point = None
         if point is not None:

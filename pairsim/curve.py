@@ -22,6 +22,8 @@ from pairsim.steady import Parameters, Snapshot, Steady, SteadyProblem
 # The mesh that tells the error of the wanted one: its cells are larger by this factor.
 COARSER = 2**0.5
 FEWEST_CELLS = 8
+# Neighbours whose distances have a ratio below exp of this get no point between them.
+CLOSE = 0.1
 
 
 @dataclass(frozen=True)
@@ -182,21 +184,25 @@ class Branch:
         start = (guess - left) / (right - left)
         self._nearest(along(start))
         follow(fine, along(start))
-        point = self.zero_on(along, start, fine.y)
+        point = self.zero_on(along, start, fine.y, settled=True)
         if point is None:
             raise NoSteadyState(f"the zero of dU near d = {guess:.5g} was lost")
         return replace(point, newton=fine.iterations - before)
 
-    def zero_on(self, along: Callable[[float], Parameters], tau: float, y: Array) -> Point | None:
+    def zero_on(self, along: Callable[[float], Parameters], tau: float, y: Array, *, settled: bool) -> Point | None:
         """The place on a line of parameters at which dU vanishes, None where Newton finds none.
 
         Args:
             along: The line.
             tau, y: First guess of the place and of the unknowns, on the scene's present mesh.
+            settled: Solve again on a mesh made for this place, which does not depend on the way here.
         """
         fine = self.fine
         before = fine.iterations
         found, _ = fine.solve_with(along, tau, y, fine.velocity_row(), 0.0, 0.0)
+        if found is not None and settled:
+            fine.remesh(afresh=True)
+            found, _ = fine.solve_with(along, found, fine.y, fine.velocity_row(), 0.0, 0.0)
         if found is None:
             return None
         for scene in self.scenes[1:]:
@@ -265,15 +271,17 @@ def interpolant(points: list[Point]) -> CubicHermiteSpline:
     return CubicHermiteSpline(np.log(d), [p.dU for p in points], [p.slopes[0] * p.d for p in points])
 
 
-def _doubtful(points: list[Point], tol: float) -> list[bool]:
-    """Intervals in which dU may not be known to tol of its largest value: two parabolas disagree there."""
+def _bend(a: Point, b: Point) -> float:
+    """How far dU may be off between two points: two parabolas, of which each has one of their slopes, disagree there."""
+    width = np.log(b.d / a.d)
+    return float(abs((a.slopes[0] * a.d + b.slopes[0] * b.d) * width / 4 - (b.dU - a.dU) / 2) / 2)
+
+
+def _doubtful(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
+    """Neighbours between which dU may not be known to tol of its largest value, nor to the largest error of the mesh."""
     largest = max(abs(p.dU) for p in points)
-    flags = []
-    for a, b in pairwise(points):
-        width = np.log(b.d / a.d)
-        bend = (a.slopes[0] * a.d + b.slopes[0] * b.d) * width / 4 - (b.dU - a.dU) / 2
-        flags.append(abs(bend) / 2 > tol * largest)
-    return flags
+    mesh = max((float(p.mesh_errors[0]) for p in points if p.mesh_errors is not None), default=0.0)
+    return [(a, b) for a, b in pairwise(points) if np.log(b.d / a.d) > CLOSE and _bend(a, b) > max(tol * largest, mesh)]
 
 
 def trace(
@@ -308,12 +316,7 @@ def trace(
     points.sort(key=lambda p: p.d)
     known: set[tuple[float, float]] = set()
     while len(points) < max_points:
-        intervals = list(pairwise(points))
-        new = [
-            (a, b)
-            for (a, b), doubt in zip(intervals, _doubtful(points, tol), strict=True)
-            if doubt and (a.d, b.d) not in known
-        ]
+        new = [(a, b) for a, b in _doubtful(points, tol) if (a.d, b.d) not in known]
         if not new:
             break
         curve = interpolant(points)
@@ -325,7 +328,9 @@ def trace(
             d = float(np.sqrt(a.d * b.d))
             point = branch.at(parameters.with_gap(d))
             found(point, False)
-            if abs(point.dU - curve(np.log(d))) < tol * largest:
+            # Halves of a smooth curve bend eight times less; where they do not, what bends is the meshes' difference.
+            rough = max(_bend(a, point), _bend(point, b)) > _bend(a, b) / 2
+            if rough or abs(point.dU - curve(np.log(d))) < tol * largest:
                 known |= {(a.d, d), (d, b.d)}
             points.append(point)
         points.sort(key=lambda p: p.d)

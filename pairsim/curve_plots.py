@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
 from scipy.interpolate import CubicHermiteSpline
 
 from pairsim.errors import InputError
@@ -59,8 +60,11 @@ def plot_curve(directory: Path, out: Path) -> list[Path]:
         right.plot(d, table[name], ".-", label=f"${name}$")
     finish_axis(right, axis_label(gaps[:1]), axis_label(shapes), [table[name] for name in shapes], legend=True)
     if d[-1] > 4 * d[0]:
-        left.set_xscale("log")
-        right.set_xscale("log")
+        for axis in (left, right):
+            axis.set_xscale("log")
+            axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            axis.xaxis.set_major_formatter("{x:g}")
+            axis.xaxis.set_minor_formatter("")
     note = "band: mesh error;  filled circle: stable zero, open circle: unstable"
     figure.suptitle(f"{case_title(read_case(directory / 'case.yaml'))}\n{note}", fontsize=10)
     path = out / "curve.png"

@@ -21,7 +21,7 @@ from pairsim.xdmf import FieldsWriter
 def point_row(point: Point) -> dict[str, float]:
     """Everything that is told of a quasi-steady solution, under the names of its columns."""
     o = point.observation
-    row = named_row(0.0, o.d, o.U, o.D, o.dp, point.dp_plus)
+    row = named_row(0.0, point.gaps, o.U, o.D, o.dp, point.dp_plus)
     gaps = [""] if o.d.size == 1 else [f"_{i}" for i in range(1, o.d.size + 1)]
     values = {"slope": point.slopes, "drift": point.drifts, "mesh_error": point.mesh_errors}
     values |= {f"by_{name}": change for name, change in point.sensitivities.items()}

@@ -156,7 +156,7 @@ class Newton:
         # Of the solve under way.
         self._h_star, self._g, self._U_m = np.zeros(scene.h_size), 1.0, 0.0
         self._must_factor, self._fresh, self._factorisations = True, False, 0
-        self._largest, self._residual_norm, self._why = 0.0, 0.0, ""
+        self._largest, self._leading, self._residual_norm, self._why = 0.0, 0.0, 0.0, ""
         self._steps: dict[str, float] = {}
         with self.clock("symbolic"):
             self._linear = self._linear_operator()
@@ -281,8 +281,12 @@ class Newton:
         step, x = self._gather(snes.getSolutionUpdate()), self._gather(snes.getSolution())
         self._steps = self.scaled(step, x)
         # All processes decide by one and the same number: norms may differ between them in the last digit.
-        largest = self.scene.comm.bcast(max((v for k, v in self._steps.items() if k != "m"), default=0.0))
+        # Pressures follow from the rest, and may double their small values on the way to a solution.
+        largest = max((v for k, v in self._steps.items() if k != "m"), default=0.0)
+        leading = max((v for k, v in self._steps.items() if k not in ("m", "p_f", "p_s", "dp")), default=0.0)
+        largest, leading = self.scene.comm.bcast((largest, leading))
         previous, self._largest = self._largest, largest
+        growth, self._leading = leading / self._leading if its > 1 and self._leading else 0.0, leading
         if its > 1 and previous > 0:
             rate = largest / previous
         elif self._fresh:
@@ -298,7 +302,7 @@ class Newton:
         if left < self.tolerance or largest < 0.1 * self.tolerance:
             self._why = "converged"
             return reason.CONVERGED_SNORM_RELATIVE
-        if its > 1 and rate > 2 and (largest > 0.1 or (self._fresh and its > 3)):
+        if growth > 2 and (leading > 0.1 or (self._fresh and its > 3)):
             self._why = "the steps grow"
             return reason.DIVERGED_DTOL
         if its >= self.max_iterations:

@@ -41,6 +41,8 @@ DIFFERENCE = 1e-5
 # (beta .4, d .1: at Ca_e .14 around spheres, at .16 around the shapes): a new mesh comes sooner than in time.
 LEAST_STEADY, FRESH_STEADY = 0.6, 0.75
 MOST_BORDERED = 12
+# Distances that meshes are made for, in a decade.
+PER_DECADE = 40
 # First and last step of pseudo-time, in relaxation times.
 RELAX_FIRST, RELAX_LAST = 0.1, 200.0
 # A bordered iteration keeps the matrix in hand once its steps are below this.
@@ -196,11 +198,12 @@ class Steady:
             fields.append(scene.liquid.nodal("eta", self._extend(moved))[vertices] - still)
         return np.array(fields)
 
-    def remesh(self, parameters: Parameters | None = None, y: Array | None = None) -> None:
+    def remesh(self, parameters: Parameters | None = None, y: Array | None = None, *, afresh: bool = False) -> None:
         """A new reference mesh for a state, by default the solution's; `y` becomes that state on it, as a guess.
 
         Args:
             parameters, y: The state, whose mesh must not be folded.
+            afresh: Try a mesh around spheres again, also where an earlier one did not do.
 
         Raises:
             MeshFailure: It could not be made.
@@ -213,8 +216,10 @@ class Steady:
             raise MeshFailure("the particles touch")
         material = old_y[self._material]
         geometry = Geometry(self.problem.betas, tuple(map(float, distances)), self.problem.length)
-        if not self._deformed:
-            self._mesh(Reference.spheres(geometry, self.outlines))
+        if afresh or not self._deformed:
+            # Meshes around spheres exist for certain distances only, so that two ways to a place end on the same mesh.
+            nominal = tuple(float(10 ** (round(np.log10(d) * PER_DECADE) / PER_DECADE)) for d in distances)
+            self._mesh(Reference.spheres(replace(geometry, gaps=nominal), self.outlines))
             distortion = diagnostics.liquid_distortion(self.scene, self._extend(h)) if self.scene.moving else 1.0
             self._deformed = self.comm.bcast(distortion < FRESH_STEADY)
         if self._deformed:

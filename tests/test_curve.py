@@ -1,0 +1,266 @@
+"""Quasi-steady solutions: exact values, the transient they are the limit of, derivatives, and the commands."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import dU, march, soft_pair
+from mpi4py import MPI
+
+from pairsim.case_file import curve_from_dict
+from pairsim.continuation import follow
+from pairsim.curve import Branch, Point, find_zeros, steady_problem, trace
+from pairsim.curve_case import CurveCase
+from pairsim.errors import NoSteadyState
+from pairsim.mesh import MeshSettings
+from pairsim.output import read_series
+from pairsim.steady import Parameters, SteadyProblem
+
+CURVE = "beta: 0.4\nDe: 0\nCa_e: 0.1\nends: developed\nlength: auto\nmesh: {Np: 10}\nd: [0.3, 0.1]\n"
+
+
+def case(**keys: object) -> CurveCase:
+    plain = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 5.0, "mesh": {"Np": 12}, "d": (0.1,)}
+    return curve_from_dict({**plain, **keys}, "test")
+
+
+def branch(made: CurveCase, *, mesh_error: bool = False, sensitivities: bool = False) -> Branch:
+    places = made.places
+    start = Parameters(places[0], made.Ca_es, made.De)
+    narrowest = min((d for place in places for d in place), default=np.inf)
+    return Branch(MPI.COMM_WORLD, steady_problem(made, narrowest), start, mesh_error, sensitivities)
+
+
+def points(**keys: object) -> list[Point]:
+    made = case(**keys)
+    solver = branch(made)
+    found = [solver.at(replace(solver.fine.parameters, gaps=place)) for place in made.places]
+    solver.close()
+    return found
+
+
+@pytest.fixture(scope="module")
+def viscoelastic() -> Iterator[Branch]:
+    """A soft behind a softer, smaller sphere in a Giesekus liquid."""
+    made = branch(case(De=0.5, Ca_e=(0.05, 0.1), beta=(0.4, 0.35), mesh={"Np": 8}), sensitivities=True)
+    yield made
+    made.close()
+
+
+@pytest.mark.parametrize(
+    ("beta", "d", "slope"), [(0.4, 0.1, 5.475377e-2), (0.4, 0.3, 1.965724e-2), (0.2, 0.1, -9.88438e-4)]
+)
+def test_nearly_rigid_pairs_have_the_exact_slope(beta: float, d: float, slope: float) -> None:
+    (point,) = points(beta=beta, d=(d,), Ca_e=1e-4, mesh={"Np": 40}, length="auto")
+    assert point.dU / 1e-4 == pytest.approx(slope, rel=3e-3)
+
+
+def test_equal_rigid_spheres_in_a_newtonian_liquid_keep_their_distance() -> None:
+    assert all(abs(point.dU) < 1e-9 for point in points(Ca_e=0, d=(0.1, 0.4)))
+
+
+def test_periodic_and_developed_ends_give_the_same_curve() -> None:
+    (long,), (cut,) = points(ends="periodic", length=20.0), points(length="auto")
+    assert cut.dU == pytest.approx(long.dU, rel=5e-3)
+
+
+def test_the_drift_is_what_the_transient_has_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Once shapes have relaxed, dU(t) is the quasi-steady dU at the same d and its drift, to second order."""
+    monkeypatch.setattr("pairsim.steady.LEAST_STEADY", 0.3)  # both on the mesh that was made for .1
+    settings = MeshSettings(Np=12)
+    steps = march(soft_pair(0.4, 0.1, 0.1, length=5.0, periodic=False, mesh=settings), [1.5])
+    d, moving = float(steps[-1].observation.d[0]), dU(steps[-1])
+    _, still = points(d=(0.1, d))
+    difference = moving - still.dU
+    assert abs(difference) < 1e-2 * abs(still.dU)
+    assert difference == pytest.approx(float(still.drifts[0]), rel=0.1)
+
+
+def test_one_particle_has_a_shape_and_a_velocity() -> None:
+    """A soft sphere on the axis lags a rigid one by second order in Ca_e: to first order it only becomes an egg."""
+    rigid, little, more = (points(particles=1, Ca_e=Ca_e, d=None)[0].observation for Ca_e in (0, 0.02, 0.04))
+    assert rigid.U[0] == pytest.approx(1.79081169, rel=2e-4)
+    gains = [(o.U[0] - rigid.U[0]) for o in (little, more)]
+    assert gains[1] / gains[0] == pytest.approx(4, rel=0.05)
+    assert more.D[0] / little.D[0] == pytest.approx(4, rel=0.05)
+
+
+def test_three_particles_with_their_own_gaps() -> None:
+    """A third one far upstream hardly changes the pair; its own gap's velocity is that of a pair apart."""
+    (three,) = points(particles=3, d=((0.8, 0.1),), Ca_e=0.05)
+    (pair,) = points(Ca_e=0.05)
+    assert three.gaps == (0.8, 0.1)
+    assert np.diff(three.observation.U)[1] == pytest.approx(pair.dU, rel=0.02)
+
+
+def test_the_matrix_is_the_derivative_of_the_residual(viscoelastic: Branch) -> None:
+    scene = viscoelastic.fine
+    scene.factor()
+    assert scene.newton is not None
+    y = scene.y
+    direction = np.random.default_rng(3).standard_normal(y.size) * np.maximum(np.abs(y), 1e-3)
+    product = scene.newton.jacobian_times(y, direction)
+    errors = []
+    for e in (1e-4, 5e-5):
+        difference = (scene.newton.residual_at(y + e * direction) - scene.newton.residual_at(y - e * direction)) / (
+            2 * e
+        )
+        errors.append(np.linalg.norm(difference - product) / np.linalg.norm(product))
+    assert errors[1] < 1e-5
+    assert errors[0] / errors[1] == pytest.approx(4, rel=0.2)
+    scene.recall(scene.snapshot)
+
+
+def test_sensitivities_are_differences_of_neighbouring_solutions(viscoelastic: Branch) -> None:
+    here = viscoelastic.fine.parameters
+    exact = viscoelastic.at(here).sensitivities
+    e = 1e-3
+    softer = [replace(here, Ca_es=tuple(Ca_e * (1 + s * e) for Ca_e in here.Ca_es)) for s in (1, -1)]
+    faster = [replace(here, De=here.De * (1 + s * e)) for s in (1, -1)]
+    larger = [replace(here, size=1 + s * e) for s in (1, -1)]
+    for name, places, value in (("Ca_e", softer, 0.1), ("De", faster, 0.5), ("beta", larger, 0.4)):
+        high, low = (_solved(viscoelastic, place) for place in places)
+        assert exact[name][0] == pytest.approx((high - low) / (2 * e * value), rel=1e-3), name
+    _solved(viscoelastic, here)
+
+
+def _solved(solver: Branch, place: Parameters) -> float:
+    assert solver.fine.solve(place).converged
+    return float(solver.fine.velocity_row() @ solver.fine.y)
+
+
+def test_slopes_are_differences_along_the_curve(viscoelastic: Branch) -> None:
+    here = viscoelastic.fine.parameters
+    point = viscoelastic.at(here)
+    high, low = (_solved(viscoelastic, here.with_gap(0.1 * (1 + e))) for e in (1e-3, -1e-3))
+    assert point.slopes[0] == pytest.approx((high - low) / 2e-4, rel=1e-3)
+    _solved(viscoelastic, here)
+
+
+def test_a_new_mesh_on_the_way_changes_little(viscoelastic: Branch) -> None:
+    """A step that asks for a new mesh is solved on it; going back finds the old solution."""
+    scene = viscoelastic.fine
+    before, value, meshes = scene.snapshot, viscoelastic.at(scene.parameters).dU, scene.meshes
+    follow(scene, scene.parameters.with_gap(0.2))
+    assert scene.meshes > meshes
+    follow(scene, before.parameters)
+    back = float(scene.velocity_row() @ scene.y)
+    assert back == pytest.approx(value, abs=0.02 * abs(value))
+    scene.recall(before)
+    assert _solved(viscoelastic, before.parameters) == pytest.approx(value, rel=1e-9)
+
+
+def test_pseudo_time_reaches_the_steady_solution(viscoelastic: Branch) -> None:
+    scene = viscoelastic.fine
+    before = scene.snapshot
+    assert scene.solve(replace(before.parameters, De=0.55)).converged
+    direct = float(scene.velocity_row() @ scene.y)
+    scene.recall(before)
+    assert scene.relax(replace(before.parameters, De=0.55)).converged
+    assert float(scene.velocity_row() @ scene.y) == pytest.approx(direct, rel=1e-7)
+    scene.recall(before)
+
+
+def test_small_spheres_have_a_stable_distance_that_hardly_depends_on_softness() -> None:
+    zeros = []
+    for Ca_e in (0.02, 0.1):
+        solver = branch(case(beta=0.2, Ca_e=Ca_e, length=3.0, d=(0.15, 0.03)))
+        curve = trace(solver, [(0.15,), (0.06,), (0.03,)], 0.02, 20, lambda point, wanted: None)
+        (zero,) = find_zeros(solver, curve)
+        assert abs(zero.point.dU) < 1e-9
+        assert zero.point.slopes[0] < 0
+        zeros.append(zero.point.d)
+        solver.close()
+    assert abs(zeros[1] - zeros[0]) < 0.015
+
+
+def test_the_softest_shapes_end_in_a_fold() -> None:
+    """Beyond a Ca_e near .16 two spheres of beta .4 at d .1 find no steady shape; the place is told."""
+    solver = branch(case(mesh={"Np": 16}))
+    with pytest.raises(NoSteadyState, match=r"fold at Ca_e = 0\.1[5-7]"):
+        follow(solver.fine, replace(solver.fine.parameters, Ca_es=(0.25, 0.25)))
+    solver.close()
+
+
+def test_curve_command(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / "case.yaml").write_text(CURVE + "mesh_error: false\nfields: [0.1]\n")
+    done = pairsim("curve", "case.yaml", "-o", "out", "--sensitivities")
+    assert done.returncode == 0, done.stderr
+    header = (tmp_path / "out" / "curve.csv").read_text().splitlines()[0]
+    assert header.startswith("d,U_L,U_T,dU,D_L,D_T,dp,dp_plus,newton,drift,")
+    table = read_series(tmp_path / "out" / "curve.csv")
+    assert set(table["d"][table["wanted"] == 1]) == {0.1, 0.3}
+    assert np.array_equal(table["d"], np.sort(table["d"]))
+    assert (table["wanted"] == 0).any()  # dU bends between .1 and .3
+    assert {"by_Ca_e", "by_beta"} < set(table)
+    assert (tmp_path / "out" / "equilibria.csv").read_text().splitlines()[0].startswith("d,stable,slope,peak")
+    assert {"fields.xdmf", "curve.png", "run.json"} < {p.name for p in (tmp_path / "out").iterdir()}
+    assert pairsim("curve", "case.yaml", "-o", "out").returncode == 2  # nothing is overwritten unasked
+
+
+def test_critical_command_follows_the_zero_of_the_curve(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+    """At De .5, beta .4 there is an unstable distance, smaller for larger Ca_e; it is the zero of a curve there."""
+    keys = "beta: 0.4\nDe: 0.5\nCa_e: 0.1\nends: developed\nlength: 5\nmesh: {Np: 10}\nmesh_error: false\n"
+    (tmp_path / "critical.yaml").write_text(keys + "along: {Ca_e: [0.05, 0.1]}\nd: [0.1, 0.5]\n")
+    (tmp_path / "curve.yaml").write_text(keys + "d: {start: 0.1, stop: 0.5, num: 6}\ntol: 1.0e-3\n")
+    done = pairsim("critical", "critical.yaml", "-o", "critical")
+    assert done.returncode == 0, done.stderr
+    with (tmp_path / "critical" / "critical.csv").open() as file:
+        rows = [row for row in csv.DictReader(file) if row["kind"] == "wanted"]
+    assert [float(row["Ca_e"]) for row in rows] == pytest.approx([0.05, 0.1])
+    assert [row["stable"] for row in rows] == ["false", "false"]
+    assert float(rows[1]["d_cr"]) < float(rows[0]["d_cr"])
+    assert pairsim("curve", "curve.yaml", "-o", "curve").returncode == 0
+    with (tmp_path / "curve" / "equilibria.csv").open() as file:
+        (zero,) = csv.DictReader(file)
+    assert float(zero["d"]) == pytest.approx(float(rows[1]["d_cr"]), abs=1e-4)
+    assert zero["stable"] == "false"
+    assert json.loads((tmp_path / "critical" / "run.json").read_text())["ends"][0]["reason"] == "range"
+    assert (tmp_path / "critical" / "critical.png").stat().st_size > 10_000
+
+
+def test_ranks_give_the_same_curve(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / "case.yaml").write_text(CURVE + "mesh_error: false\nmax_points: 2\n")
+    for ranks in (1, 2):
+        done = pairsim("curve", "case.yaml", "-o", f"n{ranks}", "--set", "De=0.3", ranks=ranks)
+        assert done.returncode == 0, done.stderr
+    one, two = (read_series(tmp_path / f"n{ranks}" / "curve.csv") for ranks in (1, 2))
+    for name in ("U_L", "dU", "D_L", "D_T", "dp_plus", "drift", "slope", "c_max"):
+        assert one[name] == pytest.approx(two[name], abs=1e-8), name
+
+
+def test_no_steady_state_is_a_typed_failure(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / "case.yaml").write_text(CURVE)
+    done = pairsim("curve", "case.yaml", "-o", "out", "--set", "Ca_e=0.4", "--set", "mesh_error=false")
+    assert done.returncode == 3, done.stderr
+    assert "Traceback" not in done.stderr
+    assert json.loads((tmp_path / "out" / "run.json").read_text())["reason"] == "no_steady_state"
+
+
+def test_the_mesh_error_is_that_of_a_coarser_mesh() -> None:
+    made = case(mesh={"Np": 20})
+    solver = branch(made, mesh_error=True)
+    told = solver.at(solver.fine.parameters)
+    solver.close()
+    (finest,) = points(mesh={"Np": 40})
+    assert told.mesh_errors is not None
+    assert abs(told.dU - finest.dU) < told.mesh_errors[0]
+
+
+def test_a_problem_remembers_its_narrowest_distance() -> None:
+    """Outlines are cut for the narrowest distance of a curve, not for the first one."""
+    made = case(d=(0.3,))
+    wide, narrow = steady_problem(made, 0.3), steady_problem(made, 0.01)
+    assert isinstance(wide, SteadyProblem)
+    arcs = []
+    for problem in (wide, narrow):
+        solver = Branch(MPI.COMM_WORLD, problem, Parameters((0.3,), (0.0, 0.0)), False)
+        arcs.append(len(solver.fine.outlines[0].angles))
+        solver.close()
+    assert arcs[1] > arcs[0]
