@@ -278,7 +278,7 @@ def _bend(a: Point, b: Point) -> float:
 
 
 def _doubtful(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
-    """Neighbours between which dU may not be known to tol of its largest value, nor to the largest error of the mesh."""
+    """Neighbours between which dU may not be known to tol of its largest value, nor to the error of the mesh."""
     largest = max(abs(p.dU) for p in points)
     mesh = max((float(p.mesh_errors[0]) for p in points if p.mesh_errors is not None), default=0.0)
     return [(a, b) for a, b in pairwise(points) if np.log(b.d / a.d) > CLOSE and _bend(a, b) > max(tol * largest, mesh)]
