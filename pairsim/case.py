@@ -86,11 +86,12 @@ class Limits(_Options):
 
 
 class OutputOptions(_Options):
-    """When fields are written; steps land on these times. The first step and the last are always written."""
+    """When files are written. Steps land on the times of the fields; the first and last step's are always written."""
 
     times: tuple[Positive, ...] = Field((), description="times of fields.xdmf [D_c/U_av]")
     every: Positive | None = Field(None, description="interval of fields.xdmf [D_c/U_av]")
     fields: bool = Field(True, strict=True, description="write fields.xdmf at all")
+    checkpoint: Number = Field(60.0, ge=0, description="interval of checkpoint.npz, for run --resume [s of wall time]")
 
 
 class SceneCase(_Options):

@@ -53,23 +53,45 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")]
 
 @app.command(
     epilog="Examples: pairsim run configs/quickstart.yaml | pairsim run case.yaml -o out --set Ca_e=0.05 | "
-    "mpirun -n 2 pairsim run case.yaml"
+    "mpirun -n 2 pairsim run case.yaml | pairsim run --resume out --set time.end=4"
 )
 def run(
-    case: CaseFile, output: Output = None, overwrite: Overwrite = False, quiet: Quiet = False, set_: Settings = None
+    case: Annotated[
+        Path | None, typer.Argument(help="Case file (YAML); pairsim schema lists its keys.", show_default=False)
+    ] = None,
+    output: Output = None,
+    overwrite: Overwrite = False,
+    resume: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Go on with the run in this folder from its checkpoint. "
+            "A case file or --set may change time.end, limits and output.",
+            show_default=False,
+        ),
+    ] = None,
+    quiet: Quiet = False,
+    set_: Settings = None,
 ) -> None:
-    """Run one case in time: series.csv, fields.xdmf, case.yaml and run.json.
+    """Run one case in time: series.csv, fields.xdmf, case.yaml, run.json and checkpoint.npz.
 
     Exit code 0: finished (also at contact and max_gap); 2: bad input; 3: a typed failure; 130: interrupted.
     """
     from pairsim.case_file import load_case
 
+    if resume is not None and (overwrite or output is not None):
+        option = "--overwrite" if overwrite else "-o"
+        raise InputError("pairsim run", option, None, "does not go with --resume, which names the folder")
+    if case is None:
+        if resume is None:
+            raise InputError("pairsim run", "CASE", None, "is missing: a case file, or --resume DIR")
+        case = resume / "case.yaml"
     checked = load_case(case, tuple(set_ or ()))
-    directory = output or Path("runs") / checked.slug
+    directory = resume or output or Path("runs") / checked.slug
     common = _common_arguments(overwrite, quiet)
     from pairsim.run import run_case
 
-    _end(run_case(checked, directory, **common), directory, quiet, None)
+    _end(run_case(checked, directory, resume=resume is not None, **common), directory, quiet, None)
 
 
 @app.command(

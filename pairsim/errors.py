@@ -93,6 +93,12 @@ class TooManySteps(RunFailure):
     reason = "max_steps"
 
 
+class WriteFailure(RunFailure):
+    """Results could not be written."""
+
+    reason = "write_failed"
+
+
 class NoSteadyState(RunFailure):
     """A quasi-steady branch could not be followed farther: past a fold there is no steady shape."""
 

@@ -7,12 +7,11 @@ from typing import Protocol
 
 import numpy as np
 from scipy import sparse
-from scipy.interpolate import barycentric_interpolate
 from scipy.sparse.linalg import splu
 
 from pairsim.conformation import exponential, polymer_stress
 from pairsim.mesh import Array, Indices
-from pairsim.pipe import PipeState
+from pairsim.pipe import PipeState, across
 from pairsim.quadrature import CellQuadrature
 from pairsim.scene import Body, Scene
 from pairsim.xdmf import FieldFrame
@@ -122,7 +121,7 @@ def frame(step: Moment, origin: Array, flow: PipeState) -> FieldFrame:
     if scene.polymer is not None:
         here = points[0]
         tau = polymer_stress(scene.polymer, exponential(liquid.nodal("s", step.x)))
-        alone = polymer_stress(scene.polymer, barycentric_interpolate(flow.r, flow.c, here[:, 1]))
+        alone = polymer_stress(scene.polymer, across(flow.r, flow.c, here[:, 1]))
         extra = p[0] + flow.gradient * here[:, 0]
         rest = start - len(nodes)
         data["tau_p"] = np.vstack([tau, np.zeros((rest, 4))])

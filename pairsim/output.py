@@ -23,11 +23,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from pairsim.errors import InputError
 
-SERIES = "series.csv"
+SERIES, CHECKPOINT = "series.csv", "checkpoint.npz"
 OWN_FILES = (
     "case.yaml",
     "run.json",
     SERIES,
+    CHECKPOINT,
     "series.png",
     "fields.xdmf",
     "fields_last.xdmf",
@@ -50,10 +51,15 @@ def _part(path: Path) -> Path:
 
 def write_text(path: Path, text: str) -> None:
     """Write a text file so that readers see the old or the new content, never a half of it."""
+    write_bytes(path, text.encode())
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a file as `write_text` does."""
     part = _part(path)
     try:
-        with part.open("w", encoding="utf-8") as file:
-            file.write(text)
+        with part.open("wb") as file:
+            file.write(content)
             file.flush()
             os.fsync(file.fileno())
         os.replace(part, path)
@@ -127,6 +133,17 @@ class RunFolder:
         except OSError as error:
             raise refuse(f"cannot be used as a folder ({error.strerror or error}); give another one") from error
         return cls(folder)
+
+    @classmethod
+    def reopen(cls, path: Path | str) -> RunFolder:
+        """The folder of an earlier run, with all that is in it.
+
+        Raises:
+            InputError: It cannot be written to.
+        """
+        if not os.access(path, os.W_OK | os.X_OK):
+            raise InputError(str(path), "--resume", None, "the folder cannot be written to; give another one")
+        return cls(Path(path))
 
     def file(self, name: str) -> Path:
         """Path of one of `OWN_FILES`; other names are refused, as `--overwrite` would not find them again."""
@@ -303,14 +320,30 @@ class SeriesWriter:
     Args:
         path: File, replaced if it exists.
         columns: Header; each row must have exactly these.
+        keep: Go on after so many rows of the existing file instead.
+
+    Raises:
+        InputError: The existing file has other columns or fewer rows.
     """
 
-    def __init__(self, path: Path | str, columns: list[str]) -> None:
+    def __init__(self, path: Path | str, columns: list[str], keep: int | None = None) -> None:
         if len(set(columns)) != len(columns):
             raise ValueError(f"a column is named twice: {columns}")
-        self.path, self.columns = Path(path), tuple(columns)
-        self._file = self.path.open("w", encoding="utf-8", newline="")
-        self._line(",".join(self.columns))
+        self.path, self.columns, self.rows = Path(path), tuple(columns), keep or 0
+        if keep is not None:
+            self._cut(keep)
+        self._file = self.path.open("w" if keep is None else "a", encoding="utf-8", newline="")
+        if keep is None:
+            self._line(",".join(self.columns))
+
+    def _cut(self, keep: int) -> None:
+        """Leave so many rows of the file."""
+        series = read_series(self.path)
+        if tuple(series) != self.columns or len(series[self.columns[0]]) < keep:
+            allowed = f"{keep} rows or more with the columns {','.join(self.columns)}, as the checkpoint has it"
+            raise InputError(str(self.path), "", None, allowed)
+        lines = self.path.read_text(encoding="utf-8").splitlines(keepends=True)
+        write_text(self.path, "".join(lines[: keep + 1]))
 
     def _line(self, text: str) -> None:
         self._file.write(text + "\n")
@@ -331,6 +364,7 @@ class SeriesWriter:
             if not math.isfinite(number):
                 raise ValueError(f"{self.path.name}: {name} is {number}")
         self._line(",".join(map(repr, numbers)))
+        self.rows += 1
 
     def close(self) -> None:
         """Close the file (harmless when repeated)."""

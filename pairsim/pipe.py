@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 from scipy.integrate import LSODA, OdeSolution, solve_ivp
+from scipy.interpolate import barycentric_interpolate
 from scipy.optimize import root
 
 from pairsim.materials import polymer
@@ -37,6 +38,15 @@ class PipeState:
     r: Array
     u: Array
     c: Array
+
+
+def across(radii: Array, values: Array, wanted: Array) -> Array:
+    """Values at the points of a `Pipe`, carried to other radii.
+
+    scipy takes the points in an order of chance, which changes the last digits from run to run: here it is always the
+    same one.
+    """
+    return np.asarray(barycentric_interpolate(radii, values, wanted, rng=0))
 
 
 class Pipe:

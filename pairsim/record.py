@@ -96,16 +96,17 @@ class Record:
         folder: The folder, None on all processes but the first.
         command: The command line.
         processes: Size of the communicator.
+        before: Seconds that the run took before it was stopped and resumed.
     """
 
-    def __init__(self, folder: RunFolder | None, command: str, processes: int) -> None:
+    def __init__(self, folder: RunFolder | None, command: str, processes: int, before: float = 0.0) -> None:
         self._folder, self._command, self._processes = folder, command, processes
-        self._begin = time.perf_counter()
+        self._begin = time.perf_counter() - before
         self._started = time.strftime("%Y-%m-%dT%H:%M:%S%z")
 
     @property
     def passed(self) -> float:
-        """Seconds since the command began."""
+        """Seconds since the command began, and those before a resume."""
         return time.perf_counter() - self._begin
 
     def write(self, outcome: Outcome | None, more: dict[str, Any], phases: dict[str, float]) -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import signal
-import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -13,17 +14,30 @@ import numpy as np
 from mpi4py import MPI
 
 from pairsim.case import Case
-from pairsim.errors import RunFailure, TooManySteps, WallTime
+from pairsim.checkpoint import Checkpoint, Counts, check_same, load
+from pairsim.errors import InputError, RunFailure, TooManySteps, WallTime, WriteFailure
 from pairsim.fields import frame
 from pairsim.mesh import MeshSettings
-from pairsim.output import HEALTH, POLYMER_HEALTH, RunFolder, SeriesWriter, named_row, series_columns
+from pairsim.output import (
+    CHECKPOINT,
+    HEALTH,
+    POLYMER_HEALTH,
+    SERIES,
+    RunFolder,
+    SeriesWriter,
+    named_row,
+    plain,
+    read_series,
+    series_columns,
+)
 from pairsim.progress import Reporter
-from pairsim.record import Outcome, Record, new_folder
-from pairsim.stepsize import StepControl
+from pairsim.record import Outcome, Record, collectively, new_folder
+from pairsim.stepsize import StepControl, reached
 from pairsim.transient import Problem, Step, Transient
 from pairsim.xdmf import FieldsWriter
 
 SMALLEST_STEP = 1e-8
+CHEAP = 50.0  # times the last checkpoint's cost: how long one at an output stands off
 
 
 def problem_of(case: Case) -> Problem:
@@ -77,20 +91,64 @@ class _Signals:
 
 
 class _Recorder:
-    """Writes what a run yields; does nothing on other processes than the first."""
+    """Writes what a run yields; there is one on the first process only.
 
-    def __init__(self, case: Case, folder: RunFolder | None, transient: Transient) -> None:
-        self.case, self.folder, self.pipe = case, folder, transient.pipe
-        self.origin = transient.history.h[0].copy()
+    Args:
+        case: The case.
+        folder: Where to.
+        old: What the run goes on from: what was written after it is cut off. None: from the beginning.
+    """
+
+    def __init__(self, case: Case, folder: RunFolder, old: Checkpoint | None) -> None:
+        self.case, self.folder, self.old = case, folder, old
         self.columns = HEALTH + (POLYMER_HEALTH if case.polymer else ())
-        if folder is not None:
-            self.series = SeriesWriter(folder.file("series.csv"), [*series_columns(case.n), *self.columns])
-            self.fields = FieldsWriter(folder.path) if case.output.fields else None
+        columns = [*series_columns(case.n), *self.columns]
+        self.series = SeriesWriter(folder.file(SERIES), columns, old.rows if old else None)
+        self.fields = FieldsWriter(folder.path, keep=old.frames if old else 0) if case.output.fields else None
+        self.wanted = milestones(case)
+        self._pending: Step | None = None
+        self._latest: Checkpoint | None = None
+        self._saved, self._cost = -np.inf, 0.0
 
-    def row(self, step: Step) -> None:
+    @property
+    def lost(self) -> int:
+        """Frames that a damaged fields.h5 no longer gives."""
+        return 0 if self.old is None or self.fields is None else self.old.frames - self.fields.frames
+
+    def attach(self, transient: Transient) -> None:
+        """Say whose steps come."""
+        self.transient, self.pipe = transient, transient.pipe
+        self.origin = self.old.origin if self.old is not None else transient.history.h[0]
+
+    def take(self, step: Step, wall: float) -> None:
+        """Write an accepted step, and a checkpoint when it is time for one."""
+        self._row(step)
+        at_output = any(abs(step.t - t) <= 1e-9 * max(1.0, t) for t in self.wanted)
+        self._pending = step
+        if at_output or self.transient.counts.steps == 1:
+            self._field()
+        # Without a frame that waits for the end: a run that goes on from here may not have one at this time.
+        frames = self.fields.frames if self.fields is not None else self.old.frames if self.old else 0
+        gaps = tuple(map(float, step.observation.d))
+        state, case = self.transient.state, plain(self.case.resolved())
+        self._latest = Checkpoint(state, case, gaps, self.origin, self.series.rows, frames, wall)
+        passed = time.monotonic() - self._saved
+        if passed >= self.case.output.checkpoint or (at_output and passed > CHEAP * self._cost):
+            self._save()
+
+    def finish(self, last_frame: bool) -> None:
+        """Write the checkpoint of the last step and, if asked for, its fields; close all files."""
+        try:
+            if last_frame:
+                self._field()
+        finally:
+            self._save()
+            self.series.close()
+            if self.fields is not None:
+                self.fields.close()
+
+    def _row(self, step: Step) -> None:
         o = step.observation
-        if self.folder is None:
-            return
         values = named_row(step.t, o.d, o.U, o.D, o.dp, o.dp - self.pipe(step.t).gradient * self.case.tube_length)
         health: tuple[float, ...] = (
             step.dt,
@@ -105,19 +163,58 @@ class _Recorder:
             health += (c.c_max, c.z, c.r, c.c_min, c.s_jump)
         self.series.row(values | dict(zip(self.columns, map(float, health), strict=True)))
 
-    def field(self, step: Step) -> None:
-        if self.folder is not None and self.fields is not None:
+    def _field(self) -> None:
+        step, self._pending = self._pending, None
+        if step is not None and self.fields is not None:
             self.fields.write(frame(step, self.origin, self.pipe(step.t)))
 
-    def close(self) -> None:
-        if self.folder is not None:
-            self.series.close()
-            if self.fields is not None:
-                self.fields.close()
+    def _save(self) -> None:
+        if self._latest is not None:
+            begin = time.monotonic()
+            self._latest.save(self.folder)
+            self._latest, self._saved = None, time.monotonic()
+            self._cost = self._saved - begin
+
+
+def _end(case: Case, t: float, gaps: Sequence[float]) -> Outcome | None:
+    """Whether a run is at its end, and why."""
+    limits = case.limits
+    if gaps and min(gaps) < limits.min_gap:
+        return Outcome("finished", "contact", f"contact: the gap fell below {limits.min_gap:g} at t = {t:g}")
+    if limits.max_gap is not None and gaps and max(gaps) > limits.max_gap:
+        return Outcome("finished", "max_gap", f"the gap passed {limits.max_gap:g} at t = {t:g}")
+    return Outcome("finished", "end", f"finished at t = {t:g}") if reached(t, case.time.end) else None
+
+
+def _old(comm: MPI.Comm, case: Case, directory: Path) -> Checkpoint | None:
+    """What a run goes on from, the same on every process; None where it must begin afresh.
+
+    Raises:
+        InputError: There are rows without a checkpoint, or the checkpoint is torn or that of another problem.
+    """
+
+    def read() -> Checkpoint | None:
+        found = load(directory)
+        series = directory / SERIES
+        if found is not None:
+            check_same(found.case, plain(case.resolved()), str(directory / CHECKPOINT))
+        elif series.exists() and len(read_series(series)["t"]) > 1:
+            allowed = f"has rows in {SERIES} but no {CHECKPOINT} to go on from; run the case again with --overwrite"
+            raise InputError(str(directory), "--resume", None, allowed)
+        return found
+
+    return comm.bcast(collectively(comm, read))
 
 
 def run_case(
-    case: Case, directory: Path, *, comm: MPI.Comm, overwrite: bool, reporter: Reporter, command: str
+    case: Case,
+    directory: Path,
+    *,
+    comm: MPI.Comm,
+    overwrite: bool,
+    reporter: Reporter,
+    command: str,
+    resume: bool = False,
 ) -> Outcome:
     """Run one case into a folder.
 
@@ -128,38 +225,97 @@ def run_case(
         overwrite: Replace the results of an earlier run.
         reporter: Shows progress (quiet on all processes but the first).
         command: The command line, for the record.
+        resume: Go on from the folder's checkpoint. Where there is neither one nor more than a row, begin afresh.
 
     Returns:
         How it ended. Whatever was computed is in the folder, also after a failure.
 
     Raises:
-        InputError: The folder exists and may not be replaced.
+        InputError: The folder exists and may not be replaced, or cannot be gone on with.
+        WriteFailure: The last files could not be written.
     """
-    folder = new_folder(comm, directory, overwrite, case.resolved())
-    record = Record(folder, command, comm.size)
-    record.write(None, {}, {})
-    transient: Transient | None = None
-    recorder: _Recorder | None = None
+    old = _old(comm, case, directory) if resume else None
+    ended = _end(case, old.state.history.t[0], old.gaps) if old is not None else None
+    if old is None:
+        folder = new_folder(comm, directory, overwrite or resume, case.resolved())
+    else:
+        folder = collectively(comm, lambda: RunFolder.reopen(directory))
+    record = Record(folder, command, comm.size, old.wall if old is not None else 0.0)
+    if old is not None and ended is not None:
+        _confirm(comm, record, folder, ended, old)
+        reporter.start(case.name or case.slug, f"to t = {case.time.end:g}", case.time.end)
+        reporter.finish(f"nothing to do: {ended.message}")
+        return ended
+
+    def begin() -> _Recorder:
+        assert folder is not None
+        recorder = _Recorder(case, folder, old)
+        folder.write_yaml("case.yaml", case.resolved())
+        record.write(None, {}, {})
+        return recorder
+
+    recorder = _written(comm, begin, Counts(), 0.0)
     reporter.start(case.name or case.slug, f"to t = {case.time.end:g}", case.time.end)
-    for note in case.notes:
+    notes = list(case.notes)
+    if old is not None:
+        notes.append(f"goes on from t = {old.state.history.t[0]:g} (step {old.state.counts.steps})")
+    elif resume:
+        notes.append("there is no checkpoint: begins afresh")
+    if recorder is not None and recorder.lost:
+        notes.append(f"fields.h5 was damaged: {recorder.lost} frames are lost")
+    for note in notes:
         reporter.note(note)
+    transient: Transient | None = None
+    at_once = False
     try:
         with _Signals() as signals:
-            transient = Transient(comm, problem_of(case))
-            recorder = _Recorder(case, folder, transient)
+            transient = Transient(comm, problem_of(case), old.state if old is not None else None)
             outcome = _march(case, transient, recorder, reporter, signals, record)
     except KeyboardInterrupt:
+        at_once = True
         outcome = Outcome("interrupted", "interrupted", "stopped at once; the rows written so far stand")
     except RunFailure as failure:
         outcome = Outcome("failed", failure.reason, str(failure))
-    finally:
-        if recorder is not None:
-            recorder.close()
-    record.write(outcome, *_told(transient))
+
+    counts, t = Counts(), 0.0
+    told: dict[str, Any] = {}
+    seconds: dict[str, float] = {}
     if transient is not None:
-        transient.close()
-    reporter.finish(outcome.message)
+        counts, t, seconds = transient.counts, transient.history.t[0], transient.clock.seconds
+        told = _told(counts, t) | {"unknowns": transient.tie.size}
+
+    def finish() -> None:
+        if recorder is not None:
+            try:
+                recorder.finish(last_frame=not at_once)
+            finally:
+                record.write(outcome, told, dict(seconds))
+
+    try:
+        if at_once:  # the others may be anywhere
+            finish()
+        else:
+            _written(comm, finish, counts, t)
+    finally:
+        if transient is not None:
+            transient.close()
+        reporter.finish(outcome.message)
     return outcome
+
+
+def _confirm(comm: MPI.Comm, record: Record, folder: RunFolder | None, ended: Outcome, old: Checkpoint) -> None:
+    """Say in run.json that a run is finished, if it was killed before it could."""
+
+    def confirm() -> None:
+        assert folder is not None
+        try:
+            status = json.loads(folder.file("run.json").read_text(encoding="utf-8"))["status"]
+        except (OSError, ValueError, KeyError):
+            status = ""
+        if status != "finished":
+            record.write(ended, _told(old.state.counts, old.state.history.t[0]), old.state.seconds)
+
+    collectively(comm, confirm)
 
 
 def _shown(step: Step, count: int) -> str:
@@ -169,66 +325,60 @@ def _shown(step: Step, count: int) -> str:
     return f"t = {step.t:.4g}  {gap}dt = {step.dt:.2g}  Newton {step.report.iterations}  step {count}"
 
 
-def _told(transient: Transient | None) -> tuple[dict[str, Any], dict[str, float]]:
-    """What run.json says of a march: its counts, and seconds by phase of the work."""
-    if transient is None:
-        return {}, {}
-    counts = transient.counts
-    told = {
-        "t": transient.history.t[0],
+def _told(counts: Counts, t: float) -> dict[str, Any]:
+    """What run.json says of a march."""
+    return {
+        "t": t,
         "steps": counts.steps,
         "rejected_steps": counts.rejected,
         "newton_iterations": counts.newton,
         "factorisations": counts.factorisations,
         "remeshings": counts.remeshings,
-        "unknowns": transient.tie.size,
     }
-    return told, dict(transient.clock.seconds)
+
+
+def _written[T](comm: MPI.Comm, write: Callable[[], T], counts: Counts, t: float) -> T | None:
+    """Write on the first process; every one fails if that does."""
+    try:
+        return collectively(comm, write)
+    except OSError as error:
+        advice = "more room on the disk, then --resume"
+        raise WriteFailure(str(error), t=t, step=counts.steps, advice=advice) from error
 
 
 def _march(
-    case: Case, transient: Transient, recorder: _Recorder, reporter: Reporter, signals: _Signals, record: Record
+    case: Case,
+    transient: Transient,
+    recorder: _Recorder | None,
+    reporter: Reporter,
+    signals: _Signals,
+    record: Record,
 ) -> Outcome:
     """Take all steps, write them, and find the end."""
     comm, limits = transient.comm, case.limits
-    wanted = milestones(case)
-    pending: Step | None = None
-    outcome: Outcome | None = None
-    steps: Iterator[Step] = transient.steps(iter(wanted))
-    try:
-        for step in steps:
-            o = step.observation
-            with transient.clock("output"):
-                recorder.row(step)
-                at_output = any(abs(step.t - t) <= 1e-9 * max(1.0, t) for t in wanted)
-                if at_output or transient.counts.steps == 1:
-                    recorder.field(step)
-                    pending = None
-                else:
-                    pending = step
-            reporter.update(step.t, _shown(step, transient.counts.steps), transient.counts.steps)
-            stop = comm.allreduce((signals.caught, record.passed), op=MPI.MAX)
-            count = transient.counts.steps
-            if o.d.size and o.d.min() < limits.min_gap:
-                outcome = Outcome(
-                    "finished", "contact", f"contact: the gap fell below {limits.min_gap:g} at t = {step.t:g}"
-                )
-            elif limits.max_gap is not None and o.d.size and o.d.max() > limits.max_gap:
-                outcome = Outcome("finished", "max_gap", f"the gap passed {limits.max_gap:g} at t = {step.t:g}")
-            elif stop[0]:
-                name = signal.Signals(stop[0]).name
-                outcome = Outcome(
-                    "interrupted", "interrupted", f"{name} at t = {step.t:g}; the rows written so far stand"
-                )
-            elif limits.wall_time is not None and stop[1] > limits.wall_time:
-                message = f"{stop[1]:.0f} s have passed"
-                raise WallTime(message, t=step.t, step=count, advice="a larger limits.wall_time")
-            elif transient.counts.steps >= limits.max_steps and step.t < case.time.end * (1 - 1e-12):
-                message = f"{limits.max_steps} steps were taken"
-                raise TooManySteps(message, t=step.t, step=count, advice="a larger limits.max_steps")
-            if outcome is not None:
-                break
-    finally:
-        if pending is not None and sys.exc_info()[0] is not KeyboardInterrupt:
-            recorder.field(pending)
-    return outcome or Outcome("finished", "end", f"finished at t = {transient.history.t[0]:g}")
+    if recorder is not None:
+        recorder.attach(transient)
+    for step in transient.steps(iter(milestones(case))):
+        o, count = step.observation, transient.counts.steps
+
+        def write(step: Step = step) -> None:
+            assert recorder is not None
+            recorder.take(step, record.passed)
+
+        with transient.clock("output"):
+            _written(comm, write, transient.counts, step.t)
+        reporter.update(step.t, _shown(step, count), count)
+        stop = comm.allreduce((signals.caught, record.passed), op=MPI.MAX)
+        if (outcome := _end(case, step.t, o.d.tolist())) is not None:
+            return outcome
+        if stop[0]:
+            name = signal.Signals(stop[0]).name
+            message = f"{name} at t = {step.t:g}; pairsim run --resume goes on from here"
+            return Outcome("interrupted", "interrupted", message)
+        if limits.wall_time is not None and stop[1] > limits.wall_time:
+            message = f"{stop[1]:.0f} s have passed"
+            raise WallTime(message, t=step.t, step=count, advice="a larger limits.wall_time, with --resume")
+        if count >= limits.max_steps:
+            message = f"{limits.max_steps} steps were taken"
+            raise TooManySteps(message, t=step.t, step=count, advice="a larger limits.max_steps, with --resume")
+    return Outcome("finished", "end", f"finished at t = {transient.history.t[0]:g}")

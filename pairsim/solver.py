@@ -77,6 +77,37 @@ class Report:
 
 
 @dataclass(frozen=True)
+class Place:
+    """What the values of a matrix depend on.
+
+    Attributes:
+        x: Full vector at which it was assembled.
+        star: What the time scheme had fixed of it, None where no liquid remembers.
+        g, U_m: gamma dt and the velocity of the frame.
+    """
+
+    x: Array
+    star: Array | None
+    g: float
+    U_m: float
+
+
+@dataclass(frozen=True)
+class Memory:
+    """What a solver carries over to its next solve.
+
+    Attributes:
+        places: Where the matrix was by whose values MUMPS ordered and scaled, and where the one in hand was.
+        rate: Last rate of convergence with it.
+        relaxation: Work space of MUMPS, in percent above its estimate.
+    """
+
+    places: tuple[Place, Place]
+    rate: float
+    relaxation: int
+
+
+@dataclass(frozen=True)
 class _Entries:
     """Places of one phase's assembled entries in the reduced matrix, and the factors they carry.
 
@@ -153,8 +184,12 @@ class Newton:
         # Of the matrix in hand: the g it was made with, and the last rate of convergence with it.
         self._factored_g: float | None = None
         self._rate = 1.0
+        self._analysed: Place | None = None
+        self._factored: Place | None = None
         # Of the solve under way.
         self._h_star, self._g, self._U_m = np.zeros(scene.h_size), 1.0, 0.0
+        self._x = np.zeros(scene.size)
+        self._star: Array | None = None
         self._must_factor, self._fresh, self._factorisations = True, False, 0
         self._largest, self._leading, self._residual_norm, self._why = 0.0, 0.0, 0.0, ""
         self._steps: dict[str, float] = {}
@@ -220,6 +255,7 @@ class Newton:
     def _residual(self, snes: Any, y: Any, r: Any) -> None:
         values = self._gather(y)
         _, x = self._state(values)
+        self._x = x
         with self.clock("assembly"):
             r.setArray(self._scaled_rows(self._tested(x))[self._range[0] : self._range[1]])
 
@@ -241,6 +277,8 @@ class Newton:
         with self.clock("factorisation"):
             self._factor(snes.getKSP(), A)
         self._factored_g = self._g
+        self._factored = Place(self._x, self._star, self._g, self._U_m)
+        self._analysed = self._analysed or self._factored
         self._fresh = True
         self._must_factor = False
         self._factorisations += 1
@@ -260,7 +298,7 @@ class Newton:
         """Drop the factor and its symbolic analysis; the next one starts afresh."""
         PETSc.Options()[f"{self._prefix}mat_mumps_icntl_14"] = self._relaxation
         self._snes.getKSP().reset()
-        self._factored_g = None
+        self._factored_g = self._analysed = None
 
     def _assemble(self, A: Any) -> None:
         """Put T A P of the phases' current state into the matrix."""
@@ -337,7 +375,7 @@ class Newton:
         Returns:
             The solution (or the last iterate) and how it went.
         """
-        self._h_star, self._g, self._U_m = h_star, g, U_m
+        self._h_star, self._g, self._U_m, self._star = h_star, g, U_m, star
         if star is not None:
             self.scene.set_step(star, g, U_m)
         changed = self._factored_g is None or abs(g / self._factored_g - 1) > 0.25
@@ -390,6 +428,31 @@ class Newton:
         """T R for a full vector x that need not be one of the tie's."""
         with self.clock("assembly"):
             return self._scaled_rows(self._tested(x))
+
+    @property
+    def memory(self) -> Memory | None:
+        """What the next solve of a march begins with; None: it makes its own matrix."""
+        if self._factored_g is None or self._factored is None or self._analysed is None:
+            return None
+        return Memory((self._analysed, self._factored), self._rate, self._relaxation)
+
+    def recall(self, memory: Memory) -> None:
+        """Make the matrix of a memory again, so that the next solve takes the very steps that it would have taken then.
+
+        A lagged matrix decides where within the tolerance Newton ends, and its ordering how it is rounded; dU, a small
+        difference of large velocities, tells both apart.
+        """
+        self._relaxation = memory.relaxation
+        self._forget_factor()
+        analysed, factored = memory.places
+        for place in (factored,) if analysed is factored else memory.places:
+            self._x, self._star, self._g, self._U_m = place.x, place.star, place.g, place.U_m
+            if place.star is not None:
+                self.scene.set_step(place.star, place.g, place.U_m)
+            self.scene.set(place.x)
+            self._must_factor = True
+            self._jacobian(self._snes, None, self._A, None)
+        self._rate = memory.rate
 
     def residual_at(self, y: Array) -> Array:
         """The whole residual T R at y, with h*, g and U_m of the last solve."""

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from mpi4py import MPI
-from scipy.interpolate import barycentric_interpolate
 
 from pairsim import diagnostics
 from pairsim.conformation import interpolate, logarithm
@@ -29,7 +28,7 @@ from pairsim.mesh import (
     make_outlines,
     particle_meshes,
 )
-from pairsim.pipe import Pipe, PipeState
+from pairsim.pipe import Pipe, PipeState, across
 from pairsim.remeshing import needs_mesh, on_root
 from pairsim.scene import BoundaryVelocity, Scene, make_bodies, poiseuille
 from pairsim.solver import Clock, Newton, Report
@@ -289,10 +288,10 @@ class Steady:
             u = self.problem.boundary_velocity(mesh.points)
         else:
             flow = self._flow(self.parameters.De)
-            u = np.column_stack([barycentric_interpolate(flow.r, flow.u, mesh.points[:, 1]), np.zeros(len(nodes))])
+            u = np.column_stack([across(flow.r, flow.u, mesh.points[:, 1]), np.zeros(len(nodes))])
             s = logarithm(flow.c)
             for c in range(4):
-                x[liquid.index("s", nodes, c)] = barycentric_interpolate(flow.r, s[:, c], mesh.points[:, 1])
+                x[liquid.index("s", nodes, c)] = across(flow.r, s[:, c], mesh.points[:, 1])
         for c in range(2):
             x[liquid.index("u", nodes, c)] = u[:, c]
         y = self._picked(x)
@@ -336,9 +335,9 @@ class Steady:
                 s = logarithm(flow.c)
                 for nodes in (scene.nodes.inlet, scene.nodes.outlet):
                     r = liquid.quadratic.points[nodes, 1]
-                    base[liquid.index("u", nodes, 0)] = barycentric_interpolate(flow.r, flow.u, r)
+                    base[liquid.index("u", nodes, 0)] = across(flow.r, flow.u, r)
                     for c in range(4):
-                        base[liquid.index("s", nodes, c)] = barycentric_interpolate(flow.r, s[:, c], r)
+                        base[liquid.index("s", nodes, c)] = across(flow.r, s[:, c], r)
         h_star = self._h_star(parameters)
         self.newton.place(h_star)
         return h_star

@@ -115,3 +115,8 @@ def land(t: float, dt: float, milestone: float) -> float:
     if left <= dt * (1 + 1e-9):
         return left
     return left / 2 if left < 2 * dt else dt
+
+
+def reached(t: float, milestone: float) -> bool:
+    """Whether t is the milestone, but for rounding, or past it."""
+    return t >= milestone - 1e-12 * max(1.0, milestone)

@@ -6,14 +6,14 @@ puts a new reference mesh of the liquid around undeformed spheres at the current
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from mpi4py import MPI
-from scipy.interpolate import barycentric_interpolate
 
 from pairsim import diagnostics
+from pairsim.checkpoint import Counts, History, State
 from pairsim.conformation import interpolate, logarithm
 from pairsim.diagnostics import Observation
 from pairsim.errors import InvertedCell, MeshFailure, NewtonFailure, StepTooSmall
@@ -29,26 +29,15 @@ from pairsim.mesh import (
     make_outlines,
     particle_meshes,
 )
-from pairsim.pipe import Pipe
+from pairsim.pipe import Pipe, across
 from pairsim.remeshing import FRESH_DISTORTION, needs_mesh, on_root
 from pairsim.scene import BoundaryVelocity, Scene, make_bodies, poiseuille
 from pairsim.solver import Clock, Newton, Report
-from pairsim.stepsize import Scheme, StepControl, error_factor, extrapolation_weights, land
+from pairsim.stepsize import Scheme, StepControl, error_factor, extrapolation_weights, land, reached
 from pairsim.ties import extension_tie, transient_tie
 
 RELATIVE_WEIGHT = 20.0
 CONFORMATION_WEIGHT = 0.4
-
-
-@dataclass
-class Counts:
-    """What a run took."""
-
-    steps: int = 0
-    rejected: int = 0
-    newton: int = 0
-    factorisations: int = 0
-    remeshings: int = 0
 
 
 @dataclass(frozen=True)
@@ -114,42 +103,40 @@ class Problem:
     t_end: float = 1000.0
 
 
-@dataclass
-class _History:
-    """Accepted values, newest first."""
-
-    t: list[float] = field(default_factory=list)
-    h: list[Array] = field(default_factory=list)
-    x: list[Array] = field(default_factory=list)
-    y: list[Array] = field(default_factory=list)
-    t_y: list[float] = field(default_factory=list)
-
-    def push(self, t: float, h: Array, x: Array, y: Array) -> None:
-        self.t, self.h, self.x = [t, *self.t[:2]], [h, *self.h[:2]], [x, *self.x[:2]]
-        self.t_y, self.y = [t, *self.t_y[:2]], [y, *self.y[:2]]
-
-
 class Transient:
     """Marches one case in time.
 
     Args:
         comm: Communicator of the case.
         problem: The case.
+        state: What to go on from, the same on every process; None: from rest.
 
     Raises:
         MeshFailure: The first mesh could not be made.
     """
 
-    def __init__(self, comm: MPI.Comm, problem: Problem) -> None:
+    def __init__(self, comm: MPI.Comm, problem: Problem, state: State | None = None) -> None:
         self.comm, self.problem = comm, problem
         self.clock, self.counts = Clock(), Counts()
         # The flow without particles: what the ends carry, and the pressure drop that particles add to.
         self.pipe = Pipe(problem.polymer).until(problem.t_end)
+        self._U_m, self._dt, self._due = problem.U_m, problem.control.fixed or problem.first_step, False
+        self.history = History()
+        self.newton: Newton | None = None
+        self._extension: Newton | None = None
+        self._deformed, self._carried = False, None
+        if state is None:
+            self._begin()
+        else:
+            self._restore(state)
+
+    def _begin(self) -> None:
+        """Particles at rest at their places, without stress."""
+        problem = self.problem
         geometry = Geometry(problem.betas, problem.gaps, problem.length)
         with self.clock("mesh"):
             self.outlines, meshes = on_root(self.comm, lambda: self._particles(geometry))
-        with self.clock("jit"):
-            self.bodies = make_bodies(comm, problem.betas, problem.Ca_es, self.outlines, meshes)
+        self._embody(meshes)
         h = np.zeros(sum(body.size for body in self.bodies))
         for body, centre in zip(self.bodies, geometry.centres, strict=True):
             if body.phase is None:
@@ -158,22 +145,52 @@ class Transient:
                 points = body.phase.quadratic.points
                 moved = points if problem.start is None else problem.start(points)
                 h[body.start : body.start + body.size] = (moved - points + [centre, 0.0]).ravel()
-        self.history = _History([0.0], [h])
-        self.newton: Newton | None = None
-        self._extension: Newton | None = None
-        self._deformed, self._carried = False, None
+        self.history = History([0.0], [h])
         self._mesh(Reference.spheres(geometry, self.outlines))
         self.history.x = [np.zeros(self.scene.size)]
+
+    def _restore(self, state: State) -> None:
+        """Where an earlier march was."""
+        self.outlines = list(state.reference.outlines)
+        self._embody(state.inside)
+        self._mesh(state.reference, state.mesh)
+        self.history, self.counts = replace(state.history), replace(state.counts)
+        self._U_m, self._dt, self._due, self._deformed = state.U_m, state.dt, state.due, state.reference.deformed
+        if state.memory is not None and self.newton is not None:
+            self.newton.recall(state.memory)
+        for name, seconds in state.seconds.items():
+            self.clock.seconds[name] += seconds
+
+    @property
+    def state(self) -> State:
+        """What the next step depends on; it stays as it is when the march goes on."""
+        return State(
+            history=replace(self.history),
+            reference=self.scene.reference,
+            mesh=self.scene.liquid.quadratic,
+            inside=tuple(body.phase.quadratic if body.phase is not None else None for body in self.bodies),
+            dt=self._dt,
+            U_m=self._U_m,
+            memory=self.newton.memory if self.newton is not None else None,
+            due=self._due,
+            counts=replace(self.counts),
+            seconds=dict(self.clock.seconds),
+        )
+
+    def _embody(self, meshes: Sequence[QuadraticMesh | None]) -> None:
+        with self.clock("jit"):
+            self.bodies = make_bodies(self.comm, self.problem.betas, self.problem.Ca_es, self.outlines, meshes)
 
     def _particles(self, geometry: Geometry) -> tuple[list[Outline], list[QuadraticMesh | None]]:
         settings = self.problem.mesh
         outlines = make_outlines(geometry, settings)
         return outlines, particle_meshes(geometry, settings, outlines, self.problem.Ca_es)
 
-    def _mesh(self, reference: Reference) -> None:
-        """Put a mesh of the reference domain around the particles."""
-        with self.clock("mesh"):
-            mesh = on_root(self.comm, lambda: liquid_mesh(reference, self.problem.mesh))
+    def _mesh(self, reference: Reference, mesh: QuadraticMesh | None = None) -> None:
+        """Put a mesh of the reference domain around the particles, a new one unless it is given."""
+        if mesh is None:
+            with self.clock("mesh"):
+                mesh = on_root(self.comm, lambda: liquid_mesh(reference, self.problem.mesh))
         self.close()
         with self.clock("jit"):
             self.scene = Scene(
@@ -196,9 +213,9 @@ class Transient:
         s = logarithm(state.c)
         for nodes in (self.scene.nodes.inlet, self.scene.nodes.outlet):
             r = liquid.quadratic.points[nodes, 1]
-            x[liquid.index("u", nodes, 0)] = barycentric_interpolate(state.r, state.u, r)
+            x[liquid.index("u", nodes, 0)] = across(state.r, state.u, r)
             for c in range(4):
-                x[liquid.index("s", nodes, c)] = barycentric_interpolate(state.r, s[:, c], r)
+                x[liquid.index("s", nodes, c)] = across(state.r, s[:, c], r)
 
     def _extend(self, h: Array) -> tuple[Array, Array]:
         """Displacement of the liquid's mesh for given material positions: its free part, and the full vector."""
@@ -283,8 +300,8 @@ class Transient:
         # Bring the particles back to the middle of the tube: the ends are far away and nothing else has a place.
         centres = [h[body.start : body.start + body.size : 2].mean() for body in self.bodies]
         shift = self.comm.bcast(float(np.mean(geometry.centres) - np.mean(centres)))
-        for positions in self.history.h:
-            positions += shift * (self.tie.a > 0)
+        self.history.h = [positions + shift * (self.tie.a > 0) for positions in self.history.h]
+        h = self.history.h[0]
         if self.history.y:
             self._carried = self.history.y[0][self._material]
         self.counts.remeshings += 1
@@ -335,13 +352,14 @@ class Transient:
             RunFailure: A typed reason why the run could not go on.
         """
         control = self.problem.control
-        self._U_m = self.problem.U_m
-        dt = control.fixed or self.problem.first_step
         remeshed = False
         for milestone in milestones:
-            while self.history.t[0] < milestone - 1e-12 * max(1.0, milestone):
+            while not reached(self.history.t[0], milestone):
                 t = self.history.t[0]
-                size = land(t, dt, milestone)
+                if self._due:
+                    self._remesh_or_say_when()
+                    self._due, remeshed = False, True
+                size = land(t, self._dt, milestone)
                 y, h, x, report, error = self._attempt(size)
                 self.counts.newton += report.iterations
                 self.counts.factorisations += report.factorisations
@@ -353,7 +371,9 @@ class Transient:
                     self.history.push(t + size, h, x, y)
                     observation = diagnostics.observe(self.scene, self.tie, y, h, x)
                     self._U_m = float(observation.U.mean()) if observation.U.size else 0.0
-                    dt = control.next(dt, size, error)
+                    self._dt = control.next(self._dt, size, error)
+                    self._due = needs_mesh(distortion, observation.d, self.scene.reference.geometry.gaps)
+                    remeshed = False
                     yield Step(
                         t=t + size,
                         dt=size,
@@ -367,19 +387,16 @@ class Transient:
                         h=h,
                         velocity=self.tie.M @ y,
                     )
-                    remeshed = needs_mesh(distortion, observation.d, self.scene.reference.geometry.gaps)
-                    if remeshed:
-                        self._remesh_or_say_when()
                     continue
                 self.counts.rejected += 1
                 if valid and distortion > 0:
-                    dt = min(control.next(size, size, error), 0.7 * size)
+                    self._dt = min(control.next(size, size, error), 0.7 * size)
                 elif not remeshed and self.history.y:
                     self._remesh_or_say_when()
                     remeshed = True
                 else:
-                    dt = size / 3
-                if dt < control.smallest:
+                    self._dt = size / 3
+                if self._dt < control.smallest:
                     self._give_up(t, report, valid, error)
 
     def _give_up(self, t: float, report: Report, valid: bool, error: float) -> None:

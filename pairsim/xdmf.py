@@ -89,13 +89,45 @@ class FieldsWriter:
     Args:
         folder: Existing folder.
         name: Stem of the files; those of an earlier run are replaced at the first frame.
+        keep: Go on after so many frames of the existing files instead, or after none where these are damaged.
     """
 
-    def __init__(self, folder: Path | str, name: str = "fields") -> None:
+    def __init__(self, folder: Path | str, name: str = "fields", keep: int = 0) -> None:
         self.folder, self.name = Path(folder), name
         self._frames: list[ElementTree.Element] = []
         self._meshes: dict[int, bytes] = {}  # digest of the topology
         self._t = -np.inf
+        if keep:
+            self._cut(keep)
+
+    @property
+    def frames(self) -> int:
+        """Number of frames in the files."""
+        return len(self._frames)
+
+    def _cut(self, keep: int) -> None:
+        """Leave so many frames in the files; leave the files alone where they cannot be read."""
+        path, part = self.folder / f"{self.name}.h5", self.folder / f".{self.name}.h5.part"
+        try:
+            grids = ElementTree.parse(self.folder / f"{self.name}.xdmf").findall("Domain/Grid/Grid")[:keep]
+            meshes = {}
+            with h5py.File(path, "r", locking=False) as old, h5py.File(part, "w", libver="earliest") as new:
+                for index in range(keep):
+                    key = f"frames/{index:06d}"
+                    number, t = int(old[key].attrs["mesh_id"]), float(old[key].attrs["t"])
+                    old.copy(key, new.require_group("frames"))
+                    if number not in meshes:
+                        mesh = old[f"mesh/{number:06d}"]
+                        old.copy(mesh, new.require_group("mesh"))
+                        meshes[number] = _digest(mesh["cells"][()], mesh["region"][()])
+            if len(grids) < keep:
+                raise KeyError(f"{len(grids)} of {keep} frames")
+        except (OSError, KeyError, RuntimeError, ElementTree.ParseError):
+            part.unlink(missing_ok=True)
+            return
+        self._frames, self._meshes, self._t = grids, meshes, t
+        part.replace(path)
+        self._write_xdmf()
 
     def write(self, frame: FieldFrame) -> None:
         """Append a frame.
@@ -103,22 +135,26 @@ class FieldsWriter:
         Raises:
             ValueError: The frame is inconsistent or not finite, its time is not later than the last one's, or it
                 changes the topology of a known `mesh_id`.
+            OSError: The files cannot be written.
         """
         frame.check()
         if frame.t <= self._t:
             raise ValueError(f"frame at t = {frame.t:g} after one at t = {self._t:g}")
         cells = np.ascontiguousarray(frame.cells, dtype=np.int64)
         region = np.ascontiguousarray(frame.region, dtype=np.int64)
-        digest = sha256(cells.tobytes() + region.tobytes()).digest() + cells.shape[1].to_bytes()
+        digest = _digest(cells, region)
         if self._meshes.get(frame.mesh_id, digest) != digest:
             raise ValueError(f"mesh {frame.mesh_id} had another topology before")
         grid = ElementTree.Element("Grid", Name=f"t = {frame.t:.6g}", GridType="Uniform")
         ElementTree.SubElement(grid, "Time", Value=repr(float(frame.t)))
         # Without locks: a reader that holds the file open must not stop the run, and some cluster disks have none.
         mode = "a" if self._frames else "w"
-        with h5py.File(self.folder / f"{self.name}.h5", mode, libver="earliest", locking=False) as h5:
-            self._write_mesh(h5, grid, frame, cells)
-            self._write_fields(h5, grid, frame)
+        try:
+            with h5py.File(self.folder / f"{self.name}.h5", mode, libver="earliest", locking=False) as h5:
+                self._write_mesh(h5, grid, frame, cells)
+                self._write_fields(h5, grid, frame)
+        except RuntimeError as error:  # how h5py tells of a full disk when it closes a file
+            raise OSError(str(error)) from error
         self._meshes[frame.mesh_id], self._t = digest, frame.t
         self._frames.append(grid)
         self._write_xdmf()
@@ -178,6 +214,11 @@ class FieldsWriter:
             ElementTree.indent(root, " ")
             text = ElementTree.tostring(root, encoding="unicode", xml_declaration=False)
             write_text(self.folder / f"{stem}.xdmf", f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n')
+
+
+def _digest(cells: NDArray[np.int64], region: NDArray[np.int64]) -> bytes:
+    """Tells topologies apart."""
+    return sha256(cells.tobytes() + region.tobytes()).digest() + cells.shape[1].to_bytes()
 
 
 def _dataset(group: h5py.Group, name: str, values: NDArray[Any]) -> h5py.Dataset:
