@@ -1,0 +1,295 @@
+"""A stopped run goes on from its checkpoint as if it had not been stopped."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import signal
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import MPI, dU, soft_pair
+
+from pairsim.case import Case
+from pairsim.case_file import case_from_dict
+from pairsim.checkpoint import Checkpoint, load
+from pairsim.errors import InputError, WriteFailure
+from pairsim.mesh import MeshSettings
+from pairsim.output import RunFolder, read_series
+from pairsim.progress import Reporter
+from pairsim.record import Outcome
+from pairsim.run import run_case
+from pairsim.stepsize import StepControl
+from pairsim.transient import Transient
+from pairsim.xdmf import read_times
+
+SOFT: dict[str, Any] = {
+    "beta": 0.4,
+    "De": 0,
+    "Ca_e": 0.1,
+    "d0": 0.1,
+    "ends": "developed",
+    "length": 3,
+    "mesh": {"Np": 8},
+    "time": {"end": 0.02, "first_step": 0.001},
+    "output": {"every": 0.004},
+}
+
+
+class Stops(Reporter):
+    """Sends the run a signal after a step, and keeps what is told."""
+
+    def __init__(self, after: int | None = None) -> None:
+        self.after, self.told = after, ""
+
+    def update(self, t: float, d: float | None, dU: float | None, dt: float, newton: int, step: int) -> None:
+        if step == self.after:
+            signal.raise_signal(signal.SIGTERM)
+
+    def note(self, text: str) -> None:
+        self.told += text
+
+    def finish(self, text: str) -> None:
+        self.told += text
+
+
+def soft(**changes: Any) -> Case:
+    return case_from_dict({**SOFT, **changes}, "test")
+
+
+def run(case: Case, folder: Path, reporter: Reporter | None = None, *, resume: bool = False) -> Outcome:
+    show = reporter or Reporter()
+    return run_case(
+        case, folder, comm=MPI.COMM_WORLD, overwrite=False, reporter=show, command="pairsim run", resume=resume
+    )
+
+
+def assert_same(one: Path, other: Path, tolerance: float = 1e-10) -> None:
+    """The rows of two runs agree in every column."""
+    a, b = read_series(one / "series.csv"), read_series(other / "series.csv")
+    assert list(a) == list(b)
+    assert len(a["t"]) == len(b["t"]) > 5
+    assert np.array_equal(a["t"], b["t"])
+    assert np.array_equal(a["newton"], b["newton"])
+    for name in [name for name in a if name not in ("m", "volume_error")]:
+        assert np.abs(a[name] - b[name]).max() <= tolerance * np.abs(a[name]).max(), name
+
+
+@pytest.fixture(scope="module", params=[0, 1], ids=["newtonian", "viscoelastic"])
+def stopped(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Case, Path, Path]:
+    """A case, its whole run, and one that was stopped after five steps and went on."""
+    base, case = tmp_path_factory.mktemp("runs"), soft(De=request.param)
+    assert run(case, base / "whole").status == "finished"
+    outcome = run(case, base / "cut", Stops(5))
+    assert (outcome.status, outcome.exit_code) == ("interrupted", 130)
+    assert len(read_series(base / "cut" / "series.csv")["t"]) == 5
+    with (base / "cut" / "series.csv").open("a") as file:
+        file.write((base / "cut" / "series.csv").read_text().splitlines()[-1] + "\n0.1,0.2")  # beyond the checkpoint
+    show = Stops()
+    assert run(case, base / "cut", show, resume=True).status == "finished"
+    assert "goes on from t = " in show.told
+    assert "(step 5)" in show.told
+    return case, base / "whole", base / "cut"
+
+
+def test_the_continued_series_equals_the_uninterrupted_one(stopped: tuple[Case, Path, Path]) -> None:
+    _, whole, cut = stopped
+    assert_same(whole, cut)
+
+
+def test_fields_have_every_frame_once(stopped: tuple[Case, Path, Path]) -> None:
+    """The frame of the step at which it was stopped is none that was asked for."""
+    _, whole, cut = stopped
+    assert np.array_equal(read_times(cut), read_times(whole))
+    assert len(read_times(cut)) == 6  # the first step's and five that were asked for
+    assert (cut / "fields.xdmf").read_text() == (whole / "fields.xdmf").read_text()
+    assert (cut / "fields_last.xdmf").read_text() == (whole / "fields_last.xdmf").read_text()
+
+
+def test_the_record_counts_the_whole_run(stopped: tuple[Case, Path, Path]) -> None:
+    _, whole, cut = stopped
+    a, b = (json.loads((folder / "run.json").read_text()) for folder in (whole, cut))
+    for name in ("status", "reason", "t", "steps", "rejected_steps", "newton_iterations", "remeshings", "unknowns"):
+        assert a[name] == b[name], name
+    assert sum(b["wall_time_by_phase"].values()) == pytest.approx(b["wall_time"], rel=1e-6)
+
+
+def test_a_finished_run_has_nothing_to_do(stopped: tuple[Case, Path, Path]) -> None:
+    case, _, cut = stopped
+    before = {path.name: path.read_bytes() for path in cut.iterdir()}
+    show = Stops()
+    assert run(case, cut, show, resume=True).exit_code == 0
+    assert show.told.startswith("nothing to do: finished at t = 0.02")
+    assert {path.name: path.read_bytes() for path in cut.iterdir()} == before
+
+
+def test_a_finish_that_was_not_recorded_is(stopped: tuple[Case, Path, Path]) -> None:
+    """Killed between the last checkpoint and run.json."""
+    case, _, cut = stopped
+    told = json.loads((cut / "run.json").read_text())
+    (cut / "run.json").write_text(json.dumps({**told, "status": "running"}))
+    run(case, cut, resume=True)
+    assert json.loads((cut / "run.json").read_text())["status"] == "finished"
+
+
+def test_every_step_can_be_gone_on_from(tmp_path: Path) -> None:
+    """Also those before and after a remeshing, also around deformed particles; what is stored is read back exactly."""
+    settings, control = MeshSettings(Np=8), StepControl(3e-4, 1e-8, 2.0, 0.05)
+    problem = soft_pair(0.4, 0.1, 0.2, length=3.0, periodic=False, mesh=settings, control=control)
+    problem = replace(problem, betas=(0.3, 0.4), Ca_es=(0.05, 0.2))
+    times, folder = iter([0.8]), RunFolder.create(tmp_path / "run")
+    transient = Transient(MPI.COMM_WORLD, problem)
+    steps, states = [], []
+    for step in transient.steps(times):
+        steps.append(step)
+        states.append(transient.state)
+    transient.close()
+    assert steps[-1].mesh_id > 0
+    for k in range(0, len(steps) - 2, 2):
+        Checkpoint(states[k], {}, (), np.zeros(0), 1, 1, 0.0).save(folder)
+        found = load(folder.path)
+        assert found is not None
+        again = Transient(MPI.COMM_WORLD, problem, found.state)
+        try:
+            for step, expected in zip(again.steps(iter([0.8])), steps[k + 1 : k + 3], strict=False):
+                assert (step.t, step.mesh_id) == (expected.t, expected.mesh_id)
+                assert np.abs(dU(step) - dU(expected)) < 1e-12, k
+        finally:
+            again.close()
+
+
+def test_a_later_end_goes_on(tmp_path: Path) -> None:
+    run(soft(time={"end": 0.008, "first_step": 0.001}), tmp_path / "run")
+    first = (tmp_path / "run" / "series.csv").read_text()
+    assert run(soft(), tmp_path / "run", resume=True).reason == "end"
+    assert (tmp_path / "run" / "series.csv").read_text().startswith(first)
+    assert read_series(tmp_path / "run" / "series.csv")["t"][-1] == pytest.approx(0.02)
+    assert read_times(tmp_path / "run")[1:] == pytest.approx([0.004, 0.008, 0.012, 0.016, 0.02])
+    run(soft(), tmp_path / "whole")
+    assert_same(tmp_path / "whole", tmp_path / "run")  # the first end was a time of output of the whole run too
+
+
+@pytest.fixture(scope="module")
+def short(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("short") / "run"
+    run(soft(limits={"max_steps": 2}), folder)
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("changes", "key", "values"),
+    [
+        ({"Ca_e": 0.2}, "Ca_e", ("0.2", "0.1")),
+        ({"De": 1}, "De", ("1", "0")),
+        ({"mesh": {"Np": 10}}, "mesh.Np", ("10", "8")),
+        ({"time": {"end": 0.02, "first_step": 0.001, "tol": 1e-3}}, "time.tol", ("0.001", "0.0003")),
+        ({"alpha": 0.1}, "alpha", ("0.1", "nothing")),
+    ],
+)
+def test_another_problem_is_refused_by_its_key(
+    short: Path, changes: dict[str, Any], key: str, values: tuple[str, str]
+) -> None:
+    before = {path.name: path.read_bytes() for path in short.iterdir()}
+    with pytest.raises(InputError, match=values[1]) as caught:
+        run(soft(**changes), short, resume=True)
+    assert caught.value.key == key
+    assert values[0] in str(caught.value)
+    assert {path.name: path.read_bytes() for path in short.iterdir()} == before
+
+
+def damaged(path: Path, how: str) -> None:
+    content = path.read_bytes()
+    if how == "torn":
+        path.write_bytes(content[: len(content) // 2])
+    elif how == "flipped":
+        middle = len(content) // 2
+        path.write_bytes(content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :])
+    elif how == "empty":
+        path.write_bytes(b"")
+    elif how == "text":
+        path.write_text("not a checkpoint\n")
+    elif how == "other":
+        np.savez(path, x=np.arange(3))
+    elif how == "array":
+        with path.open("wb") as file:
+            np.save(file, np.arange(3))
+
+
+@pytest.mark.parametrize("how", ["torn", "flipped", "empty", "text", "other", "array"])
+def test_a_damaged_checkpoint_is_refused(how: str, short: Path, tmp_path: Path) -> None:
+    shutil.copytree(short, tmp_path, dirs_exist_ok=True)
+    damaged(tmp_path / "checkpoint.npz", how)
+    rows = (tmp_path / "series.csv").read_text()
+    with pytest.raises(InputError, match=r"checkpoint\.npz"):
+        run(soft(), tmp_path, resume=True)
+    assert (tmp_path / "series.csv").read_text() == rows
+
+
+def test_a_series_that_does_not_fit_is_refused(short: Path, tmp_path: Path) -> None:
+    shutil.copytree(short, tmp_path, dirs_exist_ok=True)
+    lines = (tmp_path / "series.csv").read_text().splitlines(keepends=True)
+    (tmp_path / "series.csv").write_text("".join(lines[:-1]))
+    with pytest.raises(InputError, match=r"series\.csv.*2 rows"):
+        run(soft(), tmp_path, resume=True)
+
+
+def test_damaged_fields_cost_frames_and_nothing_else(short: Path, tmp_path: Path) -> None:
+    shutil.copytree(short, tmp_path, dirs_exist_ok=True)
+    damaged(tmp_path / "fields.h5", "torn")
+    show = Stops()
+    assert run(soft(), tmp_path, show, resume=True).status == "finished"
+    assert "fields.h5 was damaged: 1 frames are lost" in show.told
+    assert len(read_times(tmp_path)) == 5
+
+
+def test_without_a_checkpoint_a_run_begins_afresh_unless_rows_would_be_lost(short: Path, tmp_path: Path) -> None:
+    case = soft(limits={"max_steps": 2})
+    assert run(case, tmp_path / "new", resume=True).reason == "max_steps"
+    (tmp_path / "new" / "checkpoint.npz").unlink()
+    with pytest.raises(InputError, match="no checkpoint"):
+        run(case, tmp_path / "new", resume=True)
+    (tmp_path / "new" / "series.csv").unlink()
+    show = Stops()
+    assert run(case, tmp_path / "new", show, resume=True).reason == "max_steps"
+    assert "begins afresh" in show.told
+    assert (tmp_path / "new" / "series.csv").read_text() == (short / "series.csv").read_text()
+
+
+def test_a_full_disk_is_a_typed_failure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Checkpoint, "save", full)
+    with pytest.raises(WriteFailure, match="No space left"):
+        run(soft(), tmp_path / "run")
+    told = json.loads((tmp_path / "run" / "run.json").read_text())
+    assert (told["status"], told["reason"]) == ("failed", "write_failed")
+
+
+def test_the_command_goes_on_with_any_number_of_processes(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+    text = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\nends: developed\nlength: 3\nmesh: {Np: 8}\n"
+    (tmp_path / "case.yaml").write_text(text + "time: {end: 0.02, first_step: 0.001}\n")
+    assert pairsim("run", "case.yaml", "-o", "whole").returncode == 0
+    done = pairsim("run", "case.yaml", "-o", "two", "--set", "limits.max_steps=6", ranks=2)
+    assert done.returncode == 3, done.stderr
+    shutil.copytree(tmp_path / "two", tmp_path / "one")
+    for name, ranks in (("two", 2), ("one", 0)):
+        done = pairsim("run", "--resume", name, "--set", "limits.max_steps=100", ranks=ranks)
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.strip() == name
+        assert_same(tmp_path / "whole", tmp_path / name, 1e-8)
+
+
+def test_what_cannot_be_resumed_is_an_input_error(short: Path, tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+    shutil.copytree(short, tmp_path / "run")
+    done = pairsim("run", "--resume", "run", "--set", "Ca_e=0.3", ranks=2)
+    assert done.returncode == 2
+    assert done.stderr.count("Ca_e") == 1
+    (tmp_path / "run" / "checkpoint.npz").write_text("torn")
+    for arguments in ([], ["--resume", "run"], ["--resume", "run", "-o", "other"], ["--resume", "nowhere"]):
+        done = pairsim("run", *arguments)
+        assert done.returncode == 2, done.stdout + done.stderr
+        assert "Traceback" not in done.stderr
