@@ -84,7 +84,7 @@ def run(
         raise InputError("pairsim run", option, None, "does not go with --resume, which names the folder")
     if case is None:
         if resume is None:
-            raise InputError("pairsim run", "CASE", None, "is missing: a case file, or --resume DIR")
+            raise typer.BadParameter("missing; give a case file, or --resume DIR", param_hint="CASE")
         case = resume / "case.yaml"
     checked = load_case(case, tuple(set_ or ()))
     directory = resume or output or Path("runs") / checked.slug
