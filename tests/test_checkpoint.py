@@ -45,8 +45,8 @@ class Stops(Reporter):
     def __init__(self, after: int | None = None) -> None:
         self.after, self.told = after, ""
 
-    def update(self, t: float, d: float | None, dU: float | None, dt: float, newton: int, step: int) -> None:
-        if step == self.after:
+    def update(self, done: float, text: str, count: int) -> None:
+        if count == self.after:
             signal.raise_signal(signal.SIGTERM)
 
     def note(self, text: str) -> None:
