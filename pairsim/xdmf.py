@@ -15,6 +15,8 @@ Vectors are stored with three components (z, r, 0), symmetric tensors as four sc
 from __future__ import annotations
 
 import copy
+import os
+import sys
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
@@ -147,14 +149,14 @@ class FieldsWriter:
             raise ValueError(f"mesh {frame.mesh_id} had another topology before")
         grid = ElementTree.Element("Grid", Name=f"t = {frame.t:.6g}", GridType="Uniform")
         ElementTree.SubElement(grid, "Time", Value=repr(float(frame.t)))
-        # Without locks: a reader that holds the file open must not stop the run, and some cluster disks have none.
-        mode = "a" if self._frames else "w"
-        try:
-            with h5py.File(self.folder / f"{self.name}.h5", mode, libver="earliest", locking=False) as h5:
-                self._write_mesh(h5, grid, frame, cells)
-                self._write_fields(h5, grid, frame)
-        except RuntimeError as error:  # how h5py tells of a full disk when it closes a file
-            raise OSError(str(error)) from error
+        path = self.folder / f"{self.name}.h5"
+        if not self._frames:
+            with _append(path, "w"):
+                pass
+        _reserve(path, frame)
+        with _append(path, "a") as h5:
+            self._write_mesh(h5, grid, frame, cells)
+            self._write_fields(h5, grid, frame)
         self._meshes[frame.mesh_id], self._t = digest, frame.t
         self._frames.append(grid)
         self._write_xdmf()
@@ -214,6 +216,23 @@ class FieldsWriter:
             ElementTree.indent(root, " ")
             text = ElementTree.tostring(root, encoding="unicode", xml_declaration=False)
             write_text(self.folder / f"{stem}.xdmf", f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n')
+
+
+def _append(path: Path, mode: str) -> h5py.File:
+    # Without locks: a reader that holds the file open must not stop the run, and some cluster disks have none.
+    return h5py.File(path, mode, libver="earliest", locking=False)
+
+
+def _reserve(path: Path, frame: FieldFrame) -> None:
+    """Have the disk keep room for a frame; HDF5 takes it, and cuts off the rest when it closes the file.
+
+    The process may not survive a write of HDF5's that fails. Raises OSError where there is no room.
+    """
+    if sys.platform == "linux":
+        arrays = (frame.points, frame.points, frame.cells, frame.region, *frame.point_data.values())
+        room = sum(array.nbytes for array in arrays) * 3 // 2 + 2**17
+        with path.open("ab") as file:
+            os.posix_fallocate(file.fileno(), file.tell(), room)
 
 
 def _digest(cells: NDArray[np.int64], region: NDArray[np.int64]) -> bytes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import resource
 import shutil
 import signal
 from dataclasses import replace
@@ -267,6 +268,24 @@ def test_a_full_disk_is_a_typed_failure(tmp_path: Path, monkeypatch: pytest.Monk
         run(soft(), tmp_path / "run")
     told = json.loads((tmp_path / "run" / "run.json").read_text())
     assert (told["status"], told["reason"]) == ("failed", "write_failed")
+
+
+def test_fields_that_outgrow_the_disk_end_a_run_that_can_go_on(tmp_path: Path) -> None:
+    """A limit on the size of files stands for the disk; HDF5 alone would crash on it."""
+    case = soft(output={"every": 0.001})
+    run(case, tmp_path / "whole")
+    allowed = (tmp_path / "whole" / "fields.h5").stat().st_size // 2
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (allowed, limits[1]))
+    try:
+        outcome = run(case, tmp_path / "run")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert (outcome.status, outcome.reason, outcome.exit_code) == ("failed", "write_failed", 3)
+    assert json.loads((tmp_path / "run" / "run.json").read_text())["reason"] == "write_failed"
+    assert run(case, tmp_path / "run", resume=True).status == "finished"
+    assert_same(tmp_path / "whole", tmp_path / "run")
+    assert np.array_equal(read_times(tmp_path / "run"), read_times(tmp_path / "whole"))
 
 
 def test_the_command_goes_on_with_any_number_of_processes(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
