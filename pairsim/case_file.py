@@ -92,6 +92,20 @@ def read_with(path: Path, overrides: tuple[str, ...]) -> dict[str, Any]:
         InputError: The file cannot be read or a setting is not understood.
     """
     data = read_yaml(path)
+    apply_settings(data, overrides)
+    return data
+
+
+def apply_settings(data: dict[str, Any], overrides: tuple[str, ...]) -> None:
+    """Replace or add keys of plain data, in place.
+
+    Args:
+        data: Keys and values, groups nested.
+        overrides: key=value settings (dotted keys), as given to --set.
+
+    Raises:
+        InputError: A setting is not key=value, or its key goes through something that is no group.
+    """
     for setting in overrides:
         key, equals, text = setting.partition("=")
         if not equals or not key:
@@ -107,7 +121,6 @@ def read_with(path: Path, overrides: tuple[str, ...]) -> dict[str, Any]:
             if not isinstance(target, dict):
                 raise InputError("--set", key, text, f"{group} is not a group of keys")
         target[last] = value
-    return data
 
 
 def case_from_dict(data: Mapping[str, Any], source: str) -> Case:

@@ -21,6 +21,8 @@ from pairsim.ties import transient_tie
 from pairsim.transient import Problem, Step, Transient
 
 ROOT = Path(__file__).parent.parent
+CONFIGS = sorted(path for path in (ROOT / "configs").glob("*.yaml") if path.stem != "sweep")
+"""The shipped cases of `pairsim run`."""
 
 
 @dataclass(frozen=True)

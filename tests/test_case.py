@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 import yaml
+from conftest import CONFIGS
 from typer.testing import CliRunner
 
 from pairsim.case_file import case_from_dict, load_case, schema_rows
 from pairsim.cli import app
 
 MINIMAL = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}
-CONFIGS = sorted((Path(__file__).parent.parent / "configs").glob("*.yaml"))
 
 
 def test_four_numbers_are_a_case() -> None:

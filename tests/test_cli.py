@@ -24,17 +24,19 @@ def test_version_is_that_of_the_package() -> None:
 def test_help_lists_every_command() -> None:
     result = CliRunner().invoke(app, ["--help"])
     assert result.exit_code == 0
-    assert all(command in result.output for command in ("run", "mesh", "plot", "schema"))
+    assert all(command in result.output for command in ("run", "sweep", "status", "mesh", "plot", "schema"))
 
 
-@pytest.mark.parametrize("command", ["run", "mesh", "plot"])
+@pytest.mark.parametrize("command", ["run", "sweep", "status", "mesh", "plot"])
 def test_help_shows_an_example(command: str) -> None:
     result = CliRunner().invoke(app, [command, "--help"])
     assert result.exit_code == 0
     assert f"pairsim {command} " in result.output.partition("Example")[2]
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["run", "--help"], ["schema"], ["run", "nowhere.yaml"]])
+@pytest.mark.parametrize(
+    "arguments", [["--help"], ["run", "--help"], ["schema"], ["run", "nowhere.yaml"], ["sweep", "nowhere.yaml"]]
+)
 def test_nothing_heavy_is_imported_too_early(arguments: list[str], tmp_path: Path) -> None:
     """Help and input errors are immediate."""
     code = (

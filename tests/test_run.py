@@ -16,14 +16,13 @@ import numpy as np
 import pytest
 import pyvista as pv
 import yaml
-from conftest import ROOT
+from conftest import CONFIGS
 
 from pairsim.diagnostics import extents
 from pairsim.output import read_series
 from pairsim.xdmf import read_frame
 
 SOFT = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\nmesh: {Np: 12}\ntime: {end: 0.1}\noutput: {times: [0.02, 0.05]}\n"
-CONFIGS = sorted((ROOT / "configs").glob("*.yaml"))
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,228 @@
+"""Grid files: what they expand to, what they refuse, and how cases are told apart."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import yaml
+from conftest import ROOT
+from typer.testing import CliRunner
+
+from pairsim.cli import app
+from pairsim.errors import InputError
+from pairsim.grid import Grid, case_key, finished_in, read_grid, spelled_out
+from pairsim.sweep import part_of
+from pairsim.sweep_commands import COMMANDS
+
+BASE = "base: {beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1, mesh: {Np: 10}}\n"
+
+
+def grid_of(tmp_path: Path, text: str, *settings: str) -> Grid:
+    (tmp_path / "grid.yaml").write_text(BASE + text)
+    return read_grid(tmp_path / "grid.yaml", settings)
+
+
+def column(grid: Grid, key: str) -> list[object]:
+    return [case.checked.resolved[key] for case in grid.cases]
+
+
+def test_grid_is_a_product_in_the_order_of_the_file(tmp_path: Path) -> None:
+    grid = grid_of(tmp_path, "grid: {Ca_e: [0, 0.1], d0: [0.3, 0.2]}\n")
+    assert [(c.parameters["Ca_e"], c.parameters["d0"]) for c in grid.cases] == [
+        (0, 0.3),
+        (0, 0.2),
+        (0.1, 0.3),
+        (0.1, 0.2),
+    ]
+    assert grid.varying == ("Ca_e", "d0")
+
+
+def test_zip_advances_its_keys_together(tmp_path: Path) -> None:
+    grid = grid_of(tmp_path, "zip: {De: [0, 1], d0: [0.3, 0.2]}\ngrid: {Ca_e: [0, 0.1]}\n")
+    assert list(zip(column(grid, "Ca_e"), column(grid, "De"), column(grid, "d0"), strict=True)) == [
+        (0, 0, 0.3), (0, 1, 0.2), (0.1, 0, 0.3), (0.1, 1, 0.2),
+    ]  # fmt: skip
+
+
+def test_ranges_have_round_values_and_exact_ends() -> None:
+    assert spelled_out({"start": 0, "stop": 0.3, "num": 4}) == [0, 0.1, 0.2, 0.3]
+    assert spelled_out({"start": 0.01, "stop": 1, "num": 3, "spacing": "log"}) == [0.01, 0.1, 1]
+    assert spelled_out({"start": 0.05, "stop": 0.7, "num": 5, "spacing": "log"})[-1] == 0.7
+
+
+def test_dotted_and_nested_keys_are_the_same(tmp_path: Path) -> None:
+    dotted = grid_of(tmp_path, "grid: {mesh.Np: [12, 14]}\n")
+    nested = grid_of(tmp_path, "cases: [{mesh: {Np: 12}}, {mesh: {Np: 14}}]\n")
+    assert dotted.varying == nested.varying == ("mesh.Np",)
+    assert dotted.key == nested.key
+
+
+def test_an_item_that_is_a_list_is_one_value_for_the_particles(tmp_path: Path) -> None:
+    grid = grid_of(tmp_path, "grid: {Ca_e: [0.1, [0.1, 0]]}\n")
+    assert column(grid, "Ca_e") == [0.1, [0.1, 0]]
+
+
+def test_the_same_case_twice_is_computed_once(tmp_path: Path) -> None:
+    text = "grid: {d0: [0.1, 0.2, 0.1]}\ncases: [{d0: 2e-1}, {Ca_e: [0.1, 0.1]}, {xi: 0.5}, {name: other}, {d0: 0.3}]\n"
+    grid = grid_of(tmp_path, text)
+    assert column(grid, "d0") == [0.1, 0.2, 0.3]
+    assert grid.duplicates == 5
+
+
+def test_outputs_and_limits_make_another_case(tmp_path: Path) -> None:
+    grid = grid_of(tmp_path, "cases: [{}, {output.fields: false}, {limits.max_steps: 7}, {time.end: 1}]\n")
+    assert len({case.key for case in grid.cases}) == 4
+
+
+def test_exclusions_are_values_or_bounds_and_spare_explicit_cases(tmp_path: Path) -> None:
+    text = "grid: {Ca_e: [0, 0.1], d0: [0.1, 0.2, 0.3]}\ncases: [{Ca_e: 0, d0: 0.3}]\n"
+    grid = grid_of(tmp_path, text + "exclude: [{Ca_e: 0, d0: {min: 0.2}}]\n")
+    assert (len(grid.cases), grid.excluded) == (5, 2)
+    assert grid.cases[-1].parameters == {"Ca_e": 0, "d0": 0.3}
+
+
+def test_settings_change_every_case(tmp_path: Path) -> None:
+    text = "grid: {d0: [0.1, 0.2], mesh.Np: [10, 12]}\n"
+    grid = grid_of(tmp_path, text, "mesh.Np=20")
+    assert [case.checked.resolved["mesh"]["Np"] for case in grid.cases] == [20, 20]
+    assert grid.duplicates == 2
+    assert grid.key != grid_of(tmp_path, text).key
+
+
+def test_base_may_be_a_path_and_incomplete(tmp_path: Path) -> None:
+    (tmp_path / "base.yaml").write_text("beta: 0.4\nDe: 0\nCa_e: 0\n")
+    (tmp_path / "grid.yaml").write_text("base: base.yaml\ngrid: {d0: [0.1, 0.2]}\n")
+    assert column(read_grid(tmp_path / "grid.yaml"), "d0") == [0.1, 0.2]
+
+
+def test_comments_and_order_do_not_make_another_grid(tmp_path: Path) -> None:
+    first = grid_of(tmp_path, "grid: {Ca_e: [0, 0.1], d0: [0.1, 0.2]}\n")
+    second = grid_of(tmp_path, "# the same\ngrid: {d0: [0.2, 0.1], Ca_e: [0.1, 0]}\n")
+    assert first.key == second.key
+    assert first.key != grid_of(tmp_path, "grid: {Ca_e: [0, 0.1], d0: [0.1, 0.3]}\n").key
+
+
+def test_folders_are_slug_and_hash(tmp_path: Path) -> None:
+    (case,) = grid_of(tmp_path, "cases: [{}]\n").cases
+    assert case.folder == f"beta0.4-De0-Cae0.1-d0.1-{case.key[:10]}"
+
+
+@pytest.mark.parametrize(
+    "changes", ["{}", "{De: 1}", "{De: 1, liquid: fene-p, L2: 50}", "{ends: developed, length: auto}"]
+)
+def test_a_case_is_recognised_by_the_file_in_its_folder(changes: str, tmp_path: Path) -> None:
+    """case.yaml holds the resolved case, and resolving that once more changes nothing."""
+    (case,) = grid_of(tmp_path, f"cases: [{changes}]\n").cases
+    command = COMMANDS["run"]
+    assert case_key(command, command.check(case.checked.resolved, "again")) == case.key
+    (tmp_path / "case.yaml").write_text(yaml.safe_dump(case.checked.resolved))
+    (tmp_path / "run.json").write_text('{"status": "finished"}')
+    assert finished_in(tmp_path, command, case.key)
+    assert not finished_in(tmp_path, command, "0" * 64)
+    (tmp_path / "run.json").write_text('{"status": "failed"}')
+    assert not finished_in(tmp_path, command, case.key)
+
+
+def test_shards_share_all_cases_and_their_cost(tmp_path: Path) -> None:
+    from pairsim.ledger import Shard
+
+    grid = grid_of(tmp_path, "grid: {mesh.Np: [10, 20, 40], d0: [0.1, 0.2, 0.3, 0.4]}\n")
+    parts = [part_of(grid.cases, Shard(i, 3)) for i in (1, 2, 3)]
+    assert sorted(case.folder for part in parts for case in part) == sorted(case.folder for case in grid.cases)
+    costs = [sum(case.checked.estimate.seconds for case in part) for part in parts]
+    assert max(costs) < 1.1 * min(costs)
+
+
+def test_guessed_unknowns_are_near_the_true_ones(tmp_path: Path) -> None:
+    """Against counts of actual runs (default tube, N_p 20 and 40; developed ends at De 1)."""
+    grid = grid_of(
+        tmp_path, "cases: [{mesh.Np: 20}, {mesh.Np: 40}, {mesh.Np: 20, De: 1, ends: developed, length: 5}]\n"
+    )
+    for case, true in zip(grid.cases, (7742, 16566, 16006), strict=True):
+        assert case.checked.estimate.unknowns == pytest.approx(true, rel=0.25)
+
+
+BAD = {
+    "no variation": ("", "grid", "needs grid, zip or cases"),
+    "unknown section": ("gird: {d0: [0.1]}\n", "gird", "did you mean grid"),
+    "unknown command": ("command: fly\ngrid: {d0: [0.1]}\n", "command", "run"),
+    "a bad value": ("grid: {d0: [0.1, -0.2]}\n", "entry d0 = -0.2: d0", "above 0"),
+    "a bad value in cases": ("cases: [{d0: 0.1}, {Ca_e: -1}]\n", "cases[1]: Ca_e", "at least 0"),
+    "a misspelt key": ("grid: {mesh.NP: [10]}\n", "mesh.NP", "did you mean Np"),
+    "what does not go together": ("grid: {length: [auto]}\n", "length", "developed"),
+    "a lone value": ("grid: {d0: 0.1}\n", "grid: d0", "list of values"),
+    "no values": ("grid: {d0: []}\n", "grid: d0", "at least one"),
+    "a group": ("grid: {mesh: {Np: [10, 20]}}\n", "grid: mesh", "mesh.Np"),
+    "a range without num": ("grid: {d0: {start: 0.1, stop: 1}}\n", "grid: d0", "num is missing"),
+    "a log range through 0": ("grid: {Ca_e: {start: 0, stop: 1, num: 3, spacing: log}}\n", "grid: Ca_e", "above 0"),
+    "unequal zip": ("zip: {d0: [0.1, 0.2], Ca_e: [0.1]}\n", "zip", "d0 has 2, Ca_e has 1"),
+    "a key varied twice": ("grid: {d0: [0.1]}\nzip: {d0: [0.1]}\n", "d0", "twice"),
+    "a base that is nowhere": ("base: nowhere.yaml\ngrid: {d0: [0.1]}\n", "nowhere.yaml", "no such file"),
+    "an exclusion of nothing": ("grid: {d0: [0.1]}\nexclude: [{d0: 0.2}]\n", "exclude[0]", "matches no entry"),
+    "everything excluded": ("grid: {d0: [0.1]}\nexclude: [{d0: 0.1}]\n", "exclude", "leaves no case"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_grid_is_refused_by_name(name: str, tmp_path: Path) -> None:
+    text, key, allowed = BAD[name]
+    path = tmp_path / "grid.yaml"
+    path.write_text(text if text.startswith("base") else BASE + text)
+    with pytest.raises(InputError) as caught:
+        read_grid(path)
+    message = str(caught.value)
+    assert ("nowhere.yaml" if "nowhere" in name else str(path)) in message
+    assert key in message
+    assert allowed in message
+
+
+def test_bad_grid_ends_with_2_and_writes_nothing(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / "grid.yaml").write_text(BASE + "grid: {d0: [0.1, -0.2]}\n")
+    done = pairsim("sweep", "grid.yaml", ranks=2)
+    assert done.returncode == 2
+    assert done.stderr.count("entry d0 = -0.2: d0: got -0.2") == 1
+    assert "Traceback" not in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["grid.yaml"]
+
+
+@pytest.mark.parametrize("option", [["--shard", "3/2"], ["--shard", "x"], ["--walltime", "soon"], ["--emit", "pbs"]])
+def test_bad_options_are_named(option: list[str], tmp_path: Path) -> None:
+    (tmp_path / "grid.yaml").write_text(BASE + "grid: {d0: [0.1]}\n")
+    result = CliRunner().invoke(app, ["sweep", str(tmp_path / "grid.yaml"), *option])
+    assert isinstance(result.exception, InputError)
+    assert option[0] in str(result.exception)
+
+
+def test_dry_run_lists_all_cases_and_computes_none(tmp_path: Path) -> None:
+    (tmp_path / "grid.yaml").write_text(BASE + "grid: {d0: [0.1, 0.2, 0.2]}\n")
+    result = CliRunner().invoke(app, ["sweep", str(tmp_path / "grid.yaml"), "-o", str(tmp_path / "out"), "--dry-run"])
+    assert result.exit_code == 0
+    assert "2 cases of pairsim run" in result.output
+    assert "1 duplicates left out" in result.output
+    assert all(case.folder in result.output for case in read_grid(tmp_path / "grid.yaml").cases)
+    assert not (tmp_path / "out").exists()
+
+
+def test_slurm_script_does_all_shards(tmp_path: Path) -> None:
+    (tmp_path / "grid.yaml").write_text(BASE + "grid: {d0: {start: 0.1, stop: 1, num: 40}}\n")
+    arguments = [
+        "sweep",
+        str(tmp_path / "grid.yaml"),
+        "--emit",
+        "slurm",
+        "--set",
+        "mesh.Np=12",
+        "--walltime",
+        "2:30:00",
+    ]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 0
+    assert "#SBATCH --array=1-32" in result.output
+    assert "#SBATCH --time=02:30:00" in result.output
+    assert "--set mesh.Np=12" in result.output
+    assert '--shard "$SLURM_ARRAY_TASK_ID/32"' in result.output
+
+
+def test_shipped_grid_has_24_cases() -> None:
+    assert len(read_grid(ROOT / "configs" / "sweep.yaml").cases) == 24

@@ -1,0 +1,429 @@
+"""Sweeps as a user runs them: tables, restarts after any kind of end, failures that stay alone, shards, pictures."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import ROOT
+from matplotlib import image
+from typer.testing import CliRunner
+
+from pairsim.children import Child, clean_environment, descendants, judge
+from pairsim.cli import app
+from pairsim.errors import InputError
+from pairsim.grid import read_grid
+from pairsim.ledger import Lock, Shard
+from pairsim.sweep_plots import plot_sweep
+
+TINY = "base: {beta: 0.4, De: 0, Ca_e: 0, ends: developed, length: 3, mesh: {Np: 8}, time: {end: 0.01}}\n"
+THREE = TINY + "grid: {d0: [0.1, 0.2], beta: [0.4, 0.3]}\nexclude: [{d0: 0.1, beta: 0.3}]\n"
+ENDLESS = "time: {end: 500, max_step: 0.001}"
+
+Sweep = Callable[..., subprocess.CompletedProcess[str]]
+
+
+def command(*arguments: str, ranks: int = 0) -> list[str]:
+    mpirun = [str(Path(sys.executable).parent / "mpirun"), "-n", str(ranks)] if ranks else []
+    return [*mpirun, sys.executable, "-m", "pairsim", "sweep", "grid.yaml", "-o", "out", "-q", *arguments]
+
+
+def table(folder: Path, name: str = "results.csv") -> list[dict[str, str]]:
+    """Rows of results.csv without the wall time, the only thing that chance decides."""
+    with (folder / name).open() as file:
+        return [{key: value for key, value in row.items() if key != "wall_time"} for row in csv.DictReader(file)]
+
+
+def ledger(folder: Path) -> dict[str, dict[str, Any]]:
+    return {case["folder"]: case for case in json.loads((folder / "sweep.json").read_text())["cases"]}
+
+
+def told(folder: Path) -> dict[str, str]:
+    return {path.parent.name: path.read_text() for path in folder.glob("*/run.json")}
+
+
+def counts(folder: Path) -> dict[str, int]:
+    content = json.loads((folder / "sweep.json").read_text())["counts"]
+    return {status: count for status, count in content.items() if count}
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three cases on two ranks."""
+    folder = tmp_path_factory.mktemp("swept")
+    (folder / "grid.yaml").write_text(THREE)
+    done = subprocess.run(command(ranks=2), cwd=folder, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == "out"
+    return folder
+
+
+def test_table_has_a_row_a_case_and_the_promised_columns(swept: Path) -> None:
+    rows = table(swept / "out")
+    assert ",".join(rows[0]) == (
+        "folder,status,reason,d0,beta,De,Ca_e,t,d,dU,U_L,U_T,D_L,D_T,dp,error_estimate,steps,unknowns"
+    )
+    assert [(row["d0"], row["beta"]) for row in rows] == [("0.1", "0.4"), ("0.2", "0.4"), ("0.2", "0.3")]
+    for row in rows:
+        assert (row["status"], row["reason"], row["t"], row["error_estimate"]) == ("finished", "end", "0.01", "")
+        series = (swept / "out" / row["folder"] / "series.csv").read_text().splitlines()
+        last = dict(zip(series[0].split(","), series[-1].split(","), strict=True))
+        assert all(last[name] == row[name] for name in ("d", "dU", "U_L", "U_T", "D_L", "D_T", "dp"))
+
+
+def test_both_ranks_compute_and_every_folder_says_how(swept: Path) -> None:
+    assert {case["rank"] for case in ledger(swept / "out").values()} == {0, 1}
+    for text in told(swept / "out").values():
+        assert json.loads(text)["processes"] == 1
+        assert "pairsim run" in json.loads(text)["command"]
+    assert {"versions", "machine", "command_line"} <= set(json.loads((swept / "out" / "sweep.json").read_text()))
+
+
+def test_the_same_command_again_computes_nothing(swept: Path) -> None:
+    before, rows = told(swept / "out"), table(swept / "out")
+    (swept / "out" / "sweep.json").unlink()  # the folders are the truth
+    done = subprocess.run(command(), cwd=swept, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stderr
+    assert told(swept / "out") == before
+    assert table(swept / "out") == rows
+
+
+def test_another_grid_is_refused(swept: Path) -> None:
+    other = subprocess.run(command("--set", "mesh.Np=9"), cwd=swept, capture_output=True, text=True, check=False)
+    assert other.returncode == 2
+    assert "another grid" in other.stderr
+    assert "Traceback" not in other.stderr
+
+
+def test_folder_that_is_no_sweep_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "grid.yaml").write_text(THREE)
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "thesis.tex").write_text("precious")
+    done = subprocess.run(command(), cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["thesis.tex"]
+
+
+def test_second_sweep_in_a_folder_says_so_and_leaves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pairsim.ledger.PATIENCE", 0.2)
+    (tmp_path / "grid.yaml").write_text(THREE)
+    lock = Lock(tmp_path, Shard(1, 2))
+    result = CliRunner().invoke(app, ["sweep", str(tmp_path / "grid.yaml"), "-o", str(tmp_path), "-q"])
+    assert isinstance(result.exception, InputError)
+    assert f"another sweep is at work in this folder (process {os.getpid()} on " in str(result.exception)
+    lock.release()
+    Lock(tmp_path, None).release()
+
+
+@pytest.mark.parametrize("victim", ["all", "a rank"])
+def test_killed_sweep_is_finished_by_the_same_command(victim: str, swept: Path, tmp_path: Path) -> None:
+    """kill -9: nothing goes on writing, no file is torn, no finished case is computed again, the table is the same."""
+    (tmp_path / "grid.yaml").write_text(THREE)
+    job = subprocess.Popen(command(ranks=2), cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    out = tmp_path / "out"
+    while job.poll() is None and not any('"finished"' in text for text in told(out).values()):
+        time.sleep(0.02)
+    tree = descendants(job.pid)
+    ranks = [pid for pid in tree if "sweep" in words_of(pid) and "mpirun" not in words_of(pid)[0]]
+    assert len(ranks) == 2
+    for pid in [job.pid, *ranks] if victim == "all" else ranks[-1:]:
+        os.kill(pid, signal.SIGKILL)
+    assert job.wait(timeout=30) != 0
+    deadline = time.monotonic() + 10
+    while any("run" in words_of(pid) for pid in tree):
+        assert time.monotonic() < deadline, "an orphan goes on"
+        time.sleep(0.02)
+    finished = {name: text for name, text in told(out).items() if '"finished"' in text}
+    assert 0 < len(finished) < 3
+    done = subprocess.run(command(ranks=2), cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stderr
+    assert finished.items() <= told(out).items()
+    assert table(out) == table(swept / "out")
+
+
+def words_of(pid: int) -> list[str]:
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_text().split("\0")
+    except OSError:
+        return [""]
+
+
+@pytest.mark.parametrize(("how", "ranks"), [("SIGTERM", 2), ("--walltime", 0)])
+def test_stopped_sweep_keeps_its_cases_pending(how: str, ranks: int, tmp_path: Path) -> None:
+    (tmp_path / "grid.yaml").write_text(TINY.replace("time: {end: 0.01}", ENDLESS) + "grid: {d0: [0.1, 0.2, 0.3]}\n")
+    arguments = command(*(["--walltime", "2"] if how == "--walltime" else []), ranks=ranks)
+    job = subprocess.Popen(arguments, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    if how == "SIGTERM":
+        while (
+            job.poll() is None
+            and sum(file.read_text().count("\n") > 1 for file in tmp_path.glob("out/*/series.csv")) < 2
+        ):
+            time.sleep(0.02)
+        job.terminate()
+    _, complaint = job.communicate(timeout=30)
+    assert job.returncode == 130, complaint
+    assert ("SIGTERM" if how == "SIGTERM" else "allowed time") in complaint
+    assert counts(tmp_path / "out") == {"pending": 3}
+    if how == "SIGTERM":
+        assert [json.loads(text)["status"] for text in told(tmp_path / "out").values()] == ["interrupted"] * 2
+
+
+def test_failures_stay_alone_and_are_repeated_only_when_asked(tmp_path: Path, pairsim: Sweep) -> None:
+    hopeless = ["{d0: 0.4, limits.max_steps: 2}", "{d0: 0.6, limits.wall_time: 1e-3}"]
+    (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1]}\ncases: [" + ", ".join(hopeless) + "]\n")
+    sweep = ["sweep", "grid.yaml", "-o", "out", "-q"]
+    done = pairsim(*sweep, ranks=2)
+    assert done.returncode == 3
+    assert "1 of 3 cases finished, 2 failed" in done.stderr
+    ends = [(case["status"], case["reason"]) for case in ledger(tmp_path / "out").values()]
+    assert ends == [("finished", "end"), ("failed", "max_steps"), ("timeout", "wall_time")]
+    assert [(row["status"], row["reason"]) for row in table(tmp_path / "out")] == ends
+    shown = CliRunner().invoke(app, ["status", str(tmp_path / "out")]).output
+    assert all(reason in shown for reason in ("max_steps", "wall_time"))
+    assert pairsim(*sweep).returncode == 3
+    assert [case["attempts"] for case in ledger(tmp_path / "out").values()] == [1, 1, 1]
+    assert pairsim(*sweep, "--only-failed", ranks=2).returncode == 3
+    assert [case["attempts"] for case in ledger(tmp_path / "out").values()] == [1, 2, 2]
+
+
+def test_case_that_takes_too_long_is_stopped(tmp_path: Path) -> None:
+    (tmp_path / "grid.yaml").write_text(TINY + f"cases: [{{{ENDLESS}}}]\n".replace("{time", "{d0: 0.1, time"))
+    began = time.monotonic()
+    done = subprocess.run(command("--case-timeout", "2"), cwd=tmp_path, capture_output=True, check=False, timeout=60)
+    assert 2 < time.monotonic() - began < 20
+    assert done.returncode == 3
+    (case,) = ledger(tmp_path / "out").values()
+    assert (case["status"], case["reason"]) == ("timeout", "case_timeout")
+
+
+def test_fail_fast_stops(tmp_path: Path) -> None:
+    (tmp_path / "grid.yaml").write_text(
+        TINY + "grid: {d0: [0.1, 0.2]}\ncases: [{d0: 0.3, mesh.Np: 20, limits.max_steps: 1}]\n"
+    )
+    done = subprocess.run(command("--fail-fast"), cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 3
+    assert counts(tmp_path / "out") == {"failed": 1, "pending": 2}  # the dearest comes first
+
+
+def test_files_that_cannot_be_written_are_tried_again(tmp_path: Path) -> None:
+    """A file-size limit, as a full disk: no case is lost by it."""
+    (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1]}\n")
+
+    def limited() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
+
+    done = subprocess.run(
+        command(), cwd=tmp_path, capture_output=True, text=True, check=False, preexec_fn=limited, timeout=60
+    )
+    assert done.returncode == 3
+    assert "Traceback" not in done.stderr
+    assert "finished" not in counts(tmp_path / "out")
+    done = subprocess.run(command(), cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert counts(tmp_path / "out") == {"finished": 1}
+
+
+def test_ledger_that_cannot_be_written_stops_the_sweep(tmp_path: Path) -> None:
+    (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: {start: 0.1, stop: 0.5, num: 9}}\n")
+
+    def limited() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (2_000, 2_000))
+
+    (tmp_path / "out").mkdir()
+    done = subprocess.run(
+        command(), cwd=tmp_path, capture_output=True, text=True, check=False, preexec_fn=limited, timeout=60
+    )
+    assert done.returncode == 3
+    assert "cannot be written (File too large)" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_useless_checkpoint_does_not_make_a_case_hopeless(tmp_path: Path) -> None:
+    (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1]}\n")
+    (case,) = read_grid(tmp_path / "grid.yaml").cases
+    folder = tmp_path / "out" / case.folder
+    folder.mkdir(parents=True)
+    (tmp_path / "out" / "grid.yaml").touch()
+    (folder / "run.json").write_text('{"status": "running"}')
+    (folder / "checkpoint.npz").write_bytes(b"torn")
+    assert subprocess.run(command(), cwd=tmp_path, capture_output=True, check=False).returncode == 0
+    assert json.loads((folder / "run.json").read_text())["status"] == "finished"
+
+
+def test_shards_share_a_folder_and_a_last_command_makes_one_table(swept: Path, tmp_path: Path, pairsim: Sweep) -> None:
+    (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1, 0.2]}\n")
+    jobs = [subprocess.Popen(command("--shard", f"{i}/2"), cwd=tmp_path) for i in (1, 2)]
+    assert [job.wait(timeout=60) for job in jobs] == [0, 0]
+    assert [len(table(tmp_path / "out", f"results-{i}-of-2.csv")) for i in (1, 2)] == [1, 1]
+    assert "2 finished" in CliRunner().invoke(app, ["status", str(tmp_path / "out")]).output
+    before = told(tmp_path / "out")
+    assert pairsim("sweep", "grid.yaml", "-o", "out", "-q").returncode == 0
+    assert told(tmp_path / "out") == before
+    alone = {row["folder"]: row for row in table(swept / "out")}
+    assert [row.items() <= alone[row["folder"]].items() for row in table(tmp_path / "out")] == [True, True]
+
+
+def test_two_ranks_a_case_give_the_same_table(swept: Path, tmp_path: Path) -> None:
+    (tmp_path / "grid.yaml").write_text(THREE)
+    done = subprocess.run(
+        command("--ranks-per-case", "2", "--limit", "1"), cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert {json.loads(text)["processes"] for text in told(tmp_path / "out").values()} == {2}
+    alone = {row["folder"]: row for row in table(swept / "out")}
+    rows = table(tmp_path / "out")
+    assert len(rows) == 1
+    for row in rows:
+        for name in ("d", "dU", "U_L", "U_T", "dp"):
+            assert float(row[name]) == pytest.approx(float(alone[row["folder"]][name]), rel=1e-8, abs=1e-8)
+
+
+def test_curves_are_swept_too(tmp_path: Path) -> None:
+    """Points, zeros and the peak of every curve, as its folder has them; pictures of all of them."""
+    base = TINY.replace("Ca_e: 0, ", "d: [0.1, 0.3, 0.6], tol: 1, ").replace(", time: {end: 0.01}", "")
+    (tmp_path / "grid.yaml").write_text("command: curve\n" + base + "grid: {Ca_e: [0, 0.05], mesh_error: [true]}\n")
+    done = subprocess.run(command(ranks=2), cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stderr
+    rigid, soft = table(tmp_path / "out")
+    assert ",".join(soft) == (
+        "folder,status,reason,Ca_e,beta,De,points,zeros,stable,d_peak,dU_peak,mesh_error,unknowns"
+    )
+    assert (soft["status"], soft["points"], soft["zeros"], soft["stable"]) == ("finished", "3", "[]", "[]")
+    with (tmp_path / "out" / soft["folder"] / "curve.csv").open() as file:
+        points = [{name: float(text) for name, text in row.items()} for row in csv.DictReader(file)]
+    peak = max(points, key=lambda point: point["dU"])
+    assert [float(soft[name]) for name in ("d_peak", "dU_peak", "mesh_error")] == [
+        peak["d"], peak["dU"], peak["mesh_error"],
+    ]  # fmt: skip
+    assert abs(float(rigid["dU_peak"])) < 1e-9 < float(soft["dU_peak"])
+    assert plot_sweep(tmp_path / "out") == [tmp_path / "out" / "sweep_curves.png"]
+
+
+def test_shipped_sweep_runs(tmp_path: Path, pairsim: Sweep) -> None:
+    shutil.copy(ROOT / "configs" / "sweep.yaml", tmp_path)
+    done = pairsim("sweep", "sweep.yaml", "--limit", "1", "--set", "time.end=0.01")
+    assert done.returncode == 0, done.stderr
+    assert counts(tmp_path / "runs" / "sweep") == {"finished": 1, "pending": 23}
+
+
+def test_pictures_of_a_sweep(swept: Path, tmp_path: Path) -> None:
+    done = CliRunner().invoke(app, ["plot", str(swept / "out"), "-o", str(tmp_path / "pictures"), "--group", "beta"])
+    assert done.exit_code == 0, done.output
+    names = ["sweep_series.png", "sweep_parameters.png", "sweep_map.png"]
+    assert [Path(line).name for line in done.output.split()] == names
+    for name in names:
+        pixels = (image.imread(tmp_path / "pictures" / name)[..., :3] * 255).astype(np.uint8).reshape(-1, 3)
+        assert len(np.unique(pixels, axis=0)) > 50
+    with pytest.raises(InputError, match="a parameter that varies: d0, beta"):
+        plot_sweep(swept / "out", tmp_path, "xi")
+
+
+@pytest.mark.parametrize(
+    ("code", "run", "stderr", "stopped", "expected"),
+    [
+        (0, {"status": "finished", "reason": "contact"}, "", "", ("finished", "contact")),
+        (0, {"status": "finished", "reason": "end"}, "", "timeout", ("finished", "end")),
+        (3, {"status": "failed", "reason": "newton_diverged"}, "", "", ("failed", "newton_diverged")),
+        (3, {"status": "failed", "reason": "wall_time"}, "", "", ("timeout", "wall_time")),
+        (130, {"status": "interrupted"}, "", "timeout", ("timeout", "case_timeout")),
+        (-9, {"status": "running"}, "", "timeout", ("timeout", "case_timeout")),
+        (130, {"status": "interrupted"}, "", "interrupted", ("pending", "interrupted")),
+        (130, {"status": "interrupted"}, "", "", ("pending", "interrupted")),
+        (-11, {"status": "running"}, "", "", ("failed", "crashed")),
+        (-9, {"status": "running"}, "", "", ("failed", "out_of_memory")),
+        (1, {"status": "running"}, "MemoryError", "", ("failed", "out_of_memory")),
+        (1, {"status": "running"}, "OSError: [Errno 28] No space left on device", "", ("failed", "disk_full")),
+        (1, {"status": "running"}, "write failed (errno = 27, error message)", "", ("failed", "disk_full")),
+        (1, {"status": "running"}, "ValueError: odd", "", ("failed", "error")),
+        (1, {}, "ImportError: libmpi", "", ("failed", "not_started")),
+        (2, {}, "pairsim: mpirun: De: got 1", "", ("failed", "refused")),
+        (139, {"status": "running"}, "EXIT STRING: Segmentation fault (signal 11)", "", ("failed", "crashed")),
+    ],
+)
+def test_ends_have_typed_reasons(
+    code: int, run: dict[str, str], stderr: str, stopped: str, expected: tuple[str, str]
+) -> None:
+    status, reason, message = judge(code, run, stderr, stopped, 5.0)
+    assert (status, reason) == expected
+    assert "SIGSEGV" in message or reason != "crashed"
+
+
+def test_child_that_ignores_a_signal_is_killed() -> None:
+    child = Child([sys.executable, "-c", "import signal, time; signal.signal(15, signal.SIG_IGN); time.sleep(60)"])
+    time.sleep(0.3)
+    child.ask_to_stop(grace=0.2)
+    deadline = time.monotonic() + 10
+    while (code := child.poll()) is None and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert code == -signal.SIGKILL
+
+
+def test_child_dies_with_its_parent() -> None:
+    lines = "child = Child(['sleep', '60']); print(child.pid, flush=True); os.kill(os.getpid(), 9)"
+    parent = [sys.executable, "-c", f"import os; from pairsim.children import Child; {lines}"]
+    pid = int(subprocess.run(parent, capture_output=True, text=True, check=False).stdout)
+    deadline = time.monotonic() + 5
+    while "sleep" in words_of(pid):
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def test_child_does_not_take_itself_for_a_rank(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("PMI_RANK", "PMI_FD", "MPI_LOCALNRANKS", "SLURM_PROCID", "OMPI_COMM_WORLD_RANK", "HYDI_CONTROL_FD"):
+        monkeypatch.setenv(name, "1")
+    monkeypatch.setenv("OMP_NUM_THREADS", "8")
+    environment = clean_environment()
+    assert not [name for name in environment if name.startswith(("PMI", "MPI_", "SLURM_", "OMPI_C", "HYDI"))]
+    assert environment["OMP_NUM_THREADS"] == "1"
+    assert environment["PATH"] == os.environ["PATH"]
+
+
+def test_launcher_whose_mpi_is_another_is_an_input_error(tmp_path: Path) -> None:
+    (tmp_path / "grid.yaml").write_text(THREE)
+    environment = {**os.environ, "SLURM_STEP_NUM_TASKS": "4"}
+    done = subprocess.run(command(), cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "4 processes that do not see each other" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_warming_up_compiles_all_that_a_case_needs_after_a_killed_compilation(tmp_path: Path) -> None:
+    """A cache in which a killed process has begun a module: it is cleared, and a run then compiles nothing more."""
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
+    forms = [sys.executable, "-m", "pairsim.warm", "newtonian:moving", "neo-hookean"]
+
+    def modules() -> set[str]:
+        return {path.name for path in (tmp_path / "cache").rglob("*.so")}
+
+    warming = subprocess.Popen(forms, env=environment)
+    while warming.poll() is None and not list((tmp_path / "cache").rglob("libffcx*.c")):
+        time.sleep(0.01)
+    warming.kill()
+    warming.wait()
+    begun = [path for path in (tmp_path / "cache").rglob("libffcx*.c") if not Path(f"{path}.cached").exists()]
+    assert begun
+    began = time.monotonic()
+    subprocess.run(forms, env=environment, check=True, timeout=60)
+    assert all(Path(f"{path}.cached").exists() for path in begun)
+    compiled, seconds = modules(), time.monotonic() - began
+    assert compiled
+    assert seconds < 60
+    (tmp_path / "case.yaml").write_text(TINY.partition(": ")[2].replace("Ca_e: 0", "Ca_e: 0.1, d0: 0.1"))
+    run = [sys.executable, "-m", "pairsim", "run", "case.yaml", "-q"]
+    subprocess.run(run, cwd=tmp_path, env=environment, check=True, capture_output=True)
+    assert modules() == compiled
+    began = time.monotonic()
+    subprocess.run(forms, env=environment, check=True)
+    assert time.monotonic() - began < 1.0  # known by its stamps, without FEniCSx
