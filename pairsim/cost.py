@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 
 from pairsim.case import Case, SceneCase
-from pairsim.curve_case import CurveCase
+from pairsim.curve_case import CriticalCase, CurveCase
 
 STRIPS = 200  # of the tube's length, over which the density of cells is summed
 START = 1.2  # seconds until a process has imported everything and made its first mesh
@@ -78,9 +78,20 @@ def run_estimate(case: Case) -> Estimate:
     return Estimate(round(size), START + steps * 1.6e-6 * size**1.15 * (2 if polymer else 1))
 
 
-def curve_estimate(case: CurveCase) -> Estimate:
-    """The guess for a master curve: the way to its first point, then its points and as many added ones."""
+def _steady_estimate(case: CurveCase | CriticalCase, points: int) -> Estimate:
+    """The way to a first quasi-steady solution, then so many points."""
     size, polymer = unknowns(case), case.polymer is not None
-    iterations = 40 + 8 * min(2 * len(case.places), case.max_points)
     each = 0.8e-6 * size**1.15 * (3 if polymer else 1) * (1.5 if case.mesh_error else 1)
-    return Estimate(round(size), START + iterations * each)
+    return Estimate(round(size), START + (40 + 8 * points) * each)
+
+
+def curve_estimate(case: CurveCase) -> Estimate:
+    """The guess for a master curve, on which as many points are added as were asked for."""
+    return _steady_estimate(case, min(2 * len(case.places), case.max_points))
+
+
+def critical_estimate(case: CriticalCase) -> Estimate:
+    """The guess for critical distances: a search for zeros on each line, then two branches over all values."""
+    values = len(next(iter(case.along.values()))) if case.along else 1
+    lines = len(next(iter(case.lines.values()))) if case.lines else 1
+    return _steady_estimate(case, lines * (15 + 4 * values))

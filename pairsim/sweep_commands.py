@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.case import Case, SceneCase
-from pairsim.case_file import case_from_dict, curve_from_dict
-from pairsim.cost import Estimate, curve_estimate, run_estimate
-from pairsim.curve_case import CurveCase
+from pairsim.case_file import case_from_dict, critical_from_dict, curve_from_dict
+from pairsim.cost import Estimate, critical_estimate, curve_estimate, run_estimate
+from pairsim.curve_case import CriticalCase, CurveCase
 
 Value = float | int | str | None
 
@@ -163,18 +163,38 @@ def read_curve(directory: Path) -> dict[str, Value]:
     """What `curve_columns` names; `zeros` and `stable` are lists in JSON, from the nearest zero to the widest."""
     values: dict[str, Value] = {}
     try:
-        points = [{name: float(text) for name, text in row.items()} for row in _rows(directory / "curve.csv")]
+        points = _rows(directory / "curve.csv")
         values["points"] = len(points)
         for name in [name for name in points[0] if name == "dU" or name.startswith("dU_")]:
-            gap, peak = name.removeprefix("dU"), max(points, key=lambda point: abs(point[name]))
-            values |= {f"d_peak{gap}": peak[f"d{gap}"], f"dU_peak{gap}": peak[name]}
-            values[f"mesh_error{gap}"] = peak.get(f"mesh_error{gap}")
+            gap, peak = name.removeprefix("dU"), max(points, key=lambda point: abs(float(point[name])))
+            for column, source in (("d_peak", "d"), ("dU_peak", "dU"), ("mesh_error", "mesh_error")):
+                if source + gap in peak:
+                    values[column + gap] = float(peak[source + gap])
         zeros = _rows(directory / "equilibria.csv")
         values["zeros"] = json.dumps([float(row["d"]) for row in zeros])
         values["stable"] = json.dumps([row["stable"] == "true" for row in zeros])
     except (OSError, ValueError, KeyError, IndexError):  # the folder of a case that failed on the way
         pass
     return values
+
+
+def critical_columns(case: CriticalCase) -> tuple[str, ...]:
+    """Points of the lines of critical distances, and the distances where they were asked for."""
+    return ("points", "zeros", "stable")
+
+
+def read_critical(directory: Path) -> dict[str, Value]:
+    """What `critical_columns` names; lists as those of `read_curve`, in the order of critical.csv."""
+    try:
+        points = _rows(directory / "critical.csv")
+        wanted = [row for row in points if row["kind"] == "wanted"]
+        return {
+            "points": len(points),
+            "zeros": json.dumps([float(row["d_cr"]) for row in wanted]),
+            "stable": json.dumps([row["stable"] == "true" for row in wanted]),
+        }
+    except (OSError, ValueError, KeyError):
+        return {}
 
 
 def _rows(table: Path) -> list[dict[str, str]]:
@@ -193,8 +213,10 @@ RUN = SweepCommand(
     read_run,
     resumable=True,
 )
-CURVE = SweepCommand(
-    "curve", curve_from_dict, curve_estimate, SCENE, curve_columns, ("unknowns", "wall_time"), read_curve
+OTHERS = ("unknowns", "wall_time")
+CURVE = SweepCommand("curve", curve_from_dict, curve_estimate, SCENE, curve_columns, OTHERS, read_curve)
+CRITICAL = SweepCommand(
+    "critical", critical_from_dict, critical_estimate, SCENE, critical_columns, OTHERS, read_critical
 )
-COMMANDS: dict[str, SweepCommand[Any]] = {command.name: command for command in (RUN, CURVE)}
+COMMANDS: dict[str, SweepCommand[Any]] = {command.name: command for command in (RUN, CURVE, CRITICAL)}
 """All of them."""

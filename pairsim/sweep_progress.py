@@ -61,7 +61,8 @@ def _headline(entry: Entry) -> str:
     dU = entry.values.get("dU")
     shown = f"  dU = {dU:+.4e}" if isinstance(dU, float) else ""
     reason = f" ({entry.reason})" if entry.reason not in ("", "end") else ""
-    return f"{entry.status}{reason} {entry.folder}{shown}  {entry.seconds:.1f} s"
+    message = f"  {entry.message}" if entry.status != "finished" else ""
+    return f"{entry.status}{reason} {entry.folder}{shown}  {entry.seconds:.1f} s{message}"
 
 
 class PlainSweepReporter(SweepReporter):
@@ -103,7 +104,7 @@ class RichSweepReporter(SweepReporter):
     def case(self, entry: Entry, ledger: Ledger) -> None:
         super().case(entry, ledger)
         if entry.status != "finished":
-            self._live.console.print(Text(f"{_headline(entry)}  {entry.message}", style=COLOURS[entry.status]))
+            self._live.console.print(Text(_headline(entry), style=COLOURS[entry.status]))
 
     def tick(self, ledger: Ledger, running: dict[int, list[str]]) -> None:
         if time.monotonic() - self._shown < 0.25:
