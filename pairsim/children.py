@@ -270,12 +270,6 @@ class Runner:
         if self._child is not None:
             self._child.ask_to_stop()
 
-    def kill(self) -> None:
-        """End the running case at once."""
-        self.stop()
-        if self._child is not None:
-            self._child.kill()
-
     def poll(self) -> Result | None:
         """Go on; the result of a case that has ended, None as long as none has."""
         if not self._unit:

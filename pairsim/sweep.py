@@ -94,14 +94,14 @@ def part_of(cases: tuple[SweepCase, ...], shard: Shard | None) -> list[SweepCase
 
 
 class _Signals:
-    """Counts SIGTERM and SIGINT."""
+    """Notes SIGTERM and SIGINT."""
 
     def __init__(self) -> None:
-        self.count, self.number = 0, 0
+        self.number = 0
         self._old: dict[int, Any] = {}
 
     def _catch(self, number: int, _: FrameType | None) -> None:
-        self.count, self.number = self.count + 1, number
+        self.number = number
 
     def __enter__(self) -> _Signals:
         for number in (signal.SIGTERM, signal.SIGINT):
@@ -176,10 +176,10 @@ def _warm_up(forms: tuple[str, ...], comm: MPI.Comm | None, signals: _Signals, r
         reporter.note(f"compiling {', '.join(wanted)}")
         child = Child([sys.executable, "-m", "pairsim.warm", *wanted])
         while (code := child.poll()) is None:
-            if signals.count:
+            if signals.number:
                 child.kill()
             time.sleep(POLL)
-        if code and not signals.count:  # the cases will say what is wrong with them
+        if code and not signals.number:  # the cases will say what is wrong with them
             reporter.note(f"compiling failed: {child.stderr.strip().rpartition(chr(10))[2]}")
     if comm:
         request = comm.Ibarrier()
@@ -189,7 +189,7 @@ def _warm_up(forms: tuple[str, ...], comm: MPI.Comm | None, signals: _Signals, r
 
 def _serve(comm: MPI.Comm, runner: Runner, signals: _Signals) -> int:
     """What every process but the first does, until it is told to leave; returns the exit code it is told."""
-    told = 0
+    told = False
     while True:
         while comm.iprobe(source=0):
             word, value = comm.recv(source=0)
@@ -197,12 +197,10 @@ def _serve(comm: MPI.Comm, runner: Runner, signals: _Signals) -> int:
                 runner.take(value)
             elif word == "stop":
                 runner.stop()
-            elif word == "kill":
-                runner.kill()
             else:
                 return int(value)
-        if signals.count > told:
-            told = signals.count
+        if signals.number and not told:
+            told = True
             comm.send(("signal", signals.number), dest=0)
         if (result := runner.poll()) is not None:
             comm.send(("result", result), dest=0)
@@ -240,7 +238,7 @@ class _Root:
         self.idle = deque(rank for rank in range(0, size, step) if rank + step <= size)
         self.workers = {rank: {"cases": 0, "busy": 0.0} for rank in self.idle}
         self.running: dict[int, list[str]] = {}
-        self.stopping, self.code, self.why, self.kills = False, 0, "", 0
+        self.stopping, self.code, self.why = False, 0, ""
         self.begin = time.monotonic()
         self.deadline = self._deadline()
         if not (directory / "grid.yaml").exists():
@@ -280,7 +278,8 @@ class _Root:
 
     def run(self, comm: MPI.Comm | None, runner: Runner) -> tuple[int, str]:
         """Hand out everything and wait for it."""
-        self.reporter.start(self.ledger, self.directory, len(self.workers), sum(map(len, self.queue)))
+        self.reporter.start(self.ledger, len(self.workers), sum(map(len, self.queue)))
+        stopped = False
         while True:
             while comm and comm.iprobe():
                 from mpi4py import MPI
@@ -290,11 +289,14 @@ class _Root:
                 if word == "result":
                     self._result(status.Get_source(), value)
                 else:
-                    self._stop(130, f"{signal.Signals(value).name}")
+                    self.signals.number = value
             if (result := runner.poll()) is not None:
                 self._result(0, result)
             self._look_around()
-            self._spread(comm, runner)
+            if self.stopping and not stopped:
+                stopped = True
+                runner.stop()
+                self._send(comm, ("stop", None))
             self._hand_out(comm, runner)
             self._write()
             self.reporter.tick(self.ledger, self.running)
@@ -309,7 +311,7 @@ class _Root:
         return code, message
 
     def _look_around(self) -> None:
-        if self.signals.count and not self.stopping:
+        if self.signals.number:
             self._stop(130, signal.Signals(self.signals.number).name)
         if self.deadline is not None and time.monotonic() > self.deadline:
             self._stop(130, "the allowed time is over")
@@ -319,17 +321,6 @@ class _Root:
             self.stopping, self.code, self.why = True, code, why
             running = sum(map(len, self.running.values()))
             self.reporter.note(why + (f": stopping {running} running cases" if running else ""))
-
-    def _spread(self, comm: MPI.Comm | None, runner: Runner) -> None:
-        """Pass a stop on, once; a second signal ends children at once."""
-        level = (2 if self.signals.count > 1 else 1) if self.stopping else 0
-        if level > self.kills:
-            self.kills = level
-            self._send(comm, ("kill" if level == 2 else "stop", None))
-            if level == 2:
-                runner.kill()
-            else:
-                runner.stop()
 
     @staticmethod
     def _send(comm: MPI.Comm | None, message: tuple[str, Any]) -> None:

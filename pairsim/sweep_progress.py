@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 import time
-from pathlib import Path
 from typing import Any
 
 from rich.console import Console, Group
@@ -31,10 +30,9 @@ def time_left(cases: list[dict[str, Any]], workers: int) -> float | None:
 class SweepReporter:
     """Shows nothing; the base of the others."""
 
-    def start(self, ledger: Ledger, directory: Path, workers: int, todo: int) -> None:
+    def start(self, ledger: Ledger, workers: int, todo: int) -> None:
         """Begin."""
-        self.directory, self.workers, self.todo = directory, workers, todo
-        self.begin, self.ended = time.monotonic(), 0
+        self.workers, self.begin, self.ended = workers, time.monotonic(), 0
 
     def case(self, entry: Entry, ledger: Ledger) -> None:
         """Tell that a case has ended."""
@@ -68,8 +66,8 @@ def _headline(entry: Entry) -> str:
 class PlainSweepReporter(SweepReporter):
     """A line a case on stderr, for logs."""
 
-    def start(self, ledger: Ledger, directory: Path, workers: int, todo: int) -> None:
-        super().start(ledger, directory, workers, todo)
+    def start(self, ledger: Ledger, workers: int, todo: int) -> None:
+        super().start(ledger, workers, todo)
         self._say(f"{len(ledger.entries)} cases, {todo} to do, {workers} at once")
 
     def case(self, entry: Entry, ledger: Ledger) -> None:
@@ -97,8 +95,8 @@ class RichSweepReporter(SweepReporter):
         self._live = Live(console=self._console, auto_refresh=False)
         self._shown = 0.0
 
-    def start(self, ledger: Ledger, directory: Path, workers: int, todo: int) -> None:
-        super().start(ledger, directory, workers, todo)
+    def start(self, ledger: Ledger, workers: int, todo: int) -> None:
+        super().start(ledger, workers, todo)
         self._live.start()
 
     def case(self, entry: Entry, ledger: Ledger) -> None:
