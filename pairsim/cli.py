@@ -201,7 +201,7 @@ def mesh(
 
 @app.command(
     epilog="Examples: pairsim sweep grid.yaml --dry-run | mpirun -n 8 pairsim sweep grid.yaml -o study | "
-    "pairsim sweep grid.yaml -o study --only-failed --set mesh.Np=60 | pairsim sweep grid.yaml --emit slurm > job.sh"
+    "pairsim sweep grid.yaml -o study --only-failed | pairsim sweep grid.yaml --emit slurm > job.sh"
 )
 def sweep(
     grid: Annotated[
@@ -218,7 +218,8 @@ def sweep(
     fail_fast: Annotated[bool, typer.Option("--fail-fast", help="Stop when a case fails.")] = False,
     shard: Annotated[str | None, typer.Option(metavar="I/N", help="Do part I of N, counted from 1.")] = None,
     ranks_per_case: Annotated[int, typer.Option(min=1, help="MPI processes of each case.")] = 1,
-    case_timeout: Annotated[float | None, typer.Option(min=0.0, help="Wall time of a case [s].")] = None,
+    cold: Annotated[bool, typer.Option("--cold", help="Start no curve from its neighbour's solutions.")] = False,
+    case_timeout: Annotated[float | None, typer.Option(min=0.0, help="Wall time of a case, in seconds.")] = None,
     walltime: Annotated[
         str | None, typer.Option(metavar="TIME", help="Stop in order before this has passed: seconds or H:MM:SS.")
     ] = None,
@@ -246,6 +247,7 @@ def sweep(
         if emit != "slurm":
             raise InputError("--emit", "", emit, "slurm")
         extra = [word for setting in set_ or () for word in ("--set", setting)]
+        extra += ["--cold"] if cold else []
         extra += ["--case-timeout", f"{case_timeout:g}"] if case_timeout else []
         tasks = part[1] if part else None
         typer.echo(
@@ -271,6 +273,7 @@ def sweep(
         ranks_per_case,
         case_timeout,
         seconds,
+        cold,
         tuple(set_ or ()),
     )
     reporter = make_sweep_reporter(quiet, comm.rank if comm else 0)

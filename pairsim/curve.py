@@ -158,6 +158,20 @@ class Branch:
         """The scene on the wanted mesh."""
         return self.scenes[0]
 
+    def move(self, parameters: Parameters) -> None:
+        """Go to the first place of another curve; counts and times begin anew, the solutions on the way are forgotten.
+
+        Raises:
+            NoSteadyState: The way there ends before it.
+        """
+        for scene in self.scenes:
+            scene.iterations = scene.factorisations = scene.meshes = 0
+            scene.clock.seconds.clear()
+        self._nearest(parameters, 0.0)
+        for scene in self.scenes:
+            follow(scene, parameters)
+        self._known = [[scene.snapshot] for scene in self.scenes]
+
     def at(self, parameters: Parameters) -> Point:
         """The solution at a place.
 
@@ -219,11 +233,11 @@ class Branch:
         for scene, snapshot in zip(self.scenes, snapshots, strict=True):
             scene.recall(snapshot)
 
-    def _nearest(self, parameters: Parameters) -> None:
-        """Start from the known solution that is nearest to a place, where that is much nearer than the present one."""
+    def _nearest(self, parameters: Parameters, margin: float = float(np.log(GAP_RATIO))) -> None:
+        """Start from the known solution that is nearest to a place, where it is nearer than the present one."""
         for scene, known in zip(self.scenes, self._known, strict=True):
             nearest = min(known, key=lambda snapshot: _apart(snapshot.parameters, parameters))
-            if _apart(scene.parameters, parameters) > np.log(GAP_RATIO) + _apart(nearest.parameters, parameters):
+            if _apart(scene.parameters, parameters) > margin + _apart(nearest.parameters, parameters):
                 scene.recall(nearest)
 
     def _read(self, iterations_before: int) -> Point:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +11,12 @@ from mpi4py import MPI
 
 from pairsim.curve import Branch, Equilibrium, Point, equilibria, find_zeros, order, steady_problem, trace
 from pairsim.curve_case import CurveCase
+from pairsim.errors import NoSteadyState
 from pairsim.fields import SteadyMoment, frame
 from pairsim.output import CURVE_HEALTH, POLYMER_HEALTH, RunFolder, curve_columns, named_row, write_table
 from pairsim.progress import Reporter
 from pairsim.record import Outcome, Record, concluded, new_folder
-from pairsim.steady import Parameters, Steady
+from pairsim.steady import Parameters, Steady, SteadyProblem
 from pairsim.xdmf import FieldsWriter
 
 
@@ -104,6 +106,41 @@ class _Recorder:
             self.fields.close()
 
 
+class Chain:
+    """Hands the solutions of one curve to the next as its start."""
+
+    def __init__(self) -> None:
+        self._branch: Branch | None = None
+        self._kind: tuple[Any, ...] = ()
+
+    def start(
+        self, comm: MPI.Comm, problem: SteadyProblem, first: Parameters, mesh_error: bool, sensitivities: bool
+    ) -> Branch:
+        """A branch at the first place of a curve, from the curve before or, where there is no way, from the beginning.
+
+        Raises:
+            NoSteadyState: There is no solution at the first place.
+        """
+        polymer = problem.polymer and replace(problem.polymer, De=1.0)
+        rigid = [Ca_e == 0 for Ca_e in first.Ca_es]
+        old, self._kind = self._kind, (replace(problem, polymer=polymer), rigid, mesh_error, sensitivities)
+        if self._branch is not None and self._kind == old:  # the same but for De, Ca_e and distances
+            try:
+                self._branch.move(first)
+                return self._branch
+            except NoSteadyState:
+                pass
+        self.close()
+        self._branch = Branch(comm, problem, first, mesh_error, sensitivities)
+        return self._branch
+
+    def close(self) -> None:
+        """Give the solvers' memory back; the next curve starts from the beginning."""
+        if self._branch is not None:
+            self._branch.close()
+        self._branch = None
+
+
 def run_curve(
     case: CurveCase,
     directory: Path,
@@ -113,6 +150,7 @@ def run_curve(
     reporter: Reporter,
     command: str,
     sensitivities: bool = False,
+    chain: Chain | None = None,
 ) -> Outcome:
     """Solve a master curve into a folder.
 
@@ -124,6 +162,7 @@ def run_curve(
         reporter: Shows progress (quiet on all processes but the first).
         command: The command line, for the record.
         sensitivities: Add the derivatives of dU by Ca_e, De and beta.
+        chain: Start from the curve before, and leave this one's solutions to the next; the caller closes it.
 
     Returns:
         How it ended. Whatever was solved is in the folder, also after a failure.
@@ -140,13 +179,15 @@ def run_curve(
     for note in case.notes:
         reporter.note(note)
     recorder = _Recorder(case, folder, reporter, sensitivities)
+    own = Chain()
     branch: Branch | None = None
 
     def work() -> str:
         nonlocal branch
         start = Parameters(places[0], case.Ca_es, case.De)
         narrowest = min((d for place in places for d in place), default=np.inf)
-        branch = Branch(comm, steady_problem(case, narrowest), start, case.mesh_error, sensitivities)
+        problem = steady_problem(case, narrowest)
+        branch = (chain or own).start(comm, problem, start, case.mesh_error, sensitivities)
         fine = branch.fine
         points = trace(
             branch,
@@ -169,7 +210,8 @@ def run_curve(
         recorder.close()
     counts, phases = effort(branch)
     record.write(outcome, {"points": len(recorder.points), **counts}, phases)
-    if branch is not None:
-        branch.close()
+    own.close()
+    if chain is not None and outcome.status != "finished":
+        chain.close()
     reporter.finish(outcome.message)
     return outcome

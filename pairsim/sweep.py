@@ -6,7 +6,6 @@ no processor time. Without mpirun there is one worker and MPI is not even import
 
 from __future__ import annotations
 
-import heapq
 import os
 import platform
 import shlex
@@ -22,12 +21,14 @@ from typing import TYPE_CHECKING, Any
 import yaml
 
 from pairsim import __version__, warm
-from pairsim.children import DISK, TOO_LARGE, Child, Result, Runner, Task
+from pairsim.children import DISK, TOO_LARGE, Child
 from pairsim.errors import InputError
 from pairsim.grid import Grid, SweepCase
 from pairsim.ledger import Ledger, Lock, Shard
 from pairsim.output import plain, write_text
+from pairsim.runner import Result, Runner, Task
 from pairsim.sweep_progress import SweepReporter
+from pairsim.sweep_queue import part_of, units
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -50,6 +51,7 @@ class Options:
         ranks_per_case: MPI processes of each case.
         case_timeout: Allowed wall time of a case in seconds.
         walltime: Allowed wall time of the sweep in seconds.
+        cold: Start every case from the beginning, none from its neighbour.
         settings: What --set has changed in every case, for the record.
     """
 
@@ -60,6 +62,7 @@ class Options:
     ranks_per_case: int = 1
     case_timeout: float | None = None
     walltime: float | None = None
+    cold: bool = False
     settings: tuple[str, ...] = ()
 
 
@@ -78,19 +81,6 @@ def launcher_communicator() -> MPI.Comm | None:
         allowed = f"the launcher started {size} processes that do not see each other: its MPI is not that of mpi4py. "
         raise InputError("mpirun", "", None, allowed + "Use the mpirun beside this Python, or --shard; docs/sweep.md")
     return MPI.COMM_WORLD if MPI.COMM_WORLD.size > 1 else None
-
-
-def part_of(cases: tuple[SweepCase, ...], shard: Shard | None) -> list[SweepCase]:
-    """The cases of a shard: the dearest first, each goes to the shard that has the least to do."""
-    if shard is None:
-        return list(cases)
-    loads = [(0.0, i) for i in range(1, shard.n + 1)]
-    owner = {}
-    for case in sorted(cases, key=lambda case: -case.checked.estimate.seconds):
-        load, i = heapq.heappop(loads)
-        owner[case.folder] = i
-        heapq.heappush(loads, (load + case.checked.estimate.seconds, i))
-    return [case for case in cases if owner[case.folder] == shard.i]
 
 
 class _Signals:
@@ -149,17 +139,15 @@ def run_sweep(
             if isinstance(error, OSError) and error.errno in DISK:
                 again = "make room and give the same command again"
                 return 3, f"{directory} cannot be written ({error.strerror}); {again}" if rank == 0 else ""
-            raise error if isinstance(error, InputError) else _unusable(directory, error)
+            if isinstance(error, InputError):
+                raise error
+            raise InputError(str(directory), "-o", None, f"cannot be used as a folder ({error}); give another one")
         _warm_up(root.forms if root else (), comm, signals, reporter)
         runner = Runner(grid.command, options.ranks_per_case, options.case_timeout)
         if root is not None:
             return root.run(comm, runner)
         assert comm is not None
         return _serve(comm, runner, signals), ""
-
-
-def _unusable(directory: Path, error: Exception) -> InputError:
-    return InputError(str(directory), "-o", None, f"cannot be used as a folder ({error}); give another one")
 
 
 def _warm_up(forms: tuple[str, ...], comm: MPI.Comm | None, signals: _Signals, reporter: SweepReporter) -> None:
@@ -232,12 +220,13 @@ class _Root:
         }
         self.ledger = Ledger(directory, grid, cases, options.shard, about)
         self.ledger.recover()
-        self.queue = self._units(cases)
-        self.forms = tuple(dict.fromkeys(f for unit in self.queue for task in unit for f in task.checked.forms))
         step = options.ranks_per_case if size > 1 else 1
         self.idle = deque(rank for rank in range(0, size, step) if rank + step <= size)
         self.workers = {rank: {"cases": 0, "busy": 0.0} for rank in self.idle}
         self.running: dict[int, list[str]] = {}
+        neighbours = () if options.cold else grid.command.neighbours
+        self.queue = units(self._tasks(cases), neighbours, len(self.workers))
+        self.forms = tuple(dict.fromkeys(f for unit in self.queue for task in unit for f in task.checked.forms))
         self.stopping, self.code, self.why = False, 0, ""
         self.begin = time.monotonic()
         self.deadline = self._deadline()
@@ -249,9 +238,8 @@ class _Root:
             part.replace(directory / "grid.yaml")
         self.ledger.write(now=True)
 
-    def _units(self, cases: list[SweepCase]) -> deque[list[Task]]:
-        """What there is to do, the dearest first. A unit is computed in order by one worker: a chain of neighbours,
-        each of which starts from the one before, would be one unit."""
+    def _tasks(self, cases: list[SweepCase]) -> list[Task]:
+        """What there is to do, the dearest first."""
         wanted = []
         for case in cases:
             entry = self.ledger.entries[case.folder]
@@ -264,7 +252,7 @@ class _Root:
                     Task(case.folder, case.key, self.directory / case.folder, case_file, case.checked, resume)
                 )
         wanted.sort(key=lambda task: -task.checked.estimate.seconds)
-        return deque([task] for task in wanted[: self.options.limit])
+        return wanted[: self.options.limit]
 
     def _deadline(self) -> float | None:
         """When to stop, so that the running cases can still end in order."""
@@ -332,16 +320,17 @@ class _Root:
         while self.queue and self.idle and not self.stopping:
             rank, unit = self.idle.popleft(), self.queue.popleft()
             self.running[rank] = [task.folder for task in unit]
-            for task in unit:
-                attempts = self.ledger.entries[task.folder].attempts + 1
-                self.ledger.change(
-                    task.folder, status="running", reason="", message="", rank=rank, attempts=attempts, values={}
-                )
+            self._started(rank)
             if rank == 0:
                 runner.take(unit)
             else:
                 assert comm is not None
                 comm.send(("unit", unit), dest=rank)
+
+    def _started(self, rank: int) -> None:
+        folder = self.running[rank][0]
+        attempts = self.ledger.entries[folder].attempts + 1
+        self.ledger.change(folder, status="running", reason="", message="", rank=rank, attempts=attempts, values={})
 
     def _result(self, rank: int, result: Result) -> None:
         entry = self.ledger.change(
@@ -358,6 +347,8 @@ class _Root:
         if not self.running[rank]:
             del self.running[rank]
             self.idle.append(rank)
+        elif not self.stopping:
+            self._started(rank)
         self.reporter.case(entry, self.ledger)
         if result.reason == "disk_full" and not TOO_LARGE.search(result.message):
             self._stop(3, f"the disk is full ({result.message}); make room and give the same command again")

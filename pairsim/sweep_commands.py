@@ -55,6 +55,7 @@ class SweepCommand[C: SceneCase]:
         last: Further columns, which end results.csv.
         read: Values of a folder for those columns, whatever of it there is; never raises for a folder half written.
         resumable: Whether `pairsim NAME --resume DIR` continues from `checkpoint.npz`.
+        neighbours: Keys along which a solved case is a start for the next (see `pairsim.chain`).
     """
 
     name: str
@@ -65,6 +66,7 @@ class SweepCommand[C: SceneCase]:
     last: tuple[str, ...]
     read: Callable[[Path], dict[str, Value]]
     resumable: bool = False
+    neighbours: tuple[str, ...] = ()
 
     def check(self, data: Mapping[str, Any], source: str) -> Checked:
         """Validate merged keys.
@@ -214,7 +216,16 @@ RUN = SweepCommand(
     resumable=True,
 )
 OTHERS = ("unknowns", "wall_time")
-CURVE = SweepCommand("curve", curve_from_dict, curve_estimate, SCENE, curve_columns, OTHERS, read_curve)
+CURVE = SweepCommand(
+    "curve",
+    curve_from_dict,
+    curve_estimate,
+    SCENE,
+    curve_columns,
+    OTHERS,
+    read_curve,
+    neighbours=("De", "Ca_e"),
+)
 CRITICAL = SweepCommand(
     "critical", critical_from_dict, critical_estimate, SCENE, critical_columns, OTHERS, read_critical
 )

@@ -12,8 +12,9 @@ from typer.testing import CliRunner
 from pairsim.cli import app
 from pairsim.errors import InputError
 from pairsim.grid import Grid, case_key, finished_in, read_grid, spelled_out
-from pairsim.sweep import part_of
+from pairsim.runner import Task
 from pairsim.sweep_commands import COMMANDS
+from pairsim.sweep_queue import part_of, units
 
 BASE = "base: {beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1, mesh: {Np: 10}}\n"
 
@@ -132,6 +133,30 @@ def test_shards_share_all_cases_and_their_cost(tmp_path: Path) -> None:
     assert sorted(case.folder for part in parts for case in part) == sorted(case.folder for case in grid.cases)
     costs = [sum(case.checked.estimate.seconds for case in part) for part in parts]
     assert max(costs) < 1.1 * min(costs)
+
+
+def test_chains_go_through_neighbours_and_are_cut_for_the_workers(tmp_path: Path) -> None:
+    base = "command: curve\nbase: {beta: 0.4, d: [0.1, 0.3]}\n"
+    (tmp_path / "grid.yaml").write_text(base + "grid: {Ca_e: [0.1, 0.05], De: [0, 1, 2], beta: [0.4, 0.3]}\n")
+    tasks = [
+        Task(case.folder, case.key, tmp_path, tmp_path, case.checked)
+        for case in read_grid(tmp_path / "grid.yaml").cases
+    ]
+
+    def chains(neighbours: tuple[str, ...], workers: int) -> list[list[tuple[float, float, float]]]:
+        found = units(tasks, neighbours, workers)
+        assert sorted(task.folder for unit in found for task in unit) == sorted(task.folder for task in tasks)
+        resolved = [[task.checked.resolved for task in unit] for unit in found]
+        return [[(case["beta"], case["De"], case["Ca_e"]) for case in chain] for chain in resolved]
+
+    whole = chains(("De", "Ca_e"), 1)
+    viscoelastic = [
+        [(beta, De, Ca_e) for De, Ca_e in ((1, 0.05), (1, 0.1), (2, 0.1), (2, 0.05))] for beta in (0.4, 0.3)
+    ]
+    newtonian = [[(beta, 0, 0.05), (beta, 0, 0.1)] for beta in (0.4, 0.3)]
+    assert sorted(whole) == sorted(viscoelastic + newtonian)
+    assert max(map(len, chains(("De", "Ca_e"), 3))) == 2
+    assert [len(chain) for chain in chains((), 1)] == [1] * 12
 
 
 def test_guessed_unknowns_are_near_the_true_ones(tmp_path: Path) -> None:

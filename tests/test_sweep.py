@@ -26,6 +26,8 @@ from pairsim.cli import app
 from pairsim.errors import InputError
 from pairsim.grid import read_grid
 from pairsim.ledger import Lock, Shard
+from pairsim.runner import Runner, Task
+from pairsim.sweep_commands import read_curve
 from pairsim.sweep_plots import plot_sweep
 
 TINY = "base: {beta: 0.4, De: 0, Ca_e: 0, ends: developed, length: 3, mesh: {Np: 8}, time: {end: 0.01}}\n"
@@ -309,6 +311,36 @@ def test_curves_are_swept_too(tmp_path: Path) -> None:
     ]  # fmt: skip
     assert abs(float(rigid["dU_peak"])) < 1e-9 < float(soft["dU_peak"])
     assert plot_sweep(tmp_path / "out") == [tmp_path / "out" / "sweep_curves.png"]
+
+
+def test_chain_of_curves_survives_its_process(tmp_path: Path) -> None:
+    """Each curve starts from the one before; when the process dies, its curve fails and the rest goes on."""
+    base = TINY.replace("Ca_e: 0, ", "d: [0.1, 0.3], tol: 1, mesh_error: false, ").replace(", time: {end: 0.01}", "")
+    (tmp_path / "grid.yaml").write_text("command: curve\n" + base + "grid: {Ca_e: [0.02, 0.04, 0.06, 0.08]}\n")
+    grid = read_grid(tmp_path / "grid.yaml")
+    tasks = [
+        Task(case.folder, case.key, tmp_path / case.folder, tmp_path / "cases" / f"{case.folder}.yaml", case.checked)
+        for case in grid.cases
+    ]
+    runner, results = Runner(grid.command), []
+    runner.take(tasks)
+    deadline = time.monotonic() + 100
+    while len(results) < 4:
+        assert time.monotonic() < deadline
+        if (result := runner.poll()) is not None:
+            results.append(result)
+            if len(results) == 2:
+                (child,) = descendants(os.getpid())[1:]
+                os.kill(child, signal.SIGKILL)
+        time.sleep(0.005)
+    assert [result.folder for result in results] == [task.folder for task in tasks]
+    assert [result.status for result in results] == ["finished", "finished", "failed", "finished"]
+    first, second = (json.loads((task.directory / "run.json").read_text()) for task in tasks[:2])
+    assert second["newton_iterations"] < first["newton_iterations"]
+    alone = tmp_path / "alone"
+    cold = [sys.executable, "-m", "pairsim", "curve", str(tasks[1].case_file), "-o", str(alone), "-q"]
+    subprocess.run(cold, check=True, capture_output=True, timeout=60)
+    assert float(results[1].values["dU_peak"]) == pytest.approx(read_curve(alone)["dU_peak"], rel=1e-6)  # type: ignore[arg-type]
 
 
 def test_shipped_sweep_runs(tmp_path: Path, pairsim: Sweep) -> None:
