@@ -36,7 +36,7 @@ class SweepReporter:
 
     def case(self, entry: Entry, ledger: Ledger) -> None:
         """Tell that a case has ended."""
-        self.ended += 1
+        self.ended += entry.status != "pending"
 
     def tick(self, ledger: Ledger, running: dict[int, list[str]]) -> None:
         """Look at the ledger now and then."""
