@@ -23,6 +23,8 @@ from pairsim.transient import Problem, Step, Transient
 ROOT = Path(__file__).parent.parent
 CONFIGS = sorted(path for path in (ROOT / "configs").glob("*.yaml") if path.stem != "sweep")
 """The shipped cases of `pairsim run`."""
+TINY = "base: {beta: 0.4, De: 0, Ca_e: 0, ends: developed, length: 3, mesh: {Np: 8}, time: {end: 0.01}}\n"
+"""The base of grids whose cases take a second."""
 
 
 @dataclass(frozen=True)
@@ -96,3 +98,11 @@ def pairsim(tmp_path: Path) -> Callable[..., subprocess.CompletedProcess[str]]:
         return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=timeout, check=False)
 
     return run
+
+
+def words_of(pid: int) -> list[str]:
+    """Command line of a process, [""] if there is none."""
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_text().split("\0")
+    except OSError:
+        return [""]

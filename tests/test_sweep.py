@@ -17,20 +17,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import ROOT
+from conftest import ROOT, TINY, words_of
 from matplotlib import image
 from typer.testing import CliRunner
 
-from pairsim.children import Child, clean_environment, descendants, judge
+from pairsim.children import descendants
 from pairsim.cli import app
 from pairsim.errors import InputError
 from pairsim.grid import read_grid
 from pairsim.ledger import Lock, Shard
-from pairsim.runner import Runner, Task
-from pairsim.sweep_commands import read_curve
 from pairsim.sweep_plots import plot_sweep
 
-TINY = "base: {beta: 0.4, De: 0, Ca_e: 0, ends: developed, length: 3, mesh: {Np: 8}, time: {end: 0.01}}\n"
 THREE = TINY + "grid: {d0: [0.1, 0.2], beta: [0.4, 0.3]}\nexclude: [{d0: 0.1, beta: 0.3}]\n"
 ENDLESS = "time: {end: 500, max_step: 0.001}"
 
@@ -153,13 +150,6 @@ def test_killed_sweep_is_finished_by_the_same_command(victim: str, swept: Path, 
     assert done.returncode == 0, done.stderr
     assert finished.items() <= told(out).items()
     assert table(out) == table(swept / "out")
-
-
-def words_of(pid: int) -> list[str]:
-    try:
-        return Path(f"/proc/{pid}/cmdline").read_text().split("\0")
-    except OSError:
-        return [""]
 
 
 @pytest.mark.parametrize(("how", "ranks"), [("SIGTERM", 2), ("--walltime", 0)])
@@ -313,36 +303,6 @@ def test_curves_are_swept_too(tmp_path: Path) -> None:
     assert plot_sweep(tmp_path / "out") == [tmp_path / "out" / "sweep_curves.png"]
 
 
-def test_chain_of_curves_survives_its_process(tmp_path: Path) -> None:
-    """Each curve starts from the one before; when the process dies, its curve fails and the rest goes on."""
-    base = TINY.replace("Ca_e: 0, ", "d: [0.1, 0.3], tol: 1, mesh_error: false, ").replace(", time: {end: 0.01}", "")
-    (tmp_path / "grid.yaml").write_text("command: curve\n" + base + "grid: {Ca_e: [0.02, 0.04, 0.06, 0.08]}\n")
-    grid = read_grid(tmp_path / "grid.yaml")
-    tasks = [
-        Task(case.folder, case.key, tmp_path / case.folder, tmp_path / "cases" / f"{case.folder}.yaml", case.checked)
-        for case in grid.cases
-    ]
-    runner, results = Runner(grid.command), []
-    runner.take(tasks)
-    deadline = time.monotonic() + 100
-    while len(results) < 4:
-        assert time.monotonic() < deadline
-        if (result := runner.poll()) is not None:
-            results.append(result)
-            if len(results) == 2:
-                (child,) = descendants(os.getpid())[1:]
-                os.kill(child, signal.SIGKILL)
-        time.sleep(0.005)
-    assert [result.folder for result in results] == [task.folder for task in tasks]
-    assert [result.status for result in results] == ["finished", "finished", "failed", "finished"]
-    first, second = (json.loads((task.directory / "run.json").read_text()) for task in tasks[:2])
-    assert second["newton_iterations"] < first["newton_iterations"]
-    alone = tmp_path / "alone"
-    cold = [sys.executable, "-m", "pairsim", "curve", str(tasks[1].case_file), "-o", str(alone), "-q"]
-    subprocess.run(cold, check=True, capture_output=True, timeout=60)
-    assert float(results[1].values["dU_peak"]) == pytest.approx(read_curve(alone)["dU_peak"], rel=1e-6)  # type: ignore[arg-type]
-
-
 def test_shipped_sweep_runs(tmp_path: Path, pairsim: Sweep) -> None:
     shutil.copy(ROOT / "configs" / "sweep.yaml", tmp_path)
     done = pairsim("sweep", "sweep.yaml", "--limit", "1", "--set", "time.end=0.01")
@@ -362,66 +322,6 @@ def test_pictures_of_a_sweep(swept: Path, tmp_path: Path) -> None:
         plot_sweep(swept / "out", tmp_path, "xi")
 
 
-@pytest.mark.parametrize(
-    ("code", "run", "stderr", "stopped", "expected"),
-    [
-        (0, {"status": "finished", "reason": "contact"}, "", "", ("finished", "contact")),
-        (0, {"status": "finished", "reason": "end"}, "", "timeout", ("finished", "end")),
-        (3, {"status": "failed", "reason": "newton_diverged"}, "", "", ("failed", "newton_diverged")),
-        (3, {"status": "failed", "reason": "wall_time"}, "", "", ("timeout", "wall_time")),
-        (130, {"status": "interrupted"}, "", "timeout", ("timeout", "case_timeout")),
-        (-9, {"status": "running"}, "", "timeout", ("timeout", "case_timeout")),
-        (130, {"status": "interrupted"}, "", "interrupted", ("pending", "interrupted")),
-        (130, {"status": "interrupted"}, "", "", ("pending", "interrupted")),
-        (-11, {"status": "running"}, "", "", ("failed", "crashed")),
-        (-9, {"status": "running"}, "", "", ("failed", "out_of_memory")),
-        (1, {"status": "running"}, "MemoryError", "", ("failed", "out_of_memory")),
-        (1, {"status": "running"}, "OSError: [Errno 28] No space left on device", "", ("failed", "disk_full")),
-        (1, {"status": "running"}, "write failed (errno = 27, error message)", "", ("failed", "disk_full")),
-        (1, {"status": "running"}, "ValueError: odd", "", ("failed", "error")),
-        (1, {}, "ImportError: libmpi", "", ("failed", "not_started")),
-        (2, {}, "pairsim: mpirun: De: got 1", "", ("failed", "refused")),
-        (139, {"status": "running"}, "EXIT STRING: Segmentation fault (signal 11)", "", ("failed", "crashed")),
-    ],
-)
-def test_ends_have_typed_reasons(
-    code: int, run: dict[str, str], stderr: str, stopped: str, expected: tuple[str, str]
-) -> None:
-    status, reason, message = judge(code, run, stderr, stopped, 5.0)
-    assert (status, reason) == expected
-    assert "SIGSEGV" in message or reason != "crashed"
-
-
-def test_child_that_ignores_a_signal_is_killed() -> None:
-    child = Child([sys.executable, "-c", "import signal, time; signal.signal(15, signal.SIG_IGN); time.sleep(60)"])
-    time.sleep(0.3)
-    child.ask_to_stop(grace=0.2)
-    deadline = time.monotonic() + 10
-    while (code := child.poll()) is None and time.monotonic() < deadline:
-        time.sleep(0.02)
-    assert code == -signal.SIGKILL
-
-
-def test_child_dies_with_its_parent() -> None:
-    lines = "child = Child(['sleep', '60']); print(child.pid, flush=True); os.kill(os.getpid(), 9)"
-    parent = [sys.executable, "-c", f"import os; from pairsim.children import Child; {lines}"]
-    pid = int(subprocess.run(parent, capture_output=True, text=True, check=False).stdout)
-    deadline = time.monotonic() + 5
-    while "sleep" in words_of(pid):
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
-
-
-def test_child_does_not_take_itself_for_a_rank(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("PMI_RANK", "PMI_FD", "MPI_LOCALNRANKS", "SLURM_PROCID", "OMPI_COMM_WORLD_RANK", "HYDI_CONTROL_FD"):
-        monkeypatch.setenv(name, "1")
-    monkeypatch.setenv("OMP_NUM_THREADS", "8")
-    environment = clean_environment()
-    assert not [name for name in environment if name.startswith(("PMI", "MPI_", "SLURM_", "OMPI_C", "HYDI"))]
-    assert environment["OMP_NUM_THREADS"] == "1"
-    assert environment["PATH"] == os.environ["PATH"]
-
-
 def test_launcher_whose_mpi_is_another_is_an_input_error(tmp_path: Path) -> None:
     (tmp_path / "grid.yaml").write_text(THREE)
     environment = {**os.environ, "SLURM_STEP_NUM_TASKS": "4"}
@@ -429,33 +329,3 @@ def test_launcher_whose_mpi_is_another_is_an_input_error(tmp_path: Path) -> None
     assert done.returncode == 2
     assert "4 processes that do not see each other" in done.stderr
     assert not (tmp_path / "out").exists()
-
-
-def test_warming_up_compiles_all_that_a_case_needs_after_a_killed_compilation(tmp_path: Path) -> None:
-    """A cache in which a killed process has begun a module: it is cleared, and a run then compiles nothing more."""
-    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
-    forms = [sys.executable, "-m", "pairsim.warm", "newtonian:moving", "neo-hookean"]
-
-    def modules() -> set[str]:
-        return {path.name for path in (tmp_path / "cache").rglob("*.so")}
-
-    warming = subprocess.Popen(forms, env=environment)
-    while warming.poll() is None and not list((tmp_path / "cache").rglob("libffcx*.c")):
-        time.sleep(0.01)
-    warming.kill()
-    warming.wait()
-    begun = [path for path in (tmp_path / "cache").rglob("libffcx*.c") if not Path(f"{path}.cached").exists()]
-    assert begun
-    began = time.monotonic()
-    subprocess.run(forms, env=environment, check=True, timeout=60)
-    assert all(Path(f"{path}.cached").exists() for path in begun)
-    compiled, seconds = modules(), time.monotonic() - began
-    assert compiled
-    assert seconds < 60
-    (tmp_path / "case.yaml").write_text(TINY.partition(": ")[2].replace("Ca_e: 0", "Ca_e: 0.1, d0: 0.1"))
-    run = [sys.executable, "-m", "pairsim", "run", "case.yaml", "-q"]
-    subprocess.run(run, cwd=tmp_path, env=environment, check=True, capture_output=True)
-    assert modules() == compiled
-    began = time.monotonic()
-    subprocess.run(forms, env=environment, check=True)
-    assert time.monotonic() - began < 1.0  # known by its stamps, without FEniCSx
