@@ -286,7 +286,7 @@ def interpolant(points: list[Point]) -> CubicHermiteSpline:
 
 
 def _bend(a: Point, b: Point) -> float:
-    """How far dU may be off between two points: two parabolas, of which each has one of their slopes, disagree there."""
+    """How far dU may be off between two points: two parabolas, each with one of their slopes, disagree there."""
     width = np.log(b.d / a.d)
     return float(abs((a.slopes[0] * a.d + b.slopes[0] * b.d) * width / 4 - (b.dU - a.dU) / 2) / 2)
 
