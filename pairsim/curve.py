@@ -86,11 +86,15 @@ class Equilibrium:
         d: The distance.
         slope: d(dU)/dd there; negative is stable.
         peak: Largest |dU| between this zero and the next one or the end, over that of the whole curve.
+        d_error: Error of d by the mesh, None without a coarser mesh.
+        certain: Whether |dU| exceeds its mesh error somewhere on both sides, up to the next zeros; None without one.
     """
 
     d: float
     slope: float
     peak: float
+    d_error: float | None
+    certain: bool | None
 
     @property
     def stable(self) -> bool:
@@ -388,13 +392,20 @@ def equilibria(zeros: list[Zero], points: list[Point]) -> list[Equilibrium]:
     if not zeros:
         return []
     curve = interpolant(points)
-    ends = [*(z.point.d for z in zeros), points[-1].d]
     largest = max(abs(p.dU) for p in points)
+    ends = [points[0].d, *(z.point.d for z in zeros), points[-1].d]
     result = []
-    for zero, end in zip((z.point for z in zeros), ends[1:], strict=True):
-        inside = [abs(p.dU) for p in points if zero.d < p.d <= end]
+    for before, zero, end in zip(ends, (z.point for z in zeros), ends[2:], strict=False):
+        left, right = ([p for p in points if a <= p.d <= b] for a, b in ((before, zero.d), (zero.d, end)))
         between = np.abs(curve(np.linspace(np.log(zero.d), np.log(end), 50)))
-        result.append(Equilibrium(zero.d, float(zero.slopes[0]), max([*inside, float(between.max())]) / largest))
+        peak = max([*(abs(p.dU) for p in right), float(between.max())]) / largest
+        slope, error, certain = float(zero.slopes[0]), None, None
+        if zero.mesh_errors is not None:
+            error = float(zero.mesh_errors[0]) / abs(slope)
+            certain = all(
+                any(p.mesh_errors is not None and abs(p.dU) > p.mesh_errors[0] for p in side) for side in (left, right)
+            )
+        result.append(Equilibrium(zero.d, slope, peak, error, certain))
     return result
 
 

@@ -95,11 +95,17 @@ class _Recorder:
 
     def zeros(self, zeros: list[Equilibrium]) -> None:
         """Write equilibria.csv."""
-        if self.folder is not None:
-            rows = [
-                {"d": z.d, "stable": "true" if z.stable else "false", "slope": z.slope, "peak": z.peak} for z in zeros
-            ]
-            write_table(self.folder.file("equilibria.csv"), ["d", "stable", "slope", "peak"], rows)
+        if self.folder is None:
+            return
+        words = {True: "true", False: "false"}
+        rows = []
+        for z in zeros:
+            row: dict[str, Any] = {"d": z.d, "stable": words[z.stable], "slope": z.slope, "peak": z.peak}
+            if z.d_error is not None and z.certain is not None:
+                row |= {"d_error": z.d_error, "certain": words[z.certain]}
+            rows.append(row)
+        columns = ["d", "stable", "slope", "peak", *(["d_error", "certain"] if self.case.mesh_error else [])]
+        write_table(self.folder.file("equilibria.csv"), columns, rows)
 
     def close(self) -> None:
         if self.fields is not None:
@@ -200,7 +206,10 @@ def run_curve(
         if case.n == 2:
             zeros = equilibria(find_zeros(branch, points), points)
             recorder.zeros(zeros)
-            kinds = [f"{'stable' if z.stable else 'unstable'} at d = {z.d:.5g}" for z in zeros]
+            kinds = [
+                f"{'stable' if z.stable else 'unstable'} at d = {z.d:.5g}{' (uncertain)' if z.certain is False else ''}"
+                for z in zeros
+            ]
             message += f"; dU = 0: {', '.join(kinds) or 'nowhere'}"
         return message
 

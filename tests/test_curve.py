@@ -7,6 +7,8 @@ import json
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +17,7 @@ from mpi4py import MPI
 
 from pairsim.case_file import curve_from_dict
 from pairsim.continuation import follow
-from pairsim.curve import Branch, Point, find_zeros, steady_problem, trace
+from pairsim.curve import Branch, Point, equilibria, find_zeros, steady_problem, trace
 from pairsim.curve_case import CurveCase
 from pairsim.errors import NoSteadyState
 from pairsim.mesh import MeshSettings
@@ -178,6 +180,18 @@ def test_small_spheres_have_a_stable_distance_that_hardly_depends_on_softness() 
         zeros.append(zero.point.d)
         solver.close()
     assert abs(zeros[1] - zeros[0]) < 0.015
+
+
+def test_a_zero_within_the_mesh_error_is_called_uncertain() -> None:
+    def point(d: float, dU: float, error: float) -> Any:
+        return SimpleNamespace(d=d, dU=dU, slopes=np.array([1.0]), mesh_errors=np.array([error]))
+
+    zero: Any = SimpleNamespace(point=point(0.2, 0.0, 0.002))
+    (clear,) = equilibria([zero], [point(0.1, -0.1, 0.01), point(0.3, 0.1, 0.01)])
+    (vague,) = equilibria([zero], [point(0.1, -0.005, 0.01), point(0.3, 0.1, 0.01)])
+    assert clear.certain
+    assert clear.d_error == pytest.approx(0.002)
+    assert not vague.certain
 
 
 def test_the_softest_shapes_end_in_a_fold() -> None:
