@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
-from pairsim.case import Number, Positive, SceneCase, Whole, check_scene, number, whole
+from pairsim.case import Distance, Number, Positive, SceneCase, Whole, check_scene, number, whole
 from pairsim.errors import InputError
 
 MOST_VALUES = 10_000
@@ -34,7 +34,7 @@ def expanded(value: Any) -> Any:
 
 
 Gaps = Annotated[
-    tuple[Positive | tuple[Positive, ...], ...], Field(min_length=1, max_length=MOST_VALUES), BeforeValidator(expanded)
+    tuple[Distance | tuple[Distance, ...], ...], Field(min_length=1, max_length=MOST_VALUES), BeforeValidator(expanded)
 ]
 Values = Annotated[tuple[Positive, ...], Field(min_length=1, max_length=MOST_VALUES), BeforeValidator(expanded)]
 
@@ -87,7 +87,7 @@ class CriticalCase(SceneCase):
     lines: dict[str, Values] | None = Field(
         None, description="the other of the two, with values of which each gives a line of its own"
     )
-    d: tuple[Positive, Positive] = Field((0.02, 0.8), description="distances between which zeros are looked for [D_c]")
+    d: tuple[Distance, Distance] = Field((0.02, 0.8), description="distances between which zeros are looked for [D_c]")
     mesh_error: bool = Field(
         True, strict=True, description="solve on a coarser mesh too and estimate the error of every distance from it"
     )

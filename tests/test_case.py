@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 import yaml
-from conftest import CONFIGS
+from conftest import CONFIGS, ROOT
 from typer.testing import CliRunner
 
-from pairsim.case_file import case_from_dict, load_case, schema_rows
+from pairsim.case import SceneCase
+from pairsim.case_file import case_from_dict, load_case, load_critical, load_curve, schema_rows
 from pairsim.cli import app
 
 MINIMAL = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}
@@ -55,6 +57,19 @@ def test_resolved_case_reads_back_as_itself(path: Path, tmp_path: Path) -> None:
     again = tmp_path / "case.yaml"
     again.write_text(yaml.safe_dump(case.resolved()))
     assert load_case(again).resolved() == case.resolved()
+
+
+@pytest.mark.parametrize(("load", "name"), [(load_curve, "curve"), (load_critical, "critical")])
+def test_resolved_cases_of_other_commands_too(load: Callable[[Path], SceneCase], name: str, tmp_path: Path) -> None:
+    case = load(ROOT / "configs" / f"{name}.yaml")
+    again = tmp_path / "case.yaml"
+    again.write_text(yaml.safe_dump(case.resolved()))
+    assert load(again).resolved() == case.resolved()
+
+
+@pytest.mark.parametrize(("command", "key"), [("run", "d0"), ("curve", "max_points"), ("critical", "along")])
+def test_every_command_has_a_schema(command: str, key: str) -> None:
+    assert key in CliRunner().invoke(app, ["schema", command]).output
 
 
 def test_schema_lists_every_key() -> None:

@@ -12,14 +12,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import dU, march, soft_pair
+import yaml
+from conftest import ROOT, dU, march, soft_pair
 from mpi4py import MPI
 
-from pairsim.case_file import curve_from_dict
+from pairsim.case_file import curve_from_dict, load_critical, load_curve
 from pairsim.continuation import follow
 from pairsim.curve import Branch, Point, equilibria, find_zeros, steady_problem, trace
 from pairsim.curve_case import CurveCase
-from pairsim.errors import NoSteadyState
+from pairsim.errors import InputError, NoSteadyState
 from pairsim.mesh import MeshSettings
 from pairsim.output import read_series
 from pairsim.steady import Parameters, SteadyProblem
@@ -237,6 +238,48 @@ def test_critical_command_follows_the_zero_of_the_curve(tmp_path: Path, pairsim)
     assert zero["stable"] == "false"
     assert json.loads((tmp_path / "critical" / "run.json").read_text())["ends"][0]["reason"] == "range"
     assert (tmp_path / "critical" / "critical.png").stat().st_size > 10_000
+
+
+SHORT = {
+    "curve": ["mesh.Np=8", "mesh_error=false", "d=[0.3, 0.1]", "max_points=2"],
+    "critical": ["mesh.Np=8", "mesh_error=false", "d=[0.1, 0.6]", "along={Ca_e: [0.05]}", "lines={De: [0.25]}"],
+}
+
+
+@pytest.mark.parametrize("command", SHORT)
+def test_shipped_case_runs(command: str, tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+    settings = [word for setting in SHORT[command] for word in ("--set", setting)]
+    done = pairsim(command, str(ROOT / "configs" / f"{command}.yaml"), "-o", "out", *settings)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "out" / f"{command}.png").stat().st_size > 10_000
+    assert pairsim("plot", "out", "-o", "pictures").returncode == 0
+    assert (tmp_path / "pictures" / f"{command}.png").is_file()
+
+
+BAD = {
+    "no distances": ("curve", "d: null", "d", "is missing"),
+    "a range that is none": ("curve", "d: {start: 0, stop: 1, num: 3}", "d", "start, stop, num"),
+    "a list for another number of gaps": ("curve", "d: [[0.1, 0.2]]", "d", "numbers, or lists of 1"),
+    "fields outside the curve": ("curve", "fields: [0.9]", "fields", "between the least and largest d"),
+    "a key of run": ("curve", "d0: 0.1", "d0", "unknown key"),
+    "no parameter": ("critical", "along: {beta: [0.1, 0.2]}", "along", "one of Ca_e and De"),
+    "the same parameter twice": ("critical", "along: {De: [1]}\nlines: {De: [1]}", "lines", "the other parameter"),
+    "softness of rigid particles": ("critical", "Ca_e: 0\nalong: {Ca_e: [0.1]}", "Ca_e", "one value above 0"),
+    "three particles": ("critical", "particles: 3", "particles", "2: critical"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_case_is_refused(name: str, tmp_path: Path) -> None:
+    command, text, key, allowed = BAD[name]
+    changed = yaml.safe_load(text)
+    plain = {"beta": 0.4, "De": 0.5, "Ca_e": 0.1} | ({"d": [0.1, 0.3]} if command == "curve" else {})
+    path = tmp_path / "case.yaml"
+    path.write_text(yaml.safe_dump(plain | changed))
+    with pytest.raises(InputError) as caught:
+        (load_curve if command == "curve" else load_critical)(path)
+    assert f"{path}: {key}: " in str(caught.value)
+    assert allowed in str(caught.value)
 
 
 def test_ranks_give_the_same_curve(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
