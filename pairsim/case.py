@@ -173,10 +173,18 @@ class SceneCase(_Options):
     def tube_length(self) -> float:
         """Length of the tube."""
         if self.length == "auto":
-            return self.cluster + 2 * AUTO_MARGIN
+            return self.cluster + 2 * self._margin
         if self.length is None:
             return 50 * max(self.betas) if self.n else 10.0
         return self.length
+
+    @property
+    def _margin(self) -> float:
+        """Tube on each side of the particles with `length: auto`."""
+        if self.polymer is None:
+            return NEWTONIAN_MARGIN
+        least, most = ELASTIC_MARGINS
+        return min(max(7.0 - 10.0 * min(self.betas, default=1.0), least), most)
 
     @property
     def cluster(self) -> float:
@@ -232,8 +240,10 @@ class Case(SceneCase):
 
 
 # Tube on each side of the particles with developed ends. The slowest disturbance of a Newtonian pipe flow decays as
-# exp(-8.93 z/D_c): 2 leaves 2e-8 of it.
-AUTO_MARGIN = 2.0
+# exp(-8.93 z/D_c): 2 leaves 2e-8 of it. A viscoelastic one decays more slowly, for small particles most of all, as
+# measured in docs/viscoelastic.md; De hardly matters.
+NEWTONIAN_MARGIN = 2.0
+ELASTIC_MARGINS = 3.0, 6.0
 FREE_ENDS = 0.5
 MOST_OUTPUTS = 10_000
 

@@ -40,6 +40,15 @@ def test_lists_count_from_upstream() -> None:
     assert case.tube_length == 20.0
 
 
+@pytest.mark.parametrize(
+    ("De", "beta", "margin"),
+    [(0, 0.2, 2), (0, 0.4, 2), (1, 0.2, 5), (1, 0.4, 3), (5, 0.4, 3), (2, 0.6, 3), (2, 0.1, 6)],
+)
+def test_auto_leaves_small_particles_in_elastic_liquids_more_tube(De: float, beta: float, margin: float) -> None:
+    case = case_from_dict({**MINIMAL, "De": De, "beta": beta, "ends": "developed", "length": "auto"}, "test")
+    assert case.tube_length == pytest.approx(2 * beta + 0.1 + 2 * margin)
+
+
 def test_a_pipe_needs_no_particles() -> None:
     assert case_from_dict({"particles": 0, "De": 0}, "test").betas == ()
     assert case_from_dict({"particles": 1, "De": 0, "beta": 0.4, "Ca_e": 0}, "test").gaps == ()
