@@ -155,7 +155,7 @@ class SceneCase(_Options):
             return self.mesh.max_size
         if self.polymer is None:
             return 0.2
-        return 0.1 if self.n else 0.05
+        return 0.07 if self.n else 0.05
 
     @property
     def cell_sizes(self) -> dict[str, Any]:
