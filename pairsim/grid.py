@@ -185,9 +185,13 @@ class _Reader:
             self._merge(merged, changes, where)
             yield where, changes, merged, True
         cases = self.data.get("cases", [])
-        if not isinstance(cases, list) or not all(isinstance(entry, dict) for entry in cases):
-            self.refuse("cases", cases, "a list of keys and values, such as - {Ca_e: 0.2, d0: 0.1}")
+        if not isinstance(cases, list) or not all(isinstance(entry, dict | str) for entry in cases):
+            allowed = "a list of keys and values, such as - {Ca_e: 0.2, d0: 0.1}, and paths of case files"
+            self.refuse("cases", cases, allowed)
         for i, entry in enumerate(cases):
+            if isinstance(entry, str):
+                path = self.path.parent / entry
+                entry = {"name": path.stem, **read_yaml(path)}
             merged = copy.deepcopy(self.base)
             self._merge(merged, entry, f"cases[{i}]")
             yield f"cases[{i}]", _flat(entry), merged, False

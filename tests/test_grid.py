@@ -97,6 +97,15 @@ def test_base_may_be_a_path_and_incomplete(tmp_path: Path) -> None:
     assert column(read_grid(tmp_path / "grid.yaml"), "d0") == [0.1, 0.2]
 
 
+def test_cases_may_be_files_which_give_their_names_and_override_the_base(tmp_path: Path) -> None:
+    (tmp_path / "hard.yaml").write_text("De: 5\nd0: 0.3\n")
+    grid = grid_of(tmp_path, "cases: [hard.yaml, {De: 1}]\n")
+    assert (column(grid, "De"), column(grid, "d0"), column(grid, "Ca_e")) == ([5, 1], [0.3, 0.1], [0.1, 0.1])
+    assert grid.cases[0].folder.startswith("hard-")
+    with pytest.raises(InputError, match=r"missing\.yaml: no such file"):
+        grid_of(tmp_path, "cases: [missing.yaml]\n")
+
+
 def test_comments_and_order_do_not_make_another_grid(tmp_path: Path) -> None:
     first = grid_of(tmp_path, "grid: {Ca_e: [0, 0.1], d0: [0.1, 0.2]}\n")
     second = grid_of(tmp_path, "# the same\ngrid: {d0: [0.2, 0.1], Ca_e: [0.1, 0]}\n")
