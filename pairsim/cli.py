@@ -286,6 +286,46 @@ def sweep(
     raise typer.Exit(code)
 
 
+@app.command(
+    epilog="Examples: pairsim study configs/study.yaml | mpirun -n 2 pairsim study configs/study.yaml -o mesh-study"
+)
+def study(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="Study file (YAML): base, discretisations, quantity, at, exact or reference, repeat.",
+            show_default=False,
+        ),
+    ],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Folder of the study. [default: runs/<name>]")
+    ] = None,
+    case_timeout: Annotated[float | None, typer.Option(min=0.0, help="Wall time of a case, in seconds.")] = None,
+    quiet: Quiet = False,
+    set_: Settings = None,
+) -> None:
+    """Solve one case in many discretisations: what each costs, and how far off it is. study.csv, study.png.
+
+    Works as a sweep: also under mpirun, and the same command continues what was stopped. Exit codes as those of sweep.
+    """
+    from pairsim.case_file import read_yaml
+    from pairsim.study import read_study, run_study
+    from pairsim.sweep import launcher_communicator
+    from pairsim.sweep_progress import make_sweep_reporter
+
+    checked = read_study(file, read_yaml(file), tuple(set_ or ()))
+    directory = output or Path("runs") / checked.grid.name
+    comm = launcher_communicator()
+    reporter = make_sweep_reporter(quiet, comm.rank if comm else 0)
+    code, message = run_study(checked, directory, case_timeout, comm, reporter)
+    if message:
+        if code == 0:
+            typer.echo(str(directory))
+        elif quiet:
+            typer.echo(message, err=True)
+    raise typer.Exit(code)
+
+
 @app.command(epilog="Examples: pairsim status runs/sweep | pairsim status study --watch")
 def status(
     directory: Annotated[Path, typer.Argument(help="Folder of a sweep.", show_default=False)],
@@ -318,7 +358,7 @@ def plot(
         str | None, typer.Option(metavar="KEY", help="Parameter of a sweep that chooses the colours.")
     ] = None,
 ) -> None:
-    """Draw the results of run, curve, critical or sweep as PNG.
+    """Draw the results of run, curve, critical, sweep or study as PNG.
 
     A run: dU and D against time and distance, and the deformed particles in the flow. A curve: dU and D against d.
     A sweep: dU of all cases against time and distance, the last dU against each parameter, and a map of how the cases
@@ -328,6 +368,10 @@ def plot(
         from pairsim.sweep_plots import plot_sweep
 
         paths = plot_sweep(directory, output, group)
+    elif (directory / "study.csv").is_file():
+        from pairsim.study_plots import plot_study
+
+        paths = plot_study(directory, output)
     elif (directory / "curve.csv").is_file():
         from pairsim.curve_plots import plot_curve
 

@@ -82,7 +82,11 @@ def read_grid(path: Path, settings: tuple[str, ...] = ()) -> Grid:
     Raises:
         InputError: With the file, the entry, the key, its value and what is allowed.
     """
-    data = read_yaml(path)
+    return grid_from(path, read_yaml(path), settings)
+
+
+def grid_from(path: Path, data: dict[str, Any], settings: tuple[str, ...] = ()) -> Grid:
+    """As `read_grid`, from the content of a grid file that stands, or could stand, at a path."""
     return _Reader(path, data).grid(settings)
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import platform
+import resource
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -89,6 +91,12 @@ def _versions() -> dict[str, str]:
     return found
 
 
+def peak_memory() -> int:
+    """Most memory that this process has held so far, in bytes."""
+    largest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return largest if sys.platform == "darwin" else 1024 * largest
+
+
 class Record:
     """run.json: rewritten whole whenever something is to be told.
 
@@ -130,6 +138,7 @@ class Record:
             "machine": {"node": platform.node(), "system": platform.platform(), "processor": platform.machine()},
             "versions": _versions(),
             "wall_time": wall,
+            "peak_memory": peak_memory(),  # of the first process
             **more,
         }
         if phases:

@@ -1,0 +1,152 @@
+"""Studies: what their files may hold, orders and extrapolated values, and a whole one on two ranks."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable
+from pathlib import Path
+from subprocess import CompletedProcess
+
+import pytest
+from conftest import ROOT
+from matplotlib import image
+
+from pairsim.case_file import read_yaml
+from pairsim.convergence import extrapolated, order, pareto
+from pairsim.errors import InputError
+from pairsim.study import Study, read_study, study_rows
+
+STUDY = """
+base: {beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1, ends: developed, length: 3, time: {end: 0.02}, output: {fields: false}}
+at: [0.01, 0.02]
+discretisations: [{mesh.Np: 8}, {mesh.Np: 11}, {mesh.Np: 16}, {mesh.Np: 8, time.fixed_step: 0.005}]
+"""
+
+
+def checked(tmp_path: Path, text: str) -> Study:
+    path = tmp_path / "study.yaml"
+    path.write_text(text)
+    return read_study(path, read_yaml(path))
+
+
+def test_order_is_the_slope_between_two_errors() -> None:
+    assert order((0.2, 0.1), (8e-3, 1e-3)) == pytest.approx(3)
+    assert order((0.2, 0.05), (-1.6e-2, 1e-3)) == pytest.approx(2)
+    assert order((0.2, 0.2), (1.0, 2.0)) is None
+    assert order((0.2, 0.1), (1.0, 0.0)) is None
+
+
+def test_extrapolation_finds_limit_and_order_for_any_ratios() -> None:
+    h = [0.3, 0.21, 0.1]
+    found = extrapolated(h, [5 - 2 * size**2.5 for size in h])
+    assert found == pytest.approx((5, 2.5))
+    assert extrapolated(h, [1.0, 2.0, 1.5]) is None, "they go up and down"
+    assert extrapolated(h, [1.0, 2.0, 4.0]) is None, "they do not converge"
+
+
+def test_front_holds_what_no_other_beats() -> None:
+    assert pareto([1, 2, 3, 4], [0.5, 0.6, 0.1, 0.1]) == [0, 2]
+    assert pareto([2, 1, 1], [0.1, 0.3, 0.2]) == [2, 0]
+    assert pareto([], []) == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ("command: sweep", "command: got 'sweep'; run or curve"),
+        ("colour: red", "colour: got 'red'; unknown key"),
+        ("quantity: U_3", "quantity: got 'U_3'; one of"),
+        ("reference: 4", "index of a discretisation from 0 to 3"),
+        ("reference: 1\nexact: [0.1, 0.2]", "nothing, beside exact"),
+        ("exact: 0.1", "2 numbers, one for each of at"),
+        ("repeat: 0", "a whole number from 1 to 100"),
+    ],
+)
+def test_wrong_study_is_refused_with_key_and_value(changes: str, message: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"study\.yaml") as caught:
+        checked(tmp_path, STUDY + changes)
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("entries", "message"),
+    [
+        ("[{mesh.Np: 8}]", "a list of two or more"),
+        ("[{mesh.Np: 8}, {mesh.Np: 8}]", "1 are like an earlier one"),
+        ("[{mesh.Np: 8}, {mesh.Np: 2}]", "mesh.Np: got 2"),
+        ("[{mesh.Np: 8}, {output.times: [0.01]}]", "nothing: at says it"),
+    ],
+)
+def test_wrong_discretisations_are_refused(entries: str, message: str, tmp_path: Path) -> None:
+    text = STUDY[: STUDY.index("discretisations")] + f"discretisations: {entries}\n"
+    with pytest.raises(InputError) as caught:
+        checked(tmp_path, text)
+    assert message in str(caught.value)
+
+
+def test_curve_is_compared_at_its_distances(tmp_path: Path) -> None:
+    text = "command: curve\nbase: {beta: 0.4, De: 0, Ca_e: 0}\nat: [0.2, 0.1]\n"
+    study = checked(tmp_path, text + "discretisations: [{mesh.Np: 8}, {mesh.Np: 10}]\n")
+    assert [case.checked.resolved["d"] for case in study.grid.cases] == [[0.2, 0.1]] * 2
+    with pytest.raises(InputError, match="at: is missing"):
+        checked(tmp_path, text.replace("at: [0.2, 0.1]\n", "") + "discretisations: [{mesh.Np: 8}, {mesh.Np: 10}]\n")
+
+
+def leave(folder: Path, name: str, unknowns: int, wall: float, dU: float) -> None:
+    """What a finished run leaves behind, as far as a study reads it."""
+    (folder / name).mkdir(parents=True)
+    told = {"status": "finished", "reason": "end", "unknowns": unknowns, "steps": 10, "wall_time": wall}
+    told |= {"wall_time_by_phase": {"solve": wall / 2, "other": wall / 2}, "peak_memory": 1000 * unknowns}
+    (folder / name / "run.json").write_text(json.dumps(told))
+    header = "t,d,U_L,U_T,dU,D_L,D_T,dp,dp_plus"
+    (folder / name / "series.csv").write_text(f"{header}\n0.01,.1,0,0,1.0,0,0,0,0\n0.02,.1,0,0,{dU!r},0,0,0,0\n")
+
+
+def test_orders_times_and_errors_are_those_of_the_folders(tmp_path: Path) -> None:
+    text = STUDY.replace(", {mesh.Np: 8, time.fixed_step: 0.005}", "") + "exact: [1, 2]\nrepeat: 2\n"
+    study = checked(tmp_path, text)
+    folders = [tmp_path / "a", tmp_path / "b"]
+    for i, (case, n) in enumerate(zip(study.grid.cases, (100, 400, 1600), strict=True)):
+        for folder, wall in zip(folders, (1.0, 2.0), strict=True):
+            leave(folder, case.folder, n, wall * 4**i, 2 + 30 / n)  # second order in 1/sqrt(n)
+    rows = study_rows(study, folders)
+    assert [row["error"] for row in rows] == pytest.approx([0.3, 0.075, 0.01875])
+    assert [row["relative_error"] for row in rows] == pytest.approx([0.15, 0.0375, 0.009375])
+    assert [row.get("order_space") for row in rows] == [None, pytest.approx(2), pytest.approx(2)]
+    assert (rows[2]["richardson_space"], rows[2]["richardson_order_space"]) == pytest.approx((2, 2))
+    assert [row["wall_time"] for row in rows] == [1.5, 6, 24]
+    assert [row["wall_time_spread"] for row in rows] == [1, 4, 16]
+    assert rows[1]["wall_solve"] == 3
+    assert all(row["pareto"] and not row["reference"] for row in rows)
+
+
+def test_study_runs_resumes_and_draws(tmp_path: Path, pairsim: Callable[..., CompletedProcess[str]]) -> None:
+    (tmp_path / "study.yaml").write_text(STUDY)
+    done = pairsim("study", "study.yaml", "-o", "out", "-q", ranks=2)
+    assert (done.returncode, done.stdout.strip()) == (0, "out"), done.stderr
+    with (tmp_path / "out" / "study.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["mesh.Np"], row["time.fixed_step"]) for row in rows] == [
+        ("8", ""), ("11", ""), ("16", ""), ("8", "0.005"),
+    ]  # fmt: skip
+    assert [row["reference"] for row in rows] == ["false", "false", "true", "false"]
+    assert [row["steps"] for row in rows][3] == "4"
+    errors = [float(row["error"]) for row in rows if row["error"]]
+    assert len(errors) == 3
+    assert 0 < errors[1] < errors[0] < 0.1
+    assert all(float(row["dU"]) == float(row["dU@0.02"]) for row in rows)
+    assert all(50e6 < int(row["peak_memory"]) < 4e9 for row in rows)
+    assert image.imread(tmp_path / "out" / "study.png").shape[1] > 500
+    told = {path: path.read_text() for path in tmp_path.glob("out/sweep-1/*/run.json")}
+    assert len(told) == 4
+    (tmp_path / "out" / "study.csv").unlink()
+    again = pairsim("study", "study.yaml", "-o", "out", "-q")
+    assert again.returncode == 0, again.stderr
+    assert all(path.read_text() == text for path, text in told.items())
+    assert (tmp_path / "out" / "study.csv").is_file()
+
+
+def test_shipped_study_and_hard_cases_are_valid() -> None:
+    path = ROOT / "configs" / "study.yaml"
+    assert len(read_study(path, read_yaml(path)).grid.cases) == 9
