@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
+from pairsim.conformation import exponential
 from pairsim.fenicsx import PETSc
 from pairsim.mesh import Array, Indices
 from pairsim.scene import Scene
@@ -31,6 +32,7 @@ _PREFIXES = itertools.count()
 # A zero-diagonal saddle point: a maximum transversal with scaling first, then nested dissection (design, section 7).
 MUMPS = {"icntl_6": 5, "icntl_7": 5, "icntl_14": 40}
 MOST_ANALYSES = 4
+REASONS = {-3: "the matrix is singular", -4: "the residual is not a number", -5: "too many iterations"}
 UNPROVEN_RATE = 0.1
 
 
@@ -394,12 +396,31 @@ class Newton:
                 converged, self._why = False, str(error)
             inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation")) - inside
         self.clock.seconds["solve"] -= inside
+        solution = self._gather(self._y)
+        if converged and (why := self._overstretched(solution)):
+            converged, self._why = False, why
         if not converged:
             self._forget_factor()
-            self._why = self._why or f"SNES reason {self._snes.getConvergedReason()}"
+            reason = self._snes.getConvergedReason()
+            self._why = self._why or REASONS.get(reason, f"SNES reason {reason}")
         iterations = self._snes.getIterationNumber()
         report = Report(converged, iterations, self._factorisations, self._why, dict(self._steps), self._residual_norm)
-        return self._gather(self._y), report
+        return solution, report
+
+    def _overstretched(self, y: Array) -> str:
+        """In words, where a FENE-P liquid is past its pole: equations that Newton solves there mean nothing."""
+        liquid = self.scene.polymer
+        if liquid is None or liquid.name != "fene-p":
+            return ""
+        x = self.state(y)[1]
+        c = exponential(self.scene.liquid.nodal("s", x))
+        trace = c[:, 0] + c[:, 2] + c[:, 3]
+        top = int(np.argmax(trace))
+        largest: float = self.scene.comm.bcast(float(trace[top]))
+        if largest < liquid.L2:
+            return ""
+        z, r = self.scene.comm.bcast(self.scene.positions(x)[top].tolist())
+        return f"tr c = {largest:.4g} at z = {z:.3f}, r = {r:.3f} is past L2 = {liquid.L2:g}"
 
     def place(self, h_star: Array) -> None:
         """Set h* for the evaluations below, with g = 1 and U_m = 0 as quasi-steady scenes have them."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -209,3 +210,21 @@ def test_ranks_give_the_same_viscoelastic_series(tmp_path, pairsim) -> None:  # 
         series.append(read_series(tmp_path / f"out{ranks}" / "series.csv"))
     for name in ("t", "d", "U_L", "U_T", "dU", "D_T", "dp"):
         assert series[1][name] == pytest.approx(series[0][name], rel=1e-8, abs=1e-8), name
+
+
+def test_solution_past_the_pole_of_fene_p_is_none() -> None:
+    """Past L2 the spring of FENE-P pushes, and Newton's method is as happy there as anywhere."""
+    liquid = Polymer("fene-p", 1.0, 0.09, L2=10.0)
+    settings = MeshSettings(Np=8)
+    problem = soft_pair(0.4, 0.1, 0.0, polymer=liquid, length=3.0, periodic=False, mesh=settings)
+    transient = Transient(MPI.COMM_WORLD, problem)
+    try:
+        newton = transient.newton
+        assert newton is not None
+        newton.place(transient.history.h[0])
+        y = np.zeros(transient.tie.size)
+        assert newton._overstretched(y) == ""
+        y[transient.tie.fields["s"]] = 1.0
+        assert re.fullmatch(r"tr c = .+ at z = .+, r = .+ is past L2 = 10", newton._overstretched(y))
+    finally:
+        transient.close()
