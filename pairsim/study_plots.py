@@ -53,6 +53,7 @@ def plot_study(directory: Path, out: Path | None = None) -> list[Path]:
         *zip(*front, strict=True), where="post", color="0.4", linewidth=1, zorder=0, label="cheapest for its error"
     )
     axes.set(xscale="log", yscale="log", xlabel="wall time [s]", ylabel="error")
+    axes.margins(0.1)
     axes.grid(which="both", color="0.92")
     axes.legend(frameon=False, fontsize=8)
     target = out or directory
