@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
+from pairsim.conformation import warnings
 from pairsim.curve import Branch, Equilibrium, Point, equilibria, find_zeros, order, steady_problem, trace
 from pairsim.curve_case import CurveCase
 from pairsim.errors import NoSteadyState
@@ -218,7 +219,11 @@ def run_curve(
     finally:
         recorder.close()
     counts, phases = effort(branch)
-    record.write(outcome, {"points": len(recorder.points), **counts}, phases)
+    seen = [c.s_jump for p, _ in recorder.points if (c := p.observation.conformation) is not None]
+    told = warnings(max(seen, default=0.0))
+    record.write(outcome, {"points": len(recorder.points), **counts, "warnings": told}, phases)
+    for warning in told:
+        reporter.note(warning)
     own.close()
     if chain is not None and outcome.status != "finished":
         chain.close()

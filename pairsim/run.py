@@ -15,6 +15,7 @@ from mpi4py import MPI
 
 from pairsim.case import Case
 from pairsim.checkpoint import Checkpoint, Counts, check_same, load
+from pairsim.conformation import warnings
 from pairsim.errors import InputError, RunFailure, TooManySteps, WallTime, WriteFailure
 from pairsim.fields import frame
 from pairsim.mesh import MeshSettings
@@ -109,11 +110,17 @@ class _Recorder:
         self._pending: Step | None = None
         self._latest: Checkpoint | None = None
         self._saved, self._cost = -np.inf, 0.0
+        self._s_jump = 0.0
 
     @property
     def lost(self) -> int:
         """Frames that a damaged fields.h5 no longer gives."""
         return 0 if self.old is None or self.fields is None else self.old.frames - self.fields.frames
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the user should know of the results of this session."""
+        return warnings(self._s_jump)
 
     def attach(self, transient: Transient) -> None:
         """Say whose steps come."""
@@ -161,6 +168,7 @@ class _Recorder:
         if o.conformation is not None:
             c = o.conformation
             health += (c.c_max, c.z, c.r, c.c_min, c.s_jump)
+            self._s_jump = max(self._s_jump, c.s_jump)
         self.series.row(values | dict(zip(self.columns, map(float, health), strict=True)))
 
     def _field(self) -> None:
@@ -289,7 +297,9 @@ def run_case(
             try:
                 recorder.finish(last_frame=not at_once)
             finally:
-                record.write(outcome, told, dict(seconds))
+                record.write(outcome, told | {"warnings": recorder.warnings}, dict(seconds))
+                for warning in recorder.warnings:
+                    reporter.note(warning)
 
     try:
         if at_once:  # the others may be anywhere

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import re
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -210,6 +214,17 @@ def test_ranks_give_the_same_viscoelastic_series(tmp_path, pairsim) -> None:  # 
         series.append(read_series(tmp_path / f"out{ranks}" / "series.csv"))
     for name in ("t", "d", "U_L", "U_T", "dU", "D_T", "dp"):
         assert series[1][name] == pytest.approx(series[0][name], rel=1e-8, abs=1e-8), name
+
+
+def test_a_stress_that_cells_do_not_resolve_is_told(tmp_path: Path, pairsim: Callable[..., Any]) -> None:
+    """At the wall of a pipe whose cells are half as large as its radius c changes by more than e^2 within a cell."""
+    case = "particles: 0\nDe: 10\nends: developed\nlength: 3\nmesh: {max_size: 0.25}\noutput: {fields: false}\n"
+    (tmp_path / "case.yaml").write_text(case)
+    for end, told in (("0.001", 0), ("2", 1)):
+        done = pairsim("run", "case.yaml", "-o", "out", "--overwrite", "--set", f"time.end={end}")
+        assert done.returncode == 0, done.stderr
+        assert len(json.loads((tmp_path / "out" / "run.json").read_text())["warnings"]) == told
+        assert ("is not resolved" in done.stderr) == bool(told)
 
 
 def test_solution_past_the_pole_of_fene_p_is_none() -> None:
