@@ -21,7 +21,7 @@ from pairsim.ties import transient_tie
 from pairsim.transient import Problem, Step, Transient
 
 ROOT = Path(__file__).parent.parent
-OTHERS = {"curve", "critical", "sweep"}
+OTHERS = {"curve", "critical", "study", "sweep"}
 CONFIGS = sorted(path for path in (ROOT / "configs").glob("*.yaml") if path.stem not in OTHERS)
 """The shipped cases of `pairsim run`; other commands' are named after them."""
 TINY = "base: {beta: 0.4, De: 0, Ca_e: 0, ends: developed, length: 3, mesh: {Np: 8}, time: {end: 0.01}}\n"

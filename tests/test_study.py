@@ -15,6 +15,7 @@ from matplotlib import image
 from pairsim.case_file import read_yaml
 from pairsim.convergence import extrapolated, order, pareto
 from pairsim.errors import InputError
+from pairsim.grid import grid_from
 from pairsim.study import Study, read_study, study_rows
 
 STUDY = """
@@ -147,6 +148,17 @@ def test_study_runs_resumes_and_draws(tmp_path: Path, pairsim: Callable[..., Com
     assert (tmp_path / "out" / "study.csv").is_file()
 
 
-def test_shipped_study_and_hard_cases_are_valid() -> None:
+def test_shipped_study_is_valid() -> None:
     path = ROOT / "configs" / "study.yaml"
     assert len(read_study(path, read_yaml(path)).grid.cases) == 9
+
+
+def test_hard_cases_are_valid_and_all_different(tmp_path: Path) -> None:
+    files = sorted((ROOT / "configs" / "hard").glob("*.yaml"))
+    assert len(files) >= 40
+    for command in ("run", "curve"):
+        own = [str(path) for path in files if path.name.startswith(f"{command}-")]
+        grid = grid_from(tmp_path / "grid.yaml", {"command": command, "cases": own})
+        assert len(grid.cases) == len(own)
+        files = [path for path in files if str(path) not in own]
+    assert not files
