@@ -66,7 +66,9 @@ def plot_critical(directory: Path, out: Path) -> list[Path]:
         labelled.add(label)
     finish_axis(axis, axis_label([name]), axis_label(["d_cr"]), [], legend=bool(rows))
     note = "dashed: unstable, solid: stable;  cross: a stable and an unstable one meet;  square: leaves the range"
-    figure.suptitle(f"{case_title(case)}\n{note}", fontsize=9)
+    replaced = {*case["along"], *(case.get("lines") or {})}
+    title = case_title({key: value for key, value in case.items() if key not in replaced})
+    figure.suptitle(f"{title}\n{note}", fontsize=9)
     out.mkdir(parents=True, exist_ok=True)
     figure.savefig(out / "critical.png", dpi=160)
     return [out / "critical.png"]

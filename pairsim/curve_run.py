@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from pairsim.output import CURVE_HEALTH, POLYMER_HEALTH, RunFolder, curve_column
 from pairsim.progress import Reporter
 from pairsim.record import Outcome, Record, concluded, new_folder
 from pairsim.steady import Parameters, Steady, SteadyProblem
-from pairsim.xdmf import FieldsWriter
+from pairsim.xdmf import FieldFrame, FieldsWriter
 
 
 def point_row(point: Point) -> dict[str, float]:
@@ -67,7 +68,7 @@ class _Recorder:
             *curve_columns(case.n, case.common, case.mesh_error, parameters if sensitivities else []),
             *health,
         ]
-        self.fields = FieldsWriter(folder.path) if folder is not None and case.fields else None
+        self.frames: list[FieldFrame] = []
 
     def found(self, point: Point, wanted: bool, scene: Steady, expected: int) -> None:
         """Take a new point in."""
@@ -86,13 +87,13 @@ class _Recorder:
             self.points.sort(key=lambda entry: entry[0].d)
         rows = [point_row(p) | {"wanted": float(asked)} for p, asked in self.points]
         write_table(self.folder.file("curve.csv"), self.columns, rows)
-        if self.fields is not None and any(abs(point.d - d) < 1e-9 * d for d in self.case.fields):
+        if any(abs(point.d - d) < 1e-9 * d for d in self.case.fields):
             (h, x), flow = scene.state(), scene.flow
             undeformed = np.concatenate([np.zeros(body.size) for body in scene.bodies])
             for body, centre in zip(scene.bodies, scene.centres, strict=True):
                 undeformed[body.start : body.start + body.size : 2] = centre
             moment = SteadyMoment(point.d, scene.scene, scene.meshes, x, h, scene.tie.V @ scene.y)
-            self.fields.write(frame(moment, undeformed, flow))
+            self.frames.append(frame(moment, undeformed, flow))
 
     def zeros(self, zeros: list[Equilibrium]) -> None:
         """Write equilibria.csv."""
@@ -109,8 +110,11 @@ class _Recorder:
         write_table(self.folder.file("equilibria.csv"), columns, rows)
 
     def close(self) -> None:
-        if self.fields is not None:
-            self.fields.close()
+        """Write the fields: in ascending distance, which is not the order in which they were solved."""
+        if self.folder is not None and self.frames:
+            with closing(FieldsWriter(self.folder.path)) as fields:
+                for kept in sorted(self.frames, key=lambda kept: kept.t):
+                    fields.write(kept)
 
 
 class Chain:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import pyvista as pv
 import yaml
 from conftest import ROOT, dU, march, soft_pair
 from mpi4py import MPI
@@ -252,6 +253,8 @@ def test_shipped_case_runs(command: str, tmp_path: Path, pairsim) -> None:  # ty
     done = pairsim(command, str(ROOT / "configs" / f"{command}.yaml"), "-o", "out", *settings)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "out" / f"{command}.png").stat().st_size > 10_000
+    if command == "curve":
+        assert pv.get_reader(tmp_path / "out" / "fields.xdmf").time_values == pytest.approx([0.1, 0.3])
     assert pairsim("plot", "out", "-o", "pictures").returncode == 0
     assert (tmp_path / "pictures" / f"{command}.png").is_file()
 
