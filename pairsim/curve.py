@@ -17,7 +17,7 @@ from pairsim.diagnostics import Observation, liquid_distortion
 from pairsim.errors import NoSteadyState
 from pairsim.mesh import Array, MeshSettings
 from pairsim.remeshing import GAP_RATIO
-from pairsim.steady import Parameters, Snapshot, Steady, SteadyProblem
+from pairsim.steady import Parameters, Snapshot, Steady, SteadyProblem, nominal
 
 # The mesh that tells the error of the wanted one: its cells are larger by this factor.
 COARSER = 2**0.5
@@ -219,13 +219,32 @@ class Branch:
         before = fine.iterations
         found, _ = fine.solve_with(along, tau, y, fine.velocity_row(), 0.0, 0.0)
         if found is not None and settled:
-            fine.remesh(afresh=True)
-            found, _ = fine.solve_with(along, found, fine.y, fine.velocity_row(), 0.0, 0.0)
+            found = self._settled(along, found)
         if found is None:
             return None
         for scene in self.scenes[1:]:
             follow(scene, fine.parameters)
         return self._read(before)
+
+    def _settled(self, along: Callable[[float], Parameters], tau: float) -> float | None:
+        """Solve a zero again on the mesh of its own distance, until the mesh and the distance belong together.
+
+        Of two meshes that each lead to the other's distance, that of the smaller one is taken.
+        """
+        fine, found = self.fine, tau
+        made: set[tuple[float, ...]] = set()
+        last: tuple[float, ...] = (np.inf,)
+        while True:
+            wanted = nominal(fine.parameters.gaps)
+            if wanted in made and wanted >= last:
+                return found
+            again = wanted in made
+            made.add(wanted)
+            fine.remesh(afresh=True)
+            place, _ = fine.solve_with(along, found, fine.y, fine.velocity_row(), 0.0, 0.0)
+            if place is None or again:
+                return place
+            found, last = place, wanted
 
     @property
     def snapshots(self) -> tuple[Snapshot, ...]:

@@ -41,7 +41,7 @@ DIFFERENCE = 1e-5
 LEAST_STEADY, FRESH_STEADY = 0.6, 0.75
 MOST_BORDERED = 12
 # Distances that meshes are made for, in a decade.
-PER_DECADE = 40
+PER_DECADE = 20
 # First and last step of pseudo-time, in relaxation times.
 RELAX_FIRST, RELAX_LAST = 0.1, 200.0
 # A bordered iteration keeps the matrix in hand once its steps are below this.
@@ -109,6 +109,11 @@ class Snapshot:
     reference: Reference
     mesh: QuadraticMesh
     deformed: bool
+
+
+def nominal(distances: Array | tuple[float, ...]) -> tuple[float, ...]:
+    """The distances that a mesh around spheres is made for, near the given ones."""
+    return tuple(float(10 ** (round(np.log10(d) * PER_DECADE) / PER_DECADE)) for d in distances)
 
 
 class Steady:
@@ -217,8 +222,7 @@ class Steady:
         geometry = Geometry(self.problem.betas, tuple(map(float, distances)), self.problem.length)
         if afresh or not self._deformed:
             # Meshes around spheres exist for certain distances only, so that two ways to a place end on the same mesh.
-            nominal = tuple(float(10 ** (round(np.log10(d) * PER_DECADE) / PER_DECADE)) for d in distances)
-            self._mesh(Reference.spheres(replace(geometry, gaps=nominal), self.outlines))
+            self._mesh(Reference.spheres(replace(geometry, gaps=nominal(distances)), self.outlines))
             distortion = diagnostics.liquid_distortion(self.scene, self._extend(h)) if self.scene.moving else 1.0
             self._deformed = self.comm.bcast(distortion < FRESH_STEADY)
         if self._deformed:
