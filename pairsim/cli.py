@@ -278,6 +278,11 @@ def sweep(
     )
     reporter = make_sweep_reporter(quiet, comm.rank if comm else 0)
     code, message = run_sweep(checked, directory, options, comm, reporter)
+    _end_sweep(code, message, directory, quiet)
+
+
+def _end_sweep(code: int, message: str, directory: Path, quiet: bool) -> NoReturn:
+    """Say where the results are or what went wrong (only the first process has a message), and exit."""
     if message:
         if code == 0:
             typer.echo(str(directory))
@@ -318,12 +323,7 @@ def study(
     comm = launcher_communicator()
     reporter = make_sweep_reporter(quiet, comm.rank if comm else 0)
     code, message = run_study(checked, directory, case_timeout, comm, reporter)
-    if message:
-        if code == 0:
-            typer.echo(str(directory))
-        elif quiet:
-            typer.echo(message, err=True)
-    raise typer.Exit(code)
+    _end_sweep(code, message, directory, quiet)
 
 
 @app.command(epilog="Examples: pairsim status runs/sweep | pairsim status study --watch")

@@ -7,7 +7,6 @@ import signal
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 import numpy as np
@@ -33,6 +32,7 @@ from pairsim.output import (
 )
 from pairsim.progress import Reporter
 from pairsim.record import Outcome, Record, collectively, new_folder
+from pairsim.signals import Signals
 from pairsim.stepsize import StepControl, reached
 from pairsim.transient import Problem, Step, Transient
 from pairsim.xdmf import FieldsWriter
@@ -67,28 +67,6 @@ def milestones(case: Case) -> list[float]:
     if every is not None:
         times |= {k * every for k in range(1, int(np.ceil(end / every - 1e-9)))}
     return [*sorted(times), end]
-
-
-class _Signals:
-    """Turns SIGINT and SIGTERM into a flag that all processes look at between steps."""
-
-    def __init__(self) -> None:
-        self.caught = 0
-        self._old: dict[int, Any] = {}
-
-    def _catch(self, number: int, _: FrameType | None) -> None:
-        if self.caught:  # a second one does not wait for the step to end
-            raise KeyboardInterrupt
-        self.caught = number
-
-    def __enter__(self) -> _Signals:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            self._old[number] = signal.signal(number, self._catch)
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        for number, old in self._old.items():
-            signal.signal(number, old)
 
 
 class _Recorder:
@@ -276,7 +254,7 @@ def run_case(
     transient: Transient | None = None
     at_once = False
     try:
-        with _Signals() as signals:
+        with Signals(impatient=True) as signals:
             transient = Transient(comm, problem_of(case), old.state if old is not None else None)
             outcome = _march(case, transient, recorder, reporter, signals, record)
     except KeyboardInterrupt:
@@ -361,7 +339,7 @@ def _march(
     transient: Transient,
     recorder: _Recorder | None,
     reporter: Reporter,
-    signals: _Signals,
+    signals: Signals,
     record: Record,
 ) -> Outcome:
     """Take all steps, write them, and find the end."""
@@ -378,7 +356,7 @@ def _march(
         with transient.clock("output"):
             _written(comm, write, transient.counts, step.t)
         reporter.update(step.t, _shown(step, count), count)
-        stop = comm.allreduce((signals.caught, record.passed), op=MPI.MAX)
+        stop = comm.allreduce((signals.number, record.passed), op=MPI.MAX)
         if (outcome := _end(case, step.t, o.d.tolist())) is not None:
             return outcome
         if stop[0]:

@@ -15,7 +15,6 @@ import time
 from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
-from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 import yaml
@@ -27,6 +26,7 @@ from pairsim.grid import Grid, SweepCase
 from pairsim.ledger import Ledger, Lock, Shard
 from pairsim.output import plain, write_text
 from pairsim.runner import Result, Runner, Task
+from pairsim.signals import Signals
 from pairsim.sweep_progress import SweepReporter
 from pairsim.sweep_queue import part_of, units
 
@@ -83,26 +83,6 @@ def launcher_communicator() -> MPI.Comm | None:
     return MPI.COMM_WORLD if MPI.COMM_WORLD.size > 1 else None
 
 
-class _Signals:
-    """Notes SIGTERM and SIGINT."""
-
-    def __init__(self) -> None:
-        self.number = 0
-        self._old: dict[int, Any] = {}
-
-    def _catch(self, number: int, _: FrameType | None) -> None:
-        self.number = number
-
-    def __enter__(self) -> _Signals:
-        for number in (signal.SIGTERM, signal.SIGINT):
-            self._old[number] = signal.signal(number, self._catch)
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        for number, old in self._old.items():
-            signal.signal(number, old)
-
-
 def run_sweep(
     grid: Grid, directory: Path, options: Options, comm: MPI.Comm | None, reporter: SweepReporter
 ) -> tuple[int, str]:
@@ -125,7 +105,7 @@ def run_sweep(
     if size > 1 and options.ranks_per_case > size:
         allowed = f"at most {size}, the processes of this job"
         raise InputError("--ranks-per-case", "", options.ranks_per_case, allowed)
-    with _Signals() as signals:
+    with Signals() as signals:
         root: _Root | None = None
         error: Exception | None = None
         if rank == 0:
@@ -150,7 +130,7 @@ def run_sweep(
         return _serve(comm, runner, signals), ""
 
 
-def _warm_up(forms: tuple[str, ...], comm: MPI.Comm | None, signals: _Signals, reporter: SweepReporter) -> None:
+def _warm_up(forms: tuple[str, ...], comm: MPI.Comm | None, signals: Signals, reporter: SweepReporter) -> None:
     """Compile the forms that are missing, on one process of each machine; the others wait without computing."""
     leader = True
     if comm:
@@ -175,7 +155,7 @@ def _warm_up(forms: tuple[str, ...], comm: MPI.Comm | None, signals: _Signals, r
             time.sleep(POLL)
 
 
-def _serve(comm: MPI.Comm, runner: Runner, signals: _Signals) -> int:
+def _serve(comm: MPI.Comm, runner: Runner, signals: Signals) -> int:
     """What every process but the first does, until it is told to leave; returns the exit code it is told."""
     told = False
     while True:
@@ -203,7 +183,7 @@ class _Root:
     """
 
     def __init__(
-        self, grid: Grid, directory: Path, options: Options, size: int, reporter: SweepReporter, signals: _Signals
+        self, grid: Grid, directory: Path, options: Options, size: int, reporter: SweepReporter, signals: Signals
     ) -> None:
         self.options, self.directory, self.reporter, self.signals = options, directory, reporter, signals
         _usable(directory)
