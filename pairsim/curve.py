@@ -17,6 +17,7 @@ from pairsim.diagnostics import Observation, liquid_distortion
 from pairsim.errors import NoSteadyState
 from pairsim.mesh import Array, MeshSettings
 from pairsim.remeshing import GAP_RATIO
+from pairsim.response import drift, sensitivities
 from pairsim.steady import Parameters, Snapshot, Steady, SteadyProblem, nominal
 
 # The mesh that tells the error of the wanted one: its cells are larger by this factor.
@@ -282,8 +283,8 @@ class Branch:
             observation,
             observation.dp - fine.drop_without_particles(),
             slopes,
-            np.diff(fine.drift()),
-            fine.sensitivities() if self._sensitivities else {},
+            np.diff(drift(fine)),
+            sensitivities(fine) if self._sensitivities else {},
             errors,
             fine.iterations - iterations_before,
             fine.meshes,

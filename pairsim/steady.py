@@ -287,7 +287,7 @@ class Steady:
         liquid, tie = self.scene.liquid, self.tie
         mesh = liquid.quadratic
         nodes = np.arange(len(mesh.points))
-        x = self._extend(self._h_star(self.parameters)) if self.scene.moving else np.zeros(self.scene.size)
+        x = self._extend(self.h_star(self.parameters)) if self.scene.moving else np.zeros(self.scene.size)
         if self.scene.polymer is None:
             u = self.problem.boundary_velocity(mesh.points)
         else:
@@ -313,7 +313,7 @@ class Steady:
             self._flows[De] = self.comm.bcast(Pipe(replace(polymer, De=De) if polymer else None).steady())
         return self._flows[De]
 
-    def _h_star(self, parameters: Parameters) -> Array:
+    def h_star(self, parameters: Parameters) -> Array:
         """Positions of undeformed spheres at the wanted distances."""
         betas = tuple(beta * parameters.size for beta in self.problem.betas)
         centres = Geometry(betas, parameters.gaps, self.problem.length).centres
@@ -342,7 +342,7 @@ class Steady:
                     base[liquid.index("u", nodes, 0)] = across(flow.r, flow.u, r)
                     for c in range(4):
                         base[liquid.index("s", nodes, c)] = across(flow.r, s[:, c], r)
-        h_star = self._h_star(parameters)
+        h_star = self.h_star(parameters)
         self.newton.place(h_star)
         return h_star
 
@@ -505,51 +505,8 @@ class Steady:
         self.newton.forget()
         return None, count
 
-    def drift(self) -> Array:
-        """Change of the particles' velocities by what a quasi-steady scene leaves out, to first order, (N,).
-
-        The distances change at the rates dU, and with them the shapes and s; the velocity of the surfaces, that of the
-        mesh and ds/dt that follow from this are put into the full residual. `factor` first.
-        """
-        assert self.newton is not None
-        scene, tie, now = self.scene, self.tie, self.parameters
-        U = self.y[tie.fields["U_p"]]
-        rates = np.diff(U)
-        fastest = float(np.abs(rates).max(initial=0.0))
-        if fastest == 0.0:
-            return np.zeros(len(U))
-
-        def along(tau: float) -> Parameters:
-            return replace(now, gaps=tuple(np.add(now.gaps, tau * rates / fastest)))
-
-        y_t = fastest * self.tangent(along)
-        ends = [self._h_star(along(tau)) for tau in (DIFFERENCE, -DIFFERENCE)]
-        h_t = fastest * (ends[0] - ends[1]) / (2 * DIFFERENCE) + tie.M @ y_t
-        (h, x), liquid = self.state(), scene.liquid
-        means = []
-        for body, at in zip(self.bodies, scene.nodes.interfaces, strict=True):
-            if body.phase is None:
-                means.append(float(h_t[body.start]))
-                continue
-            moved = body.displacement(h_t)
-            means.append(body.quadrature.mean(moved[:, 0], body.phase.quadratic.points + body.displacement(h)))
-            for c in range(2):
-                x[liquid.index("u", at, c)] += moved[body.nodes, c] - (means[-1] if c == 0 else 0.0)
-        if scene.polymer is not None:
-            x_t = tie.N @ y_t + tie.C @ h_t
-            vertices = liquid.quadratic.vertices
-            for c, frame in enumerate((float(np.mean(U - means)), 0.0)):
-                x[liquid.index("w", vertices, c)] = frame + x_t[liquid.index("eta", vertices, c)]
-            star = x[: liquid.size].copy()
-            start, stop = liquid.offsets["s"], liquid.offsets["s"] + liquid.nodal("s", x).size
-            star[start:stop] -= x_t[start:stop]
-            liquid.set_star(star)
-            liquid.constants["rate"].value = 1.0
-        neglected = self.newton.reduce(x) - self._residual_here()
-        change: Array = -self.newton.linear_solve(neglected)[tie.fields["U_p"]]
-        return change
-
-    def _residual_here(self) -> Array:
+    def residual(self) -> Array:
+        """The residual at the solution."""
         assert self.newton is not None
         self._apply(self.parameters)
         return self.newton.residual_at(self.y)
@@ -559,31 +516,6 @@ class Steady:
         row = np.zeros(self.tie.size)
         row[self.tie.fields["U_p"][[0, -1]]] = -1.0, 1.0
         return row
-
-    def sensitivities(self) -> dict[str, Array]:
-        """Derivatives of every dU, (N-1,), by what the scene has of Ca_e, De and beta, at the same distances.
-
-        Particles that differ keep the ratios of their values; the derivative is by the largest. One transposed solve a
-        gap serves all parameters. `factor` first.
-        """
-        assert self.newton is not None
-        now, velocities = self.parameters, self.tie.fields["U_p"]
-        lines: dict[str, tuple[float, Callable[[float], Parameters]]] = {}
-        if any(now.Ca_es):
-            lines["Ca_e"] = (
-                max(now.Ca_es),
-                lambda tau: replace(now, Ca_es=tuple(Ca_e * (1 + tau) for Ca_e in now.Ca_es)),
-            )
-        if now.De:
-            lines["De"] = now.De, lambda tau: replace(now, De=now.De * (1 + tau))
-        lines["beta"] = max(self.problem.betas), lambda tau: replace(now, size=now.size * (1 + tau))
-        changes = {name: self.residual_change(line) / value for name, (value, line) in lines.items()}
-        adjoints = []
-        for i in range(len(velocities) - 1):
-            row = np.zeros(self.tie.size)
-            row[velocities[[i, i + 1]]] = -1.0, 1.0
-            adjoints.append(self.newton.linear_solve(row, transposed=True))
-        return {name: -np.array([adjoint @ change for adjoint in adjoints]) for name, change in changes.items()}
 
     def observe(self) -> Observation:
         """What is read off the solution."""
