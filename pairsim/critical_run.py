@@ -11,7 +11,7 @@ from mpi4py import MPI
 from pairsim.critical import Critical, End, Followed, follow_all, search, with_value
 from pairsim.curve import Branch, Point, steady_problem
 from pairsim.curve_case import CriticalCase
-from pairsim.curve_run import effort, point_row
+from pairsim.curve_run import point_row, tell
 from pairsim.errors import NoSteadyState
 from pairsim.output import CRITICAL_COLUMNS, CURVE_HEALTH, POLYMER_HEALTH, RunFolder, write_table
 from pairsim.progress import Reporter
@@ -27,6 +27,7 @@ class _Recorder:
         health = CURVE_HEALTH + (POLYMER_HEALTH if case.polymer else ())
         self.columns = [*CRITICAL_COLUMNS, *(["mesh_error", "d_error"] if case.mesh_error else []), *health]
         self.rows: list[dict[str, Any]] = []
+        self.points: list[Point] = []
         self.first_branch = self.solved = self.wanted = 0
 
     def scanned(self, point: Point) -> None:
@@ -39,6 +40,7 @@ class _Recorder:
         point, number = critical.point, critical.branch + self.first_branch
         self.solved += 1
         self.wanted += critical.kind == "wanted"
+        self.points.append(point)
         row: dict[str, Any] = dict(point_row(point))
         place = point.parameters
         row |= {"Ca_e": max(place.Ca_es), "De": place.De, "d_cr": point.d, "U": row["U_T"]}
@@ -119,8 +121,7 @@ def run_critical(
         return f"{len(recorder.rows)} critical distances on {recorder.first_branch} branches"
 
     outcome = concluded(work)
-    counts, phases = effort(branch)
-    record.write(outcome, {"ends": ends, **counts}, phases)
+    tell(record, outcome, branch, recorder.points, {"ends": ends}, reporter)
     if branch is not None:
         branch.close()
     reporter.finish(outcome.message)

@@ -56,6 +56,23 @@ def effort(branch: Branch | None) -> tuple[dict[str, Any], dict[str, float]]:
     return counts, phases
 
 
+def tell(
+    record: Record,
+    outcome: Outcome,
+    branch: Branch | None,
+    points: list[Point],
+    more: dict[str, Any],
+    reporter: Reporter,
+) -> None:
+    """Write the end of run.json: how it ended, what it cost, and warnings of the points' stresses."""
+    counts, phases = effort(branch)
+    seen = [c.s_jump for p in points if (c := p.observation.conformation) is not None]
+    told = warnings(max(seen, default=0.0))
+    record.write(outcome, {**more, **counts, "warnings": told}, phases)
+    for warning in told:
+        reporter.note(warning)
+
+
 class _Recorder:
     """Writes the files of a curve as they grow; does nothing on other processes than the first."""
 
@@ -222,12 +239,7 @@ def run_curve(
         outcome = concluded(work)
     finally:
         recorder.close()
-    counts, phases = effort(branch)
-    seen = [c.s_jump for p, _ in recorder.points if (c := p.observation.conformation) is not None]
-    told = warnings(max(seen, default=0.0))
-    record.write(outcome, {"points": len(recorder.points), **counts, "warnings": told}, phases)
-    for warning in told:
-        reporter.note(warning)
+    tell(record, outcome, branch, [p for p, _ in recorder.points], {"points": len(recorder.points)}, reporter)
     own.close()
     if chain is not None and outcome.status != "finished":
         chain.close()

@@ -397,7 +397,7 @@ class Newton:
             inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation")) - inside
         self.clock.seconds["solve"] -= inside
         solution = self._gather(self._y)
-        if converged and (why := self._overstretched(solution)):
+        if converged and (why := self.overstretched(solution)):
             converged, self._why = False, why
         if not converged:
             self._forget_factor()
@@ -407,7 +407,7 @@ class Newton:
         report = Report(converged, iterations, self._factorisations, self._why, dict(self._steps), self._residual_norm)
         return solution, report
 
-    def _overstretched(self, y: Array) -> str:
+    def overstretched(self, y: Array) -> str:
         """In words, where a FENE-P liquid is past its pole: equations that Newton solves there mean nothing."""
         liquid = self.scene.polymer
         if liquid is None or liquid.name != "fene-p":

@@ -486,7 +486,9 @@ class Steady:
                 self.factorisations += 1
             a = self.newton.linear_solve(self.newton.residual_at(y))
             b = self.newton.linear_solve((ends[0] - ends[1]) / (2 * DIFFERENCE))
-            step_tau = float((value - row @ y - row_tau * tau + row @ a) / (row_tau - row @ b))
+            step_tau = self.comm.bcast(float((value - row @ y - row_tau * tau + row @ a) / (row_tau - row @ b)))
+            if not np.isfinite(step_tau):
+                break
             step = -a - b * step_tau
             y, tau = y + step, tau + step_tau
             self.iterations += 1
@@ -496,7 +498,7 @@ class Steady:
                 break
             if largest < 10 * self.problem.newton_tolerance:
                 self._apply(along(tau))
-                if self._distortion_of(*self.newton.state(y)) <= 0:
+                if self._distortion_of(*self.newton.state(y)) <= 0 or self.newton.overstretched(y):
                     break
                 self.y, self.parameters = y, along(tau)
                 return tau, count
