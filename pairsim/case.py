@@ -63,7 +63,7 @@ class MeshOptions(_Options):
     )
     wall_cells: Whole = Field(0, ge=0, description="cells between particle and wall (0: Np/4)")
     max_size: CellSize | None = Field(
-        None, description="largest cell [D_c]; 0.2 in a Newtonian liquid, else 0.1, and 0.05 without particles"
+        None, description="largest cell [D_c]; 0.2 in a Newtonian liquid, else 0.07, and 0.05 without particles"
     )
     core_growth: Number = Field(0.3, gt=0, le=2, description="growth of the cell size by unit depth in a particle")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -11,10 +12,10 @@ from mpi4py import MPI
 from scipy.interpolate import CubicHermiteSpline
 
 from pairsim.case import SceneCase
-from pairsim.continuation import begin, cold_start, follow, towards
+from pairsim.continuation import begin, cold_start, follow, prepared, towards
 from pairsim.curve_case import CurveCase
 from pairsim.diagnostics import Observation, liquid_distortion
-from pairsim.errors import NoSteadyState
+from pairsim.errors import MeshFailure, NoSteadyState
 from pairsim.mesh import Array, MeshSettings
 from pairsim.remeshing import GAP_RATIO
 from pairsim.response import drift, sensitivities
@@ -23,6 +24,8 @@ from pairsim.steady import Parameters, Snapshot, Steady, SteadyProblem, nominal
 # The mesh that tells the error of the wanted one: its cells are larger by this factor.
 COARSER = 2**0.5
 FEWEST_CELLS = 8
+# The first place is walked to on cells larger by this factor: the way costs many solutions, and they are thrown away.
+SCOUT = 2.0
 # Neighbours whose distances have a ratio below exp of this get no point between them.
 CLOSE = 0.1
 
@@ -111,20 +114,47 @@ def steady_problem(case: SceneCase, narrowest: float) -> SteadyProblem:
     )
 
 
-def coarser(problem: SteadyProblem) -> SteadyProblem:
-    """The same on cells larger by `COARSER`."""
+def coarser(problem: SteadyProblem, factor: float) -> SteadyProblem:
+    """The same on cells larger by a factor."""
     mesh = problem.mesh
     return replace(
         problem,
         mesh=replace(
             mesh,
-            Np=max(FEWEST_CELLS, round(mesh.Np / COARSER)),
-            gap_cells=round(mesh.gap_cells / COARSER),
-            wall_cells=round(mesh.wall_cells / COARSER),
-            growth=mesh.growth * COARSER,
-            max_size=mesh.max_size * COARSER,
+            Np=max(FEWEST_CELLS, round(mesh.Np / factor)),
+            gap_cells=round(mesh.gap_cells / factor),
+            wall_cells=round(mesh.wall_cells / factor),
+            growth=mesh.growth * factor,
+            max_size=mesh.max_size * factor,
         ),
     )
+
+
+def walked(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters) -> Steady:
+    """A scene carried to its first place from one that hardly deforms.
+
+    Raises:
+        NoSteadyState: The way ends before it.
+    """
+    scene = Steady(comm, problem, cold_start(parameters))
+    begin(scene)
+    follow(scene, parameters)
+    return scene
+
+
+def started(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters, scout: Steady | None) -> Steady:
+    """A scene at its first place: from the solution of a scout on other cells, or walked where that does not do.
+
+    Raises:
+        NoSteadyState: There is no solution at the first place.
+    """
+    if scout is not None:
+        with suppress(MeshFailure):
+            scene = Steady(comm, problem, parameters)
+            scene.adopt(scout)
+            if scene.solve(parameters, prepared(scene, parameters, scene.y)).converged:
+                return scene
+    return walked(comm, problem, parameters)
 
 
 class Branch:
@@ -150,12 +180,16 @@ class Branch:
         sensitivities: bool = False,
     ) -> None:
         self._sensitivities = sensitivities
-        problems = [problem, coarser(problem)] if mesh_error else [problem]
-        self.scenes: list[Steady] = []
-        for each in problems:
-            self.scenes.append(Steady(comm, each, cold_start(parameters)))
-            begin(self.scenes[-1])
-            follow(self.scenes[-1], parameters)
+        problems = [problem, coarser(problem, COARSER)] if mesh_error else [problem]
+        scout = None
+        if cold_start(parameters) != parameters:
+            with suppress(NoSteadyState, MeshFailure):
+                scout = walked(comm, coarser(problem, SCOUT), parameters)
+        self.scenes = [started(comm, each, parameters, scout) for each in problems]
+        if scout is not None:
+            for name, seconds in scout.clock.seconds.items():
+                self.fine.clock.seconds[name] += seconds
+            scout.close()
         self._known = [[scene.snapshot] for scene in self.scenes]
 
     @property

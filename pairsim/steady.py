@@ -231,6 +231,33 @@ class Steady:
         self.parameters = parameters
         self.y = self.comm.bcast(self._carried_over(old, x, h, material))
 
+    def adopt(self, other: Steady) -> None:
+        """Take the solution of the same scene on other cells as the guess here; the mesh is made for its parameters."""
+        h, x = other.state()
+        displaced = h - other.h_star(other.parameters)
+        y, there, p_s = np.zeros(self.tie.size), np.zeros(self.scene.h_size), []
+        for body, coarse in zip(self.bodies, other.bodies, strict=True):
+            if body.phase is None or coarse.phase is None:
+                there[body.start] = displaced[coarse.start]
+                continue
+            mesh = coarse.phase.quadratic
+            p = np.zeros(len(mesh.points))
+            p[mesh.vertices] = x[other.scene.offset(coarse.phase) + coarse.phase.index("p", mesh.vertices)]
+            p = p[mesh.parents].mean(axis=1)
+            values = np.column_stack([coarse.displacement(displaced), p])
+            inside = body.phase.quadratic
+            found = interpolate(mesh, mesh.points, values, inside.points)
+            there[body.start : body.start + body.size] = found[:, :2].ravel()
+            p_s.append(found[inside.vertices, 2])
+        entry = self.tie.M.tocoo()
+        y[entry.col] = there[entry.row]
+        y[self.tie.fields["U_p"]] = other.y[other.tie.fields["U_p"]]
+        if p_s:
+            y[self.tie.fields["p_s"]] = np.concatenate(p_s)
+        h = self.h_star(other.parameters) + self.tie.M @ y
+        self.parameters = other.parameters
+        self.y = self.comm.bcast(self._carried_over(other.scene, x, h, y[self._material]))
+
     @property
     def snapshot(self) -> Snapshot:
         """The present solution."""
