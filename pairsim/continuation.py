@@ -23,6 +23,7 @@ ARC = 0.1
 MOST_ARCS = 60
 COLD_CAPILLARY = 0.01
 COLD_DEBORAH = 0.05
+STIFFER = (1.0, 0.2, 0.04, 0.008)  # factors of Ca_e where spheres are too soft for a first solution
 
 
 def towards(start: Parameters, end: Parameters) -> Callable[[float], Parameters]:
@@ -54,12 +55,18 @@ def cold_start(parameters: Parameters) -> Parameters:
 
 
 def begin(steady: Steady) -> None:
-    """The first solution, at the parameters that the scene was made with (see `cold_start`).
+    """The first solution, at the parameters that the scene was made with (see `cold_start`) or of stiffer spheres.
+
+    How much a sphere of some stiffness deforms depends on how narrow its gaps are.
 
     Raises:
         NoSteadyState: None was found.
     """
-    report = steady.solve(steady.parameters)
+    wanted = steady.parameters
+    for factor in STIFFER if any(wanted.Ca_es) else (1.0,):
+        report = steady.solve(replace(wanted, Ca_es=tuple(Ca_e * factor for Ca_e in wanted.Ca_es)))
+        if report.converged:
+            break
     if not report.converged and steady.problem.polymer is not None:
         report = steady.relax(steady.parameters)
     if not report.converged:

@@ -171,6 +171,13 @@ def test_the_first_solution_does_not_depend_on_the_way_to_it() -> None:
         assert short.y[unknowns] == pytest.approx(long.y[unknowns], abs=1e-6 if name.startswith("p") else 1e-8)
 
 
+def test_a_first_solution_is_found_between_narrow_gaps() -> None:
+    """Undeformed spheres that nearly fill the tube are no guess for soft ones, but they are for stiff ones."""
+    (point,) = points(beta=0.7, d=(0.02,), Ca_e=0.01, mesh={"Np": 10})
+    (stiffer,) = points(beta=0.7, d=(0.02,), Ca_e=0.001, mesh={"Np": 10})
+    assert point.dU / 0.01 == pytest.approx(stiffer.dU / 0.001, rel=0.3)
+
+
 def test_pseudo_time_reaches_the_steady_solution(viscoelastic: Branch) -> None:
     scene = viscoelastic.fine
     before = scene.snapshot
