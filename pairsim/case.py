@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
+from pairsim.accuracy import DEFAULT, SETTINGS, Accuracy
 from pairsim.errors import InputError
 from pairsim.materials.polymer import Polymer
 
@@ -55,15 +56,21 @@ class _Options(BaseModel):
 class MeshOptions(_Options):
     """Cell sizes."""
 
-    Np: Whole = Field(40, ge=6, le=1000, description="cells on each half-circle, at least")
+    Np: Whole = Field(
+        SETTINGS[DEFAULT].elastic.Np,
+        ge=6,
+        le=1000,
+        description="cells on each half-circle, at least (default: by accuracy)",
+    )
     growth: Number = Field(0.15, gt=0, le=2, description="growth of the cell size by unit distance from a particle")
     gap_cells: Whole = Field(0, ge=0, description="cells across a gap between particles (0: Np/4)")
     gap_exponent: Number = Field(
         0.0, ge=0, le=1, description="below d = 0.1 the cells across a gap grow as (0.1/d)^gap_exponent"
     )
     wall_cells: Whole = Field(0, ge=0, description="cells between particle and wall (0: Np/4)")
-    max_size: CellSize | None = Field(
-        None, description="largest cell [D_c]; 0.2 in a Newtonian liquid, else 0.07, and 0.05 without particles"
+    max_size: CellSize = Field(
+        SETTINGS[DEFAULT].elastic.max_size,
+        description="largest cell [D_c] (default: by accuracy; at 1%, 0.2 in a Newtonian and 0.07 in other liquids)",
     )
     core_growth: Number = Field(0.3, gt=0, le=2, description="growth of the cell size by unit depth in a particle")
 
@@ -72,7 +79,12 @@ class TimeOptions(_Options):
     """Time steps."""
 
     end: Number = Field(2.0, gt=0, description="end time [D_c/U_av]")
-    tol: Number = Field(3e-4, gt=0, le=0.1, description="allowed local error of the particles' velocities [U_av]")
+    tol: Number = Field(
+        SETTINGS[DEFAULT].time_tol,
+        gt=0,
+        le=0.1,
+        description="allowed local error of the particles' velocities [U_av] (default: by accuracy)",
+    )
     first_step: Number = Field(5e-4, gt=0, description="first step [D_c/U_av]")
     max_step: Number = Field(2.0, gt=0, description="largest step [D_c/U_av]")
     fixed_step: Positive | None = Field(None, description="keep to this step, without error control")
@@ -117,7 +129,20 @@ class SceneCase(_Options):
         None, description="tube length [D_c]; 50 times the largest beta (10 without particles); auto: developed ends"
     )
     ends: Literal["periodic", "developed"] = Field("periodic", description="periodic with the flow rate, or developed")
+    accuracy: Accuracy = Field(
+        DEFAULT,
+        description="error of dU that mesh and steps are chosen for, as a part of the largest |dU| of the curve",
+    )
     mesh: MeshOptions = MeshOptions()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _with_settings(cls, data: Any) -> Any:
+        """Settings of the accuracy wherever the case says nothing; a wrong accuracy is for its field to refuse."""
+        accuracy = data.get("accuracy", DEFAULT) if isinstance(data, dict) else None
+        if not isinstance(accuracy, str) or accuracy not in SETTINGS:
+            return data
+        return SETTINGS[accuracy].under(data, set(cls.model_fields))
 
     @property
     def n(self) -> int:
@@ -147,20 +172,6 @@ class SceneCase(_Options):
             return None
         alpha = 0.2 if self.alpha is None else self.alpha
         return Polymer(law, self.De, self.xi, alpha if law == "giesekus" else 0.0, self.epsilon or 0.0, self.L2 or 0.0)
-
-    @property
-    def max_size(self) -> float:
-        """Largest cell: stresses that the flow carries far need finer ones than a Newtonian far field."""
-        if self.mesh.max_size is not None:
-            return self.mesh.max_size
-        if self.polymer is None:
-            return 0.2
-        return 0.07 if self.n else 0.05
-
-    @property
-    def cell_sizes(self) -> dict[str, Any]:
-        """Settings of the mesh, by the names of `MeshSettings`."""
-        return {**self.mesh.model_dump(), "max_size": self.max_size}
 
     @property
     def notes(self) -> list[str]:
@@ -214,7 +225,6 @@ class SceneCase(_Options):
         data = self.model_dump(mode="json")
         if self.length is None:
             data["length"] = self.tube_length
-        data["mesh"]["max_size"] = self.max_size
         if self.polymer is not None:
             data["liquid"] = self.polymer.name
             data["alpha"] = self.polymer.alpha if self.polymer.name == "giesekus" else None

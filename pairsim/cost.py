@@ -32,7 +32,7 @@ class Estimate:
 
 def liquid_cells(case: SceneCase) -> float:
     """Triangles of the liquid: the integral of the area over that of a cell of the wanted size."""
-    length, coarse = case.tube_length, case.max_size
+    length, coarse = case.tube_length, case.mesh.max_size
     if not case.n:
         return length * 0.5 / (0.433 * coarse**2)
     beta = sum(case.betas) / case.n

@@ -108,7 +108,7 @@ class Equilibrium:
 
 def steady_problem(case: SceneCase, narrowest: float) -> SteadyProblem:
     """The part of a validated case that stays along its curve, whose least distance is `narrowest`."""
-    settings = MeshSettings(**case.cell_sizes)
+    settings = MeshSettings(**case.mesh.model_dump())
     return SteadyProblem(
         case.betas, case.tube_length, case.ends == "periodic", settings, case.polymer, narrowest=narrowest
     )

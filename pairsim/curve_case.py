@@ -7,6 +7,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
+from pairsim.accuracy import DEFAULT, SETTINGS
 from pairsim.case import Distance, Number, Positive, SceneCase, Whole, check_scene, number, whole
 from pairsim.errors import InputError
 
@@ -46,10 +47,11 @@ class CurveCase(SceneCase):
         None, description="distances between surfaces [D_c]: a list (of numbers or lists of gaps), or a range"
     )
     tol: Number = Field(
-        2e-3,
+        SETTINGS[DEFAULT].curve_tol,
         gt=0,
         le=1,
-        description="points are added until dU between them is known to this part of its largest value",
+        description="points are added until dU between them is known to this part of its largest value "
+        "(default: by accuracy)",
     )
     max_points: Whole = Field(200, ge=1, le=MOST_VALUES, description="most points of the curve, added ones included")
     fields: tuple[Positive, ...] = Field((), description="distances at which fields.xdmf is written [D_c]")

@@ -35,7 +35,7 @@ def write_mesh(case: Case, path: Path, png: Path | None) -> dict[str, int]:
     Raises:
         MeshFailure: No valid mesh could be made.
     """
-    settings = MeshSettings(**case.cell_sizes)
+    settings = MeshSettings(**case.mesh.model_dump())
     geometry = Geometry(case.betas, case.gaps, case.tube_length)
     outlines = make_outlines(geometry, settings)
     liquid = liquid_mesh(Reference.spheres(geometry, outlines), settings)

@@ -51,7 +51,7 @@ def problem_of(case: Case) -> Problem:
         case.gaps,
         case.tube_length,
         case.ends == "periodic",
-        MeshSettings(**case.cell_sizes),
+        MeshSettings(**case.mesh.model_dump()),
         StepControl(time_options.tol, SMALLEST_STEP, time_options.max_step, time_options.fixed_step),
         time_options.first_step,
         polymer=case.polymer,

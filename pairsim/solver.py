@@ -433,6 +433,11 @@ class Newton:
         self._jacobian(self._snes, self._y, self._A, None)
         self._rate, self._fresh = 0.0, False
 
+    @property
+    def factor_megabytes(self) -> int:
+        """Memory that MUMPS took for the factors in hand, all processes together [1e6 bytes]."""
+        return int(self._snes.getKSP().getPC().getFactorMatrix().getMumpsInfog(22))
+
     def linear_solve(self, rhs: Array, *, transposed: bool = False) -> Array:
         """Solve with the matrix in hand (or its transpose)."""
         b, x = self._A.createVecs()

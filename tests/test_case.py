@@ -10,8 +10,9 @@ import yaml
 from conftest import CONFIGS, ROOT
 from typer.testing import CliRunner
 
+from pairsim.accuracy import SETTINGS
 from pairsim.case import SceneCase
-from pairsim.case_file import case_from_dict, load_case, load_critical, load_curve, schema_rows
+from pairsim.case_file import case_from_dict, curve_from_dict, load_case, load_critical, load_curve, schema_rows
 from pairsim.cli import app
 
 MINIMAL = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}
@@ -47,6 +48,22 @@ def test_lists_count_from_upstream() -> None:
 def test_auto_leaves_small_particles_in_elastic_liquids_more_tube(De: float, beta: float, margin: float) -> None:
     case = case_from_dict({**MINIMAL, "De": De, "beta": beta, "ends": "developed", "length": "auto"}, "test")
     assert case.tube_length == pytest.approx(2 * beta + 0.1 + 2 * margin)
+
+
+def test_accuracy_sets_what_the_case_leaves_open() -> None:
+    case = case_from_dict({**MINIMAL, "De": 1, "accuracy": "5%"}, "test")
+    default = case_from_dict({**MINIMAL, "De": 1}, "test")
+    fine = case_from_dict({**MINIMAL, "De": 1, "accuracy": "0.1%"}, "test")
+    assert case.mesh.Np < default.mesh.Np < fine.mesh.Np
+    assert case.mesh.max_size > default.mesh.max_size > fine.mesh.max_size
+    assert case.time.tol > default.time.tol > fine.time.tol
+    own = case_from_dict(
+        {**MINIMAL, "De": 1, "accuracy": "0.1%", "mesh": {"Np": 20, "growth": 0.2}, "time": {"end": 1}}, "test"
+    )
+    assert (own.mesh.Np, own.mesh.growth, own.mesh.max_size) == (20, 0.2, fine.mesh.max_size)
+    assert (own.time.end, own.time.tol) == (1.0, fine.time.tol)
+    curves = [curve_from_dict({"beta": 0.4, "De": 0, "Ca_e": 0, "d": [1], "accuracy": a}, "test") for a in SETTINGS]
+    assert curves[0].tol > curves[1].tol > curves[2].tol
 
 
 def test_a_pipe_needs_no_particles() -> None:

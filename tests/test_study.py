@@ -162,3 +162,9 @@ def test_hard_cases_are_valid_and_all_different(tmp_path: Path) -> None:
         assert len(grid.cases) == len(own)
         files = [path for path in files if str(path) not in own]
     assert not files
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "configs" / "accuracy").glob("*.yaml")), ids=lambda path: path.stem)
+def test_shipped_studies_are_valid(path: Path) -> None:
+    study = read_study(path, read_yaml(path))
+    assert len({case.key for case in study.grid.cases}) == len(study.grid.cases) >= 8

@@ -1,0 +1,71 @@
+"""What `accuracy:` stands for: the cheapest settings that were measured to keep dU within a part of its peak."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+Accuracy = Literal["5%", "1%", "0.1%"]
+PIPE_CELL = 0.05  # a tube without particles has few cells, and profiles across it are all there is
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Sizes of cells.
+
+    Attributes:
+        Np: Cells on a half-circle.
+        max_size: Largest cell [D_c].
+    """
+
+    Np: int
+    max_size: float
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of an accuracy.
+
+    Attributes:
+        newtonian, elastic: Cells in a Newtonian and in a viscoelastic liquid, whose stresses the flow carries far.
+        time_tol: Allowed local error of a run's velocities [U_av].
+        curve_tol: Allowed error between the points of a curve, as a part of its peak.
+    """
+
+    newtonian: Cells
+    elastic: Cells
+    time_tol: float
+    curve_tol: float
+
+    def cells(self, elastic: bool, particles: int) -> Cells:
+        """The cells of a scene."""
+        chosen = self.elastic if elastic else self.newtonian
+        return chosen if particles or not elastic else Cells(chosen.Np, min(chosen.max_size, PIPE_CELL))
+
+    def under(self, case: dict[str, Any], fields: set[str]) -> dict[str, Any]:
+        """The keys of a case with these settings wherever it says nothing itself.
+
+        Args:
+            case: What the user wrote, not yet checked.
+            fields: Keys that this kind of case has.
+        """
+        De = case.get("De")
+        elastic = isinstance(De, (int, float)) and De > 0 and case.get("liquid") != "newtonian"
+        cells = self.cells(elastic, case.get("particles", 2))
+        groups: dict[str, dict[str, Any]] = {"mesh": {"Np": cells.Np, "max_size": cells.max_size}}
+        if "time" in fields:
+            groups["time"] = {"tol": self.time_tol}
+        filled = ({"tol": self.curve_tol} if "tol" in fields else {}) | case
+        for name, values in groups.items():
+            given = case.get(name, {})
+            if isinstance(given, dict):  # anything else is for the model to refuse
+                filled[name] = values | given
+        return filled
+
+
+SETTINGS: dict[Accuracy, Settings] = {
+    "5%": Settings(Cells(20, 0.2), Cells(20, 0.1), 1e-3, 1e-2),
+    "1%": Settings(Cells(40, 0.2), Cells(40, 0.07), 3e-4, 2e-3),
+    "0.1%": Settings(Cells(56, 0.14), Cells(80, 0.035), 5e-5, 5e-4),
+}
+DEFAULT: Accuracy = "1%"
