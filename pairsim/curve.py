@@ -187,8 +187,7 @@ class Branch:
                 scout = walked(comm, coarser(problem, SCOUT), parameters)
         self.scenes = [started(comm, each, parameters, scout) for each in problems]
         if scout is not None:
-            for name, seconds in scout.clock.seconds.items():
-                self.fine.clock.seconds[name] += seconds
+            self.fine.take_over_costs(scout)
             scout.close()
         self._known = [[scene.snapshot] for scene in self.scenes]
 

@@ -258,6 +258,14 @@ class Steady:
         self.parameters = other.parameters
         self.y = self.comm.bcast(self._carried_over(other.scene, x, h, y[self._material]))
 
+    def take_over_costs(self, other: Steady) -> None:
+        """Count another scene's work as this one's."""
+        self.iterations += other.iterations
+        self.factorisations += other.factorisations
+        self.meshes += other.meshes
+        for name, seconds in other.clock.seconds.items():
+            self.clock.seconds[name] += seconds
+
     @property
     def snapshot(self) -> Snapshot:
         """The present solution."""

@@ -19,7 +19,7 @@ from mpi4py import MPI
 
 from pairsim.case_file import curve_from_dict, load_critical, load_curve
 from pairsim.continuation import follow
-from pairsim.curve import Branch, Point, equilibria, find_zeros, steady_problem, trace, walked
+from pairsim.curve import Branch, Point, equilibria, find_zeros, started, steady_problem, trace, walked
 from pairsim.curve_case import CurveCase
 from pairsim.errors import InputError, NoSteadyState
 from pairsim.mesh import MeshSettings
@@ -163,9 +163,9 @@ def test_a_new_mesh_on_the_way_changes_little(viscoelastic: Branch) -> None:
 def test_the_first_solution_does_not_depend_on_the_way_to_it() -> None:
     """It comes from that of larger cells in a few iterations, and is the one that many small steps lead to."""
     made = case(De=0.5, Ca_e=(0.05, 0.1), beta=(0.4, 0.35), mesh={"Np": 10})
-    start = Parameters((0.1,), made.Ca_es, made.De)
-    short = branch(made).fine
-    long = walked(MPI.COMM_WORLD, steady_problem(made, 0.1), start)
+    start, problem = Parameters((0.1,), made.Ca_es, made.De), steady_problem(made, 0.1)
+    scout = walked(MPI.COMM_WORLD, steady_problem(case(De=0.5, beta=(0.4, 0.35), mesh={"Np": 8}), 0.1), start)
+    short, long = started(MPI.COMM_WORLD, problem, start, scout), walked(MPI.COMM_WORLD, problem, start)
     assert short.iterations <= 4 < long.iterations
     for name, unknowns in short.tie.fields.items():
         assert short.y[unknowns] == pytest.approx(long.y[unknowns], abs=1e-6 if name.startswith("p") else 1e-8)
