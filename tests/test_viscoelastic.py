@@ -238,8 +238,8 @@ def test_solution_past_the_pole_of_fene_p_is_none() -> None:
         assert newton is not None
         newton.place(transient.history.h[0])
         y = np.zeros(transient.tie.size)
-        assert newton._overstretched(y) == ""
+        assert newton.overstretched(y) == ""
         y[transient.tie.fields["s"]] = 1.0
-        assert re.fullmatch(r"tr c = .+ at z = .+, r = .+ is past L2 = 10", newton._overstretched(y))
+        assert re.fullmatch(r"tr c = .+ at z = .+, r = .+ is past L2 = 10", newton.overstretched(y))
     finally:
         transient.close()
