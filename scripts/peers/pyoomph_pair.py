@@ -13,7 +13,6 @@ from __future__ import annotations
 import argparse
 import csv
 import os
-import sys
 import tempfile
 import time
 from collections import Counter
@@ -23,21 +22,12 @@ from pathlib import Path
 os.environ["OMP_NUM_THREADS"] = os.environ["MKL_NUM_THREADS"] = "1"
 
 import numpy as np
+import pyoomph.expressions as ex
 from pyoomph import GlobalLagrangeMultiplier, MeshTemplate, Problem, WeakContribution
 from pyoomph.equations.ALE import LaplaceSmoothedMesh, PinMeshCoordinates
 from pyoomph.equations.generic import DirichletBC, IntegralObservables
 from pyoomph.equations.navier_stokes import StokesEquations
 from pyoomph.equations.solid import DeformableSolidEquations, FSIConnection, IncompressibleSolidConstitutiveLaw
-from pyoomph.expressions import (
-    axisymmetric,
-    cartesian,
-    determinant,
-    mesh_velocity,
-    square_root,
-    testfunction,
-    var,
-    vector,
-)
 from pyoomph.solvers.generic import GenericLinearSystemSolver
 from pyoomph.solvers.pardiso import PardisoSolver
 
@@ -50,18 +40,16 @@ TOLERANCE, TOLERANCE_STEP = 1e-9, 1e-7
 
 
 class NeoHookean(IncompressibleSolidConstitutiveLaw):
-    """Cauchy stress -p I + G (B - I); p is 0 at rest, or Newton's first matrix at another G would be that of a body
-    under a huge pressure. pyoomph's own incompressible law, -p I + G (I - B^-1), is another material.
-    """
+    """Cauchy stress -p I + G (B - I). pyoomph's own incompressible law, -p I + G (I - B^-1), is another material."""
 
     def __init__(self, modulus):
         super().__init__()
         self.modulus = modulus
 
     def get_sigma(self, dim, isotropic_growth_factor=1, pressure_var=None):
-        # J is 1 only in the mean. With it a constant pressure does no work but at the surface; without it the tension
-        # of some 80 that the tube's pressure drop puts around the pair makes the axis wrinkle at Ca_e .02 already.
-        J = square_root(determinant(self.get_Gij(dim)))
+        # J is 1 only in the mean. With it here, a constant pressure works at the surface alone. Without it, the tension
+        # of some 80 that the liquid has around the pair (p is 0 near the inlet) makes spheres of Ca_e .02 wrinkle.
+        J = ex.square_root(ex.determinant(self.get_Gij(dim)))
         inverse = self.get_G_up_ij(dim)
         return self.modulus * (self.get_gij(dim) - inverse) - pressure_var * J * inverse
 
@@ -99,7 +87,7 @@ class PairMesh(MeshTemplate):
             self.mark(f"{name}_surface", outline * mirror)
             for line in (near[-1], tube[0], core[0], inside[0], inside[-1]):
                 self.mark("axis", line * mirror)
-            for line in (self.wall_part(shell), tube[-1]):
+            for line in (shell[self.wall], tube[-1]):
                 self.mark("wall", line * mirror)
             self.mark("outlet" if side > 0 else "inlet", tube[:, -1] * mirror)
 
@@ -121,9 +109,9 @@ class PairMesh(MeshTemplate):
             reach = np.min([0.5 / direction[:, 0], np.abs((np.where(angle < 1.5, 0, box) - c) / direction[:, 1])], 0)
         shell = np.array([0, c]) + reach[:, None] * direction
         # Exact, because blocks find each other by the places of their nodes.
-        self.corner = 2 * int(counts[0]), 2 * int(counts[0] + counts[1])
-        first, second = self.corner
-        shell[: first + 1, 1], shell[first : second + 1, 0], shell[second:, 1] = 0, 0.5, box
+        first, second = 2 * int(counts[0]), 2 * int(counts[0] + counts[1])
+        self.wall = slice(first, second + 1)
+        shell[: first + 1, 1], shell[self.wall, 0], shell[second:, 1] = 0, 0.5, box
         shell[[0, -1], 0] = 0
         shell[1::2] = (shell[:-1:2] + shell[2::2]) / 2
         layers = max(3, self.cells // 4)
@@ -132,16 +120,12 @@ class PairMesh(MeshTemplate):
         steps[1::2] = (steps[:-1:2] + steps[2::2]) / 2
         return outline[:, None] + steps[..., None] * (shell - outline)[:, None], outline, shell
 
-    def wall_part(self, shell):
-        first, second = self.corner
-        return shell[first : second + 1]
-
     def tube(self, shell):
         """Liquid from the box to the end, rows from the axis to the wall."""
-        rows = shell[self.corner[1] :][::-1]
+        rows = shell[self.wall.stop - 1 :][::-1]
         box = rows[0, 1]
         layers = max(4, round(0.4 * self.cells))
-        z = box + (self.end - box) * graded(self.end - box, layers, 0.5 / self.cells * 4)
+        z = box + (self.end - box) * graded(self.end - box, layers, 2 / self.cells)
         z[-1] = self.end
         return np.stack(np.broadcast_arrays(rows[:, :1], z[None]), -1)
 
@@ -200,62 +184,55 @@ class TimedPardiso(PardisoSolver):
         try:
             return super().solve_serial(op_flag, *args)
         finally:
-            name = {1: "factorise", 2: "solve"}.get(op_flag, "other")
-            self.clock[name] += time.process_time() - begin
+            self.clock["factorise" if op_flag == 1 else "solve"] += time.process_time() - begin
             self.clock["newton"] += op_flag == 1
 
 
 class Pair(Problem):
     """The scene. `frame` None: the quasi-steady point. A number: the transient, in a frame of that velocity.
 
-    Velocities are those of the laboratory, also in a moving frame, where the tube's contents alone would move.
+    Velocities are those of the laboratory in both cases; code is generated in `folder` and compiled.
     """
 
-    def __init__(self, cells: int, beta: float, d: float, frame: float | None):
+    def __init__(self, cells: int, beta: float, d: float, frame: float | None, folder: str):
         super().__init__()
-        self.cells, self.beta, self.d, self.frame = cells, beta, d, frame
-        self.Ca_e = self.define_global_parameter(Ca_e=0.1)
-        self.ignore_command_line = True
-        # Zeros are kept in the matrix, so that Pardiso's ordering serves all iterations.
-        self.keep_structural_zeros = True
-
-    def define_problem(self):
-        self.set_coordinate_system(axisymmetric)
-        self.set_scaling(spatial=1, temporal=1, velocity=1, pressure=1)
-        self += PairMesh(self.cells, self.beta, self.d)
-        r = var("coordinate_x")
-        fluid = StokesEquations(dynamic_viscosity=1, mode="TH").with_pressure_fixation()
-        fluid += LaplaceSmoothedMesh()
-        fluid += DirichletBC(mesh_x=0, velocity_x=0) @ "axis" + DirichletBC(mesh_x=0, velocity_x=0) @ "gap"
-        fluid += (DirichletBC(velocity_x=0, velocity_y=0) + PinMeshCoordinates()) @ "wall"
-        for end in ("inlet", "outlet"):
-            fluid += (DirichletBC(velocity_x=0, velocity_y=2 - 8 * r**2) + PinMeshCoordinates()) @ end
-        for side, name in PARTICLES.items():
-            U = var(f"U_{name}", domain="globals") if self.frame is None else self.frame
-            # Liquid velocity = rate of the solid's positions (nothing in a steady solve) + U e_z.
-            fluid += FSIConnection(velocity_offset=-U * vector(0, 1)) @ f"{name}_surface"
-            solid = DeformableSolidEquations(
-                NeoHookean(1 / self.Ca_e), coordinate_space="C2", scale_for_FSI=True, pressure_space="C1"
-            )
-            solid += DirichletBC(mesh_x=0) @ "axis"
-            solid += IntegralObservables(volume=1, momentum=mesh_velocity()[1])
-            if self.frame is None:
-                # The facing pole is held; the row that pays for it is the unknown velocity's: no force acts.
-                pole = WeakContribution(
-                    var("mesh_y") - side * self.d / 2, testfunction(f"U_{name}", domain="globals"), coordsys=cartesian
-                )
-                fluid += pole @ f"gap/{name}_surface"
-                self += GlobalLagrangeMultiplier(f"U_{name}") @ "globals"
-            self += solid @ name
-        self += fluid @ "fluid"
-
-    def set_up(self, folder: str) -> None:
-        """Mesh, generated code and its compilation by the system's compiler."""
         self.quiet()
         self.set_output_directory(folder)
         self.set_c_compiler("system").optimize_for_max_speed()
         self.set_linear_solver("timed_pardiso")
-        self.initialise()
+        self.cells, self.beta, self.d, self.frame = cells, beta, d, frame
+        self.Ca_e = self.define_global_parameter(Ca_e=0.1)
+        self.ignore_command_line, self.initial_adaption_steps = True, 0
+        # Zeros are kept in the matrix, so that Pardiso's ordering serves all iterations.
+        self.keep_structural_zeros = True
+
+    def define_problem(self):
+        self.set_coordinate_system(ex.axisymmetric)
+        self.set_scaling(spatial=1, temporal=1, velocity=1, pressure=1)
+        self += PairMesh(self.cells, self.beta, self.d)
+        r = ex.var("coordinate_x")
+        fluid = StokesEquations(dynamic_viscosity=1, mode="TH").with_pressure_fixation()
+        fluid += LaplaceSmoothedMesh()
+        for line in ("axis", "gap"):
+            fluid += DirichletBC(mesh_x=0, velocity_x=0) @ line
+        fluid += (DirichletBC(velocity_x=0, velocity_y=0) + PinMeshCoordinates()) @ "wall"
+        for end in ("inlet", "outlet"):
+            fluid += (DirichletBC(velocity_x=0, velocity_y=2 - 8 * r**2) + PinMeshCoordinates()) @ end
+        for side, name in PARTICLES.items():
+            U = ex.var(f"U_{name}", domain="globals") if self.frame is None else self.frame
+            # Liquid velocity = rate of the solid's positions (nothing in a steady solve) + U e_z.
+            fluid += FSIConnection(velocity_offset=-U * ex.vector(0, 1)) @ f"{name}_surface"
+            law = NeoHookean(1 / self.Ca_e)
+            solid = DeformableSolidEquations(law, coordinate_space="C2", pressure_space="C1", scale_for_FSI=True)
+            solid += DirichletBC(mesh_x=0) @ "axis"
+            solid += IntegralObservables(volume=1, momentum=ex.mesh_velocity()[1])
+            if self.frame is None:
+                # The facing pole is held; the row that pays for it is the unknown velocity's: no force acts.
+                off, row = ex.var("mesh_y") - side * self.d / 2, ex.testfunction(f"U_{name}", domain="globals")
+                fluid += WeakContribution(off, row, coordsys=ex.cartesian) @ f"gap/{name}_surface"
+                self += GlobalLagrangeMultiplier(f"U_{name}") @ "globals"
+            self += solid @ name
+        self += fluid @ "fluid"
 
     def outline(self, name: str) -> np.ndarray:
         """Nodes (r, z) of a particle's surface, by facets of three."""
@@ -277,26 +254,26 @@ class Pair(Problem):
         momentum, volume = (self.get_mesh(name).evaluate_observable(what) for what in ("momentum", "volume"))
         return self.frame + float(momentum) / float(volume)
 
-    def dU(self) -> float:
-        return self.velocity("leading") - self.velocity("trailing")
-
-    def steps(self, end: float, tol: float, first: float):
+    def steps(self, end: float, tol: float, first: float = 5e-4):
         """BDF2 steps to `end`, the first one BDF1; yields the time after each.
 
         The next step's size comes from the surfaces' distance to the parabola through their last three places,
         divided by the step, which makes it an error of velocity. As in pairsim that between the particles counts
         twenty times. pyoomph's own estimate, tried on the solids' positions, is of the size of the second difference
-        and jumps with the step: at equal error it takes four times as many steps. Nothing is rejected: the solution
-        is smooth and steps grow slowly.
+        and jumps with the step: at equal error it takes two to three times as many steps. Nothing is rejected: the
+        solution is smooth and steps grow slowly.
         """
-        t, dt, times, places = 0.0, first, [0.0], [self.places()]
+
+        def surfaces() -> np.ndarray:
+            return np.stack([self.outline(name).reshape(-1, 2) for name in PARTICLES.values()])
+
+        t, dt, times, places = 0.0, first, [0.0], [surfaces()]
         while t < end * (1 - 1e-9):
-            left = end - t
-            # The last two steps share what is left.
+            left = end - t  # which the last two steps share
             dt = left if left < 1.01 * dt else min(dt, left / 2)
             self.solve(timestep=dt, newton_solver_tolerance=TOLERANCE_STEP)
             t += dt
-            times, places = [*times[-3:], t], [*places[-3:], self.places()]
+            times, places = [*times[-3:], t], [*places[-3:], surfaces()]
             yield t
             if len(times) == 4:
                 parabola = sum(
@@ -308,77 +285,64 @@ class Pair(Problem):
                 error = max(np.abs(off).max(), 20 * abs(np.diff(off[..., 1].mean(1))[0])) / dt
                 dt *= float(np.clip(0.9 * np.sqrt(tol / error), 0.5, 1.4))
 
-    def places(self) -> np.ndarray:
-        """Surface nodes (particle, node, 2)."""
-        return np.stack([self.outline(name).reshape(-1, 2) for name in PARTICLES.values()])
-
 
 def solve(cells: int, options: argparse.Namespace, folder: Path, frame: float | None) -> tuple[dict[str, float], float]:
     """One row of the table, and the pair's mean velocity. Seconds of the solution are the processor's."""
     begin = time.perf_counter()
-    with Pair(cells, options.beta, options.d, frame) as pair:
-        pair.set_up(str(folder / ("point" if frame is None else "transient")))
+    code = str(folder / ("point" if frame is None else "transient"))
+    with Pair(cells, options.beta, options.d, frame, code) as pair:
+        pair.initialise()
         set_up = time.perf_counter() - begin
         pair.Ca_e.value = options.Ca_e
         start, steps = time.process_time(), 0
         if frame is None:
             pair.solve(newton_solver_tolerance=TOLERANCE, max_newton_iterations=15)
         else:
-            steps = sum(1 for _ in pair.steps(options.end, options.tol, options.first_step))
+            steps = sum(1 for _ in pair.steps(options.end, options.tol))
         total = time.process_time() - start
-        clock = pair.get_la_solver().clock
-        row = {
-            "cells": cells,
-            "t": 0.0 if frame is None else options.end,
-            "unknowns": pair.ndof(),
-            "dU": pair.dU(),
-            "dU_by_Ca_e": pair.dU() / options.Ca_e,
-            "D_T": pair.taylor("trailing"),
-            "D_L": pair.taylor("leading"),
-            "steps": steps,
-            "newton": clock["newton"],
-            "set_up": set_up,
-            "assembly": total - clock["factorise"] - clock["solve"],
-            "factorise": clock["factorise"],
-            "solve": clock["solve"],
-            "total": total,
-            "wall": time.perf_counter() - begin,
-        }
-        return row, sum(pair.velocity(name) for name in PARTICLES.values()) / 2
+        clock, (U_T, U_L) = pair.get_la_solver().clock, (pair.velocity(name) for name in PARTICLES.values())
+        row = {"cells": cells, "t": 0.0 if frame is None else options.end, "unknowns": pair.ndof()}
+        row |= {"dU": U_L - U_T, "dU_by_Ca_e": (U_L - U_T) / options.Ca_e}
+        row |= {"D_T": pair.taylor("trailing"), "D_L": pair.taylor("leading")}
+        row |= {"steps": steps, "newton": clock["newton"], "set_up": set_up}
+        row |= {"assembly": total - clock["factorise"] - clock["solve"]}
+        row |= {"factorise": clock["factorise"], "solve": clock["solve"], "total": total}
+        row["wall"] = time.perf_counter() - begin
+        return row, (U_L + U_T) / 2
 
 
 def main() -> None:
+    """Solve on every mesh, print the table and write it."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument(
-        "--cells", type=int, nargs="+", default=[20, 40, 80], help="cells on a half-circle, one or more"
-    )
-    parser.add_argument("--beta", type=float, default=0.4, help="diameter of the spheres over that of the tube")
-    parser.add_argument("--d", type=float, default=0.1, help="distance between them, in tube diameters")
-    parser.add_argument("--Ca_e", type=float, default=0.1, help="viscous over elastic stress")
-    parser.add_argument("--end", type=float, default=1.0, help="end time of the transient")
-    parser.add_argument("--tol", type=float, default=1e-3, help="error of velocity allowed to a time step")
-    parser.add_argument("--first-step", type=float, default=5e-4)
-    parser.add_argument("--no-transient", action="store_true", help="the quasi-steady point only")
-    parser.add_argument("--output", type=Path, default=Path("pyoomph_pair.csv"), help="the table as CSV")
+    option = parser.add_argument
+    option("--cells", type=int, nargs="+", default=[20, 40, 80], help="cells on a half-circle, one mesh or more")
+    option("--beta", type=float, default=0.4, help="diameter of the spheres over that of the tube")
+    option("--d", type=float, default=0.1, help="distance between the spheres, in tube diameters")
+    option("--Ca_e", type=float, default=0.1, help="viscous over elastic stress")
+    option("--no-transient", action="store_true", help="the quasi-steady point only")
+    option("--end", type=float, default=1.0, help="end time of the transient")
+    option("--tol", type=float, default=1e-3, help="error of velocity allowed to a time step")
+    option("--output", type=Path, default=Path("pyoomph_pair.csv"), help="the table as CSV")
     options = parser.parse_args()
-    # pyoomph reads the command line too.
-    sys.argv = sys.argv[:1]
 
-    rows = []
+    rows: list[dict[str, float]] = []
     formats = {"dU": ".5e", "dU_by_Ca_e": ".5e", "D_T": ".5f", "D_L": ".5f", "t": "g"}
+
+    def add(row: dict[str, float]) -> None:
+        if not rows:
+            print(*(f"{key:>11}" for key in row))
+        texts = (format(v, formats.get(k, "d" if isinstance(v, int) else ".2f")) for k, v in row.items())
+        print(*(f"{text:>11}" for text in texts), flush=True)
+        rows.append(row)
+
     with tempfile.TemporaryDirectory() as folder:
         for cells in options.cells:
             row, U = solve(cells, options, Path(folder), None)
-            rows.append(row)
+            add(row)
             if not options.no_transient:
-                rows.append(solve(cells, options, Path(folder), U)[0])
-            for row in rows[-1 if options.no_transient else -2 :]:
-                if row is rows[0]:
-                    print(*(f"{key:>11}" for key in row))
-                texts = (format(v, formats.get(k, "d" if isinstance(v, int) else ".2f")) for k, v in row.items())
-                print(*(f"{text:>11}" for text in texts), flush=True)
+                add(solve(cells, options, Path(folder), U)[0])
     with options.output.open("w", newline="") as file:
-        writer = csv.DictWriter(file, rows[0])
+        writer = csv.DictWriter(file, list(rows[0]))
         writer.writeheader()
         writer.writerows(rows)
 
