@@ -19,7 +19,7 @@ from pairsim.errors import MeshFailure, NoSteadyState
 from pairsim.mesh import Array, MeshSettings
 from pairsim.remeshing import GAP_RATIO
 from pairsim.response import drift, sensitivities
-from pairsim.steady import Parameters, Snapshot, Steady, SteadyProblem, nominal
+from pairsim.steady import Parameters, Snapshot, Steady, SteadyProblem
 
 # The mesh that tells the error of the wanted one: its cells are larger by this factor.
 COARSER = 2**0.5
@@ -269,7 +269,7 @@ class Branch:
         made: set[tuple[float, ...]] = set()
         last: tuple[float, ...] = (np.inf,)
         while True:
-            wanted = nominal(fine.parameters.gaps)
+            wanted = fine.problem.nominal(fine.parameters.gaps)
             if wanted in made and wanted >= last:
                 return found
             again = wanted in made

@@ -40,8 +40,8 @@ DIFFERENCE = 1e-5
 # (beta .4, d .1: at Ca_e .14 around spheres, at .16 around the shapes): a new mesh comes sooner than in time.
 LEAST_STEADY, FRESH_STEADY = 0.6, 0.75
 MOST_BORDERED = 12
-# Distances that meshes are made for, in a decade.
-PER_DECADE = 20
+# Distances that meshes are made for, in a decade: the mesh of a place depends on the place alone, not on the way to it.
+PER_DECADE = 5
 # First and last step of pseudo-time, in relaxation times.
 RELAX_FIRST, RELAX_LAST = 0.1, 200.0
 # A bordered iteration keeps the matrix in hand once its steps are below this.
@@ -93,6 +93,12 @@ class SteadyProblem:
     newton_tolerance: float = 1e-9
     narrowest: float = np.inf
 
+    def nominal(self, gaps: tuple[float, ...]) -> tuple[float, ...]:
+        """The distances that a mesh around spheres is made for, near the given ones."""
+        rounded = tuple(float(10 ** (round(np.log10(d) * PER_DECADE) / PER_DECADE)) for d in gaps)
+        free = self.length - sum(self.betas) - sum(gaps)
+        return rounded if sum(rounded) - sum(gaps) < free / 4 else gaps
+
 
 @dataclass(frozen=True)
 class Snapshot:
@@ -109,11 +115,6 @@ class Snapshot:
     reference: Reference
     mesh: QuadraticMesh
     deformed: bool
-
-
-def nominal(distances: Array | tuple[float, ...]) -> tuple[float, ...]:
-    """The distances that a mesh around spheres is made for, near the given ones."""
-    return tuple(float(10 ** (round(np.log10(d) * PER_DECADE) / PER_DECADE)) for d in distances)
 
 
 class Steady:
@@ -151,7 +152,7 @@ class Steady:
         self._deformed = False
         # Where the factors in hand were made: its y and parameters.
         self._factored: tuple[Array, Parameters] | None = None
-        self._mesh(Reference.spheres(geometry, self.outlines))
+        self._mesh(Reference.spheres(replace(geometry, gaps=problem.nominal(parameters.gaps)), self.outlines))
         self.y = self._cold_guess()
 
     # Meshes
@@ -221,8 +222,8 @@ class Steady:
         material = old_y[self._material]
         geometry = Geometry(self.problem.betas, tuple(map(float, distances)), self.problem.length)
         if afresh or not self._deformed:
-            # Meshes around spheres exist for certain distances only, so that two ways to a place end on the same mesh.
-            self._mesh(Reference.spheres(replace(geometry, gaps=nominal(distances)), self.outlines))
+            # Meshes around spheres exist for certain distances only.
+            self._mesh(Reference.spheres(replace(geometry, gaps=self.problem.nominal(parameters.gaps)), self.outlines))
             distortion = diagnostics.liquid_distortion(self.scene, self._extend(h)) if self.scene.moving else 1.0
             self._deformed = self.comm.bcast(distortion < FRESH_STEADY)
         if self._deformed:
@@ -459,7 +460,10 @@ class Steady:
 
     def distorted(self, parameters: Parameters | None = None, y: Array | None = None) -> bool:
         """Whether a state, by default the solution, asks for a new mesh."""
-        h, x = self._state_at(parameters or self.parameters, self.y if y is None else y)
+        parameters = parameters or self.parameters
+        h, x = self._state_at(parameters, self.y if y is None else y)
+        if not self._deformed and self.problem.nominal(parameters.gaps) != self.scene.reference.geometry.gaps:
+            return True
         gaps = self.comm.bcast(diagnostics.gaps(self.bodies, h))
         return needs_mesh(self._distortion_of(h, x), gaps, self.scene.reference.geometry.gaps, LEAST_STEADY)
 
