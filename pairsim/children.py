@@ -138,6 +138,14 @@ class Child:
                 os.kill(pid, signal.SIGKILL)
 
 
+def _disk_full(text: str) -> tuple[str, str, str] | None:
+    """Status, reason and message, where a text tells of a full disk or of a limit on the size of files."""
+    for pattern, number in ((TOO_LARGE, errno.EFBIG), (FULL, errno.ENOSPC)):
+        if pattern.search(text):
+            return "failed", "disk_full", f"could not write: {os.strerror(number)}"
+    return None
+
+
 def judge(code: int, told: dict[str, Any], stderr: str, stopped: str, seconds: float) -> tuple[str, str, str]:
     """Status, reason and message of a child that has ended.
 
@@ -161,13 +169,14 @@ def judge(code: int, told: dict[str, Any], stderr: str, stopped: str, seconds: f
     if stopped:
         return "pending", "interrupted", "stopped with the sweep"
     if code == 3 and status == "failed":
-        reason = told.get("reason", "failed")
-        return ("timeout" if reason == "wall_time" else "failed"), reason, told.get("message", "")
+        reason, message = told.get("reason", "failed"), told.get("message", "")
+        if reason == "write_failed" and (full := _disk_full(message)):
+            return full  # nothing is wrong with the case: it goes on when there is room
+        return ("timeout" if reason == "wall_time" else "failed"), reason, message
     if code in (130, -signal.SIGTERM, -signal.SIGINT):
         return "pending", "interrupted", "a signal from outside stopped it"
-    for pattern, number_of in ((TOO_LARGE, errno.EFBIG), (FULL, errno.ENOSPC)):
-        if pattern.search(stderr):
-            return "failed", "disk_full", f"could not write: {os.strerror(number_of)}"
+    if full := _disk_full(stderr):
+        return full
     if MEMORY.search(stderr):
         return "failed", "out_of_memory", last
     if number == signal.SIGKILL:

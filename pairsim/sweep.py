@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 POLL = 0.02  # seconds between two looks at children and messages
 CASES = "cases"  # folder of the case files
-NOT_THE_CASE = ("disk_full", "not_started")  # failures of the machine, repeated without being asked
+NOT_THE_CASE = ("disk_full", "write_failed", "not_started")  # failures of the machine, repeated without being asked
 SIZES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS")
 
 

@@ -49,6 +49,9 @@ def test_chain_of_curves_survives_its_process(tmp_path: Path) -> None:
     assert float(results[1].values["dU_peak"]) == pytest.approx(read_curve(alone)["dU_peak"], rel=1e-6)  # type: ignore[arg-type]
 
 
+FAILED = {"status": "failed"}
+
+
 @pytest.mark.parametrize(
     ("code", "run", "stderr", "stopped", "expected"),
     [
@@ -56,6 +59,14 @@ def test_chain_of_curves_survives_its_process(tmp_path: Path) -> None:
         (0, {"status": "finished", "reason": "end"}, "", "timeout", ("finished", "end")),
         (3, {"status": "failed", "reason": "newton_diverged"}, "", "", ("failed", "newton_diverged")),
         (3, {"status": "failed", "reason": "wall_time"}, "", "", ("timeout", "wall_time")),
+        (
+            3,
+            {"reason": "write_failed", "message": "[Errno 28] No space left"} | FAILED,
+            "",
+            "",
+            ("failed", "disk_full"),
+        ),
+        (3, {"reason": "write_failed", "message": "Permission denied"} | FAILED, "", "", ("failed", "write_failed")),
         (130, {"status": "interrupted"}, "", "timeout", ("timeout", "case_timeout")),
         (-9, {"status": "running"}, "", "timeout", ("timeout", "case_timeout")),
         (130, {"status": "interrupted"}, "", "interrupted", ("pending", "interrupted")),

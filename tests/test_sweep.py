@@ -227,6 +227,23 @@ def test_files_that_cannot_be_written_are_tried_again(tmp_path: Path) -> None:
     assert counts(tmp_path / "out") == {"finished": 1}
 
 
+def test_run_that_could_not_write_goes_on_with_the_next_command(tmp_path: Path, pairsim: Sweep) -> None:
+    """The sweep was stopped before it heard of the full disk from its case, whose run.json tells of it."""
+    (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1]}\n")
+    assert pairsim("sweep", "grid.yaml", "-o", "out", "-q").returncode == 0
+    (run,) = (tmp_path / "out").glob("*/run.json")
+    for path, old, new in (
+        (run, '"finished"', '"failed"'),
+        (run, '"reason": "end"', '"reason": "write_failed"'),
+        (tmp_path / "out" / "sweep.json", '"status": "finished"', '"status": "pending"'),
+    ):
+        text = path.read_text()
+        assert old in text
+        path.write_text(text.replace(old, new))
+    assert pairsim("sweep", "grid.yaml", "-o", "out", "-q").returncode == 0
+    assert counts(tmp_path / "out") == {"finished": 1}
+
+
 def test_ledger_that_cannot_be_written_stops_the_sweep(tmp_path: Path) -> None:
     (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: {start: 0.1, stop: 0.5, num: 9}}\n")
 
