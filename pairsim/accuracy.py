@@ -1,4 +1,7 @@
-"""What `accuracy:` stands for: the cheapest settings that were measured to keep dU within a part of its peak."""
+"""What `accuracy:` stands for: cells and tolerances for an error of dU, as a part of the curve's peak.
+
+docs/accuracy.md has what was measured with them, and where they miss it: small spheres in viscoelastic liquids.
+"""
 
 from __future__ import annotations
 
