@@ -137,8 +137,12 @@ def walked(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters) -> St
         NoSteadyState: The way ends before it.
     """
     scene = Steady(comm, problem, cold_start(parameters))
-    begin(scene)
-    follow(scene, parameters)
+    try:
+        begin(scene)
+        follow(scene, parameters)
+    except (NoSteadyState, MeshFailure):
+        scene.close()
+        raise
     return scene
 
 
@@ -149,11 +153,12 @@ def started(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters, scou
         NoSteadyState: There is no solution at the first place.
     """
     if scout is not None:
+        scene = Steady(comm, problem, parameters)
         with suppress(MeshFailure):
-            scene = Steady(comm, problem, parameters)
             scene.adopt(scout)
             if scene.solve(parameters, prepared(scene, parameters, scene.y)).converged:
                 return scene
+        scene.close()
     return walked(comm, problem, parameters)
 
 
