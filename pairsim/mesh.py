@@ -268,20 +268,30 @@ def _from_spheres(reference: Reference) -> Distances:
 
 def _from_nodes(reference: Reference) -> Distances:
     """Distance to every deformed outline, and the length of its nearest arc."""
-    trees = [cKDTree(nodes) for nodes in reference.positions]
-    arcs = []
+    outlines = []
     for nodes in reference.positions:
         chord = np.hypot(*np.diff(nodes[::2], axis=0).T)
         at_ends = np.minimum(np.append(chord, chord[-1]), np.append(chord[0], chord))
-        both = np.empty(len(nodes))
-        both[::2], both[1::2] = at_ends, chord
-        arcs.append(both.tolist())
+        arcs = np.empty(len(nodes))
+        arcs[::2], arcs[1::2] = at_ends, chord
+        centre = (nodes[0, 0] + nodes[-1, 0]) / 2
+        angles = np.maximum.accumulate(np.arctan2(nodes[:, 1], nodes[:, 0] - centre))
+        outlines.append((centre, angles.tolist(), nodes.tolist(), arcs.tolist()))
 
     def distances(z: float, r: float) -> list[tuple[float, float]]:
         found = []
-        for tree, arc in zip(trees, arcs, strict=True):
-            distance, k = tree.query((z, r))
-            found.append((float(distance), arc[k]))
+        for centre, angles, nodes, arcs in outlines:
+            # The node in this direction is close to the nearest one: from there downhill, as gmsh asks for every cell.
+            last = len(nodes) - 1
+            k = min(bisect_left(angles, math.atan2(abs(r), z - centre)), last)
+            least = math.hypot(z - nodes[k][0], r - nodes[k][1])
+            for step in (-1, 1):
+                while 0 <= k + step <= last:
+                    distance = math.hypot(z - nodes[k + step][0], r - nodes[k + step][1])
+                    if distance >= least:
+                        break
+                    k, least = k + step, distance
+            found.append((least, arcs[k]))
         return found
 
     return distances
