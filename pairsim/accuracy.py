@@ -1,10 +1,12 @@
 """What `accuracy:` stands for: cells and tolerances for an error of dU, as a part of the curve's peak.
 
-docs/accuracy.md has what was measured with them, and where they miss it: small spheres in viscoelastic liquids.
+docs/accuracy.md has what was measured with them.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -19,10 +21,16 @@ class Cells:
     Attributes:
         Np: Cells on a half-circle.
         max_size: Largest cell [D_c].
+        per_beta: Largest cell over the smallest diameter; what matters is the smaller of the two.
     """
 
     Np: int
     max_size: float
+    per_beta: float = math.inf
+
+    def largest(self, beta: float) -> float:
+        """Largest cell around particles the smallest of which has this diameter [D_c]."""
+        return min(self.max_size, self.per_beta * beta)
 
 
 @dataclass(frozen=True)
@@ -40,10 +48,12 @@ class Settings:
     time_tol: float
     curve_tol: float
 
-    def cells(self, elastic: bool, particles: int) -> Cells:
-        """The cells of a scene."""
+    def mesh(self, elastic: bool, betas: Iterable[float]) -> dict[str, Any]:
+        """The keys of `mesh` for a scene with these particles."""
         chosen = self.elastic if elastic else self.newtonian
-        return chosen if particles or not elastic else Cells(chosen.Np, min(chosen.max_size, PIPE_CELL))
+        beta = min(betas, default=0.0)
+        empty = PIPE_CELL if elastic else chosen.max_size
+        return {"Np": chosen.Np, "max_size": chosen.largest(beta) if beta else empty}
 
     def under(self, case: dict[str, Any], fields: set[str]) -> dict[str, Any]:
         """The keys of a case with these settings wherever it says nothing itself.
@@ -54,8 +64,7 @@ class Settings:
         """
         De = case.get("De")
         elastic = isinstance(De, (int, float)) and De > 0 and case.get("liquid") != "newtonian"
-        cells = self.cells(elastic, case.get("particles", 2))
-        groups: dict[str, dict[str, Any]] = {"mesh": {"Np": cells.Np, "max_size": cells.max_size}}
+        groups = {"mesh": self.mesh(elastic, _diameters(case))}
         if "time" in fields:
             groups["time"] = {"tol": self.time_tol}
         filled = ({"tol": self.curve_tol} if "tol" in fields else {}) | case
@@ -66,9 +75,16 @@ class Settings:
         return filled
 
 
+def _diameters(case: dict[str, Any]) -> list[float]:
+    """Diameters in a case that is not yet checked: what is not a diameter is for the model to refuse."""
+    beta = case.get("beta")
+    given = beta if isinstance(beta, (list, tuple)) else [beta]
+    return [b for b in given if isinstance(b, (int, float)) and 0 < b < 1] if case.get("particles", 2) else []
+
+
 SETTINGS: dict[Accuracy, Settings] = {
     "5%": Settings(Cells(20, 0.2), Cells(20, 0.1), 1e-3, 1e-2),
-    "1%": Settings(Cells(40, 0.2), Cells(40, 0.07), 3e-4, 2e-3),
+    "1%": Settings(Cells(40, 0.2), Cells(40, 0.07, 0.25), 3e-4, 2e-3),
     "0.1%": Settings(Cells(56, 0.14), Cells(80, 0.035), 5e-5, 5e-4),
 }
 DEFAULT: Accuracy = "1%"

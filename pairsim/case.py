@@ -70,7 +70,8 @@ class MeshOptions(_Options):
     wall_cells: Whole = Field(0, ge=0, description="cells between particle and wall (0: Np/4)")
     max_size: CellSize = Field(
         SETTINGS[DEFAULT].elastic.max_size,
-        description="largest cell [D_c] (default: by accuracy; at 1%, 0.2 in a Newtonian and 0.07 in other liquids)",
+        description="largest cell [D_c] (default: by accuracy; at 1%, 0.2 in a Newtonian liquid, elsewhere the smaller "
+        "of 0.07 and beta/4)",
     )
     core_growth: Number = Field(0.3, gt=0, le=2, description="growth of the cell size by unit depth in a particle")
 

@@ -66,6 +66,15 @@ def test_accuracy_sets_what_the_case_leaves_open() -> None:
     assert curves[0].tol > curves[1].tol > curves[2].tol
 
 
+def test_cells_around_small_particles_in_elastic_liquids_are_smaller() -> None:
+    def largest(**keys: object) -> float:
+        return case_from_dict({**MINIMAL, "De": 1, **keys}, "test").mesh.max_size
+
+    assert largest(beta=0.2) < largest(beta=0.4) == largest(beta=0.6)
+    assert largest(beta=[0.4, 0.2], Ca_e=[0.1, 0.1]) == largest(beta=0.2)
+    assert largest(beta=0.2, De=0) == largest(De=0)
+
+
 def test_a_pipe_needs_no_particles() -> None:
     assert case_from_dict({"particles": 0, "De": 0}, "test").betas == ()
     assert case_from_dict({"particles": 1, "De": 0, "beta": 0.4, "Ca_e": 0}, "test").gaps == ()
