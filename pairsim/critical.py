@@ -27,7 +27,9 @@ SCAN_POINTS, SCAN_TOL = 9, 0.02
 FIRST, LONGEST, SHORTEST = 0.1, 0.4, 1e-3  # steps of the arc length
 EASY = 4
 MOST_STEPS = 400
-SAME = 0.02  # zeros whose distances differ by less than this part are one
+# Zeros of the same slope whose distances differ by less than this part are one, found on two meshes: between two zeros
+# of dU there is one of the other slope.
+SAME = 0.1
 
 
 @dataclass(frozen=True)
@@ -73,17 +75,20 @@ def with_value(name: Followed, parameters: Parameters, value: float) -> Paramete
     return replace(parameters, Ca_es=tuple(value if Ca_e else 0.0 for Ca_e in parameters.Ca_es))
 
 
-def search(branch: Branch, least: float, most: float, found: Callable[[Point], None]) -> list[Zero]:
+def search(
+    branch: Branch, least: float, most: float, found: Callable[[Point], None], lost: Callable[[str], None]
+) -> list[Zero]:
     """All zeros of dU between two distances at the branch's other parameters.
 
     Args:
         branch: Any solution.
         least, most: The distances.
         found: Called with every point of the curve that is solved on the way.
+        lost: Called with what to tell of a change of sign at which there is no zero.
     """
     places = [(float(d),) for d in np.geomspace(most, least, SCAN_POINTS)]
     points = trace(branch, places, SCAN_TOL, 10 * SCAN_POINTS, lambda point, wanted: found(point))
-    return find_zeros(branch, points)
+    return find_zeros(branch, points, lost)
 
 
 class Follower:
@@ -218,6 +223,7 @@ def follow_all(
     most: float,
     scanned: Callable[[Point], None],
     found: Callable[[Critical], None],
+    lost: Callable[[str], None],
 ) -> list[End]:
     """All lines of critical distances that pass the first or the last value of a parameter.
 
@@ -228,6 +234,7 @@ def follow_all(
         least, most: Distances between which zeros are followed.
         scanned: Called with the points solved in search of zeros.
         found: Called with every critical distance.
+        lost: Called with what to tell of a change of sign of dU at which there is no zero.
 
     Raises:
         RunFailure: A curve in which zeros are looked for could not be solved.
@@ -242,18 +249,20 @@ def follow_all(
     ends: list[End] = []
     for value, forward in ((values[0], 1.0), (values[-1], -1.0)):
         branch.at(with_value(name, branch.fine.parameters.with_gap(most), value))
-        for zero in search(branch, least, most, scanned):
-            if not any(_same(zero.point, c.point) for c in seen):
+        for zero in search(branch, least, most, scanned, lost):
+            if not any(same_zero(zero.point, c.point) for c in seen):
                 ends.append(follower.follow(len(ends) + 1, zero, forward))
         if len(values) == 1:
             break
     return ends
 
 
-def _same(a: Point, b: Point) -> bool:
+def same_zero(a: Point, b: Point) -> bool:
+    """Whether two zeros of dU are one, found on different meshes."""
     p, q = a.parameters, b.parameters
     return (
         abs(a.d / b.d - 1) < SAME
+        and a.slopes[0] * b.slopes[0] > 0
         and bool(np.allclose(p.Ca_es, q.Ca_es, rtol=1e-6))
         and bool(np.isclose(p.De, q.De, rtol=1e-6))
     )

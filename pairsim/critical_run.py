@@ -28,6 +28,7 @@ class _Recorder:
         self.columns = [*CRITICAL_COLUMNS, *(["mesh_error", "d_error"] if case.mesh_error else []), *health]
         self.rows: list[dict[str, Any]] = []
         self.points: list[Point] = []
+        self.jumps: list[str] = []
         self.first_branch = self.solved = self.wanted = 0
 
     def scanned(self, point: Point) -> None:
@@ -121,7 +122,7 @@ def run_critical(
         return f"{len(recorder.rows)} critical distances on {recorder.first_branch} branches"
 
     outcome = concluded(work)
-    tell(record, outcome, branch, recorder.points, {"ends": ends}, reporter)
+    tell(record, outcome, branch, recorder.points, {"ends": ends}, reporter, recorder.jumps)
     if branch is not None:
         branch.close()
     reporter.finish(outcome.message)
@@ -137,7 +138,11 @@ def _line(
 ) -> list[End]:
     """The critical distances at the branch's other parameters."""
     if name is not None:
-        return follow_all(branch, cast(Followed, name), values, least, most, recorder.scanned, recorder.found)
-    for number, zero in enumerate(search(branch, least, most, recorder.scanned), start=1):
+        followed = cast(Followed, name)
+        return follow_all(
+            branch, followed, values, least, most, recorder.scanned, recorder.found, recorder.jumps.append
+        )
+    zeros = search(branch, least, most, recorder.scanned, recorder.jumps.append)
+    for number, zero in enumerate(zeros, start=1):
         recorder.found(Critical(zero.point, number, "wanted"))
     return []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -26,6 +26,9 @@ COARSER = 2**0.5
 FEWEST_CELLS = 8
 # The first place is walked to on cells larger by this factor: the way costs many solutions, and they are thrown away.
 SCOUT = 2.0
+# Where Newton finds no zero between two points, points are added half-way this many times; a zero may lie beside its
+# two points by this factor.
+HALVINGS, BESIDE = 5, 1.02
 # Neighbours whose distances have a ratio below exp of this get no point between them.
 CLOSE = 0.1
 
@@ -242,7 +245,7 @@ class Branch:
         self._nearest(along(start))
         follow(fine, along(start))
         point = self.zero_on(along, start, fine.y, settled=True)
-        if point is None:
+        if point is None or not left / BESIDE < point.d < right * BESIDE:
             raise NoSteadyState(f"the zero of dU near d = {guess:.5g} was lost")
         return replace(point, newton=fine.iterations - before)
 
@@ -422,22 +425,38 @@ def order(case: CurveCase) -> list[tuple[float, ...]]:
     return places
 
 
-def find_zeros(branch: Branch, points: list[Point]) -> list[Zero]:
+def find_zeros(branch: Branch, points: list[Point], lost: Callable[[str], None]) -> list[Zero]:
     """All zeros of dU between the points of a curve over one distance.
 
     Args:
         branch: Any solution.
         points: In ascending d.
-
-    Raises:
-        NoSteadyState: One was lost.
+        lost: Called with what to tell of a change of sign at which there is no zero.
     """
-    if len(points) < 2:
-        return []
-    return [
-        Zero(branch.zero(left, right, guess), branch.snapshots)
-        for left, right, guess in _sign_changes(points, interpolant(points))
-    ]
+    zeros = []
+    for a, b in pairwise(points):
+        if a.dU * b.dU < 0:
+            found = _zero_between(branch, a, b)
+            if isinstance(found, Zero):
+                zeros.append(found)
+            else:
+                lost(found)
+    return zeros
+
+
+def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | str:
+    """The zero between two points whose dU have different signs; where there is none, what is there instead."""
+    for _ in range(HALVINGS):
+        roots = interpolant([a, b]).solve(0.0, extrapolate=False)
+        middle = float(np.sqrt(a.d * b.d))
+        with suppress(NoSteadyState, MeshFailure):
+            return Zero(branch.zero(a.d, b.d, float(np.exp(roots[0])) if len(roots) else middle), branch.snapshots)
+        point = branch.at(a.parameters.with_gap(middle))
+        a, b = (a, point) if a.dU * point.dU < 0 else (point, b)
+    return (
+        f"dU jumps from {a.dU:.2g} to {b.dU:.2g} between d = {a.d:.5g} and {b.d:.5g}, where the mesh changes: "
+        "its sign is within the error of the mesh there; a larger mesh.Np tells"
+    )
 
 
 def equilibria(zeros: list[Zero], points: list[Point]) -> list[Equilibrium]:
@@ -465,11 +484,3 @@ def equilibria(zeros: list[Zero], points: list[Point]) -> list[Equilibrium]:
             )
         result.append(Equilibrium(zero.d, slope, peak, error, certain))
     return result
-
-
-def _sign_changes(points: list[Point], curve: CubicHermiteSpline) -> Iterator[tuple[float, float, float]]:
-    """Neighbours between which dU changes sign, with where the interpolant has its zero."""
-    for a, b in pairwise(points):
-        if a.dU * b.dU < 0:
-            roots = [r for r in curve.solve(0.0, extrapolate=False) if np.log(a.d) <= r <= np.log(b.d)]
-            yield a.d, b.d, float(np.exp(roots[0])) if roots else float(np.sqrt(a.d * b.d))

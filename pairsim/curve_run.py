@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -63,11 +64,12 @@ def tell(
     points: list[Point],
     more: dict[str, Any],
     reporter: Reporter,
+    told: Sequence[str] = (),
 ) -> None:
-    """Write the end of run.json: how it ended, what it cost, and warnings of the points' stresses."""
+    """Write the end of run.json: how it ended, what it cost, and warnings, those of the points' stresses added."""
     counts, phases = effort(branch)
     seen = [c.s_jump for p in points if (c := p.observation.conformation) is not None]
-    told = warnings(max(seen, default=0.0))
+    told = [*told, *warnings(max(seen, default=0.0))]
     record.write(outcome, {**more, **counts, "warnings": told}, phases)
     for warning in told:
         reporter.note(warning)
@@ -209,6 +211,7 @@ def run_curve(
     recorder = _Recorder(case, folder, reporter, sensitivities)
     own = Chain()
     branch: Branch | None = None
+    jumps: list[str] = []
 
     def work() -> str:
         nonlocal branch
@@ -226,7 +229,7 @@ def run_curve(
         )
         message = f"{len(points)} points"
         if case.n == 2:
-            zeros = equilibria(find_zeros(branch, points), points)
+            zeros = equilibria(find_zeros(branch, points, jumps.append), points)
             recorder.zeros(zeros)
             kinds = [
                 f"{'stable' if z.stable else 'unstable'} at d = {z.d:.5g}{' (uncertain)' if z.certain is False else ''}"
@@ -239,7 +242,7 @@ def run_curve(
         outcome = concluded(work)
     finally:
         recorder.close()
-    tell(record, outcome, branch, [p for p, _ in recorder.points], {"points": len(recorder.points)}, reporter)
+    tell(record, outcome, branch, [p for p, _ in recorder.points], {"points": len(recorder.points)}, reporter, jumps)
     own.close()
     if chain is not None and outcome.status != "finished":
         chain.close()

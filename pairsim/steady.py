@@ -13,7 +13,7 @@ import numpy as np
 from mpi4py import MPI
 
 from pairsim import diagnostics
-from pairsim.conformation import interpolate, logarithm
+from pairsim.conformation import logarithm
 from pairsim.diagnostics import Observation
 from pairsim.errors import MeshFailure
 from pairsim.materials.polymer import Polymer
@@ -33,6 +33,7 @@ from pairsim.remeshing import needs_mesh, on_root
 from pairsim.scene import BoundaryVelocity, Scene, make_bodies, poiseuille
 from pairsim.solver import Clock, Newton, Report
 from pairsim.ties import extension_tie, steady_tie
+from pairsim.transfer import flow, free_unknowns, inside
 
 # Relative step of the differences that give derivatives with respect to parameters: the residual is smooth.
 DIFFERENCE = 1e-5
@@ -238,22 +239,13 @@ class Steady:
         displaced = h - other.h_star(other.parameters)
         y, there, p_s = np.zeros(self.tie.size), np.zeros(self.scene.h_size), []
         for body, coarse in zip(self.bodies, other.bodies, strict=True):
-            if body.phase is None or coarse.phase is None:
-                there[body.start] = displaced[coarse.start]
-                continue
-            mesh = coarse.phase.quadratic
-            p = np.zeros(len(mesh.points))
-            p[mesh.vertices] = x[other.scene.offset(coarse.phase) + coarse.phase.index("p", mesh.vertices)]
-            p = p[mesh.parents].mean(axis=1)
-            values = np.column_stack([coarse.displacement(displaced), p])
-            inside = body.phase.quadratic
-            found = interpolate(mesh, mesh.points, values, inside.points)
-            there[body.start : body.start + body.size] = found[:, :2].ravel()
-            p_s.append(found[inside.vertices, 2])
+            displacement, p = inside(coarse, other.scene, x, displaced, body)
+            there[body.start : body.start + body.size] = displacement
+            p_s.append(p)
         entry = self.tie.M.tocoo()
         y[entry.col] = there[entry.row]
         y[self.tie.fields["U_p"]] = other.y[other.tie.fields["U_p"]]
-        if p_s:
+        if "p_s" in self.tie.fields:
             y[self.tie.fields["p_s"]] = np.concatenate(p_s)
         h = self.h_star(other.parameters) + self.tie.M @ y
         self.parameters = other.parameters
@@ -281,41 +273,12 @@ class Steady:
 
     def _carried_over(self, old: Scene, x: Array, h: Array, material: Array) -> Array:
         """The old solution on the new mesh."""
-        scene, tie = self.scene, self.tie
-        new = np.zeros(scene.size)
-        if scene.moving:
-            new = self._extend(h)
-        mesh = old.liquid.quadratic
-        p = np.zeros(len(mesh.points))
-        p[mesh.vertices] = x[old.liquid.index("p", mesh.vertices)]
-        values = [old.liquid.nodal("u", x), p[mesh.parents].mean(axis=1)[:, None]]
-        if scene.polymer is not None:
-            values.append(old.liquid.nodal("s", x))
-        found = interpolate(mesh, old.positions(x), np.hstack(values), scene.positions(new))
-        liquid, inside = scene.liquid, scene.liquid.quadratic
-        nodes = np.arange(len(inside.points))
-        for c in range(2):
-            new[liquid.index("u", nodes, c)] = found[:, c]
-        new[liquid.index("p", inside.vertices)] = found[inside.vertices, 2]
-        if scene.polymer is not None:
-            for c in range(4):
-                new[liquid.index("s", nodes, c)] = found[:, 3 + c]
-        y = self._picked(new)
+        new = flow(old, x, self.scene, self._extend(h) if self.scene.moving else np.zeros(self.scene.size))
+        y = free_unknowns(self.tie, new)
         y[self._material] = material
-        if scene.dp is not None:
+        if self.scene.dp is not None:
             assert old.dp is not None
-            y[tie.fields["dp"]] = x[old.dp]
-        return y
-
-    def _picked(self, x: Array) -> Array:
-        """Free unknowns of the liquid out of a full vector; others are zero."""
-        y = np.zeros(self.tie.size)
-        columns = self.tie.N.tocsc()
-        for name in ("u", "p_f", "s", "eta"):
-            unknowns = self.tie.fields.get(name, np.empty(0, int))
-            entry = columns[:, unknowns].tocoo()
-            own = entry.data == 1.0  # an unknown's other nodes carry halves of it
-            y[unknowns[entry.col[own]]] = x[entry.row[own]]
+            y[self.tie.fields["dp"]] = x[old.dp]
         return y
 
     def _cold_guess(self) -> Array:
@@ -334,7 +297,7 @@ class Steady:
                 x[liquid.index("s", nodes, c)] = across(flow.r, s[:, c], mesh.points[:, 1])
         for c in range(2):
             x[liquid.index("u", nodes, c)] = u[:, c]
-        y = self._picked(x)
+        y = free_unknowns(self.tie, x)
         largest = max(self.problem.betas, default=0.0)
         on_axis = self.problem.boundary_velocity(np.zeros((1, 2)))[0, 0]
         y[tie.fields["U_p"]] = on_axis * (1 - 2 / 3 * largest**2)

@@ -19,6 +19,7 @@ from mpi4py import MPI
 
 from pairsim.case_file import curve_from_dict, load_critical, load_curve
 from pairsim.continuation import follow
+from pairsim.critical import same_zero
 from pairsim.curve import Branch, Point, equilibria, find_zeros, started, steady_problem, trace, walked
 from pairsim.curve_case import CurveCase
 from pairsim.errors import InputError, NoSteadyState
@@ -209,11 +210,13 @@ def test_small_spheres_have_a_stable_distance(Ca_e: float) -> None:
     """Closer they separate, farther apart they attract."""
     solver = branch(case(beta=0.2, Ca_e=Ca_e, length=3.0, d=(0.15, 0.03)))
     curve = trace(solver, [(0.15,), (0.06,), (0.03,)], 0.02, 20, lambda point, wanted: None)
-    (zero,) = find_zeros(solver, curve)
+    lost: list[str] = []
+    (zero,) = find_zeros(solver, curve, lost.append)
     solver.close()
     assert abs(zero.point.dU) < 1e-9
     assert zero.point.slopes[0] < 0
     assert curve[0].dU > 0 > curve[-1].dU
+    assert not lost
 
 
 def test_a_zero_within_the_mesh_error_is_called_uncertain() -> None:
@@ -226,6 +229,28 @@ def test_a_zero_within_the_mesh_error_is_called_uncertain() -> None:
     assert clear.certain
     assert clear.d_error == pytest.approx(0.002)
     assert not vague.certain
+
+
+def test_a_change_of_sign_between_two_meshes_is_no_zero_and_is_told(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+    """On ten cells dU at d = .8 has the wrong sign; its neighbour .7 lies on a mesh made for another distance."""
+    keys = "beta: 0.4\nDe: 0\nCa_e: 0.1\nends: developed\nlength: auto\nmesh: {Np: 10, max_size: 0.2}\n"
+    (tmp_path / "case.yaml").write_text(keys + "tol: 1\nmesh_error: false\nd: [0.7, 0.8]\n")
+    done = pairsim("curve", "case.yaml", "-o", "out")
+    assert done.returncode == 0, done.stderr
+    dU = read_series(tmp_path / "out" / "curve.csv")["dU"]
+    assert dU[0] > 0 > dU[-1]
+    assert len((tmp_path / "out" / "equilibria.csv").read_text().splitlines()) == 1
+    (warning,) = json.loads((tmp_path / "out" / "run.json").read_text())["warnings"]
+    assert "within the error of the mesh" in warning
+
+
+def test_zeros_of_one_slope_that_lie_close_are_one_zero() -> None:
+    def zero(d: float, slope: float) -> Any:
+        return SimpleNamespace(d=d, slopes=np.array([slope]), parameters=Parameters((d,), (0.1, 0.1), 0.25))
+
+    assert same_zero(zero(0.077, 1.0), zero(0.080, 2.0))
+    assert not same_zero(zero(0.077, 1.0), zero(0.080, -1.0))
+    assert not same_zero(zero(0.077, 1.0), zero(0.100, 1.0))
 
 
 def test_the_softest_shapes_end_in_a_fold() -> None:
