@@ -28,7 +28,7 @@ FEWEST_CELLS = 8
 SCOUT = 2.0
 # Where Newton finds no zero between two points, points are added half-way this many times; a zero may lie beside its
 # two points by this factor.
-HALVINGS, BESIDE = 5, 1.02
+HALVINGS, BESIDE = 5, 1.05
 # Neighbours whose distances have a ratio below exp of this get no point between them.
 CLOSE = 0.1
 
