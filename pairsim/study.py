@@ -32,6 +32,8 @@ FAMILIES = {"space": "mesh.", "time": "time."}
 """Discretisations that differ in keys with one of these beginnings alone are a family, and have an order."""
 COUNTS = ("unknowns", "steps", "points", "newton_iterations", "factorisations", "remeshings", "meshes")
 TABLE = "study.csv"
+ZERO = "d_cr"
+"""Quantity of a curve that is no column of it: the distance at which dU vanishes, the zero with the largest peak."""
 STOPPED = 130
 SAME = 1e-9  # times and distances that agree to this part are the same
 
@@ -42,7 +44,7 @@ class Study:
 
     Attributes:
         grid: One case for each discretisation, in the order of the file.
-        quantity: Column that is compared.
+        quantity: What is compared: a column, or d_cr.
         at: Times (run) or distances (curve) at which it is; empty: at the end of a run.
         exact: Its exact values at those, None where they are unknown.
         reference: Index of the discretisation that stands for the exact values, None: the one with the most unknowns.
@@ -55,6 +57,11 @@ class Study:
     exact: tuple[float, ...] | None
     reference: int | None
     repeat: int
+
+    @property
+    def column(self) -> str:
+        """The column that is read at the places of `at`."""
+        return "dU" if self.quantity == ZERO else self.quantity
 
 
 def read_study(path: Path, data: dict[str, Any], settings: tuple[str, ...] = ()) -> Study:
@@ -86,12 +93,14 @@ def read_study(path: Path, data: dict[str, Any], settings: tuple[str, ...] = ())
         refuse("at", data["at"], "above 0")
     if command == "curve" and not at:
         refuse("at", None, "is missing; the distances at which the curve is compared")
-    count = max(len(at), 1)
+    quantity = data.get("quantity", "dU")
+    count = 1 if quantity == ZERO else max(len(at), 1)
     exact = None
     if "exact" in data:
-        exact = _numbers(data["exact"], "exact", f"{count} numbers, one for each of at", refuse)
+        wanted_count = f"{count} number{'s, one for each of at' if count > 1 else ''}"
+        exact = _numbers(data["exact"], "exact", wanted_count, refuse)
         if len(exact) != count:
-            refuse("exact", data["exact"], f"{count} numbers, one for each of at")
+            refuse("exact", data["exact"], wanted_count)
     reference = data.get("reference", "finest")
     if "exact" in data and "reference" in data:
         refuse("reference", reference, "nothing, beside exact")
@@ -109,8 +118,8 @@ def read_study(path: Path, data: dict[str, Any], settings: tuple[str, ...] = ())
     grid = grid_from(path, {**content, "command": command, "cases": cases}, settings)
     if grid.duplicates:
         refuse("discretisations", None, f"all different; {grid.duplicates} are like an earlier one")
-    quantity = data.get("quantity", "dU")
     allowed = sorted({name for case in grid.cases for name in _columns(case)})
+    allowed += [ZERO] if command == "curve" else []
     if quantity not in allowed:
         refuse("quantity", quantity, f"one of {', '.join(allowed)}")
     return Study(grid, quantity, at, exact, None if reference == "finest" else reference, repeat)
@@ -177,19 +186,34 @@ def _row(study: Study, case: SweepCase, folders: list[Path]) -> dict[str, Any]:
     curve = study.grid.command.name == "curve"
     series = read_series(directory / ("curve.csv" if curve else "series.csv"))
     axis = next(name for name in ("d", "d_1", "t") if name in series and (curve or name == "t"))
-    values = []
+    values, last = [], 0
     for place in study.at or (float(series[axis][-1]),):
         near = int(abs(series[axis] - place).argmin())
         if abs(series[axis][near] - place) <= SAME * max(1.0, place):
-            values.append(float(series[study.quantity][near]))
+            values.append(float(series[study.column][near]))
             last = near
-    if len(values) == max(len(study.at), 1):
-        row["_values"] = values
-        for place, value in zip(study.at, values, strict=False):
-            row[f"{study.quantity}@{place:g}"] = value
-        row |= {name: float(series[name][last]) for name in _columns(case) if name.startswith(("dU", "D_"))}
-        row[study.quantity] = values[-1]
+    if len(values) != max(len(study.at), 1):
+        return row
+    for place, value in zip(study.at, values, strict=False):
+        row[f"{study.column}@{place:g}"] = value
+    row |= {name: float(series[name][last]) for name in _columns(case) if name.startswith(("dU", "D_"))}
+    if curve and (zero := _critical_distance(directory)) is not None:
+        row[ZERO] = zero
+    if study.quantity == ZERO:
+        row["_values"] = [row[ZERO]] if ZERO in row else None
+    else:
+        row["_values"], row[study.quantity] = values, values[-1]
     return row
+
+
+def _critical_distance(directory: Path) -> float | None:
+    """The zero of a curve with the largest peak."""
+    path = directory / "equilibria.csv"
+    if not path.is_file():
+        return None
+    with path.open(newline="") as file:
+        zeros = [(float(row["peak"]), float(row["d"])) for row in csv.DictReader(file)]
+    return max(zeros)[1] if zeros else None
 
 
 def _families(study: Study, rows: list[dict[str, Any]]) -> None:
@@ -230,9 +254,9 @@ def write_study(study: Study, rows: list[dict[str, Any]], path: Path) -> None:
     """Write study.csv; empty cells where nothing is known."""
     first = [*study.grid.varying, "status", "reason", *COUNTS, "wall_time", "wall_time_spread"]
     last = ["peak_memory"]
-    places = [f"{study.quantity}@{place:g}" for place in study.at]
+    places = [f"{study.column}@{place:g}" for place in study.at]
     last += [*places, *(name for name in _columns(study.grid.cases[0]) if name.startswith(("dU", "D_")))]
-    last += [study.quantity, "error", "relative_error", "reference"]
+    last += [study.quantity, ZERO, "error", "relative_error", "reference"]
     last += [f"{name}_{family}" for family in FAMILIES for name in ("order", "richardson", "richardson_order")]
     phases = dict.fromkeys(name for row in rows for name in row if name.startswith("wall_"))
     names = list(dict.fromkeys([*first, *phases, *last, "pareto"]))

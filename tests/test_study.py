@@ -94,6 +94,21 @@ def test_curve_is_compared_at_its_distances(tmp_path: Path) -> None:
         checked(tmp_path, text.replace("at: [0.2, 0.1]\n", "") + "discretisations: [{mesh.Np: 8}, {mesh.Np: 10}]\n")
 
 
+def test_critical_distances_of_curves_are_compared(tmp_path: Path) -> None:
+    text = "command: curve\nquantity: d_cr\nbase: {beta: 0.4, De: 0.5, Ca_e: 0}\nat: [0.2, 0.3]\nexact: 0.25\n"
+    study = checked(tmp_path, text + "discretisations: [{mesh.Np: 8}, {mesh.Np: 10}, {mesh.Np: 12}]\n")
+    for case, n, zeros in zip(study.grid.cases, (100, 400, 1600), ("0.03,.1\n0.27,.9\n", "0.255,1\n", ""), strict=True):
+        leave(tmp_path / "a", case.folder, n, 1.0, 0.0)
+        header = "d,U_L,U_T,dU,D_L,D_T,dp,dp_plus"
+        (tmp_path / "a" / case.folder / "curve.csv").write_text(f"{header}\n0.2,0,0,-1,0,0,0,0\n0.3,0,0,1,0,0,0,0\n")
+        (tmp_path / "a" / case.folder / "equilibria.csv").write_text("d,peak\n" + zeros)
+    rows = study_rows(study, [tmp_path / "a"])
+    assert [row.get("d_cr") for row in rows] == [0.27, 0.255, None]
+    assert [row.get("error") for row in rows] == [pytest.approx(0.02), pytest.approx(0.005), None]
+    assert rows[1]["order_space"] == pytest.approx(2)
+    assert rows[0]["dU@0.3"] == 1
+
+
 def leave(folder: Path, name: str, unknowns: int, wall: float, dU: float) -> None:
     """What a finished run leaves behind, as far as a study reads it."""
     (folder / name).mkdir(parents=True)
