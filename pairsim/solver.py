@@ -427,12 +427,22 @@ class Newton:
         """Set h* for the evaluations below, with g = 1 and U_m = 0 as quasi-steady scenes have them."""
         self._h_star, self._g, self._U_m = h_star, 1.0, 0.0
 
-    def factor_at(self, y: Array) -> None:
-        """Factor the matrix at y: for linear solves, and as the matrix that the next solve begins with."""
-        self.residual_at(y)
+    def factor_at(self, y: Array) -> bool:
+        """Factor the matrix at y: for linear solves, and as the matrix that the next solve begins with.
+
+        Returns:
+            Whether it could be factored; nothing may be solved with it otherwise.
+        """
+        if not np.isfinite(self.residual_at(y)).all():  # MUMPS may crash on such a matrix
+            self._forget_factor()
+            return False
         self._must_factor = True
         self._jacobian(self._snes, self._y, self._A, None)
         self._rate, self._fresh = 0.0, False
+        if self._snes.getKSP().getPC().getFactorMatrix().getMumpsInfog(1) < 0:
+            self._forget_factor()
+            return False
+        return True
 
     @property
     def factor_megabytes(self) -> int:

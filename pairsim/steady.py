@@ -15,7 +15,7 @@ from mpi4py import MPI
 from pairsim import diagnostics
 from pairsim.conformation import logarithm
 from pairsim.diagnostics import Observation
-from pairsim.errors import MeshFailure
+from pairsim.errors import MeshFailure, NoSteadyState
 from pairsim.materials.polymer import Polymer
 from pairsim.mesh import (
     Array,
@@ -435,13 +435,18 @@ class Steady:
         return self._distortion_of(*self._state_at(parameters, y)) <= 0
 
     def factor(self) -> None:
-        """Factor the exact matrix at the solution; tangents need it, and the next solve begins with it."""
+        """Factor the exact matrix at the solution; tangents need it, and the next solve begins with it.
+
+        Raises:
+            NoSteadyState: The matrix is singular.
+        """
         assert self.newton is not None
         self._apply(self.parameters)
         if self._factored is not None and self._factored[0] is self.y and self._factored[1] == self.parameters:
             return
-        self.newton.factor_at(self.y)
         self.factorisations += 1
+        if not self.newton.factor_at(self.y):
+            raise NoSteadyState("Newton's matrix is singular at a solution", advice="a larger mesh.Np")
         self._factored = self.y, self.parameters
 
     def residual_change(self, along: Callable[[float], Parameters]) -> Array:
@@ -484,8 +489,9 @@ class Steady:
                 ends.append(self.newton.residual_at(y))
             self._apply(there)
             if previous > FRESH_ABOVE:
-                self.newton.factor_at(y)
                 self.factorisations += 1
+                if not self.newton.factor_at(y):
+                    break
             a = self.newton.linear_solve(self.newton.residual_at(y))
             b = self.newton.linear_solve((ends[0] - ends[1]) / (2 * DIFFERENCE))
             step_tau = self.comm.bcast(float((value - row @ y - row_tau * tau + row @ a) / (row_tau - row @ b)))
