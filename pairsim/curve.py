@@ -29,6 +29,8 @@ SCOUT = 2.0
 # Where Newton finds no zero between two points, points are added half-way this many times; a zero may lie beside its
 # two points by this factor.
 HALVINGS, BESIDE = 5, 1.05
+# A change of dU this many times larger than its slopes allow is a jump from one mesh to another.
+JUMP = 3.0
 # Neighbours whose distances have a ratio below exp of this get no point between them.
 CLOSE = 0.1
 
@@ -432,6 +434,9 @@ def find_zeros(branch: Branch, points: list[Point], lost: Callable[[str], None])
         branch: Any solution.
         points: In ascending d.
         lost: Called with what to tell of a change of sign at which there is no zero.
+
+    Raises:
+        NoSteadyState: A zero is there and was not found.
     """
     zeros = []
     for a, b in pairwise(points):
@@ -445,7 +450,11 @@ def find_zeros(branch: Branch, points: list[Point], lost: Callable[[str], None])
 
 
 def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | str:
-    """The zero between two points whose dU have different signs; where there is none, what is there instead."""
+    """The zero between two points whose dU have different signs; where dU jumps instead, words for it.
+
+    Raises:
+        NoSteadyState: dU goes through zero smoothly and Newton did not find the place.
+    """
     for _ in range(HALVINGS):
         roots = interpolant([a, b]).solve(0.0, extrapolate=False)
         middle = float(np.sqrt(a.d * b.d))
@@ -453,6 +462,8 @@ def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | str:
             return Zero(branch.zero(a.d, b.d, float(np.exp(roots[0])) if len(roots) else middle), branch.snapshots)
         point = branch.at(a.parameters.with_gap(middle))
         a, b = (a, point) if a.dU * point.dU < 0 else (point, b)
+    if abs(b.dU - a.dU) < JUMP * max(abs(a.slopes[0]), abs(b.slopes[0])) * (b.d - a.d):
+        raise NoSteadyState(f"the zero of dU between d = {a.d:.5g} and {b.d:.5g} was lost")
     return (
         f"dU jumps from {a.dU:.2g} to {b.dU:.2g} between d = {a.d:.5g} and {b.d:.5g}, where the mesh changes: "
         "its sign is within the error of the mesh there; a larger mesh.Np tells"

@@ -245,6 +245,20 @@ def test_a_change_of_sign_between_two_meshes_is_no_zero_and_is_told(tmp_path: Pa
     assert "within the error of the mesh" in warning
 
 
+def test_a_zero_that_newton_misses_between_smooth_points_is_no_jump() -> None:
+    def point(d: float) -> Any:
+        return SimpleNamespace(d=d, dU=d - 0.2, slopes=np.array([1.0]), parameters=Parameters((d,), (0.1, 0.1)))
+
+    def refuse(*_: float) -> Any:
+        raise NoSteadyState("no")
+
+    lost: list[str] = []
+    stub: Any = SimpleNamespace(zero=refuse, at=lambda parameters: point(parameters.gaps[0]))
+    with pytest.raises(NoSteadyState, match="was lost"):
+        find_zeros(stub, [point(0.1), point(0.3)], lost.append)
+    assert not lost
+
+
 def test_zeros_of_one_slope_that_lie_close_are_one_zero() -> None:
     def zero(d: float, slope: float) -> Any:
         return SimpleNamespace(d=d, slopes=np.array([slope]), parameters=Parameters((d,), (0.1, 0.1), 0.25))
