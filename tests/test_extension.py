@@ -7,13 +7,19 @@ whose surface moves linearly, l follows from dl/dt = l (K Ca - l^2 + 1/l)/(K - 3
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 from conftest import march
+from mpi4py import MPI
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
-from pairsim.mesh import MeshSettings
+from pairsim.continuation import find_fold
+from pairsim.mesh import Array, MeshSettings
+from pairsim.steady import Parameters, Steady
 from pairsim.stepsize import StepControl
 from pairsim.transient import Problem, Step
 
@@ -53,6 +59,10 @@ def K(stretch: float) -> float:
     return float(7.5 * X * stretch**3)
 
 
+def steady_Ca(stretch: float) -> float:
+    return (stretch**2 - 1 / stretch) / K(stretch)
+
+
 def exact(Ca: float, times: list[float]) -> np.ndarray:
     def rate(_: float, x: np.ndarray) -> list[float]:
         return [x[0] * (K(x[0]) * Ca - x[0] ** 2 + 1 / x[0]) / (K(x[0]) - 3)]
@@ -76,6 +86,73 @@ def test_below_the_fold_it_settles_and_past_it_it_goes_on() -> None:
     past, below = stretches(0.36, times), stretches(0.3, [*times, 10.0])
     assert past == pytest.approx(exact(0.36, times), rel=5e-3)
     assert below == pytest.approx(exact(0.3, [*times, 10.0]), rel=5e-3)
-    end = brentq(lambda x: (x**2 - 1 / x) / K(x) - 0.3, 1.5, 4.0)
+    end = brentq(lambda x: steady_Ca(x) - 0.3, 1.5, 4.0)
     assert below[-1] < end
     assert past[3] > end
+
+
+class Relation:
+    """The exact steady relation of stretch and Ca_e in the place of the discrete equations; y is the stretch less 1."""
+
+    Ca_e = slope = 0.0
+
+    def residual_at(self, y: Array) -> Array:
+        return K(1 + y[0]) * (self.Ca_e - steady_Ca(1 + y[0])) * np.ones(1)
+
+    def factor_at(self, y: Array) -> bool:
+        self.slope = float((self.residual_at(y + 1e-5) - self.residual_at(y - 1e-5))[0] / 2e-5)
+        return True
+
+    def linear_solve(self, r: Array) -> Array:
+        return r / self.slope
+
+    def scaled(self, step: Array, y: Array) -> dict[str, float]:
+        return {"h": float(np.abs(step).max())}
+
+    def state(self, y: Array) -> tuple[Array, Array]:
+        return y, y
+
+    def overstretched(self, y: Array) -> bool:
+        return False
+
+    def forget(self) -> None:
+        pass
+
+
+class Spheroid(Steady):
+    """A scene of that one unknown, without mesh and cells: what is left is the continuation."""
+
+    newton: Any
+    snapshot: Any = property(lambda self: (self.parameters, self.y))
+
+    def __init__(self, stretch: float) -> None:
+        self.comm, self.newton = MPI.COMM_SELF, Relation()
+        self.parameters, self.y = Parameters((), (steady_Ca(stretch),)), np.array([stretch - 1])
+        self.problem: Any = SimpleNamespace(betas=(1.0,), newton_tolerance=1e-9)
+        self.tie: Any = SimpleNamespace(fields={"h": np.array([0])}, size=1)
+        self.iterations = self.factorisations = 0
+        self._factored = None
+
+    def recall(self, snapshot: Any) -> None:
+        self.parameters, self.y = snapshot
+
+    def folded(self, parameters: Parameters, y: Array) -> bool:
+        return False
+
+    def distorted(self, parameters: Parameters | None = None, y: Array | None = None) -> bool:
+        return False
+
+    def _apply(self, parameters: Parameters) -> Array:
+        (self.newton.Ca_e,) = parameters.Ca_es
+        return np.empty(0)
+
+    def _distortion_of(self, h: Array, x: Array) -> float:
+        return 1.0
+
+
+def test_continuation_finds_the_fold_of_the_exact_relation() -> None:
+    fold = find_fold(Spheroid(1.2), Parameters((), (1.0,)))
+    most = -minimize_scalar(lambda x: -steady_Ca(x), (3.0, 4.0, 5.0)).fun
+    assert fold.passed
+    assert fold.parameters.Ca_es[0] == pytest.approx(most, rel=5e-4)
+    assert most == pytest.approx(0.33339, abs=1e-5)
