@@ -19,6 +19,7 @@ MOST_SHAPE = 0.15
 MOST_STRESS = 1.0
 SMALLEST = 2e-3  # of the way; below it natural continuation gives up
 EASY, HARD = 4, 8  # Newton iterations that let the step grow, or shrink
+MOST_RELAXED = 3  # steps through pseudo-time, one after the other: near a limit they would come closer for ever
 ARC = 0.1
 MOST_ARCS = 60
 COLD_CAPILLARY = 0.01
@@ -109,7 +110,7 @@ def follow(steady: Steady, target: Parameters) -> None:
     if start == target:
         return
     along = towards(start, target)
-    tau, longest, refused = 0.0, 1.0, ""
+    tau, longest, refused, relaxed = 0.0, 1.0, "", 0
     while tau < 1.0:
         steady.factor()
         tangent = steady.tangent(lambda change, at=tau: along(at + change))  # type: ignore[misc]
@@ -123,16 +124,19 @@ def follow(steady: Steady, target: Parameters) -> None:
                 report = steady.solve(there, prepared(steady, there, steady.y + (to - tau) * tangent))
                 refused = report.reason
                 if report.converged:
+                    longest = step * (2.0 if report.iterations <= EASY else 1.0 if report.iterations < HARD else 0.5)
+                    relaxed = 0
                     break
             except MeshFailure as failure:
                 refused = str(failure)
             steady.recall(before)
             step /= 3
             if step < SMALLEST:
-                if steady.problem.polymer is not None and (report := steady.relax(there)).converged:
+                polymer, relaxed = steady.problem.polymer is not None, relaxed + 1
+                if polymer and relaxed <= MOST_RELAXED and steady.relax(there).converged:
+                    longest = 3 * SMALLEST
                     break
                 raise _lost(steady, target, refused)
-        longest = step * (2.0 if report.iterations <= EASY else 1.0 if report.iterations < HARD else 0.5)
         tau = to
 
 

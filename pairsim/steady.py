@@ -43,8 +43,9 @@ LEAST_STEADY, FRESH_STEADY = 0.6, 0.75
 MOST_BORDERED = 12
 # Distances that meshes are made for, in a decade: the mesh of a place depends on the place alone, not on the way to it.
 PER_DECADE = 5
-# First and last step of pseudo-time, in relaxation times.
+# First and last step of pseudo-time, in relaxation times; doubled each, eleven steps lie between them.
 RELAX_FIRST, RELAX_LAST = 0.1, 200.0
+MOST_RELAXED = 40
 # A bordered iteration keeps the matrix in hand once its steps are below this.
 FRESH_ABOVE = 1e-4
 
@@ -397,7 +398,7 @@ class Steady:
         h_star, y, dt = self._apply(parameters), self.y, RELAX_FIRST * parameters.De
         self._factored = None
         liquid = self.scene.liquid
-        while True:
+        for _ in range(MOST_RELAXED):
             liquid.constants["rate"].value = 1 / dt if dt < RELAX_LAST * parameters.De else 0.0
             _, x = self.newton.state(y)
             liquid.set_star(x[: liquid.size])
@@ -411,11 +412,14 @@ class Steady:
                     self.y, self.parameters = y, parameters
                     return report
                 dt *= 2.0
-                continue
-            dt /= 4
-            if dt < 1e-3 * RELAX_FIRST * parameters.De:
-                self._apply(self.parameters)
-                return replace(report, converged=False)
+            else:
+                dt /= 4
+                if dt < 1e-3 * RELAX_FIRST * parameters.De:
+                    break
+        # Where stress grows for ever, steps would go on being taken.
+        self._apply(self.parameters)
+        reason = "stress keeps growing in pseudo-time" if report.converged else report.reason
+        return replace(report, converged=False, reason=reason)
 
     def _distortion_of(self, h: Array, x: Array) -> float:
         solid = diagnostics.solid_distortion(self.bodies, h)

@@ -1,0 +1,72 @@
+"""Ways that have no end are given up, and told; scenes without cells, so that only the continuation is tested."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pairsim.continuation import follow
+from pairsim.errors import NoSteadyState
+from pairsim.mesh import Array
+from pairsim.solver import Report
+from pairsim.steady import Parameters, Steady
+
+
+def report(converged: bool) -> Report:
+    return Report(converged, 1, 1, "converged" if converged else "the steps grow", {}, 0.0)
+
+
+class Limited:
+    """A scene that Newton's method solves up to De = .4 and pseudo-time wherever it is asked to."""
+
+    def __init__(self) -> None:
+        self.parameters, self.y, self.relaxations = Parameters((), (0.0,), 0.1), np.zeros(1), 0
+        self.problem = SimpleNamespace(polymer=True, betas=(0.4,))
+        self.tie = SimpleNamespace(fields={"s": np.zeros(0, dtype=int)})
+        self.comm = SimpleNamespace(bcast=lambda value: value)
+        self.snapshot = None
+
+    def solve(self, parameters: Parameters, guess: Array) -> Report:
+        if parameters.De <= 0.4:
+            self.parameters = parameters
+        return report(parameters.De <= 0.4)
+
+    def relax(self, parameters: Parameters) -> Report:
+        self.parameters, self.relaxations = parameters, self.relaxations + 1
+        return report(True)
+
+    def tangent(self, along: object) -> Array:
+        return np.zeros(1)
+
+    def folded(self, parameters: Parameters, y: Array) -> bool:
+        return False
+
+    def distorted(self, parameters: Parameters, y: Array) -> bool:
+        return False
+
+    def factor(self) -> None: ...
+
+    def recall(self, snapshot: object) -> None: ...
+
+
+def test_a_limit_is_not_crept_up_to_through_pseudo_time() -> None:
+    scene: Any = Limited()
+    with pytest.raises(NoSteadyState, match=r"De = 0\.4\d* was reached, De = 1 not: the steps grow"):
+        follow(scene, Parameters((), (0.0,), 1.0))
+    assert 0 < scene.relaxations < 10
+
+
+def test_pseudo_time_in_which_stress_keeps_growing_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    rate = SimpleNamespace(value=0.0)
+    scene: Any = Steady.__new__(Steady)
+    scene.scene = SimpleNamespace(liquid=SimpleNamespace(constants={"rate": rate}, size=0, set_star=lambda s: None))
+    scene.newton = SimpleNamespace(
+        state=lambda y: (y, y), forget=lambda: None, solve=lambda y, *_: (y, report(rate.value > 0.5))
+    )
+    scene.y, scene.parameters, scene.iterations, scene.factorisations = np.zeros(1), None, 0, 0
+    monkeypatch.setattr(Steady, "_apply", lambda *_: np.zeros(0))
+    monkeypatch.setattr(Steady, "_distortion_of", lambda *_: 1.0)
+    assert not scene.relax(Parameters((), (0.0,), 1.0)).converged
