@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 
 from pairsim.errors import InputError
-from pairsim.mesh import Array, Geometry, Outline, QuadraticMesh, Reference
+from pairsim.geometry import Geometry, Outline, Reference
 from pairsim.output import CHECKPOINT, RunFolder, write_bytes
+from pairsim.quadratic import Array, QuadraticMesh
 from pairsim.solver import Memory, Place
 
 FORMAT = 1

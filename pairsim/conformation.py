@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from pairsim.materials import polymer
 from pairsim.materials.polymer import Polymer
-from pairsim.mesh import Array, QuadraticMesh, shape_gradients, shape_values
+from pairsim.quadratic import Array, QuadraticMesh, shape_gradients, shape_values
 
 # The four linear triangles that a quadratic one is cut into for finding points.
 _PARTS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])

@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pairsim.errors import MeshFailure, NoSteadyState
-from pairsim.mesh import Array
-from pairsim.steady import Parameters, Steady
+from pairsim.parameters import Parameters
+from pairsim.quadratic import Array
+from pairsim.steady import Steady
 
 # What a predictor may change at once: positions of the outline (largest diameters), log-conformation, in the largest
 # node; a distance as a part of itself.

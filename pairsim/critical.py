@@ -13,11 +13,12 @@ from typing import Literal
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from pairsim.branch import Branch, Point
 from pairsim.continuation import prepared, reach, where
-from pairsim.curve import Branch, Point, Zero, find_zeros, trace
+from pairsim.curve import Zero, find_zeros, trace
 from pairsim.errors import MeshFailure, NoSteadyState
-from pairsim.mesh import Array
-from pairsim.steady import Parameters
+from pairsim.parameters import Parameters
+from pairsim.quadratic import Array
 
 Followed = Literal["Ca_e", "De"]
 Kind = Literal["wanted", "added", "vanishes", "edge"]

@@ -8,15 +8,15 @@ from typing import Any, cast
 
 from mpi4py import MPI
 
+from pairsim.branch import Branch, Point, steady_problem
 from pairsim.critical import Critical, End, Followed, follow_all, search, with_value
-from pairsim.curve import Branch, Point, steady_problem
 from pairsim.curve_case import CriticalCase
 from pairsim.curve_run import point_row, tell
 from pairsim.errors import NoSteadyState
 from pairsim.output import CRITICAL_COLUMNS, CURVE_HEALTH, POLYMER_HEALTH, RunFolder, write_table
+from pairsim.parameters import Parameters
 from pairsim.progress import Reporter
 from pairsim.record import Outcome, Record, concluded, new_folder
-from pairsim.steady import Parameters
 
 
 class _Recorder:

@@ -11,15 +11,17 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
+from pairsim.branch import Branch, Point, steady_problem
 from pairsim.conformation import warnings
-from pairsim.curve import Branch, Equilibrium, Point, equilibria, find_zeros, order, steady_problem, trace
+from pairsim.curve import Equilibrium, equilibria, find_zeros, order, trace
 from pairsim.curve_case import CurveCase
 from pairsim.errors import NoSteadyState
 from pairsim.fields import SteadyMoment, frame
 from pairsim.output import CURVE_HEALTH, POLYMER_HEALTH, RunFolder, curve_columns, named_row, write_table
+from pairsim.parameters import Parameters, SteadyProblem
 from pairsim.progress import Reporter
 from pairsim.record import Outcome, Record, concluded, new_folder
-from pairsim.steady import Parameters, Steady, SteadyProblem
+from pairsim.steady import Steady
 from pairsim.xdmf import FieldFrame, FieldsWriter
 
 

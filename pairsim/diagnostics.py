@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from pairsim.conformation import Health, health
-from pairsim.mesh import Array, jacobians
+from pairsim.quadratic import Array, jacobians
 from pairsim.scene import Body, Scene
 from pairsim.ties import Tie
 

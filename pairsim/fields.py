@@ -10,8 +10,8 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from pairsim.conformation import exponential, polymer_stress
-from pairsim.mesh import Array, Indices
 from pairsim.pipe import PipeState, across
+from pairsim.quadratic import Array, Indices
 from pairsim.quadrature import CellQuadrature
 from pairsim.scene import Body, Scene
 from pairsim.xdmf import FieldFrame

@@ -11,195 +11,19 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from itertools import pairwise
 
 import gmsh
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
 from pairsim.errors import MeshFailure
+from pairsim.geometry import TUBE_RADIUS, Geometry, MeshSettings, Outline, Reference
+from pairsim.quadratic import MIRRORED_CELL, Array, QuadraticMesh, jacobians, shape_gradients
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
-TUBE_RADIUS = 0.5
 STRAIGHT_ENOUGH = 0.3  # least Jacobian, against straight sides, of a mesh whose curved sides are left to themselves
-# Local node numbers of gmsh's 6-node triangle: swapping the first two vertices' neighbours mirrors a cell.
-_MIRRORED_CELL = np.array([0, 2, 1, 5, 4, 3])
-_MIDSIDE_PARENTS = {3: (0, 1), 4: (1, 2), 5: (2, 0)}
-
-
-@dataclass(frozen=True)
-class MeshSettings:
-    """How finely to mesh.
-
-    Attributes:
-        Np: Cells on each half-circle, at least.
-        growth: Growth of the cell size per unit distance from a particle.
-        gap_cells: Cells across the gap between two particles (0: N_p/4).
-        gap_exponent: Below d = 0.1 the cells across a gap grow as (0.1/d)**gap_exponent.
-        wall_cells: Cells between a particle and the wall (0: N_p/4).
-        max_size: Largest cell size (in D_c).
-        core_growth: Growth of the cell size per unit depth inside a particle.
-    """
-
-    Np: int = 40
-    growth: float = 0.15
-    gap_cells: int = 0
-    gap_exponent: float = 0.0
-    wall_cells: int = 0
-    wall_arcs: float = 0.35
-    max_size: float = 0.2
-    core_growth: float = 0.3
-
-
-@dataclass(frozen=True)
-class Geometry:
-    """Undeformed spheres on the axis of a tube of radius 1/2, the cluster centred at z = 0.
-
-    Attributes:
-        betas: Diameters of the particles, counted from upstream.
-        gaps: The N-1 distances between facing surfaces.
-        length: Length of the tube.
-    """
-
-    betas: tuple[float, ...]
-    gaps: tuple[float, ...]
-    length: float
-
-    @cached_property
-    def centres(self) -> Array:
-        """Axial positions of the centres, shape (N,)."""
-        if not self.betas:
-            return np.zeros(0)
-        z = [self.betas[0] / 2]
-        for i, gap in enumerate(self.gaps):
-            z.append(z[-1] + self.betas[i] / 2 + gap + self.betas[i + 1] / 2)
-        return np.array(z) - (z[-1] + self.betas[-1] / 2) / 2
-
-    @property
-    def mirrored(self) -> bool:
-        """Whether the scene is its own mirror image in z."""
-        return self.betas == self.betas[::-1] and bool(np.allclose(self.gaps, self.gaps[::-1], rtol=1e-12))
-
-
-@dataclass(frozen=True)
-class Reference:
-    """A reference domain of the liquid: around undeformed spheres, or around outlines as they are.
-
-    Attributes:
-        geometry: Spheres and gaps (those between the outlines).
-        outlines: The cut half-circles, counted from upstream.
-        positions: Quadratic nodes of every outline, downstream pole first.
-        deformed: Whether the positions are not those of the spheres.
-    """
-
-    geometry: Geometry
-    outlines: tuple[Outline, ...]
-    positions: tuple[Array, ...]
-    deformed: bool
-
-    @staticmethod
-    def spheres(geometry: Geometry, outlines: Sequence[Outline]) -> Reference:
-        positions = tuple(o.nodes + [z, 0.0] for o, z in zip(outlines, geometry.centres, strict=True))
-        return Reference(geometry, tuple(outlines), positions, False)
-
-    @property
-    def mirrored(self) -> bool:
-        """Whether the domain is its own mirror image in z."""
-        return self.geometry.mirrored and not self.deformed
-
-
-@dataclass(frozen=True)
-class QuadraticMesh:
-    """A mesh of 6-node triangles in the half-plane (z, r >= 0).
-
-    Attributes:
-        points: Nodes, shape (n, 2).
-        cells: Node numbers in gmsh's order (vertices, then mid-sides 01, 12, 20), shape (m, 6).
-    """
-
-    points: Array
-    cells: Indices
-
-    @cached_property
-    def vertices(self) -> Indices:
-        """Numbers of the nodes that are vertices, ascending."""
-        return np.unique(self.cells[:, :3])
-
-    @cached_property
-    def parents(self) -> Indices:
-        """For each node its two parent vertices (twice itself for a vertex), shape (n, 2)."""
-        pair = np.repeat(np.arange(len(self.points))[:, None], 2, axis=1)
-        for k, (i, j) in _MIDSIDE_PARENTS.items():
-            pair[self.cells[:, k]] = self.cells[:, [i, j]]
-        return pair
-
-    @cached_property
-    def jacobians(self) -> Array:
-        """`jacobians` of every cell, shape (m, 7)."""
-        return jacobians(self.points[self.cells])
-
-    def mirror(self) -> QuadraticMesh:
-        """The image under z -> -z."""
-        return QuadraticMesh(self.points * [-1.0, 1.0], self.cells[:, _MIRRORED_CELL])
-
-    def with_mirror_image(self) -> QuadraticMesh:
-        """This mesh of z >= 0 joined to its mirror image along z = 0."""
-        on_plane = np.abs(self.points[:, 0]) < 1e-10
-        points = self.points.copy()
-        points[on_plane, 0] = 0.0
-        image = np.arange(len(points))
-        image[~on_plane] = len(points) + np.arange(np.count_nonzero(~on_plane))
-        other = (points * [-1.0, 1.0])[~on_plane]
-        return QuadraticMesh(np.vstack([points, other]), np.vstack([self.cells, image[self.cells[:, _MIRRORED_CELL]]]))
-
-
-@dataclass(frozen=True)
-class Outline:
-    """The half-circle of one particle, cut into arcs.
-
-    Attributes:
-        radius: Radius of the sphere.
-        angles: Polar angles of the arc ends from the downstream pole (0) to the upstream pole (pi).
-    """
-
-    radius: float
-    angles: Array
-
-    @cached_property
-    def node_angles(self) -> Array:
-        """Angles of all quadratic nodes: arc ends and middles alternating."""
-        both = np.empty(2 * len(self.angles) - 1)
-        both[::2] = self.angles
-        both[1::2] = (self.angles[1:] + self.angles[:-1]) / 2
-        return both
-
-    @cached_property
-    def nodes(self) -> Array:
-        """Quadratic nodes about the centre, shape (2 n + 1, 2), downstream pole first."""
-        xy = self.radius * np.column_stack([np.cos(self.node_angles), np.sin(self.node_angles)])
-        xy[[0, -1], 1] = 0.0
-        return xy
-
-    def mirror(self) -> Outline:
-        return Outline(self.radius, (np.pi - self.angles)[::-1].copy())
-
-    def size_at(self, angle: float) -> float:
-        """Length of the arc that holds the angle."""
-        angles = self._angles  # gmsh asks for every cell: plain numbers, not arrays
-        k = min(max(bisect_left(angles, angle), 1), len(angles) - 1)
-        return (angles[k] - angles[k - 1]) * self.radius
-
-    @cached_property
-    def _angles(self) -> list[float]:
-        angles: list[float] = self.angles.tolist()
-        return angles
 
 
 def make_outlines(geometry: Geometry, settings: MeshSettings) -> list[Outline]:
@@ -452,7 +276,7 @@ def _run_gmsh(
     points[np.abs(points[:, 1]) < 1e-12, 1] = 0.0
     triangles = cells.reshape(-1, 6).astype(np.int64)
     clockwise = jacobians(points[triangles])[:, -1] < 0
-    triangles[clockwise] = triangles[clockwise][:, _MIRRORED_CELL]
+    triangles[clockwise] = triangles[clockwise][:, MIRRORED_CELL]
     straight = QuadraticMesh(points, triangles)
     mesh = _curved(straight, curves, spread=False)
     if _least_jacobian(mesh) < STRAIGHT_ENOUGH:
@@ -518,39 +342,3 @@ def _harmonic(mesh: QuadraticMesh) -> sparse.csr_matrix:
     values = np.einsum("q,mqai,mqbi->mab", weights, gradients, gradients)
     row, column = np.repeat(mesh.cells, 6, axis=1).ravel(), np.tile(mesh.cells, (1, 6)).ravel()
     return sparse.csr_matrix(sparse.coo_matrix((values.ravel(), (row, column)), shape=(len(mesh.points),) * 2))
-
-
-def shape_values(points: Array) -> Array:
-    """The six quadratic shape functions at points of the reference triangle, shape (q, 6)."""
-    s, t = points[:, 0], points[:, 1]
-    u = 1 - s - t
-    return np.stack([u * (2 * u - 1), s * (2 * s - 1), t * (2 * t - 1), 4 * u * s, 4 * s * t, 4 * t * u], axis=1)
-
-
-def shape_gradients(points: Array) -> Array:
-    """Reference gradients of the six quadratic shape functions, shape (q, 6, 2)."""
-    s, t = points[:, 0], points[:, 1]
-    u = 1 - s - t
-    zero = np.zeros_like(s)
-    ds = np.stack([1 - 4 * u, 4 * s - 1, zero, 4 * (u - s), 4 * t, -4 * t], axis=1)
-    dt = np.stack([1 - 4 * u, zero, 4 * t - 1, -4 * s, 4 * s, 4 * (u - t)], axis=1)
-    return np.stack([ds, dt], axis=2)
-
-
-# Vertices, mid-sides and centroid: the determinant is a polynomial of degree 2, bounded well by these.
-_SAMPLES = shape_gradients(
-    np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5], [1 / 3, 1 / 3]], dtype=np.float64)
-)
-
-
-def jacobians(cell_points: Array) -> Array:
-    """Determinant of the map of each cell at seven points.
-
-    Args:
-        cell_points: Node positions by cell, shape (m, 6, 2).
-
-    Returns:
-        Determinants, shape (m, 7); all positive in a valid mesh.
-    """
-    dx = np.einsum("qak,mai->mqik", _SAMPLES, cell_points)
-    return np.asarray(dx[..., 0, 0] * dx[..., 1, 1] - dx[..., 0, 1] * dx[..., 1, 0])

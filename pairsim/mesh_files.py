@@ -9,16 +9,9 @@ import meshio
 import numpy as np
 
 from pairsim.case import Case
-from pairsim.mesh import (
-    Array,
-    Geometry,
-    Indices,
-    MeshSettings,
-    Reference,
-    liquid_mesh,
-    make_outlines,
-    particle_meshes,
-)
+from pairsim.geometry import Geometry, MeshSettings, Reference
+from pairsim.mesh import liquid_mesh, make_outlines, particle_meshes
+from pairsim.quadratic import Array, Indices
 
 
 def write_mesh(case: Case, path: Path, png: Path | None) -> dict[str, int]:

@@ -24,7 +24,7 @@ from pairsim.jit import JIT_OPTIONS
 from pairsim.kinematics import Expr, Kinematics
 from pairsim.materials import neo_hookean, newtonian, polymer
 from pairsim.materials.log_conformation import LogConformation
-from pairsim.mesh import Array, Indices, QuadraticMesh
+from pairsim.quadratic import Array, Indices, QuadraticMesh
 
 fem = dolfinx.fem
 

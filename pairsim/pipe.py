@@ -16,9 +16,10 @@ from scipy.integrate import LSODA, OdeSolution, solve_ivp
 from scipy.interpolate import barycentric_interpolate
 from scipy.optimize import root
 
+from pairsim.geometry import TUBE_RADIUS
 from pairsim.materials import polymer
 from pairsim.materials.polymer import Polymer
-from pairsim.mesh import TUBE_RADIUS, Array
+from pairsim.quadratic import Array
 
 OUT_OF_REACH = 1e9
 

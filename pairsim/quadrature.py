@@ -9,7 +9,7 @@ from math import pi
 import basix
 import numpy as np
 
-from pairsim.mesh import Array, Indices, QuadraticMesh, shape_gradients, shape_values
+from pairsim.quadratic import Array, Indices, QuadraticMesh, shape_gradients, shape_values
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 from mpi4py import MPI
 
 from pairsim.errors import RunFailure
-from pairsim.mesh import Array
+from pairsim.quadratic import Array
 
 # A cell squeezed below this fraction of its reference area, or a gap changed by this factor, calls for a new mesh;
 # one around undeformed spheres must do better than the second figure to be used.

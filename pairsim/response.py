@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from pairsim.mesh import Array
-from pairsim.steady import DIFFERENCE, Parameters, Steady
+from pairsim.parameters import Parameters
+from pairsim.quadratic import Array
+from pairsim.steady import DIFFERENCE, Steady
 
 
 def drift(steady: Steady) -> Array:

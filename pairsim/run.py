@@ -17,7 +17,7 @@ from pairsim.checkpoint import Checkpoint, Counts, check_same, load
 from pairsim.conformation import warnings
 from pairsim.errors import InputError, RunFailure, TooManySteps, WallTime, WriteFailure
 from pairsim.fields import frame
-from pairsim.mesh import MeshSettings
+from pairsim.geometry import MeshSettings
 from pairsim.output import (
     CHECKPOINT,
     HEALTH,

@@ -19,9 +19,10 @@ from mpi4py import MPI
 from scipy.spatial import cKDTree
 
 from pairsim.errors import MeshFailure
+from pairsim.geometry import TUBE_RADIUS, Outline, Reference
 from pairsim.materials.polymer import Polymer
-from pairsim.mesh import TUBE_RADIUS, Array, Indices, Outline, QuadraticMesh, Reference
 from pairsim.phases import Phase, neo_hookean_solid, newtonian_liquid, viscoelastic_liquid
+from pairsim.quadratic import Array, Indices, QuadraticMesh
 from pairsim.quadrature import CellQuadrature, end_load
 
 FLOW_RATE = pi / 4

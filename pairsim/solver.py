@@ -7,17 +7,17 @@ sums them (also across processes) through its COO interface. Jacobians are lagge
 from __future__ import annotations
 
 import itertools
-import time
-from collections import defaultdict
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from scipy import sparse
 
+from pairsim.clock import Clock
 from pairsim.conformation import exponential
+from pairsim.entries import expand
 from pairsim.fenicsx import PETSc
-from pairsim.mesh import Array, Indices
+from pairsim.quadratic import Array
 from pairsim.scene import Scene
 from pairsim.ties import Tie
 
@@ -35,27 +35,6 @@ MUMPS = {"icntl_6": 0, "icntl_7": 5, "icntl_14": 40}
 MOST_ANALYSES = 4
 REASONS = {-3: "the matrix is singular", -4: "the residual is not a number", -5: "too many iterations"}
 UNPROVEN_RATE = 0.1
-
-
-@dataclass
-class Clock:
-    """Seconds spent by phase of the work."""
-
-    seconds: defaultdict[str, float] = field(default_factory=lambda: defaultdict(float))
-
-    def __call__(self, name: str) -> _Timer:
-        return _Timer(self, name)
-
-
-class _Timer:
-    def __init__(self, clock: Clock, name: str) -> None:
-        self.clock, self.name = clock, name
-
-    def __enter__(self) -> None:
-        self.begin = time.perf_counter()
-
-    def __exit__(self, *_: object) -> None:
-        self.clock.seconds[self.name] += time.perf_counter() - self.begin
 
 
 @dataclass(frozen=True)
@@ -110,64 +89,6 @@ class Memory:
     relaxation: int
 
 
-@dataclass(frozen=True)
-class _Entries:
-    """Places of one phase's assembled entries in the reduced matrix, and the factors they carry.
-
-    Attributes:
-        source: Positions in the phase's assembled data.
-        value: Factor apart from g.
-        times_g, over_g: Entries whose factor is multiplied or divided by g = gamma dt.
-    """
-
-    source: Indices
-    value: Array
-    times_g: Indices
-    over_g: Indices
-
-    def factors(self, g: float) -> Array:
-        factors = self.value.copy()
-        factors[self.times_g] *= g
-        factors[self.over_g] /= g
-        return factors
-
-
-def _expand(scene: Scene, tie: Tie) -> tuple[Indices, Indices, list[_Entries], Array]:
-    """COO rows and columns of T A P, phase after phase, and the constant entries at their end."""
-    P0, P1, T = tie.N.tocoo(), (tie.C @ tie.M).tocoo(), tie.T.tocsc()
-    # One list of images a column of A: those independent of g and those that carry it.
-    image = sparse.csr_matrix(
-        (np.arange(1, P0.nnz + P1.nnz + 1), (np.r_[P0.row, P1.row], np.r_[P0.col + 0, P1.col + tie.size])),
-        shape=(scene.size, 2 * tie.size),
-    )
-    factor = np.r_[P0.data, P1.data]
-
-    def images(row: Indices, column: Indices) -> tuple[Indices, Indices, Indices, Array, np.ndarray]:
-        count_t, count_p = np.diff(T.indptr)[row], np.diff(image.indptr)[column]
-        source = np.repeat(np.arange(len(row)), count_t * count_p)
-        within = np.arange(len(source)) - np.repeat(np.cumsum(count_t * count_p) - count_t * count_p, count_t * count_p)
-        at_t = T.indptr[row[source]] + within // count_p[source]
-        at_p = image.indptr[column[source]] + within % count_p[source]
-        target = image.indices[at_p]
-        value = T.data[at_t] * factor[image.data[at_p] - 1]
-        return source, T.indices[at_t], target % tie.size, value, target >= tie.size
-
-    rows, columns, entries = [], [], []
-    for phase, offset in zip(scene.phases, scene.offsets, strict=False):
-        place, row, column = phase.entries
-        source, i, j, value, carries_g = images(row + offset, column + offset)
-        divided = tie.integrated[i]
-        entries.append(
-            _Entries(place[source], value, np.flatnonzero(carries_g & ~divided), np.flatnonzero(divided & ~carries_g))
-        )
-        rows.append(i)
-        columns.append(j)
-    row, column, value = scene.linear_terms()
-    source, i, j, product, _ = images(row, column)
-    constant = product * value[source]
-    return np.concatenate([*rows, i]), np.concatenate([*columns, j]), entries, constant
-
-
 class Newton:
     """Newton's method on one scene with one tie.
 
@@ -206,7 +127,7 @@ class Newton:
 
     def _create(self) -> None:
         comm, n = self.scene.comm, self.tie.size
-        rows, columns, self._entries, self._constant = _expand(self.scene, self.tie)
+        rows, columns, self._entries, self._constant = expand(self.scene, self.tie)
         if comm.rank != 0:
             self._constant = np.zeros_like(self._constant)
         self._A = PETSc.Mat().create(comm)

@@ -13,25 +13,18 @@ import numpy as np
 from mpi4py import MPI
 
 from pairsim import diagnostics
+from pairsim.clock import Clock
 from pairsim.conformation import logarithm
 from pairsim.diagnostics import Observation
 from pairsim.errors import MeshFailure, NoSteadyState
-from pairsim.materials.polymer import Polymer
-from pairsim.mesh import (
-    Array,
-    Geometry,
-    MeshSettings,
-    Outline,
-    QuadraticMesh,
-    Reference,
-    liquid_mesh,
-    make_outlines,
-    particle_meshes,
-)
+from pairsim.geometry import Geometry, Outline, Reference
+from pairsim.mesh import liquid_mesh, make_outlines, particle_meshes
+from pairsim.parameters import Parameters, SteadyProblem
 from pairsim.pipe import Pipe, PipeState, across
+from pairsim.quadratic import Array, QuadraticMesh
 from pairsim.remeshing import needs_mesh, on_root
-from pairsim.scene import BoundaryVelocity, Scene, make_bodies, poiseuille
-from pairsim.solver import Clock, Newton, Report
+from pairsim.scene import Scene, make_bodies
+from pairsim.solver import Newton, Report
 from pairsim.ties import extension_tie, steady_tie
 from pairsim.transfer import flow, free_unknowns, inside
 
@@ -41,65 +34,11 @@ DIFFERENCE = 1e-5
 # (beta .4, d .1: at Ca_e .14 around spheres, at .16 around the shapes): a new mesh comes sooner than in time.
 LEAST_STEADY, FRESH_STEADY = 0.6, 0.75
 MOST_BORDERED = 12
-# Distances that meshes are made for, in a decade: the mesh of a place depends on the place alone, not on the way to it.
-PER_DECADE = 5
 # First and last step of pseudo-time, in relaxation times; doubled each, eleven steps lie between them.
 RELAX_FIRST, RELAX_LAST = 0.1, 200.0
 MOST_RELAXED = 40
 # A bordered iteration keeps the matrix in hand once its steps are below this.
 FRESH_ABOVE = 1e-4
-
-
-@dataclass(frozen=True)
-class Parameters:
-    """Where a scene is in the space of its parameters.
-
-    Attributes:
-        gaps: Distances between facing surfaces on the axis, (N-1,).
-        Ca_es: Elastic capillary numbers, 0 for rigid particles, (N,).
-        De: Deborah number; 0 without polymer.
-        size: Factor of all particle diameters; differs from 1 only for derivatives with respect to beta.
-    """
-
-    gaps: tuple[float, ...]
-    Ca_es: tuple[float, ...]
-    De: float = 0.0
-    size: float = 1.0
-
-    def with_gap(self, d: float) -> Parameters:
-        """All gaps equal to d."""
-        return replace(self, gaps=(d,) * len(self.gaps))
-
-
-@dataclass(frozen=True)
-class SteadyProblem:
-    """What does not change along a branch.
-
-    Attributes:
-        betas: Diameters.
-        length: Length of the tube.
-        periodic: Kind of the ends.
-        mesh: Cell sizes.
-        polymer: Viscoelastic part of the liquid; its De is that of `Parameters`.
-        boundary_velocity: Velocity on wall and ends when they are not periodic.
-        newton_tolerance: Tolerance of every Newton solve.
-        narrowest: Distance that the arcs of the outlines are cut for, where it is below the first one.
-    """
-
-    betas: tuple[float, ...]
-    length: float
-    periodic: bool
-    mesh: MeshSettings
-    polymer: Polymer | None = None
-    boundary_velocity: BoundaryVelocity = poiseuille
-    newton_tolerance: float = 1e-9
-    narrowest: float = np.inf
-
-    def nominal(self, gaps: tuple[float, ...]) -> tuple[float, ...]:
-        """The distances that a mesh around spheres is made for, near the given ones."""
-        rounded = tuple(float(10 ** (round(np.log10(d) * PER_DECADE) / PER_DECADE)) for d in gaps)
-        free = self.length - sum(self.betas) - sum(gaps)
-        return rounded if sum(rounded) - sum(gaps) < free / 4 else gaps
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pairsim.mesh import Array
+from pairsim.quadratic import Array
 
 GROWTH = 1.6  # most that a step may grow by
 

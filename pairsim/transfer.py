@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pairsim.conformation import interpolate
-from pairsim.mesh import Array
+from pairsim.quadratic import Array
 from pairsim.scene import Body, Scene
 from pairsim.ties import Tie
 

@@ -14,25 +14,18 @@ from mpi4py import MPI
 
 from pairsim import diagnostics
 from pairsim.checkpoint import Counts, History, State
+from pairsim.clock import Clock
 from pairsim.conformation import interpolate, logarithm
 from pairsim.diagnostics import Observation
 from pairsim.errors import InvertedCell, MeshFailure, NewtonFailure, StepTooSmall
+from pairsim.geometry import Geometry, MeshSettings, Outline, Reference
 from pairsim.materials.polymer import Polymer
-from pairsim.mesh import (
-    Array,
-    Geometry,
-    MeshSettings,
-    Outline,
-    QuadraticMesh,
-    Reference,
-    liquid_mesh,
-    make_outlines,
-    particle_meshes,
-)
+from pairsim.mesh import liquid_mesh, make_outlines, particle_meshes
 from pairsim.pipe import Pipe, across
+from pairsim.quadratic import Array, QuadraticMesh
 from pairsim.remeshing import FRESH_DISTORTION, needs_mesh, on_root
 from pairsim.scene import BoundaryVelocity, Scene, make_bodies, poiseuille
-from pairsim.solver import Clock, Newton, Report
+from pairsim.solver import Newton, Report
 from pairsim.stepsize import Scheme, StepControl, error_factor, extrapolation_weights, land, reached
 from pairsim.ties import extension_tie, transient_tie
 

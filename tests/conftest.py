@@ -13,7 +13,8 @@ import pytest
 from mpi4py import MPI
 
 import pairsim.fenicsx
-from pairsim.mesh import Geometry, MeshSettings, Reference, liquid_mesh, make_outlines
+from pairsim.geometry import Geometry, MeshSettings, Reference
+from pairsim.mesh import liquid_mesh, make_outlines
 from pairsim.scene import Scene, make_bodies
 from pairsim.solver import Newton
 from pairsim.stepsize import StepControl

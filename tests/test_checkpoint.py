@@ -18,7 +18,7 @@ from pairsim.case import Case
 from pairsim.case_file import case_from_dict
 from pairsim.checkpoint import Checkpoint, load
 from pairsim.errors import InputError, WriteFailure
-from pairsim.mesh import MeshSettings
+from pairsim.geometry import MeshSettings
 from pairsim.output import RunFolder, read_series
 from pairsim.progress import Reporter
 from pairsim.record import Outcome

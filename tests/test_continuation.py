@@ -10,9 +10,10 @@ import pytest
 
 from pairsim.continuation import follow
 from pairsim.errors import NoSteadyState
-from pairsim.mesh import Array
+from pairsim.parameters import Parameters
+from pairsim.quadratic import Array
 from pairsim.solver import Report
-from pairsim.steady import Parameters, Steady
+from pairsim.steady import Steady
 
 
 def report(converged: bool) -> Report:

@@ -18,15 +18,16 @@ import yaml
 from conftest import ROOT, dU, march, soft_pair
 from mpi4py import MPI
 
+from pairsim.branch import Branch, Point, started, steady_problem, walked
 from pairsim.case_file import curve_from_dict, load_critical, load_curve
 from pairsim.continuation import follow
 from pairsim.critical import same_zero
-from pairsim.curve import Branch, Point, equilibria, find_zeros, started, steady_problem, trace, walked
+from pairsim.curve import equilibria, find_zeros, trace
 from pairsim.curve_case import CurveCase
 from pairsim.errors import InputError, NoSteadyState
-from pairsim.mesh import MeshSettings
+from pairsim.geometry import MeshSettings
 from pairsim.output import read_series
-from pairsim.steady import Parameters
+from pairsim.parameters import Parameters
 
 CURVE = "beta: 0.4\nDe: 0\nCa_e: 0.1\nends: developed\nlength: auto\nmesh: {Np: 10}\nd: [0.3, 0.1]\n"
 

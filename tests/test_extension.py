@@ -18,8 +18,10 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
 from pairsim.continuation import find_fold
-from pairsim.mesh import Array, MeshSettings
-from pairsim.steady import Parameters, Steady
+from pairsim.geometry import MeshSettings
+from pairsim.parameters import Parameters
+from pairsim.quadratic import Array
+from pairsim.steady import Steady
 from pairsim.stepsize import StepControl
 from pairsim.transient import Problem, Step
 

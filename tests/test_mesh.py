@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from pairsim.mesh import Geometry, MeshSettings, Reference, liquid_mesh, make_outlines
+from pairsim.geometry import Geometry, MeshSettings, Reference
+from pairsim.mesh import liquid_mesh, make_outlines
 
 
 def test_cells_around_deformed_outlines_grow_with_the_distance_from_them() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from conftest import MPI, soft_pair
 
-from pairsim.mesh import MeshSettings
+from pairsim.geometry import MeshSettings
 from pairsim.transient import Problem, Transient
 
 

@@ -8,7 +8,7 @@ from conftest import dU, march, soft_pair
 from numpy.polynomial import legendre
 from scipy.interpolate import CubicSpline
 
-from pairsim.mesh import MeshSettings
+from pairsim.geometry import MeshSettings
 from pairsim.scene import Body
 from pairsim.stepsize import StepControl
 

@@ -17,8 +17,9 @@ from scipy.linalg import expm
 from scipy.optimize import fsolve
 
 from pairsim.conformation import exponential, interpolate, logarithm, polymer_stress
+from pairsim.geometry import Geometry, MeshSettings, Reference
 from pairsim.materials.polymer import Polymer
-from pairsim.mesh import Geometry, MeshSettings, Reference, liquid_mesh
+from pairsim.mesh import liquid_mesh
 from pairsim.output import read_series
 from pairsim.pipe import Pipe
 from pairsim.stepsize import StepControl
