@@ -298,7 +298,7 @@ def study(
     file: Annotated[
         Path,
         typer.Argument(
-            help="Study file (YAML): base, discretisations, quantity, at, exact or reference, repeat.",
+            help="Study file (YAML): base, discretisations, quantity, over, at, exact or reference, repeat.",
             show_default=False,
         ),
     ],
@@ -314,12 +314,13 @@ def study(
     Works as a sweep: also under mpirun, and the same command continues what was stopped. Exit codes as those of sweep.
     """
     from pairsim.case_file import read_yaml
-    from pairsim.study import read_study, run_study
+    from pairsim.study import run_study
+    from pairsim.study_file import read_study
     from pairsim.sweep import launcher_communicator
     from pairsim.sweep_progress import make_sweep_reporter
 
     checked = read_study(file, read_yaml(file), tuple(set_ or ()))
-    directory = output or Path("runs") / checked.grid.name
+    directory = output or Path("runs") / checked.name
     comm = launcher_communicator()
     reporter = make_sweep_reporter(quiet, comm.rank if comm else 0)
     code, message = run_study(checked, directory, case_timeout, comm, reporter)

@@ -90,6 +90,15 @@ def grid_from(path: Path, data: dict[str, Any], settings: tuple[str, ...] = ()) 
     return _Reader(path, data).grid(settings)
 
 
+def read_base(path: Path, data: dict[str, Any]) -> dict[str, Any]:
+    """The base case of a grid file that stands, or could stand, at a path, its dotted keys spelled out.
+
+    Raises:
+        InputError: It is none.
+    """
+    return _Reader(path, data).base
+
+
 class _Reader:
     """Takes a grid file apart."""
 
@@ -198,7 +207,7 @@ class _Reader:
                 entry = {"name": path.stem, **read_yaml(path)}
             merged = copy.deepcopy(self.base)
             self._merge(merged, entry, f"cases[{i}]")
-            yield f"cases[{i}]", _flat(entry), merged, False
+            yield f"cases[{i}]", flat(entry), merged, False
         if not axes and not cases:
             self.refuse("grid", None, "is missing; a sweep needs grid, zip or cases")
 
@@ -236,7 +245,8 @@ class _Reader:
         if not found:
             self.refuse("exclude", None, "leaves no case")
         values = {
-            key: [_at(checked.resolved, key, _at(merged, key)) for checked, merged in found.values()] for key in varied
+            key: [value_at(checked.resolved, key, value_at(merged, key)) for checked, merged in found.values()]
+            for key in varied
         }
         varying = tuple(key for key, column in values.items() if any(value != column[0] for value in column))
         cases = tuple(
@@ -304,10 +314,10 @@ def _matches(merged: Mapping[str, Any], entry: Mapping[str, Any]) -> bool:
             return math.isclose(value, wanted, rel_tol=1e-9)
         return bool(value == wanted)
 
-    return all(fits(_at(merged, key), wanted) for key, wanted in entry.items())
+    return all(fits(value_at(merged, key), wanted) for key, wanted in entry.items())
 
 
-def _at(data: Mapping[str, Any], dotted: str, default: Any = None) -> Any:
+def value_at(data: Mapping[str, Any], dotted: str, default: Any = None) -> Any:
     """Value of a dotted key."""
     value: Any = data
     for part in dotted.split("."):
@@ -317,9 +327,9 @@ def _at(data: Mapping[str, Any], dotted: str, default: Any = None) -> Any:
     return value
 
 
-def _flat(entry: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+def flat(entry: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """Nested keys as dotted ones."""
-    flat: dict[str, Any] = {}
+    spelled: dict[str, Any] = {}
     for key, value in entry.items():
-        flat |= _flat(value, f"{prefix}{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value}
-    return flat
+        spelled |= flat(value, f"{prefix}{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value}
+    return spelled

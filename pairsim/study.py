@@ -1,7 +1,6 @@
 """`pairsim study`: one case in many discretisations, and what each costs for its error.
 
-The discretisations are the cases of a sweep; this module says what a study file may hold and makes study.csv of what
-the sweep has left behind.
+The discretisations are the cases of sweeps; this module makes study.csv of what the sweeps have left behind.
 """
 
 from __future__ import annotations
@@ -10,16 +9,21 @@ import csv
 import io
 import json
 import statistics
-from collections.abc import Callable
-from dataclasses import dataclass
-from itertools import pairwise
+from contextlib import suppress
+from itertools import pairwise, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from scipy.interpolate import CubicSpline
+
 from pairsim.convergence import extrapolated, order, pareto
 from pairsim.errors import InputError
-from pairsim.grid import Grid, SweepCase, grid_from
-from pairsim.output import read_series, series_columns, write_text
+from pairsim.grid import SweepCase
+from pairsim.ledger import read_sweep
+from pairsim.output import read_series, write_text
+from pairsim.quadratic import Array
+from pairsim.study_file import ZERO, Study, columns
 from pairsim.sweep import Options, run_sweep
 from pairsim.sweep_commands import read_told
 from pairsim.sweep_progress import SweepReporter
@@ -27,114 +31,12 @@ from pairsim.sweep_progress import SweepReporter
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-KEYS = ("name", "command", "base", "discretisations", "quantity", "at", "exact", "reference", "repeat")
 FAMILIES = {"space": "mesh.", "time": "time."}
 """Discretisations that differ in keys with one of these beginnings alone are a family, and have an order."""
 COUNTS = ("unknowns", "steps", "points", "newton_iterations", "factorisations", "remeshings", "meshes")
 TABLE = "study.csv"
-ZERO = "d_cr"
-"""Quantity of a curve that is no column of it: the distance at which dU vanishes, the zero with the largest peak."""
 STOPPED = 130
 SAME = 1e-9  # times and distances that agree to this part are the same
-
-
-@dataclass(frozen=True)
-class Study:
-    """A study file, read and checked.
-
-    Attributes:
-        grid: One case for each discretisation, in the order of the file.
-        quantity: What is compared: a column, or d_cr.
-        at: Times (run) or distances (curve) at which it is; empty: at the end of a run.
-        exact: Its exact values at those, None where they are unknown.
-        reference: Index of the discretisation that stands for the exact values, None: the one with the most unknowns.
-        repeat: How often each is computed; times are medians.
-    """
-
-    grid: Grid
-    quantity: str
-    at: tuple[float, ...]
-    exact: tuple[float, ...] | None
-    reference: int | None
-    repeat: int
-
-    @property
-    def column(self) -> str:
-        """The column that is read at the places of `at`."""
-        return "dU" if self.quantity == ZERO else self.quantity
-
-
-def read_study(path: Path, data: dict[str, Any], settings: tuple[str, ...] = ()) -> Study:
-    """Check the content of a study file.
-
-    Args:
-        path: Where it stands.
-        data: Its content.
-        settings: key=value settings that replace a key in every case.
-
-    Raises:
-        InputError: With the file, the key, its value and what is allowed.
-    """
-
-    def refuse(key: str, value: Any, allowed: str) -> None:
-        raise InputError(str(path), key, value, allowed)
-
-    for key in data:
-        if key not in KEYS:
-            refuse(key, data[key], f"unknown key; allowed: {', '.join(KEYS)}")
-    command, entries = data.get("command", "run"), data.get("discretisations")
-    if command not in ("run", "curve"):
-        refuse("command", command, "run or curve")
-    if not isinstance(entries, list) or len(entries) < 2:
-        refuse("discretisations", entries, "a list of two or more, such as - {mesh.Np: 20, time.tol: 1e-4}")
-    assert isinstance(entries, list)
-    at = _numbers(data.get("at", []), "at", "a number above 0, or a list of them", refuse)
-    if any(place <= 0 for place in at):
-        refuse("at", data["at"], "above 0")
-    if command == "curve" and not at:
-        refuse("at", None, "is missing; the distances at which the curve is compared")
-    quantity = data.get("quantity", "dU")
-    count = 1 if quantity == ZERO else max(len(at), 1)
-    exact = None
-    if "exact" in data:
-        wanted_count = f"{count} number{'s, one for each of at' if count > 1 else ''}"
-        exact = _numbers(data["exact"], "exact", wanted_count, refuse)
-        if len(exact) != count:
-            refuse("exact", data["exact"], wanted_count)
-    reference = data.get("reference", "finest")
-    if "exact" in data and "reference" in data:
-        refuse("reference", reference, "nothing, beside exact")
-    if reference != "finest" and not (type(reference) is int and 0 <= reference < len(entries)):
-        refuse("reference", reference, f"finest, or the index of a discretisation from 0 to {len(entries) - 1}")
-    repeat = data.get("repeat", 1)
-    if type(repeat) is not int or not 1 <= repeat <= 100:
-        refuse("repeat", repeat, "a whole number from 1 to 100")
-    wanted = {"d": list(at)} if command == "curve" else {"output.times": list(at)} if at else {}
-    taken = [key for entry in entries if isinstance(entry, dict) for key in wanted if key in entry]
-    if taken:
-        refuse(f"discretisations: {taken[0]}", None, "nothing: at says it")
-    content: dict[str, Any] = {key: data[key] for key in ("name", "base") if key in data}
-    cases = [{**wanted, **entry} if isinstance(entry, dict) else entry for entry in entries]
-    grid = grid_from(path, {**content, "command": command, "cases": cases}, settings)
-    if grid.duplicates:
-        refuse("discretisations", None, f"all different; {grid.duplicates} are like an earlier one")
-    allowed = sorted({name for case in grid.cases for name in _columns(case)})
-    allowed += [ZERO] if command == "curve" else []
-    if quantity not in allowed:
-        refuse("quantity", quantity, f"one of {', '.join(allowed)}")
-    return Study(grid, quantity, at, exact, None if reference == "finest" else reference, repeat)
-
-
-def _numbers(value: Any, key: str, allowed: str, refuse: Callable[[str, Any, str], None]) -> tuple[float, ...]:
-    values = value if isinstance(value, list) else [value]
-    if any(isinstance(each, bool) or not isinstance(each, int | float) for each in values):
-        refuse(key, value, allowed)
-    return tuple(map(float, values))
-
-
-def _columns(case: SweepCase) -> list[str]:
-    """Columns of the results of a case that can be compared."""
-    return series_columns(case.checked.resolved.get("particles", 2))[1:]
 
 
 def study_rows(study: Study, folders: list[Path]) -> list[dict[str, Any]]:
@@ -142,12 +44,13 @@ def study_rows(study: Study, folders: list[Path]) -> list[dict[str, Any]]:
 
     Args:
         study: The study.
-        folders: Folders of its sweeps, one a repetition.
+        folders: Its folders, one a repetition.
 
     Returns:
         A row for each in the order of the file, with everything that is known so far.
     """
-    rows = [_row(study, case, folders) for case in study.grid.cases]
+    notes = [{command: _notes(sweep_folder(study, folder, command)) for command in study.grids} for folder in folders]
+    rows = [_row(study, command, case, folders, notes) for command, case in study.cases]
     exact = study.exact
     chosen: int | None = None
     if exact is None:
@@ -167,43 +70,91 @@ def study_rows(study: Study, folders: list[Path]) -> list[dict[str, Any]]:
     return rows
 
 
-def _row(study: Study, case: SweepCase, folders: list[Path]) -> dict[str, Any]:
-    """What one discretisation has left in its folders."""
-    told = [read_told(folder / case.folder) for folder in folders]
-    done = [each for each in told if each.get("status") == "finished"]
-    row: dict[str, Any] = {key: case.parameters.get(key) for key in study.grid.varying}
-    row |= {"status": told[0].get("status", "pending"), "reason": told[0].get("reason", ""), "_values": None}
-    row |= {name: told[0][name] for name in COUNTS if name in told[0]}
-    if not done:
+def sweep_folder(study: Study, folder: Path, command: str) -> Path:
+    """The sweep of one command in the folder of a repetition."""
+    return folder if len(study.grids) == 1 else folder.with_name(f"{folder.name}-{command}")
+
+
+def _notes(directory: Path) -> dict[str, dict[str, Any]]:
+    """What a sweep has noted of its cases, by their folders; nothing before it has begun."""
+    with suppress(InputError):
+        return {case["folder"]: case for case in read_sweep(directory)["cases"]}
+    return {}
+
+
+def _standing(told: dict[str, Any], noted: dict[str, Any]) -> tuple[str, str]:
+    """Status and reason of a case: of a crash and of a time that was over, only the sweep knows."""
+    if noted.get("status") in ("failed", "timeout"):
+        return noted["status"], noted["reason"]
+    return told.get("status", "pending"), told.get("reason", "")
+
+
+def _row(
+    study: Study, command: str, case: SweepCase, folders: list[Path], notes: list[dict[str, dict[str, Any]]]
+) -> dict[str, Any]:
+    """What one discretisation has left in its folders; nothing but how it ended where it failed in one of them."""
+    directories = [sweep_folder(study, folder, command) / case.folder for folder in folders]
+    told = [read_told(directory) for directory in directories]
+    standing = [_standing(t, note[command].get(case.folder, {})) for t, note in zip(told, notes, strict=True)]
+    ill = [each for each in standing if each[0] in ("failed", "timeout")]
+    done = [i for i, (status, _) in enumerate(standing) if status == "finished" and "unknowns" in told[i]]
+    status, reason = ill[0] if ill else standing[done[0] if done else 0]
+    row: dict[str, Any] = study.settings(command, case) | {"status": status, "reason": reason, "_values": None}
+    counted = told[done[0]] if done and not ill else next((t for t in told if t.get("status") == "failed"), {})
+    row |= {name: counted[name] for name in COUNTS if name in counted}
+    if ill or not done:
         return row
-    walls = [float(each["wall_time"]) for each in done]
+    walls = [float(told[i]["wall_time"]) for i in done]
     row |= {"wall_time": statistics.median(walls), "wall_time_spread": max(walls) - min(walls)}
-    phases = dict.fromkeys(name for each in done for name in each.get("wall_time_by_phase", {}))
-    for name in phases:
-        row[f"wall_{name}"] = statistics.median(each["wall_time_by_phase"].get(name, 0.0) for each in done)
-    row["peak_memory"] = max(each["peak_memory"] for each in done)
-    directory = folders[told.index(done[0])] / case.folder
-    curve = study.grid.command.name == "curve"
-    series = read_series(directory / ("curve.csv" if curve else "series.csv"))
-    axis = next(name for name in ("d", "d_1", "t") if name in series and (curve or name == "t"))
-    values, last = [], 0
-    for place in study.at or (float(series[axis][-1]),):
-        near = int(abs(series[axis] - place).argmin())
-        if abs(series[axis][near] - place) <= SAME * max(1.0, place):
-            values.append(float(series[study.column][near]))
-            last = near
-    if len(values) != max(len(study.at), 1):
+    for name in dict.fromkeys(name for i in done for name in told[i].get("wall_time_by_phase", {})):
+        row[f"wall_{name}"] = statistics.median(told[i]["wall_time_by_phase"].get(name, 0.0) for i in done)
+    row["peak_memory"] = max(told[i]["peak_memory"] for i in done)
+    series = read_series(directories[done[0]] / ("curve.csv" if command == "curve" else "series.csv"))
+    read = sampled(series, study.over, study.at)
+    if read is None:
         return row
-    for place, value in zip(study.at, values, strict=False):
-        row[f"{study.column}@{place:g}"] = value
-    row |= {name: float(series[name][last]) for name in _columns(case) if name.startswith(("dU", "D_"))}
-    if curve and (zero := _critical_distance(directory)) is not None:
+    for i, place in enumerate(study.at):
+        row[f"{study.column}@{place:g}"] = float(read[study.column][i])
+    row |= {name: float(read[name][-1]) for name in columns(case) if name.startswith(("dU", "D_"))}
+    if command == "curve" and (zero := _critical_distance(directories[done[0]])) is not None:
         row[ZERO] = zero
     if study.quantity == ZERO:
         row["_values"] = [row[ZERO]] if ZERO in row else None
     else:
-        row["_values"], row[study.quantity] = values, values[-1]
+        row["_values"] = [float(value) for value in read[study.quantity]]
+        row[study.quantity] = row["_values"][-1]
     return row
+
+
+def sampled(series: dict[str, Array], over: str, at: tuple[float, ...]) -> dict[str, Array] | None:
+    """The columns of series.csv or curve.csv at some places; None where it does not come to one of them.
+
+    Args:
+        series: Columns.
+        over: t or d.
+        at: Times or distances; none: the last row. A run is read where it passes a distance for the last time, between
+            its rows by cubic interpolation in time.
+    """
+    if not at:
+        return {name: column[-1:] for name, column in series.items()}
+    axis = series["t"] if over == "t" else series["d" if "d" in series else "d_1"]
+    places = []
+    for place in at:
+        off = axis - place
+        near = int(abs(off).argmin())
+        if over == "t" or "t" not in series:
+            if abs(off[near]) > SAME * max(1.0, place):
+                return None
+            places.append({name: column[near] for name, column in series.items()})
+            continue
+        passed = np.flatnonzero(off[1:] * off[:-1] <= 0)
+        if not len(passed):
+            return None
+        rows = slice(max(int(passed[-1]) - 1, 0), int(passed[-1]) + 3)
+        t, roots = series["t"][rows], CubicSpline(series["t"][rows], off[rows]).roots(extrapolate=False)
+        when = roots[-1] if len(roots) else series["t"][passed[-1] + 1]
+        places.append({name: CubicSpline(t, column[rows])(when) for name, column in series.items()})
+    return {name: np.array([place[name] for place in places]) for name in series}
 
 
 def _critical_distance(directory: Path) -> float | None:
@@ -222,12 +173,10 @@ def _families(study: Study, rows: list[dict[str, Any]]) -> None:
     The size that an order is over is 1/sqrt(unknowns) in space and 1/steps in time.
     """
     for family, beginning in FAMILIES.items():
-        if family == "time" and study.grid.command.name == "curve":
-            continue
         groups: dict[str, list[dict[str, Any]]] = {}
         for row in rows:
-            if row["_values"] is not None:
-                rest = {key: row[key] for key in study.grid.varying if not key.startswith(beginning)}
+            if row["_values"] is not None and (family == "space" or row.get("steps")):
+                rest = {key: row[key] for key in study.varying if not key.startswith(beginning)}
                 rest["fixed"] = row.get("time.fixed_step") is not None  # whose errors are of another kind
                 groups.setdefault(json.dumps(rest, sort_keys=True), []).append(row)
         for group in groups.values():
@@ -252,15 +201,15 @@ def _front(rows: list[dict[str, Any]]) -> None:
 
 def write_study(study: Study, rows: list[dict[str, Any]], path: Path) -> None:
     """Write study.csv; empty cells where nothing is known."""
-    first = [*study.grid.varying, "status", "reason", *COUNTS, "wall_time", "wall_time_spread"]
+    first = [*study.varying, "status", "reason", *COUNTS, "wall_time", "wall_time_spread"]
     last = ["peak_memory"]
     places = [f"{study.column}@{place:g}" for place in study.at]
-    last += [*places, *(name for name in _columns(study.grid.cases[0]) if name.startswith(("dU", "D_")))]
+    last += [*places, *(name for name in columns(study.cases[0][1]) if name.startswith(("dU", "D_")))]
     last += [study.quantity, ZERO, "error", "relative_error", "reference"]
     last += [f"{name}_{family}" for family in FAMILIES for name in ("order", "richardson", "richardson_order")]
     phases = dict.fromkeys(name for row in rows for name in row if name.startswith("wall_"))
     names = list(dict.fromkeys([*first, *phases, *last, "pareto"]))
-    names = [name for name in names if name in study.grid.varying or any(row.get(name) is not None for row in rows)]
+    names = [name for name in names if name in study.varying or any(row.get(name) is not None for row in rows)]
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(names)
@@ -279,7 +228,7 @@ def _cell(value: Any) -> Any:
 def run_study(
     study: Study, directory: Path, case_timeout: float | None, comm: MPI.Comm | None, reporter: SweepReporter
 ) -> tuple[int, str]:
-    """Compute what is not finished yet, each case from the beginning and in a process of its own; write and draw.
+    """Compute what is not finished yet, each case in a process of its own, then write and draw.
 
     Args:
         study: The study.
@@ -289,15 +238,18 @@ def run_study(
         reporter: Shows progress (on the first process).
 
     Returns:
-        Exit code and a line for people, as `pairsim.sweep.run_sweep`.
+        Exit code, the worst of its sweeps, and a line for people, as `pairsim.sweep.run_sweep`.
 
     Raises:
         InputError: A folder belongs to another study, or is in use.
     """
     folders = [directory / f"sweep-{i + 1}" for i in range(study.repeat)]
-    for folder in folders:
+    worst, told = 0, ""
+    for folder, (command, grid) in product(folders, study.grids.items()):
         options = Options(case_timeout=case_timeout, cold=True)
-        code, message = run_sweep(study.grid, folder, options, comm, reporter)
+        code, message = run_sweep(grid, sweep_folder(study, folder, command), options, comm, reporter)
+        if not told or code > worst:
+            worst, told = code, message
         if code == STOPPED:
             break
     if comm is None or comm.rank == 0:
@@ -306,4 +258,4 @@ def run_study(
         rows = study_rows(study, folders)
         write_study(study, rows, directory / TABLE)
         plot_study(directory)
-    return code, message
+    return worst, told

@@ -38,7 +38,7 @@ def plot_study(directory: Path, out: Path | None = None) -> list[Path]:
         return []
     figure = Figure(figsize=(8, 5.2), layout="constrained")
     axes = figure.subplots()
-    time_settings = [key for key in settings if key.startswith("time.")]
+    time_settings = [key for key in settings if key == "command" or key.startswith("time.")]
     series: dict[str, list[dict[str, Any]]] = {}
     for row in points:
         series.setdefault(_words(row, time_settings), []).append(row)
@@ -49,9 +49,10 @@ def plot_study(directory: Path, out: Path | None = None) -> list[Path]:
         for row, place in zip(rows, zip(x, y, strict=True), strict=True):
             axes.annotate(_words(row, others), place, (6, 4), textcoords="offset points", fontsize=7, color="0.3")
     front = sorted((float(row["wall_time"]), float(row["error"])) for row in points if row["pareto"] == "true")
-    axes.step(
-        *zip(*front, strict=True), where="post", color="0.4", linewidth=1, zorder=0, label="cheapest for its error"
-    )
+    if front:  # a row without any error beats all, and has no place on a logarithmic axis
+        axes.step(
+            *zip(*front, strict=True), where="post", color="0.4", linewidth=1, zorder=0, label="cheapest for its error"
+        )
     axes.set(xscale="log", yscale="log", xlabel="wall time [s]", ylabel="error")
     axes.margins(0.1)
     axes.grid(which="both", color="0.92")

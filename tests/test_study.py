@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from subprocess import CompletedProcess
 
+import numpy as np
 import pytest
 from conftest import ROOT
 from matplotlib import image
@@ -16,7 +17,9 @@ from pairsim.case_file import read_yaml
 from pairsim.convergence import extrapolated, order, pareto
 from pairsim.errors import InputError
 from pairsim.grid import grid_from
-from pairsim.study import Study, read_study, study_rows
+from pairsim.output import read_series
+from pairsim.study import sampled, study_rows
+from pairsim.study_file import Study, read_study
 
 STUDY = """
 base: {beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1, ends: developed, length: 3, time: {end: 0.02}, output: {fields: false}}
@@ -62,6 +65,8 @@ def test_front_holds_what_no_other_beats() -> None:
         ("reference: 1\nexact: [0.1, 0.2]", "nothing, beside exact"),
         ("exact: 0.1", "2 numbers, one for each of at"),
         ("repeat: 0", "a whole number from 1 to 100"),
+        ("exact: [.nan, 0.1]", "2 numbers, one for each of at"),
+        ("over: x", "t (times) or d (distances that the run passes)"),
     ],
 )
 def test_wrong_study_is_refused_with_key_and_value(changes: str, message: str, tmp_path: Path) -> None:
@@ -77,6 +82,8 @@ def test_wrong_study_is_refused_with_key_and_value(changes: str, message: str, t
         ("[{mesh.Np: 8}, {mesh.Np: 8}]", "1 are like an earlier one"),
         ("[{mesh.Np: 8}, {mesh.Np: 2}]", "mesh.Np: got 2"),
         ("[{mesh.Np: 8}, {output.times: [0.01]}]", "nothing: at says it"),
+        ("[{mesh.Np: 8}, {command: sweep}]", "discretisations[1]: command: got 'sweep'; run or curve"),
+        ("[{mesh.Np: 8}, {command: curve}]\nover: t", "over: got 't'; d"),
     ],
 )
 def test_wrong_discretisations_are_refused(entries: str, message: str, tmp_path: Path) -> None:
@@ -89,7 +96,7 @@ def test_wrong_discretisations_are_refused(entries: str, message: str, tmp_path:
 def test_curve_is_compared_at_its_distances(tmp_path: Path) -> None:
     text = "command: curve\nbase: {beta: 0.4, De: 0, Ca_e: 0}\nat: [0.2, 0.1]\n"
     study = checked(tmp_path, text + "discretisations: [{mesh.Np: 8}, {mesh.Np: 10}]\n")
-    assert [case.checked.resolved["d"] for case in study.grid.cases] == [[0.2, 0.1]] * 2
+    assert [case.checked.resolved["d"] for _, case in study.cases] == [[0.2, 0.1]] * 2
     with pytest.raises(InputError, match="at: is missing"):
         checked(tmp_path, text.replace("at: [0.2, 0.1]\n", "") + "discretisations: [{mesh.Np: 8}, {mesh.Np: 10}]\n")
 
@@ -97,7 +104,7 @@ def test_curve_is_compared_at_its_distances(tmp_path: Path) -> None:
 def test_critical_distances_of_curves_are_compared(tmp_path: Path) -> None:
     text = "command: curve\nquantity: d_cr\nbase: {beta: 0.4, De: 0.5, Ca_e: 0}\nat: [0.2, 0.3]\nexact: 0.25\n"
     study = checked(tmp_path, text + "discretisations: [{mesh.Np: 8}, {mesh.Np: 10}, {mesh.Np: 12}]\n")
-    for case, n, zeros in zip(study.grid.cases, (100, 400, 1600), ("0.03,.1\n0.27,.9\n", "0.255,1\n", ""), strict=True):
+    for (_, case), n, zeros in zip(study.cases, (100, 400, 1600), ("0.03,.1\n0.27,.9\n", "0.255,1\n", ""), strict=True):
         leave(tmp_path / "a", case.folder, n, 1.0, 0.0)
         header = "d,U_L,U_T,dU,D_L,D_T,dp,dp_plus"
         (tmp_path / "a" / case.folder / "curve.csv").write_text(f"{header}\n0.2,0,0,-1,0,0,0,0\n0.3,0,0,1,0,0,0,0\n")
@@ -107,6 +114,30 @@ def test_critical_distances_of_curves_are_compared(tmp_path: Path) -> None:
     assert [row.get("error") for row in rows] == [pytest.approx(0.02), pytest.approx(0.005), None]
     assert rows[1]["order_space"] == pytest.approx(2)
     assert rows[0]["dU@0.3"] == 1
+
+
+def test_only_a_pair_has_one_critical_distance(tmp_path: Path) -> None:
+    text = "command: curve\nquantity: d_cr\nbase: {particles: 3, beta: 0.4, De: 0.5, Ca_e: 0}\nat: [0.2, 0.3]\n"
+    with pytest.raises(InputError, match="quantity: got 'd_cr'; one of D_1"):
+        checked(tmp_path, text + "discretisations: [{mesh.Np: 8}, {mesh.Np: 10}]\n")
+
+
+def test_one_particle_has_no_distances_to_be_compared_at(tmp_path: Path) -> None:
+    text = "command: curve\nbase: {particles: 1, beta: 0.4, De: 0.5, Ca_e: 0.1}\n"
+    text += "discretisations: [{mesh.Np: 8}, {mesh.Np: 10}]\n"
+    assert checked(tmp_path, text + "quantity: U_1\n").at == ()
+    with pytest.raises(InputError, match="one particle has no distance"):
+        checked(tmp_path, text + "at: 0.1\n")
+
+
+def test_run_is_read_where_it_passes_a_distance_last() -> None:
+    t = np.linspace(0, 1, 21)
+    series = {"t": t, "d": 0.1 + (t - 0.4) ** 2, "dU": 2 * (t - 0.4)}
+    found = sampled(series, "d", (0.11, 0.25))
+    assert found is not None
+    assert found["dU"] == pytest.approx([0.2, 2 * 0.15**0.5], rel=1e-6)
+    assert sampled(series, "d", (0.11, 0.5)) is None, "it does not come to .5"
+    assert sampled(series, "t", (0.512,)) is None, "a run lands on times that are compared"
 
 
 def leave(folder: Path, name: str, unknowns: int, wall: float, dU: float) -> None:
@@ -123,7 +154,7 @@ def test_orders_times_and_errors_are_those_of_the_folders(tmp_path: Path) -> Non
     text = STUDY.replace(", {mesh.Np: 8, time.fixed_step: 0.005}", "") + "exact: [1, 2]\nrepeat: 2\n"
     study = checked(tmp_path, text)
     folders = [tmp_path / "a", tmp_path / "b"]
-    for i, (case, n) in enumerate(zip(study.grid.cases, (100, 400, 1600), strict=True)):
+    for i, ((_, case), n) in enumerate(zip(study.cases, (100, 400, 1600), strict=True)):
         for folder, wall in zip(folders, (1.0, 2.0), strict=True):
             leave(folder, case.folder, n, wall * 4**i, 2 + 30 / n)  # second order in 1/sqrt(n)
     rows = study_rows(study, folders)
@@ -135,6 +166,52 @@ def test_orders_times_and_errors_are_those_of_the_folders(tmp_path: Path) -> Non
     assert [row["wall_time_spread"] for row in rows] == [1, 4, 16]
     assert rows[1]["wall_solve"] == 3
     assert all(row["pareto"] and not row["reference"] for row in rows)
+
+
+@pytest.mark.parametrize("ending", ["failed", "timeout"])
+def test_discretisation_that_failed_once_has_no_figures(ending: str, tmp_path: Path) -> None:
+    study = checked(tmp_path, STUDY.replace(", {mesh.Np: 8, time.fixed_step: 0.005}", "") + "repeat: 2\n")
+    folders = [tmp_path / "a", tmp_path / "b"]
+    for (_, case), n in zip(study.cases, (100, 400, 1600), strict=True):
+        for folder in folders:
+            leave(folder, case.folder, n, 1.0, 2 + 30 / n)
+    ill = study.cases[1][1].folder
+    told = {"status": "failed", "reason": "mesh_failed", "steps": 3}
+    if ending == "timeout":
+        told = {"status": "running", "reason": ""}
+        noted = {"folder": ill, "status": "timeout", "reason": "case_timeout"}
+        (folders[0] / "sweep.json").write_text(json.dumps({"updated": 0, "cases": [noted]}))
+    (folders[0] / ill / "run.json").write_text(json.dumps(told))
+    rows = study_rows(study, folders)
+    reason = {"failed": "mesh_failed", "timeout": "case_timeout"}[ending]
+    assert [(row["status"], row["reason"]) for row in rows] == [
+        ("finished", "end"),
+        (ending, reason),
+        ("finished", "end"),
+    ]
+    assert [row.get("error") is None for row in rows] == [False, True, True]
+    assert "wall_time" not in rows[1]
+
+
+def test_quasi_steady_is_compared_with_the_transient(
+    tmp_path: Path, pairsim: Callable[..., CompletedProcess[str]]
+) -> None:
+    text = """
+base: {beta: 0.4, De: 0, Ca_e: 0.02, d0: 0.1, ends: developed, length: 3, mesh: {Np: 8}, time: {end: 1}, tol: 1}
+over: d
+at: 0.1005
+discretisations: [{command: run}, {command: curve, mesh_error: false}, {command: curve, mesh_error: false, mesh.Np: 10}]
+reference: 0
+"""
+    (tmp_path / "study.yaml").write_text(text)
+    done = pairsim("study", "study.yaml", "-o", "out", "-q")
+    assert done.returncode == 0, done.stderr
+    with (tmp_path / "out" / "study.csv").open() as file:
+        run, same, other = csv.DictReader(file)
+    assert [row["command"] for row in (run, same, other)] == ["run", "curve", "curve"]
+    assert 0 < float(same["relative_error"]) < 0.01, "the quasi-steady view, on one mesh"
+    assert float(other["relative_error"]) > float(same["relative_error"])
+    assert float(run["wall_time"]) > float(same["wall_time"])
 
 
 def test_study_runs_resumes_and_draws(tmp_path: Path, pairsim: Callable[..., CompletedProcess[str]]) -> None:
@@ -151,7 +228,8 @@ def test_study_runs_resumes_and_draws(tmp_path: Path, pairsim: Callable[..., Com
     errors = [float(row["error"]) for row in rows if row["error"]]
     assert len(errors) == 3
     assert 0 < errors[1] < errors[0] < 0.1
-    assert all(float(row["dU"]) == float(row["dU@0.02"]) for row in rows)
+    ends = {float(row["dU"]) for row in rows}
+    assert ends == {read_series(path)["dU"][-1] for path in tmp_path.glob("out/sweep-1/*/series.csv")}
     assert all(50e6 < int(row["peak_memory"]) < 4e9 for row in rows)
     assert image.imread(tmp_path / "out" / "study.png").shape[1] > 500
     told = {path: path.read_text() for path in tmp_path.glob("out/sweep-1/*/run.json")}
@@ -165,7 +243,7 @@ def test_study_runs_resumes_and_draws(tmp_path: Path, pairsim: Callable[..., Com
 
 def test_shipped_study_is_valid() -> None:
     path = ROOT / "configs" / "study.yaml"
-    assert len(read_study(path, read_yaml(path)).grid.cases) == 9
+    assert len(read_study(path, read_yaml(path)).cases) == 9
 
 
 def test_hard_cases_are_valid_and_all_different(tmp_path: Path) -> None:
@@ -181,5 +259,4 @@ def test_hard_cases_are_valid_and_all_different(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("path", sorted((ROOT / "configs" / "accuracy").glob("*.yaml")), ids=lambda path: path.stem)
 def test_shipped_studies_are_valid(path: Path) -> None:
-    study = read_study(path, read_yaml(path))
-    assert len({case.key for case in study.grid.cases}) == len(study.grid.cases) >= 8
+    assert len(read_study(path, read_yaml(path)).cases) >= 8
