@@ -48,14 +48,12 @@ class Snapshot:
     Attributes:
         parameters, y: The solution.
         reference, mesh: Reference domain of the liquid and its mesh.
-        deformed: Whether that domain lies around deformed outlines.
     """
 
     parameters: Parameters
     y: Array
     reference: Reference
     mesh: QuadraticMesh
-    deformed: bool
 
 
 class Steady:
@@ -90,7 +88,8 @@ class Steady:
         self._sphere_points: list[Array | None] = [
             None if b.phase is None else b.phase.mesh.geometry.x.copy() for b in self.bodies
         ]
-        self._deformed = False
+        # Where a mesh around spheres did not do for the shapes, last.
+        self._refused: Parameters | None = None
         # Where the factors in hand were made: its y and parameters.
         self._factored: tuple[Array, Parameters] | None = None
         self._mesh(Reference.spheres(replace(geometry, gaps=problem.nominal(parameters.gaps)), self.outlines))
@@ -162,16 +161,38 @@ class Steady:
             raise MeshFailure("the particles touch")
         material = old_y[self._material]
         geometry = Geometry(self.problem.betas, tuple(map(float, distances)), self.problem.length)
-        if afresh or not self._deformed:
+        if around_spheres := afresh or not self._as_refused(parameters):
             # Meshes around spheres exist for certain distances only.
             self._mesh(Reference.spheres(replace(geometry, gaps=self.problem.nominal(parameters.gaps)), self.outlines))
-            distortion = diagnostics.liquid_distortion(self.scene, self._extend(h)) if self.scene.moving else 1.0
-            self._deformed = self.comm.bcast(distortion < FRESH_STEADY)
-        if self._deformed:
+            if self.scene.moving:
+                distortion = self.comm.bcast(diagnostics.liquid_distortion(self.scene, self._extend(h)))
+                distortion = self.comm.bcast(self._shape_alone(distortion, parameters, FRESH_STEADY))
+                around_spheres = distortion >= FRESH_STEADY
+            self._refused = None if around_spheres else parameters
+        if not around_spheres:
             outlines = tuple(body.outline_points(h) for body in self.bodies)
             self._mesh(Reference(geometry, tuple(self.outlines), outlines, True))
         self.parameters = parameters
         self.y = self.comm.bcast(self._carried_over(old, x, h, material))
+
+    def _as_refused(self, there: Parameters) -> bool:
+        """Whether shapes at a place need a mesh of their own because others did: no softer ones, no closer."""
+        last = self._refused
+        if last is None or there.De > last.De:
+            return False
+        closer = all(d <= before for d, before in zip(there.gaps, last.gaps, strict=True))
+        return closer and all(Ca_e >= before for Ca_e, before in zip(there.Ca_es, last.Ca_es, strict=True))
+
+    def _shape_alone(self, distortion: float, parameters: Parameters, least: float) -> float:
+        """Distortion of a mesh around spheres without what their distance, not that of the mesh, does to it.
+
+        A squeezed mesh of undeformed spheres is as good as any, and its mirror image makes dU of equal ones exact: only
+        shapes are a reason to give it up. Evaluated where the whole distortion is below `least`.
+        """
+        if distortion >= least or self.scene.reference.deformed:
+            return distortion
+        undeformed = diagnostics.liquid_distortion(self.scene, self._extend(self.h_star(parameters)))
+        return distortion / min(1.0, undeformed) if undeformed > 0 else distortion
 
     def adopt(self, other: Steady) -> None:
         """Take the solution of the same scene on other cells as the guess here; the mesh is made for its parameters."""
@@ -202,12 +223,11 @@ class Steady:
     @property
     def snapshot(self) -> Snapshot:
         """The present solution."""
-        return Snapshot(self.parameters, self.y, self.scene.reference, self._liquid_mesh, self._deformed)
+        return Snapshot(self.parameters, self.y, self.scene.reference, self._liquid_mesh)
 
     def recall(self, snapshot: Snapshot) -> None:
         """Go back to a solution."""
         if snapshot.mesh is not self._liquid_mesh:
-            self._deformed = snapshot.deformed
             self._mesh(snapshot.reference, snapshot.mesh)
         self.parameters, self.y = snapshot.parameters, snapshot.y
 
@@ -368,10 +388,14 @@ class Steady:
         """Whether a state, by default the solution, asks for a new mesh."""
         parameters = parameters or self.parameters
         h, x = self._state_at(parameters, self.y if y is None else y)
-        if not self._deformed and self.problem.nominal(parameters.gaps) != self.scene.reference.geometry.gaps:
+        reference = self.scene.reference
+        if not reference.deformed and self.problem.nominal(parameters.gaps) != reference.geometry.gaps:
             return True
         gaps = self.comm.bcast(diagnostics.gaps(self.bodies, h))
-        return needs_mesh(self._distortion_of(h, x), gaps, self.scene.reference.geometry.gaps, LEAST_STEADY)
+        distortion = self._distortion_of(h, x)
+        if self.scene.moving:
+            distortion = self.comm.bcast(self._shape_alone(distortion, parameters, LEAST_STEADY))
+        return needs_mesh(distortion, gaps, reference.geometry.gaps, LEAST_STEADY)
 
     def folded(self, parameters: Parameters, y: Array) -> bool:
         """Whether a cell of a state's mesh is turned over."""

@@ -69,7 +69,9 @@ def test_nearly_rigid_pairs_have_the_exact_slope(beta: float, d: float, slope: f
 
 
 def test_equal_rigid_spheres_in_a_newtonian_liquid_keep_their_distance() -> None:
-    assert all(abs(point.dU) < 1e-9 for point in points(Ca_e=0, d=(0.1, 0.4)))
+    """At any distance: meshes exist for some of them only, and are squeezed by up to a fifth."""
+    places = (0.4, 0.318, 0.2006, 0.1265, 0.1, 0.0798, 0.0317, 0.02)
+    assert all(abs(point.dU) < 1e-9 for point in points(Ca_e=0, d=places))
 
 
 def test_periodic_and_developed_ends_give_the_same_curve() -> None:
