@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,9 +22,9 @@ from pairsim.steady import Snapshot, Steady
 
 # The mesh that tells the error of the wanted one: its cells are larger by this factor.
 COARSER = 2**0.5
-FEWEST_CELLS = 8
+FEWEST_CELLS = 4
 # The first place is walked to on cells larger by this factor: the way costs many solutions, and they are thrown away.
-SCOUT = 2.0
+SCOUT, SCOUT_CELLS = 2.0, 8
 # A zero may lie beside the two points that it was looked for between, by this factor.
 BESIDE = 1.05
 
@@ -68,6 +68,11 @@ class Point:
         return self.gaps[0]
 
     @property
+    def dUs(self) -> Array:
+        """Relative velocities over the gaps, (N-1,)."""
+        return np.diff(self.observation.U)
+
+    @property
     def dU(self) -> float:
         """Velocity of the leading particle relative to the trailing one."""
         return float(self.observation.U[-1] - self.observation.U[0])
@@ -81,14 +86,14 @@ def steady_problem(case: SceneCase, narrowest: float) -> SteadyProblem:
     )
 
 
-def coarser(problem: SteadyProblem, factor: float) -> SteadyProblem:
-    """The same on cells larger by a factor."""
+def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -> SteadyProblem:
+    """The same on cells larger by a factor, but with no fewer on a half-circle than `fewest`."""
     mesh = problem.mesh
     return replace(
         problem,
         mesh=replace(
             mesh,
-            Np=max(FEWEST_CELLS, round(mesh.Np / factor)),
+            Np=max(fewest, round(mesh.Np / factor)),
             gap_cells=round(mesh.gap_cells / factor),
             wall_cells=round(mesh.wall_cells / factor),
             growth=mesh.growth * factor,
@@ -152,12 +157,14 @@ class Branch:
         sensitivities: bool = False,
     ) -> None:
         self._sensitivities = sensitivities
-        problems = [problem, coarser(problem, COARSER)] if mesh_error else [problem]
         scout = None
         if cold_start(parameters) != parameters:
             with suppress(NoSteadyState, MeshFailure):
-                scout = walked(comm, coarser(problem, SCOUT), parameters)
-        self.scenes = [started(comm, each, parameters, scout) for each in problems]
+                scout = walked(comm, coarser(problem, SCOUT, SCOUT_CELLS), parameters)
+        self.scenes = [started(comm, problem, parameters, scout)]
+        if mesh_error:
+            with _for_the_error():
+                self.scenes.append(started(comm, coarser(problem, COARSER), parameters, scout))
         if scout is not None:
             self.fine.take_over_costs(scout)
             scout.close()
@@ -178,8 +185,7 @@ class Branch:
             scene.iterations = scene.factorisations = scene.meshes = 0
             scene.clock.seconds.clear()
         self._nearest(parameters, 0.0)
-        for scene in self.scenes:
-            follow(scene, parameters)
+        self._follow(parameters)
         self._known = [[scene.snapshot] for scene in self.scenes]
 
     def at(self, parameters: Parameters) -> Point:
@@ -190,27 +196,38 @@ class Branch:
         """
         before = self.fine.iterations
         self._nearest(parameters)
+        self._follow(parameters)
         for scene, known in zip(self.scenes, self._known, strict=True):
-            follow(scene, parameters)
             known.append(scene.snapshot)
         return self._read(before)
+
+    def _follow(self, parameters: Parameters) -> None:
+        """Carry the solutions on all meshes to a place."""
+        follow(self.fine, parameters)
+        with _for_the_error():
+            for scene in self.scenes[1:]:
+                follow(scene, parameters)
 
     def zero(self, left: float, right: float, guess: float) -> Point:
         """The distance between two others at which dU vanishes, with dU = 0 as one of the equations.
 
         Raises:
-            NoSteadyState: It was not found.
+            NoSteadyState: It was not found; the branch is where it was.
         """
-        fine = self.fine
+        fine, old = self.fine, self.snapshots
         before = fine.iterations
         here = fine.parameters
         along = towards(here.with_gap(left), here.with_gap(right))
         start = (guess - left) / (right - left)
-        self._nearest(along(start))
-        follow(fine, along(start))
-        point = self.zero_on(along, start, fine.y, settled=True)
-        if point is None or not left / BESIDE < point.d < right * BESIDE:
-            raise NoSteadyState(f"the zero of dU near d = {guess:.5g} was lost")
+        try:
+            self._nearest(along(start))
+            follow(fine, along(start))
+            point = self.zero_on(along, start, fine.y, settled=True)
+            if point is None or not left / BESIDE < point.d < right * BESIDE:
+                raise NoSteadyState(f"the zero of dU near d = {guess:.5g} was lost")
+        except (NoSteadyState, MeshFailure):
+            self.recall(old)
+            raise
         return replace(point, newton=fine.iterations - before)
 
     def zero_on(self, along: Callable[[float], Parameters], tau: float, y: Array, *, settled: bool) -> Point | None:
@@ -228,8 +245,7 @@ class Branch:
             found = self._settled(along, found)
         if found is None:
             return None
-        for scene in self.scenes[1:]:
-            follow(scene, fine.parameters)
+        self._follow(fine.parameters)
         return self._read(before)
 
     def _settled(self, along: Callable[[float], Parameters], tau: float) -> float | None:
@@ -300,6 +316,16 @@ class Branch:
         """Give the solvers' memory back."""
         for scene in self.scenes:
             scene.close()
+
+
+@contextmanager
+def _for_the_error() -> Iterator[None]:
+    """Say of a failure that it is that of the mesh which tells the error, not of the wanted one."""
+    try:
+        yield
+    except (NoSteadyState, MeshFailure) as failure:
+        message = f"on the coarser mesh that tells mesh_error, {failure.message}"
+        raise NoSteadyState(message, advice="mesh_error: false, or a larger mesh.Np") from failure
 
 
 def _apart(a: Parameters, b: Parameters) -> float:

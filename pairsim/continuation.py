@@ -144,10 +144,11 @@ def follow(steady: Steady, target: Parameters) -> None:
 def _lost(steady: Steady, target: Parameters, refused: str) -> NoSteadyState:
     """Why the way to other parameters ends here: at a fold, or because Newton's method fails."""
     reached = steady.parameters
-    fold = None
+    fold, last = None, steady.snapshot
     if any(target.Ca_es):
         with suppress(MeshFailure, NoSteadyState):
             fold = find_fold(steady, target)
+        steady.recall(last)
     if fold is not None and fold.passed:
         return NoSteadyState(
             f"the steady shapes end in a fold at {where(fold.parameters)}; there are none at {where(target)}"

@@ -7,6 +7,7 @@ of dU; a step goes along it, and the way back to the curve, at right angles, is 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -19,6 +20,7 @@ from pairsim.curve import Zero, find_zeros, trace
 from pairsim.errors import MeshFailure, NoSteadyState
 from pairsim.parameters import Parameters
 from pairsim.quadratic import Array
+from pairsim.steady import Snapshot
 
 Followed = Literal["Ca_e", "De"]
 Kind = Literal["wanted", "added", "vanishes", "edge"]
@@ -186,6 +188,8 @@ class Follower:
             except (MeshFailure, NoSteadyState):
                 point = None
             if point is not None and np.linalg.norm(self._here() - at) < max(length, 0.02):
+                if kind != "wanted" and (landed := self._landed(here, change, before)) is not None:
+                    point, kind = landed, "wanted"
                 break
             branch.recall(before)
             step = length / 3
@@ -195,6 +199,28 @@ class Follower:
         if kind == "edge":
             return End(number, "edge", f"d leaves the distances that are looked at, at {where(fine.parameters)}")
         return min(LONGEST, step * 1.5) if fine.iterations - iterations <= EASY else step
+
+    def _landed(self, here: Array, change: Array, before: tuple[Snapshot, ...]) -> Point | None:
+        """The critical distance at the first wanted value that the step from `here` has passed, None if it has none.
+
+        Where distances change much faster than the parameter, steps cannot be cut to end at a value beforehand.
+        """
+        there, snapshots = self._here(), self.branch.snapshots
+        passed = self.values[(self.values - here[1]) * (there[1] - self.values) > 0]
+        passed = passed[np.abs(passed - here[1]) > 1e-9]
+        if not len(passed):
+            return None
+        part = float(np.min(np.abs(passed - here[1])) / abs(there[1] - here[1]))
+        at, length = here + part * (there - here), float(np.linalg.norm(there - here))
+        self.branch.recall(before)
+        point = None
+        with suppress(MeshFailure, NoSteadyState):
+            guess = prepared(self.branch.fine, self._place(*at), self.branch.fine.y + part * length * change)
+            point = self.branch.zero_on(self._line(at, np.array([1.0, 0.0])), 0.0, guess, settled=True)
+        if point is None or abs(self._here()[0] - at[0]) > max(length, 0.02):
+            self.branch.recall(snapshots)
+            return None
+        return point
 
     def _fold(self, number: int, before: tuple[Array, Array], after: tuple[Array, Array]) -> None:
         """Between two points the parameter turned back: two zeros meet there."""
@@ -225,7 +251,8 @@ def follow_all(
     scanned: Callable[[Point], None],
     found: Callable[[Critical], None],
     lost: Callable[[str], None],
-) -> list[End]:
+    ended: Callable[[End], None],
+) -> None:
     """All lines of critical distances that pass the first or the last value of a parameter.
 
     Args:
@@ -236,6 +263,7 @@ def follow_all(
         scanned: Called with the points solved in search of zeros.
         found: Called with every critical distance.
         lost: Called with what to tell of a change of sign of dU at which there is no zero.
+        ended: Called with the end of every line.
 
     Raises:
         RunFailure: A curve in which zeros are looked for could not be solved.
@@ -247,15 +275,15 @@ def follow_all(
         found(critical)
 
     follower = Follower(branch, name, values, least, most, keep)
-    ends: list[End] = []
+    count = 0
     for value, forward in ((values[0], 1.0), (values[-1], -1.0)):
         branch.at(with_value(name, branch.fine.parameters.with_gap(most), value))
         for zero in search(branch, least, most, scanned, lost):
             if not any(same_zero(zero.point, c.point) for c in seen):
-                ends.append(follower.follow(len(ends) + 1, zero, forward))
+                count += 1
+                ended(follower.follow(count, zero, forward))
         if len(values) == 1:
             break
-    return ends
 
 
 def same_zero(a: Point, b: Point) -> bool:

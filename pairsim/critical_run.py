@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
@@ -12,18 +13,18 @@ from pairsim.branch import Branch, Point, steady_problem
 from pairsim.critical import Critical, End, Followed, follow_all, search, with_value
 from pairsim.curve_case import CriticalCase
 from pairsim.curve_run import point_row, tell
-from pairsim.errors import NoSteadyState
+from pairsim.errors import MeshFailure, NoSteadyState
 from pairsim.output import CRITICAL_COLUMNS, CURVE_HEALTH, POLYMER_HEALTH, RunFolder, write_table
 from pairsim.parameters import Parameters
 from pairsim.progress import Reporter
-from pairsim.record import Outcome, Record, concluded, new_folder
+from pairsim.record import Outcome, Record, concluded, new_folder, written
 
 
 class _Recorder:
     """Writes critical.csv as it grows; does nothing on other processes than the first."""
 
-    def __init__(self, case: CriticalCase, folder: RunFolder | None, reporter: Reporter, values: int) -> None:
-        self.folder, self.reporter, self.values = folder, reporter, values
+    def __init__(self, case: CriticalCase, comm: MPI.Comm, folder: RunFolder | None, reporter: Reporter) -> None:
+        self.comm, self.folder, self.reporter = comm, folder, reporter
         health = CURVE_HEALTH + (POLYMER_HEALTH if case.polymer else ())
         self.columns = [*CRITICAL_COLUMNS, *(["mesh_error", "d_error"] if case.mesh_error else []), *health]
         self.rows: list[dict[str, Any]] = []
@@ -54,9 +55,17 @@ class _Recorder:
         self.write()
 
     def write(self) -> None:
-        """Write the table."""
-        if self.folder is not None:
+        """Write the table.
+
+        Raises:
+            WriteFailure: It cannot be written.
+        """
+
+        def write() -> None:
+            assert self.folder is not None
             write_table(self.folder.file("critical.csv"), self.columns, self.rows)
+
+        written(self.comm, write)
 
 
 def run_critical(
@@ -88,13 +97,17 @@ def run_critical(
     reporter.start(case.name or case.slug, f"zeros of dU between d = {least:g} and {most:g}", count)
     for note in case.notes:
         reporter.note(note)
-    recorder = _Recorder(case, folder, reporter, count)
-    recorder.write()
+    recorder = _Recorder(case, comm, folder, reporter)
     branch: Branch | None = None
     ends: list[dict[str, Any]] = []
 
+    def ended(end: End, told: dict[str, Any]) -> None:
+        ends.append({**told, **vars(replace(end, branch=end.branch + recorder.first_branch))})
+        reporter.note(f"branch {ends[-1]['branch']}: {end.message}")
+
     def work() -> str:
         nonlocal branch
+        recorder.write()
         here = Parameters((most,), case.Ca_es, case.De)
         if name is not None:
             here = with_value(cast(Followed, name), here, min(values))
@@ -106,12 +119,9 @@ def run_critical(
                 if branch is None:
                     branch = Branch(comm, steady_problem(case, least), here, case.mesh_error)
                 branch.at(here)
-                for end in _line(branch, name, sorted(values), least, most, recorder):
-                    ends.append(
-                        {**_named(lines, line), **vars(replace(end, branch=end.branch + recorder.first_branch))}
-                    )
-                    reporter.note(f"branch {ends[-1]['branch']}: {end.message}")
-            except NoSteadyState as failure:
+                told = _named(lines, line)
+                _line(branch, name, sorted(values), least, most, recorder, lambda end, told=told: ended(end, told))  # type: ignore[misc]
+            except (NoSteadyState, MeshFailure) as failure:
                 if lines is None:
                     raise
                 lost.append(f"{lines[0]} = {line:g}: {failure}")
@@ -134,15 +144,19 @@ def _named(lines: tuple[str, tuple[float, ...]] | None, value: float | None) -> 
 
 
 def _line(
-    branch: Branch, name: str | None, values: list[float], least: float, most: float, recorder: _Recorder
-) -> list[End]:
+    branch: Branch,
+    name: str | None,
+    values: list[float],
+    least: float,
+    most: float,
+    recorder: _Recorder,
+    ended: Callable[[End], None],
+) -> None:
     """The critical distances at the branch's other parameters."""
     if name is not None:
-        followed = cast(Followed, name)
-        return follow_all(
-            branch, followed, values, least, most, recorder.scanned, recorder.found, recorder.jumps.append
-        )
+        told = recorder.scanned, recorder.found, recorder.jumps.append, ended
+        follow_all(branch, cast(Followed, name), values, least, most, *told)
+        return
     zeros = search(branch, least, most, recorder.scanned, recorder.jumps.append)
     for number, zero in enumerate(zeros, start=1):
         recorder.found(Critical(zero.point, number, "wanted"))
-    return []

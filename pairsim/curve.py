@@ -13,6 +13,7 @@ from scipy.interpolate import CubicHermiteSpline
 from pairsim.branch import Branch, Point
 from pairsim.curve_case import CurveCase
 from pairsim.errors import MeshFailure, NoSteadyState
+from pairsim.quadratic import Array
 from pairsim.steady import Snapshot
 
 # Where Newton finds no zero between two points, points are added half-way this many times.
@@ -56,22 +57,31 @@ class Equilibrium:
 
 
 def interpolant(points: list[Point]) -> CubicHermiteSpline:
-    """dU over log d, from values and slopes at points in ascending d."""
+    """dU of every gap over log d, from values and slopes at points in ascending d; of a pair, a number."""
     d = np.array([p.d for p in points])
-    return CubicHermiteSpline(np.log(d), [p.dU for p in points], [p.slopes[0] * p.d for p in points])
+    values, slopes = np.array([p.dUs for p in points]), np.array([p.slopes * p.d for p in points])
+    if values.shape[1] == 1:
+        values, slopes = values[:, 0], slopes[:, 0]
+    return CubicHermiteSpline(np.log(d), values, slopes)
 
 
-def _bend(a: Point, b: Point) -> float:
-    """How far dU may be off between two points: two parabolas, each with one of their slopes, disagree there."""
+def _bend(a: Point, b: Point) -> Array:
+    """How far each dU may be off between two points: two parabolas, each with one of their slopes, disagree there."""
     width = np.log(b.d / a.d)
-    return float(abs((a.slopes[0] * a.d + b.slopes[0] * b.d) * width / 4 - (b.dU - a.dU) / 2) / 2)
+    return np.abs((a.slopes * a.d + b.slopes * b.d) * width / 4 - (b.dUs - a.dUs) / 2) / 2
+
+
+def _allowed(points: list[Point], tol: float) -> Array:
+    """How far each dU may be off: tol of the largest value of any, or the error of the mesh."""
+    largest = max(float(np.abs(p.dUs).max()) for p in points)
+    errors = [p.mesh_errors for p in points if p.mesh_errors is not None]
+    return np.maximum(tol * largest, np.max(errors, axis=0) if errors else 0.0)
 
 
 def _doubtful(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
-    """Neighbours between which dU may not be known to tol of its largest value, nor to the error of the mesh."""
-    largest = max(abs(p.dU) for p in points)
-    mesh = max((float(p.mesh_errors[0]) for p in points if p.mesh_errors is not None), default=0.0)
-    return [(a, b) for a, b in pairwise(points) if np.log(b.d / a.d) > CLOSE and _bend(a, b) > max(tol * largest, mesh)]
+    """Neighbours between which some dU may not be known to tol of the largest, nor to the error of the mesh."""
+    allowed = _allowed(points, tol)
+    return [(a, b) for a, b in pairwise(points) if np.log(b.d / a.d) > CLOSE and (_bend(a, b) > allowed).any()]
 
 
 def trace(
@@ -109,8 +119,8 @@ def trace(
         new = [(a, b) for a, b in _doubtful(points, tol) if (a.d, b.d) not in known]
         if not new:
             break
-        curve = interpolant(points)
-        largest = max(abs(p.dU) for p in points)
+        curve, allowed = interpolant(points), _allowed(points, tol)
+        largest = max(float(np.abs(p.dUs).max()) for p in points)
         new = new[: max_points - len(points)]
         if abs(branch.fine.parameters.gaps[0] - new[-1][1].d) < abs(branch.fine.parameters.gaps[0] - new[0][0].d):
             new.reverse()  # begin with the nearest
@@ -119,8 +129,8 @@ def trace(
             point = branch.at(parameters.with_gap(d))
             found(point, False)
             # Halves of a smooth curve bend eight times less; where they do not, what bends is the meshes' difference.
-            rough = max(_bend(a, point), _bend(point, b)) > _bend(a, b) / 2
-            if rough or abs(point.dU - curve(np.log(d))) < tol * largest:
+            rough = (np.maximum(_bend(a, point), _bend(point, b)) > _bend(a, b) / 2)[_bend(a, b) > allowed].all()
+            if rough or np.abs(point.dUs - curve(np.log(d))).max() < tol * largest:
                 known |= {(a.d, d), (d, b.d)}
             points.append(point)
         points.sort(key=lambda p: p.d)

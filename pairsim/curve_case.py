@@ -53,7 +53,9 @@ class CurveCase(SceneCase):
         description="points are added until dU between them is known to this part of its largest value "
         "(default: by accuracy)",
     )
-    max_points: Whole = Field(200, ge=1, le=MOST_VALUES, description="most points of the curve, added ones included")
+    max_points: Whole = Field(
+        200, ge=1, le=MOST_VALUES, description="points are added while the curve has fewer than this"
+    )
     fields: tuple[Positive, ...] = Field((), description="distances at which fields.xdmf is written [D_c]")
     mesh_error: bool = Field(
         True, strict=True, description="solve every point on a coarser mesh too and estimate the error of dU from it"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -20,7 +20,7 @@ from pairsim.fields import SteadyMoment, frame
 from pairsim.output import CURVE_HEALTH, POLYMER_HEALTH, RunFolder, curve_columns, named_row, write_table
 from pairsim.parameters import Parameters, SteadyProblem
 from pairsim.progress import Reporter
-from pairsim.record import Outcome, Record, concluded, new_folder
+from pairsim.record import Outcome, Record, concluded, new_folder, written
 from pairsim.steady import Steady
 from pairsim.xdmf import FieldFrame, FieldsWriter
 
@@ -80,8 +80,10 @@ def tell(
 class _Recorder:
     """Writes the files of a curve as they grow; does nothing on other processes than the first."""
 
-    def __init__(self, case: CurveCase, folder: RunFolder | None, reporter: Reporter, sensitivities: bool) -> None:
-        self.case, self.folder, self.reporter = case, folder, reporter
+    def __init__(
+        self, case: CurveCase, comm: MPI.Comm, folder: RunFolder | None, reporter: Reporter, sensitivities: bool
+    ) -> None:
+        self.case, self.comm, self.folder, self.reporter = case, comm, folder, reporter
         self.points: list[tuple[Point, bool]] = []
         parameters = [name for name, value in (("Ca_e", max(case.Ca_es)), ("De", case.De), ("beta", 1.0)) if value]
         health = CURVE_HEALTH + (POLYMER_HEALTH if case.polymer else ())
@@ -102,13 +104,11 @@ class _Recorder:
         self.reporter.update(
             min(count, expected), f"{gaps}{name} = {velocities}  Newton {point.newton}  point {count}", count
         )
-        if self.folder is None:
-            return
         if self.case.common:
             self.points.sort(key=lambda entry: entry[0].d)
         rows = [point_row(p) | {"wanted": float(asked)} for p, asked in self.points]
-        write_table(self.folder.file("curve.csv"), self.columns, rows)
-        if any(abs(point.d - d) < 1e-9 * d for d in self.case.fields):
+        self._write("curve.csv", self.columns, rows)
+        if self.folder is not None and any(abs(point.d - d) < 1e-9 * d for d in self.case.fields):
             (h, x), flow = scene.state(), scene.flow
             undeformed = np.concatenate([np.zeros(body.size) for body in scene.bodies])
             for body, centre in zip(scene.bodies, scene.centres, strict=True):
@@ -118,8 +118,6 @@ class _Recorder:
 
     def zeros(self, zeros: list[Equilibrium]) -> None:
         """Write equilibria.csv."""
-        if self.folder is None:
-            return
         words = {True: "true", False: "false"}
         rows = []
         for z in zeros:
@@ -128,14 +126,26 @@ class _Recorder:
                 row |= {"d_error": z.d_error, "certain": words[z.certain]}
             rows.append(row)
         columns = ["d", "stable", "slope", "peak", *(["d_error", "certain"] if self.case.mesh_error else [])]
-        write_table(self.folder.file("equilibria.csv"), columns, rows)
+        self._write("equilibria.csv", columns, rows)
+
+    def _write(self, name: str, columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> None:
+        def write() -> None:
+            assert self.folder is not None
+            write_table(self.folder.file(name), columns, rows)
+
+        written(self.comm, write)
 
     def close(self) -> None:
         """Write the fields: in ascending distance, which is not the order in which they were solved."""
-        if self.folder is not None and self.frames:
-            with closing(FieldsWriter(self.folder.path)) as fields:
-                for kept in sorted(self.frames, key=lambda kept: kept.t):
-                    fields.write(kept)
+
+        def write() -> None:
+            assert self.folder is not None
+            if self.frames:
+                with closing(FieldsWriter(self.folder.path)) as fields:
+                    for kept in sorted(self.frames, key=lambda kept: kept.t):
+                        fields.write(kept)
+
+        written(self.comm, write)
 
 
 class Chain:
@@ -210,7 +220,7 @@ def run_curve(
     reporter.start(case.name or case.slug, f"{expected} point{'s' * (expected > 1)} and those that are added", expected)
     for note in case.notes:
         reporter.note(note)
-    recorder = _Recorder(case, folder, reporter, sensitivities)
+    recorder = _Recorder(case, comm, folder, reporter, sensitivities)
     own = Chain()
     branch: Branch | None = None
     jumps: list[str] = []
@@ -240,10 +250,13 @@ def run_curve(
             message += f"; dU = 0: {', '.join(kinds) or 'nowhere'}"
         return message
 
-    try:
-        outcome = concluded(work)
-    finally:
+    def close() -> str:
         recorder.close()
+        return outcome.message
+
+    outcome = concluded(work)
+    closed = concluded(close)
+    outcome = closed if outcome.status == "finished" else outcome
     tell(record, outcome, branch, [p for p, _ in recorder.points], {"points": len(recorder.points)}, reporter, jumps)
     own.close()
     if chain is not None and outcome.status != "finished":

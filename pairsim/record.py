@@ -15,7 +15,7 @@ from typing import Any
 from mpi4py import MPI
 
 from pairsim import __version__
-from pairsim.errors import InputError, RunFailure
+from pairsim.errors import InputError, RunFailure, WriteFailure
 from pairsim.output import RunFolder
 from pairsim.solver import petsc_version
 
@@ -63,6 +63,20 @@ def collectively[T](comm: MPI.Comm, make: Callable[[], T]) -> T | None:
     if error is not None:
         raise error
     return made
+
+
+def written(comm: MPI.Comm, write: Callable[[], None]) -> None:
+    """Write on the first process.
+
+    Raises:
+        WriteFailure: It could not, on every process.
+    """
+    try:
+        collectively(comm, write)
+    except OSError as error:
+        raise WriteFailure(
+            str(error), advice="more room on the disk, then the same command with --overwrite"
+        ) from error
 
 
 def new_folder(comm: MPI.Comm, directory: Path, overwrite: bool, case: dict[str, Any]) -> RunFolder | None:

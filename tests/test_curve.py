@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -22,7 +22,7 @@ from pairsim.branch import Branch, Point, started, steady_problem, walked
 from pairsim.case_file import curve_from_dict, load_critical, load_curve
 from pairsim.continuation import follow
 from pairsim.critical import same_zero
-from pairsim.curve import equilibria, find_zeros, trace
+from pairsim.curve import equilibria, find_zeros, interpolant, trace
 from pairsim.curve_case import CurveCase
 from pairsim.errors import InputError, NoSteadyState
 from pairsim.geometry import MeshSettings
@@ -223,9 +223,40 @@ def test_small_spheres_have_a_stable_distance(Ca_e: float) -> None:
     assert not lost
 
 
+class Analytic:
+    """A branch without cells: dU_i and their slopes are given functions of log d."""
+
+    def __init__(self, values: Callable[[float], list[float]], slopes: Callable[[float], list[float]]) -> None:
+        self.values, self.slopes, self.solved = values, slopes, 0
+        self.fine = SimpleNamespace(parameters=Parameters((0.8, 0.8), (0.0, 0.0, 0.0)))
+
+    def at(self, parameters: Parameters) -> Any:
+        self.solved += 1
+        d, x = parameters.gaps[0], float(np.log(parameters.gaps[0]))
+        dUs, slopes = np.array(self.values(x)), np.array(self.slopes(x)) / d
+        return SimpleNamespace(d=d, dU=dUs.sum(), dUs=dUs, slopes=slopes, mesh_errors=None, parameters=parameters)
+
+
+@pytest.mark.parametrize("gap", [0, 1])
+def test_points_are_added_where_any_gap_of_three_particles_asks_for_them(gap: int) -> None:
+    def mixed(bending: float, straight: float) -> list[float]:
+        return [bending, straight] if gap == 0 else [straight, bending]
+
+    places = [(d, d) for d in np.geomspace(0.8, 0.02, 9)]
+    straight: Any = Analytic(lambda x: [1 + x, 2 - x], lambda x: [1, -1])
+    trace(straight, places, 2e-3, 100, lambda point, wanted: None)
+    assert straight.solved == 9, "lines need none"
+    bending: Any = Analytic(
+        lambda x: mixed(np.tanh(2 * x + 4.5), x / 9), lambda x: mixed(2 / np.cosh(2 * x + 4.5) ** 2, 1 / 9)
+    )
+    curve = interpolant(trace(bending, places, 2e-3, 100, lambda point, wanted: None))
+    x = np.linspace(np.log(0.02), np.log(0.8), 500)
+    assert np.abs(curve(x)[:, gap] - np.tanh(2 * x + 4.5)).max() < 2e-3
+
+
 def test_a_zero_within_the_mesh_error_is_called_uncertain() -> None:
     def point(d: float, dU: float, error: float) -> Any:
-        return SimpleNamespace(d=d, dU=dU, slopes=np.array([1.0]), mesh_errors=np.array([error]))
+        return SimpleNamespace(d=d, dU=dU, dUs=np.array([dU]), slopes=np.array([1.0]), mesh_errors=np.array([error]))
 
     zero: Any = SimpleNamespace(point=point(0.2, 0.0, 0.002))
     (clear,) = equilibria([zero], [point(0.1, -0.1, 0.01), point(0.3, 0.1, 0.01)])
@@ -250,7 +281,8 @@ def test_a_change_of_sign_between_two_meshes_is_no_zero_and_is_told(tmp_path: Pa
 
 def test_a_zero_that_newton_misses_between_smooth_points_is_no_jump() -> None:
     def point(d: float) -> Any:
-        return SimpleNamespace(d=d, dU=d - 0.2, slopes=np.array([1.0]), parameters=Parameters((d,), (0.1, 0.1)))
+        keys = {"slopes": np.array([1.0]), "parameters": Parameters((d,), (0.1, 0.1))}
+        return SimpleNamespace(d=d, dU=d - 0.2, dUs=np.array([d - 0.2]), **keys)
 
     def refuse(*_: float) -> Any:
         raise NoSteadyState("no")
