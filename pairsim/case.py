@@ -185,13 +185,13 @@ class SceneCase(_Options):
     def tube_length(self) -> float:
         """Length of the tube."""
         if self.length == "auto":
-            return self.cluster + 2 * self._margin
+            return self.cluster + 2 * self.margin
         if self.length is None:
             return 50 * max(self.betas) if self.n else 10.0
         return self.length
 
     @property
-    def _margin(self) -> float:
+    def margin(self) -> float:
         """Tube on each side of the particles with `length: auto`."""
         if self.polymer is None:
             return NEWTONIAN_MARGIN

@@ -12,6 +12,7 @@ import yaml
 from pydantic import BaseModel, ValidationError
 
 from pairsim.case import Case, SceneCase, check_together
+from pairsim.cost import check_size
 from pairsim.curve_case import CriticalCase, CurveCase, check_critical, check_curve
 from pairsim.errors import InputError
 
@@ -57,6 +58,8 @@ def read_yaml(path: Path) -> dict[str, Any]:
         raise InputError(name, where, None, f"not valid YAML: {error.problem}") from None
     except yaml.YAMLError as error:
         raise InputError(name, "", None, f"not valid YAML: {error}") from None
+    except ValueError as error:  # a date or a number that is none, such as 2020-13-45
+        raise InputError(name, "", None, f"holds a value that cannot be read: {error}") from None
     if not isinstance(data, dict):
         raise InputError(name, "", None, "the file must hold keys and values, such as beta: 0.4; see pairsim schema")
     return data
@@ -112,7 +115,7 @@ def apply_settings(data: dict[str, Any], overrides: tuple[str, ...]) -> None:
             raise InputError("--set", "", setting, "key=value, such as mesh.Np=20")
         try:
             value = yaml.load(text, _Loader)
-        except yaml.YAMLError:
+        except (yaml.YAMLError, ValueError):
             raise InputError("--set", key, text, "a YAML value") from None
         *groups, last = key.split(".")
         target = data
@@ -131,6 +134,7 @@ def case_from_dict(data: Mapping[str, Any], source: str) -> Case:
     """
     case = _validated(Case, data, source)
     check_together(case, source)
+    check_size(case, source)
     return case
 
 
@@ -138,6 +142,7 @@ def curve_from_dict(data: Mapping[str, Any], source: str) -> CurveCase:
     """Check plain data; as `case_from_dict`."""
     case = _validated(CurveCase, data, source)
     check_curve(case, source)
+    check_size(case, source)
     return case
 
 
@@ -145,6 +150,7 @@ def critical_from_dict(data: Mapping[str, Any], source: str) -> CriticalCase:
     """Check plain data; as `case_from_dict`."""
     case = _validated(CriticalCase, data, source)
     check_critical(case, source)
+    check_size(case, source)
     return case
 
 

@@ -14,8 +14,6 @@ from pairsim.quadratic import Array, QuadraticMesh, shape_gradients, shape_value
 
 # The four linear triangles that a quadratic one is cut into for finding points.
 _PARTS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
-# Change of s within a cell that is worth a warning: c changes by a factor e^2 there.
-COARSE = 2.0
 
 
 def exponential(s: Array) -> Array:
@@ -60,16 +58,6 @@ class Health:
     r: float
     c_min: float
     s_jump: float
-
-
-def warnings(s_jump: float) -> list[str]:
-    """What a user should be told of the largest `s_jump` of a computation."""
-    if s_jump <= COARSE:
-        return []
-    return [
-        f"s = log c changes by {s_jump:.2g} within one cell, more than {COARSE:g}: the polymer's stress is not "
-        "resolved there; compare with a finer mesh (mesh.Np near the particles, mesh.max_size elsewhere)"
-    ]
 
 
 def health(s: Array, positions: Array, mesh: QuadraticMesh) -> Health:

@@ -12,8 +12,10 @@ from dataclasses import dataclass
 
 from pairsim.case import Case, SceneCase
 from pairsim.curve_case import CriticalCase, CurveCase
+from pairsim.errors import InputError
 
 STRIPS = 200  # of the tube's length, over which the density of cells is summed
+MOST_UNKNOWNS = 2e7  # beyond it gmsh alone would take days, or all memory
 START = 1.2  # seconds until a process has imported everything and made its first mesh
 
 
@@ -64,6 +66,17 @@ def unknowns(case: SceneCase) -> float:
     # A triangle brings two quadratic nodes and half a vertex: u, p, eta and, in a viscoelastic liquid, s.
     per_cell = 4.5 + (1.0 if any(case.Ca_es) or case.n > 1 else 0.0) + (8.0 if case.polymer else 0.0)
     return liquid_cells(case) * per_cell + sum(2.2 * case.mesh.Np**1.4 * 4.5 for Ca_e in case.Ca_es if Ca_e > 0)
+
+
+def check_size(case: SceneCase, source: str) -> None:
+    """Refuse what no machine can mesh.
+
+    Raises:
+        InputError: The guess is beyond 2e7 unknowns.
+    """
+    if (size := unknowns(case)) > MOST_UNKNOWNS:
+        allowed = f"a scene of {MOST_UNKNOWNS:.0e} unknowns at most; mesh, length and beta give some {size:.0e}"
+        raise InputError(source, "mesh", None, allowed)
 
 
 def run_estimate(case: Case) -> Estimate:

@@ -18,6 +18,7 @@ from pairsim.output import CRITICAL_COLUMNS, CURVE_HEALTH, POLYMER_HEALTH, RunFo
 from pairsim.parameters import Parameters
 from pairsim.progress import Reporter
 from pairsim.record import Outcome, Record, concluded, new_folder, written
+from pairsim.warm import forms_of, ready
 
 
 class _Recorder:
@@ -108,6 +109,7 @@ def run_critical(
     def work() -> str:
         nonlocal branch
         recorder.write()
+        ready(comm, forms_of(case))
         here = Parameters((most,), case.Ca_es, case.De)
         if name is not None:
             here = with_value(cast(Followed, name), here, min(values))
@@ -132,7 +134,7 @@ def run_critical(
         return f"{len(recorder.rows)} critical distances on {recorder.first_branch} branches"
 
     outcome = concluded(work)
-    tell(record, outcome, branch, recorder.points, {"ends": ends}, reporter, recorder.jumps)
+    tell(case, record, outcome, branch, recorder.points, {"ends": ends}, reporter, recorder.jumps)
     if branch is not None:
         branch.close()
     reporter.finish(outcome.message)

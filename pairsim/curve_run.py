@@ -12,9 +12,10 @@ import numpy as np
 from mpi4py import MPI
 
 from pairsim.branch import Branch, Point, steady_problem
-from pairsim.conformation import warnings
+from pairsim.case import SceneCase
 from pairsim.curve import Equilibrium, equilibria, find_zeros, order, trace
 from pairsim.curve_case import CurveCase
+from pairsim.doubts import coarse_mesh, unresolved_stress
 from pairsim.errors import NoSteadyState
 from pairsim.fields import SteadyMoment, frame
 from pairsim.output import CURVE_HEALTH, POLYMER_HEALTH, RunFolder, curve_columns, named_row, write_table
@@ -22,6 +23,7 @@ from pairsim.parameters import Parameters, SteadyProblem
 from pairsim.progress import Reporter
 from pairsim.record import Outcome, Record, concluded, new_folder, written
 from pairsim.steady import Steady
+from pairsim.warm import forms_of, ready
 from pairsim.xdmf import FieldFrame, FieldsWriter
 
 
@@ -60,6 +62,7 @@ def effort(branch: Branch | None) -> tuple[dict[str, Any], dict[str, float]]:
 
 
 def tell(
+    case: SceneCase,
     record: Record,
     outcome: Outcome,
     branch: Branch | None,
@@ -68,10 +71,10 @@ def tell(
     reporter: Reporter,
     told: Sequence[str] = (),
 ) -> None:
-    """Write the end of run.json: how it ended, what it cost, and warnings, those of the points' stresses added."""
+    """Write the end of run.json: how it ended, what it cost, and warnings, those of mesh and stresses added."""
     counts, phases = effort(branch)
     seen = [c.s_jump for p in points if (c := p.observation.conformation) is not None]
-    told = [*told, *warnings(max(seen, default=0.0))]
+    told = [*told, *coarse_mesh(case), *unresolved_stress(max(seen, default=0.0))]
     record.write(outcome, {**more, **counts, "warnings": told}, phases)
     for warning in told:
         reporter.note(warning)
@@ -227,6 +230,7 @@ def run_curve(
 
     def work() -> str:
         nonlocal branch
+        ready(comm, forms_of(case))
         start = Parameters(places[0], case.Ca_es, case.De)
         narrowest = min((d for place in places for d in place), default=np.inf)
         problem = steady_problem(case, narrowest)
@@ -257,7 +261,16 @@ def run_curve(
     outcome = concluded(work)
     closed = concluded(close)
     outcome = closed if outcome.status == "finished" else outcome
-    tell(record, outcome, branch, [p for p, _ in recorder.points], {"points": len(recorder.points)}, reporter, jumps)
+    tell(
+        case,
+        record,
+        outcome,
+        branch,
+        [p for p, _ in recorder.points],
+        {"points": len(recorder.points)},
+        reporter,
+        jumps,
+    )
     own.close()
     if chain is not None and outcome.status != "finished":
         chain.close()

@@ -110,7 +110,7 @@ class _Reader:
                 hint = f"did you mean {near[0]}? " if near else ""
                 self.refuse(key, data[key], f"unknown key; {hint}allowed: {', '.join(KEYS)}")
         name = data.get("command", "run")
-        if name not in COMMANDS:
+        if not isinstance(name, str) or name not in COMMANDS:
             self.refuse("command", name, " or ".join(COMMANDS))
         self.command = COMMANDS[name]
         self.name = data.get("name", path.stem)
@@ -213,8 +213,14 @@ class _Reader:
 
     def _exclusions(self) -> list[dict[str, Any]]:
         entries = self.data.get("exclude", [])
+        allowed = "a list of keys and values, such as - {Ca_e: 0, De: {min: 1}}"
         if not isinstance(entries, list) or not all(isinstance(entry, dict) and entry for entry in entries):
-            self.refuse("exclude", entries, "a list of keys and values, such as - {Ca_e: 0, De: {min: 1}}")
+            self.refuse("exclude", entries, allowed)
+        for i, entry in enumerate(entries):
+            for key, value in entry.items():
+                bounds = value.values() if isinstance(value, dict) else ()
+                if any(isinstance(bound, bool) or not isinstance(bound, int | float) for bound in bounds):
+                    self.refuse(f"exclude[{i}]: {key}", value, "numbers for min and max")
         return entries
 
     def grid(self, settings: tuple[str, ...]) -> Grid:
@@ -287,8 +293,8 @@ def spelled_out(described: Mapping[str, Any]) -> list[float]:
     start, stop, num = (described[key] for key in RANGE[:3])
     if any(isinstance(value, bool) or not isinstance(value, int | float) for value in (start, stop)):
         raise ValueError("start and stop are numbers")
-    if isinstance(num, bool) or not isinstance(num, int) or num < 2:
-        raise ValueError("num is a whole number of at least 2")
+    if isinstance(num, bool) or not isinstance(num, int) or not 2 <= num <= MOST_CASES:
+        raise ValueError(f"num is a whole number from 2 to {MOST_CASES}")
     spacing = described.get("spacing", "linear")
     if spacing not in ("linear", "log"):
         raise ValueError("spacing is linear or log")

@@ -6,15 +6,16 @@ import json
 import signal
 import time
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from mpi4py import MPI
 
-from pairsim.case import Case
+from pairsim.case import FREE_ENDS, Case
 from pairsim.checkpoint import Checkpoint, Counts, check_same, load
-from pairsim.conformation import warnings
+from pairsim.doubts import coarse_mesh, narrow_gap, near_ends, unresolved_stress
 from pairsim.errors import InputError, RunFailure, TooManySteps, WallTime, WriteFailure
 from pairsim.fields import frame
 from pairsim.geometry import MeshSettings
@@ -35,9 +36,11 @@ from pairsim.record import Outcome, Record, collectively, new_folder
 from pairsim.signals import Signals
 from pairsim.stepsize import StepControl, reached
 from pairsim.transient import Problem, Step, Transient
+from pairsim.warm import forms_of, ready
 from pairsim.xdmf import FieldsWriter
 
 SMALLEST_STEP = 1e-8
+OTHERS = ("curve.csv", "critical.csv", "study.csv", "sweep.json", "grid.yaml")  # of folders that are no run's
 CHEAP = 50.0  # times the last checkpoint's cost: how long one at an output stands off
 
 
@@ -88,7 +91,10 @@ class _Recorder:
         self._pending: Step | None = None
         self._latest: Checkpoint | None = None
         self._saved, self._cost = -np.inf, 0.0
-        self._s_jump = 0.0
+        kept = read_series(folder.file(SERIES)) if old else {}
+        self._s_jump = float(np.max(kept.get("s_jump", [0.0]), initial=0.0))
+        self._widest = self._span([kept[name] for name in kept if name == "d" or name.startswith("d_")]) if old else 0.0
+        self._narrow: tuple[float, float] = (1.0, 0.0)
 
     @property
     def lost(self) -> int:
@@ -97,8 +103,14 @@ class _Recorder:
 
     @property
     def warnings(self) -> list[str]:
-        """What the user should know of the results of this session."""
-        return warnings(self._s_jump)
+        """What the user should know of the results."""
+        narrow = narrow_gap(*self._narrow)
+        ends = near_ends(self.case, self._widest)
+        return [*coarse_mesh(self.case), *unresolved_stress(self._s_jump), *narrow, *ends]
+
+    def _span(self, gaps: Sequence[Any]) -> float:
+        """Length of the row of particles with these gaps, each a number or a column; the largest."""
+        return sum(self.case.betas) + float(np.max(np.sum(gaps, axis=0), initial=0.0) if len(gaps) else 0.0)
 
     def attach(self, transient: Transient) -> None:
         """Say whose steps come."""
@@ -147,6 +159,10 @@ class _Recorder:
             c = o.conformation
             health += (c.c_max, c.z, c.r, c.c_min, c.s_jump)
             self._s_jump = max(self._s_jump, c.s_jump)
+        self._widest = max(self._widest, self._span(list(o.d)))
+        for gap, (behind, ahead) in zip(map(float, o.d), pairwise(self.transient.outlines), strict=True):
+            arc = max(behind.size_at(0.0), ahead.size_at(float(np.pi)))
+            self._narrow = max(self._narrow, (gap, arc), key=lambda each: each[1] / each[0])
         self.series.row(values | dict(zip(self.columns, map(float, health), strict=True)))
 
     def _field(self) -> None:
@@ -169,6 +185,11 @@ def _end(case: Case, t: float, gaps: Sequence[float]) -> Outcome | None:
         return Outcome("finished", "contact", f"contact: the gap fell below {limits.min_gap:g} at t = {t:g}")
     if limits.max_gap is not None and gaps and max(gaps) > limits.max_gap:
         return Outcome("finished", "max_gap", f"the gap passed {limits.max_gap:g} at t = {t:g}")
+    if case.n and (room := (case.tube_length - sum(case.betas) - sum(gaps)) / 2) < FREE_ENDS:
+        message = (
+            f"the particles are {room:.3g} from the ends of the tube at t = {t:g}; a longer length, or limits.max_gap"
+        )
+        return Outcome("failed", "tube_too_short", message)
     return Outcome("finished", "end", f"finished at t = {t:g}") if reached(t, case.time.end) else None
 
 
@@ -184,6 +205,8 @@ def _old(comm: MPI.Comm, case: Case, directory: Path) -> Checkpoint | None:
         series = directory / SERIES
         if found is not None:
             check_same(found.case, plain(case.resolved()), str(directory / CHECKPOINT))
+        elif any((directory / name).exists() for name in OTHERS):
+            raise InputError(str(directory), "--resume", None, "holds results of another command; give another folder")
         elif series.exists() and len(read_series(series)["t"]) > 1:
             allowed = f"has rows in {SERIES} but no {CHECKPOINT} to go on from; run the case again with --overwrite"
             raise InputError(str(directory), "--resume", None, allowed)
@@ -255,6 +278,7 @@ def run_case(
     at_once = False
     try:
         with Signals(impatient=True) as signals:
+            ready(comm, forms_of(case))
             transient = Transient(comm, problem_of(case), old.state if old is not None else None)
             outcome = _march(case, transient, recorder, reporter, signals, record)
     except KeyboardInterrupt:

@@ -17,6 +17,7 @@ from pairsim.case import Case, SceneCase
 from pairsim.case_file import case_from_dict, critical_from_dict, curve_from_dict
 from pairsim.cost import Estimate, critical_estimate, curve_estimate, run_estimate
 from pairsim.curve_case import CriticalCase, CurveCase
+from pairsim.warm import forms_of
 
 Value = float | int | str | None
 
@@ -110,16 +111,6 @@ def identity_of(case: SceneCase) -> dict[str, Any]:
         if isinstance(value, list) and value and all(entry == value[0] for entry in value):
             identity[key] = value[0]
     return identity
-
-
-def forms_of(case: SceneCase) -> tuple[str, ...]:
-    """Kinds of forms that a case needs (the rule of `Scene`: a lone rigid particle may need no moving mesh)."""
-    steady = not isinstance(case, Case)
-    soft = any(Ca_e > 0 for Ca_e in case.Ca_es)
-    moving = soft or case.n > (0 if case.polymer and not steady else 1)
-    words = [case.polymer.name if case.polymer else "newtonian", "moving" if moving else "fixed"]
-    words += ["steady"] if case.polymer and steady else []
-    return (":".join(words), *(("neo-hookean",) if soft else ()))
 
 
 def gaps_of(n: int) -> list[str]:

@@ -31,6 +31,7 @@ from pairsim.ties import extension_tie, transient_tie
 
 RELATIVE_WEIGHT = 20.0
 CONFORMATION_WEIGHT = 0.4
+NO_ERROR = 1e-12  # in units of the tolerance: of scenes that do not change at all; 0 is an error that is not known
 
 
 @dataclass(frozen=True)
@@ -261,6 +262,7 @@ class Transient:
                 change = self.scene.liquid.nodal("s", x - predicted)
                 size = max(size, CONFORMATION_WEIGHT * float(np.sqrt(np.mean(change**2))))
             error = size * error_factor(past.t, t) / scheme.g / self.problem.control.tolerance
+            error = max(error, NO_ERROR)
         h, x, error = self.comm.bcast((h, x, error))
         return y, h, x, report, error
 
@@ -390,7 +392,7 @@ class Transient:
                 else:
                     self._dt = size / 3
                 if self._dt < control.smallest:
-                    self._give_up(t, report, valid, error)
+                    self._give_up(t, report, valid and distortion > 0, error)
 
     def _give_up(self, t: float, report: Report, valid: bool, error: float) -> None:
         step = self.counts.steps

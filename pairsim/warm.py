@@ -18,8 +18,13 @@ import time
 from collections.abc import Iterable
 from importlib import metadata
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from pairsim.case import Case, SceneCase
 from pairsim.jit import JIT_OPTIONS
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 ABANDONED = 60.0  # seconds without any change after which a module that nobody has finished counts as left behind
 
@@ -45,6 +50,16 @@ def _stamp(form: str) -> Path:
     return _cache() / f"warm-{form.replace(':', '-')}-{digest.hexdigest()[:16]}"
 
 
+def forms_of(case: SceneCase) -> tuple[str, ...]:
+    """Kinds of forms that a case needs (the rule of `Scene`: a lone rigid particle may need no moving mesh)."""
+    steady = not isinstance(case, Case)
+    soft = any(Ca_e > 0 for Ca_e in case.Ca_es)
+    moving = soft or case.n > (0 if case.polymer and not steady else 1)
+    words = [case.polymer.name if case.polymer else "newtonian", "moving" if moving else "fixed"]
+    words += ["steady"] if case.polymer and steady else []
+    return (":".join(words), *(("neo-hookean",) if soft else ()))
+
+
 def missing(forms: Iterable[str]) -> list[str]:
     """Kinds of forms that are not known to be compiled on this machine."""
     return [form for form in sorted(set(forms)) if not _stamp(form).exists()]
@@ -66,6 +81,27 @@ def warm(forms: Iterable[str]) -> None:
             _patiently(form)
             _stamp(form).touch()
         lock.truncate(0)
+
+
+def ready(comm: MPI.Comm, forms: Iterable[str]) -> None:
+    """Compile what is missing, on one process of each machine; every process calls this.
+
+    Raises:
+        Exception: What went wrong on any of them, on all.
+    """
+    from mpi4py import MPI
+
+    node = comm.Split_type(MPI.COMM_TYPE_SHARED)
+    error: Exception | None = None
+    if node.rank == 0 and missing(forms):
+        try:
+            warm(forms)
+        except Exception as caught:
+            error = caught
+    node.Free()
+    for each in comm.allgather(error):
+        if each is not None:
+            raise each
 
 
 def _compile(form: str) -> None:

@@ -15,7 +15,9 @@ Vectors are stored with three components (z, r, 0), symmetric tensors as four sc
 from __future__ import annotations
 
 import copy
+import errno
 import os
+import shutil
 import sys
 from dataclasses import dataclass, field
 from hashlib import sha256
@@ -110,6 +112,8 @@ class FieldsWriter:
     def _cut(self, keep: int) -> None:
         """Leave so many frames in the files; leave the files alone where they cannot be read."""
         path, part = self.folder / f"{self.name}.h5", self.folder / f".{self.name}.h5.part"
+        if path.is_file() and shutil.disk_usage(self.folder).free < path.stat().st_size:
+            raise OSError(errno.ENOSPC, "No room for a copy of the frames that are kept", str(path))
         try:
             grids = ElementTree.parse(self.folder / f"{self.name}.xdmf").findall("Domain/Grid/Grid")[:keep]
             meshes = {}

@@ -1,0 +1,80 @@
+"""What may be worse than it looks is told: meshes and tubes too small, gaps narrower than their arcs were cut for."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from subprocess import CompletedProcess
+from typing import Any
+
+import pytest
+
+from pairsim.case import Case
+from pairsim.case_file import case_from_dict
+from pairsim.doubts import coarse_mesh, narrow_gap, near_ends, unresolved_stress
+from pairsim.run import _end
+
+
+def case(**keys: Any) -> Case:
+    plain = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": "auto"}
+    return case_from_dict({**plain, **keys}, "test")
+
+
+def test_mesh_coarser_than_any_that_was_measured_is_told() -> None:
+    (warning,) = coarse_mesh(case(mesh={"Np": 12}))
+    assert "mesh.Np = 12" in warning
+    assert not coarse_mesh(case(accuracy="5%"))
+    assert not coarse_mesh(case())
+
+
+def test_gap_narrower_than_its_arcs_is_told() -> None:
+    assert narrow_gap(0.005, 0.0118)
+    assert not narrow_gap(0.02, 0.0118)
+
+
+def test_stress_that_jumps_within_a_cell_is_told() -> None:
+    assert unresolved_stress(2.1)
+    assert not unresolved_stress(1.9)
+
+
+def test_particles_near_the_ends_are_told_and_at_last_refused() -> None:
+    pair = case()  # 2 D_c of tube on each side
+    assert not near_ends(pair, pair.cluster)
+    assert near_ends(pair, pair.tube_length - 1.8)
+    assert _end(pair, 1.0, [0.2]) is None
+    ended = _end(pair, 1.0, [pair.tube_length - 0.8 - 0.9])
+    assert ended is not None
+    assert (ended.status, ended.reason) == ("failed", "tube_too_short")
+
+
+def test_pair_that_outgrows_its_tube_ends_typed(tmp_path: Path, pairsim: Callable[..., CompletedProcess[str]]) -> None:
+    keys = "beta: [0.4, 0.3]\nDe: 0\nCa_e: 0\nd0: 0.1\nends: developed\nlength: 1.95\nmesh: {Np: 8}\n"
+    (tmp_path / "case.yaml").write_text(keys + "time: {end: 20}\noutput: {fields: false}\n")
+    done = pairsim("run", "case.yaml", "-o", "out", "-q")
+    assert done.returncode == 3, done.stderr
+    told = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert told["reason"] == "tube_too_short"
+    assert any("the ends act on them" in warning for warning in told["warnings"])
+
+
+def test_lone_rigid_sphere_takes_ever_larger_steps(
+    tmp_path: Path, pairsim: Callable[..., CompletedProcess[str]]
+) -> None:
+    keys = "particles: 1\nbeta: 0.4\nDe: 0\nCa_e: 0\nends: developed\nlength: 3\nmesh: {Np: 8}\ntime: {end: 2}\n"
+    (tmp_path / "case.yaml").write_text(keys)
+    assert pairsim("run", "case.yaml", "-o", "out", "-q").returncode == 0
+    assert json.loads((tmp_path / "out" / "run.json").read_text())["steps"] < 40
+
+
+@pytest.mark.parametrize("name", ["curve.csv", "study.csv"])
+def test_resume_leaves_results_of_other_commands_alone(
+    name: str, tmp_path: Path, pairsim: Callable[..., CompletedProcess[str]]
+) -> None:
+    (tmp_path / "case.yaml").write_text("beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\n")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / name).write_text("precious")
+    done = pairsim("run", "case.yaml", "--resume", "out")
+    assert done.returncode == 2
+    assert "results of another command" in done.stderr
+    assert (tmp_path / "out" / name).read_text() == "precious"
