@@ -83,8 +83,8 @@ def _diameters(case: dict[str, Any]) -> list[float]:
 
 
 SETTINGS: dict[Accuracy, Settings] = {
-    "5%": Settings(Cells(20, 0.2), Cells(20, 0.1), 1e-3, 1e-2),
+    "5%": Settings(Cells(20, 0.2), Cells(20, 0.1, 0.5), 1e-3, 1e-2),
     "1%": Settings(Cells(40, 0.2), Cells(40, 0.07, 0.25), 3e-4, 2e-3),
-    "0.1%": Settings(Cells(56, 0.14), Cells(80, 0.035), 5e-5, 5e-4),
+    "0.1%": Settings(Cells(56, 0.14), Cells(80, 0.035, 0.175), 5e-5, 5e-4),
 }
 DEFAULT: Accuracy = "1%"

@@ -66,6 +66,16 @@ def test_accuracy_sets_what_the_case_leaves_open() -> None:
     assert curves[0].tol > curves[1].tol > curves[2].tol
 
 
+@pytest.mark.parametrize("beta", [0.05, 0.1, 0.2, 0.4, 0.8])
+@pytest.mark.parametrize("De", [0, 1])
+def test_higher_accuracy_never_has_larger_cells(De: float, beta: float) -> None:
+    cells = [
+        case_from_dict({**MINIMAL, "De": De, "beta": beta, "accuracy": a}, "test").mesh for a in ("5%", "1%", "0.1%")
+    ]
+    assert cells[0].max_size >= cells[1].max_size >= cells[2].max_size
+    assert cells[0].Np <= cells[1].Np <= cells[2].Np
+
+
 def test_cells_around_small_particles_in_elastic_liquids_are_smaller() -> None:
     def largest(**keys: object) -> float:
         return case_from_dict({**MINIMAL, "De": 1, **keys}, "test").mesh.max_size
