@@ -284,7 +284,9 @@ class Pair(Problem):
                 dt *= float(np.clip(0.9 * np.sqrt(tol / error), 0.5, 1.4))
 
 
-def solve(cells: int, options: argparse.Namespace, folder: Path, frame: float | None) -> tuple[dict[str, float], float]:
+def solve(
+    cells: int, options: argparse.Namespace, folder: Path, frame: float | None, tol: float = 0.0
+) -> tuple[dict[str, float], float]:
     """One row of the table, and the pair's mean velocity. Seconds of the solution are the processor's."""
     begin = time.perf_counter()
     code = str(folder / ("point" if frame is None else "transient"))
@@ -296,10 +298,10 @@ def solve(cells: int, options: argparse.Namespace, folder: Path, frame: float | 
         if frame is None:
             pair.solve(newton_solver_tolerance=TOLERANCE, max_newton_iterations=15)
         else:
-            steps = sum(1 for _ in pair.steps(options.end, options.tol))
+            steps = sum(1 for _ in pair.steps(options.end, tol))
         total = time.process_time() - start
         clock, (U_T, U_L) = pair.get_la_solver().clock, (pair.velocity(name) for name in PARTICLES.values())
-        row = {"cells": cells, "t": 0.0 if frame is None else options.end, "unknowns": pair.ndof()}
+        row = {"cells": cells, "t": 0.0 if frame is None else options.end, "tol": tol, "unknowns": pair.ndof()}
         row |= {"dU": U_L - U_T, "dU_by_Ca_e": (U_L - U_T) / options.Ca_e}
         row |= {"D_T": pair.taylor("trailing"), "D_L": pair.taylor("leading")}
         row |= {"steps": steps, "newton": clock["newton"], "set_up": set_up}
@@ -319,12 +321,12 @@ def main() -> None:
     option("--Ca_e", type=float, default=0.1, help="viscous over elastic stress")
     option("--no-transient", action="store_true", help="the quasi-steady point only")
     option("--end", type=float, default=1.0, help="end time of the transient")
-    option("--tol", type=float, default=1e-3, help="error of velocity allowed to a time step")
+    option("--tol", type=float, nargs="+", default=[1e-3], help="error of velocity allowed to a time step, one or more")
     option("--output", type=Path, default=Path("pyoomph_pair.csv"), help="the table as CSV")
     options = parser.parse_args()
 
     rows: list[dict[str, float]] = []
-    formats = {"dU": ".5e", "dU_by_Ca_e": ".5e", "D_T": ".5f", "D_L": ".5f", "t": "g"}
+    formats = {"dU": ".5e", "dU_by_Ca_e": ".5e", "D_T": ".5f", "D_L": ".5f", "t": "g", "tol": "g"}
 
     def add(row: dict[str, float]) -> None:
         if not rows:
@@ -338,7 +340,8 @@ def main() -> None:
             row, U = solve(cells, options, Path(folder), None)
             add(row)
             if not options.no_transient:
-                add(solve(cells, options, Path(folder), U)[0])
+                for tol in options.tol:
+                    add(solve(cells, options, Path(folder), U, tol)[0])
     with options.output.open("w", newline="") as file:
         writer = csv.DictWriter(file, list(rows[0]))
         writer.writeheader()
