@@ -66,6 +66,8 @@ BAD = {
     "broken YAML": ("beta: [0.4\nDe: 0\n", "line", "not valid YAML"),
     "a list": ("- 1\n- 2\n", "", "keys and values"),
     "empty file": ("", "", "keys and values"),
+    "date that is none": (GOOD + "name: 2020-13-45\n", "", "cannot be read"),
+    "mesh beyond all memory": (GOOD + "mesh: {gap_cells: 100000}\n", "mesh", "2e+07 unknowns at most"),
 }
 
 

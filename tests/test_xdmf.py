@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import meshio
@@ -177,3 +178,13 @@ def test_missing_file_and_missing_frame_are_input_errors(folder: Path, tmp_path:
         read_times(tmp_path, name="other")
     with pytest.raises(InputError, match="frame"):
         read_frame(folder, 3)
+
+
+def test_frames_are_kept_where_there_is_no_room_to_copy_them(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = (folder / "fields.h5").read_bytes()
+    monkeypatch.setattr("shutil.disk_usage", lambda path: SimpleNamespace(free=1000))
+    with pytest.raises(OSError, match="No room"):
+        FieldsWriter(folder, keep=1)
+    assert (folder / "fields.h5").read_bytes() == before
+    monkeypatch.undo()
+    assert FieldsWriter(folder, keep=1).frames == 1
