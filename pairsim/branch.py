@@ -10,7 +10,7 @@ import numpy as np
 from mpi4py import MPI
 
 from pairsim.case import SceneCase
-from pairsim.continuation import begin, cold_start, follow, prepared, towards
+from pairsim.continuation import begin, cold_start, follow, new_mesh, prepared, towards
 from pairsim.diagnostics import Observation, liquid_distortion
 from pairsim.errors import MeshFailure, NoSteadyState
 from pairsim.geometry import MeshSettings
@@ -186,6 +186,9 @@ class Branch:
             scene.clock.seconds.clear()
         self._nearest(parameters, 0.0)
         self._follow(parameters)
+        for scene in self.scenes:
+            if scene.scene.reference.deformed:  # a cold start would try spheres first
+                new_mesh(scene, afresh=True)
         self._known = [[scene.snapshot] for scene in self.scenes]
 
     def at(self, parameters: Parameters) -> Point:

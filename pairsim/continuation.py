@@ -74,11 +74,16 @@ def begin(steady: Steady) -> None:
     if not report.converged:
         raise NoSteadyState(f"no first solution: {report.reason}", advice="a larger mesh.Np")
     if steady.distorted():
-        _new_mesh(steady)
+        new_mesh(steady)
 
 
-def _new_mesh(steady: Steady) -> None:
-    steady.remesh()
+def new_mesh(steady: Steady, *, afresh: bool = False) -> None:
+    """The same solution on a new mesh, around spheres again if `afresh` and if their shapes allow it.
+
+    Raises:
+        NoSteadyState: It was lost.
+    """
+    steady.remesh(afresh=afresh)
     report = steady.solve(steady.parameters)
     if not report.converged and steady.problem.polymer is not None:
         report = steady.relax(steady.parameters)

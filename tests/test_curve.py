@@ -371,6 +371,7 @@ def test_shipped_case_runs(command: str, tmp_path: Path, pairsim) -> None:  # ty
     done = pairsim(command, str(ROOT / "configs" / f"{command}.yaml"), "-o", "out", *settings)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "out" / f"{command}.png").stat().st_size > 10_000
+    assert len((tmp_path / "out" / f"{command}.csv").read_text().splitlines()) >= 2
     if command == "curve":
         assert pv.get_reader(tmp_path / "out" / "fields.xdmf").time_values == pytest.approx([0.1, 0.3])
     assert pairsim("plot", "out", "-o", "pictures").returncode == 0
@@ -404,11 +405,16 @@ def test_bad_case_is_refused(name: str, tmp_path: Path) -> None:
 
 
 def test_ranks_give_the_same_curve(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
-    (tmp_path / "case.yaml").write_text(CURVE + "mesh_error: false\nmax_points: 2\n")
+    (tmp_path / "case.yaml").write_text(CURVE + "mesh_error: false\nmax_points: 3\ntol: 1e-3\n")
     for ranks in (1, 2):
         done = pairsim("curve", "case.yaml", "-o", f"n{ranks}", "--set", "De=0.3", ranks=ranks)
         assert done.returncode == 0, done.stderr
     one, two = (read_series(tmp_path / f"n{ranks}" / "curve.csv") for ranks in (1, 2))
+    assert one["d"] == pytest.approx(two["d"])
+    assert len(one["d"]) == 3
+    zeros = [csv.DictReader((tmp_path / f"n{ranks}" / "equilibria.csv").open()) for ranks in (1, 2)]
+    (here,), (there,) = ([float(row["d"]) for row in rows] for rows in zeros)
+    assert here == pytest.approx(there, abs=1e-8)
     for name in ("U_L", "dU", "D_L", "D_T", "dp_plus", "drift", "slope", "c_max"):
         assert one[name] == pytest.approx(two[name], abs=1e-8), name
 
