@@ -275,8 +275,8 @@ def test_a_change_of_sign_between_two_meshes_is_no_zero_and_is_told(tmp_path: Pa
     dU = read_series(tmp_path / "out" / "curve.csv")["dU"]
     assert dU[0] > 0 > dU[-1]
     assert len((tmp_path / "out" / "equilibria.csv").read_text().splitlines()) == 1
-    (warning,) = json.loads((tmp_path / "out" / "run.json").read_text())["warnings"]
-    assert "within the error of the mesh" in warning
+    warnings = json.loads((tmp_path / "out" / "run.json").read_text())["warnings"]
+    assert sum("within the error of the mesh" in warning for warning in warnings) == 1
 
 
 def test_a_zero_that_newton_misses_between_smooth_points_is_no_jump() -> None:
