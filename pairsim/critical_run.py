@@ -134,7 +134,7 @@ def run_critical(
         return f"{len(recorder.rows)} critical distances on {recorder.first_branch} branches"
 
     outcome = concluded(work)
-    tell(case, record, outcome, branch, recorder.points, {"ends": ends}, reporter, recorder.jumps)
+    outcome = tell(case, record, outcome, branch, recorder.points, {"ends": ends}, reporter, recorder.jumps)
     if branch is not None:
         branch.close()
     reporter.finish(outcome.message)

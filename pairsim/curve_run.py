@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -70,14 +70,22 @@ def tell(
     more: dict[str, Any],
     reporter: Reporter,
     told: Sequence[str] = (),
-) -> None:
-    """Write the end of run.json: how it ended, what it cost, and warnings, those of mesh and stresses added."""
+) -> Outcome:
+    """Write the end of run.json: how it ended, what it cost, and warnings, those of mesh and stresses added.
+
+    Returns:
+        The outcome, on the first process that of a failure where run.json cannot be written.
+    """
     counts, phases = effort(branch)
     seen = [c.s_jump for p in points if (c := p.observation.conformation) is not None]
     told = [*told, *coarse_mesh(case), *unresolved_stress(max(seen, default=0.0))]
-    record.write(outcome, {**more, **counts, "warnings": told}, phases)
     for warning in told:
         reporter.note(warning)
+    try:
+        record.write(outcome, {**more, **counts, "warnings": told}, phases)
+    except OSError as error:
+        return Outcome("failed", "write_failed", f"run.json cannot be written: {error}")
+    return outcome
 
 
 class _Recorder:
@@ -138,8 +146,15 @@ class _Recorder:
 
         written(self.comm, write)
 
-    def close(self) -> None:
-        """Write the fields: in ascending distance, which is not the order in which they were solved."""
+    def close(self, alone: bool) -> None:
+        """Write the fields: in ascending distance, which is not the order in which they were solved.
+
+        Args:
+            alone: The other processes may be anywhere: nothing is told to them.
+
+        Raises:
+            WriteFailure: They cannot be written.
+        """
 
         def write() -> None:
             assert self.folder is not None
@@ -148,7 +163,11 @@ class _Recorder:
                     for kept in sorted(self.frames, key=lambda kept: kept.t):
                         fields.write(kept)
 
-        written(self.comm, write)
+        if not alone:
+            written(self.comm, write)
+        elif self.folder is not None:
+            with suppress(OSError):
+                write()
 
 
 class Chain:
@@ -254,23 +273,18 @@ def run_curve(
             message += f"; dU = 0: {', '.join(kinds) or 'nowhere'}"
         return message
 
-    def close() -> str:
-        recorder.close()
+    def close(alone: bool = False) -> str:
+        recorder.close(alone)
         return outcome.message
 
     outcome = concluded(work)
-    closed = concluded(close)
-    outcome = closed if outcome.status == "finished" else outcome
-    tell(
-        case,
-        record,
-        outcome,
-        branch,
-        [p for p, _ in recorder.points],
-        {"points": len(recorder.points)},
-        reporter,
-        jumps,
-    )
+    if outcome.status == "interrupted":
+        close(alone=True)
+    else:
+        closed = concluded(close)
+        outcome = closed if outcome.status == "finished" else outcome
+    points = [p for p, _ in recorder.points]
+    outcome = tell(case, record, outcome, branch, points, {"points": len(points)}, reporter, jumps)
     own.close()
     if chain is not None and outcome.status != "finished":
         chain.close()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import errno
 import json
 import re
 from collections.abc import Callable, Iterator
@@ -24,10 +25,12 @@ from pairsim.continuation import follow
 from pairsim.critical import same_zero
 from pairsim.curve import equilibria, find_zeros, interpolant, trace
 from pairsim.curve_case import CurveCase
+from pairsim.curve_run import run_curve
 from pairsim.errors import InputError, NoSteadyState
 from pairsim.geometry import MeshSettings
 from pairsim.output import read_series
 from pairsim.parameters import Parameters
+from pairsim.progress import make_reporter
 
 CURVE = "beta: 0.4\nDe: 0\nCa_e: 0.1\nends: developed\nlength: auto\nmesh: {Np: 10}\nd: [0.3, 0.1]\n"
 
@@ -425,6 +428,18 @@ def test_no_steady_state_is_a_typed_failure(tmp_path: Path, pairsim) -> None:  #
     assert done.returncode == 3, done.stderr
     assert "Traceback" not in done.stderr
     assert json.loads((tmp_path / "out" / "run.json").read_text())["reason"] == "no_steady_state"
+
+
+def test_a_curve_that_cannot_be_written_ends_typed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("pairsim.curve_run.write_table", full)
+    made, reporter = case(mesh={"Np": 8}, mesh_error=False), make_reporter(True, 0)
+    told = {"comm": MPI.COMM_WORLD, "overwrite": False, "reporter": reporter, "command": "test"}
+    outcome = run_curve(made, tmp_path / "out", **told)
+    assert (outcome.status, outcome.reason) == ("failed", "write_failed")
+    assert json.loads((tmp_path / "out" / "run.json").read_text())["reason"] == "write_failed"
 
 
 def test_the_mesh_error_is_that_of_a_coarser_mesh() -> None:
