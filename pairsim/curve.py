@@ -18,6 +18,8 @@ from pairsim.steady import Snapshot
 
 # Where Newton finds no zero between two points, points are added half-way this many times.
 HALVINGS = 5
+# What is left of dU at a zero that is interpolated between two points, as a part of theirs.
+ALMOST = 0.05
 # A change of dU this many times larger than its slopes allow is a jump from one mesh to another.
 JUMP = 3.0
 # Neighbours whose distances have a ratio below exp of this get no point between them.
@@ -172,7 +174,7 @@ def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | str:
     """The zero between two points whose dU have different signs; where dU jumps instead, words for it.
 
     Raises:
-        NoSteadyState: dU goes through zero smoothly and Newton did not find the place.
+        NoSteadyState: dU goes through zero smoothly and the place was not found.
     """
     for _ in range(HALVINGS):
         roots = interpolant([a, b]).solve(0.0, extrapolate=False)
@@ -182,6 +184,11 @@ def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | str:
         point = branch.at(a.parameters.with_gap(middle))
         a, b = (a, point) if a.dU * point.dU < 0 else (point, b)
     if abs(b.dU - a.dU) < JUMP * max(abs(a.slopes[0]), abs(b.slopes[0])) * (b.d - a.d):
+        # Where slopes are as small as rounding (1e-9, say) Newton's steps in d do not settle: a point there has to do.
+        roots = interpolant([a, b]).solve(0.0, extrapolate=False)
+        point = branch.at(a.parameters.with_gap(float(np.exp(roots[0])) if len(roots) else middle))
+        if abs(point.dU) < ALMOST * max(abs(a.dU), abs(b.dU)):
+            return Zero(point, branch.snapshots)
         raise NoSteadyState(f"the zero of dU between d = {a.d:.5g} and {b.d:.5g} was lost")
     return (
         f"dU jumps from {a.dU:.2g} to {b.dU:.2g} between d = {a.d:.5g} and {b.d:.5g}, where the mesh changes: "
