@@ -18,6 +18,8 @@ from pairsim.steady import Snapshot
 
 # Where Newton finds no zero between two points, points are added half-way this many times.
 HALVINGS = 5
+# A dU below this is rounding, as that of equal rigid spheres in a Newtonian liquid is everywhere.
+ROUNDING = 1e-12
 # What is left of dU at a zero that is interpolated between two points, as a part of theirs.
 ALMOST = 0.05
 # A change of dU this many times larger than its slopes allow is a jump from one mesh to another.
@@ -77,7 +79,7 @@ def _allowed(points: list[Point], tol: float) -> Array:
     """How far each dU may be off: tol of the largest value of any, or the error of the mesh."""
     largest = max(float(np.abs(p.dUs).max()) for p in points)
     errors = [p.mesh_errors for p in points if p.mesh_errors is not None]
-    return np.maximum(tol * largest, np.max(errors, axis=0) if errors else 0.0)
+    return np.maximum(max(tol * largest, ROUNDING), np.max(errors, axis=0) if errors else 0.0)
 
 
 def _doubtful(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
@@ -132,7 +134,7 @@ def trace(
             found(point, False)
             # Halves of a smooth curve bend eight times less; where they do not, what bends is the meshes' difference.
             rough = (np.maximum(_bend(a, point), _bend(point, b)) > _bend(a, b) / 2)[_bend(a, b) > allowed].all()
-            if rough or np.abs(point.dUs - curve(np.log(d))).max() < tol * largest:
+            if rough or np.abs(point.dUs - curve(np.log(d))).max() < max(tol * largest, ROUNDING):
                 known |= {(a.d, d), (d, b.d)}
             points.append(point)
         points.sort(key=lambda p: p.d)
@@ -161,7 +163,7 @@ def find_zeros(branch: Branch, points: list[Point], lost: Callable[[str], None])
     """
     zeros = []
     for a, b in pairwise(points):
-        if a.dU * b.dU < 0:
+        if a.dU * b.dU < 0 and max(abs(a.dU), abs(b.dU)) > ROUNDING:
             found = _zero_between(branch, a, b)
             if isinstance(found, Zero):
                 zeros.append(found)

@@ -77,6 +77,14 @@ def test_equal_rigid_spheres_in_a_newtonian_liquid_keep_their_distance() -> None
     assert all(abs(point.dU) < 1e-9 for point in points(Ca_e=0, d=places))
 
 
+def test_rounding_has_neither_zeros_nor_bends() -> None:
+    solver = branch(case(Ca_e=0, d=(0.4,), mesh={"Np": 8}))
+    found = trace(solver, [(0.4,), (0.2,), (0.1,), (0.05,)], 2e-3, 20, lambda point, wanted: None)
+    assert len(found) == 4
+    assert find_zeros(solver, found, pytest.fail) == []
+    solver.close()
+
+
 def test_periodic_and_developed_ends_give_the_same_curve() -> None:
     (long,), (cut,) = points(ends="periodic", length=20.0), points(length="auto")
     assert cut.dU == pytest.approx(long.dU, rel=5e-3)
