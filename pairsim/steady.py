@@ -176,7 +176,7 @@ class Steady:
         self.y = self.comm.bcast(self._carried_over(old, x, h, material))
 
     def _as_refused(self, there: Parameters) -> bool:
-        """Whether shapes at a place need a mesh of their own because others did: no softer ones, no closer."""
+        """Whether shapes at a place are at least as soft and as close as the last that needed a mesh of their own."""
         last = self._refused
         if last is None or there.De > last.De:
             return False
