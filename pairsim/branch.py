@@ -161,13 +161,20 @@ class Branch:
         if cold_start(parameters) != parameters:
             with suppress(NoSteadyState, MeshFailure):
                 scout = walked(comm, coarser(problem, SCOUT, SCOUT_CELLS), parameters)
-        self.scenes = [started(comm, problem, parameters, scout)]
-        if mesh_error:
-            with _for_the_error():
-                self.scenes.append(started(comm, coarser(problem, COARSER), parameters, scout))
-        if scout is not None:
-            self.fine.take_over_costs(scout)
-            scout.close()
+        self.scenes: list[Steady] = []
+        try:
+            self.scenes.append(started(comm, problem, parameters, scout))
+            if mesh_error:
+                with _for_the_error():
+                    self.scenes.append(started(comm, coarser(problem, COARSER), parameters, scout))
+            if scout is not None:
+                self.fine.take_over_costs(scout)
+        except (NoSteadyState, MeshFailure):
+            self.close()
+            raise
+        finally:
+            if scout is not None:
+                scout.close()
         self._known = [[scene.snapshot] for scene in self.scenes]
 
     @property
