@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from mpi4py import MPI
 
+from pairsim.bordered import solve_with
 from pairsim.case import SceneCase
 from pairsim.continuation import begin, cold_start, follow, new_mesh, prepared, towards
 from pairsim.diagnostics import Observation, liquid_distortion
@@ -250,7 +251,7 @@ class Branch:
         """
         fine = self.fine
         before = fine.iterations
-        found, _ = fine.solve_with(along, tau, y, fine.velocity_row(), 0.0, 0.0)
+        found, _ = solve_with(fine, along, tau, y, fine.velocity_row(), 0.0, 0.0)
         if found is not None and settled:
             found = self._settled(along, found)
         if found is None:
@@ -273,7 +274,7 @@ class Branch:
             again = wanted in made
             made.add(wanted)
             fine.remesh(afresh=True)
-            place, _ = fine.solve_with(along, found, fine.y, fine.velocity_row(), 0.0, 0.0)
+            place, _ = solve_with(fine, along, found, fine.y, fine.velocity_row(), 0.0, 0.0)
             if place is None or again:
                 return place
             found, last = place, wanted

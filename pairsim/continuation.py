@@ -8,9 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pairsim.bordered import solve_with
 from pairsim.errors import MeshFailure, NoSteadyState
 from pairsim.parameters import Parameters
 from pairsim.quadratic import Array
+from pairsim.relaxation import relax
 from pairsim.steady import Steady
 
 # What a predictor may change at once: positions of the outline (largest diameters), log-conformation, in the largest
@@ -70,7 +72,7 @@ def begin(steady: Steady) -> None:
         if report.converged:
             break
     if not report.converged and steady.problem.polymer is not None:
-        report = steady.relax(steady.parameters)
+        report = relax(steady, steady.parameters)
     if not report.converged:
         raise NoSteadyState(f"no first solution: {report.reason}", advice="a larger mesh.Np")
     if steady.distorted():
@@ -86,7 +88,7 @@ def new_mesh(steady: Steady, *, afresh: bool = False) -> None:
     steady.remesh(afresh=afresh)
     report = steady.solve(steady.parameters)
     if not report.converged and steady.problem.polymer is not None:
-        report = steady.relax(steady.parameters)
+        report = relax(steady, steady.parameters)
     if not report.converged:
         raise NoSteadyState(f"the solution was lost at a remeshing: {report.reason}", advice="a larger mesh.Np")
 
@@ -139,7 +141,7 @@ def follow(steady: Steady, target: Parameters) -> None:
             step /= 3
             if step < SMALLEST:
                 polymer, relaxed = steady.problem.polymer is not None, relaxed + 1
-                if polymer and relaxed <= MOST_RELAXED and steady.relax(there).converged:
+                if polymer and relaxed <= MOST_RELAXED and relax(steady, there).converged:
                     longest = 3 * SMALLEST
                     break
                 raise _lost(steady, target, refused)
@@ -230,7 +232,7 @@ def find_fold(steady: Steady, target: Parameters) -> Fold:
                 guess = prepared(steady, along(at), steady.y + arc * slope)
                 row = np.zeros(steady.tie.size)
                 row[steady.tie.fields["h"]] = weight * slope[shape]
-                found, count = steady.solve_with(along, at, guess, row, tau_s, value + arc)
+                found, count = solve_with(steady, along, at, guess, row, tau_s, value + arc)
             except MeshFailure:
                 pass
             if found is not None:

@@ -33,12 +33,6 @@ DIFFERENCE = 1e-5
 # A steady branch is followed to where shapes barely exist, and there distorted cells make rims buckle too early
 # (beta .4, d .1: at Ca_e .14 around spheres, at .16 around the shapes): a new mesh comes sooner than in time.
 LEAST_STEADY, FRESH_STEADY = 0.6, 0.75
-MOST_BORDERED = 12
-# First and last step of pseudo-time, in relaxation times; doubled each, eleven steps lie between them.
-RELAX_FIRST, RELAX_LAST = 0.1, 200.0
-MOST_RELAXED = 40
-# A bordered iteration keeps the matrix in hand once its steps are below this.
-FRESH_ABOVE = 1e-4
 
 
 @dataclass(frozen=True)
@@ -281,7 +275,7 @@ class Steady:
             h[body.start : body.start + body.size : 2] = centre
         return h
 
-    def _apply(self, parameters: Parameters) -> Array:
+    def apply(self, parameters: Parameters) -> Array:
         """Put the forms and the tie at these parameters; h*."""
         assert self.newton is not None
         scene, base = self.scene, self.tie.base
@@ -323,7 +317,7 @@ class Steady:
 
     def _state_at(self, parameters: Parameters, y: Array) -> tuple[Array, Array]:
         assert self.newton is not None
-        self._apply(parameters)
+        self.apply(parameters)
         return self.newton.state(y)
 
     # Solving
@@ -336,51 +330,25 @@ class Steady:
             guess: First guess, by default the last solution.
         """
         assert self.newton is not None
-        h_star, self._factored = self._apply(parameters), None
+        h_star, self._factored = self.apply(parameters), None
         y, report = self.newton.solve(self.y if guess is None else guess, h_star, 1.0, 0.0)
         self.iterations += report.iterations
         self.factorisations += report.factorisations
-        if report.converged and self._distortion_of(*self.newton.state(y)) <= 0:
+        if report.converged and self.distortion_of(*self.newton.state(y)) <= 0:
             report = replace(report, converged=False, reason="a cell turned over")
             self.newton.forget()
         if report.converged:
             self.y, self.parameters = y, parameters
         return report
 
-    def relax(self, parameters: Parameters) -> Report:
-        """Solve through pseudo-time: s relaxes in growing implicit steps while all else stays in balance.
-
-        Args:
-            parameters: Where; the guess is the last solution.
-        """
+    def forget(self) -> None:
+        """Give up the factors in hand."""
         assert self.newton is not None
-        h_star, y, dt = self._apply(parameters), self.y, RELAX_FIRST * parameters.De
+        self.newton.forget()
         self._factored = None
-        liquid = self.scene.liquid
-        for _ in range(MOST_RELAXED):
-            liquid.constants["rate"].value = 1 / dt if dt < RELAX_LAST * parameters.De else 0.0
-            _, x = self.newton.state(y)
-            liquid.set_star(x[: liquid.size])
-            self.newton.forget()
-            new, report = self.newton.solve(y, h_star, 1.0, 0.0)
-            self.iterations += report.iterations
-            self.factorisations += report.factorisations
-            if report.converged and self._distortion_of(*self.newton.state(new)) > 0:
-                y = new
-                if liquid.constants["rate"].value == 0.0:
-                    self.y, self.parameters = y, parameters
-                    return report
-                dt *= 2.0
-            else:
-                dt /= 4
-                if dt < 1e-3 * RELAX_FIRST * parameters.De:
-                    break
-        # Where stress grows for ever, steps would go on being taken.
-        self._apply(self.parameters)
-        reason = "stress keeps growing in pseudo-time" if report.converged else report.reason
-        return replace(report, converged=False, reason=reason)
 
-    def _distortion_of(self, h: Array, x: Array) -> float:
+    def distortion_of(self, h: Array, x: Array) -> float:
+        """Smallest distortion of all cells; not positive where one is turned over."""
         solid = diagnostics.solid_distortion(self.bodies, h)
         return self.comm.bcast(diagnostics.liquid_distortion(self.scene, x) if solid > 0 else 0.0)
 
@@ -392,14 +360,14 @@ class Steady:
         if not reference.deformed and self.problem.nominal(parameters.gaps) != reference.geometry.gaps:
             return True
         gaps = self.comm.bcast(diagnostics.gaps(self.bodies, h))
-        distortion = self._distortion_of(h, x)
+        distortion = self.distortion_of(h, x)
         if self.scene.moving:
             distortion = self.comm.bcast(self._shape_alone(distortion, parameters, LEAST_STEADY))
         return needs_mesh(distortion, gaps, reference.geometry.gaps, LEAST_STEADY)
 
     def folded(self, parameters: Parameters, y: Array) -> bool:
         """Whether a cell of a state's mesh is turned over."""
-        return self._distortion_of(*self._state_at(parameters, y)) <= 0
+        return self.distortion_of(*self._state_at(parameters, y)) <= 0
 
     def factor(self) -> None:
         """Factor the exact matrix at the solution; tangents need it, and the next solve begins with it.
@@ -408,7 +376,7 @@ class Steady:
             NoSteadyState: The matrix is singular.
         """
         assert self.newton is not None
-        self._apply(self.parameters)
+        self.apply(self.parameters)
         if self._factored is not None and self._factored[0] is self.y and self._factored[1] == self.parameters:
             return
         self.factorisations += 1
@@ -421,9 +389,9 @@ class Steady:
         assert self.newton is not None
         ends = []
         for tau in (DIFFERENCE, -DIFFERENCE):
-            self._apply(along(tau))
+            self.apply(along(tau))
             ends.append(self.newton.residual_at(self.y))
-        self._apply(self.parameters)
+        self.apply(self.parameters)
         return (ends[0] - ends[1]) / (2 * DIFFERENCE)
 
     def tangent(self, along: Callable[[float], Parameters]) -> Array:
@@ -431,61 +399,10 @@ class Steady:
         assert self.newton is not None
         return -self.newton.linear_solve(self.residual_change(along))
 
-    def solve_with(
-        self, along: Callable[[float], Parameters], tau: float, y: Array, row: Array, row_tau: float, value: float
-    ) -> tuple[float | None, int]:
-        """Solve for y and the place on a line of parameters together, with row . y + row_tau tau = value.
-
-        Args:
-            along: The line.
-            tau: First guess of the place.
-            y: First guess of the unknowns.
-            row, row_tau, value: The equation that is added; the matrix is bordered by it and never assembled, so
-                that one factorisation serves and a fold of the scene's own equations does no harm.
-
-        Returns:
-            The place, None without convergence, and the number of iterations. On success the solution is the scene's.
-        """
-        assert self.newton is not None
-        previous, self._factored = np.inf, None
-        for count in range(1, MOST_BORDERED + 1):
-            there = along(tau)
-            ends = []
-            for change in (DIFFERENCE, -DIFFERENCE):
-                self._apply(along(tau + change))
-                ends.append(self.newton.residual_at(y))
-            self._apply(there)
-            if previous > FRESH_ABOVE:
-                self.factorisations += 1
-                if not self.newton.factor_at(y):
-                    break
-            a = self.newton.linear_solve(self.newton.residual_at(y))
-            b = self.newton.linear_solve((ends[0] - ends[1]) / (2 * DIFFERENCE))
-            step_tau = self.comm.bcast(float((value - row @ y - row_tau * tau + row @ a) / (row_tau - row @ b)))
-            if not np.isfinite(step_tau):
-                break
-            step = -a - b * step_tau
-            y, tau = y + step, tau + step_tau
-            self.iterations += 1
-            sizes = self.newton.scaled(step, y)
-            largest = self.comm.bcast(max([v for k, v in sizes.items() if k != "m"] + [abs(step_tau)]))
-            if not np.isfinite(largest) or (count > 3 and largest > 2 * previous):
-                break
-            if largest < 10 * self.problem.newton_tolerance:
-                self._apply(along(tau))
-                if self._distortion_of(*self.newton.state(y)) <= 0 or self.newton.overstretched(y):
-                    break
-                self.y, self.parameters = y, along(tau)
-                return tau, count
-            previous = largest
-        self._apply(self.parameters)
-        self.newton.forget()
-        return None, count
-
     def residual(self) -> Array:
         """The residual at the solution."""
         assert self.newton is not None
-        self._apply(self.parameters)
+        self.apply(self.parameters)
         return self.newton.residual_at(self.y)
 
     def velocity_row(self) -> Array:

@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pairsim import continuation
 from pairsim.continuation import follow
 from pairsim.errors import NoSteadyState
 from pairsim.parameters import Parameters
 from pairsim.quadratic import Array
+from pairsim.relaxation import relax
 from pairsim.solver import Report
 from pairsim.steady import Steady
 
@@ -35,10 +37,6 @@ class Limited:
             self.parameters = parameters
         return report(parameters.De <= 0.4)
 
-    def relax(self, parameters: Parameters) -> Report:
-        self.parameters, self.relaxations = parameters, self.relaxations + 1
-        return report(True)
-
     def tangent(self, along: object) -> Array:
         return np.zeros(1)
 
@@ -53,8 +51,14 @@ class Limited:
     def recall(self, snapshot: object) -> None: ...
 
 
-def test_a_limit_is_not_crept_up_to_through_pseudo_time() -> None:
+def relaxed(scene: Limited, parameters: Parameters) -> Report:
+    scene.parameters, scene.relaxations = parameters, scene.relaxations + 1
+    return report(True)
+
+
+def test_a_limit_is_not_crept_up_to_through_pseudo_time(monkeypatch: pytest.MonkeyPatch) -> None:
     scene: Any = Limited()
+    monkeypatch.setattr(continuation, "relax", relaxed)
     with pytest.raises(NoSteadyState, match=r"De = 0\.4\d* was reached, De = 1 not: the steps grow"):
         follow(scene, Parameters((), (0.0,), 1.0))
     assert 0 < scene.relaxations < 10
@@ -68,6 +72,6 @@ def test_pseudo_time_in_which_stress_keeps_growing_is_given_up(monkeypatch: pyte
         state=lambda y: (y, y), forget=lambda: None, solve=lambda y, *_: (y, report(rate.value > 0.5))
     )
     scene.y, scene.parameters, scene.iterations, scene.factorisations = np.zeros(1), None, 0, 0
-    monkeypatch.setattr(Steady, "_apply", lambda *_: np.zeros(0))
-    monkeypatch.setattr(Steady, "_distortion_of", lambda *_: 1.0)
-    assert not scene.relax(Parameters((), (0.0,), 1.0)).converged
+    monkeypatch.setattr(Steady, "apply", lambda *_: np.zeros(0))
+    monkeypatch.setattr(Steady, "distortion_of", lambda *_: 1.0)
+    assert not relax(scene, Parameters((), (0.0,), 1.0)).converged

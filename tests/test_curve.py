@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import errno
 import json
 import re
 from collections.abc import Callable, Iterator
@@ -14,25 +12,20 @@ from typing import Any
 
 import numpy as np
 import pytest
-import pyvista as pv
-import yaml
-from conftest import ROOT, dU, march, soft_pair
+from conftest import dU, march, soft_pair
 from mpi4py import MPI
 
 from pairsim.branch import Branch, Point, started, steady_problem, walked
-from pairsim.case_file import curve_from_dict, load_critical, load_curve
+from pairsim.case_file import curve_from_dict
 from pairsim.continuation import follow
 from pairsim.critical import same_zero
 from pairsim.curve import equilibria, find_zeros, interpolant, trace
 from pairsim.curve_case import CurveCase
-from pairsim.curve_run import run_curve
-from pairsim.errors import InputError, NoSteadyState
+from pairsim.errors import NoSteadyState
 from pairsim.geometry import MeshSettings
 from pairsim.output import read_series
 from pairsim.parameters import Parameters
-from pairsim.progress import make_reporter
-
-CURVE = "beta: 0.4\nDe: 0\nCa_e: 0.1\nends: developed\nlength: auto\nmesh: {Np: 10}\nd: [0.3, 0.1]\n"
+from pairsim.relaxation import relax
 
 
 def case(**keys: object) -> CurveCase:
@@ -215,7 +208,7 @@ def test_pseudo_time_reaches_the_steady_solution(viscoelastic: Branch) -> None:
     assert scene.solve(replace(before.parameters, De=0.55)).converged
     direct = float(scene.velocity_row() @ scene.y)
     scene.recall(before)
-    assert scene.relax(replace(before.parameters, De=0.55)).converged
+    assert relax(scene, replace(before.parameters, De=0.55)).converged
     assert float(scene.velocity_row() @ scene.y) == pytest.approx(direct, rel=1e-7)
     scene.recall(before)
 
@@ -329,125 +322,6 @@ def test_a_matrix_that_cannot_be_factored_ends_the_branch() -> None:
     with pytest.raises(NoSteadyState, match="singular"):
         solver.fine.factor()
     solver.close()
-
-
-def test_curve_command(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
-    (tmp_path / "case.yaml").write_text(CURVE + "mesh_error: false\nfields: [0.1]\n")
-    done = pairsim("curve", "case.yaml", "-o", "out", "--sensitivities")
-    assert done.returncode == 0, done.stderr
-    header = (tmp_path / "out" / "curve.csv").read_text().splitlines()[0]
-    assert header.startswith("d,U_L,U_T,dU,D_L,D_T,dp,dp_plus,newton,drift,")
-    table = read_series(tmp_path / "out" / "curve.csv")
-    assert set(table["d"][table["wanted"] == 1]) == {0.1, 0.3}
-    assert np.array_equal(table["d"], np.sort(table["d"]))
-    assert (table["wanted"] == 0).any()  # dU bends between .1 and .3
-    assert {"by_Ca_e", "by_beta"} < set(table)
-    assert (tmp_path / "out" / "equilibria.csv").read_text().splitlines()[0].startswith("d,stable,slope,peak")
-    assert {"fields.xdmf", "curve.png", "run.json"} < {p.name for p in (tmp_path / "out").iterdir()}
-    assert pairsim("curve", "case.yaml", "-o", "out").returncode == 2  # nothing is overwritten unasked
-
-
-def test_critical_command_follows_the_zero_of_the_curve(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
-    """At De .5, beta .4 there is an unstable distance, smaller for larger Ca_e; it is the zero of a curve there."""
-    keys = "beta: 0.4\nDe: 0.5\nCa_e: 0.1\nends: developed\nlength: 5\nmesh: {Np: 10}\nmesh_error: false\n"
-    (tmp_path / "critical.yaml").write_text(keys + "along: {Ca_e: [0.05, 0.1]}\nd: [0.1, 0.5]\n")
-    (tmp_path / "curve.yaml").write_text(keys + "d: {start: 0.1, stop: 0.5, num: 6}\ntol: 1.0e-3\n")
-    done = pairsim("critical", "critical.yaml", "-o", "critical")
-    assert done.returncode == 0, done.stderr
-    with (tmp_path / "critical" / "critical.csv").open() as file:
-        rows = [row for row in csv.DictReader(file) if row["kind"] == "wanted"]
-    assert [float(row["Ca_e"]) for row in rows] == pytest.approx([0.05, 0.1])
-    assert [row["stable"] for row in rows] == ["false", "false"]
-    assert float(rows[1]["d_cr"]) < float(rows[0]["d_cr"])
-    assert pairsim("curve", "curve.yaml", "-o", "curve").returncode == 0
-    with (tmp_path / "curve" / "equilibria.csv").open() as file:
-        (zero,) = csv.DictReader(file)
-    assert float(zero["d"]) == pytest.approx(float(rows[1]["d_cr"]), abs=1e-4)
-    assert zero["stable"] == "false"
-    told = json.loads((tmp_path / "critical" / "run.json").read_text())
-    assert told["ends"][0]["reason"] == "range"
-    assert ["not resolved" in warning for warning in told["warnings"]] == [False]  # only that the mesh is coarse
-    assert (tmp_path / "critical" / "critical.png").stat().st_size > 10_000
-
-
-SHORT = {
-    "curve": ["mesh.Np=8", "mesh_error=false", "d=[0.3, 0.1]", "max_points=2"],
-    "critical": ["mesh.Np=8", "mesh_error=false", "d=[0.1, 0.6]", "along={Ca_e: [0.05]}", "lines={De: [0.25]}"],
-}
-
-
-@pytest.mark.parametrize("command", SHORT)
-def test_shipped_case_runs(command: str, tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
-    settings = [word for setting in SHORT[command] for word in ("--set", setting)]
-    done = pairsim(command, str(ROOT / "configs" / f"{command}.yaml"), "-o", "out", *settings)
-    assert done.returncode == 0, done.stderr
-    assert (tmp_path / "out" / f"{command}.png").stat().st_size > 10_000
-    assert len((tmp_path / "out" / f"{command}.csv").read_text().splitlines()) >= 2
-    if command == "curve":
-        assert pv.get_reader(tmp_path / "out" / "fields.xdmf").time_values == pytest.approx([0.1, 0.3])
-    assert pairsim("plot", "out", "-o", "pictures").returncode == 0
-    assert (tmp_path / "pictures" / f"{command}.png").is_file()
-
-
-BAD = {
-    "no distances": ("curve", "d: null", "d", "is missing"),
-    "a range that is none": ("curve", "d: {start: 0, stop: 1, num: 3}", "d", "start, stop, num"),
-    "a list for another number of gaps": ("curve", "d: [[0.1, 0.2]]", "d", "numbers, or lists of 1"),
-    "fields outside the curve": ("curve", "fields: [0.9]", "fields", "between the least and largest d"),
-    "a key of run": ("curve", "d0: 0.1", "d0", "unknown key"),
-    "no parameter": ("critical", "along: {beta: [0.1, 0.2]}", "along", "one of Ca_e and De"),
-    "the same parameter twice": ("critical", "along: {De: [1]}\nlines: {De: [1]}", "lines", "the other parameter"),
-    "softness of rigid particles": ("critical", "Ca_e: 0\nalong: {Ca_e: [0.1]}", "Ca_e", "one value above 0"),
-    "three particles": ("critical", "particles: 3", "particles", "2: critical"),
-}
-
-
-@pytest.mark.parametrize("name", BAD)
-def test_bad_case_is_refused(name: str, tmp_path: Path) -> None:
-    command, text, key, allowed = BAD[name]
-    changed = yaml.safe_load(text)
-    plain = {"beta": 0.4, "De": 0.5, "Ca_e": 0.1} | ({"d": [0.1, 0.3]} if command == "curve" else {})
-    path = tmp_path / "case.yaml"
-    path.write_text(yaml.safe_dump(plain | changed))
-    with pytest.raises(InputError) as caught:
-        (load_curve if command == "curve" else load_critical)(path)
-    assert f"{path}: {key}: " in str(caught.value)
-    assert allowed in str(caught.value)
-
-
-def test_ranks_give_the_same_curve(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
-    (tmp_path / "case.yaml").write_text(CURVE + "mesh_error: false\nmax_points: 3\ntol: 1e-3\n")
-    for ranks in (1, 2):
-        done = pairsim("curve", "case.yaml", "-o", f"n{ranks}", "--set", "De=0.3", ranks=ranks)
-        assert done.returncode == 0, done.stderr
-    one, two = (read_series(tmp_path / f"n{ranks}" / "curve.csv") for ranks in (1, 2))
-    assert one["d"] == pytest.approx(two["d"])
-    assert len(one["d"]) == 3
-    zeros = [csv.DictReader((tmp_path / f"n{ranks}" / "equilibria.csv").open()) for ranks in (1, 2)]
-    (here,), (there,) = ([float(row["d"]) for row in rows] for rows in zeros)
-    assert here == pytest.approx(there, abs=1e-8)
-    for name in ("U_L", "dU", "D_L", "D_T", "dp_plus", "drift", "slope", "c_max"):
-        assert one[name] == pytest.approx(two[name], abs=1e-8), name
-
-
-def test_no_steady_state_is_a_typed_failure(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
-    (tmp_path / "case.yaml").write_text(CURVE)
-    done = pairsim("curve", "case.yaml", "-o", "out", "--set", "Ca_e=0.4", "--set", "mesh_error=false")
-    assert done.returncode == 3, done.stderr
-    assert "Traceback" not in done.stderr
-    assert json.loads((tmp_path / "out" / "run.json").read_text())["reason"] == "no_steady_state"
-
-
-def test_a_curve_that_cannot_be_written_ends_typed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*_: object) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr("pairsim.curve_run.write_table", full)
-    made, reporter = case(mesh={"Np": 8}, mesh_error=False), make_reporter(True, 0)
-    told = {"comm": MPI.COMM_WORLD, "overwrite": False, "reporter": reporter, "command": "test"}
-    outcome = run_curve(made, tmp_path / "out", **told)
-    assert (outcome.status, outcome.reason) == ("failed", "write_failed")
-    assert json.loads((tmp_path / "out" / "run.json").read_text())["reason"] == "write_failed"
 
 
 def test_the_mesh_error_is_that_of_a_coarser_mesh() -> None:

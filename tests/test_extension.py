@@ -144,11 +144,11 @@ class Spheroid(Steady):
     def distorted(self, parameters: Parameters | None = None, y: Array | None = None) -> bool:
         return False
 
-    def _apply(self, parameters: Parameters) -> Array:
+    def apply(self, parameters: Parameters) -> Array:
         (self.newton.Ca_e,) = parameters.Ca_es
         return np.empty(0)
 
-    def _distortion_of(self, h: Array, x: Array) -> float:
+    def distortion_of(self, h: Array, x: Array) -> float:
         return 1.0
 
 

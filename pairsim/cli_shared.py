@@ -1,0 +1,33 @@
+"""What the files of commands share: arguments that many have, tables on the terminal, and the number of a process."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+CaseFile = Annotated[Path, typer.Argument(help="Case file (YAML); pairsim schema lists its keys.", show_default=False)]
+Settings = Annotated[
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Replace a key, such as mesh.Np=20.")
+]
+Output = Annotated[Path | None, typer.Option("-o", "--output", help="Folder of the results. [default: runs/<name>]")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace the results in an existing folder.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")]
+
+
+def print_table(view: object) -> None:
+    """A table on stdout, wide enough where it is not a terminal."""
+    from rich.console import Console
+
+    Console(width=None if sys.stdout.isatty() else 160, markup=False, highlight=False).print(view)
+
+
+def rank() -> int:
+    """Number of this process in its job."""
+    if (mpi := sys.modules.get("mpi4py.MPI")) is not None:
+        return int(mpi.COMM_WORLD.rank)
+    launchers = ("PMI_RANK", "PMIX_RANK", "OMPI_COMM_WORLD_RANK", "SLURM_PROCID")
+    return int(next((os.environ[name] for name in launchers if os.environ.get(name)), 0))
