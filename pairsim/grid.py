@@ -7,8 +7,8 @@ import difflib
 import hashlib
 import json
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from pairsim.errors import InputError
 from pairsim.sweep_commands import COMMANDS, Checked, SweepCommand, read_told
 
 KEYS = ("name", "command", "base", "grid", "zip", "cases", "exclude")
+GROUPS = ("mesh", "time", "limits", "output")  # keys of a case that hold keys
 RANGE = ("start", "stop", "num", "spacing")
 MOST_CASES = 100_000
 LONGEST_SLUG = 100
@@ -64,6 +65,13 @@ class Grid:
     duplicates: int
     excluded: int
     content: dict[str, Any]
+
+    def part(self, kept: Sequence[int]) -> Grid:
+        """The sweep of some of the cases, by their indices; for a grid all of whose cases are entries of `cases`."""
+        entries = self.content["cases"]
+        content = {**self.content, "cases": [entries[i] for i in kept]}
+        cases = tuple(self.cases[i] for i in kept)
+        return replace(self, cases=cases, key=_whole_key(case.key for case in cases), content=content)
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -140,7 +148,7 @@ class _Reader:
                 inner = inner.setdefault(group, {})
                 if not isinstance(inner, dict):
                     self.refuse(f"{where}: {dotted}", value, f"{group} is not a group of keys")
-            if isinstance(value, dict) and isinstance(inner.get(last), dict):
+            if isinstance(value, dict) and isinstance(inner.get(last), dict) and last in GROUPS:
                 self._merge(inner[last], value, f"{where}: {dotted}")
             else:
                 inner[last] = copy.deepcopy(value)
@@ -261,9 +269,14 @@ class _Reader:
             )
             for i, (key, (checked, _)) in enumerate(found.items())
         )
-        whole = hashlib.sha256("\n".join(sorted(found)).encode()).hexdigest()
+        whole = _whole_key(found)
         content = {**self.data, "base": self.base}
         return Grid(self.path, self.name, self.command, cases, varying, whole, duplicates, excluded, content)
+
+
+def _whole_key(keys: Iterable[str]) -> str:
+    """Hash of a set of cases."""
+    return hashlib.sha256("\n".join(sorted(keys)).encode()).hexdigest()
 
 
 def case_key(command: SweepCommand[Any], checked: Checked) -> str:

@@ -10,7 +10,7 @@ import io
 import json
 import statistics
 from contextlib import suppress
-from itertools import pairwise, product
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -243,9 +243,10 @@ def run_study(
     Raises:
         InputError: A folder belongs to another study, or is in use.
     """
-    folders = [directory / f"sweep-{i + 1}" for i in range(study.repeat)]
+    folders = [directory / f"sweep-{i + 1}" for i in range(max(study.repeat))]
     worst, told = 0, ""
-    for folder, (command, grid) in product(folders, study.grids.items()):
+    sweeps = [(folder, *sweep) for i, folder in enumerate(folders) for sweep in study.repetition(i).items()]
+    for folder, command, grid in sweeps:
         options = Options(case_timeout=case_timeout, cold=True)
         code, message = run_sweep(grid, sweep_folder(study, folder, command), options, comm, reporter)
         if not told or code > worst:

@@ -15,6 +15,7 @@ from pairsim.grid import Grid, SweepCase, flat, grid_from, read_base, value_at
 from pairsim.output import series_columns
 
 KEYS = ("name", "command", "base", "discretisations", "quantity", "over", "at", "exact", "reference", "repeat")
+OWN = ("command", "repeat")  # keys of a discretisation that are none of its case
 MODELS: dict[str, type[SceneCase]] = {"run": Case, "curve": CurveCase}
 ZERO = "d_cr"
 """Quantity of a curve that is no column of it: the distance at which dU vanishes, the zero with the largest peak."""
@@ -36,7 +37,7 @@ class Study:
         at: Where it is compared; empty: at the end of a run, or for one particle.
         exact: Its exact values there, None where they are unknown.
         reference: Index of the discretisation that stands for the exact values, None: the one with the most unknowns.
-        repeat: How often each is computed; times are medians.
+        repeat: How often each discretisation is computed, in the order of the file; times are medians.
     """
 
     name: str
@@ -48,7 +49,15 @@ class Study:
     at: tuple[float, ...]
     exact: tuple[float, ...] | None
     reference: int | None
-    repeat: int
+    repeat: tuple[int, ...]
+
+    def repetition(self, i: int) -> dict[str, Grid]:
+        """The sweeps of what is computed an i-th time, from 0."""
+        wanted = {
+            command: [k for (own, k), n in zip(self.order, self.repeat, strict=True) if own == command and n > i]
+            for command in self.grids
+        }
+        return {command: self.grids[command].part(kept) for command, kept in wanted.items() if kept}
 
     @property
     def column(self) -> str:
@@ -95,7 +104,7 @@ def read_study(path: Path, data: dict[str, Any], settings: tuple[str, ...] = ())
     at = _places(data, over, base.get("particles", 2), refuse)
     grids, order = _grids(path, data, (base, commands, over, at), settings, refuse)
     cases = [grids[command].cases[i] for command, i in order]
-    keys = dict.fromkeys(key for entry in entries for key in flat(entry) if key not in ("name", "command"))
+    keys = dict.fromkeys(key for entry in entries for key in flat(entry) if key not in ("name", *OWN))
     resolved = [case.checked.resolved for case in cases]
     varying = [key for key in keys if any(value_at(r, key) != value_at(resolved[0], key) for r in resolved)]
     varying[:0] = ["command"] if len(grids) > 1 else []
@@ -118,26 +127,34 @@ def read_study(path: Path, data: dict[str, Any], settings: tuple[str, ...] = ())
         refuse("reference", reference, "nothing, beside exact")
     if reference != "finest" and not (type(reference) is int and 0 <= reference < len(entries)):
         refuse("reference", reference, f"finest, or the index of a discretisation from 0 to {len(entries) - 1}")
-    repeat = data.get("repeat", 1)
-    if type(repeat) is not int or not 1 <= repeat <= 100:
-        refuse("repeat", repeat, "a whole number from 1 to 100")
     chosen = None if reference == "finest" else reference
     name = next(iter(grids.values())).name
-    return Study(name, grids, tuple(order), tuple(varying), quantity, over, at, exact, chosen, repeat)
+    return Study(name, grids, tuple(order), tuple(varying), quantity, over, at, exact, chosen, _repeat(data, refuse))
 
 
 def _commands(data: Mapping[str, Any], refuse: Refuse) -> list[str]:
     """The command of every discretisation."""
     default, entries = data.get("command", "run"), data.get("discretisations")
-    if default not in MODELS:
+    if not isinstance(default, str) or default not in MODELS:
         refuse("command", default, "run or curve")
     if not isinstance(entries, list) or len(entries) < 2 or not all(isinstance(entry, dict) for entry in entries):
         refuse("discretisations", entries, "a list of two or more, such as - {mesh.Np: 20, time.tol: 1e-4}")
     assert isinstance(entries, list)
     for i, entry in enumerate(entries):
-        if entry.get("command", default) not in MODELS:
+        own = entry.get("command", default)
+        if not isinstance(own, str) or own not in MODELS:
             refuse(f"discretisations[{i}]: command", entry["command"], "run or curve")
     return [entry.get("command", default) for entry in entries]
+
+
+def _repeat(data: Mapping[str, Any], refuse: Refuse) -> tuple[int, ...]:
+    """How often each discretisation is computed: as often as the file says, unless it says so itself."""
+    own = [(f"discretisations[{i}]: repeat", entry.get("repeat")) for i, entry in enumerate(data["discretisations"])]
+    counts = [("repeat", data.get("repeat", 1)), *((key, n) for key, n in own if n is not None)]
+    for key, count in counts:
+        if type(count) is not int or not 1 <= count <= 100:
+            refuse(key, count, "a whole number from 1 to 100")
+    return tuple(counts[0][1] if n is None else n for _, n in own)
 
 
 def _over(data: Mapping[str, Any], commands: set[str], refuse: Refuse) -> Literal["t", "d"]:
@@ -174,12 +191,13 @@ def _grids(
     for entry, command in zip(data["discretisations"], commands, strict=True):
         wanted = {"d": list(at)} if command == "curve" else {"output.times": list(at)} if over == "t" else {}
         wanted = wanted if at else {}
+        given = [*flat(entry), *(setting.partition("=")[0].strip() for setting in settings)]
         for key in wanted:
-            if key in entry:
+            if any(name == key or name.startswith(f"{key}.") for name in given):
                 refuse(f"discretisations: {key}", None, "nothing: at says it")
         own = cases.setdefault(command, [])
         order.append((command, len(own)))
-        own.append({**wanted, **{key: value for key, value in entry.items() if key != "command"}})
+        own.append({**wanted, **{key: value for key, value in entry.items() if key not in OWN}})
     grids = {}
     for command, own in cases.items():
         # Keys of the other command alone may stand in a base that both share.

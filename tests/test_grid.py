@@ -6,12 +6,15 @@ from pathlib import Path
 
 import pytest
 import yaml
-from conftest import ROOT
+from conftest import ROOT, examples
+from pydantic import BaseModel
 from typer.testing import CliRunner
 
+from pairsim.case import Case
 from pairsim.cli import app
+from pairsim.curve_case import CriticalCase, CurveCase
 from pairsim.errors import InputError
-from pairsim.grid import Grid, case_key, finished_in, read_grid, spelled_out
+from pairsim.grid import GROUPS, Grid, case_key, finished_in, read_grid, spelled_out
 from pairsim.runner import Task
 from pairsim.sweep_commands import COMMANDS
 from pairsim.sweep_queue import part_of, units
@@ -57,6 +60,23 @@ def test_dotted_and_nested_keys_are_the_same(tmp_path: Path) -> None:
     nested = grid_of(tmp_path, "cases: [{mesh: {Np: 12}}, {mesh: {Np: 14}}]\n")
     assert dotted.varying == nested.varying == ("mesh.Np",)
     assert dotted.key == nested.key
+
+
+def test_a_range_takes_nothing_over_from_the_base(tmp_path: Path) -> None:
+    (tmp_path / "grid.yaml").write_text(
+        "command: curve\nbase: {beta: 0.4, De: 0, Ca_e: 0.1, d: {start: 0.1, stop: 0.5, num: 3, spacing: linear}}\n"
+        "cases: [{Ca_e: 0.2}, {d: {start: 0.01, stop: 1, num: 3}}, {mesh: {Np: 10}, mesh.growth: 0.2}]\n"
+    )
+    grid = read_grid(tmp_path / "grid.yaml")
+    assert [list(case.checked.resolved["d"]) for case in grid.cases[:2]] == [[0.1, 0.3, 0.5], [0.01, 0.1, 1]]
+    assert grid.cases[2].checked.resolved["mesh"].items() >= {"Np": 10, "growth": 0.2}.items(), "groups are merged"
+    held = {
+        name
+        for model in (Case, CurveCase, CriticalCase)
+        for name, field in model.model_fields.items()
+        if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel)
+    }
+    assert held == set(GROUPS)
 
 
 def test_an_item_that_is_a_list_is_one_value_for_the_particles(tmp_path: Path) -> None:
@@ -261,3 +281,10 @@ def test_slurm_script_does_all_shards(tmp_path: Path) -> None:
 
 def test_shipped_grid_has_24_cases() -> None:
     assert len(read_grid(ROOT / "configs" / "sweep.yaml").cases) == 24
+
+
+def test_examples_of_the_docs_are_grids(tmp_path: Path) -> None:
+    (text,) = examples("sweep.md")
+    (tmp_path / "other.yaml").write_text("{beta: 0.3, De: 0, Ca_e: 0, d0: 0.5}")
+    (tmp_path / "grid.yaml").write_text(text)
+    assert len(read_grid(tmp_path / "grid.yaml").cases) == 2 * 6 * 2 - 2 + 2

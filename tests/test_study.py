@@ -10,7 +10,7 @@ from subprocess import CompletedProcess
 
 import numpy as np
 import pytest
-from conftest import ROOT
+from conftest import ROOT, examples
 from matplotlib import image
 
 from pairsim.case_file import read_yaml
@@ -56,6 +56,35 @@ def test_front_holds_what_no_other_beats() -> None:
 
 
 @pytest.mark.parametrize(
+    ("entry", "settings"),
+    [
+        ("{mesh.Np: 9, output: {times: [0.005]}}", ()),
+        ("{mesh.Np: 9, output.times: [0.005]}", ()),
+        ("", ("output.times=[0.005]",)),
+    ],
+)
+def test_times_are_said_by_at_alone(entry: str, settings: tuple[str, ...], tmp_path: Path) -> None:
+    path = tmp_path / "study.yaml"
+    path.write_text(STUDY.replace("{mesh.Np: 8}", f"{{mesh.Np: 8}}, {entry}" if entry else "{mesh.Np: 8}", 1))
+    with pytest.raises(InputError, match=r"discretisations: output\.times: nothing: at says it"):
+        read_study(path, read_yaml(path), settings)
+
+
+def test_discretisation_may_be_repeated_less_often_than_the_others(tmp_path: Path) -> None:
+    study = checked(tmp_path, STUDY.replace("{mesh.Np: 16}", "{mesh.Np: 16, repeat: 1}") + "repeat: 3")
+    assert study.repeat == (3, 3, 1, 3)
+    assert study.varying == ("mesh.Np", "time.fixed_step"), "it is no key of a case"
+    first, last = study.repetition(0)["run"], study.repetition(2)["run"]
+    assert first.key == study.grids["run"].key, "a study without it goes on in the folders that it had"
+    assert [case.parameters["mesh.Np"] for case in last.cases] == [8, 11, 8]
+    path = tmp_path / "again.yaml"
+    assert grid_from(path, last.content).key == last.key, "its folder's grid.yaml is that sweep's"
+    assert not study.repetition(3)
+    with pytest.raises(InputError, match=r"discretisations\[0\]: repeat: got 1.5; a whole number"):
+        checked(tmp_path, STUDY.replace("{mesh.Np: 8}", "{mesh.Np: 8, repeat: 1.5}", 1))
+
+
+@pytest.mark.parametrize(
     ("changes", "message"),
     [
         ("command: sweep", "command: got 'sweep'; run or curve"),
@@ -64,8 +93,9 @@ def test_front_holds_what_no_other_beats() -> None:
         ("reference: 4", "index of a discretisation from 0 to 3"),
         ("reference: 1\nexact: [0.1, 0.2]", "nothing, beside exact"),
         ("exact: 0.1", "2 numbers, one for each of at"),
-        ("repeat: 0", "a whole number from 1 to 100"),
+        ("repeat: 0", "repeat: got 0; a whole number from 1 to 100"),
         ("exact: [.nan, 0.1]", "2 numbers, one for each of at"),
+        ("command: [run, curve]", "command: got ['run', 'curve']; run or curve"),
         ("over: x", "t (times) or d (distances that the run passes)"),
     ],
 )
@@ -259,3 +289,8 @@ def test_hard_cases_are_valid_and_all_different(tmp_path: Path) -> None:
 @pytest.mark.parametrize("path", sorted((ROOT / "configs" / "accuracy").glob("*.yaml")), ids=lambda path: path.stem)
 def test_shipped_studies_are_valid(path: Path) -> None:
     assert len(read_study(path, read_yaml(path)).cases) >= 8
+
+
+@pytest.mark.parametrize("text", examples("study.md"))
+def test_examples_of_the_docs_are_studies(text: str, tmp_path: Path) -> None:
+    assert len(checked(tmp_path, text).cases) == 4

@@ -1,0 +1,377 @@
+"""The tables and the picture of docs/accuracy.md, made of what `scripts/accuracy` has computed."""
+
+from __future__ import annotations
+
+import csv
+import datetime
+import json
+import math
+import os
+import platform
+import re
+import statistics
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+
+matplotlib.use("Agg")
+import yaml
+from matplotlib import pyplot
+
+from pairsim.accuracy import SETTINGS
+from pairsim.output import write_text
+
+ROOT = Path(__file__).resolve().parent.parent
+STUDIES = ROOT / "configs" / "accuracy"
+PAGE, PICTURE = ROOT / "docs" / "accuracy.md", ROOT / "docs" / "accuracy.png"
+SCENES = {
+    "newtonian": "Newtonian, soft",
+    "De1": "De 1, soft",
+    "De2-rigid": "De 2, rigid",
+    "De1-gap0.02": "De 1, soft, gap .02",
+}
+# The published way: 1e4 triangles, 40 cells on a half-circle, 50 D_p of tube, this step until dU has settled.
+RECIPE_STEP, RECIPE_STEPS, RECIPE_REPEAT = 7.5e-4, 40, 3
+
+Rows = list[dict[str, str]]
+
+
+def recipe_folders(output: Path, scene: str) -> list[Path]:
+    """Where the stretches of the published way are."""
+    return [output / f"recipe-{scene}-{i + 1}" for i in range(RECIPE_REPEAT)]
+
+
+def stretch(folder: Path) -> dict[str, Any]:
+    """run.json of a stretch of the published way that was run to its end; nothing of any other."""
+    path = folder / "run.json"
+    told: dict[str, Any] = json.loads(path.read_text()) if path.is_file() else {}
+    return told if told.get("status") == "finished" else {}
+
+
+def rows_of(study: Path) -> Rows:
+    """The table of a study, empty where there is none."""
+    if not (study / "study.csv").is_file():
+        return []
+    with (study / "study.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def number(row: dict[str, str], key: str) -> float:
+    """A cell, NaN where it is empty."""
+    return float(row.get(key) or "nan")
+
+
+def table(head: list[str], rows: list[list[str]]) -> str:
+    """A table in Markdown."""
+    return "\n".join("| " + " | ".join(row) + " |" for row in [head, ["---"] * len(head), *rows]) + "\n"
+
+
+def short(value: float) -> str:
+    """Two digits, or all before the point."""
+    return f"{value:.0f}" if value >= 100 else f"{value:.2g}"
+
+
+def percent(value: float) -> str:
+    """A part of one in %."""
+    return "" if math.isnan(value) else f"{100 * value:.2g}"
+
+
+def curves(output: Path) -> str:
+    """Errors of all master curves on all meshes."""
+    parts = []
+    for elastic in (False, True):
+        found = {s: rows_of(output / s.stem) for s in sorted(STUDIES.glob("curve-*.yaml"))}
+        found = {s: rows for s, rows in found.items() if rows and (base(s)["De"] > 0) == elastic}
+        if not found:
+            continue
+        meshes = sorted({key(row) for rows in found.values() for row in rows}, key=lambda m: (int(m[0]), -float(m[1])))
+        lines = []
+        for study, rows in found.items():
+            place = base(study)
+            errors = {key(row): number(row, "relative_error") for row in rows}
+            name = f"beta {place['beta']}, De {place['De']}, Ca_e {place['Ca_e']}"
+            lines.append([name, *(percent(errors.get(mesh, math.nan)) for mesh in meshes[:-1])])
+        ended = [row for rows in found.values() for row in rows if row.get("wall_time")]
+        same = [[row for row in ended if key(row) == mesh] for mesh in meshes[:-1]]
+        for title, chosen, column in (
+            ("seconds for six points, mean", statistics.mean, "wall_time"),
+            ("largest spread of repeated ones", max, "wall_time_spread"),
+        ):
+            lines.append(
+                [title, *(f"{chosen([number(r, column) for r in rows]):.1f}" if rows else "" for rows in same)]
+            )
+        parts.append(table(["% of the curve's peak", *(f"{a}, {b}" for a, b in meshes[:-1])], lines))
+    return "\n".join(parts)
+
+
+def base(study: Path) -> dict[str, float]:
+    """What all discretisations of a study share."""
+    return dict(yaml.safe_load(study.read_text())["base"])
+
+
+def key(row: dict[str, str]) -> tuple[str, str]:
+    """The mesh of a row."""
+    return row["mesh.Np"], row["mesh.max_size"]
+
+
+def settings(output: Path) -> str:
+    """What the accuracies stand for and the largest error that was seen with them."""
+    lines = []
+    for name, chosen in SETTINGS.items():
+        line = [f"`{name}`"]
+        for elastic in (False, True):
+            cells = chosen.elastic if elastic else chosen.newtonian
+            rows = [
+                row
+                for study in STUDIES.glob("curve-*.yaml")
+                if (base(study)["De"] > 0) == elastic
+                for row in rows_of(output / study.stem)
+                if key(row) == (str(cells.Np), f"{cells.largest(base(study)['beta']):g}") and row.get("wall_time")
+            ]
+            worst = max(
+                (number(row, "relative_error") for row in rows if row["reference"] == "false"), default=math.nan
+            )
+            seconds = statistics.mean(number(row, "wall_time") for row in rows) if rows else math.nan
+            told = f"{percent(worst) if worst == worst else 'the reference itself'} ({seconds:.0f} s)" if rows else ""
+            bound = f" (no more than {cells.per_beta:g} beta)" if cells.per_beta < math.inf else ""
+            line += [f"{cells.Np}, {cells.max_size:g}{bound}", told]
+        lines.append([*line, f"{chosen.time_tol:g}", f"{chosen.curve_tol:g}"])
+    head = ["accuracy"]
+    for liquid in ("Newtonian", "viscoelastic"):
+        head += [f"Np and max_size of `mesh`, {liquid}", "worst of its curves, % (mean time of six points)"]
+    return table([*head, "`tol` of `time`", "`tol` of a curve"], lines)
+
+
+def recipe(output: Path, scene: str) -> tuple[list[float], float, float, int]:
+    """Seconds a step in each stretch of the published way; seconds and error to the end of a scene; unknowns."""
+    found = [told for folder in recipe_folders(output, scene) if (told := stretch(folder))]
+    phases = ("assembly", "factorisation", "solve")
+    per_step = [sum(told["wall_time_by_phase"].get(name, 0.0) for name in phases) / told["steps"] for told in found]
+    rows = rows_of(output / f"run-{scene}")
+    end = yaml.safe_load((STUDIES / f"run-{scene}.yaml").read_text())["base"]["time"]["end"]
+    whole = statistics.median(per_step) * end / RECIPE_STEP
+    return per_step, whole, number(rows[-1], "relative_error"), int(found[0]["unknowns"])
+
+
+def scenes(output: Path) -> str:
+    """Error against time: the picture, and how many times cheaper than the published way."""
+    known = [
+        scene
+        for scene in SCENES
+        if rows_of(output / f"run-{scene}")
+        and rows_of(output / f"point-{scene}")
+        and any(map(stretch, recipe_folders(output, scene)))
+    ]
+    if not known:
+        return ""
+    columns = min(len(known), 2)
+    size = -(-len(known) // columns)
+    figure, axes = pyplot.subplots(size, columns, figsize=(5 * columns, 3.75 * size), squeeze=False)
+    lines = []
+    for scene, axis in zip(known, axes.flat, strict=False):
+        title = SCENES[scene]
+        runs, points = rows_of(output / f"run-{scene}"), rows_of(output / f"point-{scene}")
+        per_step, seconds, error, unknowns = recipe(output, scene)
+        own = [row for row in runs[:-1] if row.get("error") and number(row, "error") > 0]
+        points = [row for row in points if row.get("error") and number(row, "error") > 0]
+        # One scale for both: the largest |dU| of the transient, of which dU at d_0 may be a small part.
+        largest = number(own[0], "error") / number(own[0], "relative_error")
+        for row in own + points:
+            row["part"] = repr(number(row, "error") / largest)
+        for rows, marker, label in ((own, "o", "transient"), (points, "s", "quasi-steady point")):
+            t, e = [number(row, "wall_time") for row in rows], [100 * number(row, "part") for row in rows]
+            axis.loglog(t, e, marker, label=label)
+        axis.loglog([seconds], [100 * error], "*", markersize=12, label="the published way, from a stretch")
+        axis.set(title=title, xlabel="wall time [s]", ylabel="error of $\\Delta U$ [% of its largest]")
+        lines.append(
+            [
+                title,
+                str(unknowns),
+                f"{statistics.median(per_step):.2f} ({max(per_step) - min(per_step):.2f})",
+                f"{seconds / 3600:.2f}",
+                percent(error),
+                *(beside(rows, error, seconds) for rows in (own, points)),
+            ]
+        )
+    axes.flat[0].legend(frameon=False)
+    figure.tight_layout()
+    figure.savefig(PICTURE, dpi=110)
+    head = [
+        "scene",
+        "unknowns",
+        "s a step (spread)",
+        "h to the end",
+        "error, %",
+        "our transient",
+        "our quasi-steady point",
+    ]
+    return table(head, lines)
+
+
+def beside(rows: Rows, error: float, seconds: float) -> str:
+    """The cheapest row whose error is no larger, or the best one where all are; what part of `seconds` it takes."""
+    good = [row for row in rows if number(row, "part") <= error]
+    if good:
+        chosen = min(good, key=lambda row: number(row, "wall_time"))
+    else:
+        chosen = min(rows, key=lambda row: number(row, "part"))
+    s, spread = number(chosen, "wall_time"), number(chosen, "wall_time_spread")
+    told = f"{s:.3g} s" + (f" (spread {short(spread)})" if spread > 0 else "")
+    return f"{told} at {percent(number(chosen, 'part'))} %: 1/{seconds / s:.0f}"
+
+
+def profile(output: Path) -> str:
+    """Where the time of runs and curves at default settings goes."""
+    phases = ("mesh", "jit", "symbolic", "assembly", "factorisation", "solve", "other")
+    lines = []
+    for study, title, count in (
+        ("run-newtonian", "Newtonian run, a step", "steps"),
+        ("run-De1", "De 1 run, a step", "steps"),
+        ("curve-newtonian", "Newtonian curve, a point", "points"),
+        ("curve-De1", "De 1 curve, a point", "points"),
+    ):
+        elastic = "De1" in study
+        cells, tol = SETTINGS["1%"].mesh(elastic, [0.4]), SETTINGS["1%"].time_tol
+        for row in rows_of(output / study):
+            default = key(row) == (str(cells["Np"]), f"{cells['max_size']:g}") and row.get("ends") != "periodic"
+            if default and float(row.get("time.tol") or tol) == tol:
+                n, wall = number(row, count), number(row, "wall_time")
+                shares = [f"{100 * number(row, f'wall_{name}') / wall:.0f}" for name in phases]
+                newton, factored = (number(row, k) / n for k in ("newton_iterations", "factorisations"))
+                lines.append([title, row["unknowns"], f"{wall / n:.3f}", f"{newton:.1f}", f"{factored:.2f}", *shares])
+    if not lines:
+        return ""
+    head = ["", "unknowns", "s", "Newton iterations", "factorisations", *(f"{name}, %" for name in phases)]
+    return table(head, lines)
+
+
+def growth_table(output: Path) -> str:
+    """Cost against unknowns."""
+    if not (output / "growth.json").is_file():
+        return ""
+    parts = []
+    for title, found in json.loads((output / "growth.json").read_text()).items():
+        lines = [
+            [
+                f"{r['unknowns']}",
+                *(f"{r[k]:.3f}" for k in ("assembly", "factorisation", "solve")),
+                f"{r['iteration'] / r['factorisation']:.2f}",
+                f"{r['memory']:.0f}",
+            ]
+            for r in found["rows"]
+        ]
+        lines.append(
+            [
+                "exponent",
+                *(f"{found['exponents'][k]:.2f}" for k in ("assembly", "factorisation", "solve")),
+                "",
+                f"{found['exponents']['memory']:.2f}",
+            ]
+        )
+        parts.append(
+            f"{title}:\n\n"
+            + table(
+                [
+                    "unknowns",
+                    "assembly, s",
+                    "MUMPS's numeric factorisation, s",
+                    "solve, s",
+                    "iteration over factorisation",
+                    "factors, MB",
+                ],
+                lines,
+            )
+        )
+    return "\n".join(parts)
+
+
+def peers(path: Path | None, output: Path) -> str | None:
+    """The Newtonian pair in pyoomph and here: seconds and errors of the point and of the transient to t = 1."""
+    own = {kind: rows_of(output / f"{kind}-newtonian") for kind in ("point", "run")}
+    if path is None or not all(own.values()):
+        return None
+    with path.open(newline="") as file:
+        theirs = medians(list(csv.DictReader(file)))
+    end = {"point": "0", "run": "1"}
+    exact = {kind: number(next(r for r in rows if r["reference"] == "true"), "dU") for kind, rows in own.items()}
+    lines = []
+    for row in (row for row in theirs if float(row["t"]) == float(end["run"])):
+        alone = next((r for r in theirs if r["cells"] == row["cells"] and float(r["t"]) == float(end["point"])), None)
+        both = [*peer_cells(alone, "wall", exact["point"]), *peer_cells(row, "wall", exact["run"])]
+        lines.append([f"pyoomph, {row['cells']} cells, tol {float(row['tol']):g}", *both])
+    for point in own["point"]:
+        rows = [
+            r for r in own["run"] if key(r) == key(point) and r["ends"] == "developed" and r["reference"] == "false"
+        ]
+        run = min(rows, key=lambda r: number(r, "time.tol"), default=None)
+        if point["reference"] == "false" and run is not None:
+            cells = [*peer_cells(point, "wall_time", exact["point"]), *peer_cells(run, "wall_time", exact["run"])]
+            lines.append([f"pairsim, {point['mesh.Np']} cells, tol {run['time.tol']}", *cells])
+    head = ["", "unknowns", "point, s (spread)", "error, %", "unknowns", "to t = 1, s (spread)", "error of dU(1), %"]
+    return table(head, lines)
+
+
+def medians(rows: Rows) -> Rows:
+    """Of rows that tell of the same, from repeated runs of a script, one with the median of their seconds."""
+    same: dict[tuple[str, ...], Rows] = {}
+    for row in rows:
+        same.setdefault((row["cells"], row["tol"], row["t"]), []).append(row)
+    found = []
+    for group in same.values():
+        walls = [number(row, "wall") for row in group]
+        found.append(group[0] | {"wall": repr(statistics.median(walls)), "wall_spread": repr(max(walls) - min(walls))})
+    return found
+
+
+def peer_cells(row: dict[str, str] | None, seconds: str, exact: float) -> list[str]:
+    """Unknowns, seconds and error of dU in %."""
+    if row is None:
+        return ["", "", ""]
+    spread = number(row, f"{seconds}_spread")
+    told = short(number(row, seconds)) + (f" ({spread:.1g})" if spread > 0 else "")
+    return [row["unknowns"], told, percent(abs(number(row, "dU") / exact - 1))]
+
+
+def put(page: str, name: str, content: str | None) -> str:
+    """Replace what stands between the marks of a table; nothing is done without content."""
+    if not content:
+        return page
+    marks = f"<!-- {name} -->", f"<!-- end of {name} -->"
+    return re.sub(f"{marks[0]}.*?{marks[1]}", lambda _: f"{marks[0]}\n{content}{marks[1]}", page, flags=re.DOTALL)
+
+
+def days(output: Path) -> str:
+    """When the studies were computed."""
+    seen = {datetime.date.fromtimestamp(path.stat().st_mtime) for path in output.glob("*/study.csv")}
+    return " to ".join(dict.fromkeys(str(day) for day in (min(seen), max(seen)))) if seen else "never"
+
+
+def machine() -> str:
+    """The processor."""
+    info = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").is_file() else ""
+    model = re.search(r"model name\s*:\s*(.*)", info)
+    return f"{model[1] if model else platform.processor()}, {os.cpu_count()} cores"
+
+
+def write_page(output: Path, peers_table: Path | None, hard: Path | None) -> None:
+    """Put every table that there is something for into the page.
+
+    Args:
+        output: Folder of `scripts/accuracy`.
+        peers_table: Table of a script of scripts/peers.
+        hard: Folder of scripts/hard.
+    """
+    page = PAGE.read_text()
+    for name, content in {
+        "made": f"Computed {days(output)} on {machine()}, one thread a process.\n",
+        "settings": settings(output),
+        "curves": curves(output),
+        "scenes": scenes(output),
+        "profile": profile(output),
+        "growth": growth_table(output),
+        "peers": peers(peers_table, output),
+        "hard": (hard / "hard.md").read_text() if hard else None,
+    }.items():
+        page = put(page, name, content)
+    write_text(PAGE, page)
