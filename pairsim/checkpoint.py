@@ -21,7 +21,7 @@ from pairsim.output import CHECKPOINT, RunFolder, write_bytes
 from pairsim.quadratic import Array, QuadraticMesh
 from pairsim.solver import Memory, Place
 
-FORMAT = 1
+FORMAT = 2
 FREE = ("name", "time.end", "limits", "output")
 """Keys and groups of keys that may change when a run is resumed."""
 
@@ -96,6 +96,7 @@ class Checkpoint:
         state: The march.
         case: The resolved case.
         gaps: Distances between the particles.
+        narrowest: The gap that was shortest against the arcs beside it, and their length.
         origin: Positions of the material at t = 0.
         rows, frames: Rows of series.csv and frames of fields.xdmf that belong to it.
         wall: Seconds that the run took so far.
@@ -104,6 +105,7 @@ class Checkpoint:
     state: State
     case: dict[str, Any]
     gaps: tuple[float, ...]
+    narrowest: tuple[float, float]
     origin: Array
     rows: int
     frames: int
@@ -116,6 +118,7 @@ class Checkpoint:
             "format": FORMAT,
             "case": self.case,
             "gaps": self.gaps,
+            "narrowest": self.narrowest,
             "rows": self.rows,
             "frames": self.frames,
             "wall": self.wall,
@@ -203,8 +206,10 @@ def _checkpoint(told: dict[str, Any], arrays: dict[str, Any]) -> Checkpoint:
         counts=Counts(**told["counts"]),
         seconds=told["seconds"],
     )
-    gaps = tuple(told["gaps"])
-    return Checkpoint(state, told["case"], gaps, arrays["origin"], told["rows"], told["frames"], told["wall"])
+    gaps, (gap, arc) = tuple(told["gaps"]), told["narrowest"]
+    return Checkpoint(
+        state, told["case"], gaps, (gap, arc), arrays["origin"], told["rows"], told["frames"], told["wall"]
+    )
 
 
 def check_same(old: Mapping[str, Any], new: Mapping[str, Any], source: str, group: str = "") -> None:

@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mpi4py import MPI
 
 from pairsim.case import FREE_ENDS, Case
 from pairsim.checkpoint import Checkpoint, Counts, check_same, load
 from pairsim.doubts import coarse_mesh, narrow_gap, near_ends, unresolved_stress
 from pairsim.errors import InputError, RunFailure, TooManySteps, WallTime, WriteFailure
+from pairsim.fenicsx import MPI
 from pairsim.fields import frame
 from pairsim.geometry import MeshSettings
 from pairsim.output import (
@@ -94,7 +94,7 @@ class _Recorder:
         kept = read_series(folder.file(SERIES)) if old else {}
         self._s_jump = float(np.max(kept.get("s_jump", [0.0]), initial=0.0))
         self._widest = self._span([kept[name] for name in kept if name == "d" or name.startswith("d_")]) if old else 0.0
-        self._narrow: tuple[float, float] = (1.0, 0.0)
+        self._narrow = old.narrowest if old else (1.0, 0.0)
 
     @property
     def lost(self) -> int:
@@ -128,7 +128,7 @@ class _Recorder:
         frames = self.fields.frames if self.fields is not None else self.old.frames if self.old else 0
         gaps = tuple(map(float, step.observation.d))
         state, case = self.transient.state, plain(self.case.resolved())
-        self._latest = Checkpoint(state, case, gaps, self.origin, self.series.rows, frames, wall)
+        self._latest = Checkpoint(state, case, gaps, self._narrow, self.origin, self.series.rows, frames, wall)
         passed = time.monotonic() - self._saved
         if passed >= self.case.output.checkpoint or (at_output and passed > CHEAP * self._cost):
             self._save()
@@ -251,7 +251,7 @@ def run_case(
         folder = collectively(comm, lambda: RunFolder.reopen(directory))
     record = Record(folder, command, comm.size, old.wall if old is not None else 0.0)
     if old is not None and ended is not None:
-        _confirm(comm, record, folder, ended, old)
+        _confirm(comm, case, record, folder, ended, old)
         reporter.start(case.name or case.slug, f"to t = {case.time.end:g}", case.time.end)
         reporter.finish(f"nothing to do: {ended.message}")
         return ended
@@ -292,7 +292,7 @@ def run_case(
     seconds: dict[str, float] = {}
     if transient is not None:
         counts, t, seconds = transient.counts, transient.history.t[0], transient.clock.seconds
-        told = _told(counts, t) | {"unknowns": transient.tie.size}
+        told = _told(counts, t, transient.tie.size)
 
     def finish() -> None:
         if recorder is not None:
@@ -315,8 +315,10 @@ def run_case(
     return outcome
 
 
-def _confirm(comm: MPI.Comm, record: Record, folder: RunFolder | None, ended: Outcome, old: Checkpoint) -> None:
-    """Say in run.json that a run is finished, if it was killed before it could."""
+def _confirm(
+    comm: MPI.Comm, case: Case, record: Record, folder: RunFolder | None, ended: Outcome, old: Checkpoint
+) -> None:
+    """Say in run.json that a run is finished, if it was killed between its last checkpoint and that."""
 
     def confirm() -> None:
         assert folder is not None
@@ -325,7 +327,10 @@ def _confirm(comm: MPI.Comm, record: Record, folder: RunFolder | None, ended: Ou
         except (OSError, ValueError, KeyError):
             status = ""
         if status != "finished":
-            record.write(ended, _told(old.state.counts, old.state.history.t[0]), old.state.seconds)
+            recorder, history = _Recorder(case, folder, old), old.state.history
+            recorder.finish(last_frame=False)
+            told = _told(old.state.counts, history.t[0], history.y[0].size) | {"warnings": recorder.warnings}
+            record.write(ended, told, old.state.seconds)
 
     collectively(comm, confirm)
 
@@ -337,10 +342,11 @@ def _shown(step: Step, count: int) -> str:
     return f"t = {step.t:.4g}  {gap}dt = {step.dt:.2g}  Newton {step.report.iterations}  step {count}"
 
 
-def _told(counts: Counts, t: float) -> dict[str, Any]:
+def _told(counts: Counts, t: float, unknowns: int) -> dict[str, Any]:
     """What run.json says of a march."""
     return {
         "t": t,
+        "unknowns": unknowns,
         "steps": counts.steps,
         "rejected_steps": counts.rejected,
         "newton_iterations": counts.newton,

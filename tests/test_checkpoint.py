@@ -128,12 +128,20 @@ def test_a_finished_run_has_nothing_to_do(stopped: tuple[Case, Path, Path]) -> N
 
 
 def test_a_finish_that_was_not_recorded_is(stopped: tuple[Case, Path, Path]) -> None:
-    """Killed between the last checkpoint and run.json."""
+    """Killed between the last checkpoint and run.json: everything that it would have told is told."""
     case, _, cut = stopped
-    told = json.loads((cut / "run.json").read_text())
-    (cut / "run.json").write_text(json.dumps({**told, "status": "running"}))
+    before = json.loads((cut / "run.json").read_text())
+    (cut / "run.json").write_text(json.dumps({"status": "running"}))
+    rows, frames = (cut / "series.csv").read_bytes(), read_times(cut)
     run(case, cut, resume=True)
-    assert json.loads((cut / "run.json").read_text())["status"] == "finished"
+    after = json.loads((cut / "run.json").read_text())
+    measured = ("started", "wall_time", "wall_time_by_phase", "peak_memory")
+    assert before.keys() == after.keys()
+    assert {k: v for k, v in after.items() if k not in measured} == {
+        k: v for k, v in before.items() if k not in measured
+    }
+    assert (cut / "series.csv").read_bytes() == rows
+    assert np.array_equal(read_times(cut), frames)
 
 
 def test_every_step_can_be_gone_on_from(tmp_path: Path) -> None:
@@ -150,7 +158,7 @@ def test_every_step_can_be_gone_on_from(tmp_path: Path) -> None:
     transient.close()
     assert steps[-1].mesh_id > 0
     for k in range(0, len(steps) - 2, 2):
-        Checkpoint(states[k], {}, (), np.zeros(0), 1, 1, 0.0).save(folder)
+        Checkpoint(states[k], {}, (), (1.0, 0.0), np.zeros(0), 1, 1, 0.0).save(folder)
         found = load(folder.path)
         assert found is not None
         again = Transient(MPI.COMM_WORLD, problem, found.state)
