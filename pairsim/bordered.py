@@ -8,6 +8,7 @@ import numpy as np
 
 from pairsim.parameters import Parameters
 from pairsim.quadratic import Array
+from pairsim.signals import heed
 from pairsim.steady import DIFFERENCE, Steady
 
 MOST_BORDERED = 12
@@ -33,6 +34,7 @@ def solve_with(
     """
     newton = steady.newton
     assert newton is not None
+    heed(steady.comm)
     previous = np.inf
     steady.forget()
     for count in range(1, MOST_BORDERED + 1):

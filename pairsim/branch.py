@@ -7,13 +7,13 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
-from mpi4py import MPI
 
 from pairsim.bordered import solve_with
 from pairsim.case import SceneCase
 from pairsim.continuation import begin, cold_start, follow, new_mesh, prepared, towards
 from pairsim.diagnostics import Observation, liquid_distortion
 from pairsim.errors import MeshFailure, NoSteadyState
+from pairsim.fenicsx import MPI
 from pairsim.geometry import MeshSettings
 from pairsim.parameters import Parameters, SteadyProblem
 from pairsim.quadratic import Array

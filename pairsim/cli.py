@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 import sys
-import traceback
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn
@@ -13,7 +12,7 @@ import typer
 
 from pairsim import __version__, cli_sweeps
 from pairsim.cli_shared import CaseFile, Output, Overwrite, Quiet, Settings, print_table, rank
-from pairsim.errors import InputError, PairsimError, RunFailure
+from pairsim.errors import InputError, PairsimError, RunFailure, unexpected
 
 if TYPE_CHECKING:
     from pairsim.record import Outcome
@@ -57,7 +56,7 @@ def run(
         typer.Option(
             metavar="DIR",
             help="Go on with the run in this folder from its checkpoint. "
-            "A case file or --set may change time.end, limits and output.",
+            "A case file or --set may change name, time.end, limits and output.",
             show_default=False,
         ),
     ] = None,
@@ -140,9 +139,7 @@ def critical(
 
 def _common_arguments(overwrite: bool, quiet: bool) -> dict[str, Any]:
     """What every command that computes is called with."""
-    from mpi4py import MPI
-
-    import pairsim.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
+    from pairsim.fenicsx import MPI  # before everything else that loads MPI or is compiled
     from pairsim.progress import make_reporter
 
     comm = MPI.COMM_WORLD
@@ -201,8 +198,9 @@ def plot(
     """Draw the results of run, curve, critical, sweep or study as PNG.
 
     A run: dU and D against time and distance, and the deformed particles in the flow. A curve: dU and D against d.
-    A sweep: dU of all cases against time and distance, the last dU against each parameter, and a map of how the cases
-    ended.
+    Critical distances: over the parameter that was followed. A sweep of runs: dU of all cases against time and distance
+    and the last dU against each parameter; of curves and critical distances: dU against d, zeros of dU against each
+    parameter; of each: a map of how the cases ended. A study: error against wall time.
     """
     if any(directory.glob("sweep*.json")):
         from pairsim.sweep_plots import plot_sweep
@@ -261,12 +259,7 @@ def main() -> NoReturn:
     except KeyboardInterrupt:
         sys.exit(130)
     except Exception:
-        # Not meant to happen: show it, and leave no other process waiting for this one.
-        traceback.print_exc()
-        mpi = sys.modules.get("mpi4py.MPI")
-        if mpi is not None and mpi.COMM_WORLD.size > 1:
-            mpi.COMM_WORLD.Abort(1)
-        sys.exit(1)
+        sys.exit(unexpected())
     sys.exit(0)
 
 

@@ -17,8 +17,8 @@ CLEAR = "\x1b[2J\x1b[H"  # a terminal's
 
 
 @app.command(
-    epilog="Examples: pairsim sweep grid.yaml --dry-run | mpirun -n 8 pairsim sweep grid.yaml -o study | "
-    "pairsim sweep grid.yaml -o study --only-failed | pairsim sweep grid.yaml --emit slurm > job.sh"
+    epilog="Examples: pairsim sweep grid.yaml --dry-run | mpirun -n 8 pairsim sweep grid.yaml -o out | "
+    "pairsim sweep grid.yaml -o out --only-failed | pairsim sweep grid.yaml --emit slurm > job.sh"
 )
 def sweep(
     grid: Annotated[
@@ -144,7 +144,7 @@ def study(
     _end_sweep(code, message, directory, quiet)
 
 
-@app.command(epilog="Examples: pairsim status runs/sweep | pairsim status study --watch")
+@app.command(epilog="Examples: pairsim status runs/sweep | pairsim status out --watch")
 def status(
     directory: Annotated[Path, typer.Argument(help="Folder of a sweep.", show_default=False)],
     watch: Annotated[bool, typer.Option("--watch", help="Repeat every two seconds until the sweep ends.")] = False,

@@ -91,7 +91,24 @@ def search(
     """
     places = [(float(d),) for d in np.geomspace(most, least, SCAN_POINTS)]
     points = trace(branch, places, SCAN_TOL, 10 * SCAN_POINTS, lambda point, wanted: found(point))
-    return find_zeros(branch, points, lost)
+    return list(find_zeros(branch, points, lost))
+
+
+@dataclass(frozen=True)
+class _Pose:
+    """A zero on a line of zeros in the plane of x = log d and q, the logarithm of the parameter.
+
+    Attributes:
+        here: x and q, (2,).
+        tangent: Of the line, of length 1, (2,).
+        rows: dy/dx and dy/dq, (2, n_y).
+        snapshots: The solution.
+    """
+
+    here: Array
+    tangent: Array
+    rows: Array
+    snapshots: tuple[Snapshot, ...]
 
 
 class Follower:
@@ -103,6 +120,7 @@ class Follower:
         values: Its wanted values, ascending.
         least, most: Distances between which zeros are followed.
         found: Called with every critical distance.
+        lost: Called with what to tell of a wanted value that was passed and not found.
     """
 
     def __init__(
@@ -113,12 +131,15 @@ class Follower:
         least: float,
         most: float,
         found: Callable[[Critical], None],
+        lost: Callable[[str], None],
     ) -> None:
         self.branch, self.name, self.values = branch, name, np.log(values)
-        self.least, self.most, self.found = np.log(least), np.log(most), found
+        self._exact = dict(zip(self.values.tolist(), values, strict=True))
+        self.least, self.most, self.found, self.lost = np.log(least), np.log(most), found, lost
 
     def _place(self, x: float, q: float) -> Parameters:
-        return with_value(self.name, self.branch.fine.parameters.with_gap(float(np.exp(x))), float(np.exp(q)))
+        value = self._exact.get(float(q), float(np.exp(q)))
+        return with_value(self.name, self.branch.fine.parameters.with_gap(float(np.exp(x))), value)
 
     def _line(self, at: Array, direction: Array) -> Callable[[float], Parameters]:
         return lambda tau: self._place(*(at + tau * direction))
@@ -127,13 +148,15 @@ class Follower:
         parameters = self.branch.fine.parameters
         return np.log([parameters.gaps[0], value_of(self.name, parameters)])
 
-    def _tangents(self) -> tuple[Array, Array]:
-        """dy/dx and dy/dq, as two rows, and the gradient of dU."""
+    def _pose(self, onwards: Array) -> _Pose:
+        """The present zero, with the tangent that points onwards."""
         fine = self.branch.fine
         fine.factor()
         here = self._here()
         rows = np.array([fine.tangent(self._line(here, direction)) for direction in np.eye(2)])
-        return rows, rows @ fine.velocity_row()
+        gradient = rows @ fine.velocity_row()
+        tangent = np.array([gradient[1], -gradient[0]]) / np.linalg.norm(gradient)
+        return _Pose(here, -tangent if tangent @ onwards < 0 else tangent, rows, self.branch.snapshots)
 
     def follow(self, number: int, start: Zero, forward: float) -> End:
         """Follow one zero until it leaves the parameter's range or the distances.
@@ -146,59 +169,61 @@ class Follower:
         fine = self.branch.fine
         self.branch.recall(start.snapshots)
         self.found(Critical(start.point, number, "wanted"))
-        step, old = FIRST, np.array([0.0, forward])
-        before: tuple[Array, Array] | None = None
+        pose, step = self._pose(np.array([0.0, forward])), FIRST
         for _ in range(MOST_STEPS):
-            rows, gradient = self._tangents()
-            here = self._here()
-            tangent = np.array([gradient[1], -gradient[0]]) / np.linalg.norm(gradient)
-            tangent = -tangent if tangent @ old < 0 else tangent
-            if before is not None and tangent[1] * before[1][1] < 0:
-                self._fold(number, before, (here, tangent))
-                rows, gradient = self._tangents()
-            before, old = (here, tangent), tangent
-            change = tangent @ rows
-            step = min(step, reach(fine, change, np.array([fine.parameters.gaps[0] * tangent[0]])))
-            end = self._step(number, here, tangent, change, step)
-            if isinstance(end, End):
-                return end
-            step = end
+            change = pose.tangent @ pose.rows
+            step = min(step, reach(fine, change, np.array([fine.parameters.gaps[0] * pose.tangent[0]])))
+            taken = self._step(number, pose, change, step)
+            if isinstance(taken, End):
+                return taken
+            point, kind, step = taken
+            try:
+                before, pose = pose, self._pose(pose.tangent)
+            except NoSteadyState:
+                self.found(Critical(point, number, kind))
+                raise
+            if pose.tangent[1] * before.tangent[1] < 0:
+                for beside in self._fold(number, before, pose):
+                    self.found(beside)
+            self.found(Critical(point, number, kind))
+            if kind == "edge":
+                message = f"d leaves the distances that are looked at, at {where(fine.parameters)}"
+                return End(number, "edge", message)
         return End(number, "no_steady_state", f"{MOST_STEPS} steps did not suffice at {where(fine.parameters)}")
 
-    def _step(self, number: int, here: Array, tangent: Array, change: Array, step: float) -> End | float:
-        """Take one step; the end of the line, or the length of the next step."""
-        branch, fine = self.branch, self.branch.fine
+    def _step(self, number: int, pose: _Pose, change: Array, step: float) -> End | tuple[Point, Kind, float]:
+        """Take one step; the end of the line, or the point with its kind and the length of the next step."""
+        branch, fine, here, tangent = self.branch, self.branch.fine, pose.here, pose.tangent
         ahead = self.values[(self.values - here[1]) * np.sign(tangent[1]) > 1e-9]
         if not len(ahead):
             return End(number, "range", f"the last value is reached at {where(fine.parameters)}")
         wanted = ahead[np.argmin(np.abs(ahead - here[1]))]
         edge = self.most if tangent[0] > 0 else self.least
+        kind: Kind
         while True:
-            length, line, kind = step, np.array([-tangent[1], tangent[0]]), "added"
+            length, line, kind, q = step, np.array([-tangent[1], tangent[0]]), "added", None
             if abs(tangent[1]) > 0.2 and abs(wanted - here[1]) <= 1.2 * length * abs(tangent[1]):
-                length, line, kind = (wanted - here[1]) / tangent[1], np.array([1.0, 0.0]), "wanted"
+                length, line, kind, q = (wanted - here[1]) / tangent[1], np.array([1.0, 0.0]), "wanted", wanted
             if abs(tangent[0]) > 1e-3 and (edge - here[0]) / tangent[0] < length:
-                length, line, kind = (edge - here[0]) / tangent[0], np.array([0.0, 1.0]), "edge"
+                length, line, kind, q = (edge - here[0]) / tangent[0], np.array([0.0, 1.0]), "edge", None
             at = here + length * tangent
-            before = branch.snapshots
-            iterations = fine.iterations
+            at[1] = at[1] if q is None else q
+            before, iterations, why = branch.snapshots, fine.iterations, "Newton found no zero"
             try:
                 guess = prepared(fine, self._place(*at), fine.y + length * change)
                 point = branch.zero_on(self._line(at, line), 0.0, guess, settled=kind == "wanted")
-            except (MeshFailure, NoSteadyState):
-                point = None
+            except (MeshFailure, NoSteadyState) as failure:
+                point, why = None, failure.message
             if point is not None and np.linalg.norm(self._here() - at) < max(length, 0.02):
                 if kind != "wanted" and (landed := self._landed(here, change, before)) is not None:
                     point, kind = landed, "wanted"
-                break
+                easy = fine.iterations - iterations <= EASY
+                return point, kind, min(LONGEST, step * 1.5) if easy else step
             branch.recall(before)
             step = length / 3
             if step < SHORTEST:
-                return End(number, "no_steady_state", f"no steady state was found beyond {where(fine.parameters)}")
-        self.found(Critical(point, number, kind))  # type: ignore[arg-type]
-        if kind == "edge":
-            return End(number, "edge", f"d leaves the distances that are looked at, at {where(fine.parameters)}")
-        return min(LONGEST, step * 1.5) if fine.iterations - iterations <= EASY else step
+                message = f"no steady state was found beyond {where(fine.parameters)}: {why}"
+                return End(number, "no_steady_state", message)
 
     def _landed(self, here: Array, change: Array, before: tuple[Snapshot, ...]) -> Point | None:
         """The critical distance at the first wanted value that the step from `here` has passed, None if it has none.
@@ -210,8 +235,10 @@ class Follower:
         passed = passed[np.abs(passed - here[1]) > 1e-9]
         if not len(passed):
             return None
-        part = float(np.min(np.abs(passed - here[1])) / abs(there[1] - here[1]))
+        wanted = passed[np.argmin(np.abs(passed - here[1]))]
+        part = float((wanted - here[1]) / (there[1] - here[1]))
         at, length = here + part * (there - here), float(np.linalg.norm(there - here))
+        at[1] = wanted
         self.branch.recall(before)
         point = None
         with suppress(MeshFailure, NoSteadyState):
@@ -222,24 +249,47 @@ class Follower:
             return None
         return point
 
-    def _fold(self, number: int, before: tuple[Array, Array], after: tuple[Array, Array]) -> None:
-        """Between two points the parameter turned back: two zeros meet there."""
-        (a, t_a), (b, t_b) = before, after
-        length = float(np.linalg.norm(b - a))
-        way = CubicHermiteSpline([0.0, length], [a, b], [t_a, t_b])
+    def _fold(self, number: int, before: _Pose, after: _Pose) -> list[Critical]:
+        """What lies between two points over which the parameter turned back, in the order of the line.
+
+        Two zeros meet at the fold, and wanted values that it is beyond are met twice: on the way there and on the way
+        back.
+        """
+        length, sign = float(np.linalg.norm(after.here - before.here)), np.sign(before.tangent[1])
+        way = CubicHermiteSpline([0.0, length], [before.here, after.here], [before.tangent, after.tangent])
         along = np.linspace(0, length, 401)
-        s = along[int(np.argmin(np.abs(way.derivative()(along)[:, 1])))]
-        snapshots = self.branch.snapshots
-        rows, _ = self._tangents()
-        at = way(s)
-        try:
-            guess = prepared(self.branch.fine, self._place(*at), self.branch.fine.y + (at - b) @ rows)
-            point = self.branch.zero_on(self._line(at, np.array([0.0, 1.0])), 0.0, guess, settled=False)
-        except (MeshFailure, NoSteadyState):
-            point = None
-        if point is not None:
-            self.found(Critical(point, number, "vanishes"))
-        self.branch.recall(snapshots)
+        q = way(along)[:, 1] * sign
+        top = int(np.argmax(q))
+        fold = way(along[top])
+        vanishes = self._beside(after, fold, "vanishes", length)
+        sides = (before, slice(top + 1)), (after, slice(None, top - 1 if top else None, -1))
+        if vanishes is None:
+            self.lost(f"where two zeros meet, near {where(self._place(*fold))}, was not found")
+        ahead: list[Critical] = []
+        back = [] if vanishes is None else [Critical(vanishes, number, "vanishes")]
+        for found, (start, part) in zip((ahead, back), sides, strict=True):
+            for value in sorted(self.values, key=lambda v: v * sign, reverse=found is back):
+                if not q[part][0] + 1e-9 < value * sign < q[top]:
+                    continue
+                at = np.array([way(float(np.interp(value * sign, q[part], along[part])))[0], value])
+                point = self._beside(start, at, "wanted", length)
+                # Newton may come to the zero on the other side.
+                if point is not None and (np.log(point.d) - fold[0]) * (at[0] - fold[0]) > 0:
+                    found.append(Critical(point, number, "wanted"))
+                else:
+                    self.lost(f"d_cr at {where(self._place(*at))}, next to where two zeros meet, was not found")
+        self.branch.recall(after.snapshots)
+        return [*ahead, *back]
+
+    def _beside(self, start: _Pose, at: Array, kind: Kind, most: float) -> Point | None:
+        """The zero near a place from a point beside it: at the place's parameter, or at its distance where two meet."""
+        self.branch.recall(start.snapshots)
+        line = np.array([1.0, 0.0] if kind == "wanted" else [0.0, 1.0])
+        point = None
+        with suppress(MeshFailure, NoSteadyState):
+            guess = prepared(self.branch.fine, self._place(*at), self.branch.fine.y + (at - start.here) @ start.rows)
+            point = self.branch.zero_on(self._line(at, line), 0.0, guess, settled=kind == "wanted")
+        return point if point is not None and np.linalg.norm(self._here() - at) < max(most, 0.02) else None
 
 
 def follow_all(
@@ -262,7 +312,7 @@ def follow_all(
         least, most: Distances between which zeros are followed.
         scanned: Called with the points solved in search of zeros.
         found: Called with every critical distance.
-        lost: Called with what to tell of a change of sign of dU at which there is no zero.
+        lost: Called with what to tell of a change of sign without a zero, or of a wanted value that was not found.
         ended: Called with the end of every line.
 
     Raises:
@@ -274,7 +324,7 @@ def follow_all(
         seen.append(critical)
         found(critical)
 
-    follower = Follower(branch, name, values, least, most, keep)
+    follower = Follower(branch, name, values, least, most, keep, lost)
     count = 0
     for value, forward in ((values[0], 1.0), (values[-1], -1.0)):
         branch.at(with_value(name, branch.fine.parameters.with_gap(most), value))

@@ -7,13 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
-from mpi4py import MPI
-
 from pairsim.branch import Branch, Point, steady_problem
 from pairsim.critical import Critical, End, Followed, follow_all, search, with_value
 from pairsim.curve_case import CriticalCase
 from pairsim.curve_run import point_row, tell
 from pairsim.errors import MeshFailure, NoSteadyState
+from pairsim.fenicsx import MPI
 from pairsim.output import CRITICAL_COLUMNS, CURVE_HEALTH, POLYMER_HEALTH, RunFolder, write_table
 from pairsim.parameters import Parameters
 from pairsim.progress import Reporter

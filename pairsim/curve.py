@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -75,17 +75,21 @@ def _bend(a: Point, b: Point) -> Array:
     return np.abs((a.slopes * a.d + b.slopes * b.d) * width / 4 - (b.dUs - a.dUs) / 2) / 2
 
 
-def _allowed(points: list[Point], tol: float) -> Array:
-    """How far each dU may be off: tol of the largest value of any, or the error of the mesh."""
-    largest = max(float(np.abs(p.dUs).max()) for p in points)
-    errors = [p.mesh_errors for p in points if p.mesh_errors is not None]
-    return np.maximum(max(tol * largest, ROUNDING), np.max(errors, axis=0) if errors else 0.0)
+def _wanted(points: list[Point], tol: float) -> float:
+    """How well dU is to be known everywhere: to tol of the largest value of any."""
+    return max(tol * max(float(np.abs(p.dUs).max()) for p in points), ROUNDING)
+
+
+def _excess(a: Point, b: Point, wanted: float) -> np.ndarray:
+    """Which dU may be off between two points by more than is wanted and by more than the error of the mesh there."""
+    errors = [p.mesh_errors for p in (a, b) if p.mesh_errors is not None]
+    return np.asarray(_bend(a, b) > np.maximum(wanted, np.max(errors, axis=0) if errors else 0.0))
 
 
 def _doubtful(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
     """Neighbours between which some dU may not be known to tol of the largest, nor to the error of the mesh."""
-    allowed = _allowed(points, tol)
-    return [(a, b) for a, b in pairwise(points) if np.log(b.d / a.d) > CLOSE and (_bend(a, b) > allowed).any()]
+    wanted = _wanted(points, tol)
+    return [(a, b) for a, b in pairwise(points) if np.log(b.d / a.d) > CLOSE and _excess(a, b, wanted).any()]
 
 
 def trace(
@@ -123,8 +127,7 @@ def trace(
         new = [(a, b) for a, b in _doubtful(points, tol) if (a.d, b.d) not in known]
         if not new:
             break
-        curve, allowed = interpolant(points), _allowed(points, tol)
-        largest = max(float(np.abs(p.dUs).max()) for p in points)
+        curve, wanted = interpolant(points), _wanted(points, tol)
         new = new[: max_points - len(points)]
         if abs(branch.fine.parameters.gaps[0] - new[-1][1].d) < abs(branch.fine.parameters.gaps[0] - new[0][0].d):
             new.reverse()  # begin with the nearest
@@ -133,8 +136,8 @@ def trace(
             point = branch.at(parameters.with_gap(d))
             found(point, False)
             # Halves of a smooth curve bend eight times less; where they do not, what bends is the meshes' difference.
-            rough = (np.maximum(_bend(a, point), _bend(point, b)) > _bend(a, b) / 2)[_bend(a, b) > allowed].all()
-            if rough or np.abs(point.dUs - curve(np.log(d))).max() < max(tol * largest, ROUNDING):
+            rough = np.maximum(_bend(a, point), _bend(point, b)) > _bend(a, b) / 2
+            if rough[_excess(a, b, wanted)].all() or np.abs(point.dUs - curve(np.log(d))).max() < wanted:
                 known |= {(a.d, d), (d, b.d)}
             points.append(point)
         points.sort(key=lambda p: p.d)
@@ -150,8 +153,8 @@ def order(case: CurveCase) -> list[tuple[float, ...]]:
     return places
 
 
-def find_zeros(branch: Branch, points: list[Point], lost: Callable[[str], None]) -> list[Zero]:
-    """All zeros of dU between the points of a curve over one distance.
+def find_zeros(branch: Branch, points: list[Point], lost: Callable[[str], None]) -> Iterator[Zero]:
+    """All zeros of dU between the points of a curve over one distance, in ascending d.
 
     Args:
         branch: Any solution.
@@ -161,15 +164,13 @@ def find_zeros(branch: Branch, points: list[Point], lost: Callable[[str], None])
     Raises:
         NoSteadyState: A zero is there and was not found.
     """
-    zeros = []
     for a, b in pairwise(points):
         if a.dU * b.dU < 0 and max(abs(a.dU), abs(b.dU)) > ROUNDING:
             found = _zero_between(branch, a, b)
             if isinstance(found, Zero):
-                zeros.append(found)
+                yield found
             else:
                 lost(found)
-    return zeros
 
 
 def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | str:
@@ -208,18 +209,19 @@ def equilibria(zeros: list[Zero], points: list[Point]) -> list[Equilibrium]:
     if not zeros:
         return []
     curve = interpolant(points)
-    largest = max(abs(p.dU) for p in points)
     ends = [points[0].d, *(z.point.d for z in zeros), points[-1].d]
+    peaks = []
+    for a, b in pairwise(ends):
+        between = np.abs(curve(np.linspace(np.log(a), np.log(b), 50)))  # may be larger than at any point
+        peaks.append(max([float(between.max()), *(abs(p.dU) for p in points if a <= p.d <= b)]))
     result = []
-    for before, zero, end in zip(ends, (z.point for z in zeros), ends[2:], strict=False):
+    for before, zero, end, peak in zip(ends, (z.point for z in zeros), ends[2:], peaks[1:], strict=False):
         left, right = ([p for p in points if a <= p.d <= b] for a, b in ((before, zero.d), (zero.d, end)))
-        between = np.abs(curve(np.linspace(np.log(zero.d), np.log(end), 50)))
-        peak = max([*(abs(p.dU) for p in right), float(between.max())]) / largest
         slope, error, certain = float(zero.slopes[0]), None, None
         if zero.mesh_errors is not None:
             error = float(zero.mesh_errors[0]) / abs(slope)
             certain = all(
                 any(p.mesh_errors is not None and abs(p.dU) > p.mesh_errors[0] for p in side) for side in (left, right)
             )
-        result.append(Equilibrium(zero.d, slope, peak, error, certain))
+        result.append(Equilibrium(zero.d, slope, peak / max(peaks), error, certain))
     return result

@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mpi4py import MPI
 
 from pairsim.branch import Branch, Point, steady_problem
 from pairsim.case import SceneCase
-from pairsim.curve import Equilibrium, equilibria, find_zeros, order, trace
+from pairsim.curve import Equilibrium, Zero, equilibria, find_zeros, order, trace
 from pairsim.curve_case import CurveCase
 from pairsim.doubts import coarse_mesh, unresolved_stress
-from pairsim.errors import NoSteadyState
+from pairsim.errors import NoSteadyState, RunFailure
+from pairsim.fenicsx import MPI
 from pairsim.fields import SteadyMoment, frame
 from pairsim.output import CURVE_HEALTH, POLYMER_HEALTH, RunFolder, curve_columns, named_row, write_table
 from pairsim.parameters import Parameters, SteadyProblem
@@ -264,7 +264,14 @@ def run_curve(
         )
         message = f"{len(points)} points"
         if case.n == 2:
-            zeros = equilibria(find_zeros(branch, points, jumps.append), points)
+            found: list[Zero] = []
+            try:
+                for zero in find_zeros(branch, points, jumps.append):
+                    found.append(zero)
+            except RunFailure:  # those before the one that was lost stand
+                recorder.zeros(equilibria(found, points))
+                raise
+            zeros = equilibria(found, points)
             recorder.zeros(zeros)
             kinds = [
                 f"{'stable' if z.stable else 'unstable'} at d = {z.d:.5g}{' (uncertain)' if z.certain is False else ''}"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+import traceback
 from typing import Any
 
 
@@ -103,3 +105,12 @@ class NoSteadyState(RunFailure):
     """A quasi-steady branch could not be followed farther: past a fold there is no steady shape."""
 
     reason = "no_steady_state"
+
+
+def unexpected() -> int:
+    """Show an exception that is not meant to happen, leave no other process waiting for this one; the exit code."""
+    traceback.print_exc()
+    mpi = sys.modules.get("mpi4py.MPI")
+    if mpi is not None and mpi.COMM_WORLD.size > 1:
+        mpi.COMM_WORLD.Abort(1)
+    return 1

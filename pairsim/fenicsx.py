@@ -9,10 +9,21 @@ import os
 from typing import Any
 
 from pairsim.errors import PairsimError
+from pairsim.signals import sigterm_waits
 
-# PETSc would take SIGTERM for itself and abort; pairsim ends its runs in order. The options are read when PETSc is
-# first loaded, which is before any code here could pass them.
-os.environ["PETSC_OPTIONS"] = f"{os.environ.get('PETSC_OPTIONS', '')} -no_signal_handler".strip()
+# PETSc would take SIGTERM for itself and abort; pairsim ends its runs in order. Nor is it to tell of options that were
+# set for a solver which a signal kept from its first solve. The options are read when PETSc is first loaded, which is
+# before any code here could pass them.
+os.environ["PETSC_OPTIONS"] = f"{os.environ.get('PETSC_OPTIONS', '')} -no_signal_handler -options_left no".strip()
+
+# A thread of MPI or of BLAS that takes SIGTERM would run METIS's handler for it (see `sigterm_waits`); a thread begins
+# with the mask of the one that makes it. Commands import this module first, therefore, and MPI from here.
+with sigterm_waits():
+    # Each has a BLAS of its own.
+    import gmsh  # noqa: F401
+    import numpy  # noqa: F401
+    import scipy.linalg  # noqa: F401
+    from mpi4py import MPI
 
 with contextlib.suppress(ModuleNotFoundError):
     import dolfinx_solver  # noqa: F401
@@ -31,4 +42,4 @@ except ImportError as error:
 dolfinx: Any = dolfinx
 PETSc: Any = petsc4py.PETSc
 
-__all__ = ["PETSc", "dolfinx"]
+__all__ = ["MPI", "PETSc", "dolfinx"]

@@ -14,10 +14,9 @@ from typing import Any
 import basix.ufl
 import numpy as np
 import ufl
-from mpi4py import MPI
 from numpy.typing import NDArray
 
-from pairsim.fenicsx import dolfinx
+from pairsim.fenicsx import MPI, dolfinx
 from pairsim.forms import constitutive, continuity, mesh_motion
 from pairsim.forms.momentum import momentum
 from pairsim.jit import JIT_OPTIONS

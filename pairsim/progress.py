@@ -8,6 +8,8 @@ import time
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from pairsim.signals import sigterm_waits
+
 LINE_EVERY = 5.0  # seconds between plain lines
 
 
@@ -71,7 +73,8 @@ class RichReporter(Reporter):
             console=Console(stderr=True),
         )
         self._task: TaskID = self._progress.add_task(title, total=total, state="meshing")
-        self._progress.start()
+        with sigterm_waits():  # the thread that draws does not take it
+            self._progress.start()
 
     def update(self, done: float, text: str, count: int) -> None:
         self._progress.update(self._task, completed=done, state=text)

@@ -12,11 +12,11 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from mpi4py import MPI
-
 from pairsim import __version__
 from pairsim.errors import InputError, RunFailure, WriteFailure
+from pairsim.fenicsx import MPI
 from pairsim.output import RunFolder
+from pairsim.signals import Signals
 from pairsim.solver import petsc_version
 
 
@@ -41,13 +41,14 @@ class Outcome:
 
 
 def concluded(work: Callable[[], str]) -> Outcome:
-    """Do work that ends with a message; how it ended, also by a typed failure or by hand."""
+    """Do work that ends with a message; how it ended, also by a typed failure, SIGINT or SIGTERM."""
     try:
-        return Outcome("finished", "end", work())
+        with Signals(impatient=True):
+            return Outcome("finished", "end", work())
     except RunFailure as failure:
         return Outcome("failed", failure.reason, str(failure))
     except KeyboardInterrupt:
-        return Outcome("interrupted", "interrupted", "stopped by hand; what was written so far stands")
+        return Outcome("interrupted", "interrupted", "stopped by a signal; what was written so far stands")
 
 
 def collectively[T](comm: MPI.Comm, make: Callable[[], T]) -> T | None:

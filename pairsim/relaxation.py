@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pairsim.parameters import Parameters
+from pairsim.signals import heed
 from pairsim.solver import Report
 from pairsim.steady import Steady
 
@@ -29,6 +30,7 @@ def relax(steady: Steady, parameters: Parameters) -> Report:
     steady.forget()
     liquid = steady.scene.liquid
     for _ in range(MOST_RELAXED):
+        heed(steady.comm)
         liquid.constants["rate"].value = 1 / dt if dt < RELAX_LAST * parameters.De else 0.0
         _, x = newton.state(y)
         liquid.set_star(x[: liquid.size])

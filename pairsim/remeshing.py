@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from mpi4py import MPI
 
 from pairsim.errors import RunFailure
+from pairsim.fenicsx import MPI
 from pairsim.quadratic import Array
 
 # A cell squeezed below this fraction of its reference area, or a gap changed by this factor, calls for a new mesh;

@@ -15,10 +15,10 @@ from functools import cached_property
 from math import pi
 
 import numpy as np
-from mpi4py import MPI
 from scipy.spatial import cKDTree
 
 from pairsim.errors import MeshFailure
+from pairsim.fenicsx import MPI
 from pairsim.geometry import TUBE_RADIUS, Outline, Reference
 from pairsim.materials.polymer import Polymer
 from pairsim.phases import Phase, neo_hookean_solid, newtonian_liquid, viscoelastic_liquid

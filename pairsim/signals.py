@@ -3,8 +3,16 @@
 from __future__ import annotations
 
 import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+_entered: list[Signals] = []
 
 
 class Signals:
@@ -28,10 +36,36 @@ class Signals:
         self.number = number
 
     def __enter__(self) -> Signals:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            self._old[number] = signal.signal(number, self._catch)
+        if threading.current_thread() is threading.main_thread():  # the only one that may
+            for number in (signal.SIGINT, signal.SIGTERM):
+                self._old[number] = signal.signal(number, self._catch)
+        _entered.append(self)
         return self
 
     def __exit__(self, *_: object) -> None:
+        _entered.remove(self)
+        if _entered and self.number:
+            _entered[-1].number = self.number  # what this work was too far on to heed
         for number, old in self._old.items():
             signal.signal(number, old)
+
+
+@contextmanager
+def sigterm_waits() -> Iterator[None]:
+    """SIGTERM comes after this: METIS takes it for an error of its own, and MUMPS crashes on what it leaves."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    try:
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def heed(comm: MPI.Comm) -> None:
+    """Between two solves: KeyboardInterrupt on every process once one of them has been asked to stop.
+
+    An exception out of a signal's handler would be lost in the callbacks of gmsh and PETSc. Does nothing where nobody
+    has entered `Signals`.
+    """
+    if _entered and any(comm.allgather(_entered[-1].number)):
+        raise KeyboardInterrupt

@@ -19,6 +19,7 @@ from pairsim.entries import expand
 from pairsim.fenicsx import PETSc
 from pairsim.quadratic import Array
 from pairsim.scene import Scene
+from pairsim.signals import sigterm_waits
 from pairsim.ties import Tie
 
 
@@ -211,7 +212,8 @@ class Newton:
         """Factor the matrix; where delayed pivots outgrow MUMPS's work space, analyse anew with more of it."""
         ksp.setOperators(A)
         for _ in range(MOST_ANALYSES):
-            ksp.setUp()
+            with sigterm_waits():
+                ksp.setUp()
             if ksp.getPC().getFactorMatrix().getMumpsInfog(1) not in (-8, -9):
                 return
             self._relaxation *= 2

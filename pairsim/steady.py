@@ -10,13 +10,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from mpi4py import MPI
 
 from pairsim import diagnostics
 from pairsim.clock import Clock
 from pairsim.conformation import logarithm
 from pairsim.diagnostics import Observation
 from pairsim.errors import MeshFailure, NoSteadyState
+from pairsim.fenicsx import MPI
 from pairsim.geometry import Geometry, Outline, Reference
 from pairsim.mesh import liquid_mesh, make_outlines, particle_meshes
 from pairsim.parameters import Parameters, SteadyProblem
@@ -24,6 +24,7 @@ from pairsim.pipe import Pipe, PipeState, across
 from pairsim.quadratic import Array, QuadraticMesh
 from pairsim.remeshing import needs_mesh, on_root
 from pairsim.scene import Scene, make_bodies
+from pairsim.signals import heed
 from pairsim.solver import Newton, Report
 from pairsim.ties import extension_tie, steady_tie
 from pairsim.transfer import flow, free_unknowns, inside
@@ -329,6 +330,7 @@ class Steady:
             parameters: Where.
             guess: First guess, by default the last solution.
         """
+        heed(self.comm)
         assert self.newton is not None
         h_star, self._factored = self.apply(parameters), None
         y, report = self.newton.solve(self.y if guess is None else guess, h_star, 1.0, 0.0)

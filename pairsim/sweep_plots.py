@@ -96,11 +96,12 @@ def plot_sweep(directory: Path, out: Path | None = None, group: str | None = Non
         group: Varying key that chooses the colours; the first one by default.
 
     Returns:
-        The files written: sweep_series.png (every case against t and d) or sweep_curves.png (master curves),
-        sweep_parameters.png where a numeric parameter varies, and sweep_map.png where two or more do.
+        The files written: of runs sweep_series.png (every case against t and d), of curves sweep_curves.png (all of
+        them); where a numeric parameter varies, sweep_parameters.png of runs (the last dU) or sweep_zeros.png of curves
+        and critical distances (the zeros of dU); and sweep_map.png where two or more do.
 
     Raises:
-        InputError: The folder is not that of a sweep, has no results yet, or `group` does not vary.
+        InputError: The folder is not that of a sweep, has nothing to draw, or `group` does not vary.
     """
     sweep = _read(directory, group)
     target = out or directory
@@ -112,12 +113,16 @@ def plot_sweep(directory: Path, out: Path | None = None, group: str | None = Non
     gap = {"dU": "d", "dU_1": "d_1"}.get(sweep.quantity)
     if sweep.command == "curve":
         written.append(_draw_lines(sweep, "curve.csv", (gap,) if gap else (), target / "sweep_curves.png"))
-    else:
+    if sweep.command == "run":
         written.append(_draw_lines(sweep, "series.csv", ("t", gap) if gap else ("t",), target / "sweep_series.png"))
         if sweep.numeric:
             written.append(_draw_parameters(sweep, target / "sweep_parameters.png"))
+    elif sweep.numeric and any(json.loads(case["values"].get("zeros") or "[]") for case in sweep.cases):
+        written.append(_draw_zeros(sweep, target / "sweep_zeros.png"))
     if len(sweep.numeric) > 1:
         written.append(_draw_map(sweep, target / "sweep_map.png"))
+    if not written:
+        raise InputError(str(directory), "", None, "has no zero of dU to draw over a number that varies")
     return written
 
 
@@ -233,6 +238,28 @@ def _draw_parameters(sweep: _Sweep, path: Path) -> Path:
         _polish(axis)
         colours.key(figure, [axis])
     figure.suptitle(sweep.name)
+    figure.savefig(path, dpi=160)
+    return path
+
+
+def _draw_zeros(sweep: _Sweep, path: Path) -> Path:
+    """The zeros of dU against each numeric parameter, filled where they are stable."""
+    figure = Figure(figsize=(4.9 * len(sweep.numeric) + 0.6, 4.1), layout="constrained")
+    axes = list(figure.subplots(1, len(sweep.numeric), squeeze=False)[0])
+    for axis, key in zip(axes, sweep.numeric, strict=True):
+        other = sweep.group if sweep.group != key else next((k for k in sweep.numeric if k != key), "")
+        colours = replace(sweep, group=other)
+        for case in sweep.cases:
+            colour = colours.colour(case) if other else "tab:blue"
+            zeros, stable = (json.loads(case["values"].get(name) or "[]") for name in ("zeros", "stable"))
+            for zero, filled in zip(zeros, stable, strict=True):
+                face = colour if filled else "none"
+                axis.plot(case["parameters"][key], zero, "o", color=colour, markerfacecolor=face, markersize=5)
+        _spread(axis, "x", [case["parameters"][key] for case in sweep.cases])
+        axis.set(xlabel=_symbol(key), ylabel=_label("d_cr"))
+        _polish(axis)
+        colours.key(figure, [axis])
+    figure.suptitle(f"{sweep.name}: dU = 0 (filled: stable)")
     figure.savefig(path, dpi=160)
     return path
 

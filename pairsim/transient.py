@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from mpi4py import MPI
 
 from pairsim import diagnostics
 from pairsim.checkpoint import Counts, History, State
@@ -18,6 +17,7 @@ from pairsim.clock import Clock
 from pairsim.conformation import interpolate, logarithm
 from pairsim.diagnostics import Observation
 from pairsim.errors import InvertedCell, MeshFailure, NewtonFailure, StepTooSmall
+from pairsim.fenicsx import MPI
 from pairsim.geometry import Geometry, MeshSettings, Outline, Reference
 from pairsim.materials.polymer import Polymer
 from pairsim.mesh import liquid_mesh, make_outlines, particle_meshes

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING
 
 from pairsim.case import Case, SceneCase
 from pairsim.jit import JIT_OPTIONS
+from pairsim.signals import heed
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -99,7 +100,9 @@ def ready(comm: MPI.Comm, forms: Iterable[str]) -> None:
         except Exception as caught:
             error = caught
     node.Free()
-    for each in comm.allgather(error):
+    errors = comm.allgather(error)
+    heed(comm)  # a signal from the terminal ends the compiler, too
+    for each in errors:
         if each is not None:
             raise each
 

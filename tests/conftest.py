@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
+import re
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -100,6 +104,29 @@ def pairsim(tmp_path: Path) -> Callable[..., subprocess.CompletedProcess[str]]:
         return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=timeout, check=False)
 
     return run
+
+
+def examples(page: str) -> list[str]:
+    """The YAML blocks of a page of docs."""
+    return re.findall(r"```yaml\n(.*?)```", (ROOT / "docs" / page).read_text(), re.DOTALL)
+
+
+def interrupted(words: list[str], table: Path, number: int) -> dict[str, Any]:
+    """run.json of a command that was sent a signal once its table had five lines or more; it ends in order."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "pairsim", *words], cwd=table.parents[1], stderr=subprocess.PIPE, text=True
+    )
+    for _ in range(600):
+        if table.exists() and table.read_text().count("\n") > 4:
+            break
+        time.sleep(0.1)
+    process.send_signal(number)
+    _, complaint = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Traceback" not in complaint
+    told: dict[str, Any] = json.loads((table.parent / "run.json").read_text())
+    assert told["status"] == "interrupted"
+    return told
 
 
 def words_of(pid: int) -> list[str]:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from mpi4py import MPI
 
 from pairsim import continuation
 from pairsim.continuation import follow
@@ -71,7 +72,8 @@ def test_pseudo_time_in_which_stress_keeps_growing_is_given_up(monkeypatch: pyte
     scene.newton = SimpleNamespace(
         state=lambda y: (y, y), forget=lambda: None, solve=lambda y, *_: (y, report(rate.value > 0.5))
     )
-    scene.y, scene.parameters, scene.iterations, scene.factorisations = np.zeros(1), None, 0, 0
+    scene.comm, scene.y, scene.parameters = MPI.COMM_SELF, np.zeros(1), None
+    scene.iterations = scene.factorisations = 0
     monkeypatch.setattr(Steady, "apply", lambda *_: np.zeros(0))
     monkeypatch.setattr(Steady, "distortion_of", lambda *_: 1.0)
     assert not relax(scene, Parameters((), (0.0,), 1.0)).converged

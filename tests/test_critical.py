@@ -11,6 +11,7 @@ import pytest
 from scipy.optimize import brentq
 
 from pairsim.critical import Critical, End, Follower
+from pairsim.errors import NoSteadyState
 from pairsim.parameters import Parameters
 from pairsim.quadratic import Array
 
@@ -43,9 +44,13 @@ class Formula:
         return np.array([(self.dU(along(1e-6)) - self.dU(along(-1e-6))) / 2e-6])
 
     def zero_on(self, along: Callable[[float], Parameters], tau: float, y: Array, *, settled: bool) -> Any:
-        if self.dU(along(-0.5)) * self.dU(along(0.5)) > 0:
+        tried = np.linspace(-0.5, 0.5, 2000)  # Newton finds the nearest zero
+        dU = np.array([self.dU(along(t)) for t in tried])
+        signs = np.flatnonzero(dU[1:] * dU[:-1] <= 0)
+        if not len(signs):
             return None
-        self.fine.parameters = along(brentq(lambda t: self.dU(along(t)), -0.5, 0.5))
+        nearest = signs[np.argmin(np.abs(tried[signs] - tau))]
+        self.fine.parameters = along(brentq(lambda t: self.dU(along(t)), tried[nearest], tried[nearest + 1]))
         return SimpleNamespace(parameters=self.fine.parameters, d=self.fine.parameters.gaps[0])
 
     @property
@@ -56,12 +61,23 @@ class Formula:
         self.fine.parameters = snapshots
 
 
-def followed(line: Callable[[float], float], values: list[float]) -> tuple[list[Critical], End]:
-    branch: Any = Formula(line, values[0])
+class Folding(Formula):
+    """A branch whose dU vanishes where log(Ca_e/.1) = -(log(d/.1)/width)^2: two distances below Ca_e .1, none above."""
+
+    def __init__(self, width: float, Ca_e: float) -> None:
+        self.width = width
+        super().__init__(lambda q: float(np.log(0.1) + width * np.sqrt(np.log(0.1) - q)), Ca_e)
+
+    def dU(self, place: Parameters) -> float:
+        x, q = np.log(place.gaps[0] / 0.1), np.log(place.Ca_es[0] / 0.1)
+        return float(q + (x / self.width) ** 2)
+
+
+def followed(branch: Any, values: list[float]) -> tuple[list[Critical], End]:
     found: list[Critical] = []
-    start: Any = SimpleNamespace(point=branch.zero_on(lambda tau: branch.fine.parameters, 0, np.zeros(1), settled=True))
-    start.snapshots = branch.snapshots
-    end = Follower(branch, "Ca_e", values, 0.02, 0.8, found.append).follow(1, start, 1.0)
+    point = SimpleNamespace(parameters=branch.fine.parameters, d=branch.fine.parameters.gaps[0])
+    start: Any = SimpleNamespace(point=point, snapshots=branch.snapshots)
+    end = Follower(branch, "Ca_e", values, 0.02, 0.8, found.append, pytest.fail).follow(1, start, 1.0)
     return found, end
 
 
@@ -72,8 +88,44 @@ def test_wanted_values_are_met_where_distances_fall_steeply(values: list[float])
     def line(q: float) -> float:
         return float(np.log(0.28) - (np.exp(q) / 0.05) ** 14)
 
-    found, end = followed(line, values)
+    found, end = followed(Formula(line, values[0]), values)
     met = [c.point.parameters.Ca_es[0] for c in found if c.kind == "wanted"]
     assert met == pytest.approx(values)
     assert end.reason == "range"
     assert all(c.point.d == pytest.approx(np.exp(line(np.log(c.point.parameters.Ca_es[0])))) for c in found)
+
+
+@pytest.mark.parametrize("width", [0.3, 1.0, 1.4])
+@pytest.mark.parametrize("values", [[0.05, 0.08, 0.099, 0.15], [0.095, 0.0999, 0.2], [0.03, 0.1]])
+def test_values_before_a_fold_are_met_on_both_sides_of_it(width: float, values: list[float]) -> None:
+    found, end = followed(Folding(width, values[0]), values)
+    met = [v for v in values if v < 0.1]
+    wanted = [c.point for c in found if c.kind == "wanted"]
+    assert [point.parameters.Ca_es[0] for point in wanted] == [*met, *reversed(met)], "to the last digit"
+    x = np.array([np.log(c.point.d / 0.1) for c in found])
+    assert (np.diff(x) < 0).all(), "rows follow the line, so that a picture of them does not run to and fro"
+    (fold,) = [c.point for c in found if c.kind == "vanishes"]
+    assert fold.parameters.Ca_es[0] == pytest.approx(0.1, rel=2e-3)
+    assert end.reason == "range"
+    exact = [width * np.sqrt(np.log(0.1 / v)) for v in met]
+    assert [np.log(point.d / 0.1) for point in wanted] == pytest.approx([*exact, *(-v for v in reversed(exact))])
+
+
+def test_zeros_that_meet_beyond_the_edge_are_told() -> None:
+    """The line folds at Ca_e .1 and leaves d = .02 on its way back."""
+    found, end = followed(Folding(6.0, 0.09), [0.01, 0.09, 0.0999, 0.2])
+    assert [c.kind for c in found if c.kind != "added"] == ["wanted", "wanted", "vanishes", "wanted", "edge"]
+    assert end.reason == "edge"
+    assert found[-1].point.d == pytest.approx(0.02)
+
+
+def test_end_of_a_line_tells_why() -> None:
+    class Ending(Formula):
+        def zero_on(self, along: Callable[[float], Parameters], tau: float, y: Array, *, settled: bool) -> Any:
+            if along(tau).Ca_es[0] > 0.06:
+                raise NoSteadyState("the shapes end", advice="nothing")
+            return super().zero_on(along, tau, y, settled=settled)
+
+    _, end = followed(Ending(lambda q: float(np.log(0.1) + 0.1 * q), 0.05), [0.05, 0.1])
+    assert end.reason == "no_steady_state"
+    assert "the shapes end" in end.message

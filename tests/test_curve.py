@@ -74,7 +74,7 @@ def test_rounding_has_neither_zeros_nor_bends() -> None:
     solver = branch(case(Ca_e=0, d=(0.4,), mesh={"Np": 8}))
     found = trace(solver, [(0.4,), (0.2,), (0.1,), (0.05,)], 2e-3, 20, lambda point, wanted: None)
     assert len(found) == 4
-    assert find_zeros(solver, found, pytest.fail) == []
+    assert list(find_zeros(solver, found, pytest.fail)) == []
     solver.close()
 
 
@@ -105,11 +105,13 @@ def test_one_particle_has_a_shape_and_a_velocity() -> None:
 
 
 def test_three_particles_with_their_own_gaps() -> None:
-    """A third one far upstream hardly changes the pair; its own gap's velocity is that of a pair apart."""
+    """A third one far upstream hardly changes the pair, which is slower than a lone particle and comes closer to it."""
     (three,) = points(particles=3, d=((0.8, 0.1),), Ca_e=0.05)
     (pair,) = points(Ca_e=0.05)
+    (alone,) = points(particles=1, d=None, Ca_e=0.05)
     assert three.gaps == (0.8, 0.1)
-    assert np.diff(three.observation.U)[1] == pytest.approx(pair.dU, rel=0.02)
+    assert three.dUs[1] == pytest.approx(pair.dU, rel=0.02)
+    assert three.dUs[0] == pytest.approx(pair.observation.U[0] - alone.observation.U[0], rel=0.05)
 
 
 def test_the_matrix_is_the_derivative_of_the_residual(viscoelastic: Branch) -> None:
@@ -141,6 +143,15 @@ def test_sensitivities_are_differences_of_neighbouring_solutions(viscoelastic: B
         high, low = (_solved(viscoelastic, place) for place in places)
         assert exact[name][0] == pytest.approx((high - low) / (2 * e * value), rel=1e-3), name
     _solved(viscoelastic, here)
+
+
+def test_sensitivity_to_beta_is_the_difference_of_other_spheres() -> None:
+    """On meshes of their own: nothing here knows that a diameter can be multiplied."""
+    solver = branch(case(mesh={"Np": 20}), sensitivities=True)
+    told = float(solver.at(solver.fine.parameters).sensitivities["beta"][0])
+    solver.close()
+    low, high = (points(beta=beta, mesh={"Np": 20})[0].dU for beta in (0.396, 0.404))
+    assert told == pytest.approx((high - low) / 0.008, rel=0.02)
 
 
 def _solved(solver: Branch, place: Parameters) -> float:
@@ -213,15 +224,16 @@ def test_pseudo_time_reaches_the_steady_solution(viscoelastic: Branch) -> None:
     scene.recall(before)
 
 
-@pytest.mark.parametrize("Ca_e", [0.02, 0.1])
-def test_small_spheres_have_a_stable_distance(Ca_e: float) -> None:
-    """Closer they separate, farther apart they attract."""
+@pytest.mark.parametrize(("Ca_e", "d"), [(0.02, 0.0474), (0.1, 0.0554)])
+def test_small_spheres_have_a_stable_distance(Ca_e: float, d: float) -> None:
+    """Closer they separate, farther apart they attract; the distances are those of N_p 40 (docs/quasi-steady.md)."""
     solver = branch(case(beta=0.2, Ca_e=Ca_e, length=3.0, d=(0.15, 0.03)))
     curve = trace(solver, [(0.15,), (0.06,), (0.03,)], 0.02, 20, lambda point, wanted: None)
     lost: list[str] = []
     (zero,) = find_zeros(solver, curve, lost.append)
     solver.close()
     assert abs(zero.point.dU) < 1e-9
+    assert zero.point.d == pytest.approx(d, rel=0.1)
     assert zero.point.slopes[0] < 0
     assert curve[0].dU > 0 > curve[-1].dU
     assert not lost
@@ -283,6 +295,32 @@ def test_a_change_of_sign_between_two_meshes_is_no_zero_and_is_told(tmp_path: Pa
     assert sum("within the error of the mesh" in warning for warning in warnings) == 1
 
 
+def test_the_peak_beside_a_zero_is_part_of_the_largest_dU_between_points_too() -> None:
+    def point(d: float, dU: float, slope: float) -> Any:
+        return SimpleNamespace(d=d, dU=dU, dUs=np.array([dU]), slopes=np.array([slope]), mesh_errors=None)
+
+    zero: Any = SimpleNamespace(point=point(0.2, 0.0, 1.0))
+    (found,) = equilibria([zero], [point(0.1, -0.05, 1.0), point(0.3, 0.1, 2.0), point(0.4, 0.1, -2.0)])
+    assert found.peak == 1.0, "dU rises to more than .1 between .3 and .4"
+
+
+def test_a_bad_mesh_at_one_place_does_not_excuse_the_others() -> None:
+    """Points are added where the curve bends by more than the error of the mesh there."""
+
+    def point(d: float) -> Any:
+        x = np.log(d / 0.1)
+        error = np.array([0.5 if d < 0.06 else 1e-6])
+        keys = {"slopes": np.array([np.cos(2 * x) * 2 / d]), "parameters": Parameters((d,), (0.1, 0.1))}
+        return SimpleNamespace(d=d, dU=np.sin(2 * x), dUs=np.array([np.sin(2 * x)]), mesh_errors=error, **keys)
+
+    fine: Any = SimpleNamespace(parameters=Parameters((0.8,), (0.1, 0.1)))
+    stub: Any = SimpleNamespace(fine=fine, at=lambda parameters: point(parameters.gaps[0]))
+    found = trace(stub, [(0.8,), (0.2,), (0.05,), (0.02,)], 2e-3, 100, lambda p, wanted: None)
+    curve, x = interpolant(found), np.linspace(np.log(0.2), np.log(0.8), 500)
+    assert np.abs(curve(x) - np.sin(2 * (x - np.log(0.1)))).max() < 2e-3
+    assert sum(p.d < 0.05 for p in found) == 1, "there the mesh is worse than the bend"
+
+
 def test_a_zero_that_newton_misses_between_smooth_points_is_no_jump() -> None:
     def point(d: float) -> Any:
         keys = {"slopes": np.array([1.0]), "parameters": Parameters((d,), (0.1, 0.1))}
@@ -330,7 +368,9 @@ def test_the_mesh_error_is_that_of_a_coarser_mesh() -> None:
     told = solver.at(solver.fine.parameters)
     solver.close()
     (finest,) = points(mesh={"Np": 40})
+    (coarse,) = points(mesh={"Np": 14, "growth": 0.15 * 2**0.5, "max_size": 0.2 * 2**0.5})
     assert told.mesh_errors is not None
+    assert told.mesh_errors[0] == pytest.approx(abs(told.dU - coarse.dU), rel=1e-6)
     assert abs(told.dU - finest.dU) < told.mesh_errors[0]
 
 

@@ -5,18 +5,22 @@ from __future__ import annotations
 import csv
 import errno
 import json
+import signal
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 import pyvista as pv
 import yaml
-from conftest import ROOT
+from conftest import ROOT, interrupted
 from mpi4py import MPI
 
+from pairsim.branch import Branch, Point
 from pairsim.case_file import curve_from_dict, load_critical, load_curve
+from pairsim.curve import Zero
 from pairsim.curve_run import run_curve
-from pairsim.errors import InputError
+from pairsim.errors import InputError, NoSteadyState
 from pairsim.output import read_series
 from pairsim.progress import make_reporter
 
@@ -60,6 +64,33 @@ def test_critical_command_follows_the_zero_of_the_curve(tmp_path: Path, pairsim)
     assert told["ends"][0]["reason"] == "range"
     assert ["not resolved" in warning for warning in told["warnings"]] == [False]  # only that the mesh is coarse
     assert (tmp_path / "critical" / "critical.png").stat().st_size > 10_000
+
+
+def test_critical_follows_lines_over_De_with_their_errors(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+    """Two lines over De: the softer pair has the smaller distance, as in Fig. 11."""
+    keys = "beta: 0.4\nDe: 0.5\nCa_e: 0.1\nends: developed\nlength: 3\nmesh: {Np: 8}\n"
+    (tmp_path / "case.yaml").write_text(keys + "along: {De: [0.4, 0.5]}\nlines: {Ca_e: [0.02, 0.05]}\nd: [0.15, 0.5]\n")
+    done = pairsim("critical", "case.yaml", "-o", "out")
+    assert done.returncode == 0, done.stderr
+    with (tmp_path / "out" / "critical.csv").open() as file:
+        rows = [row for row in csv.DictReader(file) if row["kind"] == "wanted"]
+    assert {(row["Ca_e"], row["De"]) for row in rows} == {(c, d) for c in ("0.02", "0.05") for d in ("0.4", "0.5")}
+    by_place = {(row["Ca_e"], row["De"]): row for row in rows}
+    for De in ("0.4", "0.5"):
+        assert float(by_place["0.05", De]["d_cr"]) < float(by_place["0.02", De]["d_cr"])
+    assert len({row["branch"] for row in rows}) == 2
+    for row in rows:
+        error = float(row["mesh_error"]) / abs(float(row["slope"]))
+        assert float(row["d_error"]) == pytest.approx(error, rel=1e-6)
+        assert error > 0
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_curve_keeps_its_points(number: int, tmp_path: Path) -> None:
+    (tmp_path / "case.yaml").write_text(CURVE.replace("[0.3, 0.1]", "{start: 0.02, stop: 1, num: 400}"))
+    curve = tmp_path / "out" / "curve.csv"
+    told = interrupted(["curve", "case.yaml", "-o", "out"], curve, number)
+    assert told["points"] >= len(read_series(curve)["d"]) >= 4
 
 
 SHORT = {
@@ -128,6 +159,19 @@ def test_no_steady_state_is_a_typed_failure(tmp_path: Path, pairsim) -> None:  #
     assert done.returncode == 3, done.stderr
     assert "Traceback" not in done.stderr
     assert json.loads((tmp_path / "out" / "run.json").read_text())["reason"] == "no_steady_state"
+
+
+def test_zeros_before_one_that_was_lost_are_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def zeros(branch: Branch, points: list[Point], lost: object) -> Iterator[Zero]:
+        yield Zero(points[1], branch.snapshots)
+        raise NoSteadyState("the second one was lost")
+
+    monkeypatch.setattr("pairsim.curve_run.find_zeros", zeros)
+    keys = {"mesh": {"Np": 8}, "mesh_error": False, "d": [0.1, 0.2, 0.3], "tol": 1}
+    told = {"comm": MPI.COMM_WORLD, "overwrite": False, "reporter": make_reporter(True, 0), "command": "test"}
+    outcome = run_curve(curve_from_dict(yaml.safe_load(CURVE) | keys, "test"), tmp_path / "out", **told)
+    assert (outcome.status, outcome.reason) == ("failed", "no_steady_state")
+    assert len((tmp_path / "out" / "equilibria.csv").read_text().splitlines()) == 2
 
 
 def test_a_curve_that_cannot_be_written_ends_typed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -317,7 +317,28 @@ def test_curves_are_swept_too(tmp_path: Path) -> None:
         peak["d"], peak["dU"], peak["mesh_error"],
     ]  # fmt: skip
     assert abs(float(rigid["dU_peak"])) < 1e-9 < float(soft["dU_peak"])
-    assert plot_sweep(tmp_path / "out") == [tmp_path / "out" / "sweep_curves.png"]
+    assert plot_sweep(tmp_path / "out") == [tmp_path / "out" / "sweep_curves.png"], "there is no zero to draw"
+
+
+def test_pictures_of_critical_distances_show_the_zeros(tmp_path: Path) -> None:
+    def case(Ca_e: float, De: float, zeros: str, stable: str) -> dict[str, object]:
+        values = {"points": 2, "zeros": zeros, "stable": stable}
+        parameters = {"Ca_e": Ca_e, "De": De}
+        return {
+            "folder": f"{Ca_e}-{De}",
+            "status": "finished",
+            "reason": "end",
+            "parameters": parameters,
+            "values": values,
+        }
+
+    cases = [case(0.1, 0.25, "[0.18]", "[false]"), case(0.02, 0.25, "[0.25]", "[false]"), case(0.1, 0.0, "[]", "[]")]
+    told = {"name": "zeros", "command": "critical", "varying": ["Ca_e", "De"], "updated": 0, "cases": cases}
+    (tmp_path / "sweep.json").write_text(json.dumps(told))
+    assert [path.name for path in plot_sweep(tmp_path)] == ["sweep_zeros.png", "sweep_map.png"]
+    (tmp_path / "sweep.json").write_text(json.dumps(told | {"varying": ["Ca_e"], "cases": cases[2:]}))
+    with pytest.raises(InputError, match="no zero of dU"):
+        plot_sweep(tmp_path)
 
 
 def test_shipped_sweep_runs(tmp_path: Path, pairsim: Sweep) -> None:
