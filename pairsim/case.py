@@ -74,6 +74,11 @@ class MeshOptions(_Options):
         "of 0.07 and beta/4)",
     )
     core_growth: Number = Field(0.3, gt=0, le=2, description="growth of the cell size by unit depth in a particle")
+    rows: Number = Field(
+        0.0,
+        ge=0,
+        description="distance from the particles beyond which cells lie in rows along the tube [D_c] (0: none)",
+    )
 
 
 class TimeOptions(_Options):

@@ -46,8 +46,14 @@ def liquid_cells(case: SceneCase) -> float:
     cells = free / (0.433 * _mean_square(fine, case.mesh.growth, coarse, 0.5 * (1 - beta)))
     step = max(length - beside, 0.0) / STRIPS
     for i in range(STRIPS):
-        size = min(coarse, fine + case.mesh.growth * (i + 0.5) * step / 2)
-        cells += step * 0.5 / (0.433 * size**2)
+        away = (i + 0.5) * step / 2
+        if 0 < case.mesh.rows < away:  # two triangles share a square
+            across = min(coarse, fine + case.mesh.growth * case.mesh.rows)
+            along = max(across, min(0.5, across + case.mesh.growth * (away - case.mesh.rows)))
+            cells += step * 0.5 / (across * along) * 2
+        else:
+            size = min(coarse, fine + case.mesh.growth * away)
+            cells += step * 0.5 / (0.433 * size**2)
     across = case.mesh.gap_cells or case.mesh.Np / 4
     for gap in case.gaps:
         if (size := gap / across) < fine:  # square cells of a gap that widens as d + 2 r^2/beta

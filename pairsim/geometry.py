@@ -27,6 +27,7 @@ class MeshSettings:
         wall_arcs: Arcs of an outline across its distance from the wall, in parts of N_p.
         max_size: Largest cell size (in D_c).
         core_growth: Growth of the cell size per unit depth inside a particle.
+        rows: Distance from the outermost particles beyond which cells lie in rows along the tube; 0: nowhere.
     """
 
     Np: int = 40
@@ -37,6 +38,7 @@ class MeshSettings:
     wall_arcs: float = 0.35
     max_size: float = 0.2
     core_growth: float = 0.3
+    rows: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,9 @@ from scipy.spatial import cKDTree
 from pairsim.errors import MeshFailure
 from pairsim.geometry import TUBE_RADIUS, Geometry, MeshSettings, Outline, Reference
 from pairsim.quadratic import MIRRORED_CELL, Array, QuadraticMesh, jacobians, shape_gradients
+from pairsim.rows import extruded, stations
 
+SHORT_ROWS = 0.2  # rows that would be shorter are not worth it [D_c]
 STRAIGHT_ENOUGH = 0.3  # least Jacobian, against straight sides, of a mesh whose curved sides are left to themselves
 
 
@@ -156,8 +158,9 @@ def liquid_mesh(reference: Reference, settings: MeshSettings) -> QuadraticMesh:
     """
     half = reference.geometry.length / 2
     size = _liquid_size(reference, settings)
-    end_cells = max(2, math.ceil(TUBE_RADIUS / size(half, TUBE_RADIUS / 2)))
     mirrored = reference.mirrored
+    low, high = _near_zone(reference, settings)
+    end_cells = max(2, math.ceil(TUBE_RADIUS / size(high, TUBE_RADIUS / 2)))
     pieces = [nodes[::-1] for nodes in reference.positions]  # from the upstream pole to the downstream one
     if mirrored:
         n = len(pieces)
@@ -168,7 +171,7 @@ def liquid_mesh(reference: Reference, settings: MeshSettings) -> QuadraticMesh:
     def build() -> None:
         curve: list[int] = []
         point, line = gmsh.model.geo.addPoint, gmsh.model.geo.addLine
-        start = None if from_middle else point(0.0 if mirrored else -half, 0.0, 0.0)
+        start = None if from_middle else point(0.0 if mirrored else low, 0.0, 0.0)
         last = start
         for nodes in pieces:
             tags = [point(float(z), float(r), 0.0) for z, r in nodes[::2]]
@@ -178,16 +181,33 @@ def liquid_mesh(reference: Reference, settings: MeshSettings) -> QuadraticMesh:
                 curve.append(line(last, tags[0]))
             curve += _one_cell_lines(tags)
             last = tags[-1]
-        corner = point(half, 0.0, 0.0), point(half, TUBE_RADIUS, 0.0)
-        top = point(0.0 if mirrored else -half, TUBE_RADIUS, 0.0)
+        corner = point(high, 0.0, 0.0), point(high, TUBE_RADIUS, 0.0)
+        top = point(0.0 if mirrored else low, TUBE_RADIUS, 0.0)
         curve.append(line(last, corner[0]))
         outlet, wall, inlet = line(*corner), line(corner[1], top), line(top, start)
         for end in (outlet,) if mirrored else (outlet, inlet):
             gmsh.model.geo.mesh.setTransfiniteCurve(end, end_cells + 1)
         gmsh.model.geo.addPlaneSurface([gmsh.model.geo.addCurveLoop([*curve, outlet, wall, inlet])])
 
+    def rows(mesh: QuadraticMesh, begin: float) -> QuadraticMesh:
+        return extruded(mesh, stations(begin, half, TUBE_RADIUS / end_cells, settings.growth))
+
     mesh = _run_gmsh(build, size, pieces)
+    if high < half:
+        mesh = rows(mesh, high)
+    if low > -half and not mirrored:
+        mesh = rows(mesh.mirror(), -low).mirror()
     return mesh.with_mirror_image() if mirrored else mesh
+
+
+def _near_zone(reference: Reference, settings: MeshSettings) -> tuple[float, float]:
+    """The part of the tube that is not filled with rows of cells: all of it where there is no room for rows."""
+    half = reference.geometry.length / 2
+    if not settings.rows or not reference.positions:
+        return -half, half
+    z = np.concatenate([nodes[:, 0] for nodes in reference.positions])
+    low, high = float(z.min()) - settings.rows, float(z.max()) + settings.rows
+    return (low if low > -half + SHORT_ROWS else -half), (high if high < half - SHORT_ROWS else half)
 
 
 def _one_cell_lines(tags: Sequence[int]) -> list[int]:

@@ -384,3 +384,15 @@ def test_a_problem_remembers_its_narrowest_distance() -> None:
         arcs.append(len(solver.fine.outlines[0].angles))
         solver.close()
     assert arcs[1] > arcs[0]
+
+
+def test_dU_does_not_depend_on_where_the_cells_of_a_long_tube_happen_to_lie() -> None:
+    """Rows of cells have the same error of the tube's own stress everywhere, which acts on no particle."""
+    keys = {"De": 1, "Ca_e": 0, "ends": "developed", "d": [0.4]}
+
+    def spread(rows: float) -> float:
+        mesh = {"Np": 8, "max_size": 0.12, "rows": rows}
+        found = [points(**keys, length=length, mesh=mesh)[0].dU for length in (5.2, 5.28, 5.37)]
+        return float(np.ptp(found))
+
+    assert spread(0.5) < 0.3 * spread(0.0)

@@ -1,12 +1,18 @@
-"""Meshes of the liquid around outlines that are no longer circles."""
+"""Meshes of the liquid: around outlines that are no longer circles, and rows of cells along the tube."""
 
 from __future__ import annotations
 
+from itertools import chain
+
 import numpy as np
+import pytest
 from scipy.spatial import cKDTree
 
+from pairsim.case_file import case_from_dict
+from pairsim.cost import liquid_cells
 from pairsim.geometry import Geometry, MeshSettings, Reference
 from pairsim.mesh import liquid_mesh, make_outlines
+from pairsim.quadratic import QuadraticMesh
 
 
 def test_cells_around_deformed_outlines_grow_with_the_distance_from_them() -> None:
@@ -29,3 +35,63 @@ def test_cells_around_deformed_outlines_grow_with_the_distance_from_them() -> No
     assert ratio.max() < 1.4
     assert 0.6 < ratio[beside].mean() < 1.1
     assert longest[far].max() < 1.4 * settings.max_size
+
+
+def rows_and_all(betas: tuple[float, ...], gaps: tuple[float, ...]) -> tuple[QuadraticMesh, QuadraticMesh, float]:
+    """Meshes with and without rows beyond .5, and where the particles end."""
+    geometry = Geometry(betas, gaps, 8.0)
+    settings = [MeshSettings(Np=12, max_size=0.06, rows=rows) for rows in (0.5, 0.0)]
+    reference = Reference.spheres(geometry, make_outlines(geometry, settings[0]))
+    with_rows, without = (liquid_mesh(reference, each) for each in settings)
+    return with_rows, without, (sum(betas) + sum(gaps)) / 2
+
+
+@pytest.mark.parametrize("betas", [(0.4, 0.4), (0.4, 0.3), (0.3,)], ids=["equal", "unequal", "one"])
+def test_rows_continue_the_mesh_to_the_ends_of_the_tube(betas: tuple[float, ...]) -> None:
+    """They leave no hole and cover nothing twice, and every inner side belongs to two cells."""
+    mesh, without, _ = rows_and_all(betas, (0.1,) * (len(betas) - 1))
+    assert mesh.jacobians.min() > 0
+    area = mesh.jacobians[:, 3:6].sum() / 6  # exact for polynomials of degree 2
+    assert area == pytest.approx(8.0 * 0.5 - sum(np.pi * beta**2 / 8 for beta in betas), rel=1e-5)
+    assert (mesh.points[:, 0].min(), mesh.points[:, 0].max()) == (-4.0, 4.0)
+    sides = chain.from_iterable(mesh.cells[:, list(side)] for side in ((0, 3, 1), (1, 4, 2), (2, 5, 0)))
+    _, count = np.unique(np.sort(np.array(list(sides)), axis=1), axis=0, return_counts=True)
+    ends = (mesh.points[:, 0] == -4.0, mesh.points[:, 0] == 4.0)
+    assert set(count) == {1, 2}
+    first, last = (np.sort(mesh.points[end, 1]) for end in ends)
+    assert first == pytest.approx(last, abs=1e-9)
+    assert len(mesh.cells) < len(without.cells) / 2
+
+
+def test_rows_keep_their_width_and_lengthen_with_the_distance() -> None:
+    mesh, _, end = rows_and_all((0.4, 0.3), (0.1,))
+    for away in (mesh.points[:, 0] - end, -mesh.points[:, 0] - end):
+        beyond = (away[mesh.cells[:, :3]] > 0.5 - 1e-9).all(axis=1)
+        z, r = np.moveaxis(mesh.points[mesh.cells[beyond, :3]], 2, 0)
+        assert np.ptp(r, axis=1) == pytest.approx(0.5 / 9)
+        lengths = np.unique(np.round(np.sort(np.ptp(z, axis=1)), 9))
+        assert lengths[0] == pytest.approx(0.06, rel=0.15)
+        assert lengths[-1] == pytest.approx(0.06 + 0.15 * 3, rel=0.15)
+
+
+def test_meshes_with_rows_are_mirrored_where_the_scene_is() -> None:
+    mesh, _, _ = rows_and_all((0.4, 0.4), (0.1,))
+    distance, image = cKDTree(mesh.points).query(mesh.points * [-1.0, 1.0])
+    assert distance.max() == 0.0
+    assert {*map(tuple, np.sort(image[mesh.cells], axis=1))} == {*map(tuple, np.sort(mesh.cells, axis=1))}
+
+
+def test_a_tube_without_room_for_rows_has_none() -> None:
+    geometry = Geometry((0.4,), (), 1.5)
+    settings = MeshSettings(Np=12, rows=0.5)
+    reference = Reference.spheres(geometry, make_outlines(geometry, settings))
+    assert np.array_equal(liquid_mesh(reference, settings).points, liquid_mesh(reference, MeshSettings(Np=12)).points)
+
+
+@pytest.mark.parametrize("rows", [0.0, 0.5])
+def test_the_cost_of_a_case_is_guessed_with_its_rows(rows: float) -> None:
+    mesh = {"Np": 20, "max_size": 0.05, "rows": rows}
+    case = case_from_dict({"beta": 0.4, "De": 1, "Ca_e": 0.1, "d0": 0.1, "mesh": mesh}, "test")
+    geometry, settings = Geometry(case.betas, case.gaps, case.tube_length), MeshSettings(**mesh)
+    made = liquid_mesh(Reference.spheres(geometry, make_outlines(geometry, settings)), settings)
+    assert liquid_cells(case) == pytest.approx(len(made.cells), rel=0.25)
