@@ -129,6 +129,8 @@ class Ledger:
                 continue
             entry.reason, entry.message = told.get("reason", ""), told.get("message", "")
             entry.values = command.values(directory)
+            if entry.status != "finished" and entry.seconds:
+                entry.values["wall_time"] = entry.seconds  # its own account stops where it did
 
     def count(self, *statuses: str) -> int:
         """Number of cases with one of these statuses."""

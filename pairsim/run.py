@@ -6,6 +6,7 @@ import json
 import signal
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -87,6 +88,8 @@ class _Recorder:
         columns = [*series_columns(case.n), *self.columns]
         self.series = SeriesWriter(folder.file(SERIES), columns, old.rows if old else None)
         self.fields = FieldsWriter(folder.path, keep=old.frames if old else 0) if case.output.fields else None
+        lost = old.frames - self.fields.frames if old and self.fields else 0
+        self.damage = [f"fields.h5 was damaged: {lost} frames are lost"] if lost else []
         self.wanted = milestones(case)
         self._pending: Step | None = None
         self._latest: Checkpoint | None = None
@@ -97,16 +100,11 @@ class _Recorder:
         self._narrow = old.narrowest if old else (1.0, 0.0)
 
     @property
-    def lost(self) -> int:
-        """Frames that a damaged fields.h5 no longer gives."""
-        return 0 if self.old is None or self.fields is None else self.old.frames - self.fields.frames
-
-    @property
     def warnings(self) -> list[str]:
         """What the user should know of the results."""
         narrow = narrow_gap(*self._narrow)
         ends = near_ends(self.case, self._widest)
-        return [*coarse_mesh(self.case), *unresolved_stress(self._s_jump), *narrow, *ends]
+        return [*self.damage, *coarse_mesh(self.case), *unresolved_stress(self._s_jump), *narrow, *ends]
 
     def _span(self, gaps: Sequence[Any]) -> float:
         """Length of the row of particles with these gaps, each a number or a column; the largest."""
@@ -133,11 +131,18 @@ class _Recorder:
         if passed >= self.case.output.checkpoint or (at_output and passed > CHEAP * self._cost):
             self._save()
 
-    def finish(self, last_frame: bool) -> None:
-        """Write the checkpoint of the last step and, if asked for, its fields; close all files."""
+    def finish(self, last_frame: bool, is_over: bool = False) -> None:
+        """Write the checkpoint of the last step and, if asked for, its fields; close all files.
+
+        Args:
+            last_frame: Write the fields of the last step.
+            is_over: The run has come to its end: a resume keeps that frame.
+        """
         try:
             if last_frame:
                 self._field()
+            if is_over and self._latest is not None and self.fields is not None:
+                self._latest = replace(self._latest, frames=self.fields.frames)
         finally:
             self._save()
             self.series.close()
@@ -270,8 +275,7 @@ def run_case(
         notes.append(f"goes on from t = {old.state.history.t[0]:g} (step {old.state.counts.steps})")
     elif resume:
         notes.append("there is no checkpoint: begins afresh")
-    if recorder is not None and recorder.lost:
-        notes.append(f"fields.h5 was damaged: {recorder.lost} frames are lost")
+    notes += recorder.damage if recorder is not None else []
     for note in notes:
         reporter.note(note)
     transient: Transient | None = None
@@ -296,10 +300,14 @@ def run_case(
 
     def finish() -> None:
         if recorder is not None:
+            ended = outcome
             try:
-                recorder.finish(last_frame=not at_once)
+                recorder.finish(last_frame=not at_once, is_over=outcome.status == "finished")
+            except OSError as error:
+                ended = Outcome("failed", WriteFailure.reason, str(error))
+                raise
             finally:
-                record.write(outcome, told | {"warnings": recorder.warnings}, dict(seconds))
+                record.write(ended, told | {"warnings": recorder.warnings}, dict(seconds))
                 for warning in recorder.warnings:
                     reporter.note(warning)
 

@@ -138,7 +138,14 @@ class Runner:
         if code == 2 and self._resumed and not self._stopped:  # a checkpoint that cannot be used
             self._start(task, resume=False)
             return None
-        status, reason, message = judge(code, read_told(task.directory), child.stderr, self._stopped, self._seconds)
+        if self._stopped == "timeout" and self.timeout is not None and self._seconds < self.timeout:
+            self._stopped = ""  # it was meant for the case before, which finished all the same
+            self._start(task, resume=task.resume)
+            return None
+        told = read_told(task.directory)
+        if finished_in(task.directory, self.command, task.key):  # whatever befell it after that
+            code = 0
+        status, reason, message = judge(code, told, child.stderr, self._stopped, self._seconds)
         if status != "finished" and child.stderr.strip():
             with contextlib.suppress(OSError):
                 write_text(task.directory / TOLD, child.stderr)

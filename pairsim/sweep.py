@@ -225,7 +225,8 @@ class _Root:
             entry = self.ledger.entries[case.folder]
             failed = entry.status in ("failed", "timeout")
             again = self.options.only_failed or entry.reason in NOT_THE_CASE
-            if (failed and again) or (entry.status == "pending" and not self.options.only_failed):
+            # With --only-failed, a case that was begun again and stopped on the way is still to be repeated.
+            if (failed and again) or (entry.status == "pending" and (entry.attempts or not self.options.only_failed)):
                 case_file = self.directory / CASES / f"{case.folder}.yaml"
                 resume = entry.status != "failed" or entry.reason in NOT_THE_CASE
                 wanted.append(

@@ -25,7 +25,7 @@ from pairsim.record import Outcome
 from pairsim.run import run_case
 from pairsim.stepsize import StepControl
 from pairsim.transient import Transient
-from pairsim.xdmf import read_times
+from pairsim.xdmf import FieldsWriter, read_times
 
 SOFT: dict[str, Any] = {
     "beta": 0.4,
@@ -144,6 +144,22 @@ def test_a_finish_that_was_not_recorded_is(stopped: tuple[Case, Path, Path]) -> 
     assert np.array_equal(read_times(cut), frames)
 
 
+def test_the_last_frame_of_a_run_that_ended_early_is_kept(stopped: tuple[Case, Path, Path], tmp_path: Path) -> None:
+    """A gap that passes a limit between two outputs, and a kill before run.json tells of it."""
+    case, whole, _ = stopped
+    t, d = (read_series(whole / "series.csv")[name] for name in ("t", "d"))
+    k = next(k for k in range(2, len(t)) if np.abs(t[k] - read_times(whole)).min() > 1e-9)
+    limit = "min_gap" if d[k] < d[k - 1] else "max_gap"
+    case = soft(De=case.De, limits={limit: float(d[k - 1] + d[k]) / 2})
+    ended = run(case, tmp_path / "run")
+    assert (ended.status, ended.reason) == ("finished", "contact" if limit == "min_gap" else "max_gap")
+    (tmp_path / "run" / "run.json").write_text(json.dumps({"status": "running"}))
+    times = read_times(tmp_path / "run")
+    assert times[-1] == read_series(tmp_path / "run" / "series.csv")["t"][-1]
+    assert run(case, tmp_path / "run", resume=True).reason == ended.reason
+    assert np.array_equal(read_times(tmp_path / "run"), times)
+
+
 def test_every_step_can_be_gone_on_from(tmp_path: Path) -> None:
     """Also those before and after a remeshing, also around deformed particles; what is stored is read back exactly."""
     settings, control = MeshSettings(Np=8), StepControl(3e-4, 1e-8, 2.0, 0.05)
@@ -251,6 +267,7 @@ def test_damaged_fields_cost_frames_and_nothing_else(short: Path, tmp_path: Path
     show = Stops()
     assert run(soft(), tmp_path, show, resume=True).status == "finished"
     assert "fields.h5 was damaged: 1 frames are lost" in show.told
+    assert "fields.h5 was damaged: 1 frames are lost" in json.loads((tmp_path / "run.json").read_text())["warnings"]
     assert len(read_times(tmp_path)) == 5
 
 
@@ -272,6 +289,19 @@ def test_a_full_disk_is_a_typed_failure(tmp_path: Path, monkeypatch: pytest.Monk
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Checkpoint, "save", full)
+    with pytest.raises(WriteFailure, match="No space left"):
+        run(soft(), tmp_path / "run")
+    told = json.loads((tmp_path / "run" / "run.json").read_text())
+    assert (told["status"], told["reason"]) == ("failed", "write_failed")
+
+
+def test_a_run_whose_last_files_cannot_be_written_is_not_finished(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(FieldsWriter, "close", full)
     with pytest.raises(WriteFailure, match="No space left"):
         run(soft(), tmp_path / "run")
     told = json.loads((tmp_path / "run" / "run.json").read_text())

@@ -15,22 +15,15 @@ from conftest import TINY, words_of
 
 from pairsim.children import Child, clean_environment, descendants, judge
 from pairsim.grid import read_grid
-from pairsim.runner import Runner, Task
+from pairsim.runner import Result, Runner, Task
 from pairsim.sweep_commands import read_curve
 
 
 def test_chain_of_curves_survives_its_process(tmp_path: Path) -> None:
     """Each curve starts from the one before; when the process dies, its curve fails and the rest goes on."""
-    base = TINY.replace("Ca_e: 0, ", "d: [0.1, 0.3], tol: 1, mesh_error: false, ").replace(", time: {end: 0.01}", "")
-    (tmp_path / "grid.yaml").write_text("command: curve\n" + base + "grid: {Ca_e: [0.02, 0.04, 0.06, 0.08]}\n")
-    grid = read_grid(tmp_path / "grid.yaml")
-    tasks = [
-        Task(case.folder, case.key, tmp_path / case.folder, tmp_path / "cases" / f"{case.folder}.yaml", case.checked)
-        for case in grid.cases
-    ]
-    runner, results = Runner(grid.command), []
-    runner.take(tasks)
-    deadline = time.monotonic() + 100
+    runner, tasks = curves(tmp_path, "0.02, 0.04, 0.06, 0.08")
+    results: list[Result] = []
+    deadline = time.monotonic() + 500
     while len(results) < 4:
         assert time.monotonic() < deadline
         if (result := runner.poll()) is not None:
@@ -45,8 +38,53 @@ def test_chain_of_curves_survives_its_process(tmp_path: Path) -> None:
     assert second["newton_iterations"] < first["newton_iterations"]
     alone = tmp_path / "alone"
     cold = [sys.executable, "-m", "pairsim", "curve", str(tasks[1].case_file), "-o", str(alone), "-q"]
-    subprocess.run(cold, check=True, capture_output=True, timeout=60)
+    subprocess.run(cold, check=True, capture_output=True, timeout=300)
     assert float(results[1].values["dU_peak"]) == pytest.approx(read_curve(alone)["dU_peak"], rel=1e-6)  # type: ignore[arg-type]
+
+
+def curves(folder: Path, values: str) -> tuple[Runner, list[Task]]:
+    """Tiny curves at some Ca_e, in one chain, and a worker that has not begun them."""
+    base = TINY.replace("Ca_e: 0, ", "d: [0.1, 0.3], tol: 1, mesh_error: false, ").replace(", time: {end: 0.01}", "")
+    (folder / "grid.yaml").write_text(f"command: curve\n{base}grid: {{Ca_e: [{values}]}}\n")
+    grid = read_grid(folder / "grid.yaml")
+    tasks = [
+        Task(case.folder, case.key, folder / case.folder, folder / "cases" / f"{case.folder}.yaml", case.checked)
+        for case in grid.cases
+    ]
+    runner = Runner(grid.command, timeout=1000.0)
+    runner.take(tasks)
+    return runner, tasks
+
+
+def test_a_timeout_that_comes_as_a_curve_ends_is_not_the_next_ones(tmp_path: Path) -> None:
+    """The case that it was meant for has finished all the same; the one behind it is begun anew."""
+    runner, tasks = curves(tmp_path, "0.02, 0.04")
+    results: list[Result] = []
+    deadline = time.monotonic() + 500
+    while len(results) < 2:
+        assert time.monotonic() < deadline
+        if (result := runner.poll()) is not None:
+            results.append(result)
+            if len(results) == 1:
+                runner._stopped = "timeout"
+                (child,) = (pid for pid in descendants(os.getpid()) if "pairsim.chain" in words_of(pid))
+                os.kill(child, signal.SIGTERM)
+        time.sleep(0.005)
+    assert [(result.folder, result.status) for result in results] == [(task.folder, "finished") for task in tasks]
+
+
+def test_what_befalls_a_case_after_it_has_said_that_it_finished_does_not_matter(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The exit code of a process that is killed between run.json and its end is not that of the case."""
+    runner, _ = curves(tmp_path, "0.02")
+    poll = Child.poll
+    monkeypatch.setattr(Child, "poll", lambda child: -9 if poll(child) == 0 else poll(child))
+    deadline = time.monotonic() + 500
+    while (result := runner.poll()) is None:
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    assert (result.status, result.reason) == ("finished", "end")
 
 
 FAILED = {"status": "failed"}
@@ -91,10 +129,13 @@ def test_ends_have_typed_reasons(
 
 
 def test_child_that_ignores_a_signal_is_killed() -> None:
-    child = Child([sys.executable, "-c", "import signal, time; signal.signal(15, signal.SIG_IGN); time.sleep(60)"])
-    time.sleep(0.3)
+    deaf = "import signal, sys, time; signal.signal(15, signal.SIG_IGN); print('deaf', file=sys.stderr); time.sleep(60)"
+    child = Child([sys.executable, "-u", "-c", deaf])
+    while "deaf" not in child.stderr:
+        assert child.poll() is None
+        time.sleep(0.02)
     child.ask_to_stop(grace=0.2)
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + 50
     while (code := child.poll()) is None and time.monotonic() < deadline:
         time.sleep(0.02)
     assert code == -signal.SIGKILL
@@ -104,7 +145,7 @@ def test_child_dies_with_its_parent() -> None:
     lines = "child = Child(['sleep', '60']); print(child.pid, flush=True); os.kill(os.getpid(), 9)"
     parent = [sys.executable, "-c", f"import os; from pairsim.children import Child; {lines}"]
     pid = int(subprocess.run(parent, capture_output=True, text=True, check=False).stdout)
-    deadline = time.monotonic() + 5
+    deadline = time.monotonic() + 30
     while "sleep" in words_of(pid):
         assert time.monotonic() < deadline
         time.sleep(0.02)
@@ -135,16 +176,13 @@ def test_warming_up_compiles_all_that_a_case_needs_after_a_killed_compilation(tm
     warming.wait()
     begun = [path for path in (tmp_path / "cache").rglob("libffcx*.c") if not Path(f"{path}.cached").exists()]
     assert begun
-    began = time.monotonic()
-    subprocess.run(forms, env=environment, check=True, timeout=60)
+    subprocess.run(forms, env=environment, check=True, timeout=600)
     assert all(Path(f"{path}.cached").exists() for path in begun)
-    compiled, seconds = modules(), time.monotonic() - began
+    compiled = modules()
     assert compiled
-    assert seconds < 60
     (tmp_path / "case.yaml").write_text(TINY.partition(": ")[2].replace("Ca_e: 0", "Ca_e: 0.1, d0: 0.1"))
     run = [sys.executable, "-m", "pairsim", "run", "case.yaml", "-q"]
     subprocess.run(run, cwd=tmp_path, env=environment, check=True, capture_output=True)
     assert modules() == compiled
-    began = time.monotonic()
-    subprocess.run(forms, env=environment, check=True)
-    assert time.monotonic() - began < 1.0  # known by its stamps, without FEniCSx
+    known = "import sys; from pairsim.warm import warm; warm(sys.argv[1:]); assert 'dolfinx' not in sys.modules"
+    subprocess.run([sys.executable, "-c", known, *forms[3:]], env=environment, check=True)  # by its stamps

@@ -221,9 +221,10 @@ caught = []
 signal.signal(signal.SIGTERM, lambda *_: caught.append(1))
 script = "import os, time\\nwhile os.getppid() == PID:\\n    os.kill(PID, 15)\\n    time.sleep(5e-4)"
 storm = subprocess.Popen([sys.executable, "-c", script.replace("PID", str(os.getpid()))])
-for _ in range(60):
-    memory = transient.newton.memory
-    transient.newton.recall(memory)  # orders anew
+orderings = 0
+while orderings < 60 or len(caught) < 20:
+    transient.newton.recall(transient.newton.memory)  # orders anew
+    orderings += 1
 storm.kill()
 print(len(caught))
 """
@@ -231,9 +232,9 @@ print(len(caught))
 
 def test_sigterm_during_the_ordering_of_a_matrix_does_no_harm() -> None:
     """METIS has a handler of its own for it while it is at work, after which MUMPS crashes."""
-    done = subprocess.run([sys.executable, "-c", ORDERINGS], capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run([sys.executable, "-c", ORDERINGS], capture_output=True, text=True, timeout=600, check=False)
     assert done.returncode == 0, done.stderr[-2000:]
-    assert int(done.stdout) > 20
+    assert int(done.stdout) >= 20
 
 
 @pytest.mark.parametrize(
