@@ -17,9 +17,9 @@ import numpy as np
 
 from pairsim.errors import InputError
 from pairsim.geometry import Geometry, Outline, Reference
+from pairsim.memory import Memory, Place
 from pairsim.output import CHECKPOINT, RunFolder, write_bytes
 from pairsim.quadratic import Array, QuadraticMesh
-from pairsim.solver import Memory, Place
 
 FORMAT = 2
 FREE = ("name", "time.end", "limits", "output")

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from pairsim.columns import column
 from pairsim.errors import InputError
-from pairsim.output import column
 from pairsim.plots import axis_label, case_title, finish_axis, read_case
 
 # The parameter that a picture is drawn over, and the one that tells its lines apart.

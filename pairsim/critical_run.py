@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any, cast
 
 from pairsim.branch import Branch, Point, steady_problem
+from pairsim.columns import CRITICAL_COLUMNS, CURVE_HEALTH, POLYMER_HEALTH
 from pairsim.critical import Critical, End, Followed, follow_all, search, with_value
 from pairsim.curve_case import CriticalCase
 from pairsim.curve_run import point_row, tell
 from pairsim.errors import MeshFailure, NoSteadyState
 from pairsim.fenicsx import MPI
-from pairsim.output import CRITICAL_COLUMNS, CURVE_HEALTH, POLYMER_HEALTH, RunFolder, write_table
+from pairsim.output import RunFolder, write_table
 from pairsim.parameters import Parameters
 from pairsim.progress import Reporter
 from pairsim.record import Outcome, Record, concluded, new_folder, written

@@ -12,13 +12,14 @@ import numpy as np
 
 from pairsim.branch import Branch, Point, steady_problem
 from pairsim.case import SceneCase
+from pairsim.columns import CURVE_HEALTH, POLYMER_HEALTH, curve_columns, named_row
 from pairsim.curve import Equilibrium, Zero, equilibria, find_zeros, order, trace
 from pairsim.curve_case import CurveCase
 from pairsim.doubts import coarse_mesh, unresolved_stress
 from pairsim.errors import NoSteadyState, RunFailure
 from pairsim.fenicsx import MPI
 from pairsim.fields import SteadyMoment, frame
-from pairsim.output import CURVE_HEALTH, POLYMER_HEALTH, RunFolder, curve_columns, named_row, write_table
+from pairsim.output import RunFolder, write_table
 from pairsim.parameters import Parameters, SteadyProblem
 from pairsim.progress import Reporter
 from pairsim.record import Outcome, Record, concluded, new_folder, written

@@ -1,4 +1,4 @@
-"""The folder of one run: its files, the time series, and the table that says what each column means.
+"""The folder of one run, its files and the time series.
 
 Everything here runs on rank 0 only and needs neither DOLFINx nor MPI, so that results can be read anywhere. Text files
 appear whole or not at all (`write_text`); rows of the series reach the operating system as they are computed.
@@ -10,7 +10,6 @@ import csv
 import json
 import math
 import os
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +18,7 @@ from typing import Any
 
 import numpy as np
 import yaml
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from pairsim.errors import InputError
 
@@ -162,156 +161,6 @@ class RunFolder:
         path = self.file(name)
         write_text(path, json.dumps(plain(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n")
         return path
-
-
-@dataclass(frozen=True)
-class Column:
-    """One column of series.csv: its name, the paper's symbol (TeX), what it means, its unit (TeX, "" without one)."""
-
-    name: str
-    symbol: str
-    meaning: str
-    unit: str
-
-
-RATE = r"U_{av}/D_c"
-TIME, VELOCITY, LENGTH, STRESS = r"D_c/U_{av}", r"U_{av}", r"D_c", r"\eta_0 U_{av}/D_c"
-COLUMNS: tuple[Column, ...] = (
-    Column("t", r"t", "time", TIME),
-    Column("d", r"d", "distance between the facing surfaces of the pair on the axis", LENGTH),
-    Column("d_i", r"d_i", "distance between the facing surfaces of particles i and i+1 on the axis", LENGTH),
-    Column("U_L", r"U_L", "velocity of the leading (downstream) particle, the volume average of u_z", VELOCITY),
-    Column("U_T", r"U_T", "velocity of the trailing (upstream) particle, the volume average of u_z", VELOCITY),
-    Column("U_i", r"U_i", "velocity of particle i, counted from upstream, the volume average of u_z", VELOCITY),
-    Column("dU", r"\Delta U", "relative velocity of the pair, U_L - U_T, positive if they separate", VELOCITY),
-    Column(
-        "dU_i", r"\Delta U_i", "relative velocity of neighbours, U_(i+1) - U_i, positive if they separate", VELOCITY
-    ),
-    Column("D_L", r"D_L", "Taylor parameter (L_z - L_r)/(L_z + L_r) of the leading particle", ""),
-    Column("D_T", r"D_T", "Taylor parameter (L_z - L_r)/(L_z + L_r) of the trailing particle", ""),
-    Column("D_i", r"D_i", "Taylor parameter (L_z - L_r)/(L_z + L_r) of particle i, counted from upstream", ""),
-    Column("dp", r"\Delta p", "pressure drop over the length of the tube", STRESS),
-    Column("dp_plus", r"\Delta p^+", "pressure drop in excess of that of the same tube without particles", STRESS),
-    Column("dt", r"\Delta t", "size of the step that ends here", TIME),
-    Column("newton", r"n", "Newton iterations of the step, or on the way from the point before", ""),
-    Column("mesh", r"k", "remeshings before the step", ""),
-    Column("meshes", r"k", "meshes made so far", ""),
-    Column("slope", r"\mathrm{d}\Delta U/\mathrm{d}d", "slope of dU over d; at a zero, negative is stable", RATE),
-    Column("slope_i", r"\mathrm{d}\Delta U_i/\mathrm{d}d", "slope of dU_i when all distances change together", RATE),
-    Column("drift", r"\delta", "change of dU by the terms that a quasi-steady solution leaves out", VELOCITY),
-    Column("drift_i", r"\delta_i", "change of dU_i by the terms that a quasi-steady solution leaves out", VELOCITY),
-    *(
-        Column(
-            f"by_{name}{i}",
-            rf"\partial\Delta U{s}/\partial {symbol}",
-            f"derivative of dU{i} by {name} at fixed d",
-            VELOCITY,
-        )
-        for name, symbol in (("Ca_e", "Ca_e"), ("De", r"\mathrm{De}"), ("beta", r"\beta"))
-        for i, s in (("", ""), ("_i", "_i"))
-    ),
-    Column("Ca_e", "Ca_e", "elastic capillary number of the soft particles", ""),
-    Column("De", r"\mathrm{De}", "Deborah number", ""),
-    Column("d_cr", r"d_{cr}", "critical distance: the pair moves as one", LENGTH),
-    Column("stable", "", "true: a pair that is displaced a little comes back", ""),
-    Column("kind", "", "wanted, added; vanishes: a stable and an unstable zero meet; edge: d leaves the range", ""),
-    Column("branch", "", "number of the line of critical distances", ""),
-    Column("U", "U", "velocity of the pair", VELOCITY),
-    Column("d_error", r"\epsilon_d", "error of d_cr by the mesh: mesh_error over slope", LENGTH),
-    Column("mesh_error", r"\epsilon", "|dU - dU on a mesh with cells 2^0.5 times larger|", VELOCITY),
-    Column("mesh_error_i", r"\epsilon_i", "|dU_i - dU_i on a mesh with cells 2^0.5 times larger|", VELOCITY),
-    Column("wanted", "", "1 at a point that was asked for, 0 at one that was added", ""),
-    Column(
-        "m", r"m", "uniform source in the liquid's continuity that the time scheme needs; a measure of its error", ""
-    ),
-    Column("volume_error", r"\epsilon_V", "largest relative change of a particle's volume", ""),
-    Column(
-        "distortion", r"q", "smallest ratio of a liquid cell's current to its reference Jacobian; 0 is turned over", ""
-    ),
-)
-"""What the columns of series.csv mean; `_i` stands for the number of a particle or gap. Docs and plot labels use it."""
-HEALTH = ("dt", "newton", "mesh", "m", "volume_error", "distortion")
-"""The columns that every series.csv has after those."""
-POLYMER_HEALTH = ("c_max", "c_max_z", "c_max_r", "c_min", "s_jump")
-"""The columns that follow in a viscoelastic liquid."""
-CURVE_HEALTH = ("meshes", "m", "volume_error", "distortion")
-"""The columns that every curve.csv ends with, before those of a viscoelastic liquid."""
-
-
-def curve_columns(n: int, common: bool, mesh_error: bool, sensitivities: Sequence[str]) -> list[str]:
-    """The columns that curve.csv begins with.
-
-    Args:
-        n: Number of particles.
-        common: Whether there is a curve over one distance, which has slopes.
-        mesh_error: Whether points were solved on a coarser mesh too.
-        sensitivities: Parameters by which dU was differentiated.
-    """
-    gaps = [""] if n == 2 else [f"_{i}" for i in range(1, n)]
-    names = ["drift", *(["mesh_error"] if mesh_error else []), *(["slope"] if common else [])]
-    names += [f"by_{name}" for name in sensitivities]
-    return [*series_columns(n)[1:], "newton", *(name + gap for name in names for gap in gaps), "wanted"]
-
-
-CRITICAL_COLUMNS = (
-    *("Ca_e", "De", "d_cr", "stable", "kind", "branch", "slope", "U", "D_L", "D_T", "dp", "dp_plus"),
-    *("newton", "drift"),
-)
-"""The columns that critical.csv begins with."""
-
-
-def column(name: str) -> Column:
-    """The entry of `COLUMNS` for a column, with the number filled in: `column("D_3").symbol == "D_{3}"`.
-
-    Raises:
-        KeyError: No entry of the table has that name.
-    """
-    table = {entry.name: entry for entry in COLUMNS}
-    if name in table and not name.endswith("_i"):
-        return table[name]
-    match = re.fullmatch(r"(\w+)_(\d+)", name)
-    entry = table.get(f"{match[1]}_i") if match else None
-    if match is None or entry is None:
-        raise KeyError(name)
-    return Column(name, entry.symbol.replace("_i", f"_{{{match[2]}}}"), entry.meaning, entry.unit)
-
-
-def series_columns(n: int) -> list[str]:
-    """The columns that series.csv of a scene with `n` particles begins with, in their order."""
-    if n < 0:
-        raise ValueError(f"number of particles is {n}")
-    if n == 2:
-        return ["t", "d", "U_L", "U_T", "dU", "D_L", "D_T", "dp", "dp_plus"]
-    gaps, particles = range(1, n), range(1, n + 1)
-    names = ["t", *(f"d_{i}" for i in gaps), *(f"U_{i}" for i in particles)]
-    return [*names, *(f"dU_{i}" for i in gaps), *(f"D_{i}" for i in particles), "dp", "dp_plus"]
-
-
-def named_row(t: float, d: ArrayLike, U: ArrayLike, D: ArrayLike, dp: float, dp_plus: float) -> dict[str, float]:
-    """One row of the series under the names of `series_columns`.
-
-    Args:
-        t: Time.
-        d: The N-1 gaps, from upstream (empty below two particles).
-        U: The N velocities, from upstream.
-        D: The N Taylor parameters, from upstream.
-        dp: Pressure drop over the length of the tube.
-        dp_plus: The part of it that the particles cause.
-
-    Raises:
-        ValueError: The lengths of `d`, `U` and `D` do not fit each other.
-    """
-    gaps, velocities, shapes = (np.atleast_1d(np.asarray(a, dtype=float)) for a in (d, U, D))
-    n = velocities.size
-    if shapes.size != n or gaps.size != max(n - 1, 0):
-        raise ValueError(f"{n} velocities, {shapes.size} Taylor parameters and {gaps.size} gaps do not fit each other")
-    differences = np.diff(velocities)
-    if n == 2:  # trailing = 1 = upstream; the header names the leading one first
-        middle = [*gaps, *velocities[::-1], *differences, *shapes[::-1]]
-    else:
-        middle = [*gaps, *velocities, *differences, *shapes]
-    values = (float(value) for value in (t, *middle, dp, dp_plus))
-    return dict(zip(series_columns(n), values, strict=True))
 
 
 class SeriesWriter:

@@ -16,8 +16,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
+from pairsim.columns import column
 from pairsim.errors import InputError
-from pairsim.output import column, read_series
+from pairsim.output import read_series
 from pairsim.render import Picture, RenderError, render
 from pairsim.section import Array, Surface, outlines, tessellate
 from pairsim.xdmf import FieldFrame, read_frame, read_times

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any, Literal
 
 from pairsim.case import Case, SceneCase
+from pairsim.columns import series_columns
 from pairsim.curve_case import CurveCase
 from pairsim.errors import InputError
 from pairsim.grid import Grid, SweepCase, flat, grid_from, read_base, value_at
-from pairsim.output import series_columns
 
 KEYS = ("name", "command", "base", "discretisations", "quantity", "over", "at", "exact", "reference", "repeat")
 OWN = ("command", "repeat")  # keys of a discretisation that are none of its case

@@ -18,9 +18,10 @@ from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
+from pairsim.columns import column
 from pairsim.errors import InputError
 from pairsim.ledger import read_sweep
-from pairsim.output import column, read_series
+from pairsim.output import read_series
 
 SYMBOLS = {"beta": r"$\beta$", "De": r"$\mathrm{De}$", "Ca_e": r"$\mathrm{Ca}_e$", "d0": "$d_0$", "mesh.Np": "$N_p$"}
 QUANTITIES = ("dU", "dU_1", "U_1", "dp")

@@ -10,18 +10,9 @@ import numpy as np
 import pytest
 import yaml
 
+from pairsim.columns import COLUMNS, column, named_row, series_columns
 from pairsim.errors import InputError
-from pairsim.output import (
-    COLUMNS,
-    OWN_FILES,
-    RunFolder,
-    SeriesWriter,
-    column,
-    named_row,
-    read_series,
-    series_columns,
-    write_text,
-)
+from pairsim.output import OWN_FILES, RunFolder, SeriesWriter, read_series, write_text
 
 
 def names(folder: Path) -> list[str]:

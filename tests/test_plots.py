@@ -11,8 +11,9 @@ from field_samples import scene
 from matplotlib import image
 
 from pairsim import render as render_module
+from pairsim.columns import named_row, series_columns
 from pairsim.errors import InputError
-from pairsim.output import SeriesWriter, named_row, series_columns
+from pairsim.output import SeriesWriter
 from pairsim.plots import plot_run
 from pairsim.render import Picture, RenderError, render
 from pairsim.section import outlines, tessellate
