@@ -39,6 +39,7 @@ class Entry:
         status, reason, message: How it stands.
         seconds: Wall time of its last attempt, as the sweep saw it.
         attempts: How often it was started.
+        again: Whether its last attempt repeats one that failed, and has not ended.
         rank: Worker that has or had it.
         values: What its folder gives to results.csv.
     """
@@ -53,6 +54,7 @@ class Entry:
     message: str = ""
     seconds: float = 0.0
     attempts: int = 0
+    again: bool = False
     rank: int | None = None
     values: dict[str, Value] = field(default_factory=dict)
 
@@ -115,7 +117,7 @@ class Ledger:
         command = self.grid.command
         for entry in self.entries.values():
             old, directory = known.get(entry.folder, {}), self.directory / entry.folder
-            for key in ("seconds", "attempts", "rank"):
+            for key in ("seconds", "attempts", "rank", "again"):
                 setattr(entry, key, old.get(key, getattr(entry, key)))
             told = read_told(directory)
             if finished_in(directory, command, entry.key):
@@ -129,7 +131,7 @@ class Ledger:
                 continue
             entry.reason, entry.message = told.get("reason", ""), told.get("message", "")
             entry.values = command.values(directory)
-            if entry.status != "finished" and entry.seconds:
+            if told is old:
                 entry.values["wall_time"] = entry.seconds  # its own account stops where it did
 
     def count(self, *statuses: str) -> int:

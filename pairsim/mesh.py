@@ -160,7 +160,7 @@ def liquid_mesh(reference: Reference, settings: MeshSettings) -> QuadraticMesh:
     size = _liquid_size(reference, settings)
     mirrored = reference.mirrored
     low, high = _near_zone(reference, settings)
-    end_cells = max(2, math.ceil(TUBE_RADIUS / size(high, TUBE_RADIUS / 2)))
+    end_cells = max(2, math.ceil(TUBE_RADIUS / min(size(z, TUBE_RADIUS / 2) for z in (low, high))))
     pieces = [nodes[::-1] for nodes in reference.positions]  # from the upstream pole to the downstream one
     if mirrored:
         n = len(pieces)

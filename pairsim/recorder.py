@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -16,6 +16,7 @@ from pairsim.columns import HEALTH, POLYMER_HEALTH, named_row, series_columns
 from pairsim.doubts import coarse_mesh, narrow_gap, near_ends, unresolved_stress
 from pairsim.fields import frame
 from pairsim.output import SERIES, RunFolder, SeriesWriter, plain, read_series
+from pairsim.quadratic import Array
 from pairsim.transient import Step, Transient
 from pairsim.xdmf import FieldsWriter
 
@@ -29,6 +30,41 @@ def milestones(case: Case) -> list[float]:
     if every is not None:
         times |= {k * every for k in range(1, int(np.ceil(end / every - 1e-9)))}
     return [*sorted(times), end]
+
+
+def span(case: Case, gaps: Sequence[Any]) -> float:
+    """Length of the row of particles with these gaps, each a number or a column; the largest."""
+    return sum(case.betas) + float(np.max(np.sum(gaps, axis=0), initial=0.0) if len(gaps) else 0.0)
+
+
+@dataclass
+class Worst:
+    """What the warnings of a run depend on.
+
+    Attributes:
+        case: The case.
+        s_jump: Largest change of log c across a cell.
+        widest: Greatest length of the row of particles.
+        narrowest: The gap that was shortest against the arcs beside it, and their length.
+    """
+
+    case: Case
+    s_jump: float = 0.0
+    widest: float = 0.0
+    narrowest: tuple[float, float] = (1.0, 0.0)
+
+    @staticmethod
+    def of(case: Case, series: Mapping[str, Array], narrowest: tuple[float, float]) -> Worst:
+        """That of the rows of a series."""
+        gaps = [series[name] for name in series if name == "d" or name.startswith("d_")]
+        s_jump = float(np.max(series.get("s_jump", [0.0]), initial=0.0))
+        return Worst(case, s_jump, span(case, gaps), narrowest)
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the user should know of the results."""
+        stress, narrow = unresolved_stress(self.s_jump), narrow_gap(*self.narrowest)
+        return [*coarse_mesh(self.case), *stress, *narrow, *near_ends(self.case, self.widest)]
 
 
 class Recorder:
@@ -48,25 +84,16 @@ class Recorder:
         self.fields = FieldsWriter(folder.path, keep=old.frames if old else 0) if case.output.fields else None
         lost = old.frames - self.fields.frames if old and self.fields else 0
         self.damage = [f"fields.h5 was damaged: {lost} frames are lost"] if lost else []
+        self.worst = Worst.of(case, read_series(folder.file(SERIES)), old.narrowest) if old else Worst(case)
         self.wanted = milestones(case)
         self._pending: Step | None = None
         self._latest: Checkpoint | None = None
         self._saved, self._cost = -np.inf, 0.0
-        kept = read_series(folder.file(SERIES)) if old else {}
-        self._s_jump = float(np.max(kept.get("s_jump", [0.0]), initial=0.0))
-        self._widest = self._span([kept[name] for name in kept if name == "d" or name.startswith("d_")]) if old else 0.0
-        self._narrow = old.narrowest if old else (1.0, 0.0)
 
     @property
     def warnings(self) -> list[str]:
         """What the user should know of the results."""
-        narrow = narrow_gap(*self._narrow)
-        ends = near_ends(self.case, self._widest)
-        return [*self.damage, *coarse_mesh(self.case), *unresolved_stress(self._s_jump), *narrow, *ends]
-
-    def _span(self, gaps: Sequence[Any]) -> float:
-        """Length of the row of particles with these gaps, each a number or a column; the largest."""
-        return sum(self.case.betas) + float(np.max(np.sum(gaps, axis=0), initial=0.0) if len(gaps) else 0.0)
+        return [*self.damage, *self.worst.warnings]
 
     def attach(self, transient: Transient) -> None:
         """Say whose steps come."""
@@ -84,23 +111,16 @@ class Recorder:
         frames = self.fields.frames if self.fields is not None else self.old.frames if self.old else 0
         gaps = tuple(map(float, step.observation.d))
         state, case = self.transient.state, plain(self.case.resolved())
-        self._latest = Checkpoint(state, case, gaps, self._narrow, self.origin, self.series.rows, frames, wall)
+        self._latest = Checkpoint(state, case, gaps, self.worst.narrowest, self.origin, self.series.rows, frames, wall)
         passed = time.monotonic() - self._saved
         if passed >= self.case.output.checkpoint or (at_output and passed > CHEAP * self._cost):
             self._save()
 
-    def finish(self, last_frame: bool, is_over: bool = False) -> None:
-        """Write the checkpoint of the last step and, if asked for, its fields; close all files.
-
-        Args:
-            last_frame: Write the fields of the last step.
-            is_over: The run has come to its end: a resume keeps that frame.
-        """
+    def finish(self, last_frame: bool) -> None:
+        """Write the checkpoint of the last step and, if asked for, its fields; close all files."""
         try:
             if last_frame:
                 self._field()
-            if is_over and self._latest is not None and self.fields is not None:
-                self._latest = replace(self._latest, frames=self.fields.frames)
         finally:
             self._save()
             self.series.close()
@@ -121,11 +141,11 @@ class Recorder:
         if o.conformation is not None:
             c = o.conformation
             health += (c.c_max, c.z, c.r, c.c_min, c.s_jump)
-            self._s_jump = max(self._s_jump, c.s_jump)
-        self._widest = max(self._widest, self._span(list(o.d)))
+            self.worst.s_jump = max(self.worst.s_jump, c.s_jump)
+        self.worst.widest = max(self.worst.widest, span(self.case, list(o.d)))
         for gap, (behind, ahead) in zip(map(float, o.d), pairwise(self.transient.outlines), strict=True):
             arc = max(behind.size_at(0.0), ahead.size_at(float(np.pi)))
-            self._narrow = max(self._narrow, (gap, arc), key=lambda each: each[1] / each[0])
+            self.worst.narrowest = max(self.worst.narrowest, (gap, arc), key=lambda each: each[1] / each[0])
         self.series.row(values | dict(zip(self.columns, map(float, health), strict=True)))
 
     def _field(self) -> None:

@@ -22,15 +22,15 @@ def stations(begin: float, end: float, first: float, growth: float) -> Array:
 
     Args:
         begin, end: Ends of the stretch.
-        first: Length of a cell at `begin`; no cell is longer than the tube's radius.
-        growth: Growth of the length by unit distance.
+        first: Length of a cell at `begin`, below the tube's radius.
+        growth: Growth of the length by unit distance, up to the tube's radius.
 
     Returns:
-        At least two positions; the lengths are those wanted, all scaled alike to fill the stretch.
+        At least two positions; the lengths are those wanted, then scaled alike to fill the stretch.
     """
     places = [0.0]
     while places[-1] < end - begin:
-        places.append(places[-1] + min(first + growth * places[-1], max(first, TUBE_RADIUS)))
+        places.append(places[-1] + min(first + growth * places[-1], TUBE_RADIUS))
     if len(places) > 2 and places[-1] - (end - begin) > (places[-1] - places[-2]) / 2:
         places.pop()
     z = begin + np.array(places) * (end - begin) / places[-1]

@@ -16,7 +16,7 @@ from pairsim.geometry import MeshSettings
 from pairsim.output import CHECKPOINT, SERIES, RunFolder, plain, read_series
 from pairsim.progress import Reporter
 from pairsim.record import Outcome, Record, collectively, new_folder
-from pairsim.recorder import Recorder, milestones
+from pairsim.recorder import Recorder, Worst, milestones
 from pairsim.signals import Signals
 from pairsim.stepsize import StepControl, reached
 from pairsim.transient import Problem, Step, Transient
@@ -164,7 +164,7 @@ def run_case(
         if recorder is not None:
             ended = outcome
             try:
-                recorder.finish(last_frame=not at_once, is_over=outcome.status == "finished")
+                recorder.finish(last_frame=not at_once)
             except OSError as error:
                 ended = Outcome("failed", WriteFailure.reason, str(error))
                 raise
@@ -197,12 +197,12 @@ def _confirm(
         except (OSError, ValueError, KeyError):
             status = ""
         if status != "finished":
-            recorder, history = Recorder(case, folder, old), old.state.history
-            recorder.finish(last_frame=False)
-            told = _told(old.state.counts, history.t[0], history.y[0].size) | {"warnings": recorder.warnings}
+            history, series = old.state.history, read_series(folder.file(SERIES))
+            told = _told(old.state.counts, history.t[0], history.y[0].size)
+            told["warnings"] = Worst.of(case, series, old.narrowest).warnings
             record.write(ended, told, old.state.seconds)
 
-    collectively(comm, confirm)
+    _written(comm, confirm, old.state.counts, old.state.history.t[0])
 
 
 def _shown(step: Step, count: int) -> str:

@@ -135,16 +135,16 @@ class Runner:
                 child.ask_to_stop(min(GRACE, self.timeout))
             return None
         self._child = None
-        if code == 2 and self._resumed and not self._stopped:  # a checkpoint that cannot be used
-            self._start(task, resume=False)
-            return None
-        if self._stopped == "timeout" and self.timeout is not None and self._seconds < self.timeout:
-            self._stopped = ""  # it was meant for the case before, which finished all the same
-            self._start(task, resume=task.resume)
-            return None
         told = read_told(task.directory)
         if finished_in(task.directory, self.command, task.key):  # whatever befell it after that
             code = 0
+        elif code == 2 and self._resumed and not self._stopped:  # a checkpoint that cannot be used
+            self._start(task, resume=False)
+            return None
+        elif self._stopped == "timeout" and self.timeout is not None and self._seconds < self.timeout:
+            self._stopped = ""  # it was meant for the case before, which finished all the same
+            self._start(task, resume=task.resume)
+            return None
         status, reason, message = judge(code, told, child.stderr, self._stopped, self._seconds)
         if status != "finished" and child.stderr.strip():
             with contextlib.suppress(OSError):

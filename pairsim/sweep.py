@@ -225,8 +225,7 @@ class _Root:
             entry = self.ledger.entries[case.folder]
             failed = entry.status in ("failed", "timeout")
             again = self.options.only_failed or entry.reason in NOT_THE_CASE
-            # With --only-failed, a case that was begun again and stopped on the way is still to be repeated.
-            if (failed and again) or (entry.status == "pending" and (entry.attempts or not self.options.only_failed)):
+            if (failed and again) or (entry.status == "pending" and (entry.again or not self.options.only_failed)):
                 case_file = self.directory / CASES / f"{case.folder}.yaml"
                 resume = entry.status != "failed" or entry.reason in NOT_THE_CASE
                 wanted.append(
@@ -310,8 +309,10 @@ class _Root:
 
     def _started(self, rank: int) -> None:
         folder = self.running[rank][0]
-        attempts = self.ledger.entries[folder].attempts + 1
-        self.ledger.change(folder, status="running", reason="", message="", rank=rank, attempts=attempts, values={})
+        entry = self.ledger.entries[folder]
+        again, attempts = entry.again or entry.status in ("failed", "timeout"), entry.attempts + 1
+        news = {"rank": rank, "attempts": attempts, "again": again, "values": {}}
+        self.ledger.change(folder, status="running", reason="", message="", **news)
 
     def _result(self, rank: int, result: Result) -> None:
         entry = self.ledger.change(
@@ -322,6 +323,8 @@ class _Root:
             seconds=result.seconds,
             values=result.values,
         )
+        if result.status != "pending":
+            self.ledger.change(result.folder, again=False)
         self.workers[rank]["cases"] += 1
         self.workers[rank]["busy"] += result.seconds
         self.running[rank].remove(result.folder)

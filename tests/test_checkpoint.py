@@ -144,13 +144,17 @@ def test_a_finish_that_was_not_recorded_is(stopped: tuple[Case, Path, Path]) -> 
     assert np.array_equal(read_times(cut), frames)
 
 
-def test_the_last_frame_of_a_run_that_ended_early_is_kept(stopped: tuple[Case, Path, Path], tmp_path: Path) -> None:
+@pytest.mark.parametrize("checkpoint", [60, 0])
+def test_the_last_frame_of_a_run_that_ended_early_is_kept(
+    checkpoint: float, stopped: tuple[Case, Path, Path], tmp_path: Path
+) -> None:
     """A gap that passes a limit between two outputs, and a kill before run.json tells of it."""
     case, whole, _ = stopped
     t, d = (read_series(whole / "series.csv")[name] for name in ("t", "d"))
     k = next(k for k in range(2, len(t)) if np.abs(t[k] - read_times(whole)).min() > 1e-9)
     limit = "min_gap" if d[k] < d[k - 1] else "max_gap"
-    case = soft(De=case.De, limits={limit: float(d[k - 1] + d[k]) / 2})
+    output = {**SOFT["output"], "checkpoint": checkpoint}
+    case = soft(De=case.De, limits={limit: float(d[k - 1] + d[k]) / 2}, output=output)
     ended = run(case, tmp_path / "run")
     assert (ended.status, ended.reason) == ("finished", "contact" if limit == "min_gap" else "max_gap")
     (tmp_path / "run" / "run.json").write_text(json.dumps({"status": "running"}))
@@ -158,6 +162,17 @@ def test_the_last_frame_of_a_run_that_ended_early_is_kept(stopped: tuple[Case, P
     assert times[-1] == read_series(tmp_path / "run" / "series.csv")["t"][-1]
     assert run(case, tmp_path / "run", resume=True).reason == ended.reason
     assert np.array_equal(read_times(tmp_path / "run"), times)
+
+
+def test_a_run_that_is_already_over_keeps_what_it_has(tmp_path: Path) -> None:
+    """It was stopped, and a shorter end is asked for."""
+    assert run(soft(), tmp_path, Stops(5)).status == "interrupted"
+    before, times = (tmp_path / "series.csv").read_bytes(), read_times(tmp_path)
+    t = float(read_series(tmp_path / "series.csv")["t"][-1])
+    assert run(soft(time={**SOFT["time"], "end": t}), tmp_path, resume=True).status == "finished"
+    assert json.loads((tmp_path / "run.json").read_text())["status"] == "finished"
+    assert (tmp_path / "series.csv").read_bytes() == before
+    assert np.array_equal(read_times(tmp_path), times)
 
 
 def test_every_step_can_be_gone_on_from(tmp_path: Path) -> None:

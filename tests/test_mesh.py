@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import chain
-
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -37,34 +35,47 @@ def test_cells_around_deformed_outlines_grow_with_the_distance_from_them() -> No
     assert longest[far].max() < 1.4 * settings.max_size
 
 
-def rows_and_all(betas: tuple[float, ...], gaps: tuple[float, ...]) -> tuple[QuadraticMesh, QuadraticMesh, float]:
-    """Meshes with and without rows beyond .5, and where the particles end."""
+def with_rows(
+    betas: tuple[float, ...], gaps: tuple[float, ...], stretch: float = 1.0
+) -> tuple[QuadraticMesh, QuadraticMesh, Reference]:
+    """Meshes with and without rows beyond .5, around spheres or around what they are stretched to along the tube."""
     geometry = Geometry(betas, gaps, 8.0)
     settings = [MeshSettings(Np=12, max_size=0.06, rows=rows) for rows in (0.5, 0.0)]
     reference = Reference.spheres(geometry, make_outlines(geometry, settings[0]))
-    with_rows, without = (liquid_mesh(reference, each) for each in settings)
-    return with_rows, without, (sum(betas) + sum(gaps)) / 2
+    if stretch != 1.0:
+        positions = tuple(nodes * [stretch, 1.0] for nodes in reference.positions)
+        reference = Reference(geometry, reference.outlines, positions, True)
+    found, without = (liquid_mesh(reference, each) for each in settings)
+    return found, without, reference
 
 
-@pytest.mark.parametrize("betas", [(0.4, 0.4), (0.4, 0.3), (0.3,)], ids=["equal", "unequal", "one"])
-def test_rows_continue_the_mesh_to_the_ends_of_the_tube(betas: tuple[float, ...]) -> None:
-    """They leave no hole and cover nothing twice, and every inner side belongs to two cells."""
-    mesh, without, _ = rows_and_all(betas, (0.1,) * (len(betas) - 1))
+@pytest.mark.parametrize(
+    ("betas", "stretch"),
+    [((0.4, 0.4), 1.0), ((0.4, 0.3), 1.0), ((0.3,), 1.0), ((0.4, 0.3), 1.2)],
+    ids=["equal", "unequal", "one", "stretched"],
+)
+def test_rows_continue_the_mesh_to_the_ends_of_the_tube(betas: tuple[float, ...], stretch: float) -> None:
+    """They leave no hole and cover nothing twice, and every side off the boundary belongs to two cells."""
+    mesh, without, reference = with_rows(betas, (0.1,) * (len(betas) - 1), stretch)
     assert mesh.jacobians.min() > 0
     area = mesh.jacobians[:, 3:6].sum() / 6  # exact for polynomials of degree 2
-    assert area == pytest.approx(8.0 * 0.5 - sum(np.pi * beta**2 / 8 for beta in betas), rel=1e-5)
+    assert area == pytest.approx(8.0 * 0.5 - stretch * sum(np.pi * beta**2 / 8 for beta in betas), rel=1e-5)
     assert (mesh.points[:, 0].min(), mesh.points[:, 0].max()) == (-4.0, 4.0)
-    sides = chain.from_iterable(mesh.cells[:, list(side)] for side in ((0, 3, 1), (1, 4, 2), (2, 5, 0)))
-    _, count = np.unique(np.sort(np.array(list(sides)), axis=1), axis=0, return_counts=True)
-    ends = (mesh.points[:, 0] == -4.0, mesh.points[:, 0] == 4.0)
+    middles, count = np.unique(mesh.cells[:, 3:], return_counts=True)
     assert set(count) == {1, 2}
+    z, r = mesh.points[middles[count == 1]].T
+    outlines = np.vstack(reference.positions)
+    distance, _ = cKDTree(outlines).query(np.column_stack([z, r]))
+    assert np.all((r < 1e-12) | (r > 0.5 - 1e-9) | (np.abs(z) == 4.0) | (distance < 1e-9))
+    ends = (mesh.points[:, 0] == -4.0, mesh.points[:, 0] == 4.0)
     first, last = (np.sort(mesh.points[end, 1]) for end in ends)
     assert first == pytest.approx(last, abs=1e-9)
     assert len(mesh.cells) < len(without.cells) / 2
 
 
 def test_rows_keep_their_width_and_lengthen_with_the_distance() -> None:
-    mesh, _, end = rows_and_all((0.4, 0.3), (0.1,))
+    mesh, _, reference = with_rows((0.4, 0.3), (0.1,))
+    end = max(nodes[:, 0].max() for nodes in reference.positions)
     for away in (mesh.points[:, 0] - end, -mesh.points[:, 0] - end):
         beyond = (away[mesh.cells[:, :3]] > 0.5 - 1e-9).all(axis=1)
         z, r = np.moveaxis(mesh.points[mesh.cells[beyond, :3]], 2, 0)
@@ -75,7 +86,7 @@ def test_rows_keep_their_width_and_lengthen_with_the_distance() -> None:
 
 
 def test_meshes_with_rows_are_mirrored_where_the_scene_is() -> None:
-    mesh, _, _ = rows_and_all((0.4, 0.4), (0.1,))
+    mesh, _, _ = with_rows((0.4, 0.4), (0.1,))
     distance, image = cKDTree(mesh.points).query(mesh.points * [-1.0, 1.0])
     assert distance.max() == 0.0
     assert {*map(tuple, np.sort(image[mesh.cells], axis=1))} == {*map(tuple, np.sort(mesh.cells, axis=1))}

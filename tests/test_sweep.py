@@ -197,11 +197,19 @@ def test_failures_stay_alone_and_are_repeated_only_when_asked(tmp_path: Path, pa
     # Killed while it repeats one of them: the same command goes on with that.
     told = json.loads((tmp_path / "out" / "sweep.json").read_text())
     (case,) = (case for case in told["cases"] if case["reason"] == "max_steps")
-    case["status"] = "running"
+    case["status"], case["again"] = "running", True
     (tmp_path / "out" / "sweep.json").write_text(json.dumps(told))
     (tmp_path / "out" / case["folder"] / "run.json").unlink()
     assert pairsim(*sweep, "--only-failed").returncode == 3
     assert [case["attempts"] for case in ledger(tmp_path / "out").values()] == [1, 3, 3]
+    # One that was stopped at its first attempt has not failed.
+    told = json.loads((tmp_path / "out" / "sweep.json").read_text())
+    case = told["cases"][0]
+    case["status"] = "pending"
+    (tmp_path / "out" / "sweep.json").write_text(json.dumps(told))
+    (tmp_path / "out" / case["folder"] / "run.json").write_text('{"status": "interrupted"}')
+    assert pairsim(*sweep, "--only-failed").returncode == 3
+    assert [case["attempts"] for case in ledger(tmp_path / "out").values()] == [1, 4, 4]
 
 
 def test_case_that_takes_too_long_is_stopped(tmp_path: Path) -> None:
