@@ -299,24 +299,18 @@ def test_without_a_checkpoint_a_run_begins_afresh_unless_rows_would_be_lost(shor
     assert (tmp_path / "new" / "series.csv").read_text() == (short / "series.csv").read_text()
 
 
-def test_a_full_disk_is_a_typed_failure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*_: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(Checkpoint, "save", full)
-    with pytest.raises(WriteFailure, match="No space left"):
-        run(soft(), tmp_path / "run")
-    told = json.loads((tmp_path / "run" / "run.json").read_text())
-    assert (told["status"], told["reason"]) == ("failed", "write_failed")
-
-
-def test_a_run_whose_last_files_cannot_be_written_is_not_finished(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("writer", "method"), [(Checkpoint, "save"), (FieldsWriter, "close")], ids=["on the way", "at the end"]
+)
+def test_a_full_disk_is_a_typed_failure(
+    writer: type, method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Also where only the last of the files meets it: such a run is not finished."""
+
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(FieldsWriter, "close", full)
+    monkeypatch.setattr(writer, method, full)
     with pytest.raises(WriteFailure, match="No space left"):
         run(soft(), tmp_path / "run")
     told = json.loads((tmp_path / "run" / "run.json").read_text())

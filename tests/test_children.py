@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -22,16 +23,11 @@ from pairsim.sweep_commands import read_curve
 def test_chain_of_curves_survives_its_process(tmp_path: Path) -> None:
     """Each curve starts from the one before; when the process dies, its curve fails and the rest goes on."""
     runner, tasks = curves(tmp_path, "0.02, 0.04, 0.06, 0.08")
-    results: list[Result] = []
-    deadline = time.monotonic() + 500
-    while len(results) < 4:
-        assert time.monotonic() < deadline
-        if (result := runner.poll()) is not None:
-            results.append(result)
-            if len(results) == 2:
-                (child,) = (pid for pid in descendants(os.getpid()) if "pairsim.chain" in words_of(pid))
-                os.kill(child, signal.SIGKILL)
-        time.sleep(0.005)
+    results = []
+    for result in ends(runner, 4):
+        results.append(result)
+        if len(results) == 2:
+            os.kill(chain_of_curves(), signal.SIGKILL)
     assert [result.folder for result in results] == [task.folder for task in tasks]
     assert [result.status for result in results] == ["finished", "finished", "failed", "finished"]
     first, second = (json.loads((task.directory / "run.json").read_text()) for task in tasks[:2])
@@ -56,20 +52,32 @@ def curves(folder: Path, values: str) -> tuple[Runner, list[Task]]:
     return runner, tasks
 
 
+def ends(runner: Runner, count: int) -> Iterator[Result]:
+    """How so many cases of a worker end, as they do."""
+    deadline = time.monotonic() + 500
+    while count:
+        assert time.monotonic() < deadline
+        if (result := runner.poll()) is not None:
+            count -= 1
+            yield result
+        time.sleep(0.005)
+
+
+def chain_of_curves() -> int:
+    """The process that computes them."""
+    (child,) = (pid for pid in descendants(os.getpid()) if "pairsim.chain" in words_of(pid))
+    return child
+
+
 def test_a_timeout_that_comes_as_a_curve_ends_is_not_the_next_ones(tmp_path: Path) -> None:
     """The case that it was meant for has finished all the same; the one behind it is begun anew."""
     runner, tasks = curves(tmp_path, "0.02, 0.04")
-    results: list[Result] = []
-    deadline = time.monotonic() + 500
-    while len(results) < 2:
-        assert time.monotonic() < deadline
-        if (result := runner.poll()) is not None:
-            results.append(result)
-            if len(results) == 1:
-                runner._stopped = "timeout"
-                (child,) = (pid for pid in descendants(os.getpid()) if "pairsim.chain" in words_of(pid))
-                os.kill(child, signal.SIGTERM)
-        time.sleep(0.005)
+    results = []
+    for result in ends(runner, 2):
+        results.append(result)
+        if len(results) == 1:
+            runner._stopped = "timeout"
+            os.kill(chain_of_curves(), signal.SIGTERM)
     assert [(result.folder, result.status) for result in results] == [(task.folder, "finished") for task in tasks]
 
 
@@ -80,10 +88,7 @@ def test_what_befalls_a_case_after_it_has_said_that_it_finished_does_not_matter(
     runner, _ = curves(tmp_path, "0.02")
     poll = Child.poll
     monkeypatch.setattr(Child, "poll", lambda child: -9 if poll(child) == 0 else poll(child))
-    deadline = time.monotonic() + 500
-    while (result := runner.poll()) is None:
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
+    (result,) = ends(runner, 1)
     assert (result.status, result.reason) == ("finished", "end")
 
 
