@@ -1,4 +1,4 @@
-"""Step sizes: variable-step BDF2 and its error control."""
+"""Step sizes: variable-step BDF3 and its error control."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from pairsim.quadratic import Array
 
-GROWTH = 1.6  # most that a step may grow by
+GROWTH = 1.5  # most that a step may grow by: variable-step BDF3 is stable below 1.53
 
 
 @dataclass(frozen=True)
@@ -25,12 +25,17 @@ class Scheme:
     weights: tuple[float, ...]
 
     @staticmethod
-    def bdf(dt: float, previous: float | None) -> Scheme:
-        """BDF2 after a step of size `previous`, BDF1 for the first step (None)."""
-        if previous is None:
-            return Scheme(dt, (1.0,))
-        w = dt / previous
-        return Scheme(dt * (1 + w) / (1 + 2 * w), ((1 + w) ** 2 / (1 + 2 * w), -(w**2) / (1 + 2 * w)))
+    def bdf(times: Sequence[float], t: float) -> Scheme:
+        """BDF from the old times, newest first, to t: of order three with three of them, BDF1 for the first step.
+
+        The derivative at t of the polynomial through all values is set: its Lagrange weights d_i give
+        h = (h' - sum(d_i h_i))/d_0.
+        """
+        nodes = np.array([t, *times])
+        others = [np.delete(nodes, i) for i in range(len(nodes))]
+        d = np.array([np.prod(t - rest[1:]) / np.prod(x - rest) for x, rest in zip(nodes, others, strict=True)])
+        d[0] = np.sum(1 / (t - nodes[1:]))
+        return Scheme(float(1 / d[0]), tuple(float(w) for w in -d[1:] / d[0]))
 
 
 def extrapolation_weights(times: Sequence[float], t: float) -> Array:
@@ -44,22 +49,17 @@ def extrapolation_weights(times: Sequence[float], t: float) -> Array:
     return weights
 
 
-def error_factor(times: Sequence[float], t: float) -> float:
-    """Local error of a BDF step as a fraction of (corrected - predicted) value.
+def velocity_error(times: Sequence[float], t: float) -> float:
+    """Local error of the velocity in a step of one order less, over (corrected - predicted) value.
 
-    The predictor is a parabola through three old values: its error is C_p y_ttt with C_p = prod(t - t_i)/6, that of
-    BDF2 is -C_c y_ttt with C_c = dt^2 (dt + dt_1)^2/(6 (2 dt + dt_1)), and the difference of the two is
-    (C_p + C_c) y_ttt.
+    The predictor is a parabola through three old values: its error is prod(t - t_i) y_ttt/6. What BDF2 would leave
+    in the velocity is (t - t_0)(t - t_1) y_ttt/6.
 
     Args:
         times: The three old times, newest first.
         t: The new time.
     """
-    dt = t - times[0]
-    dt_1 = times[0] - times[1]
-    predictor = dt * (dt + dt_1) * (t - times[2]) / 6
-    corrector = dt**2 * (dt + dt_1) ** 2 / (6 * (2 * dt + dt_1))
-    return corrector / (predictor + corrector)
+    return 1.0 / (t - times[2])
 
 
 def _rounded(dt: float) -> float:

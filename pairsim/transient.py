@@ -1,4 +1,4 @@
-"""Time-dependent runs: variable-step BDF2 on the particles' material, error-controlled, with remeshing of the liquid.
+"""Time-dependent runs: variable-step BDF3 on the particles' material, error-controlled, with remeshing of the liquid.
 
 In a Newtonian liquid only the solids remember. A remeshing therefore keeps every particle's mesh and history and only
 puts a new reference mesh of the liquid around undeformed spheres at the current spacing.
@@ -26,7 +26,7 @@ from pairsim.quadratic import Array, QuadraticMesh
 from pairsim.remeshing import FRESH_DISTORTION, needs_mesh, on_root
 from pairsim.scene import BoundaryVelocity, Scene, make_bodies, poiseuille
 from pairsim.solver import Newton, Report
-from pairsim.stepsize import Scheme, StepControl, error_factor, extrapolation_weights, land, reached
+from pairsim.stepsize import Scheme, StepControl, extrapolation_weights, land, reached, velocity_error
 from pairsim.ties import extension_tie, transient_tie
 
 RELATIVE_WEIGHT = 20.0
@@ -235,13 +235,13 @@ class Transient:
         # and integrators leave it, is no solution of anything and grows a hundredfold a step.
         dt, U_m = self.comm.bcast((dt, self._U_m))
         t = past.t[0] + dt
-        scheme = Scheme.bdf(dt, past.t[0] - past.t[1] if len(past.t) > 1 else None)
-        h_star = np.asarray(sum(w * h for w, h in zip(scheme.weights, past.h, strict=False)))
+        scheme = Scheme.bdf(past.t, t)
+        h_star = np.asarray(sum(w * h for w, h in zip(scheme.weights, past.h, strict=True)))
         star = None
         if self.problem.polymer is not None:
             if not self.problem.periodic:
                 self._prescribe_ends(self.tie.base, t)
-            star = np.asarray(sum(w * x for w, x in zip(scheme.weights, past.x, strict=False)))
+            star = np.asarray(sum(w * x for w, x in zip(scheme.weights, past.x, strict=True)))
         if past.y:
             weights = extrapolation_weights(past.t_y, t)
             guess = np.asarray(sum(w * y for w, y in zip(weights, past.y, strict=True)))
@@ -261,7 +261,7 @@ class Transient:
                 predicted = sum(w * old for w, old in zip(weights, past.x, strict=True))
                 change = self.scene.liquid.nodal("s", x - predicted)
                 size = max(size, CONFORMATION_WEIGHT * float(np.sqrt(np.mean(change**2))))
-            error = size * error_factor(past.t, t) / scheme.g / self.problem.control.tolerance
+            error = size * velocity_error(past.t, t) / self.problem.control.tolerance
             error = max(error, NO_ERROR)
         h, x, error = self.comm.bcast((h, x, error))
         return y, h, x, report, error

@@ -22,7 +22,7 @@ def slope(beta: float, d: float, Np: int = 40) -> float:
     problem = soft_pair(
         beta, d, Ca, mesh=MeshSettings(Np=Np), control=StepControl(3e-4, 1e-9, 3 * Ca), first_step=Ca / 100
     )
-    return dU(march(problem, [30 * Ca])[-1]) / Ca
+    return dU(march(problem, [60 * Ca])[-1]) / Ca
 
 
 @pytest.mark.parametrize(("beta", "d"), SLOPE)
@@ -100,8 +100,10 @@ def test_remeshing_leaves_no_jump() -> None:
         assert abs(np.polyval(parabola, steps[k].t) - dU(steps[k])) < 2e-3 * peak
 
 
-def test_fixed_steps_converge_at_second_order() -> None:
-    """dU, D and the source m of the pressure gauge, which the time scheme leaves where volume and flux disagree."""
+def test_fixed_steps_converge_at_third_order_but_for_the_first_one() -> None:
+    """dU and D keep what BDF1's first step leaves, of second order; the source m of the pressure gauge, which the
+    time scheme leaves where volume and flux disagree, does not.
+    """
 
     def states(dt: float) -> tuple[np.ndarray, float]:
         control = StepControl(1.0, 1e-12, 1.0, fixed=dt)
@@ -111,7 +113,7 @@ def test_fixed_steps_converge_at_second_order() -> None:
 
     (coarse, m_1), (middle, m_2), (fine, m_3) = (states(dt) for dt in (0.01, 0.005, 0.0025))
     order = np.log2(np.abs((coarse - middle) / (middle - fine)))
-    assert (order > 1.8).all()
+    assert (order > 1.7).all()
     assert (order < 2.5).all()
-    assert np.log2(m_1 / m_2) > 1.8
-    assert np.log2(m_2 / m_3) > 1.8
+    assert np.log2(m_1 / m_2) > 2.8
+    assert np.log2(m_2 / m_3) > 2.8
