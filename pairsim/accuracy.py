@@ -22,11 +22,13 @@ class Cells:
         Np: Cells on a half-circle.
         max_size: Largest cell [D_c].
         per_beta: Largest cell over the smallest diameter; what matters is the smaller of the two.
+        rows: Distance from the particles beyond which cells lie in rows [D_c]; 0: nowhere.
     """
 
     Np: int
     max_size: float
     per_beta: float = math.inf
+    rows: float = 0.0
 
     def largest(self, beta: float) -> float:
         """Largest cell around particles the smallest of which has this diameter [D_c]."""
@@ -53,7 +55,7 @@ class Settings:
         chosen = self.elastic if elastic else self.newtonian
         beta = min(betas, default=0.0)
         empty = PIPE_CELL if elastic else chosen.max_size
-        return {"Np": chosen.Np, "max_size": chosen.largest(beta) if beta else empty}
+        return {"Np": chosen.Np, "max_size": chosen.largest(beta) if beta else empty, "rows": chosen.rows}
 
     def under(self, case: dict[str, Any], fields: set[str]) -> dict[str, Any]:
         """The keys of a case with these settings wherever it says nothing itself.
@@ -83,8 +85,8 @@ def _diameters(case: dict[str, Any]) -> list[float]:
 
 
 SETTINGS: dict[Accuracy, Settings] = {
-    "5%": Settings(Cells(20, 0.2), Cells(20, 0.1, 0.5), 1e-3, 1e-2),
-    "1%": Settings(Cells(40, 0.2), Cells(40, 0.07, 0.25), 3e-4, 2e-3),
-    "0.1%": Settings(Cells(56, 0.14), Cells(80, 0.035, 0.175), 5e-5, 5e-4),
+    "5%": Settings(Cells(20, 0.2), Cells(20, 0.1, 0.5, 0.5), 3e-3, 1e-2),
+    "1%": Settings(Cells(40, 0.2), Cells(28, 0.05, 0.25, 0.5), 1e-3, 2e-3),
+    "0.1%": Settings(Cells(56, 0.14), Cells(56, 0.035, 0.175, 0.5), 1e-4, 5e-4),
 }
 DEFAULT: Accuracy = "1%"

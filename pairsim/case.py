@@ -71,13 +71,14 @@ class MeshOptions(_Options):
     max_size: CellSize = Field(
         SETTINGS[DEFAULT].elastic.max_size,
         description="largest cell [D_c] (default: by accuracy; at 1%, 0.2 in a Newtonian liquid, elsewhere the smaller "
-        "of 0.07 and beta/4)",
+        "of 0.05 and beta/4)",
     )
     core_growth: Number = Field(0.3, gt=0, le=2, description="growth of the cell size by unit depth in a particle")
     rows: Number = Field(
-        0.0,
+        SETTINGS[DEFAULT].elastic.rows,
         ge=0,
-        description="distance from the particles beyond which cells lie in rows along the tube [D_c] (0: none)",
+        description="distance from the particles beyond which cells lie in rows along the tube [D_c] (default: by "
+        "accuracy; in a Newtonian liquid 0: none)",
     )
 
 

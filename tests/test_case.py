@@ -80,9 +80,15 @@ def test_cells_around_small_particles_in_elastic_liquids_are_smaller() -> None:
     def largest(**keys: object) -> float:
         return case_from_dict({**MINIMAL, "De": 1, **keys}, "test").mesh.max_size
 
-    assert largest(beta=0.2) < largest(beta=0.4) == largest(beta=0.6)
-    assert largest(beta=[0.4, 0.2], Ca_e=[0.1, 0.1]) == largest(beta=0.2)
-    assert largest(beta=0.2, De=0) == largest(De=0)
+    assert largest(beta=0.1) < largest(beta=0.4) == largest(beta=0.6)
+    assert largest(beta=[0.4, 0.1], Ca_e=[0.1, 0.1]) == largest(beta=0.1)
+    assert largest(beta=0.1, De=0) == largest(De=0)
+
+
+def test_cells_of_an_elastic_liquid_lie_in_rows_away_from_the_particles() -> None:
+    assert case_from_dict({**MINIMAL, "De": 1}, "test").mesh.rows > 0
+    assert case_from_dict({**MINIMAL, "De": 0}, "test").mesh.rows == 0
+    assert case_from_dict({**MINIMAL, "De": 1, "mesh": {"rows": 0}}, "test").mesh.rows == 0
 
 
 def test_a_pipe_needs_no_particles() -> None:
