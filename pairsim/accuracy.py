@@ -41,7 +41,7 @@ class Settings:
 
     Attributes:
         newtonian, elastic: Cells in a Newtonian and in a viscoelastic liquid, whose stresses the flow carries far.
-        time_tol: Allowed local error of a run's velocities [U_av].
+        time_tol: Local error of velocities [U_av] that BDF2 would be allowed in a run.
         curve_tol: Allowed error between the points of a curve, as a part of its peak.
     """
 
@@ -54,8 +54,9 @@ class Settings:
         """The keys of `mesh` for a scene with these particles."""
         chosen = self.elastic if elastic else self.newtonian
         beta = min(betas, default=0.0)
-        empty = PIPE_CELL if elastic else chosen.max_size
-        return {"Np": chosen.Np, "max_size": chosen.largest(beta) if beta else empty, "rows": chosen.rows}
+        if not beta:
+            return {"Np": chosen.Np, "max_size": PIPE_CELL if elastic else chosen.max_size, "rows": 0.0}
+        return {"Np": chosen.Np, "max_size": chosen.largest(beta), "rows": chosen.rows}
 
     def under(self, case: dict[str, Any], fields: set[str]) -> dict[str, Any]:
         """The keys of a case with these settings wherever it says nothing itself.

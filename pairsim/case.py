@@ -60,7 +60,8 @@ class MeshOptions(_Options):
         SETTINGS[DEFAULT].elastic.Np,
         ge=6,
         le=1000,
-        description="cells on each half-circle, at least (default: by accuracy)",
+        description="cells on each half-circle, at least (default: by accuracy; at 1%, 40 in a Newtonian liquid, "
+        "elsewhere 28)",
     )
     growth: Number = Field(0.15, gt=0, le=2, description="growth of the cell size by unit distance from a particle")
     gap_cells: Whole = Field(0, ge=0, description="cells across a gap between particles (0: Np/4)")

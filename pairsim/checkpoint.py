@@ -21,7 +21,7 @@ from pairsim.memory import Memory, Place
 from pairsim.output import CHECKPOINT, RunFolder, write_bytes
 from pairsim.quadratic import Array, QuadraticMesh
 
-FORMAT = 2
+FORMAT = 3
 FREE = ("name", "time.end", "limits", "output")
 """Keys and groups of keys that may change when a run is resumed."""
 

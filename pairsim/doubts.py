@@ -12,13 +12,14 @@ COARSEST: Accuracy = "5%"
 
 
 def coarse_mesh(case: SceneCase) -> list[str]:
-    """Of a mesh with fewer cells at the particles than any that was measured to keep an error."""
-    measured = SETTINGS[COARSEST].mesh(case.polymer is not None, case.betas)["Np"]
-    if not case.n or case.mesh.Np >= measured:
-        return []
+    """Of a mesh with fewer or larger cells than any that was measured to keep an error."""
+    measured = SETTINGS[COARSEST].mesh(case.polymer is not None, case.betas)
+    coarse = {"Np": case.mesh.Np < measured["Np"], "max_size": case.mesh.max_size > measured["max_size"]}
     return [
-        f"mesh.Np = {case.mesh.Np} is coarser than accuracy: {COARSEST} ({measured}): dU may be off by more than that "
-        "part of its largest value"
+        f"mesh.{name} = {getattr(case.mesh, name):g} is coarser than accuracy: {COARSEST} ({measured[name]:g}): dU may "
+        "be off by more than that part of its largest value"
+        for name, is_coarse in coarse.items()
+        if case.n and is_coarse
     ]
 
 

@@ -69,7 +69,7 @@ def _rounded(dt: float) -> float:
 
 @dataclass(frozen=True)
 class StepControl:
-    """Chooses steps so that the local error of the particles' velocities stays at `tolerance`.
+    """Chooses steps so that the local error of the velocities that BDF2 would have stays at `tolerance`.
 
     Attributes:
         tolerance: Allowed local error by step size, in units of U_av.

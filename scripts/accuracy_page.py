@@ -91,12 +91,15 @@ def curves(output: Path) -> str:
             place = base(study)
             errors = {key(row): number(row, "relative_error") for row in rows if row["reference"] == "false"}
             name = f"beta {place['beta']}, De {place['De']}, Ca_e {place['Ca_e']}"
-            lines.append([name, *(percent(errors.get(mesh, math.nan)) for mesh in meshes[:-1])])
+            exact = next((key(row) for row in rows if row["reference"] == "true"), None)
+            told = ["reference" if mesh == exact else percent(errors.get(mesh, math.nan)) for mesh in meshes[:-1]]
+            lines.append([name, *told])
         ended = [row for rows in found.values() for row in rows if row.get("wall_time")]
         same = [[row for row in ended if key(row) == mesh] for mesh in meshes[:-1]]
+        repeated = any(number(row, "wall_time_spread") > 0 for row in ended)
         for title, chosen, column in (
             ("seconds for four points, mean", statistics.mean, "wall_time"),
-            ("largest spread of repeated ones", max, "wall_time_spread"),
+            *((("largest spread of repeated ones", max, "wall_time_spread"),) if repeated else ()),
         ):
             lines.append(
                 [title, *(f"{chosen([number(r, column) for r in rows]):.1f}" if rows else "" for rows in same)]
@@ -135,11 +138,11 @@ def settings(output: Path) -> str:
             seconds = statistics.mean(number(row, "wall_time") for row in rows) if rows else math.nan
             told = f"{percent(worst) if worst == worst else 'the reference itself'} ({seconds:.0f} s)" if rows else ""
             bound = f" (no more than {cells.per_beta:g} beta)" if cells.per_beta < math.inf else ""
-            line += [f"{cells.Np}, {cells.max_size:g}{bound}", told]
+            line += [f"{cells.Np}, {cells.max_size:g}{bound}, {cells.rows:g}", told]
         lines.append([*line, f"{chosen.time_tol:g}", f"{chosen.curve_tol:g}"])
     head = ["accuracy"]
     for liquid in ("Newtonian", "viscoelastic"):
-        head += [f"Np and max_size of `mesh`, {liquid}", "worst of its curves, % (mean time of four points)"]
+        head += [f"Np, max_size and rows of `mesh`, {liquid}", "worst of its curves, % (mean time of four points)"]
     return table([*head, "`tol` of `time`", "`tol` of a curve"], lines)
 
 

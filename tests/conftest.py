@@ -62,7 +62,7 @@ def solve_rigid(betas: tuple[float, ...], gaps: tuple[float, ...] = (), **mesh: 
 
 
 def soft_pair(beta: float, d: float, Ca_e: float, **changes: object) -> Problem:
-    """Two equal soft spheres with the default settings of a case."""
+    """Two equal soft spheres on the default mesh of a case in a Newtonian liquid."""
     problem = Problem(
         (beta, beta),
         (Ca_e, Ca_e),

@@ -24,7 +24,10 @@ def case(**keys: Any) -> Case:
 def test_mesh_coarser_than_any_that_was_measured_is_told() -> None:
     (warning,) = coarse_mesh(case(mesh={"Np": 12}))
     assert "mesh.Np = 12" in warning
+    (warning,) = coarse_mesh(case(De=1, mesh={"max_size": 0.2}))
+    assert "max_size = 0.2" in warning
     assert not coarse_mesh(case(accuracy="5%"))
+    assert not coarse_mesh(case(De=1, accuracy="5%"))
     assert not coarse_mesh(case())
 
 
