@@ -86,7 +86,7 @@ def _diameters(case: dict[str, Any]) -> list[float]:
 
 
 SETTINGS: dict[Accuracy, Settings] = {
-    "5%": Settings(Cells(20, 0.2), Cells(20, 0.1, 0.5, 0.5), 3e-3, 1e-2),
+    "5%": Settings(Cells(20, 0.2), Cells(20, 0.1, 0.35, 0.5), 3e-3, 1e-2),
     "1%": Settings(Cells(40, 0.2), Cells(28, 0.05, 0.25, 0.5), 1e-3, 2e-3),
     "0.1%": Settings(Cells(56, 0.14), Cells(80, 0.025, 0.125, 0.5), 1e-4, 5e-4),
 }
