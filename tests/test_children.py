@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -23,11 +23,7 @@ from pairsim.sweep_commands import read_curve
 def test_chain_of_curves_survives_its_process(tmp_path: Path) -> None:
     """Each curve starts from the one before; when the process dies, its curve fails and the rest goes on."""
     runner, tasks = curves(tmp_path, "0.02, 0.04, 0.06, 0.08")
-    results = []
-    for result in ends(runner, 4):
-        results.append(result)
-        if len(results) == 2:
-            os.kill(chain_of_curves(), signal.SIGKILL)
+    results = ends(runner, 4, 2, lambda: os.kill(chain_of_curves(), signal.SIGKILL))
     assert [result.folder for result in results] == [task.folder for task in tasks]
     assert [result.status for result in results] == ["finished", "finished", "failed", "finished"]
     first, second = (json.loads((task.directory / "run.json").read_text()) for task in tasks[:2])
@@ -52,15 +48,18 @@ def curves(folder: Path, values: str) -> tuple[Runner, list[Task]]:
     return runner, tasks
 
 
-def ends(runner: Runner, count: int) -> Iterator[Result]:
-    """How so many cases of a worker end, as they do."""
+def ends(runner: Runner, count: int, after: int = 0, then: Callable[[], None] | None = None) -> list[Result]:
+    """How so many cases of a worker end; something may be done once `after` of them have."""
+    results: list[Result] = []
     deadline = time.monotonic() + 500
-    while count:
+    while len(results) < count:
         assert time.monotonic() < deadline
         if (result := runner.poll()) is not None:
-            count -= 1
-            yield result
+            results.append(result)
+            if then is not None and len(results) == after:
+                then()
         time.sleep(0.005)
+    return results
 
 
 def chain_of_curves() -> int:
@@ -72,12 +71,12 @@ def chain_of_curves() -> int:
 def test_a_timeout_that_comes_as_a_curve_ends_is_not_the_next_ones(tmp_path: Path) -> None:
     """The case that it was meant for has finished all the same; the one behind it is begun anew."""
     runner, tasks = curves(tmp_path, "0.02, 0.04")
-    results = []
-    for result in ends(runner, 2):
-        results.append(result)
-        if len(results) == 1:
-            runner._stopped = "timeout"
-            os.kill(chain_of_curves(), signal.SIGTERM)
+
+    def stop() -> None:
+        runner._stopped = "timeout"
+        os.kill(chain_of_curves(), signal.SIGTERM)
+
+    results = ends(runner, 2, 1, stop)
     assert [(result.folder, result.status) for result in results] == [(task.folder, "finished") for task in tasks]
 
 
