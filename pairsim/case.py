@@ -60,8 +60,8 @@ class MeshOptions(_Options):
         SETTINGS[DEFAULT].elastic.Np,
         ge=6,
         le=1000,
-        description="cells on each half-circle, at least (default: by accuracy; at 1%, 40 in a Newtonian liquid, "
-        "elsewhere 28)",
+        description="cells on each half-circle, at least (default: by accuracy; at "
+        f"{DEFAULT}, {SETTINGS[DEFAULT].newtonian.Np} in a Newtonian liquid, elsewhere {SETTINGS[DEFAULT].elastic.Np})",
     )
     growth: Number = Field(0.15, gt=0, le=2, description="growth of the cell size by unit distance from a particle")
     gap_cells: Whole = Field(0, ge=0, description="cells across a gap between particles (0: Np/4)")
@@ -71,8 +71,9 @@ class MeshOptions(_Options):
     wall_cells: Whole = Field(0, ge=0, description="cells between particle and wall (0: Np/4)")
     max_size: CellSize = Field(
         SETTINGS[DEFAULT].elastic.max_size,
-        description="largest cell [D_c] (default: by accuracy; at 1%, 0.2 in a Newtonian liquid, elsewhere the smaller "
-        "of 0.05 and beta/4)",
+        description="largest cell [D_c] (default: by accuracy; at "
+        f"{DEFAULT}, {SETTINGS[DEFAULT].newtonian.max_size:g} in a Newtonian liquid, elsewhere the smaller of "
+        f"{SETTINGS[DEFAULT].elastic.max_size:g} and {SETTINGS[DEFAULT].elastic.per_beta:g} beta)",
     )
     core_growth: Number = Field(0.3, gt=0, le=2, description="growth of the cell size by unit depth in a particle")
     rows: Number = Field(
