@@ -11,7 +11,6 @@ import platform
 import re
 import statistics
 from pathlib import Path
-from typing import Any
 
 import matplotlib
 
@@ -31,22 +30,7 @@ SCENES = {
     "De2-rigid": "De 2, rigid",
     "De1-gap0.02": "De 1, soft, gap .02",
 }
-# The published way: 1e4 triangles, 40 cells on a half-circle, 50 D_p of tube, this step until dU has settled.
-RECIPE_STEP, RECIPE_STEPS, RECIPE_REPEAT = 7.5e-4, 40, 3
-
 Rows = list[dict[str, str]]
-
-
-def recipe_folders(output: Path, scene: str) -> list[Path]:
-    """Where the stretches of the published way are."""
-    return [output / f"recipe-{scene}-{i + 1}" for i in range(RECIPE_REPEAT)]
-
-
-def stretch(folder: Path) -> dict[str, Any]:
-    """run.json of a stretch of the published way that was run to its end; nothing of any other."""
-    path = folder / "run.json"
-    told: dict[str, Any] = json.loads(path.read_text()) if path.is_file() else {}
-    return told if told.get("status") == "finished" else {}
 
 
 def rows_of(study: Path) -> Rows:
@@ -98,7 +82,7 @@ def curves(output: Path) -> str:
         same = [[row for row in ended if key(row) == mesh] for mesh in meshes[:-1]]
         repeated = any(number(row, "wall_time_spread") > 0 for row in ended)
         for title, chosen, column in (
-            ("seconds for four points, mean", statistics.mean, "wall_time"),
+            (f"seconds for {points()} points, mean", statistics.mean, "wall_time"),
             *((("largest spread of repeated ones", max, "wall_time_spread"),) if repeated else ()),
         ):
             lines.append(
@@ -111,6 +95,12 @@ def curves(output: Path) -> str:
 def base(study: Path) -> dict[str, float]:
     """What all discretisations of a study share."""
     return dict(yaml.safe_load(study.read_text())["base"])
+
+
+def points() -> str:
+    """How many points the curves have."""
+    counts = {len(yaml.safe_load(study.read_text())["at"]) for study in STUDIES.glob("curve-*.yaml")}
+    return " or ".join(map(str, sorted(counts)))
 
 
 def key(row: dict[str, str]) -> tuple[str, str]:
@@ -142,30 +132,16 @@ def settings(output: Path) -> str:
         lines.append([*line, f"{chosen.time_tol:g}", f"{chosen.curve_tol:g}"])
     head = ["accuracy"]
     for liquid in ("Newtonian", "viscoelastic"):
-        head += [f"Np, max_size and rows of `mesh`, {liquid}", "worst of its curves, % (mean time of four points)"]
+        head += [
+            f"Np, max_size and rows of `mesh`, {liquid}",
+            f"worst of its curves, % (mean time of {points()} points)",
+        ]
     return table([*head, "`tol` of `time`", "`tol` of a curve"], lines)
-
-
-def recipe(output: Path, scene: str) -> tuple[list[float], float, float, int]:
-    """Seconds a step in each stretch of the published way; seconds and error to the end of a scene; unknowns."""
-    found = [told for folder in recipe_folders(output, scene) if (told := stretch(folder))]
-    phases = ("assembly", "factorisation", "solve")
-    per_step = [sum(told["wall_time_by_phase"].get(name, 0.0) for name in phases) / told["steps"] for told in found]
-    rows = rows_of(output / f"run-{scene}")
-    end = yaml.safe_load((STUDIES / f"run-{scene}.yaml").read_text())["base"]["time"]["end"]
-    whole = statistics.median(per_step) * end / RECIPE_STEP
-    return per_step, whole, number(rows[-1], "relative_error"), int(found[0]["unknowns"])
 
 
 def scenes(output: Path) -> str:
     """Error against time: the picture, and how many times cheaper than the published way."""
-    known = [
-        scene
-        for scene in SCENES
-        if rows_of(output / f"run-{scene}")
-        and rows_of(output / f"point-{scene}")
-        and any(map(stretch, recipe_folders(output, scene)))
-    ]
+    known = [s for s in SCENES if rows_of(output / f"run-{s}") and rows_of(output / f"point-{s}")]
     if not known:
         return ""
     columns = min(len(known), 2)
@@ -175,8 +151,9 @@ def scenes(output: Path) -> str:
     for scene, axis in zip(known, axes.flat, strict=False):
         title = SCENES[scene]
         runs, points = rows_of(output / f"run-{scene}"), rows_of(output / f"point-{scene}")
-        per_step, seconds, error, unknowns = recipe(output, scene)
-        own = [row for row in runs[:-1] if row.get("error") and number(row, "error") > 0]
+        published = next(row for row in runs if row.get("time.fixed_step"))
+        seconds, steps, error = (number(published, k) for k in ("wall_time", "steps", "relative_error"))
+        own = [r for r in runs if r is not published and r.get("error") and number(r, "error") > 0]
         points = [row for row in points if row.get("error") and number(row, "error") > 0]
         # One scale for both: the largest |dU| of the transient, of which dU at d_0 may be a small part.
         largest = number(own[0], "error") / number(own[0], "relative_error")
@@ -185,14 +162,15 @@ def scenes(output: Path) -> str:
         for rows, marker, label in ((own, "o", "transient"), (points, "s", "quasi-steady point")):
             t, e = [number(row, "wall_time") for row in rows], [100 * number(row, "part") for row in rows]
             axis.loglog(t, e, marker, label=label)
-        axis.loglog([seconds], [100 * error], "*", markersize=12, label="the published way, from a stretch")
+        axis.loglog([seconds], [100 * error], "*", markersize=12, label="the published way")
         axis.set(title=title, xlabel="wall time [s]", ylabel="error of $\\Delta U$ [% of its largest]")
         lines.append(
             [
                 title,
-                str(unknowns),
-                f"{statistics.median(per_step):.2f} ({max(per_step) - min(per_step):.2f})",
-                f"{seconds / 3600:.2f}",
+                published["unknowns"],
+                published["steps"],
+                *(f"{number(published, k) / steps:.2f}" for k in ("newton_iterations", "factorisations")),
+                f"{seconds:.0f}",
                 percent(error),
                 *(beside(rows, error, seconds) for rows in (own, points)),
             ]
@@ -203,8 +181,10 @@ def scenes(output: Path) -> str:
     head = [
         "scene",
         "unknowns",
-        "s a step (spread)",
-        "h to the end",
+        "steps",
+        "Newton iterations a step",
+        "factorisations a step",
+        "s",
         "error, %",
         "our transient",
         "our quasi-steady point",
