@@ -45,7 +45,7 @@ class History:
         t: Times of h and x.
         h: Positions of the material.
         x: Full vectors.
-        y: Free unknowns, on the present mesh only.
+        y: Free unknowns, on the present mesh only, one more than of h: the next guess extrapolates them.
         t_y: Times of y.
     """
 
@@ -57,7 +57,7 @@ class History:
 
     def push(self, t: float, h: Array, x: Array, y: Array) -> None:
         self.t, self.h, self.x = [t, *self.t[:2]], [h, *self.h[:2]], [x, *self.x[:2]]
-        self.t_y, self.y = [t, *self.t_y[:2]], [y, *self.y[:2]]
+        self.t_y, self.y = [t, *self.t_y[:3]], [y, *self.y[:3]]
 
 
 @dataclass(frozen=True)

@@ -37,6 +37,9 @@ MUMPS = {"icntl_6": 0, "icntl_7": 5, "icntl_14": 40}
 MOST_ANALYSES = 4
 REASONS = {-3: "the matrix is singular", -4: "the residual is not a number", -5: "too many iterations"}
 UNPROVEN_RATE = 0.1
+# A matrix and its factors cost as much as some 15 iterations with those in hand, which serve while they contract by
+# SLOW and g differs by no more than OTHER_STEP from theirs; after a step above FAR an exact one is worth its cost.
+SLOW, OTHER_STEP, FAR = 0.3, 0.5, 1e-3
 
 
 @dataclass(frozen=True)
@@ -171,7 +174,7 @@ class Newton:
             self._assemble(A)
         with self.clock("factorisation"):
             self._factor(snes.getKSP(), A)
-        self._factored_g = self._g
+        self._factored_g, self._rate = self._g, 0.0
         self._factored = Place(self._x, self._star, self._g, self._U_m)
         self._analysed = self._analysed or self._factored
         self._fresh = True
@@ -242,7 +245,7 @@ class Newton:
         if its >= self.max_iterations:
             self._why = f"{its} iterations"
             return reason.DIVERGED_MAX_IT
-        self._must_factor = self._must_factor or (rate > 0.15 if not self._fresh else largest > 1e-3)
+        self._must_factor = self._must_factor or (rate > SLOW if not self._fresh else largest > FAR)
         self._fresh = False
         return reason.ITERATING
 
@@ -274,7 +277,7 @@ class Newton:
         self._h_star, self._g, self._U_m, self._star = h_star, g, U_m, star
         if star is not None:
             self.scene.set_step(star, g, U_m)
-        changed = self._factored_g is None or abs(g / self._factored_g - 1) > 0.25
+        changed = self._factored_g is None or abs(g / self._factored_g - 1) > OTHER_STEP
         self._must_factor, self._fresh = changed, False
         self._largest, self._steps, self._why, self._factorisations = 0.0, {}, "", 0
         self._residual_norm = 0.0

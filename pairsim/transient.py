@@ -31,6 +31,7 @@ from pairsim.ties import extension_tie, transient_tie
 
 RELATIVE_WEIGHT = 20.0
 CONFORMATION_WEIGHT = 0.4
+MOST_ITERATIONS = 25  # mostly with a matrix of an earlier step
 NO_ERROR = 1e-12  # in units of the tolerance: of scenes that do not change at all; 0 is an error that is not known
 
 
@@ -197,7 +198,10 @@ class Transient:
                 polymer=self.problem.polymer,
             )
         self.tie = transient_tie(self.scene)
-        self.newton = Newton(self.scene, self.tie, tolerance=self.problem.newton_tolerance, clock=self.clock)
+        tolerance = self.problem.newton_tolerance
+        self.newton = Newton(
+            self.scene, self.tie, tolerance=tolerance, max_iterations=MOST_ITERATIONS, clock=self.clock
+        )
         self.history.y, self.history.t_y = [], []
         self._material = np.concatenate([self.tie.fields.get(name, np.empty(0, int)) for name in ("v", "U_p", "p_s")])
 
