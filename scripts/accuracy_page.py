@@ -141,7 +141,13 @@ def settings(output: Path) -> str:
 
 def scenes(output: Path) -> str:
     """Error against time: the picture, and how many times cheaper than the published way."""
-    known = [s for s in SCENES if rows_of(output / f"run-{s}") and rows_of(output / f"point-{s}")]
+    known = [
+        scene
+        for scene in SCENES
+        if rows_of(output / f"run-{scene}")
+        and rows_of(output / f"point-{scene}")
+        and (output / f"plain-{scene}.json").is_file()
+    ]
     if not known:
         return ""
     columns = min(len(known), 2)
@@ -153,6 +159,8 @@ def scenes(output: Path) -> str:
         runs, points = rows_of(output / f"run-{scene}"), rows_of(output / f"point-{scene}")
         published = next(row for row in runs if row.get("time.fixed_step"))
         seconds, steps, error = (number(published, k) for k in ("wall_time", "steps", "relative_error"))
+        plain = json.loads((output / f"plain-{scene}.json").read_text())
+        whole = statistics.median(plain) * steps, seconds
         own = [r for r in runs if r is not published and r.get("error") and number(r, "error") > 0]
         points = [row for row in points if row.get("error") and number(row, "error") > 0]
         # One scale for both: the largest |dU| of the transient, of which dU at d_0 may be a small part.
@@ -162,17 +170,19 @@ def scenes(output: Path) -> str:
         for rows, marker, label in ((own, "o", "transient"), (points, "s", "quasi-steady point")):
             t, e = [number(row, "wall_time") for row in rows], [100 * number(row, "part") for row in rows]
             axis.loglog(t, e, marker, label=label)
-        axis.loglog([seconds], [100 * error], "*", markersize=12, label="the published way")
+        for marker, x, label in zip(("*", "P"), whole, ("plain Newton", "factors kept"), strict=True):
+            axis.loglog([x], [100 * error], marker, markersize=10, label=f"the published way, {label}")
         axis.set(title=title, xlabel="wall time [s]", ylabel="error of $\\Delta U$ [% of its largest]")
         lines.append(
             [
                 title,
                 published["unknowns"],
                 published["steps"],
+                f"{statistics.median(plain):.2f} ({max(plain) - min(plain):.2f}), {whole[0]:.0f}",
+                f"{seconds / steps:.2f}, {seconds:.0f}",
                 *(f"{number(published, k) / steps:.2f}" for k in ("newton_iterations", "factorisations")),
-                f"{seconds:.0f}",
                 percent(error),
-                *(beside(rows, error, seconds) for rows in (own, points)),
+                *(beside(rows, error, whole) for rows in (own, points)),
             ]
         )
     axes.flat[0].legend(frameon=False)
@@ -182,9 +192,10 @@ def scenes(output: Path) -> str:
         "scene",
         "unknowns",
         "steps",
-        "Newton iterations a step",
+        "plain Newton: s a step (spread), s",
+        "factors kept: s a step, s",
+        "iterations a step",
         "factorisations a step",
-        "s",
         "error, %",
         "our transient",
         "our quasi-steady point",
@@ -192,8 +203,8 @@ def scenes(output: Path) -> str:
     return table(head, lines)
 
 
-def beside(rows: Rows, error: float, seconds: float) -> str:
-    """The cheapest row whose error is no larger, or the best one where all are; what part of `seconds` it takes."""
+def beside(rows: Rows, error: float, whole: tuple[float, float]) -> str:
+    """The cheapest row whose error is no larger, or the best one where all are; what part of both ways it takes."""
     good = [row for row in rows if number(row, "part") <= error]
     if good:
         chosen = min(good, key=lambda row: number(row, "wall_time"))
@@ -201,7 +212,8 @@ def beside(rows: Rows, error: float, seconds: float) -> str:
         chosen = min(rows, key=lambda row: number(row, "part"))
     s, spread = number(chosen, "wall_time"), number(chosen, "wall_time_spread")
     told = f"{s:.3g} s" + (f" (spread {short(spread)})" if spread > 0 else "")
-    return f"{told} at {percent(number(chosen, 'part'))} %: 1/{seconds / s:.0f}"
+    parts = ", ".join(f"1/{seconds / s:.0f}" for seconds in whole)
+    return f"{told} at {percent(number(chosen, 'part'))} %: {parts}"
 
 
 def profile(output: Path) -> str:
