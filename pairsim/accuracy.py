@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 Accuracy = Literal["5%", "1%", "0.1%"]
+WIDE = 0.4  # diameter from which on runs keep `time_tol`; dU falls faster with beta than the tolerance below it
 PIPE_CELL = 0.05  # a tube without particles has few cells, and profiles across it are all there is
 
 
@@ -41,7 +42,7 @@ class Settings:
 
     Attributes:
         newtonian, elastic: Cells in a Newtonian and in a viscoelastic liquid, whose stresses the flow carries far.
-        time_tol: Local error of velocities [U_av] that BDF2 would be allowed in a run.
+        time_tol: Local error of velocities [U_av] that BDF2 would be allowed in a run; below `WIDE` it falls as beta^2.
         curve_tol: Allowed error between the points of a curve, as a part of its peak.
     """
 
@@ -58,6 +59,10 @@ class Settings:
             return {"Np": chosen.Np, "max_size": PIPE_CELL if elastic else chosen.max_size, "rows": 0.0}
         return {"Np": chosen.Np, "max_size": chosen.largest(beta), "rows": chosen.rows}
 
+    def step_tolerance(self, betas: Iterable[float]) -> float:
+        """Default `tol` of `time` for a scene with these particles."""
+        return self.time_tol * min(1.0, min(betas, default=WIDE) / WIDE) ** 2
+
     def under(self, case: dict[str, Any], fields: set[str]) -> dict[str, Any]:
         """The keys of a case with these settings wherever it says nothing itself.
 
@@ -69,7 +74,7 @@ class Settings:
         elastic = isinstance(De, (int, float)) and De > 0 and case.get("liquid") != "newtonian"
         groups = {"mesh": self.mesh(elastic, _diameters(case))}
         if "time" in fields:
-            groups["time"] = {"tol": self.time_tol}
+            groups["time"] = {"tol": self.step_tolerance(_diameters(case))}
         filled = ({"tol": self.curve_tol} if "tol" in fields else {}) | case
         for name, values in groups.items():
             given = case.get(name, {})
