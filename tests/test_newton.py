@@ -1,12 +1,13 @@
-"""The Newton matrix is the derivative of the residual: T A P against finite differences."""
+"""Newton's matrix is the derivative of the residual (T A P against finite differences), and serves while it does."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import MPI, soft_pair
+from conftest import MPI, march, soft_pair
 
 from pairsim.geometry import MeshSettings
+from pairsim.stepsize import StepControl
 from pairsim.transient import Problem, Transient
 
 
@@ -51,3 +52,13 @@ def test_converges_quadratically_from_a_near_guess() -> None:
     assert report.iterations <= 6
     assert max(v for k, v in report.steps.items() if k != "m") < 1e-4
     transient.close()
+
+
+def test_small_steps_share_a_matrix() -> None:
+    """A step that hardly differs from the one before needs two iterations with its matrix, none of its own."""
+    control = StepControl(1e-3, 1e-8, 2.0, fixed=7.5e-4)
+    pair = soft_pair(0.4, 0.1, 0.1, length=4.9, periodic=False, mesh=MeshSettings(Np=10), control=control)
+    reports = [step.report for step in march(pair, [0.03])]
+    assert len(reports) == 40
+    assert sum(report.factorisations for report in reports[10:]) <= 3
+    assert sum(report.iterations for report in reports[10:]) <= 90
