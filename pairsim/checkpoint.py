@@ -45,7 +45,7 @@ class History:
         t: Times of h and x.
         h: Positions of the material.
         x: Full vectors.
-        y: Free unknowns, on the present mesh only, one more than of h: the next guess extrapolates them.
+        y: Free unknowns, on the present mesh only, up to four: the next guess extrapolates them.
         t_y: Times of y.
     """
 

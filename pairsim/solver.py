@@ -37,9 +37,9 @@ MUMPS = {"icntl_6": 0, "icntl_7": 5, "icntl_14": 40}
 MOST_ANALYSES = 4
 REASONS = {-3: "the matrix is singular", -4: "the residual is not a number", -5: "too many iterations"}
 UNPROVEN_RATE = 0.1
-# A matrix and its factors cost as much as some 15 iterations with those in hand, which serve while they contract by
-# SLOW and g differs by no more than OTHER_STEP from theirs; after a step above FAR an exact one is worth its cost.
-SLOW, OTHER_STEP, FAR = 0.3, 0.5, 1e-3
+# The matrix in hand serves while g differs from its own by no more than OTHER_STEP; after a step above FAR an exact one
+# is worth its cost.
+OTHER_STEP, FAR = 0.5, 1e-3
 
 
 @dataclass(frozen=True)
@@ -71,24 +71,33 @@ class Newton:
         tie: Free unknowns and test rows.
         tolerance: Estimated error left in any field, relative to the field's size.
         max_iterations: Linear solves allowed.
+        slow: Rate of contraction above which a new matrix is made.
         clock: Where the seconds go.
     """
 
     def __init__(
-        self, scene: Scene, tie: Tie, *, tolerance: float = 1e-8, max_iterations: int = 12, clock: Clock | None = None
+        self,
+        scene: Scene,
+        tie: Tie,
+        *,
+        tolerance: float = 1e-8,
+        max_iterations: int = 12,
+        slow: float = 0.15,
+        clock: Clock | None = None,
     ) -> None:
-        self.scene, self.tie, self.tolerance, self.max_iterations = scene, tie, tolerance, max_iterations
+        self.scene, self.tie, self.tolerance = scene, tie, tolerance
+        self.max_iterations, self._slow = max_iterations, slow
         self.clock = clock or Clock()
-        # Of the matrix in hand: the g it was made with, and the last rate of convergence with it.
+        # Of the matrix in hand: the g it was made with, and the last rate of convergence with it (0: none yet).
         self._factored_g: float | None = None
-        self._rate = 1.0
+        self._rate = 0.0
         self._analysed: Place | None = None
         self._factored: Place | None = None
         # Of the solve under way.
         self._h_star, self._g, self._U_m = np.zeros(scene.h_size), 1.0, 0.0
         self._x = np.zeros(scene.size)
         self._star: Array | None = None
-        self._must_factor, self._fresh, self._factorisations = True, False, 0
+        self._must_factor, self._fresh, self._factorisations, self._other_g = True, False, 0, 0.0
         self._largest, self._leading, self._residual_norm, self._why = 0.0, 0.0, 0.0, ""
         self._steps: dict[str, float] = {}
         with self.clock("symbolic"):
@@ -174,7 +183,7 @@ class Newton:
             self._assemble(A)
         with self.clock("factorisation"):
             self._factor(snes.getKSP(), A)
-        self._factored_g, self._rate = self._g, 0.0
+        self._factored_g, self._rate, self._other_g = self._g, 0.0, 0.0
         self._factored = Place(self._x, self._star, self._g, self._U_m)
         self._analysed = self._analysed or self._factored
         self._fresh = True
@@ -232,8 +241,10 @@ class Newton:
             # The rate of an earlier solve is a hint only: an iterate taken for converged too early breaks
             # incompressibility, which the next steps then meet with velocities of their own.
             rate = max(self._rate, UNPROVEN_RATE)
-        # What is left: a geometric series while the Jacobian is lagged, the square of the step when it is fresh.
-        left = min(100 * largest, 1.0) * largest if self._fresh else largest * rate / max(1 - rate, 0.1)
+        # What is left: a geometric series while the Jacobian is lagged, the square of the step when it is fresh. Before
+        # a rate was seen, the matrix of another g may contract as badly as both differ.
+        doubt = rate if its > 1 else max(rate, self._other_g)
+        left = min(100 * largest, 1.0) * largest if self._fresh else largest * doubt / max(1 - doubt, 0.1)
         if not self._fresh:
             self._rate = rate
         if left < self.tolerance or largest < 0.1 * self.tolerance:
@@ -245,7 +256,7 @@ class Newton:
         if its >= self.max_iterations:
             self._why = f"{its} iterations"
             return reason.DIVERGED_MAX_IT
-        self._must_factor = self._must_factor or (rate > SLOW if not self._fresh else largest > FAR)
+        self._must_factor = self._must_factor or (rate > self._slow if not self._fresh else largest > FAR)
         self._fresh = False
         return reason.ITERATING
 
@@ -277,12 +288,11 @@ class Newton:
         self._h_star, self._g, self._U_m, self._star = h_star, g, U_m, star
         if star is not None:
             self.scene.set_step(star, g, U_m)
-        changed = self._factored_g is None or abs(g / self._factored_g - 1) > OTHER_STEP
-        self._must_factor, self._fresh = changed, False
+        ratio = g / self._factored_g if self._factored_g else np.inf
+        self._other_g = max(ratio, 1 / ratio) - 1
+        self._must_factor, self._fresh = abs(ratio - 1) > OTHER_STEP, False
         self._largest, self._steps, self._why, self._factorisations = 0.0, {}, "", 0
         self._residual_norm = 0.0
-        if changed:
-            self._rate = 1.0
         self._y.setArray(y[self._range[0] : self._range[1]])
         with self.clock("solve"):
             inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation"))
@@ -334,7 +344,7 @@ class Newton:
             return False
         self._must_factor = True
         self._jacobian(self._snes, self._y, self._A, None)
-        self._rate, self._fresh = 0.0, False
+        self._fresh = False
         if self._snes.getKSP().getPC().getFactorMatrix().getMumpsInfog(1) < 0:
             self._forget_factor()
             return False

@@ -31,7 +31,8 @@ from pairsim.ties import extension_tie, transient_tie
 
 RELATIVE_WEIGHT = 20.0
 CONFORMATION_WEIGHT = 0.4
-MOST_ITERATIONS = 25  # mostly with a matrix of an earlier step
+# A matrix and its factors cost some 15 iterations with those in hand, which serve while they contract by SLOW.
+MOST_ITERATIONS, SLOW = 25, 0.3
 NO_ERROR = 1e-12  # in units of the tolerance: of scenes that do not change at all; 0 is an error that is not known
 
 
@@ -198,9 +199,9 @@ class Transient:
                 polymer=self.problem.polymer,
             )
         self.tie = transient_tie(self.scene)
-        tolerance = self.problem.newton_tolerance
+        tolerance, most = self.problem.newton_tolerance, MOST_ITERATIONS
         self.newton = Newton(
-            self.scene, self.tie, tolerance=tolerance, max_iterations=MOST_ITERATIONS, clock=self.clock
+            self.scene, self.tie, tolerance=tolerance, max_iterations=most, slow=SLOW, clock=self.clock
         )
         self.history.y, self.history.t_y = [], []
         self._material = np.concatenate([self.tie.fields.get(name, np.empty(0, int)) for name in ("v", "U_p", "p_s")])

@@ -55,7 +55,7 @@ def test_converges_quadratically_from_a_near_guess() -> None:
 
 
 def test_small_steps_share_a_matrix() -> None:
-    """They need two iterations with it; one that has once contracted badly is made anew once, not at every step."""
+    """Two or three iterations each; one that has once contracted badly is made anew once, not at every step."""
     control = StepControl(1e-3, 1e-8, 2.0, fixed=7.5e-4)
     pair = soft_pair(0.4, 0.1, 0.1, length=4.9, periodic=False, mesh=MeshSettings(Np=10), control=control)
     transient = Transient(MPI.COMM_WORLD, pair)

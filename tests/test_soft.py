@@ -121,7 +121,7 @@ def test_fixed_steps_converge_at_third_order_but_for_the_first_one() -> None:
 
 
 def test_default_steps_keep_one_percent_of_small_particles_too() -> None:
-    """At beta .2 dU is a twentieth of that at .4: with the steps of .4 it is 1.2 % of its peak off."""
+    """dU is so small at beta .2 that steps good enough at .4 leave 1.2 % of its peak."""
     times = [0.1, 0.5, 1.0, 1.5]
 
     def marched(tolerance: float) -> np.ndarray:
