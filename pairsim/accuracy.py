@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 Accuracy = Literal["5%", "1%", "0.1%"]
-WIDE = 0.4  # diameter from which on runs keep `time_tol`: with 1e-3 dU is 1.3 % of its peak off at beta .2
 PIPE_CELL = 0.05  # a tube without particles has few cells, and profiles across it are all there is
 
 
@@ -42,7 +41,7 @@ class Settings:
 
     Attributes:
         newtonian, elastic: Cells in a Newtonian and in a viscoelastic liquid, whose stresses the flow carries far.
-        time_tol: Local error of velocities [U_av] that BDF2 would be allowed in a run; below `WIDE` it falls as beta^2.
+        time_tol: Local error of velocities [U_av] that BDF2 would be allowed in a run.
         curve_tol: Allowed error between the points of a curve, as a part of its peak.
     """
 
@@ -59,10 +58,6 @@ class Settings:
             return {"Np": chosen.Np, "max_size": PIPE_CELL if elastic else chosen.max_size, "rows": 0.0}
         return {"Np": chosen.Np, "max_size": chosen.largest(beta), "rows": chosen.rows}
 
-    def step_tolerance(self, betas: Iterable[float]) -> float:
-        """Default `tol` of `time` for a scene with these particles."""
-        return self.time_tol * min(1.0, min(betas, default=WIDE) / WIDE) ** 2
-
     def under(self, case: dict[str, Any], fields: set[str]) -> dict[str, Any]:
         """The keys of a case with these settings wherever it says nothing itself.
 
@@ -74,7 +69,7 @@ class Settings:
         elastic = isinstance(De, (int, float)) and De > 0 and case.get("liquid") != "newtonian"
         groups = {"mesh": self.mesh(elastic, _diameters(case))}
         if "time" in fields:
-            groups["time"] = {"tol": self.step_tolerance(_diameters(case))}
+            groups["time"] = {"tol": self.time_tol}
         filled = ({"tol": self.curve_tol} if "tol" in fields else {}) | case
         for name, values in groups.items():
             given = case.get(name, {})
@@ -91,8 +86,8 @@ def _diameters(case: dict[str, Any]) -> list[float]:
 
 
 SETTINGS: dict[Accuracy, Settings] = {
-    "5%": Settings(Cells(20, 0.2), Cells(20, 0.1, 0.35, 0.5), 3e-3, 1e-2),
-    "1%": Settings(Cells(40, 0.2), Cells(28, 0.05, 0.25, 0.5), 1e-3, 2e-3),
-    "0.1%": Settings(Cells(56, 0.14), Cells(80, 0.025, 0.125, 0.5), 1e-4, 5e-4),
+    "5%": Settings(Cells(20, 0.2), Cells(20, 0.1, 0.35, 0.5), 1e-3, 1e-2),
+    "1%": Settings(Cells(40, 0.2), Cells(28, 0.05, 0.25, 0.5), 3e-4, 2e-3),
+    "0.1%": Settings(Cells(56, 0.14), Cells(80, 0.025, 0.125, 0.5), 5e-5, 5e-4),
 }
 DEFAULT: Accuracy = "1%"

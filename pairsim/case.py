@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
-from pairsim.accuracy import DEFAULT, SETTINGS, WIDE, Accuracy
+from pairsim.accuracy import DEFAULT, SETTINGS, Accuracy
 from pairsim.errors import InputError
 from pairsim.materials.polymer import Polymer
 
@@ -92,8 +92,7 @@ class TimeOptions(_Options):
         SETTINGS[DEFAULT].time_tol,
         gt=0,
         le=0.1,
-        description="allowed local error of the particles' velocities [U_av] (default: by accuracy, at "
-        f"{DEFAULT} {SETTINGS[DEFAULT].time_tol:g}, below beta = {WIDE:g} less by the square of beta/{WIDE:g})",
+        description="allowed local error of the particles' velocities [U_av] (default: by accuracy)",
     )
     first_step: Number = Field(5e-4, gt=0, description="first step [D_c/U_av]")
     max_step: Number = Field(2.0, gt=0, description="largest step [D_c/U_av]")

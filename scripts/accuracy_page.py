@@ -136,7 +136,7 @@ def settings(output: Path) -> str:
             f"Np, max_size and rows of `mesh`, {liquid}",
             f"worst of its curves, % (mean time of {points()} points)",
         ]
-    return table([*head, "`tol` of `time` (beta .4 and above)", "`tol` of a curve"], lines)
+    return table([*head, "`tol` of `time`", "`tol` of a curve"], lines)
 
 
 def scenes(output: Path) -> str:

@@ -66,17 +66,6 @@ def test_accuracy_sets_what_the_case_leaves_open() -> None:
     assert curves[0].tol > curves[1].tol > curves[2].tol
 
 
-def test_small_particles_are_marched_with_smaller_errors() -> None:
-    """dU falls faster than beta^2, so that steps good enough at beta .4 leave more than 1 % of it at .2."""
-    wide, small, given = (
-        case_from_dict({**MINIMAL, "beta": beta, "time": time}, "test").time.tol
-        for beta, time in ((0.6, {}), ([0.2, 0.4], {}), (0.2, {"tol": 0.01}))
-    )
-    assert wide == SETTINGS["1%"].time_tol
-    assert small == pytest.approx(wide / 4)
-    assert given == 0.01
-
-
 @pytest.mark.parametrize("beta", [0.05, 0.1, 0.2, 0.4, 0.8])
 @pytest.mark.parametrize("De", [0, 1])
 def test_higher_accuracy_never_has_larger_cells(De: float, beta: float) -> None:
