@@ -16,6 +16,7 @@ from scipy.integrate import LSODA, OdeSolution, solve_ivp
 from scipy.interpolate import barycentric_interpolate
 from scipy.optimize import root
 
+from pairsim.conformation import logarithm
 from pairsim.geometry import TUBE_RADIUS
 from pairsim.materials import polymer
 from pairsim.materials.polymer import Polymer
@@ -40,9 +41,13 @@ class PipeState:
     u: Array
     c: Array
 
+    def profiles(self, r: Array) -> Array:
+        """u and the four components of log c at other radii (n,), shape (5, n)."""
+        return across(self.r, np.column_stack([self.u, logarithm(self.c)]), r).T
+
 
 def across(radii: Array, values: Array, wanted: Array) -> Array:
-    """Values at the points of a `Pipe`, carried to other radii.
+    """Values (n,) or (n, k) at the points of a `Pipe`, carried to other radii.
 
     scipy takes the points in an order of chance, which changes the last digits from run to run: here it is always the
     same one.

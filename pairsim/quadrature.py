@@ -42,9 +42,9 @@ class CellQuadrature:
     def weights(self, points: Array) -> Array:
         """Volume weights 2 pi R |dA| when the nodes are at `points` (n, 2), shape (m, q)."""
         x = points[self.mesh.cells]
-        dx = np.einsum("qak,mai->mqik", shape_gradients(self._rule[0]), x)
+        dx = np.einsum("qak,mai->mqik", shape_gradients(self._rule[0]), x, optimize=True)
         det = dx[..., 0, 0] * dx[..., 1, 1] - dx[..., 0, 1] * dx[..., 1, 0]
-        radius = np.einsum("qa,ma->mq", self.shapes, x[..., 1])
+        radius = np.einsum("qa,ma->mq", self.shapes, x[..., 1], optimize=True)
         return np.asarray(2 * pi * radius * det * self._rule[1])
 
     def volume(self, points: Array) -> float:
@@ -54,7 +54,8 @@ class CellQuadrature:
     def mean(self, values: Array, points: Array) -> float:
         """Volume average of a nodal field (n,) over the body with its nodes at `points`."""
         w = self.weights(points)
-        return float((w * np.einsum("qa,ma->mq", self.shapes, values[self.mesh.cells])).sum() / w.sum())
+        at_points = np.einsum("qa,ma->mq", self.shapes, values[self.mesh.cells], optimize=True)
+        return float((w * at_points).sum() / w.sum())
 
     @cached_property
     def p1_load(self) -> Array:

@@ -22,6 +22,7 @@ from pairsim.fenicsx import MPI
 from pairsim.geometry import TUBE_RADIUS, Outline, Reference
 from pairsim.materials.polymer import Polymer
 from pairsim.phases import Phase, neo_hookean_solid, newtonian_liquid, viscoelastic_liquid
+from pairsim.pipe import PipeState
 from pairsim.quadratic import Array, Indices, QuadraticMesh
 from pairsim.quadrature import CellQuadrature, end_load
 
@@ -204,6 +205,15 @@ class Scene:
         """Hand the full vector to the phases."""
         for phase, a, b in zip(self.phases, self.offsets[:-1], self.offsets[1:], strict=True):
             phase.set(x[a:b])
+
+    def prescribe_ends(self, x: Array, flow: PipeState) -> None:
+        """Give the ends of the tube in a full vector u and s of a developed flow."""
+        liquid = self.liquid
+        for nodes in (self.nodes.inlet, self.nodes.outlet):
+            u, *s = flow.profiles(liquid.quadratic.points[nodes, 1])
+            x[liquid.index("u", nodes, 0)] = u
+            for c in range(4):
+                x[liquid.index("s", nodes, c)] = s[c]
 
     def set_step(self, star: Array, g: float, U_m: float) -> None:
         """Hand the liquid what the time scheme has fixed; only a viscoelastic one remembers anything."""

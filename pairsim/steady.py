@@ -13,14 +13,13 @@ import numpy as np
 
 from pairsim import diagnostics
 from pairsim.clock import Clock
-from pairsim.conformation import logarithm
 from pairsim.diagnostics import Observation
 from pairsim.errors import MeshFailure, NoSteadyState
 from pairsim.fenicsx import MPI
 from pairsim.geometry import Geometry, Outline, Reference
 from pairsim.mesh import liquid_mesh, make_outlines, particle_meshes
 from pairsim.parameters import Parameters, SteadyProblem
-from pairsim.pipe import Pipe, PipeState, across
+from pairsim.pipe import Pipe, PipeState
 from pairsim.quadratic import Array, QuadraticMesh
 from pairsim.remeshing import needs_mesh, on_root
 from pairsim.scene import Scene, make_bodies
@@ -246,10 +245,10 @@ class Steady:
             u = self.problem.boundary_velocity(mesh.points)
         else:
             flow = self._flow(self.parameters.De)
-            u = np.column_stack([across(flow.r, flow.u, mesh.points[:, 1]), np.zeros(len(nodes))])
-            s = logarithm(flow.c)
+            axial, *s = flow.profiles(mesh.points[:, 1])
+            u = np.column_stack([axial, np.zeros(len(nodes))])
             for c in range(4):
-                x[liquid.index("s", nodes, c)] = across(flow.r, s[:, c], mesh.points[:, 1])
+                x[liquid.index("s", nodes, c)] = s[c]
         for c in range(2):
             x[liquid.index("u", nodes, c)] = u[:, c]
         y = free_unknowns(self.tie, x)
@@ -290,12 +289,7 @@ class Steady:
             liquid.constants["De"].value = parameters.De
             liquid.constants["rate"].value = 0.0
             if not scene.periodic:
-                s = logarithm(flow.c)
-                for nodes in (scene.nodes.inlet, scene.nodes.outlet):
-                    r = liquid.quadratic.points[nodes, 1]
-                    base[liquid.index("u", nodes, 0)] = across(flow.r, flow.u, r)
-                    for c in range(4):
-                        base[liquid.index("s", nodes, c)] = across(flow.r, s[:, c], r)
+                scene.prescribe_ends(base, flow)
         h_star = self.h_star(parameters)
         self.newton.place(h_star)
         return h_star

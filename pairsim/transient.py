@@ -14,14 +14,14 @@ import numpy as np
 from pairsim import diagnostics
 from pairsim.checkpoint import Counts, History, State
 from pairsim.clock import Clock
-from pairsim.conformation import interpolate, logarithm
+from pairsim.conformation import interpolate
 from pairsim.diagnostics import Observation
 from pairsim.errors import InvertedCell, MeshFailure, NewtonFailure, StepTooSmall
 from pairsim.fenicsx import MPI
 from pairsim.geometry import Geometry, MeshSettings, Outline, Reference
 from pairsim.materials.polymer import Polymer
 from pairsim.mesh import liquid_mesh, make_outlines, particle_meshes
-from pairsim.pipe import Pipe, across
+from pairsim.pipe import Pipe
 from pairsim.quadratic import Array, QuadraticMesh
 from pairsim.remeshing import FRESH_DISTORTION, needs_mesh, on_root
 from pairsim.scene import BoundaryVelocity, Scene, make_bodies, poiseuille
@@ -208,13 +208,7 @@ class Transient:
 
     def _prescribe_ends(self, x: Array, t: float) -> None:
         """Give the ends in a full vector the developed flow of this time."""
-        state, liquid = self.comm.bcast(self.pipe(t)), self.scene.liquid
-        s = logarithm(state.c)
-        for nodes in (self.scene.nodes.inlet, self.scene.nodes.outlet):
-            r = liquid.quadratic.points[nodes, 1]
-            x[liquid.index("u", nodes, 0)] = across(state.r, state.u, r)
-            for c in range(4):
-                x[liquid.index("s", nodes, c)] = across(state.r, s[:, c], r)
+        self.scene.prescribe_ends(x, self.comm.bcast(self.pipe(t)))
 
     def _extend(self, h: Array) -> tuple[Array, Array]:
         """Displacement of the liquid's mesh for given material positions: its free part, and the full vector."""
