@@ -94,7 +94,7 @@ def run_estimate(case: Case) -> Estimate:
     else:
         pace = (3e-4 / case.time.tol) ** 0.45 if any(case.Ca_es) or polymer else 0.25
         steps = 10 * pace * math.log(1 + end / first) * (3 if polymer else 1) + end / case.time.max_step
-    return Estimate(round(size), START + steps * 1.6e-6 * size**1.15 * (2 if polymer else 1))
+    return Estimate(round(size), START + steps * 1.6e-6 * size**1.15)
 
 
 def _steady_estimate(case: CurveCase | CriticalCase, points: int) -> Estimate:

@@ -27,7 +27,6 @@ from pairsim.quadratic import Array, Indices, QuadraticMesh
 from pairsim.quadrature import CellQuadrature, end_load
 
 FLOW_RATE = pi / 4
-POISEUILLE_DROP = 32.0  # pressure drop by unit length without particles, in units of eta_0 U_av/D_c^2
 
 BoundaryVelocity = Callable[[Array], Array]
 
@@ -207,7 +206,7 @@ class Scene:
             phase.set(x[a:b])
 
     def prescribe_ends(self, x: Array, flow: PipeState) -> None:
-        """Give the ends of the tube in a full vector u and s of a developed flow."""
+        """Give the ends of a viscoelastic liquid in a full vector u and s of a developed flow."""
         liquid = self.liquid
         for nodes in (self.nodes.inlet, self.nodes.outlet):
             u, *s = flow.profiles(liquid.quadratic.points[nodes, 1])
