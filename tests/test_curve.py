@@ -86,7 +86,7 @@ def test_periodic_and_developed_ends_give_the_same_curve() -> None:
 def test_the_drift_is_what_the_transient_has_more(monkeypatch: pytest.MonkeyPatch) -> None:
     """Once shapes have relaxed, dU(t) is the quasi-steady dU at the same d and its drift, to second order."""
     monkeypatch.setattr("pairsim.steady.LEAST_STEADY", 0.3)  # both on the mesh that was made for .1
-    settings = MeshSettings(Np=24)
+    settings = MeshSettings(Np=24)  # the transient's pair lies further downstream: cells of N_p 12 would tell
     steps = march(soft_pair(0.4, 0.1, 0.1, length=5.0, periodic=False, mesh=settings), [3.5])
     d, moving = float(steps[-1].observation.d[0]), dU(steps[-1])
     _, still = points(d=(0.1, d), mesh={"Np": 24})
