@@ -30,6 +30,8 @@ from pairsim.transfer import flow, free_unknowns, inside
 
 # Relative step of the differences that give derivatives with respect to parameters: the residual is smooth.
 DIFFERENCE = 1e-5
+# Relative change of De over which the developed flow is taken from the one known.
+ALL_BUT_THE_SAME = 0.01
 # A steady branch is followed to where shapes barely exist, and there distorted cells make rims buckle too early
 # (beta .4, d .1: at Ca_e .14 around spheres, at .16 around the shapes): a new mesh comes sooner than in time.
 LEAST_STEADY, FRESH_STEADY = 0.6, 0.75
@@ -204,6 +206,7 @@ class Steady:
             y[self.tie.fields["p_s"]] = np.concatenate(p_s)
         h = self.h_star(other.parameters) + self.tie.M @ y
         self.parameters = other.parameters
+        self._flows |= other._flows
         self.y = self.comm.bcast(self._carried_over(other.scene, x, h, y[self._material]))
 
     def take_over_costs(self, other: Steady) -> None:
@@ -263,7 +266,9 @@ class Steady:
         """The developed flow at a Deborah number."""
         if De not in self._flows:
             polymer = self.problem.polymer
-            self._flows[De] = self.comm.bcast(Pipe(replace(polymer, De=De) if polymer else None).steady())
+            known = min(self._flows, key=lambda other: abs(other - De), default=np.inf)
+            near = self._flows[known] if abs(known - De) <= ALL_BUT_THE_SAME * De else None
+            self._flows[De] = self.comm.bcast(Pipe(replace(polymer, De=De) if polymer else None).steady(near))
         return self._flows[De]
 
     def h_star(self, parameters: Parameters) -> Array:

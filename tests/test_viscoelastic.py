@@ -130,11 +130,19 @@ def test_law_gives_its_own_steady_shear(name: str) -> None:
     pipe = Pipe(liquid)
 
     def evolve(t: float, flat: np.ndarray) -> np.ndarray:
-        pipe._shear = lambda c: (np.full(c.shape[1], rate), 0.0)  # type: ignore[method-assign]
-        return pipe._rate(t, flat)
+        c = flat.reshape(4, -1)
+        return pipe._change(c, np.full(c.shape[1], rate)).ravel()
 
     end = solve_ivp(evolve, (0, 60), pipe._start, "LSODA", rtol=1e-10, atol=1e-12).y[:, -1].reshape(4, -1)
     assert polymer_stress(liquid, end.T)[0] == pytest.approx(steady_shear(liquid, rate), rel=1e-6, abs=1e-8)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_jacobian_of_the_pipe_is_that_of_differences(name: str) -> None:
+    pipe = Pipe(LAWS[name], points=6)
+    c = pipe._start * np.random.default_rng(0).uniform(0.8, 1.2, len(pipe._start)) + 0.3
+    columns = [(pipe._rate(0, c + e) - pipe._rate(0, c - e)) / 2e-6 for e in 1e-6 * np.eye(len(c))]
+    assert pipe._jacobian(0, c) == pytest.approx(np.column_stack(columns), rel=1e-6, abs=1e-6)
 
 
 @pytest.mark.parametrize("name", LAWS)
