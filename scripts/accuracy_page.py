@@ -156,18 +156,18 @@ def scenes(output: Path) -> str:
     lines = []
     for scene, axis in zip(known, axes.flat, strict=False):
         title = SCENES[scene]
-        runs, points = rows_of(output / f"run-{scene}"), rows_of(output / f"point-{scene}")
+        runs, steady = rows_of(output / f"run-{scene}"), rows_of(output / f"point-{scene}")
         published = next(row for row in runs if row.get("time.fixed_step"))
         seconds, error = (number(published, k) for k in ("wall_time", "relative_error"))
         plain = json.loads((output / f"plain-{scene}.json").read_text())
         whole = statistics.median(plain) * number(published, "steps"), seconds
         own = [r for r in runs if r is not published and r.get("error") and number(r, "error") > 0]
-        points = [row for row in points if row.get("error") and number(row, "error") > 0]
+        steady = [row for row in steady if row.get("error") and number(row, "error") > 0]
         # One scale for both: the largest |dU| of the transient, of which dU at d_0 may be a small part.
         largest = number(own[0], "error") / number(own[0], "relative_error")
-        for row in own + points:
+        for row in own + steady:
             row["part"] = repr(number(row, "error") / largest)
-        for rows, marker, label in ((own, "o", "transient"), (points, "s", "quasi-steady point")):
+        for rows, marker, label in ((own, "o", "transient"), (steady, "s", "quasi-steady point")):
             t, e = [number(row, "wall_time") for row in rows], [100 * number(row, "part") for row in rows]
             axis.loglog(t, e, marker, label=label)
         for marker, x, label in zip(("*", "P"), whole, ("one matrix a step", "factors kept"), strict=True):
@@ -182,7 +182,7 @@ def scenes(output: Path) -> str:
                 f"{seconds:.0f}",
                 f"{statistics.median(plain):.2f} ({max(plain) - min(plain):.2f}), {whole[0]:.0f}",
                 percent(error),
-                *(beside(rows, error, whole) for rows in (own, points)),
+                *(beside(rows, error, whole) for rows in (own, steady)),
             ]
         )
     axes.flat[0].legend(frameon=False)
