@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from pairsim import mesh as mesher
 from pairsim.case_file import case_from_dict
 from pairsim.cost import liquid_cells
 from pairsim.geometry import Geometry, MeshSettings, Reference
-from pairsim.mesh import liquid_mesh, make_outlines
+from pairsim.mesh import Distances, liquid_mesh, make_outlines
 from pairsim.quadratic import QuadraticMesh
 
 
@@ -106,3 +107,22 @@ def test_the_cost_of_a_case_is_guessed_with_its_rows(rows: float) -> None:
     geometry, settings = Geometry(case.betas, case.gaps, case.tube_length), MeshSettings(**mesh)
     made = liquid_mesh(Reference.spheres(geometry, make_outlines(geometry, settings)), settings)
     assert liquid_cells(case) == pytest.approx(len(made.cells), rel=0.25)
+
+
+def test_sizes_are_asked_for_no_more_often_than_a_mesh_has_nodes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By itself gmsh integrates sizes along lines so well that this takes most of the time of a mesh."""
+    asked, own = [0], mesher._from_spheres
+
+    def counted(reference: Reference) -> Distances:
+        distances = own(reference)
+
+        def found(z: float, r: float) -> list[tuple[float, float]]:
+            asked[0] += 1
+            return distances(z, r)
+
+        return found
+
+    monkeypatch.setattr(mesher, "_from_spheres", counted)
+    geometry, settings = Geometry((0.4, 0.4), (0.1,), 4.0), MeshSettings(Np=28)
+    mesh = liquid_mesh(Reference.spheres(geometry, make_outlines(geometry, settings)), settings)
+    assert asked[0] < len(mesh.points)
