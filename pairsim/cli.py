@@ -189,7 +189,7 @@ def mesh(
 def plot(
     directory: Annotated[Path, typer.Argument(help="Folder of results.", show_default=False)],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Where the pictures go. [default: the folder itself]")
+        Path | None, typer.Option("-o", "--output", help="Where the pictures go (default: the folder itself).")
     ] = None,
     group: Annotated[
         str | None, typer.Option(metavar="KEY", help="Parameter of a sweep that chooses the colours.")

@@ -13,7 +13,7 @@ CaseFile = Annotated[Path, typer.Argument(help="Case file (YAML); pairsim schema
 Settings = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Replace a key, such as mesh.Np=20.")
 ]
-Output = Annotated[Path | None, typer.Option("-o", "--output", help="Folder of the results. [default: runs/<name>]")]
+Output = Annotated[Path | None, typer.Option("-o", "--output", help="Folder of the results (default: runs/<name>).")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace the results in an existing folder.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")]
 

@@ -25,7 +25,7 @@ def sweep(
         Path, typer.Argument(help="Grid file (YAML): base, grid, zip, cases, exclude.", show_default=False)
     ],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Folder of the sweep. [default: runs/<name>]")
+        Path | None, typer.Option("-o", "--output", help="Folder of the sweep (default: runs/<name>).")
     ] = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="List the cases, unknowns and cost; compute none.")
@@ -120,7 +120,7 @@ def study(
         ),
     ],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Folder of the study. [default: runs/<name>]")
+        Path | None, typer.Option("-o", "--output", help="Folder of the study (default: runs/<name>).")
     ] = None,
     case_timeout: Annotated[float | None, typer.Option(min=0.0, help="Wall time of a case, in seconds.")] = None,
     quiet: Quiet = False,

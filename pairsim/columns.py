@@ -75,13 +75,18 @@ COLUMNS: tuple[Column, ...] = (
         "distortion", r"q", "smallest ratio of a liquid cell's current to its reference Jacobian; 0 is turned over", ""
     ),
 )
-"""What the columns of series.csv mean; `_i` stands for the number of a particle or gap. Docs and plot labels use it."""
+"""What columns mean; `_i` stands for the number of a particle or gap. Labels of plots have symbol and unit."""
 HEALTH = ("dt", "newton", "mesh", "m", "volume_error", "distortion")
 """The columns that every series.csv has after those."""
 POLYMER_HEALTH = ("c_max", "c_max_z", "c_max_r", "c_min", "s_jump")
 """The columns that follow in a viscoelastic liquid."""
 CURVE_HEALTH = ("meshes", "m", "volume_error", "distortion")
 """The columns that every curve.csv ends with, before those of a viscoelastic liquid."""
+
+
+def gap_endings(n: int) -> list[str]:
+    """What the names of the columns of every gap end with."""
+    return [""] if n == 2 else [f"_{i}" for i in range(1, n)]
 
 
 def curve_columns(n: int, common: bool, mesh_error: bool, sensitivities: Sequence[str]) -> list[str]:
@@ -93,10 +98,9 @@ def curve_columns(n: int, common: bool, mesh_error: bool, sensitivities: Sequenc
         mesh_error: Whether points were solved on a coarser mesh too.
         sensitivities: Parameters by which dU was differentiated.
     """
-    gaps = [""] if n == 2 else [f"_{i}" for i in range(1, n)]
     names = ["drift", *(["mesh_error"] if mesh_error else []), *(["slope"] if common else [])]
     names += [f"by_{name}" for name in sensitivities]
-    return [*series_columns(n)[1:], "newton", *(name + gap for name in names for gap in gaps), "wanted"]
+    return [*series_columns(n)[1:], "newton", *(name + gap for name in names for gap in gap_endings(n)), "wanted"]
 
 
 CRITICAL_COLUMNS = (

@@ -8,8 +8,9 @@ from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from pairsim.accuracy import DEFAULT, SETTINGS
-from pairsim.case import Distance, Number, Positive, SceneCase, Whole, check_scene, number, whole
+from pairsim.case import Distance, Number, Positive, SceneCase, Whole, check_scene, number
 from pairsim.errors import InputError
+from pairsim.ranges import RANGE, spelled_out
 
 MOST_VALUES = 10_000
 _RANGE = "a list, or {start, stop, num, spacing: log or linear} with start and stop above 0 and num from 2 to 10000"
@@ -19,19 +20,12 @@ def expanded(value: Any) -> Any:
     """A range {start, stop, num, spacing} as the values that it stands for; one value as a list of one."""
     if not isinstance(value, dict):
         return value if isinstance(value, tuple) else (value,)
-    wrong = PydanticCustomError("range", _RANGE)
-    if not {"start", "stop", "num"} <= value.keys() <= {"start", "stop", "num", "spacing"}:
-        raise wrong
     try:
-        start, stop, num = number(value["start"]), number(value["stop"]), whole(value["num"])
-    except ValueError:
-        raise wrong from None
-    spacing = value.get("spacing", "log")
-    if start <= 0 or stop <= 0 or not 2 <= num <= MOST_VALUES or spacing not in ("log", "linear"):
-        raise wrong
-    parts = [i / (num - 1) for i in range(num)]
-    values = [start * (stop / start) ** x if spacing == "log" else start + (stop - start) * x for x in parts]
-    return tuple(float(f"{v:.12g}") for v in values)
+        if not value.keys() <= set(RANGE):
+            raise ValueError
+        return tuple(map(number, spelled_out(value, MOST_VALUES, "log")))
+    except (ValueError, OverflowError):
+        raise PydanticCustomError("range", _RANGE) from None
 
 
 Gaps = Annotated[

@@ -12,7 +12,7 @@ import numpy as np
 
 from pairsim.branch import Branch, Point, steady_problem
 from pairsim.case import SceneCase
-from pairsim.columns import CURVE_HEALTH, POLYMER_HEALTH, curve_columns, named_row
+from pairsim.columns import CURVE_HEALTH, POLYMER_HEALTH, curve_columns, gap_endings, named_row
 from pairsim.curve import Equilibrium, Zero, equilibria, find_zeros, order, trace
 from pairsim.curve_case import CurveCase
 from pairsim.doubts import coarse_mesh, unresolved_stress
@@ -32,7 +32,7 @@ def point_row(point: Point) -> dict[str, float]:
     """Everything that is told of a quasi-steady solution, under the names of its columns."""
     o = point.observation
     row = named_row(0.0, point.gaps, o.U, o.D, o.dp, point.dp_plus)
-    gaps = [""] if o.d.size == 1 else [f"_{i}" for i in range(1, o.d.size + 1)]
+    gaps = gap_endings(o.d.size + 1)
     values = {"slope": point.slopes, "drift": point.drifts, "mesh_error": point.mesh_errors}
     values |= {f"by_{name}": change for name, change in point.sensitivities.items()}
     for name, each in values.items():

@@ -15,11 +15,11 @@ from typing import Any
 
 from pairsim.case_file import apply_settings, read_yaml
 from pairsim.errors import InputError
+from pairsim.ranges import RANGE, spelled_out
 from pairsim.sweep_commands import COMMANDS, Checked, SweepCommand, read_told
 
 KEYS = ("name", "command", "base", "grid", "zip", "cases", "exclude")
 GROUPS = ("mesh", "time", "limits", "output")  # keys of a case that hold keys
-RANGE = ("start", "stop", "num", "spacing")
 MOST_CASES = 100_000
 LONGEST_SLUG = 100
 
@@ -166,7 +166,7 @@ class _Reader:
             )
             self.refuse(where, value, allowed)
         try:
-            return spelled_out(value)
+            return spelled_out(value, MOST_CASES)
         except ValueError as error:
             self.refuse(where, value, str(error))
         raise AssertionError
@@ -293,33 +293,6 @@ def finished_in(directory: Path, command: SweepCommand[Any], key: str) -> bool:
         return case_key(command, command.check(read_yaml(directory / "case.yaml"), "case.yaml")) == key
     except InputError:
         return False
-
-
-def spelled_out(described: Mapping[str, Any]) -> list[float]:
-    """The values of a range {start, stop, num, spacing}.
-
-    Raises:
-        ValueError: In words, what is wrong with it.
-    """
-    if missing := [key for key in RANGE[:3] if key not in described]:
-        raise ValueError(f"a range has start, stop and num; {missing[0]} is missing")
-    start, stop, num = (described[key] for key in RANGE[:3])
-    if any(isinstance(value, bool) or not isinstance(value, int | float) for value in (start, stop)):
-        raise ValueError("start and stop are numbers")
-    if isinstance(num, bool) or not isinstance(num, int) or not 2 <= num <= MOST_CASES:
-        raise ValueError(f"num is a whole number from 2 to {MOST_CASES}")
-    spacing = described.get("spacing", "linear")
-    if spacing not in ("linear", "log"):
-        raise ValueError("spacing is linear or log")
-    if spacing == "log" and (start <= 0 or stop <= 0):
-        raise ValueError("a range with spacing: log lies above 0")
-    part = [i / (num - 1) for i in range(num)]
-    if spacing == "log":
-        values = [math.exp(math.log(start) * (1 - f) + math.log(stop) * f) for f in part]
-    else:
-        values = [start * (1 - f) + stop * f for f in part]
-    # Twelve digits: 0.30000000000000004 would look bad in names and tables, and differ from a 0.3 given elsewhere.
-    return [float(start), *(float(f"{value:.12g}") for value in values[1:-1]), float(stop)]
 
 
 def _matches(merged: Mapping[str, Any], entry: Mapping[str, Any]) -> bool:

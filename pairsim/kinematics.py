@@ -1,4 +1,4 @@
-"""Axisymmetric kinematics on a fixed reference mesh (design, section 3).
+"""Axisymmetric kinematics on a fixed reference mesh.
 
 Coordinates are x[0] = z along the tube and x[1] = r. The current position is x = X + eta(X). The factor 2 pi of
 every volume and area lives here and nowhere else.

@@ -181,12 +181,12 @@ def table_of(content: dict[str, Any]) -> str:
     for case in content["cases"]:
         if case["status"] in ENDED:
             values = [case["parameters"].get(key) for key in parameters] + [case["values"].get(key) for key in columns]
-            writer.writerow([case["folder"], case["status"], case["reason"], *map(_cell, values)])
+            writer.writerow([case["folder"], case["status"], case["reason"], *map(cell, values)])
     return text.getvalue()
 
 
-def _cell(value: Any) -> Any:
-    """Lists and groups as JSON; numbers so that reading them gives the same double."""
+def cell(value: Any) -> Any:
+    """A value in a table: lists, groups and truths as JSON; numbers so that reading them gives the same double."""
     if isinstance(value, list | dict | bool):
         return json.dumps(value)
     return repr(value) if isinstance(value, float) else value

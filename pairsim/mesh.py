@@ -3,7 +3,7 @@
 Everything here is numpy on one process; the mesh of the liquid and those of the particles are separate and share
 the nodes of the outlines exactly, so that a remeshing of the liquid leaves the particles as they are.
 A scene that is its own mirror image is meshed for z > 0 and mirrored: dU is a small difference of large
-velocities, and a mirrored mesh cancels most of its error (design: 1.2 % instead of 9 % at N_p 10).
+velocities, and a mirrored mesh cancels most of its error (1.2 % instead of 9 % at N_p 10).
 """
 
 from __future__ import annotations

@@ -272,10 +272,6 @@ class Phase:
             self.offsets[name] + f.components * np.searchsorted(self.quadratic.vertices, nodes) + component
         )
 
-    def has(self, name: str) -> bool:
-        """Whether the phase has a field of this name."""
-        return name in self.offsets
-
     def _number(self) -> Indices:
         node = self.mesh.geometry.input_global_indices[self.mesh.geometry.dofmap]
         canonical = np.full(len(self.x.x.array), -1, dtype=np.int64)

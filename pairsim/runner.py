@@ -20,10 +20,9 @@ import yaml
 
 from pairsim.children import DISK, GRACE, Child, judge
 from pairsim.grid import finished_in
-from pairsim.output import plain, write_text
+from pairsim.output import CHECKPOINT, plain, write_text
 from pairsim.sweep_commands import Checked, SweepCommand, Value, read_told
 
-CHECKPOINT = "checkpoint.npz"
 TOLD = "stderr.txt"
 
 

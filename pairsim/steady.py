@@ -1,7 +1,7 @@
 """Quasi-steady scenes: distances prescribed, d/dt at fixed X dropped, shapes, stresses and all velocities at once.
 
 One object holds a scene at given parameters, solves it from a neighbouring solution, and gives what continuation
-needs: tangents, the transposed solve, a new mesh where the old one is too distorted.
+needs: tangents, a new mesh where the old one is too distorted.
 """
 
 from __future__ import annotations

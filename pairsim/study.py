@@ -20,7 +20,7 @@ from scipy.interpolate import CubicSpline
 from pairsim.convergence import extrapolated, order, pareto
 from pairsim.errors import InputError
 from pairsim.grid import SweepCase
-from pairsim.ledger import read_sweep
+from pairsim.ledger import cell, read_sweep
 from pairsim.output import read_series, write_text
 from pairsim.quadratic import Array
 from pairsim.study_file import ZERO, Study, columns
@@ -214,15 +214,8 @@ def write_study(study: Study, rows: list[dict[str, Any]], path: Path) -> None:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(names)
     for row in rows:
-        writer.writerow([_cell(row.get(name)) for name in names])
+        writer.writerow([cell(row.get(name)) for name in names])
     write_text(path, text.getvalue())
-
-
-def _cell(value: Any) -> Any:
-    """Lists, groups and truths as JSON; numbers so that reading them gives the same double."""
-    if isinstance(value, list | dict | bool):
-        return json.dumps(value)
-    return repr(value) if isinstance(value, float) else value
 
 
 def run_study(

@@ -119,7 +119,7 @@ def gaps_of(n: int) -> list[str]:
 
 
 def run_columns(case: Case) -> tuple[str, ...]:
-    """Columns of the last row of series.csv, as `output.series_columns` names them."""
+    """Columns of the last row of series.csv, as `columns.series_columns` names them."""
     if case.n == 2:
         return ("t", "d", "dU", "U_L", "U_T", "D_L", "D_T", "dp")
     gaps, particles = gaps_of(case.n), range(1, case.n + 1)
@@ -202,7 +202,7 @@ RUN = SweepCommand(
     run_estimate,
     (*SCENE, "d0"),
     run_columns,
-    ("error_estimate", "steps", "unknowns", "wall_time"),
+    ("steps", "unknowns", "wall_time"),
     read_run,
     resumable=True,
 )

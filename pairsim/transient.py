@@ -1,7 +1,8 @@
 """Time-dependent runs: variable-step BDF3 on the particles' material, error-controlled, with remeshing of the liquid.
 
-In a Newtonian liquid only the solids remember. A remeshing therefore keeps every particle's mesh and history and only
-puts a new reference mesh of the liquid around undeformed spheres at the current spacing.
+A remeshing keeps every particle's mesh and history, which is all that a Newtonian scene remembers, and puts a new
+reference mesh of the liquid around undeformed spheres at the current spacing, or around the shapes where that one would
+be too distorted; a viscoelastic liquid's stress and its past are carried over.
 """
 
 from __future__ import annotations

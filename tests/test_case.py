@@ -131,13 +131,6 @@ def test_schema_lists_every_key() -> None:
     assert all(row[3] for row in schema_rows())
 
 
-@pytest.mark.parametrize("command", ["run", "mesh", "plot", "schema"])
-def test_every_command_explains_itself(command: str) -> None:
-    result = CliRunner().invoke(app, [command, "--help"])
-    assert result.exit_code == 0
-    assert "Usage" in result.output
-
-
 def test_liquids_do_not_share_a_folder() -> None:
     cases = [
         {"De": 1},

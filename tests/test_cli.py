@@ -7,11 +7,13 @@ import sys
 from pathlib import Path
 
 import pytest
+from typer.main import get_command
 from typer.testing import CliRunner
 
 import pairsim
 from pairsim.cli import app
 
+COMMANDS = sorted(get_command(app).commands)  # type: ignore[attr-defined]
 HEAVY = ("dolfinx", "gmsh", "matplotlib", "mpi4py", "numpy", "petsc4py", "pyvista", "scipy", "ufl")
 
 
@@ -24,14 +26,21 @@ def test_version_is_that_of_the_package() -> None:
 def test_help_lists_every_command() -> None:
     result = CliRunner().invoke(app, ["--help"])
     assert result.exit_code == 0
-    assert all(command in result.output for command in ("run", "sweep", "status", "mesh", "plot", "schema"))
+    assert len(COMMANDS) == 9
+    assert all(command in result.output for command in COMMANDS)
 
 
-@pytest.mark.parametrize("command", ["run", "sweep", "status", "mesh", "plot"])
+@pytest.mark.parametrize("command", COMMANDS)
 def test_help_shows_an_example(command: str) -> None:
     result = CliRunner().invoke(app, [command, "--help"])
     assert result.exit_code == 0
     assert f"pairsim {command} " in result.output.partition("Example")[2]
+
+
+@pytest.mark.parametrize("command", ["run", "sweep", "study", "curve", "critical"])
+def test_help_tells_where_results_go(command: str) -> None:
+    shown = CliRunner().invoke(app, [command, "--help"]).output
+    assert "runs/<name>" in shown
 
 
 @pytest.mark.parametrize(

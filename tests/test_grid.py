@@ -14,7 +14,8 @@ from pairsim.case import Case
 from pairsim.cli import app
 from pairsim.curve_case import CriticalCase, CurveCase
 from pairsim.errors import InputError
-from pairsim.grid import GROUPS, Grid, case_key, finished_in, read_grid, spelled_out
+from pairsim.grid import GROUPS, Grid, case_key, finished_in, read_grid
+from pairsim.ranges import spelled_out
 from pairsim.runner import Task
 from pairsim.sweep_commands import COMMANDS
 from pairsim.sweep_queue import part_of, units
@@ -50,9 +51,9 @@ def test_zip_advances_its_keys_together(tmp_path: Path) -> None:
 
 
 def test_ranges_have_round_values_and_exact_ends() -> None:
-    assert spelled_out({"start": 0, "stop": 0.3, "num": 4}) == [0, 0.1, 0.2, 0.3]
-    assert spelled_out({"start": 0.01, "stop": 1, "num": 3, "spacing": "log"}) == [0.01, 0.1, 1]
-    assert spelled_out({"start": 0.05, "stop": 0.7, "num": 5, "spacing": "log"})[-1] == 0.7
+    assert spelled_out({"start": 0, "stop": 0.3, "num": 4}, 10) == [0, 0.1, 0.2, 0.3]
+    assert spelled_out({"start": 0.01, "stop": 1, "num": 3}, 10, "log") == [0.01, 0.1, 1]
+    assert spelled_out({"start": 0.05, "stop": 0.7, "num": 5, "spacing": "log"}, 10)[-1] == 0.7
 
 
 def test_dotted_and_nested_keys_are_the_same(tmp_path: Path) -> None:

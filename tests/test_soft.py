@@ -101,7 +101,7 @@ def test_remeshing_leaves_no_jump() -> None:
         assert abs(np.polyval(parabola, steps[k].t) - dU(steps[k])) < 2e-3 * peak
 
 
-def test_fixed_steps_converge_at_third_order_but_for_the_first_one() -> None:
+def test_fixed_steps_leave_an_error_of_second_order_by_the_first_one() -> None:
     """dU and D keep what BDF1's first step leaves, of second order; the source m of the pressure gauge, which the
     time scheme leaves where volume and flux disagree, does not.
     """
