@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
-from pairsim.accuracy import DEFAULT, SETTINGS, Accuracy
+from pairsim.accuracy import DEFAULT, PIPE_CELL, SETTINGS, Accuracy
 from pairsim.errors import InputError
 from pairsim.materials.polymer import Polymer
 
@@ -73,14 +73,14 @@ class MeshOptions(_Options):
         SETTINGS[DEFAULT].elastic.max_size,
         description="largest cell [D_c] (default: by accuracy; at "
         f"{DEFAULT}, {SETTINGS[DEFAULT].newtonian.max_size:g} in a Newtonian liquid, elsewhere the smaller of "
-        f"{SETTINGS[DEFAULT].elastic.max_size:g} and {SETTINGS[DEFAULT].elastic.per_beta:g} beta)",
+        f"{SETTINGS[DEFAULT].elastic.max_size:g} and {SETTINGS[DEFAULT].elastic.per_beta:g} beta, without particles {PIPE_CELL:g})",
     )
     core_growth: Number = Field(0.3, gt=0, le=2, description="growth of the cell size by unit depth in a particle")
     rows: Number = Field(
         SETTINGS[DEFAULT].elastic.rows,
         ge=0,
         description="distance from the particles beyond which cells lie in rows along the tube [D_c] (default: by "
-        "accuracy; in a Newtonian liquid 0: none)",
+        "accuracy; in a Newtonian liquid and without particles 0: none)",
     )
 
 
