@@ -26,7 +26,7 @@ MOST_RELAXED = 3  # steps through pseudo-time, one after the other: near a limit
 ARC = 0.1
 MOST_ARCS = 60
 COLD_CAPILLARY = 0.01
-COLD_DEBORAH = 0.05
+COLD_DEBORAH = 0.02  # from .05 Newton takes up to ten iterations, and on N_p 28 log c overflows
 STIFFER = (1.0, 0.2, 0.04, 0.008)  # factors of Ca_e where spheres are too soft for a first solution
 
 
