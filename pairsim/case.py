@@ -73,7 +73,8 @@ class MeshOptions(_Options):
         SETTINGS[DEFAULT].elastic.max_size,
         description="largest cell [D_c] (default: by accuracy; at "
         f"{DEFAULT}, {SETTINGS[DEFAULT].newtonian.max_size:g} in a Newtonian liquid, elsewhere the smaller of "
-        f"{SETTINGS[DEFAULT].elastic.max_size:g} and {SETTINGS[DEFAULT].elastic.per_beta:g} beta, without particles {PIPE_CELL:g})",
+        f"{SETTINGS[DEFAULT].elastic.max_size:g} and {SETTINGS[DEFAULT].elastic.per_beta:g} beta, without particles "
+        f"{PIPE_CELL:g})",
     )
     core_growth: Number = Field(0.3, gt=0, le=2, description="growth of the cell size by unit depth in a particle")
     rows: Number = Field(
