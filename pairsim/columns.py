@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-
-import numpy as np
-from numpy.typing import ArrayLike
+from itertools import pairwise
 
 
 @dataclass(frozen=True)
@@ -137,7 +135,9 @@ def series_columns(n: int) -> list[str]:
     return [*names, *(f"dU_{i}" for i in gaps), *(f"D_{i}" for i in particles), "dp", "dp_plus"]
 
 
-def named_row(t: float, d: ArrayLike, U: ArrayLike, D: ArrayLike, dp: float, dp_plus: float) -> dict[str, float]:
+def named_row(
+    t: float, d: Iterable[float], U: Iterable[float], D: Iterable[float], dp: float, dp_plus: float
+) -> dict[str, float]:
     """One row of the series under the names of `series_columns`.
 
     Args:
@@ -151,11 +151,11 @@ def named_row(t: float, d: ArrayLike, U: ArrayLike, D: ArrayLike, dp: float, dp_
     Raises:
         ValueError: The lengths of `d`, `U` and `D` do not fit each other.
     """
-    gaps, velocities, shapes = (np.atleast_1d(np.asarray(a, dtype=float)) for a in (d, U, D))
-    n = velocities.size
-    if shapes.size != n or gaps.size != max(n - 1, 0):
-        raise ValueError(f"{n} velocities, {shapes.size} Taylor parameters and {gaps.size} gaps do not fit each other")
-    differences = np.diff(velocities)
+    gaps, velocities, shapes = ([float(value) for value in values] for values in (d, U, D))
+    n = len(velocities)
+    if len(shapes) != n or len(gaps) != max(n - 1, 0):
+        raise ValueError(f"{n} velocities, {len(shapes)} Taylor parameters and {len(gaps)} gaps do not fit each other")
+    differences = [after - before for before, after in pairwise(velocities)]
     if n == 2:  # trailing = 1 = upstream; the header names the leading one first
         middle = [*gaps, *velocities[::-1], *differences, *shapes[::-1]]
     else:

@@ -8,6 +8,7 @@ make the flow rate spectrally accurate.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -17,6 +18,7 @@ from scipy.integrate import LSODA, OdeSolution, solve_ivp
 from scipy.interpolate import barycentric_interpolate
 
 from pairsim.conformation import logarithm
+from pairsim.errors import NoSteadyState
 from pairsim.geometry import TUBE_RADIUS
 from pairsim.materials import polymer
 from pairsim.materials.polymer import Polymer
@@ -69,7 +71,11 @@ class Pipe:
         self.liquid = liquid
         x, w = np.polynomial.legendre.leggauss(points)
         self._inner = (x + 1) / 2 * TUBE_RADIUS
-        self._weights = w / 2 * TUBE_RADIUS
+        weights = w / 2 * TUBE_RADIUS
+        # The flow rate, -pi int r^2 u' dr = pi/4, gives the pressure gradient: xi by the one, less tau_rz by the other.
+        by_gradient = weights @ (self._inner**3 / 2)
+        self._of_solvent = 0.25 / by_gradient
+        self._of_stress = np.concatenate([[0.0], weights * self._inner**2 / by_gradient, [0.0]])
         # The axis and the wall follow along without a say in the flow rate.
         self.r = np.concatenate([[0.0], self._inner, [TUBE_RADIUS]])
 
@@ -80,16 +86,10 @@ class Pipe:
         F = polymer.spring(liquid.name, c[0] + c[2] + c[3], liquid.L2)
         return np.asarray((1 - liquid.xi) / liquid.De * F * c[1])
 
-    def _flow_rate(self, tau: Array) -> Array:
-        """What tau_rz (n,) drives through the tube, in units of what a unit pressure gradient drives."""
-        r, w = self._inner, self._weights
-        return np.asarray((w @ (r**2 * tau[1:-1])) / (w @ (r**3 / 2)))
-
     def _gradient(self, tau: Array) -> float:
-        """The pressure gradient that keeps the flow rate, -pi int r^2 u' dr = pi/4."""
+        """The pressure gradient that keeps the flow rate."""
         assert self.liquid is not None
-        r, w = self._inner, self._weights
-        return float(0.25 * self.liquid.xi / (w @ (r**3 / 2)) - self._flow_rate(tau))
+        return float(self.liquid.xi * self._of_solvent - self._of_stress @ tau)
 
     def _shear(self, tau: Array, G: Any) -> Array:
         """u'(r) by the momentum balance."""
@@ -123,15 +123,13 @@ class Pipe:
         n = c.shape[1]
         G = self._gradient(self._stress(c))
         radius = np.arange(n)
-        weights = np.zeros(n)
-        weights[1:-1] = -self._weights * self._inner**2 / (self._weights @ (self._inner**3 / 2))
         J, G_c = np.zeros((4, n, 4, n)), np.zeros((4, n))
         for k in range(4):
             moved = c.astype(complex)
             moved[k] += IMAGINARY
             tau = self._stress(moved)
             J[:, radius, k, radius] = self._change(moved, self._shear(tau, G)).imag / IMAGINARY.imag
-            G_c[k] = weights * tau.imag / IMAGINARY.imag
+            G_c[k] = -self._of_stress * tau.imag / IMAGINARY.imag
         c_G = self._change(c, self._shear(self._stress(c), G + IMAGINARY)).imag / IMAGINARY.imag
         return np.asarray(J.reshape(4 * n, 4 * n) + np.outer(c_G, G_c))
 
@@ -171,7 +169,7 @@ class Pipe:
             near: That of a liquid which is all but the same.
 
         Raises:
-            RuntimeError: It was not found.
+            NoSteadyState: It was not found: where stress falls with the shear rate it has layers.
         """
         if self.liquid is None:
             return self.until(0.0)(0.0)
@@ -182,16 +180,18 @@ class Pipe:
             end = 15 * self.liquid.De
             done = solve_ivp(self._rate, (0.0, end), self._start, "LSODA", rtol=1e-4, atol=1e-6, jac=self._jacobian)
             if not done.success:
-                raise RuntimeError(f"no developed flow: {done.message}")
+                raise NoSteadyState(f"no developed flow at De = {self.liquid.De:g}: {done.message}")
             c = done.y[:, -1]
-        for _ in range(MOST_ITERATIONS):
-            step = np.linalg.solve(self._jacobian(0.0, c), self._rate(0.0, c))
-            c = c - step
-            if np.abs(step).max() <= 1e-13 * np.abs(c).max():
-                break
+        with suppress(np.linalg.LinAlgError):  # what is left of dc/dt tells
+            for _ in range(MOST_ITERATIONS):
+                step = np.linalg.solve(self._jacobian(0.0, c), self._rate(0.0, c))
+                c = c - step
+                if np.abs(step).max() <= 1e-13 * np.abs(c).max():
+                    break
         left = np.abs(self._rate(0.0, c)).max()
         if not left <= 1e-8 * np.abs(c).max() / self.liquid.De:
-            raise RuntimeError(f"no developed flow: dc/dt = {left:.2g} is left")
+            what = f"no developed flow at De = {self.liquid.De:g}: dc/dt = {left:.2g} is left"
+            raise NoSteadyState(what, advice="a larger xi: where stress falls with the shear rate, layers form")
         return self._state(c.reshape(4, -1))
 
     def _state(self, c: Array) -> PipeState:

@@ -15,6 +15,7 @@ from typing import Any
 
 from pairsim.case import Case, SceneCase
 from pairsim.case_file import case_from_dict, critical_from_dict, curve_from_dict
+from pairsim.columns import gap_endings
 from pairsim.cost import Estimate, critical_estimate, curve_estimate, run_estimate
 from pairsim.curve_case import CriticalCase, CurveCase
 from pairsim.warm import forms_of
@@ -113,16 +114,11 @@ def identity_of(case: SceneCase) -> dict[str, Any]:
     return identity
 
 
-def gaps_of(n: int) -> list[str]:
-    """What the names of a gap's columns end with."""
-    return [""] if n == 2 else [f"_{i}" for i in range(1, n)]
-
-
 def run_columns(case: Case) -> tuple[str, ...]:
     """Columns of the last row of series.csv, as `columns.series_columns` names them."""
     if case.n == 2:
         return ("t", "d", "dU", "U_L", "U_T", "D_L", "D_T", "dp")
-    gaps, particles = gaps_of(case.n), range(1, case.n + 1)
+    gaps, particles = gap_endings(case.n), range(1, case.n + 1)
     names = ["t", *(f"d{gap}" for gap in gaps), *(f"dU{gap}" for gap in gaps)]
     return (*names, *(f"U_{i}" for i in particles), *(f"D_{i}" for i in particles), "dp")
 
@@ -149,7 +145,7 @@ def curve_columns(case: CurveCase) -> tuple[str, ...]:
     """Points, zeros, and by gap the largest |dU| with its distance and mesh error."""
     names = ["d_peak{}", "dU_peak{}", *(["mesh_error{}"] if case.mesh_error else [])]
     zeros = ["zeros", "stable"] if case.n == 2 else []
-    return ("points", *zeros, *(name.format(gap) for gap in gaps_of(case.n) for name in names))
+    return ("points", *zeros, *(name.format(gap) for gap in gap_endings(case.n) for name in names))
 
 
 def read_curve(directory: Path) -> dict[str, Value]:

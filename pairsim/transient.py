@@ -32,7 +32,7 @@ from pairsim.ties import extension_tie, transient_tie
 
 RELATIVE_WEIGHT = 20.0
 CONFORMATION_WEIGHT = 0.4
-# A matrix and its factors cost some 15 iterations with those in hand, which serve while they contract by SLOW: more of
+# A matrix and its factors cost some 13 iterations with those in hand, which serve while they contract by SLOW: more of
 # those are allowed than of iterations with a matrix each.
 MOST_ITERATIONS, SLOW = 25, 0.3
 NO_ERROR = 1e-12  # in units of the tolerance: of scenes that do not change at all; 0 is an error that is not known

@@ -17,6 +17,7 @@ from scipy.linalg import expm
 from scipy.optimize import fsolve
 
 from pairsim.conformation import exponential, interpolate, logarithm, polymer_stress
+from pairsim.errors import NoSteadyState
 from pairsim.geometry import Geometry, MeshSettings, Reference
 from pairsim.materials.polymer import Polymer
 from pairsim.mesh import liquid_mesh
@@ -66,6 +67,12 @@ def test_developed_flow_is_exact(De: float) -> None:
         assert flow.gradient == pytest.approx(gradient, rel=1e-8)
         assert flow.u[0] == pytest.approx(centre, rel=1e-8)
         assert flow.c[-1, :3] == pytest.approx([zz, zr, rr], rel=1e-6)
+
+
+def test_a_flow_in_layers_is_told() -> None:
+    """With alpha above 1/2 and hardly any solvent the shear stress falls with the shear rate, and layers form."""
+    with pytest.raises(NoSteadyState, match="no developed flow"):
+        Pipe(Polymer("giesekus", 1.0, 0.01, alpha=0.9)).steady()
 
 
 def test_one_dimensional_start_up_is_exact() -> None:
