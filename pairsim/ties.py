@@ -258,6 +258,60 @@ def transient_tie(scene: Scene) -> Tie:
     return _finished(scene, y, N, C, M, M, rows, base, a, integrated)
 
 
+def balance_tie(scene: Scene, x: Array) -> Tie:
+    """Ties that leave velocity, pressure and stress of the liquid free in the configuration of a full vector.
+
+    Nothing moves: the unknowns of soft particles are the velocities of their surfaces, whose momentum rows hold the
+    elastic traction as it is.
+    """
+    y = _Unknowns()
+    N, V, rows = _Triplets(), _Triplets(), _Triplets()
+    for body in scene.bodies:
+        if body.phase is None:
+            V.add(np.array([body.start]), y.take("U_p", 1))
+            continue
+        offset, points = scene.offset(body.phase), body.phase.quadratic.points
+        for c in range(2):
+            free = body.nodes if c == 0 else body.nodes[points[body.nodes, 1] > 1e-12]
+            velocity = y.take("v", len(free))
+            V.add(body.start + 2 * free + c, velocity)
+            rows.add(velocity, offset + body.phase.index("eta", free, c))
+    material = V.matrix((scene.h_size, y.size))
+    _tie_velocity(scene, y, N, rows, material, material, np.zeros(scene.size))
+    _tie_pressure(scene, y, N, rows)
+    _tie_conformation(scene, y, N, rows)
+    _tie_scalars(scene, y, N, rows)
+    direct, still = N.matrix((scene.size, y.size)), sparse.csr_matrix((scene.h_size, y.size))
+    return Tie(
+        np.where(np.diff(direct.indptr) > 0, 0.0, x),
+        direct,
+        sparse.csr_matrix((scene.size, scene.h_size)),
+        still,
+        np.zeros(scene.h_size),
+        rows.matrix((y.size, scene.size)),
+        np.zeros(y.size, dtype=bool),
+        y.fields,
+        V.matrix((scene.h_size, y.size)),
+    )
+
+
+def _tie_pressure(scene: Scene, y: _Unknowns, N: _Triplets, rows: _Triplets) -> None:
+    """Pressure of the liquid: free."""
+    p = scene.liquid.index("p", scene.liquid.quadratic.vertices)
+    unknown = y.take("p_f", len(p))
+    N.add(p, unknown)
+    rows.add(unknown, p)
+
+
+def _tie_scalars(scene: Scene, y: _Unknowns, N: _Triplets, rows: _Triplets) -> None:
+    """The source m of the gauge and, with periodic ends, dp."""
+    for name, index in (("m", scene.m), ("dp", scene.dp)):
+        if index is not None:
+            unknown = y.take(name, 1)
+            N.add(np.array([index]), unknown)
+            rows.add(unknown, np.array([index]))
+
+
 def _finished(
     scene: Scene,
     y: _Unknowns,
@@ -271,19 +325,12 @@ def _finished(
     integrated: list[Indices],
 ) -> Tie:
     """The tie, with the liquid's unknowns that are the same in every problem."""
-    p = scene.liquid.index("p", scene.liquid.quadratic.vertices)
-    unknown = y.take("p_f", len(p))
-    N.add(p, unknown)
-    rows.add(unknown, p)
+    _tie_pressure(scene, y, N, rows)
     if scene.polymer is not None:
         _tie_conformation(scene, y, N, rows)
     if scene.moving:
         _tie_mesh(scene, y, N, C, rows, base)
-    for name, index in (("m", scene.m), ("dp", scene.dp)):
-        if index is not None:
-            unknown = y.take(name, 1)
-            N.add(np.array([index]), unknown)
-            rows.add(unknown, np.array([index]))
+    _tie_scalars(scene, y, N, rows)
     divided = np.zeros(y.size, dtype=bool)
     for unknown in integrated:
         divided[unknown] = True

@@ -10,13 +10,14 @@ from pairsim.scene import Body, Scene
 from pairsim.ties import Tie
 
 
-def flow(old: Scene, x: Array, scene: Scene, new: Array) -> Array:
+def flow(old: Scene, x: Array, scene: Scene, new: Array, shift: float = 0.0) -> Array:
     """The liquid's fields on another mesh.
 
     Args:
         old, x: A scene and its full vector.
         scene: The same scene on another mesh.
         new: Full vector there that holds the displacement of the mesh; the fields are put into it.
+        shift: How far along the axis everything is from where it was.
     """
     mesh = old.liquid.quadratic
     p = np.zeros(len(mesh.points))
@@ -24,7 +25,10 @@ def flow(old: Scene, x: Array, scene: Scene, new: Array) -> Array:
     values = [old.liquid.nodal("u", x), p[mesh.parents].mean(axis=1)[:, None]]
     if scene.polymer is not None:
         values.append(old.liquid.nodal("s", x))
-    found = interpolate(mesh, old.positions(x), np.hstack(values), scene.positions(new))
+    places = scene.positions(new) - [shift, 0.0]
+    reach = old.reference.geometry.length / 2
+    places[:, 0] = np.clip(places[:, 0], -reach, reach)
+    found = interpolate(mesh, old.positions(x), np.hstack(values), places)
     liquid, wanted = scene.liquid, scene.liquid.quadratic
     nodes = np.arange(len(wanted.points))
     for c in range(2):

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pairsim import diagnostics
+from pairsim import diagnostics, transfer
+from pairsim.balance import balanced
 from pairsim.checkpoint import Counts, History, State
 from pairsim.clock import Clock
-from pairsim.conformation import interpolate
 from pairsim.diagnostics import Observation
 from pairsim.errors import InvertedCell, MeshFailure, NewtonFailure, StepTooSmall
 from pairsim.fenicsx import MPI
@@ -220,8 +220,8 @@ class Transient:
         return eta, self._extension.state(eta)[1]
 
     def _first_guess(self, U_m: float) -> Array:
-        """A guess on a new mesh: material unknowns carried over, liquid at rest."""
-        y = np.zeros(self.tie.size)
+        """A guess on a new mesh: what was carried over; a liquid that remembers nothing is at rest."""
+        y = transfer.free_unknowns(self.tie, self.history.x[0])
         if self._carried is not None:
             y[self._material] = self._carried
         else:
@@ -311,24 +311,31 @@ class Transient:
             self._mesh(Reference(geometry, tuple(self.outlines), outlines, True))
         past = zip(self.history.t, self.history.x, self.history.h, strict=True)
         self.history.x = self.comm.bcast([self._carried_over(old, t, x, h, shift) for t, x, h in past])
+        if self.problem.polymer is not None and self._carried is not None:
+            self._balance()
 
     def _carried_over(self, old: Scene, t: float, x: Array, h: Array, shift: float) -> Array:
-        """What the liquid remembers of one old time, on the new mesh: its displacement then, and s where it was."""
-        new = np.zeros(self.scene.size)
+        """The liquid at one old time on the new mesh, of which s and the mesh's displacement are remembered."""
         if self.problem.polymer is None:
-            return new
-        liquid = self.scene.liquid
-        new[:] = self._extend(h)[1]
-        wanted = self.scene.positions(new) - [shift, 0.0]
-        reach = old.reference.geometry.length / 2
-        wanted[:, 0] = np.clip(wanted[:, 0], -reach, reach)
-        s = interpolate(old.liquid.quadratic, old.positions(x), old.liquid.nodal("s", x), wanted)
-        nodes = np.arange(len(liquid.quadratic.points))
-        for c in range(4):
-            new[liquid.index("s", nodes, c)] = s[:, c]
+            return np.zeros(self.scene.size)
+        new = transfer.flow(old, x, self.scene, self._extend(h)[1], shift)
         if not self.problem.periodic:
             self._prescribe_ends(new, t)
         return new
+
+    def _balance(self) -> None:
+        """Give s on the new mesh the balance of momentum that it had on the old one, at all three old times alike."""
+        liquid, h = self.scene.liquid, self.history.h[0]
+        if not self.problem.periodic:
+            self._prescribe_ends(self.tie.base, self.history.t[0])
+        y = self._first_guess(self._U_m)
+        y[self.tie.fields.get("eta", [])] = self._extend(h)[0] if self.scene.moving else []
+        x = self.tie.expand(y, h)
+        change = balanced(self.scene, x, h, self.tie.M @ y, self._U_m, self.clock) - x
+        begin, end = liquid.offsets["s"], liquid.offsets["s"] + 4 * len(liquid.quadratic.points)
+        self.history.x = [x + change, *map(np.copy, self.history.x[1:])]
+        for past in self.history.x[1:]:
+            past[begin:end] += change[begin:end]
 
     def _remesh_or_say_when(self) -> None:
         try:
