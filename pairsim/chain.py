@@ -1,4 +1,4 @@
-"""A chain of master curves in one process: `python -m pairsim.chain CASE.yaml DIR CASE.yaml DIR ...`.
+"""A chain of master curves in one process: `python -P -m pairsim.chain CASE.yaml DIR CASE.yaml DIR ...`.
 
 Each curve starts from the solutions of the one before, which saves the way from undeformed spheres at small De. A sweep
 starts chains; how every curve ended is in its own folder.

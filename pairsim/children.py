@@ -31,6 +31,15 @@ _LIBC = ctypes.CDLL(None) if sys.platform == "linux" else None
 _PR_SET_PDEATHSIG = 1
 
 
+def module_command(module: str, *words: str) -> list[str]:
+    """Command line that runs a module of this Python, from any folder.
+
+    `python -m` alone searches the current folder first: a yaml.py there would be executed in place of the library, and
+    a clone's folder named pairsim would hide an editable installation. PYTHONPATH holds as ever.
+    """
+    return [sys.executable, "-P", "-m", module, *words]
+
+
 def clean_environment() -> dict[str, str]:
     """The environment without what makes a process believe that it is a rank of the surrounding job."""
     kept = {

@@ -16,11 +16,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from pairsim.children import module_command
 from pairsim.errors import PairsimError
 
 WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"
 WINDOWS = ("vtkEGLRenderWindow", "", "vtkOSOpenGLRenderWindow") if sys.platform == "linux" else ("",)
-PYTHON = sys.executable
 TIME_LIMIT = 300.0  # seconds; software rendering on a busy machine is slow, a hanging driver is for ever
 
 
@@ -57,7 +57,7 @@ def render(pictures: list[Picture]) -> list[NDArray[np.uint8]]:
         answers = []
         for window in WINDOWS:
             environment = {**os.environ, **({WINDOW: window} if window else {})}
-            command = [PYTHON, "-m", "pairsim.render", str(job), str(result)]
+            command = module_command("pairsim.render", str(job), str(result))
             try:
                 done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=TIME_LIMIT)
             except (OSError, subprocess.TimeoutExpired) as error:

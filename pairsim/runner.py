@@ -18,7 +18,7 @@ from typing import Any
 
 import yaml
 
-from pairsim.children import DISK, GRACE, Child, judge
+from pairsim.children import DISK, GRACE, Child, judge, module_command
 from pairsim.grid import finished_in
 from pairsim.output import CHECKPOINT, plain, write_text
 from pairsim.sweep_commands import Checked, SweepCommand, Value, read_told
@@ -193,7 +193,7 @@ class Runner:
             words = ["pairsim", name, str(task.case_file), "-o", str(task.directory), "--overwrite", "-q"]
         mpirun = [find_mpirun() or "mpirun", "-n", str(self.ranks)] if self.ranks > 1 else []
         locks = [self._locks[each.folder] for each in together]
-        self._child = Child([*mpirun, sys.executable, "-m", *words], locks, ranks=bool(mpirun))
+        self._child = Child([*mpirun, *module_command(*words)], locks, ranks=bool(mpirun))
         self._left, self._begun = len(together), time.monotonic()
 
     def _end(self, task: Task, status: str, reason: str, message: str) -> Result:

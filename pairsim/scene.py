@@ -10,7 +10,7 @@ follows from the free unknowns and h.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import pi
 
@@ -91,7 +91,6 @@ class Body:
 
     Attributes:
         beta: Diameter.
-        Ca_e: Elastic capillary number; 0 is rigid.
         outline: Its cut half-circle.
         phase: Its inside, None when rigid.
         nodes: Nodes of its own mesh on the outline (empty when rigid).
@@ -99,11 +98,15 @@ class Body:
     """
 
     beta: float
-    Ca_e: float
     outline: Outline
     phase: Phase | None
     nodes: Indices
     start: int
+
+    @property
+    def Ca_e(self) -> float:
+        """Elastic capillary number that its form has now; 0 is rigid."""
+        return 0.0 if self.phase is None else float(self.phase.constants["Ca_e"].value)
 
     @property
     def size(self) -> int:
@@ -143,7 +146,7 @@ def make_bodies(
             nodes = match(mesh.points, outline.nodes)
         else:
             phase, nodes = None, np.empty(0, dtype=np.int64)
-        bodies.append(Body(beta, Ca_e, outline, phase, nodes, start))
+        bodies.append(Body(beta, outline, phase, nodes, start))
         start += bodies[-1].size
     return bodies
 
@@ -158,7 +161,7 @@ class Scene:
         bodies: The particles; they are shared by the scenes of successive remeshings.
         periodic: Periodic ends with an imposed flow rate, or a prescribed velocity on them.
         boundary_velocity: Velocity on wall and ends when they are prescribed.
-        polymer: The viscoelastic part of the liquid, None for a Newtonian one.
+        polymer: The viscoelastic part of the liquid, None for a Newtonian one; its De is where the scene begins.
         steady: Quasi-steady: the mesh's velocity is that of the particles, extended into the liquid.
     """
 
@@ -178,7 +181,7 @@ class Scene:
         self.boundary_velocity = boundary_velocity
         # One rigid particle rides in its own frame: nothing of the mesh ever moves.
         # In a viscoelastic liquid it does, by what the frame's velocity is off: s is carried relative to the mesh.
-        self.polymer, self.steady = polymer, steady
+        self._polymer, self.steady = polymer, steady
         alone = 1 if steady or polymer is None else 0
         self.moving = len(self.bodies) > alone or any(b.phase is not None for b in self.bodies)
         if polymer is None:
@@ -195,6 +198,11 @@ class Scene:
         self.dp = self.m + 1 if periodic else None
         self.size = self.m + (2 if periodic else 1)
         self.h_size = sum(body.size for body in self.bodies)
+
+    @property
+    def polymer(self) -> Polymer | None:
+        """The viscoelastic part of the liquid with the De that its form has now, None for a Newtonian one."""
+        return self._polymer and replace(self._polymer, De=float(self.liquid.constants["De"].value))
 
     def offset(self, phase: Phase) -> int:
         """Where a phase begins in the full vector."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import shlex
-import sys
 from pathlib import Path
 
+from pairsim.children import module_command
 from pairsim.grid import Grid
 
 MOST_TASKS = 32
@@ -30,7 +30,7 @@ def job_script(
     minutes = math.ceil((walltime or DEFAULT_WALLTIME) / 60)
     hours = sum(case.checked.estimate.seconds for case in grid.cases) / 3600
     options = [*extra, *(["--ranks-per-case", str(ranks_per_case)] if ranks_per_case > 1 else [])]
-    command = shlex.join([sys.executable, "-m", "pairsim", "sweep", str(grid.source.resolve())])
+    command = shlex.join(module_command("pairsim", "sweep", str(grid.source.resolve())))
     command += " " + shlex.join(["-o", str(directory.resolve()), *options, "-q"])
     name = "".join(letter if letter.isalnum() or letter in "._-" else "-" for letter in grid.name)
     return f"""#!/usr/bin/env bash

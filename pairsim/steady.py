@@ -312,7 +312,7 @@ class Steady:
             self.scene.bodies = bodies
 
     def state(self) -> tuple[Array, Array]:
-        """h and x of the solution."""
+        """h and x of the solution; forms, and with them `Body.Ca_e` and `Scene.polymer`, are put at its parameters."""
         return self._state_at(self.parameters, self.y)
 
     def _state_at(self, parameters: Parameters, y: Array) -> tuple[Array, Array]:

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import yaml
 
 from pairsim import __version__, warm
-from pairsim.children import DISK, TOO_LARGE, Child
+from pairsim.children import DISK, TOO_LARGE, Child, module_command
 from pairsim.errors import InputError
 from pairsim.grid import Grid, SweepCase
 from pairsim.ledger import Ledger, Lock, Shard
@@ -142,7 +142,7 @@ def _warm_up(forms: tuple[str, ...], comm: MPI.Comm | None, signals: Signals, re
         node.Free()
     if leader and (wanted := warm.missing(forms)):
         reporter.note(f"compiling {', '.join(wanted)}")
-        child = Child([sys.executable, "-m", "pairsim.warm", *wanted])
+        child = Child(module_command("pairsim.warm", *wanted))
         while (code := child.poll()) is None:
             if signals.number:
                 child.kill()

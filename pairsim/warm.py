@@ -1,4 +1,4 @@
-"""Compiles the forms of a sweep before its workers start: `python -m pairsim.warm newtonian:moving neo-hookean`.
+"""Compiles the forms of a sweep before its workers start: `python -P -m pairsim.warm newtonian:moving neo-hookean`.
 
 FFCx gives a module to the first process that asks for it and lets the others wait ten seconds, after which they fail;
 a compilation that was killed leaves the module taken for ever. So one process a machine compiles, under a lock, and

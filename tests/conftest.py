@@ -17,6 +17,7 @@ import pytest
 from mpi4py import MPI
 
 import pairsim.fenicsx
+from pairsim.children import module_command
 from pairsim.geometry import Geometry, MeshSettings, Reference
 from pairsim.mesh import liquid_mesh, make_outlines
 from pairsim.scene import Scene, make_bodies
@@ -106,10 +107,25 @@ def pairsim(tmp_path: Path) -> Callable[..., subprocess.CompletedProcess[str]]:
 
     def run(*arguments: str, ranks: int = 0, timeout: float = 600) -> subprocess.CompletedProcess[str]:
         mpirun = [str(Path(sys.executable).parent / "mpirun"), "-n", str(ranks)] if ranks else []
-        command = [*mpirun, sys.executable, "-m", "pairsim", *arguments]
+        command = [*mpirun, *module_command("pairsim", *arguments)]
         return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=timeout, check=False)
 
     return run
+
+
+@pytest.fixture
+def decoys(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Makes the empty folder the current one, with a folder and modules in it that are named like those of a child.
+
+    Returns:
+        A file that exists once one of them has been executed.
+    """
+    executed = tmp_path / "executed"
+    (tmp_path / "pairsim").mkdir()
+    for name in ("yaml", "numpy", "pydantic"):
+        (tmp_path / f"{name}.py").write_text(f"open({str(executed)!r}, 'w').close()\nraise ImportError('a decoy')\n")
+    monkeypatch.chdir(tmp_path)
+    return executed
 
 
 def examples(page: str) -> list[str]:
@@ -119,9 +135,8 @@ def examples(page: str) -> list[str]:
 
 def interrupted(words: list[str], table: Path, number: int) -> dict[str, Any]:
     """run.json of a command that was sent a signal once its table had five lines or more; it ends in order."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", "pairsim", *words], cwd=table.parents[1], stderr=subprocess.PIPE, text=True
-    )
+    command = module_command("pairsim", *words)
+    process = subprocess.Popen(command, cwd=table.parents[1], stderr=subprocess.PIPE, text=True)
     try:
         while not table.exists() or table.read_text().count("\n") < 5:
             assert process.poll() is None

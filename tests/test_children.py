@@ -14,10 +14,18 @@ from pathlib import Path
 import pytest
 from conftest import TINY, words_of
 
-from pairsim.children import Child, clean_environment, descendants, judge
+from pairsim.children import Child, clean_environment, descendants, judge, module_command
 from pairsim.grid import read_grid
 from pairsim.runner import Result, Runner, Task
+from pairsim.signals import Signals
+from pairsim.sweep import _warm_up
 from pairsim.sweep_commands import read_curve
+from pairsim.sweep_progress import SweepReporter
+
+CURVES = "command: curve\n" + TINY.replace("Ca_e: 0, ", "d: [0.1, 0.3], tol: 1, mesh_error: false, ").replace(
+    ", time: {end: 0.01}", ""
+)
+"""The base of grids of curves that take a second or two."""
 
 
 def test_chain_of_curves_survives_its_process(tmp_path: Path) -> None:
@@ -29,15 +37,14 @@ def test_chain_of_curves_survives_its_process(tmp_path: Path) -> None:
     first, second = (json.loads((task.directory / "run.json").read_text()) for task in tasks[:2])
     assert second["newton_iterations"] < first["newton_iterations"]
     alone = tmp_path / "alone"
-    cold = [sys.executable, "-m", "pairsim", "curve", str(tasks[1].case_file), "-o", str(alone), "-q"]
+    cold = module_command("pairsim", "curve", str(tasks[1].case_file), "-o", str(alone), "-q")
     subprocess.run(cold, check=True, capture_output=True, timeout=300)
     assert float(results[1].values["dU_peak"]) == pytest.approx(read_curve(alone)["dU_peak"], rel=1e-6)  # type: ignore[arg-type]
 
 
 def curves(folder: Path, values: str) -> tuple[Runner, list[Task]]:
     """Tiny curves at some Ca_e, in one chain, and a worker that has not begun them."""
-    base = TINY.replace("Ca_e: 0, ", "d: [0.1, 0.3], tol: 1, mesh_error: false, ").replace(", time: {end: 0.01}", "")
-    (folder / "grid.yaml").write_text(f"command: curve\n{base}grid: {{Ca_e: [{values}]}}\n")
+    (folder / "grid.yaml").write_text(CURVES + f"grid: {{Ca_e: [{values}]}}\n")
     grid = read_grid(folder / "grid.yaml")
     tasks = [
         Task(case.folder, case.key, folder / case.folder, folder / "cases" / f"{case.folder}.yaml", case.checked)
@@ -168,7 +175,8 @@ def test_child_does_not_take_itself_for_a_rank(monkeypatch: pytest.MonkeyPatch) 
 def test_warming_up_compiles_all_that_a_case_needs_after_a_killed_compilation(tmp_path: Path) -> None:
     """A cache in which a killed process has begun a module: it is cleared, and a run then compiles nothing more."""
     environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
-    forms = [sys.executable, "-m", "pairsim.warm", "newtonian:moving", "neo-hookean"]
+    kinds = ["newtonian:moving", "neo-hookean"]
+    forms = module_command("pairsim.warm", *kinds)
 
     def modules() -> set[str]:
         return {path.name for path in (tmp_path / "cache").rglob("*.so")}
@@ -185,8 +193,34 @@ def test_warming_up_compiles_all_that_a_case_needs_after_a_killed_compilation(tm
     compiled = modules()
     assert compiled
     (tmp_path / "case.yaml").write_text(TINY.partition(": ")[2].replace("Ca_e: 0", "Ca_e: 0.1, d0: 0.1"))
-    run = [sys.executable, "-m", "pairsim", "run", "case.yaml", "-q"]
+    run = module_command("pairsim", "run", "case.yaml", "-q")
     subprocess.run(run, cwd=tmp_path, env=environment, check=True, capture_output=True)
     assert modules() == compiled
     known = "import sys; from pairsim.warm import warm; warm(sys.argv[1:]); assert 'dolfinx' not in sys.modules"
-    subprocess.run([sys.executable, "-c", known, *forms[3:]], env=environment, check=True)  # by its stamps
+    subprocess.run([sys.executable, "-c", known, *kinds], env=environment, check=True)  # by its stamps
+
+
+@pytest.mark.parametrize("grid", [TINY + "grid: {d0: [0.1, 0.2]}\n", CURVES + "grid: {Ca_e: [0.02, 0.04]}\n"])
+def test_cases_do_not_import_what_lies_in_the_current_folder(  # type: ignore[no-untyped-def]
+    grid: str, decoys: Path, tmp_path: Path, pairsim
+) -> None:
+    """Runs, and curves in a chain; above a clone of the project, its folder would be taken for the package."""
+    (tmp_path / "grid.yaml").write_text(grid)
+    done = pairsim("sweep", "grid.yaml", "-o", "out", "-q")
+    assert done.returncode == 0, done.stderr
+    cases = json.loads((tmp_path / "out" / "sweep.json").read_text())["cases"]
+    assert [case["status"] for case in cases] == ["finished", "finished"]
+    assert not decoys.exists()
+
+
+def test_compiling_forms_does_not_import_what_lies_in_the_current_folder(
+    decoys: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pairsim.warm.missing", lambda forms: list(forms))
+    notes: list[str] = []
+    reporter = SweepReporter()
+    monkeypatch.setattr(reporter, "note", notes.append)
+    with Signals() as signals:
+        _warm_up(("newtonian:moving",), None, signals, reporter)
+    assert notes == ["compiling newtonian:moving"], "and no failure"
+    assert not decoys.exists()

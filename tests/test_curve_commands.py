@@ -19,10 +19,11 @@ from mpi4py import MPI
 from pairsim.branch import Branch, Point
 from pairsim.case_file import curve_from_dict, load_critical, load_curve
 from pairsim.curve import Zero
-from pairsim.curve_run import run_curve
+from pairsim.curve_run import Chain, run_curve
 from pairsim.errors import InputError, NoSteadyState
 from pairsim.output import read_series
 from pairsim.progress import make_reporter
+from pairsim.xdmf import FieldFrame, read_frame
 
 CURVE = "beta: 0.4\nDe: 0\nCa_e: 0.1\nends: developed\nlength: auto\nmesh: {Np: 10}\nd: [0.3, 0.1]\n"
 
@@ -83,6 +84,52 @@ def test_critical_follows_lines_over_De_with_their_errors(tmp_path: Path, pairsi
         error = float(row["mesh_error"]) / abs(float(row["slope"]))
         assert float(row["d_error"]) == pytest.approx(error, rel=1e-6)
         assert error > 0
+
+
+@pytest.fixture(scope="module")
+def cold(tmp_path_factory: pytest.TempPathFactory) -> FieldFrame:
+    """The fields of a curve on its own."""
+    return last_fields(tmp_path_factory.mktemp("cold"))
+
+
+@pytest.mark.parametrize("first", [{"Ca_e": 0.005}, {"De": 0.25}])
+def test_a_curve_that_starts_from_its_neighbour_has_the_stresses_of_its_own_parameters(
+    first: dict[str, float], cold: FieldFrame, tmp_path: Path
+) -> None:
+    chain = Chain()
+    last_fields(tmp_path / "neighbour", chain, **first)
+    branch = chain._branch
+    warm = last_fields(tmp_path / "warm", chain)
+    assert chain._branch is branch is not None, "the chain must have gone on"
+    chain.close()
+    assert_same_fields(warm, cold)
+
+
+def test_a_curve_whose_first_place_is_walked_to_has_the_stresses_of_that_place(
+    cold: FieldFrame, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without a solution on larger cells the way begins at a small Ca_e and De, on the cells of the curve."""
+
+    def none(*_: object) -> None:
+        raise NoSteadyState("there is no solution on larger cells")
+
+    monkeypatch.setattr("pairsim.branch.coarser", none)
+    assert_same_fields(last_fields(tmp_path / "walked"), cold)
+
+
+def last_fields(folder: Path, chain: Chain | None = None, **changes: float) -> FieldFrame:
+    """The fields of a pair at d .3 in a Giesekus liquid."""
+    keys = {"De": 0.5, "Ca_e": 0.05, "length": 3.0, "mesh": {"Np": 8}, "mesh_error": False, "d": [0.3], "fields": [0.3]}
+    made = curve_from_dict(yaml.safe_load(CURVE) | keys | changes, "test")
+    told = {"comm": MPI.COMM_WORLD, "overwrite": False, "reporter": make_reporter(True, 0), "command": "test"}
+    assert run_curve(made, folder / "out", chain=chain, **told).status == "finished"
+    return read_frame(folder / "out")
+
+
+def assert_same_fields(a: FieldFrame, b: FieldFrame) -> None:
+    assert {"displacement", "tau_s", "tau_p", "tau_p_zz_extra", "pressure_extra"} < a.point_data.keys()
+    for name, values in b.point_data.items():
+        assert a.point_data[name] == pytest.approx(values, abs=1e-6 * np.abs(values).max()), name
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

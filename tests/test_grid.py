@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -277,6 +278,7 @@ def test_slurm_script_does_all_shards(tmp_path: Path) -> None:
     assert result.exit_code == 0
     assert "#SBATCH --array=1-32" in result.output
     assert "#SBATCH --time=02:30:00" in result.output
+    assert f"exec {sys.executable} -P -m pairsim sweep {tmp_path / 'grid.yaml'} -o " in result.output
     assert "--set mesh.Np=12" in result.output
     assert '--shard "$SLURM_ARRAY_TASK_ID/32"' in result.output
 

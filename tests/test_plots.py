@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -87,7 +88,7 @@ def test_folder_that_is_not_a_run_is_an_input_error(tmp_path: Path) -> None:
 @pytest.fixture
 def no_opengl(monkeypatch: pytest.MonkeyPatch) -> None:
     """A machine on which the child process crashes, as VTK does without EGL and OSMesa."""
-    monkeypatch.setattr(render_module, "PYTHON", "false")
+    monkeypatch.setattr(render_module, "module_command", lambda *_: ["false"])
 
 
 @pytest.mark.usefixtures("no_opengl")
@@ -138,3 +139,9 @@ def test_rendered_window_is_the_one_asked_for() -> None:
     assert found.shape == (100, 200, 3)
     assert np.all(found[2:-2, 2:97] == [255, 0, 0])
     assert np.all(found[2:-2, 103:-2] == 255)
+
+
+def test_rendering_does_not_import_what_lies_in_the_current_folder(decoys: Path) -> None:
+    with suppress(RenderError):
+        render([Picture((-1, 1, -0.5, 0.5), (20, 10), [], [])])
+    assert not decoys.exists()

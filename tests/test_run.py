@@ -17,6 +17,7 @@ import pyvista as pv
 import yaml
 from conftest import CONFIGS, interrupted
 
+from pairsim.children import module_command
 from pairsim.diagnostics import extents
 from pairsim.output import read_series
 from pairsim.xdmf import read_frame
@@ -28,7 +29,7 @@ SOFT = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\nmesh: {Np: 12}\ntime: {end: 0.1}\n
 def soft_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("soft")
     (folder / "case.yaml").write_text(SOFT)
-    command = [sys.executable, "-m", "pairsim", "run", "case.yaml", "-o", "out"]
+    command = module_command("pairsim", "run", "case.yaml", "-o", "out")
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == "out"

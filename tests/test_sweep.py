@@ -22,7 +22,7 @@ from conftest import ROOT, TINY, words_of
 from matplotlib import image
 from typer.testing import CliRunner
 
-from pairsim.children import descendants
+from pairsim.children import descendants, module_command
 from pairsim.cli import app
 from pairsim.errors import InputError
 from pairsim.grid import read_grid
@@ -37,7 +37,7 @@ Sweep = Callable[..., subprocess.CompletedProcess[str]]
 
 def command(*arguments: str, ranks: int = 0) -> list[str]:
     mpirun = [str(Path(sys.executable).parent / "mpirun"), "-n", str(ranks)] if ranks else []
-    return [*mpirun, sys.executable, "-m", "pairsim", "sweep", "grid.yaml", "-o", "out", "-q", *arguments]
+    return [*mpirun, *module_command("pairsim", "sweep", "grid.yaml", "-o", "out", "-q", *arguments)]
 
 
 def table(folder: Path, name: str = "results.csv") -> list[dict[str, str]]:
