@@ -20,6 +20,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from pairsim.locks import FolderLock, handed_over
+
 GRACE = 20.0  # seconds from a polite signal to SIGKILL: a step and a checkpoint must fit in
 KEPT = 32_768  # bytes of a child's complaints that are kept
 LAUNCHER = ("PMI_", "PMI2_", "PMIX_", "HYDRA_", "HYDI_", "MPI_", "PALS_", "PRTE_", "OMPI_", "SLURM_")
@@ -78,20 +80,20 @@ class Child:
 
     Args:
         argv: The command.
-        keep: File descriptors that it inherits.
+        locks: Locks of the folders that it writes into; it holds them, too.
         ranks: Whether it is an mpirun, whose processes must be signalled one by one: mpirun itself would kill them.
     """
 
-    def __init__(self, argv: list[str], keep: Iterable[int] = (), ranks: bool = False) -> None:
-        parent = os.getpid()
+    def __init__(self, argv: list[str], locks: Iterable[FolderLock] = (), ranks: bool = False) -> None:
+        parent, held = os.getpid(), list(locks)
         self.ranks, self.began = ranks, time.monotonic()
         self._process = subprocess.Popen(
             argv,
-            env=clean_environment(),
+            env=clean_environment() | handed_over(held),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
-            pass_fds=tuple(keep),
+            pass_fds=[lock.file for lock in held if lock.file >= 0],
             process_group=0,
             preexec_fn=lambda: _tie_to(parent),
         )

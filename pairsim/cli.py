@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -140,11 +139,14 @@ def critical(
 def _common_arguments(overwrite: bool, quiet: bool) -> dict[str, Any]:
     """What every command that computes is called with."""
     from pairsim.fenicsx import MPI  # before everything else that loads MPI or is compiled
+    from pairsim.launcher import check_launcher
+    from pairsim.locks import command_line
     from pairsim.progress import make_reporter
 
     comm = MPI.COMM_WORLD
-    command = shlex.join(["pairsim", *sys.argv[1:]])
-    return {"comm": comm, "overwrite": overwrite, "reporter": make_reporter(quiet, comm.rank), "command": command}
+    check_launcher(comm)
+    reporter = make_reporter(quiet, comm.rank)
+    return {"comm": comm, "overwrite": overwrite, "reporter": reporter, "command": command_line()}
 
 
 def _end(outcome: Outcome, directory: Path, quiet: bool, plot: Callable[[Path, Path], list[Path]] | None) -> NoReturn:

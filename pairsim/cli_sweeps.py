@@ -77,8 +77,9 @@ def sweep(
             print_table(dry_run_view(checked, part))
         return
 
+    from pairsim.launcher import launcher_communicator
     from pairsim.ledger import Shard
-    from pairsim.sweep import Options, launcher_communicator, run_sweep
+    from pairsim.sweep import Options, run_sweep
     from pairsim.sweep_progress import make_sweep_reporter
 
     comm = launcher_communicator()
@@ -131,9 +132,9 @@ def study(
     Works as a sweep: also under mpirun, and the same command continues what was stopped. Exit codes as those of sweep.
     """
     from pairsim.case_file import read_yaml
+    from pairsim.launcher import launcher_communicator
     from pairsim.study import run_study
     from pairsim.study_file import read_study
-    from pairsim.sweep import launcher_communicator
     from pairsim.sweep_progress import make_sweep_reporter
 
     checked = read_study(file, read_yaml(file), tuple(set_ or ()))
@@ -152,11 +153,12 @@ def status(
     """Tell how a sweep stands: counts, rate, time left, and what failed for which reason."""
     import time
 
-    from pairsim.ledger import at_work, read_sweep
+    from pairsim.ledger import read_sweep
+    from pairsim.locks import is_locked
     from pairsim.sweep_progress import status_view
 
     while True:
-        working = at_work(directory)
+        working = is_locked(directory)
         view = status_view(read_sweep(directory), working)
         if watch and sys.stdout.isatty():
             typer.echo(CLEAR, nl=False)

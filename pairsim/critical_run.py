@@ -14,6 +14,7 @@ from pairsim.curve_case import CriticalCase
 from pairsim.curve_run import point_row, tell
 from pairsim.errors import MeshFailure, NoSteadyState
 from pairsim.fenicsx import MPI
+from pairsim.locks import sole_writer
 from pairsim.output import RunFolder, write_table
 from pairsim.parameters import Parameters
 from pairsim.progress import Reporter
@@ -86,8 +87,16 @@ def run_critical(
         How it ended. Whatever was found is in the folder, also after a failure.
 
     Raises:
-        InputError: The folder exists and may not be replaced.
+        InputError: The folder exists and may not be replaced, or another command is at work there.
     """
+    with sole_writer(comm, directory, command):
+        return _run(case, directory, comm, overwrite, reporter, command)
+
+
+def _run(
+    case: CriticalCase, directory: Path, comm: MPI.Comm, overwrite: bool, reporter: Reporter, command: str
+) -> Outcome:
+    """What `run_critical` does in a folder of its own."""
     folder = new_folder(comm, directory, overwrite, case.resolved())
     record = Record(folder, command, comm.size)
     record.write(None, {}, {})

@@ -19,6 +19,7 @@ from pairsim.doubts import coarse_mesh, unresolved_stress
 from pairsim.errors import NoSteadyState, RunFailure
 from pairsim.fenicsx import MPI
 from pairsim.fields import SteadyMoment, frame
+from pairsim.locks import sole_writer
 from pairsim.output import RunFolder, write_table
 from pairsim.parameters import Parameters, SteadyProblem
 from pairsim.progress import Reporter
@@ -233,8 +234,23 @@ def run_curve(
         How it ended. Whatever was solved is in the folder, also after a failure.
 
     Raises:
-        InputError: The folder exists and may not be replaced.
+        InputError: The folder exists and may not be replaced, or another command is at work there.
     """
+    with sole_writer(comm, directory, command):
+        return _run(case, directory, comm, overwrite, reporter, command, sensitivities, chain)
+
+
+def _run(
+    case: CurveCase,
+    directory: Path,
+    comm: MPI.Comm,
+    overwrite: bool,
+    reporter: Reporter,
+    command: str,
+    sensitivities: bool,
+    chain: Chain | None,
+) -> Outcome:
+    """What `run_curve` does in a folder of its own."""
     folder = new_folder(comm, directory, overwrite, case.resolved())
     record = Record(folder, command, comm.size)
     record.write(None, {}, {})

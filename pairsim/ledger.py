@@ -7,15 +7,12 @@ has the right hash. What only the ledger knows are the endings that a folder can
 from __future__ import annotations
 
 import csv
-import fcntl
 import io
 import json
-import os
-import platform
 import time
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from pairsim.errors import InputError
 from pairsim.grid import Grid, SweepCase, finished_in
@@ -24,7 +21,6 @@ from pairsim.sweep_commands import Value, read_told
 
 STATUSES = ("pending", "running", "finished", "failed", "timeout")
 ENDED = ("finished", "failed", "timeout")
-PATIENCE = 3.0  # seconds to wait for the lock of a sweep that has just been killed
 WRITE_EVERY = 1.0  # seconds
 
 
@@ -231,62 +227,3 @@ def read_sweep(directory: Path) -> dict[str, Any]:
     merged["counts"] = {status: sum(c["status"] == status for c in merged["cases"]) for status in STATUSES}
     merged["sessions"] = [{**content, "cases": []} for content in ledgers]
     return merged
-
-
-class Lock:
-    """Keeps a second sweep out of a folder; dies with its process.
-
-    A sweep holds the folder for itself; shards share it, and each holds its own part for itself.
-
-    Raises:
-        InputError: Another one is at work; says which.
-    """
-
-    def __init__(self, directory: Path, shard: Shard | None) -> None:
-        self._files: list[IO[str]] = []
-        self._take(directory / ".lock", fcntl.LOCK_SH if shard else fcntl.LOCK_EX)
-        if shard:
-            self._take(directory / f".lock{shard.tag}", fcntl.LOCK_EX)
-
-    def _take(self, path: Path, kind: int) -> None:
-        file = path.open("a+")
-        begin = time.monotonic()
-        while not _flock(file, kind):
-            if time.monotonic() - begin > PATIENCE:
-                file.seek(0)
-                holder = file.read().strip() or "holder unknown"
-                file.close()
-                self.release()
-                allowed = f"another sweep is at work in this folder ({holder}); pairsim status shows how far it is"
-                raise InputError(str(path.parent), "", None, allowed)
-            time.sleep(0.1)
-        file.truncate(0)
-        file.write(f"process {os.getpid()} on {platform.node()}\n")
-        file.flush()
-        self._files.append(file)
-
-    def release(self) -> None:
-        """Let others in."""
-        for file in self._files:
-            file.close()
-        self._files.clear()
-
-
-def _flock(file: IO[str], kind: int) -> bool:
-    try:
-        fcntl.flock(file, kind | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError:
-        pass  # a file system without locks; docs/sweep.md says so
-    return True
-
-
-def at_work(directory: Path) -> bool:
-    """Whether a sweep or a shard of one is running in a folder."""
-    path = directory / ".lock"
-    try:
-        with path.open("r+") as file:
-            return not _flock(file, fcntl.LOCK_EX)
-    except OSError:
-        return False

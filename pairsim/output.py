@@ -21,6 +21,7 @@ import yaml
 from numpy.typing import NDArray
 
 from pairsim.errors import InputError
+from pairsim.locks import LOCK
 
 SERIES, CHECKPOINT = "series.csv", "checkpoint.npz"
 OWN_FILES = (
@@ -118,7 +119,8 @@ class RunFolder:
         try:
             if folder.exists() and not folder.is_dir():
                 raise refuse("is a file; give the name of a folder")
-            if folder.is_dir() and any(folder.iterdir()) and not overwrite:
+            present = [file for file in folder.iterdir() if file.name != LOCK] if folder.is_dir() else []
+            if present and not overwrite:
                 raise refuse("the folder exists and is not empty; give another, or use --overwrite to replace the run")
             folder.mkdir(parents=True, exist_ok=True)
             old = [file for name in OWN_FILES for file in (folder / name, _part(folder / name))]

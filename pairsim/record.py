@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from pairsim import __version__
-from pairsim.errors import InputError, RunFailure, WriteFailure
+from pairsim.collective import collectively
+from pairsim.errors import RunFailure, WriteFailure
 from pairsim.fenicsx import MPI
 from pairsim.output import RunFolder
 from pairsim.signals import Signals
@@ -49,21 +50,6 @@ def concluded(work: Callable[[], str]) -> Outcome:
         return Outcome("failed", failure.reason, str(failure))
     except KeyboardInterrupt:
         return Outcome("interrupted", "interrupted", "stopped by a signal; what was written so far stands")
-
-
-def collectively[T](comm: MPI.Comm, make: Callable[[], T]) -> T | None:
-    """Run on the first process; its error is raised on every one, its result is None on the others."""
-    made: T | None = None
-    error: Exception | None = None
-    if comm.rank == 0:
-        try:
-            made = make()
-        except (InputError, OSError) as caught:
-            error = caught
-    error = comm.bcast(error)
-    if error is not None:
-        raise error
-    return made
 
 
 def written(comm: MPI.Comm, write: Callable[[], None]) -> None:

@@ -10,12 +10,14 @@ from typing import Any
 
 from pairsim.case import FREE_ENDS, Case
 from pairsim.checkpoint import Checkpoint, Counts, check_same, load
+from pairsim.collective import collectively
 from pairsim.errors import InputError, RunFailure, TooManySteps, WallTime, WriteFailure
 from pairsim.fenicsx import MPI
 from pairsim.geometry import MeshSettings
+from pairsim.locks import sole_writer
 from pairsim.output import CHECKPOINT, SERIES, RunFolder, plain, read_series
 from pairsim.progress import Reporter
-from pairsim.record import Outcome, Record, collectively, new_folder
+from pairsim.record import Outcome, Record, new_folder
 from pairsim.recorder import Recorder, Worst, milestones
 from pairsim.signals import Signals
 from pairsim.stepsize import StepControl, reached
@@ -107,9 +109,17 @@ def run_case(
         How it ended. Whatever was computed is in the folder, also after a failure.
 
     Raises:
-        InputError: The folder exists and may not be replaced, or cannot be gone on with.
+        InputError: The folder exists and may not be replaced, cannot be gone on with, or is another command's.
         WriteFailure: The last files could not be written.
     """
+    with sole_writer(comm, directory, command):
+        return _run(case, directory, comm, overwrite, reporter, command, resume)
+
+
+def _run(
+    case: Case, directory: Path, comm: MPI.Comm, overwrite: bool, reporter: Reporter, command: str, resume: bool
+) -> Outcome:
+    """What `run_case` does in a folder of its own."""
     old = _old(comm, case, directory) if resume else None
     ended = _end(case, old.state.history.t[0], old.gaps) if old is not None else None
     if old is None:

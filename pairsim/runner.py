@@ -7,8 +7,6 @@ The folder of a case stays locked until nobody writes there any more.
 from __future__ import annotations
 
 import contextlib
-import fcntl
-import os
 import shutil
 import sys
 import time
@@ -19,7 +17,9 @@ from typing import Any
 import yaml
 
 from pairsim.children import DISK, GRACE, Child, judge, module_command
+from pairsim.errors import InputError
 from pairsim.grid import finished_in
+from pairsim.locks import FolderLock, command_line
 from pairsim.output import CHECKPOINT, plain, write_text
 from pairsim.sweep_commands import Checked, SweepCommand, Value, read_told
 
@@ -88,7 +88,7 @@ class Runner:
         self._unit: list[Task] = []
         self._child: Child | None = None
         self._left = 0  # cases of the unit, the present one included, that the child will compute
-        self._locks: dict[str, int] = {}
+        self._locks: dict[str, FolderLock] = {}
         self._stopped, self._resumed = "", False
         self._begun = 0.0
 
@@ -159,15 +159,11 @@ class Runner:
 
     def _locked(self, task: Task) -> bool:
         """Hold a case's folder; False while another process still does."""
-        task.directory.mkdir(parents=True, exist_ok=True)
         if task.folder not in self._locks:
-            self._locks[task.folder] = os.open(task.directory, os.O_RDONLY)
-        try:
-            fcntl.flock(self._locks[task.folder], fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            return False
-        except OSError:
-            pass  # a file system without locks
+            try:
+                self._locks[task.folder] = FolderLock(task.directory, command_line(), patience=0.0)
+            except InputError:
+                return False
         return True
 
     def _start(self, task: Task, resume: bool) -> None:
@@ -202,7 +198,7 @@ class Runner:
         if status in ("failed", "timeout"):
             values["wall_time"] = seconds  # its own account stops where it did
         if task.folder in self._locks:
-            os.close(self._locks.pop(task.folder))
+            self._locks.pop(task.folder).release()
         self._begun = time.monotonic() if self._child is not None else 0.0
         self._unit.pop(0)
         return Result(task.folder, status, reason, message, seconds, values)

@@ -21,6 +21,7 @@ from pairsim.convergence import extrapolated, order, pareto
 from pairsim.errors import InputError
 from pairsim.grid import SweepCase
 from pairsim.ledger import cell, read_sweep
+from pairsim.locks import command_line, sole_writer
 from pairsim.output import read_series, write_text
 from pairsim.quadratic import Array
 from pairsim.study_file import ZERO, Study, columns
@@ -236,20 +237,21 @@ def run_study(
     Raises:
         InputError: A folder belongs to another study, or is in use.
     """
-    folders = [directory / f"sweep-{i + 1}" for i in range(max(study.repeat))]
-    worst, told = 0, ""
-    sweeps = [(folder, *sweep) for i, folder in enumerate(folders) for sweep in study.repetition(i).items()]
-    for folder, command, grid in sweeps:
-        options = Options(case_timeout=case_timeout, cold=True)
-        code, message = run_sweep(grid, sweep_folder(study, folder, command), options, comm, reporter)
-        if not told or code > worst:
-            worst, told = code, message
-        if code == STOPPED:
-            break
-    if comm is None or comm.rank == 0:
-        from pairsim.study_plots import plot_study
+    with sole_writer(comm, directory, command_line()):
+        folders = [directory / f"sweep-{i + 1}" for i in range(max(study.repeat))]
+        worst, told = 0, ""
+        sweeps = [(folder, *sweep) for i, folder in enumerate(folders) for sweep in study.repetition(i).items()]
+        for folder, command, grid in sweeps:
+            options = Options(case_timeout=case_timeout, cold=True)
+            code, message = run_sweep(grid, sweep_folder(study, folder, command), options, comm, reporter)
+            if not told or code > worst:
+                worst, told = code, message
+            if code == STOPPED:
+                break
+        if comm is None or comm.rank == 0:
+            from pairsim.study_plots import plot_study
 
-        rows = study_rows(study, folders)
-        write_study(study, rows, directory / TABLE)
-        plot_study(directory)
-    return worst, told
+            rows = study_rows(study, folders)
+            write_study(study, rows, directory / TABLE)
+            plot_study(directory)
+        return worst, told

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import os
 import platform
-import shlex
 import signal
-import sys
 import time
 from collections import deque
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,9 +20,11 @@ import yaml
 
 from pairsim import __version__, warm
 from pairsim.children import DISK, TOO_LARGE, Child, module_command
+from pairsim.collective import collectively
 from pairsim.errors import InputError
 from pairsim.grid import Grid, SweepCase
-from pairsim.ledger import Ledger, Lock, Shard
+from pairsim.ledger import Ledger, Shard
+from pairsim.locks import FolderLock, command_line
 from pairsim.output import plain, write_text
 from pairsim.runner import Result, Runner, Task
 from pairsim.signals import Signals
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
 POLL = 0.02  # seconds between two looks at children and messages
 CASES = "cases"  # folder of the case files
 NOT_THE_CASE = ("disk_full", "write_failed", "not_started")  # failures of the machine, repeated without being asked
-SIZES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS")
 
 
 @dataclass(frozen=True)
@@ -66,23 +66,6 @@ class Options:
     settings: tuple[str, ...] = ()
 
 
-def launcher_communicator() -> MPI.Comm | None:
-    """The communicator of the job, None for a sweep on its own.
-
-    Raises:
-        InputError: The job has several processes that do not see each other.
-    """
-    size = max((int(os.environ[name]) for name in SIZES if os.environ.get(name, "").isdigit()), default=1)
-    if size == 1 and "PMIX_RANK" not in os.environ:
-        return None
-    from mpi4py import MPI
-
-    if size > MPI.COMM_WORLD.size == 1:
-        allowed = f"the launcher started {size} processes that do not see each other: its MPI is not that of mpi4py. "
-        raise InputError("mpirun", "", None, allowed + "Use the mpirun beside this Python, or --shard; docs/sweep.md")
-    return MPI.COMM_WORLD if MPI.COMM_WORLD.size > 1 else None
-
-
 def run_sweep(
     grid: Grid, directory: Path, options: Options, comm: MPI.Comm | None, reporter: SweepReporter
 ) -> tuple[int, str]:
@@ -105,23 +88,22 @@ def run_sweep(
     if size > 1 and options.ranks_per_case > size:
         allowed = f"at most {size}, the processes of this job"
         raise InputError("--ranks-per-case", "", options.ranks_per_case, allowed)
-    with Signals() as signals:
-        root: _Root | None = None
-        error: Exception | None = None
-        if rank == 0:
-            try:
-                root = _Root(grid, directory, options, size, reporter, signals)
-            except (InputError, OSError) as caught:
-                error = caught
-        if comm:
-            error = comm.bcast(error)
-        if error is not None:
-            if isinstance(error, OSError) and error.errno in DISK:
+    with Signals() as signals, ExitStack() as held:
+
+        def begin() -> _Root:
+            _usable(directory)
+            lock = FolderLock(directory, command_line(), options.shard.tag if options.shard else "")
+            held.callback(lock.release)
+            return _Root(grid, directory, options, size, reporter, signals)
+
+        try:
+            root = collectively(comm, begin)
+        except OSError as error:
+            if error.errno in DISK:
                 again = "make room and give the same command again"
                 return 3, f"{directory} cannot be written ({error.strerror}); {again}" if rank == 0 else ""
-            if isinstance(error, InputError):
-                raise error
-            raise InputError(str(directory), "-o", None, f"cannot be used as a folder ({error}); give another one")
+            allowed = f"cannot be used as a folder ({error}); give another one"
+            raise InputError(str(directory), "-o", None, allowed) from error
         _warm_up(root.forms if root else (), comm, signals, reporter)
         runner = Runner(grid.command, options.ranks_per_case, options.case_timeout)
         if root is not None:
@@ -186,13 +168,11 @@ class _Root:
         self, grid: Grid, directory: Path, options: Options, size: int, reporter: SweepReporter, signals: Signals
     ) -> None:
         self.options, self.directory, self.reporter, self.signals = options, directory, reporter, signals
-        _usable(directory)
-        self.lock = Lock(directory, options.shard)
         cases = part_of(grid.cases, options.shard)
         shard = [options.shard.i, options.shard.n] if options.shard else None
         about = {
             "shard": shard,
-            "command_line": shlex.join(["pairsim", *sys.argv[1:]]),
+            "command_line": command_line(),
             "folder": os.getcwd(),
             "process": os.getpid(),
             "machine": {"node": platform.node(), "system": platform.platform()},
@@ -274,7 +254,6 @@ class _Root:
         self._write(now=True)
         code, message = self._verdict()
         self._send(comm, ("leave", code))
-        self.lock.release()
         self.reporter.finish(message)
         return code, message
 

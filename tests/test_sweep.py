@@ -26,7 +26,8 @@ from pairsim.children import descendants, module_command
 from pairsim.cli import app
 from pairsim.errors import InputError
 from pairsim.grid import read_grid
-from pairsim.ledger import Lock, Shard
+from pairsim.ledger import Shard
+from pairsim.locks import LOCK, FolderLock
 from pairsim.sweep_plots import plot_sweep
 
 THREE = TINY + "grid: {d0: [0.1, 0.2], beta: [0.4, 0.3]}\nexclude: [{d0: 0.1, beta: 0.3}]\n"
@@ -114,15 +115,14 @@ def test_folder_that_is_no_sweep_is_left_alone(tmp_path: Path) -> None:
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["thesis.tex"]
 
 
-def test_second_sweep_in_a_folder_says_so_and_leaves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pairsim.ledger.PATIENCE", 0.2)
+def test_sweep_beside_a_shard_of_itself_says_so_and_leaves(tmp_path: Path) -> None:
     (tmp_path / "grid.yaml").write_text(THREE)
-    lock = Lock(tmp_path, Shard(1, 2))
+    lock = FolderLock(tmp_path, "pairsim sweep", Shard(1, 2).tag)
     result = CliRunner().invoke(app, ["sweep", str(tmp_path / "grid.yaml"), "-o", str(tmp_path), "-q"])
     assert isinstance(result.exception, InputError)
-    assert f"another sweep is at work in this folder (process {os.getpid()} on " in str(result.exception)
+    assert f"another command is at work in this folder (process {os.getpid()} on " in str(result.exception)
+    assert {path.name for path in tmp_path.iterdir()} == {"grid.yaml", f"{LOCK}-1-of-2"}
     lock.release()
-    Lock(tmp_path, None).release()
 
 
 @pytest.mark.parametrize("victim", ["all", "a rank"])
