@@ -79,7 +79,7 @@ def tell(
     """
     counts, phases = effort(branch)
     seen = [c.s_jump for p in points if (c := p.observation.conformation) is not None]
-    told = [*told, *coarse_mesh(case), *unresolved_stress(max(seen, default=0.0))]
+    told = [*told, *coarse_mesh(case), *unresolved_stress(case, max(seen, default=0.0))]
     for warning in told:
         reporter.note(warning)
     try:

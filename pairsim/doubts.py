@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from pairsim.accuracy import SETTINGS, Accuracy
+from pairsim.accuracy import SETTINGS, Accuracy, liquid_of
 from pairsim.case import SceneCase
 
-COARSE_JUMP = 2.0  # of s within a cell: c changes by a factor e^2 there
 LONG_ARC = 1.5  # over the gap that it faces: 2.5 % of dU at 3 times, for N_p 40 and a gap of .005
 NEAR_ENDS = 0.5  # of the tube that `length: auto` leaves on each side
 COARSEST: Accuracy = "5%"
@@ -13,7 +12,7 @@ COARSEST: Accuracy = "5%"
 
 def coarse_mesh(case: SceneCase) -> list[str]:
     """Of a mesh with fewer or larger cells than any that was measured to keep an error."""
-    measured = SETTINGS[COARSEST].mesh(case.polymer is not None, case.betas)
+    measured = SETTINGS[COARSEST].mesh(liquid_of(dict(case)), case.betas)
     coarse = {"Np": case.mesh.Np < measured["Np"], "max_size": case.mesh.max_size > measured["max_size"]}
     return [
         f"mesh.{name} = {getattr(case.mesh, name):g} is coarser than accuracy: {COARSEST} ({measured[name]:g}): dU may "
@@ -23,13 +22,15 @@ def coarse_mesh(case: SceneCase) -> list[str]:
     ]
 
 
-def unresolved_stress(s_jump: float) -> list[str]:
+def unresolved_stress(case: SceneCase, s_jump: float) -> list[str]:
     """Of the largest change of s within a cell."""
-    if s_jump <= COARSE_JUMP:
+    allowed = SETTINGS[case.accuracy].s_jump
+    if s_jump <= allowed:
         return []
     return [
-        f"s = log c changes by {s_jump:.2g} within one cell, more than {COARSE_JUMP:g}: the polymer's stress is not "
-        "resolved there; compare with a finer mesh (mesh.Np near the particles, mesh.max_size elsewhere)"
+        f"s = log c changes by {s_jump:.2g} within one cell: the polymer's stress is not resolved there. Above "
+        f"{allowed:g}, dU may be more than {case.accuracy} of its largest value off (docs/accuracy.md); compare with a "
+        "finer mesh (mesh.Np near the particles, mesh.max_size elsewhere)"
     ]
 
 

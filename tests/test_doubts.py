@@ -36,9 +36,20 @@ def test_gap_narrower_than_its_arcs_is_told() -> None:
     assert not narrow_gap(0.02, 0.0118)
 
 
-def test_stress_that_jumps_within_a_cell_is_told() -> None:
-    assert unresolved_stress(2.1)
-    assert not unresolved_stress(1.9)
+def test_stress_that_jumps_within_a_cell_is_told_by_what_the_accuracy_allows() -> None:
+    """At the default cells Oldroyd-B around rigid particles was 3 % of the peak off with jumps of 1.7 to 1.9."""
+    assert unresolved_stress(case(De=1), 1.7)
+    assert not unresolved_stress(case(De=1), 1.5)
+    assert not unresolved_stress(case(De=1, accuracy="5%"), 1.9)
+    assert unresolved_stress(case(De=1, accuracy="5%"), 2.1)
+    assert unresolved_stress(case(De=1, accuracy="0.1%"), 1.4)
+
+
+def test_cells_of_a_thinning_liquid_are_coarse_for_one_that_hardens() -> None:
+    assert not coarse_mesh(case(De=0.5, mesh={"Np": 20}))
+    (warning,) = coarse_mesh(case(De=0.5, liquid="oldroyd-b", mesh={"Np": 20}))
+    assert "mesh.Np = 20" in warning
+    assert not coarse_mesh(case(De=0.5, liquid="oldroyd-b", accuracy="5%"))
 
 
 def test_particles_near_the_ends_are_told_and_at_last_refused() -> None:
