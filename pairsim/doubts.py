@@ -6,7 +6,11 @@ from pairsim.accuracy import SETTINGS, Accuracy, liquid_of
 from pairsim.case import SceneCase
 
 LONG_ARC = 1.5  # over the gap that it faces: 2.5 % of dU at 3 times, for N_p 40 and a gap of .005
-NEAR_ENDS = 0.5  # of the tube that `length: auto` leaves on each side
+# Parts of the tube that `length: auto` leaves on each side; with less, errors of more than some 1 % of the peak were
+# measured. What the liquid remembers of the particles comes back to them through periodic ends.
+NEAR_ENDS = {"developed": 0.5, "periodic": 0.65}
+# Below such a part of that tube: the largest error measured, with either kind of ends [% of the largest |dU|].
+ENDS_ERRORS = ((0.33, 44), (0.5, 7), (0.65, 2))
 COARSEST: Accuracy = "5%"
 
 
@@ -45,11 +49,16 @@ def narrow_gap(gap: float, arc: float) -> list[str]:
 
 
 def near_ends(case: SceneCase, span: float) -> list[str]:
-    """Of a row of particles, so long at its longest, that came near the ends of the tube."""
-    left = (case.tube_length - span) / 2
-    if not case.n or left >= NEAR_ENDS * case.margin:
+    """Of a row of particles, so long at its longest, that is near the ends of the tube.
+
+    Figures: "Length of the tube" and "Periodic ends" in docs/viscoelastic.md.
+    """
+    part = NEAR_ENDS[case.ends if case.polymer else "developed"]
+    left, least = (case.tube_length - span) / 2, part * case.margin
+    if not case.n or left >= least:
         return []
-    return [
-        f"the particles left {left:.3g} of tube on each side, less than {NEAR_ENDS:g} of what length: auto gives "
-        f"({case.margin:g}): the ends act on them; a longer length, or limits.max_gap, avoids it"
-    ]
+    told = f"the particles leave {left:.3g} of tube on each side, less than {least:.3g}: the ends act on them"
+    if case.polymer is not None:
+        off = next(error for below, error in ENDS_ERRORS if left < below * case.margin)
+        told += f", by up to {off} % of the largest |dU| in such tubes that were measured"
+    return [f"{told}; a longer length, or limits.max_gap of a run, avoids it"]

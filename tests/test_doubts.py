@@ -62,6 +62,56 @@ def test_particles_near_the_ends_are_told_and_at_last_refused() -> None:
     assert (ended.status, ended.reason) == ("failed", "tube_too_short")
 
 
+@pytest.mark.parametrize(
+    ("beta", "De", "ends", "told", "quiet"),
+    [
+        (0.4, 0, "developed", 0.9, 1.1),
+        (0.4, 0, "periodic", 0.9, 1.1),
+        (0.4, 2, "developed", 1.4, 1.6),
+        (0.4, 2, "periodic", 1.9, 2.0),
+        (0.2, 2, "developed", 2.4, 2.6),
+        (0.2, 2, "periodic", 3.2, 3.3),
+    ],
+)
+def test_tube_on_each_side_that_is_too_little(beta: float, De: float, ends: str, told: float, quiet: float) -> None:
+    def warnings(free: float) -> list[str]:
+        pair = case(beta=beta, De=De, ends=ends, length=2 * beta + 0.1 + 2 * free)
+        return near_ends(pair, pair.cluster)
+
+    (warning,) = warnings(told)
+    assert ("% of the largest |dU|" in warning) == (De > 0)
+    assert not warnings(quiet)
+
+
+def test_default_tubes_are_long_enough() -> None:
+    for beta in (0.2, 0.4, 0.6):
+        for ends in ({"ends": "developed", "length": "auto"}, {"ends": "periodic", "length": None}):
+            pair = case(beta=beta, De=2, **ends)
+            assert not near_ends(pair, pair.cluster)
+
+
+@pytest.mark.parametrize("ends", ["developed", "periodic"])
+@pytest.mark.parametrize(
+    ("command", "place"),
+    [
+        ("run", "d0: 0.5\ntime: {end: 0.002}\noutput: {fields: false}\n"),
+        ("curve", "d: [0.5]\n"),
+        ("critical", "d: [0.45, 0.5]\n"),
+    ],
+)
+def test_every_command_tells_of_a_short_tube(
+    command: str, place: str, ends: str, tmp_path: Path, pairsim: Callable[..., CompletedProcess[str]]
+) -> None:
+    """With 2.4 D_c dU is 16 % (developed ends) and 44 % (periodic ends) off at De 2."""
+    keys = f"beta: 0.4\nDe: 2\nCa_e: 0\nends: {ends}\nmesh: {{Np: 8, max_size: 0.25, rows: 0.5}}\n"
+    keys += "" if command == "run" else "mesh_error: false\n"
+    (tmp_path / "case.yaml").write_text(keys + place)
+    done = pairsim(command, "case.yaml", "-o", "out", "-q", "--set", "length=2.4")
+    assert done.returncode == 0, done.stderr
+    told = json.loads((tmp_path / "out" / "run.json").read_text())["warnings"]
+    assert sum("the ends act on them" in warning for warning in told) == 1
+
+
 def test_pair_that_outgrows_its_tube_ends_typed(tmp_path: Path, pairsim: Callable[..., CompletedProcess[str]]) -> None:
     keys = "beta: [0.4, 0.3]\nDe: 0\nCa_e: 0\nd0: 0.1\nends: developed\nlength: 1.95\nmesh: {Np: 8}\n"
     (tmp_path / "case.yaml").write_text(keys + "time: {end: 20}\noutput: {fields: false}\n")
