@@ -11,6 +11,10 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 Accuracy = Literal["5%", "1%", "0.1%"]
+Liquid = Literal["newtonian", "thinning", "hardening"]
+# Below this alpha or epsilon a Giesekus or PTT liquid is taken to harden in extension as Oldroyd-B does: a guess
+# between what was measured, alpha .2 and epsilon .25 on one side and Oldroyd-B on the other.
+LEAST_THINNING = 0.1
 PIPE_CELL = 0.05  # a tube without particles has few cells, and profiles across it are all there is
 
 
@@ -40,22 +44,31 @@ class Settings:
     """Settings of an accuracy.
 
     Attributes:
-        newtonian, elastic: Cells in a Newtonian and in a viscoelastic liquid, whose stresses the flow carries far.
+        newtonian, thinning: Cells in a Newtonian and in a viscoelastic liquid, whose stresses the flow carries far.
+        hardening: Cells in a viscoelastic liquid that hardens in extension: its stress lies in thin layers at the
+            particles.
+        s_jump: Change of log c within a cell beyond which larger errors were measured.
         time_tol: Local error of velocities [U_av] that BDF2 would be allowed in a run.
         curve_tol: Allowed error between the points of a curve, as a part of its peak.
     """
 
     newtonian: Cells
-    elastic: Cells
+    thinning: Cells
+    hardening: Cells
+    s_jump: float
     time_tol: float
     curve_tol: float
 
-    def mesh(self, elastic: bool, betas: Iterable[float]) -> dict[str, Any]:
+    def cells(self, liquid: Liquid) -> Cells:
+        """The cells in a liquid."""
+        return {"newtonian": self.newtonian, "thinning": self.thinning, "hardening": self.hardening}[liquid]
+
+    def mesh(self, liquid: Liquid, betas: Iterable[float]) -> dict[str, Any]:
         """The keys of `mesh` for a scene with these particles."""
-        chosen = self.elastic if elastic else self.newtonian
+        chosen = self.cells(liquid)
         beta = min(betas, default=0.0)
         if not beta:
-            return {"Np": chosen.Np, "max_size": PIPE_CELL if elastic else chosen.max_size, "rows": 0.0}
+            return {"Np": chosen.Np, "max_size": chosen.max_size if liquid == "newtonian" else PIPE_CELL, "rows": 0.0}
         return {"Np": chosen.Np, "max_size": chosen.largest(beta), "rows": chosen.rows}
 
     def under(self, case: dict[str, Any], fields: set[str]) -> dict[str, Any]:
@@ -65,9 +78,7 @@ class Settings:
             case: What the user wrote, not yet checked.
             fields: Keys that this kind of case has.
         """
-        De = case.get("De")
-        elastic = isinstance(De, (int, float)) and De > 0 and case.get("liquid") != "newtonian"
-        groups = {"mesh": self.mesh(elastic, _diameters(case))}
+        groups = {"mesh": self.mesh(liquid_of(case), _diameters(case))}
         if "time" in fields:
             groups["time"] = {"tol": self.time_tol}
         filled = ({"tol": self.curve_tol} if "tol" in fields else {}) | case
@@ -78,6 +89,17 @@ class Settings:
         return filled
 
 
+def liquid_of(case: dict[str, Any]) -> Liquid:
+    """Which cells the liquid of a case wants; the case may not be checked yet."""
+    De, law = case.get("De"), case.get("liquid") or "giesekus"
+    if not isinstance(De, (int, float)) or De <= 0 or law == "newtonian":
+        return "newtonian"
+    if law in ("oldroyd-b", "fene-p"):
+        return "hardening"
+    mobility = case.get("alpha" if law == "giesekus" else "epsilon")
+    return "hardening" if isinstance(mobility, (int, float)) and mobility < LEAST_THINNING else "thinning"
+
+
 def _diameters(case: dict[str, Any]) -> list[float]:
     """Diameters in a case that is not yet checked: what is not a diameter is for the model to refuse."""
     beta = case.get("beta")
@@ -85,9 +107,10 @@ def _diameters(case: dict[str, Any]) -> list[float]:
     return [b for b in given if isinstance(b, (int, float)) and 0 < b < 1] if case.get("particles", 2) else []
 
 
+_SMALL, _SMALLEST = Cells(28, 0.05, 0.25, 0.5), Cells(80, 0.025, 0.125, 0.5)
 SETTINGS: dict[Accuracy, Settings] = {
-    "5%": Settings(Cells(20, 0.2), Cells(20, 0.1, 0.35, 0.5), 1e-3, 1e-2),
-    "1%": Settings(Cells(40, 0.2), Cells(28, 0.05, 0.25, 0.5), 3e-4, 2e-3),
-    "0.1%": Settings(Cells(56, 0.14), Cells(80, 0.025, 0.125, 0.5), 5e-5, 5e-4),
+    "5%": Settings(Cells(20, 0.2), Cells(20, 0.1, 0.35, 0.5), _SMALL, s_jump=2.0, time_tol=1e-3, curve_tol=1e-2),
+    "1%": Settings(Cells(40, 0.2), _SMALL, Cells(64, 0.05, 0.25, 0.5), s_jump=1.6, time_tol=3e-4, curve_tol=2e-3),
+    "0.1%": Settings(Cells(56, 0.14), _SMALLEST, _SMALLEST, s_jump=1.0, time_tol=5e-5, curve_tol=5e-4),
 }
 DEFAULT: Accuracy = "1%"

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
-from pairsim.accuracy import DEFAULT, PIPE_CELL, SETTINGS, Accuracy
+from pairsim.accuracy import DEFAULT, LEAST_THINNING, PIPE_CELL, SETTINGS, Accuracy
 from pairsim.errors import InputError
 from pairsim.materials.polymer import Polymer
 
@@ -57,11 +57,13 @@ class MeshOptions(_Options):
     """Cell sizes."""
 
     Np: Whole = Field(
-        SETTINGS[DEFAULT].elastic.Np,
+        SETTINGS[DEFAULT].thinning.Np,
         ge=6,
         le=1000,
         description="cells on each half-circle, at least (default: by accuracy; at "
-        f"{DEFAULT}, {SETTINGS[DEFAULT].newtonian.Np} in a Newtonian liquid, elsewhere {SETTINGS[DEFAULT].elastic.Np})",
+        f"{DEFAULT}, {SETTINGS[DEFAULT].newtonian.Np} in a Newtonian liquid, {SETTINGS[DEFAULT].hardening.Np} in "
+        "Oldroyd-B, FENE-P and where alpha or epsilon is below "
+        f"{LEAST_THINNING:g}, elsewhere {SETTINGS[DEFAULT].thinning.Np})",
     )
     growth: Number = Field(0.15, gt=0, le=2, description="growth of the cell size by unit distance from a particle")
     gap_cells: Whole = Field(0, ge=0, description="cells across a gap between particles (0: Np/4)")
@@ -70,15 +72,15 @@ class MeshOptions(_Options):
     )
     wall_cells: Whole = Field(0, ge=0, description="cells between particle and wall (0: Np/4)")
     max_size: CellSize = Field(
-        SETTINGS[DEFAULT].elastic.max_size,
+        SETTINGS[DEFAULT].thinning.max_size,
         description="largest cell [D_c] (default: by accuracy; at "
         f"{DEFAULT}, {SETTINGS[DEFAULT].newtonian.max_size:g} in a Newtonian liquid, elsewhere the smaller of "
-        f"{SETTINGS[DEFAULT].elastic.max_size:g} and {SETTINGS[DEFAULT].elastic.per_beta:g} beta, without particles "
+        f"{SETTINGS[DEFAULT].thinning.max_size:g} and {SETTINGS[DEFAULT].thinning.per_beta:g} beta, without particles "
         f"{PIPE_CELL:g})",
     )
     core_growth: Number = Field(0.3, gt=0, le=2, description="growth of the cell size by unit depth in a particle")
     rows: Number = Field(
-        SETTINGS[DEFAULT].elastic.rows,
+        SETTINGS[DEFAULT].thinning.rows,
         ge=0,
         description="distance from the particles beyond which cells lie in rows along the tube [D_c] (default: by "
         "accuracy; in a Newtonian liquid and without particles 0: none)",

@@ -15,7 +15,7 @@ from pairsim.case import SceneCase
 from pairsim.columns import CURVE_HEALTH, POLYMER_HEALTH, curve_columns, gap_endings, named_row
 from pairsim.curve import Equilibrium, Zero, equilibria, find_zeros, order, trace
 from pairsim.curve_case import CurveCase
-from pairsim.doubts import coarse_mesh, unresolved_stress
+from pairsim.doubts import coarse_mesh, near_ends, unresolved_stress
 from pairsim.errors import NoSteadyState, RunFailure
 from pairsim.fenicsx import MPI
 from pairsim.fields import SteadyMoment, frame
@@ -73,14 +73,15 @@ def tell(
     reporter: Reporter,
     told: Sequence[str] = (),
 ) -> Outcome:
-    """Write the end of run.json: how it ended, what it cost, and warnings, those of mesh and stresses added.
+    """Write the end of run.json: how it ended, what it cost, and warnings, those of mesh, stresses and tube added.
 
     Returns:
         The outcome, on the first process that of a failure where run.json cannot be written.
     """
     counts, phases = effort(branch)
     seen = [c.s_jump for p in points if (c := p.observation.conformation) is not None]
-    told = [*told, *coarse_mesh(case), *unresolved_stress(max(seen, default=0.0))]
+    stress = unresolved_stress(case, max(seen, default=0.0))
+    told = [*told, *coarse_mesh(case), *stress, *near_ends(case, case.cluster)]
     for warning in told:
         reporter.note(warning)
     try:

@@ -63,7 +63,7 @@ class Worst:
     @property
     def warnings(self) -> list[str]:
         """What the user should know of the results."""
-        stress, narrow = unresolved_stress(self.s_jump), narrow_gap(*self.narrowest)
+        stress, narrow = unresolved_stress(self.case, self.s_jump), narrow_gap(*self.narrowest)
         return [*coarse_mesh(self.case), *stress, *narrow, *near_ends(self.case, self.widest)]
 
 

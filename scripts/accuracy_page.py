@@ -18,7 +18,7 @@ matplotlib.use("Agg")
 import yaml
 from matplotlib import pyplot
 
-from pairsim.accuracy import SETTINGS
+from pairsim.accuracy import SETTINGS, Cells
 from pairsim.output import write_text
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -108,13 +108,19 @@ def key(row: dict[str, str]) -> tuple[str, str]:
     return row["mesh.Np"], row["mesh.max_size"]
 
 
+def size(cells: Cells) -> str:
+    """Np, max_size and rows."""
+    bound = f" (no more than {cells.per_beta:g} beta)" if cells.per_beta < math.inf else ""
+    return f"{cells.Np}, {cells.max_size:g}{bound}, {cells.rows:g}"
+
+
 def settings(output: Path) -> str:
     """What the accuracies stand for and the largest error that was seen with them."""
     lines = []
     for name, chosen in SETTINGS.items():
         line = [f"`{name}`"]
         for elastic in (False, True):
-            cells = chosen.elastic if elastic else chosen.newtonian
+            cells = chosen.thinning if elastic else chosen.newtonian
             rows = [
                 row
                 for study in STUDIES.glob("curve-*.yaml")
@@ -127,15 +133,15 @@ def settings(output: Path) -> str:
             )
             seconds = statistics.mean(number(row, "wall_time") for row in rows) if rows else math.nan
             told = f"{percent(worst) if worst == worst else 'the reference itself'} ({seconds:.0f} s)" if rows else ""
-            bound = f" (no more than {cells.per_beta:g} beta)" if cells.per_beta < math.inf else ""
-            line += [f"{cells.Np}, {cells.max_size:g}{bound}, {cells.rows:g}", told]
-        lines.append([*line, f"{chosen.time_tol:g}", f"{chosen.curve_tol:g}"])
+            line += [size(cells), told]
+        lines.append([*line, size(chosen.hardening), f"{chosen.time_tol:g}", f"{chosen.curve_tol:g}"])
     head = ["accuracy"]
     for liquid in ("Newtonian", "viscoelastic"):
         head += [
             f"Np, max_size and rows of `mesh`, {liquid}",
             f"worst of its curves, % (mean time of {points()} points)",
         ]
+    head += ["the same in a liquid that hardens in extension"]
     return table([*head, "`tol` of `time`", "`tol` of a curve"], lines)
 
 
@@ -226,7 +232,7 @@ def profile(output: Path) -> str:
         ("curve-De1", "De 1 curve, a point", "points"),
     ):
         elastic = "De1" in study
-        cells, tol = SETTINGS["1%"].mesh(elastic, [0.4]), SETTINGS["1%"].time_tol
+        cells, tol = SETTINGS["1%"].mesh("thinning" if elastic else "newtonian", [0.4]), SETTINGS["1%"].time_tol
         for row in rows_of(output / study):
             default = key(row) == (str(cells["Np"]), f"{cells['max_size']:g}") and row.get("ends") != "periodic"
             if default and float(row.get("time.tol") or tol) == tol:

@@ -36,9 +36,20 @@ def test_gap_narrower_than_its_arcs_is_told() -> None:
     assert not narrow_gap(0.02, 0.0118)
 
 
-def test_stress_that_jumps_within_a_cell_is_told() -> None:
-    assert unresolved_stress(2.1)
-    assert not unresolved_stress(1.9)
+def test_stress_that_jumps_within_a_cell_is_told_by_what_the_accuracy_allows() -> None:
+    """At the default cells Oldroyd-B around rigid particles was 3 % of the peak off with jumps of 1.7 to 1.9."""
+    assert unresolved_stress(case(De=1), 1.7)
+    assert not unresolved_stress(case(De=1), 1.5)
+    assert not unresolved_stress(case(De=1, accuracy="5%"), 1.9)
+    assert unresolved_stress(case(De=1, accuracy="5%"), 2.1)
+    assert unresolved_stress(case(De=1, accuracy="0.1%"), 1.4)
+
+
+def test_cells_of_a_thinning_liquid_are_coarse_for_one_that_hardens() -> None:
+    assert not coarse_mesh(case(De=0.5, mesh={"Np": 20}))
+    (warning,) = coarse_mesh(case(De=0.5, liquid="oldroyd-b", mesh={"Np": 20}))
+    assert "mesh.Np = 20" in warning
+    assert not coarse_mesh(case(De=0.5, liquid="oldroyd-b", accuracy="5%"))
 
 
 def test_particles_near_the_ends_are_told_and_at_last_refused() -> None:
@@ -49,6 +60,56 @@ def test_particles_near_the_ends_are_told_and_at_last_refused() -> None:
     ended = _end(pair, 1.0, [pair.tube_length - 0.8 - 0.9])
     assert ended is not None
     assert (ended.status, ended.reason) == ("failed", "tube_too_short")
+
+
+@pytest.mark.parametrize(
+    ("beta", "De", "ends", "told", "quiet"),
+    [
+        (0.4, 0, "developed", 0.9, 1.1),
+        (0.4, 0, "periodic", 0.9, 1.1),
+        (0.4, 2, "developed", 1.4, 1.6),
+        (0.4, 2, "periodic", 1.9, 2.0),
+        (0.2, 2, "developed", 2.4, 2.6),
+        (0.2, 2, "periodic", 3.2, 3.3),
+    ],
+)
+def test_tube_on_each_side_that_is_too_little(beta: float, De: float, ends: str, told: float, quiet: float) -> None:
+    def warnings(free: float) -> list[str]:
+        pair = case(beta=beta, De=De, ends=ends, length=2 * beta + 0.1 + 2 * free)
+        return near_ends(pair, pair.cluster)
+
+    (warning,) = warnings(told)
+    assert ("% of the largest |dU|" in warning) == (De > 0)
+    assert not warnings(quiet)
+
+
+def test_default_tubes_are_long_enough() -> None:
+    for beta in (0.2, 0.4, 0.6):
+        for ends in ({"ends": "developed", "length": "auto"}, {"ends": "periodic", "length": None}):
+            pair = case(beta=beta, De=2, **ends)
+            assert not near_ends(pair, pair.cluster)
+
+
+@pytest.mark.parametrize("ends", ["developed", "periodic"])
+@pytest.mark.parametrize(
+    ("command", "place"),
+    [
+        ("run", "d0: 0.5\ntime: {end: 0.002}\noutput: {fields: false}\n"),
+        ("curve", "d: [0.5]\n"),
+        ("critical", "d: [0.45, 0.5]\n"),
+    ],
+)
+def test_every_command_tells_of_a_short_tube(
+    command: str, place: str, ends: str, tmp_path: Path, pairsim: Callable[..., CompletedProcess[str]]
+) -> None:
+    """With 2.4 D_c dU is 16 % (developed ends) and 44 % (periodic ends) off at De 2."""
+    keys = f"beta: 0.4\nDe: 2\nCa_e: 0\nends: {ends}\nmesh: {{Np: 8, max_size: 0.25, rows: 0.5}}\n"
+    keys += "" if command == "run" else "mesh_error: false\n"
+    (tmp_path / "case.yaml").write_text(keys + place)
+    done = pairsim(command, "case.yaml", "-o", "out", "-q", "--set", "length=2.4")
+    assert done.returncode == 0, done.stderr
+    told = json.loads((tmp_path / "out" / "run.json").read_text())["warnings"]
+    assert sum("the ends act on them" in warning for warning in told) == 1
 
 
 def test_pair_that_outgrows_its_tube_ends_typed(tmp_path: Path, pairsim: Callable[..., CompletedProcess[str]]) -> None:
