@@ -99,7 +99,9 @@ class TimeOptions(_Options):
     )
     first_step: Number = Field(5e-4, gt=0, description="first step [D_c/U_av]")
     max_step: Number = Field(2.0, gt=0, description="largest step [D_c/U_av]")
-    fixed_step: Positive | None = Field(None, description="keep to this step, without error control")
+    fixed_step: Positive | None = Field(
+        None, description="keep to this step, without error control; shorter steps land on outputs"
+    )
 
 
 class Limits(_Options):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pairsim.accuracy import SETTINGS, Accuracy, liquid_of
-from pairsim.case import SceneCase
+from pairsim.case import Case, SceneCase
 
 LONG_ARC = 1.5  # over the gap that it faces: 2.5 % of dU at 3 times, for N_p 40 and a gap of .005
 # Parts of the tube that `length: auto` leaves on each side; with less, errors of more than some 1 % of the peak were
@@ -23,6 +23,17 @@ def coarse_mesh(case: SceneCase) -> list[str]:
         "be off by more than that part of its largest value"
         for name, is_coarse in coarse.items()
         if case.n and is_coarse
+    ]
+
+
+def long_steps(case: Case, part: float) -> list[str]:
+    """Of time steps that leave this part of the largest |dU|, as `time_error` estimates it."""
+    if 100 * part <= float(case.accuracy.removesuffix("%")):
+        return []
+    cure = "time.tol or time.first_step" if case.time.fixed_step is None else "time.fixed_step"
+    return [
+        f"time steps may leave about {100 * part:.2g} % of the largest |dU|, more than accuracy: {case.accuracy}; "
+        f"a smaller {cure}"
     ]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
@@ -13,10 +13,11 @@ import numpy as np
 from pairsim.case import Case
 from pairsim.checkpoint import Checkpoint
 from pairsim.columns import HEALTH, POLYMER_HEALTH, named_row, series_columns
-from pairsim.doubts import coarse_mesh, narrow_gap, near_ends, unresolved_stress
+from pairsim.doubts import coarse_mesh, long_steps, narrow_gap, near_ends, unresolved_stress
 from pairsim.fields import frame
 from pairsim.output import SERIES, RunFolder, SeriesWriter, plain, read_series
 from pairsim.quadratic import Array
+from pairsim.time_error import TimeError
 from pairsim.transient import Step, Transient
 from pairsim.xdmf import FieldsWriter
 
@@ -46,25 +47,35 @@ class Worst:
         s_jump: Largest change of log c across a cell.
         widest: Greatest length of the row of particles.
         narrowest: The gap that was shortest against the arcs beside it, and their length.
+        steps: What the time steps leave in dU.
     """
 
     case: Case
     s_jump: float = 0.0
     widest: float = 0.0
     narrowest: tuple[float, float] = (1.0, 0.0)
+    steps: TimeError = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.steps = TimeError(order=2 if self.case.polymer else 3)
 
     @staticmethod
     def of(case: Case, series: Mapping[str, Array], narrowest: tuple[float, float]) -> Worst:
         """That of the rows of a series."""
         gaps = [series[name] for name in series if name == "d" or name.startswith("d_")]
         s_jump = float(np.max(series.get("s_jump", [0.0]), initial=0.0))
-        return Worst(case, s_jump, span(case, gaps), narrowest)
+        worst = Worst(case, s_jump, span(case, gaps), narrowest)
+        relative = [series[name] for name in series if name == "dU" or name.startswith("dU_")]
+        for t, mesh, *dU in zip(series["t"], series["mesh"], *relative, strict=True):
+            worst.steps.add(float(t), int(mesh), dU)
+        return worst
 
     @property
     def warnings(self) -> list[str]:
         """What the user should know of the results."""
         stress, narrow = unresolved_stress(self.case, self.s_jump), narrow_gap(*self.narrowest)
-        return [*coarse_mesh(self.case), *stress, *narrow, *near_ends(self.case, self.widest)]
+        steps, ends = long_steps(self.case, self.steps.part), near_ends(self.case, self.widest)
+        return [*coarse_mesh(self.case), *steps, *stress, *narrow, *ends]
 
 
 class Recorder:
@@ -142,6 +153,7 @@ class Recorder:
             c = o.conformation
             health += (c.c_max, c.z, c.r, c.c_min, c.s_jump)
             self.worst.s_jump = max(self.worst.s_jump, c.s_jump)
+        self.worst.steps.add(step.t, step.mesh_id, np.diff(o.U))
         self.worst.widest = max(self.worst.widest, span(self.case, list(o.d)))
         for gap, (behind, ahead) in zip(map(float, o.d), pairwise(self.transient.outlines), strict=True):
             arc = max(behind.size_at(0.0), ahead.size_at(float(np.pi)))

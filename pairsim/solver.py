@@ -37,6 +37,8 @@ MUMPS = {"icntl_6": 0, "icntl_7": 5, "icntl_14": 40}
 MOST_ANALYSES = 4
 REASONS = {-3: "the matrix is singular", -4: "the residual is not a number", -5: "too many iterations"}
 UNPROVEN_RATE = 0.1
+# Growth of the residual from which Newton does not come back: such matrices take MUMPS tens of seconds each.
+LOST = 1e8
 # The matrix in hand serves while g differs from its own by no more than OTHER_STEP; after a step above FAR an exact one
 # is worth its cost.
 OTHER_STEP, FAR = 0.5, 1e-3
@@ -98,7 +100,8 @@ class Newton:
         self._x = np.zeros(scene.size)
         self._star: Array | None = None
         self._must_factor, self._fresh, self._factorisations, self._other_g = True, False, 0, 0.0
-        self._largest, self._leading, self._residual_norm, self._why = 0.0, 0.0, 0.0, ""
+        self._largest, self._leading, self._why = 0.0, 0.0, ""
+        self._residual_norm = self._first_norm = 0.0
         self._steps: dict[str, float] = {}
         with self.clock("symbolic"):
             self._linear = self._linear_operator()
@@ -223,7 +226,11 @@ class Newton:
             self._why = "the residual is not finite"
             return reason.DIVERGED_FUNCTION_NANORINF
         if its == 0:
+            self._first_norm = norms[2]
             return reason.ITERATING
+        if norms[2] > LOST * max(self._first_norm, 1.0):
+            self._why = "the residual grows without bound"
+            return reason.DIVERGED_DTOL
         step, x = self._gather(snes.getSolutionUpdate()), self._gather(snes.getSolution())
         self._steps = self.scaled(step, x)
         # All processes decide by one and the same number: norms may differ between them in the last digit.
@@ -292,7 +299,7 @@ class Newton:
         self._other_g = max(ratio, 1 / ratio) - 1
         self._must_factor, self._fresh = abs(ratio - 1) > OTHER_STEP, False
         self._largest, self._steps, self._why, self._factorisations = 0.0, {}, "", 0
-        self._residual_norm = 0.0
+        self._residual_norm = self._first_norm = 0.0
         self._y.setArray(y[self._range[0] : self._range[1]])
         with self.clock("solve"):
             inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation"))

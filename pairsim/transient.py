@@ -35,6 +35,7 @@ CONFORMATION_WEIGHT = 0.4
 # A matrix and its factors cost some 13 iterations with those in hand, which serve while they contract by SLOW: more of
 # those are allowed than of iterations with a matrix each.
 MOST_ITERATIONS, SLOW = 25, 0.3
+SURE_STEP = 1e-3  # a first step that Newton's method finds from a liquid at rest
 NO_ERROR = 1e-12  # in units of the tolerance: of scenes that do not change at all; 0 is an error that is not known
 
 
@@ -228,14 +229,10 @@ class Transient:
             y[self.tie.M.T @ self.tie.a > 0] = U_m
         return y
 
-    def _attempt(self, dt: float) -> tuple[Array, Array, Array, Report, float]:
-        """One step of size dt from the history: y, h, x, report, error in units of the tolerance."""
+    def _solved(self, guess: Array, dt: float, U_m: float) -> tuple[Array, Report]:
+        """Newton's method for a step of size dt from the history."""
         assert self.newton is not None
-        past = self.history
-        # Every process must march the very same state: a difference in the last digit between two of them, as norms
-        # and integrators leave it, is no solution of anything and grows a hundredfold a step.
-        dt, U_m = self.comm.bcast((dt, self._U_m))
-        t = past.t[0] + dt
+        past, t = self.history, self.history.t[0] + dt
         scheme = Scheme.bdf(past.t, t)
         h_star = np.asarray(sum(w * h for w, h in zip(scheme.weights, past.h, strict=True)))
         star = None
@@ -243,15 +240,41 @@ class Transient:
             if not self.problem.periodic:
                 self._prescribe_ends(self.tie.base, t)
             star = np.asarray(sum(w * x for w, x in zip(scheme.weights, past.x, strict=True)))
+        if len(past.y) < 3 and self.scene.moving:
+            # Too little is known to extrapolate the liquid's mesh: put it where the material's guess wants it.
+            guess[self.tie.fields["eta"]], _ = self._extend(self.tie.positions(guess, h_star, scheme.g, U_m))
+        return self.newton.solve(guess, h_star, scheme.g, U_m, star)
+
+    def _approached(self, guess: Array, dt: float, U_m: float) -> tuple[Array, Report]:
+        """A step without an earlier solution on this mesh: its guess is the solution of a smaller one, and so on.
+
+        From a liquid at rest Newton's method finds no step that deforms the particles much.
+        """
+        sizes = [dt]
+        while sizes[0] > SURE_STEP:
+            sizes.insert(0, sizes[0] / 10)
+        iterations = factorisations = 0
+        for size in sizes:
+            guess, report = self._solved(guess, size, U_m)
+            iterations, factorisations = iterations + report.iterations, factorisations + report.factorisations
+            if not report.converged:
+                break
+        return guess, replace(report, iterations=iterations, factorisations=factorisations)
+
+    def _attempt(self, dt: float, gradually: bool = False) -> tuple[Array, Array, Array, Report, float]:
+        """One step of size dt from the history: y, h, x, report, error in units of the tolerance."""
+        assert self.newton is not None
+        past = self.history
+        # Every process must march the very same state: a difference in the last digit between two of them, as norms
+        # and integrators leave it, is no solution of anything and grows a hundredfold a step.
+        dt, U_m = self.comm.bcast((dt, self._U_m))
+        t = past.t[0] + dt
         if past.y:
             weights = extrapolation_weights(past.t_y, t)
             guess = np.asarray(sum(w * y for w, y in zip(weights, past.y, strict=True)))
         else:
             guess = self._first_guess(U_m)
-        if len(past.y) < 3 and self.scene.moving:
-            # Too little is known to extrapolate the liquid's mesh: put it where the material's guess wants it.
-            guess[self.tie.fields["eta"]], _ = self._extend(self.tie.positions(guess, h_star, scheme.g, U_m))
-        y, report = self.newton.solve(guess, h_star, scheme.g, U_m, star)
+        y, report = self._approached(guess, dt, U_m) if gradually else self._solved(guess, dt, U_m)
         h, x = self.newton.state(y)
         error = 0.0
         if len(past.t) > 2 and report.converged:
@@ -363,7 +386,8 @@ class Transient:
                     self._remesh_or_say_when()
                     self._due, remeshed = False, True
                 size = land(t, self._dt, milestone)
-                y, h, x, report, error = self._attempt(size)
+                unknown = not self.counts.steps or (control.fixed is not None and remeshed)
+                y, h, x, report, error = self._attempt(size, gradually=unknown and not self.history.y)
                 self.counts.newton += report.iterations
                 self.counts.factorisations += report.factorisations
                 valid = report.converged and diagnostics.solid_distortion(self.bodies, h) > 0
@@ -397,18 +421,22 @@ class Transient:
                 elif not remeshed and self.history.y:
                     self._remesh_or_say_when()
                     remeshed = True
+                elif control.fixed is not None:
+                    self._give_up(t, report, False, error)
                 else:
                     self._dt = size / 3
                 if self._dt < control.smallest:
                     self._give_up(t, report, valid and distortion > 0, error)
 
     def _give_up(self, t: float, report: Report, valid: bool, error: float) -> None:
-        step = self.counts.steps
+        step, fixed = self.counts.steps, self.problem.control.fixed
+        kept = f"time.fixed_step = {fixed:g} could not be kept at t = {t:g}: " if fixed is not None else ""
+        advice = "a smaller time.fixed_step, or leave it out" if kept else "a finer mesh (mesh.Np)"
         if not report.converged:
-            advice = "a finer mesh (mesh.Np) or a smaller time.first_step"
-            raise NewtonFailure(report.reason, t=t, step=step, advice=advice)
+            advice += "" if kept else " or a smaller time.first_step"
+            raise NewtonFailure(kept + report.reason, t=t, step=step, advice=advice)
         if not valid:
-            raise InvertedCell("a cell turned over", t=t, step=step, advice="a finer mesh (mesh.Np)")
+            raise InvertedCell(f"{kept}a cell turned over", t=t, step=step, advice=advice)
         message = f"the local error is {error:.2g} times the tolerance at the smallest step"
         raise StepTooSmall(message, t=t, step=step, advice="a larger time.tol")
 
