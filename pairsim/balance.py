@@ -14,8 +14,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from pairsim.arrays import Array
 from pairsim.clock import Clock
-from pairsim.quadratic import Array
 from pairsim.scene import Scene
 from pairsim.solver import Newton
 from pairsim.ties import balance_tie

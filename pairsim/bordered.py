@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from pairsim.arrays import Array
 from pairsim.parameters import Parameters
-from pairsim.quadratic import Array
 from pairsim.signals import heed
 from pairsim.steady import DIFFERENCE, Steady
 

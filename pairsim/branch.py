@@ -8,15 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pairsim.arrays import Array
 from pairsim.bordered import solve_with
-from pairsim.case import SceneCase
 from pairsim.continuation import begin, cold_start, follow, new_mesh, prepared, towards
 from pairsim.diagnostics import Observation, liquid_distortion
 from pairsim.errors import MeshFailure, NoSteadyState
 from pairsim.fenicsx import MPI
-from pairsim.geometry import MeshSettings
 from pairsim.parameters import Parameters, SteadyProblem
-from pairsim.quadratic import Array
 from pairsim.remeshing import GAP_RATIO
 from pairsim.response import drift, sensitivities
 from pairsim.steady import Snapshot, Steady
@@ -77,14 +75,6 @@ class Point:
     def dU(self) -> float:
         """Velocity of the leading particle relative to the trailing one."""
         return float(self.observation.U[-1] - self.observation.U[0])
-
-
-def steady_problem(case: SceneCase, narrowest: float) -> SteadyProblem:
-    """The part of a validated case that stays along its curve, whose least distance is `narrowest`."""
-    settings = MeshSettings(**case.mesh.model_dump())
-    return SteadyProblem(
-        case.betas, case.tube_length, case.ends == "periodic", settings, case.polymer, narrowest=narrowest
-    )
 
 
 def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -> SteadyProblem:

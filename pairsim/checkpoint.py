@@ -9,83 +9,23 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from pairsim.arrays import Array
 from pairsim.errors import InputError
 from pairsim.geometry import Geometry, Outline, Reference
+from pairsim.history import Counts, History, State
 from pairsim.memory import Memory, Place
 from pairsim.output import CHECKPOINT, RunFolder, write_bytes
-from pairsim.quadratic import Array, QuadraticMesh
+from pairsim.quadratic import QuadraticMesh
 
 FORMAT = 3
 FREE = ("name", "time.end", "limits", "output")
 """Keys and groups of keys that may change when a run is resumed."""
-
-
-@dataclass
-class Counts:
-    """What a run took."""
-
-    steps: int = 0
-    rejected: int = 0
-    newton: int = 0
-    factorisations: int = 0
-    remeshings: int = 0
-
-
-@dataclass
-class History:
-    """Accepted values, newest first; the lists and arrays are replaced, never changed in place.
-
-    Attributes:
-        t: Times of h and x.
-        h: Positions of the material.
-        x: Full vectors.
-        y: Free unknowns, on the present mesh only, up to four: the next guess extrapolates them.
-        t_y: Times of y.
-    """
-
-    t: list[float] = field(default_factory=list)
-    h: list[Array] = field(default_factory=list)
-    x: list[Array] = field(default_factory=list)
-    y: list[Array] = field(default_factory=list)
-    t_y: list[float] = field(default_factory=list)
-
-    def push(self, t: float, h: Array, x: Array, y: Array) -> None:
-        self.t, self.h, self.x = [t, *self.t[:2]], [h, *self.h[:2]], [x, *self.x[:2]]
-        self.t_y, self.y = [t, *self.t_y[:3]], [y, *self.y[:3]]
-
-
-@dataclass(frozen=True)
-class State:
-    """A march after an accepted step.
-
-    Attributes:
-        history: Accepted values.
-        reference, mesh: The reference domain of the liquid and its mesh.
-        inside: Meshes of the particles, None for a rigid one.
-        dt: Size that the next step is to have.
-        U_m: Velocity of the frame.
-        memory: The solver's matrix, None where the next step makes its own.
-        due: Whether a new mesh comes first.
-        counts: What the march took so far.
-        seconds: Seconds by phase of the work.
-    """
-
-    history: History
-    reference: Reference
-    mesh: QuadraticMesh
-    inside: tuple[QuadraticMesh | None, ...]
-    dt: float
-    U_m: float
-    memory: Memory | None
-    due: bool
-    counts: Counts
-    seconds: dict[str, float]
 
 
 @dataclass(frozen=True)

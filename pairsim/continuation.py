@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pairsim.arrays import Array
 from pairsim.bordered import solve_with
 from pairsim.errors import MeshFailure, NoSteadyState
 from pairsim.parameters import Parameters
-from pairsim.quadratic import Array
 from pairsim.relaxation import relax
 from pairsim.steady import Steady
 

@@ -14,12 +14,12 @@ from typing import Literal
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from pairsim.arrays import Array
 from pairsim.branch import Branch, Point
 from pairsim.continuation import prepared, reach, where
 from pairsim.curve import Zero, find_zeros, trace
 from pairsim.errors import MeshFailure, NoSteadyState
 from pairsim.parameters import Parameters
-from pairsim.quadratic import Array
 from pairsim.steady import Snapshot
 
 Followed = Literal["Ca_e", "De"]

@@ -7,19 +7,21 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
-from pairsim.branch import Branch, Point, steady_problem
+from pairsim.branch import Branch, Point
 from pairsim.columns import CRITICAL_COLUMNS, CURVE_HEALTH, POLYMER_HEALTH
 from pairsim.critical import Critical, End, Followed, follow_all, search, with_value
 from pairsim.curve_case import CriticalCase
 from pairsim.curve_run import point_row, tell
 from pairsim.errors import MeshFailure, NoSteadyState
 from pairsim.fenicsx import MPI
+from pairsim.form_kinds import forms_of
 from pairsim.locks import sole_writer
 from pairsim.output import RunFolder, write_table
 from pairsim.parameters import Parameters
+from pairsim.problems import steady_problem
 from pairsim.progress import Reporter
 from pairsim.record import Outcome, Record, concluded, new_folder, written
-from pairsim.warm import forms_of, ready
+from pairsim.warm import ready
 
 
 class _Recorder:

@@ -10,10 +10,9 @@ from itertools import pairwise
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from pairsim.arrays import Array
 from pairsim.branch import Branch, Point
-from pairsim.curve_case import CurveCase
 from pairsim.errors import MeshFailure, NoSteadyState
-from pairsim.quadratic import Array
 from pairsim.steady import Snapshot
 
 # Where Newton finds no zero between two points, points are added half-way this many times.
@@ -142,15 +141,6 @@ def trace(
             points.append(point)
         points.sort(key=lambda p: p.d)
     return points
-
-
-def order(case: CurveCase) -> list[tuple[float, ...]]:
-    """The places in the order in which they are solved: from the widest distance down, where the start is easy."""
-    places = case.places
-    if case.common:
-        wanted = {place[0] for place in places} | set(case.fields)
-        return [(d,) * (case.n - 1) for d in sorted(wanted, reverse=True)]
-    return places
 
 
 def find_zeros(branch: Branch, points: list[Point], lost: Callable[[str], None]) -> Iterator[Zero]:

@@ -10,22 +10,24 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.branch import Branch, Point, steady_problem
+from pairsim.branch import Branch, Point
 from pairsim.case import SceneCase
 from pairsim.columns import CURVE_HEALTH, POLYMER_HEALTH, curve_columns, gap_endings, named_row
-from pairsim.curve import Equilibrium, Zero, equilibria, find_zeros, order, trace
+from pairsim.curve import Equilibrium, Zero, equilibria, find_zeros, trace
 from pairsim.curve_case import CurveCase
 from pairsim.doubts import coarse_mesh, near_ends, unresolved_stress
 from pairsim.errors import NoSteadyState, RunFailure
 from pairsim.fenicsx import MPI
 from pairsim.fields import SteadyMoment, frame
+from pairsim.form_kinds import forms_of
 from pairsim.locks import sole_writer
 from pairsim.output import RunFolder, write_table
 from pairsim.parameters import Parameters, SteadyProblem
+from pairsim.problems import order, steady_problem
 from pairsim.progress import Reporter
 from pairsim.record import Outcome, Record, concluded, new_folder, written
 from pairsim.steady import Steady
-from pairsim.warm import forms_of, ready
+from pairsim.warm import ready
 from pairsim.xdmf import FieldFrame, FieldsWriter
 
 

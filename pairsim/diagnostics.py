@@ -7,8 +7,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from pairsim.conformation import Health, health
-from pairsim.quadratic import Array, jacobians
+from pairsim.arrays import Array
+from pairsim.conformation import exponential
+from pairsim.quadratic import QuadraticMesh, jacobians
 from pairsim.scene import Body, Scene
 from pairsim.ties import Tie
 
@@ -117,3 +118,37 @@ def solid_distortion(bodies: list[Body], h: Array) -> float:
             now = jacobians((mesh.points + body.displacement(h))[mesh.cells])
             least = min(least, float((now / mesh.jacobians).min()))
     return least
+
+
+@dataclass(frozen=True)
+class Health:
+    """What to watch in a conformation field.
+
+    Attributes:
+        c_max, z, r: Largest trace of c, and where it is.
+        c_min: Smallest eigenvalue of c.
+        s_jump: Largest change of s across one cell: of order one means a mesh too coarse for it.
+    """
+
+    c_max: float
+    z: float
+    r: float
+    c_min: float
+    s_jump: float
+
+
+def health(s: Array, positions: Array, mesh: QuadraticMesh) -> Health:
+    """Look at s at all nodes, (n, 4), that are at `positions`."""
+    c = exponential(s)
+    trace = c[:, 0] + c[:, 2] + c[:, 3]
+    top = int(np.argmax(trace))
+    x = np.hypot((s[:, 0] - s[:, 2]) / 2, s[:, 1])
+    smallest = np.minimum((s[:, 0] + s[:, 2]) / 2 - x, s[:, 3])
+    by_cell = s[mesh.cells]
+    return Health(
+        float(trace[top]),
+        float(positions[top, 0]),
+        float(positions[top, 1]),
+        float(np.exp(smallest.min())),
+        float(np.ptp(by_cell, axis=1).max()),
+    )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from pairsim.quadratic import Array, Indices
+from pairsim.arrays import Array, Indices
 from pairsim.scene import Scene
 from pairsim.ties import Tie
 

@@ -9,9 +9,9 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from pairsim.arrays import Array, Indices
 from pairsim.conformation import exponential, polymer_stress
 from pairsim.pipe import PipeState, across
-from pairsim.quadratic import Array, Indices
 from pairsim.quadrature import CellQuadrature
 from pairsim.scene import Body, Scene
 from pairsim.xdmf import FieldFrame

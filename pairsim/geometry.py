@@ -9,9 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pairsim.quadratic import Array
-
-TUBE_RADIUS = 0.5
+from pairsim.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pairsim.quadratic import Array
+from pairsim.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -19,10 +19,12 @@ from scipy import sparse
 from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
+from pairsim.arrays import Array
 from pairsim.errors import MeshFailure
-from pairsim.geometry import TUBE_RADIUS, Geometry, MeshSettings, Outline, Reference
-from pairsim.quadratic import MIRRORED_CELL, Array, QuadraticMesh, jacobians, shape_gradients
+from pairsim.geometry import Geometry, MeshSettings, Outline, Reference
+from pairsim.quadratic import MIRRORED_CELL, QuadraticMesh, jacobians, shape_gradients
 from pairsim.rows import extruded, stations
+from pairsim.scales import TUBE_RADIUS
 
 SHORT_ROWS = 0.2  # rows that would be shorter are not worth it [D_c]
 STRAIGHT_ENOUGH = 0.3  # least Jacobian, against straight sides, of a mesh whose curved sides are left to themselves

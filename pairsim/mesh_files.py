@@ -8,10 +8,10 @@ import matplotlib
 import meshio
 import numpy as np
 
+from pairsim.arrays import Array, Indices
 from pairsim.case import Case
 from pairsim.geometry import Geometry, MeshSettings, Reference
 from pairsim.mesh import liquid_mesh, make_outlines, particle_meshes
-from pairsim.quadratic import Array, Indices
 
 
 def write_mesh(case: Case, path: Path, png: Path | None) -> dict[str, int]:

@@ -16,6 +16,7 @@ import numpy as np
 import ufl
 from numpy.typing import NDArray
 
+from pairsim.arrays import Array, Indices
 from pairsim.fenicsx import MPI, dolfinx
 from pairsim.forms import constitutive, continuity, mesh_motion
 from pairsim.forms.momentum import momentum
@@ -23,7 +24,7 @@ from pairsim.jit import JIT_OPTIONS
 from pairsim.kinematics import Expr, Kinematics
 from pairsim.materials import neo_hookean, newtonian, polymer
 from pairsim.materials.log_conformation import LogConformation
-from pairsim.quadratic import Array, Indices, QuadraticMesh
+from pairsim.quadratic import QuadraticMesh
 
 fem = dolfinx.fem
 

@@ -17,12 +17,12 @@ import numpy as np
 from scipy.integrate import LSODA, OdeSolution, solve_ivp
 from scipy.interpolate import barycentric_interpolate
 
+from pairsim.arrays import Array
 from pairsim.conformation import logarithm
 from pairsim.errors import NoSteadyState
-from pairsim.geometry import TUBE_RADIUS
 from pairsim.materials import polymer
 from pairsim.materials.polymer import Polymer
-from pairsim.quadratic import Array
+from pairsim.scales import TUBE_RADIUS
 
 OUT_OF_REACH = 1e9
 IMAGINARY = 1e-30j

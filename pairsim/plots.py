@@ -16,11 +16,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
+from pairsim.arrays import Array
 from pairsim.columns import column
 from pairsim.errors import InputError
 from pairsim.output import read_series
 from pairsim.render import Picture, RenderError, render
-from pairsim.section import Array, Surface, outlines, tessellate
+from pairsim.section import Surface, outlines, tessellate
 from pairsim.xdmf import FieldFrame, read_frame, read_times
 
 log = logging.getLogger(__name__)

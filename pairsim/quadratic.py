@@ -6,10 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from pairsim.arrays import Array, Indices
 
 # Local node numbers of gmsh's 6-node triangle: swapping the first two vertices' neighbours mirrors a cell.
 MIRRORED_CELL = np.array([0, 2, 1, 5, 4, 3])

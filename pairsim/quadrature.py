@@ -9,7 +9,8 @@ from math import pi
 import basix
 import numpy as np
 
-from pairsim.quadratic import Array, Indices, QuadraticMesh, shape_gradients, shape_values
+from pairsim.arrays import Array, Indices
+from pairsim.quadratic import QuadraticMesh, shape_gradients, shape_values
 
 
 @dataclass(frozen=True)

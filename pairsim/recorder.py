@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from pairsim.arrays import Array
 from pairsim.case import Case
 from pairsim.checkpoint import Checkpoint
 from pairsim.columns import HEALTH, POLYMER_HEALTH, named_row, series_columns
 from pairsim.doubts import coarse_mesh, long_steps, narrow_gap, near_ends, unresolved_stress
 from pairsim.fields import frame
 from pairsim.output import SERIES, RunFolder, SeriesWriter, plain, read_series
-from pairsim.quadratic import Array
 from pairsim.time_error import TimeError
 from pairsim.transient import Step, Transient
 from pairsim.xdmf import FieldsWriter

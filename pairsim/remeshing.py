@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from pairsim.arrays import Array
 from pairsim.errors import RunFailure
 from pairsim.fenicsx import MPI
-from pairsim.quadratic import Array
 
 # A cell squeezed below this fraction of its reference area, or a gap changed by this factor, calls for a new mesh;
 # one around undeformed spheres must do better than the second figure to be used.

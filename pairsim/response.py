@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from pairsim.arrays import Array
 from pairsim.parameters import Parameters
-from pairsim.quadratic import Array
 from pairsim.steady import DIFFERENCE, Steady
 
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pairsim.geometry import TUBE_RADIUS
-from pairsim.quadratic import Array, QuadraticMesh
+from pairsim.arrays import Array
+from pairsim.quadratic import QuadraticMesh
+from pairsim.scales import TUBE_RADIUS
 
 # Corners and mid-sides of both halves of a square whose nodes are counted (along, across) from 0 to 2.
 _RISING = (((0, 0), (2, 0), (2, 2), (1, 0), (2, 1), (1, 1)), ((0, 0), (2, 2), (0, 2), (1, 1), (1, 2), (0, 1)))

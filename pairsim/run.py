@@ -9,42 +9,24 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.case import FREE_ENDS, Case
-from pairsim.checkpoint import Checkpoint, Counts, check_same, load
+from pairsim.checkpoint import Checkpoint, check_same, load
 from pairsim.collective import collectively
 from pairsim.errors import InputError, RunFailure, TooManySteps, WallTime, WriteFailure
 from pairsim.fenicsx import MPI
-from pairsim.geometry import MeshSettings
+from pairsim.form_kinds import forms_of
+from pairsim.history import Counts
 from pairsim.locks import sole_writer
 from pairsim.output import CHECKPOINT, SERIES, RunFolder, plain, read_series
+from pairsim.problems import problem_of
 from pairsim.progress import Reporter
 from pairsim.record import Outcome, Record, new_folder
 from pairsim.recorder import Recorder, Worst, milestones
 from pairsim.signals import Signals
-from pairsim.stepsize import StepControl, reached
-from pairsim.transient import Problem, Step, Transient
-from pairsim.warm import forms_of, ready
+from pairsim.stepsize import reached
+from pairsim.transient import Step, Transient
+from pairsim.warm import ready
 
-SMALLEST_STEP = 1e-8
 OTHERS = ("curve.csv", "critical.csv", "study.csv", "sweep.json", "grid.yaml")  # of folders that are no run's
-
-
-def problem_of(case: Case) -> Problem:
-    """The transient problem of a validated case."""
-    time_options = case.time
-    largest = max(case.betas, default=0.0)
-    return Problem(
-        case.betas,
-        case.Ca_es,
-        case.gaps,
-        case.tube_length,
-        case.ends == "periodic",
-        MeshSettings(**case.mesh.model_dump()),
-        StepControl(time_options.tol, SMALLEST_STEP, time_options.max_step, time_options.fixed_step),
-        time_options.first_step,
-        polymer=case.polymer,
-        t_end=time_options.end,
-        U_m=2 * (1 - 2 / 3 * largest**2),  # Faxen's law without wall corrections: only a first guess
-    )
 
 
 def _end(case: Case, t: float, gaps: Sequence[float]) -> Outcome | None:

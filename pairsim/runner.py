@@ -16,12 +16,13 @@ from typing import Any
 
 import yaml
 
-from pairsim.children import DISK, GRACE, Child, judge, module_command
+from pairsim.children import DISK, GRACE, Child, module_command
 from pairsim.errors import InputError
 from pairsim.grid import finished_in
 from pairsim.locks import FolderLock, command_line
 from pairsim.output import CHECKPOINT, plain, write_text
 from pairsim.sweep_commands import Checked, SweepCommand, Value, read_told
+from pairsim.verdict import judge
 
 TOLD = "stderr.txt"
 

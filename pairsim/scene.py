@@ -12,21 +12,20 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import pi
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from pairsim.arrays import Array, Indices
 from pairsim.errors import MeshFailure
 from pairsim.fenicsx import MPI
-from pairsim.geometry import TUBE_RADIUS, Outline, Reference
+from pairsim.geometry import Outline, Reference
 from pairsim.materials.polymer import Polymer
 from pairsim.phases import Phase, neo_hookean_solid, newtonian_liquid, viscoelastic_liquid
 from pairsim.pipe import PipeState
-from pairsim.quadratic import Array, Indices, QuadraticMesh
+from pairsim.quadratic import QuadraticMesh
 from pairsim.quadrature import CellQuadrature, end_load
-
-FLOW_RATE = pi / 4
+from pairsim.scales import FLOW_RATE, TUBE_RADIUS
 
 BoundaryVelocity = Callable[[Array], Array]
 

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pairsim.arrays import Array
 from pairsim.xdmf import FieldFrame
-
-Array = NDArray[np.float64]
 
 EDGES = {6: [(0, 1, 3), (1, 2, 4), (2, 0, 5)], 9: [(0, 1, 4), (1, 2, 5), (2, 3, 6), (3, 0, 7)]}
 """Corners and mid-node of the edges of a cell, by its number of nodes (VTK's order)."""

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
+from pairsim.arrays import Array
 from pairsim.clock import Clock
 from pairsim.conformation import exponential
 from pairsim.entries import expand
 from pairsim.fenicsx import PETSc
 from pairsim.memory import Memory, Place
-from pairsim.quadratic import Array
 from pairsim.scene import Scene
 from pairsim.signals import sigterm_waits
 from pairsim.ties import Tie

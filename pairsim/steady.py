@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pairsim import diagnostics
+from pairsim.arrays import Array
 from pairsim.clock import Clock
 from pairsim.diagnostics import Observation
 from pairsim.errors import MeshFailure, NoSteadyState
@@ -20,7 +21,7 @@ from pairsim.geometry import Geometry, Outline, Reference
 from pairsim.mesh import liquid_mesh, make_outlines, particle_meshes
 from pairsim.parameters import Parameters, SteadyProblem
 from pairsim.pipe import Pipe, PipeState
-from pairsim.quadratic import Array, QuadraticMesh
+from pairsim.quadratic import QuadraticMesh
 from pairsim.remeshing import needs_mesh, on_root
 from pairsim.scene import Scene, make_bodies
 from pairsim.signals import heed

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pairsim.quadratic import Array
+from pairsim.arrays import Array
 
 GROWTH = 1.5  # most that a step may grow by: variable-step BDF3 is stable below 1.53
 

@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from pairsim.arrays import Array
 from pairsim.convergence import extrapolated, order, pareto
 from pairsim.errors import InputError
 from pairsim.grid import SweepCase
 from pairsim.ledger import cell, read_sweep
 from pairsim.locks import command_line, sole_writer
 from pairsim.output import read_series, write_text
-from pairsim.quadratic import Array
 from pairsim.study_file import ZERO, Study, columns
 from pairsim.sweep import Options, run_sweep
 from pairsim.sweep_commands import read_told

@@ -18,7 +18,7 @@ from pairsim.case_file import case_from_dict, critical_from_dict, curve_from_dic
 from pairsim.columns import gap_endings
 from pairsim.cost import Estimate, critical_estimate, curve_estimate, run_estimate
 from pairsim.curve_case import CriticalCase, CurveCase
-from pairsim.warm import forms_of
+from pairsim.form_kinds import forms_of
 
 Value = float | int | str | None
 

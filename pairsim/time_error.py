@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pairsim.quadratic import Array
+from pairsim.arrays import Array
 
 # Measured against fine steps (docs/accuracy.md, "Steps").
 SAFETY = 1.1

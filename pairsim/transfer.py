@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pairsim.conformation import interpolate
-from pairsim.quadratic import Array
+from pairsim.arrays import Array
+from pairsim.interpolation import interpolate
 from pairsim.scene import Body, Scene
 from pairsim.ties import Tie
 

@@ -13,17 +13,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pairsim import diagnostics, transfer
+from pairsim.arrays import Array
 from pairsim.balance import balanced
-from pairsim.checkpoint import Counts, History, State
 from pairsim.clock import Clock
 from pairsim.diagnostics import Observation
 from pairsim.errors import InvertedCell, MeshFailure, NewtonFailure, StepTooSmall
 from pairsim.fenicsx import MPI
 from pairsim.geometry import Geometry, MeshSettings, Outline, Reference
+from pairsim.history import Counts, History, State
 from pairsim.materials.polymer import Polymer
 from pairsim.mesh import liquid_mesh, make_outlines, particle_meshes
 from pairsim.pipe import Pipe
-from pairsim.quadratic import Array, QuadraticMesh
+from pairsim.quadratic import QuadraticMesh
 from pairsim.remeshing import FRESH_DISTORTION, needs_mesh, on_root
 from pairsim.scene import BoundaryVelocity, Scene, make_bodies, poiseuille
 from pairsim.solver import Newton, Report

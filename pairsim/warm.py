@@ -20,7 +20,6 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pairsim.case import Case, SceneCase
 from pairsim.jit import JIT_OPTIONS
 from pairsim.signals import heed
 
@@ -49,16 +48,6 @@ def _stamp(form: str) -> Path:
     ):
         digest.update(file.read_bytes())
     return _cache() / f"warm-{form.replace(':', '-')}-{digest.hexdigest()[:16]}"
-
-
-def forms_of(case: SceneCase) -> tuple[str, ...]:
-    """Kinds of forms that a case needs (the rule of `Scene`: a lone rigid particle may need no moving mesh)."""
-    steady = not isinstance(case, Case)
-    soft = any(Ca_e > 0 for Ca_e in case.Ca_es)
-    moving = soft or case.n > (0 if case.polymer and not steady else 1)
-    words = [case.polymer.name if case.polymer else "newtonian", "moving" if moving else "fixed"]
-    words += ["steady"] if case.polymer and steady else []
-    return (":".join(words), *(("neo-hookean",) if soft else ()))
 
 
 def missing(forms: Iterable[str]) -> list[str]:

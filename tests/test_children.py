@@ -14,13 +14,14 @@ from pathlib import Path
 import pytest
 from conftest import TINY, words_of
 
-from pairsim.children import Child, clean_environment, descendants, judge, module_command
+from pairsim.children import Child, clean_environment, descendants, module_command
 from pairsim.grid import read_grid
 from pairsim.runner import Result, Runner, Task
 from pairsim.signals import Signals
 from pairsim.sweep import _warm_up
 from pairsim.sweep_commands import read_curve
 from pairsim.sweep_progress import SweepReporter
+from pairsim.verdict import judge
 
 CURVES = "command: curve\n" + TINY.replace("Ca_e: 0, ", "d: [0.1, 0.3], tol: 1, mesh_error: false, ").replace(
     ", time: {end: 0.01}", ""

@@ -10,10 +10,10 @@ import pytest
 from mpi4py import MPI
 
 from pairsim import continuation
+from pairsim.arrays import Array
 from pairsim.continuation import follow
 from pairsim.errors import NoSteadyState
 from pairsim.parameters import Parameters
-from pairsim.quadratic import Array
 from pairsim.relaxation import relax
 from pairsim.solver import Report
 from pairsim.steady import Steady

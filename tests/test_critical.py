@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from pairsim.arrays import Array
 from pairsim.critical import Critical, End, Follower
 from pairsim.errors import NoSteadyState
 from pairsim.parameters import Parameters
-from pairsim.quadratic import Array
 
 
 class Formula:

@@ -15,7 +15,7 @@ import pytest
 from conftest import dU, march, soft_pair
 from mpi4py import MPI
 
-from pairsim.branch import Branch, Point, started, steady_problem, walked
+from pairsim.branch import Branch, Point, started, walked
 from pairsim.case_file import curve_from_dict
 from pairsim.continuation import follow
 from pairsim.critical import same_zero
@@ -25,6 +25,7 @@ from pairsim.errors import NoSteadyState
 from pairsim.geometry import MeshSettings
 from pairsim.output import read_series
 from pairsim.parameters import Parameters
+from pairsim.problems import steady_problem
 from pairsim.relaxation import relax
 
 

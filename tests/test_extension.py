@@ -17,10 +17,11 @@ from scipy import sparse
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
+from pairsim.arrays import Array
 from pairsim.continuation import begin, find_fold, follow
 from pairsim.geometry import MeshSettings, Reference
 from pairsim.parameters import Parameters, SteadyProblem
-from pairsim.quadratic import Array, QuadraticMesh
+from pairsim.quadratic import QuadraticMesh
 from pairsim.solver import Newton
 from pairsim.steady import Steady
 from pairsim.stepsize import StepControl

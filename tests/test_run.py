@@ -212,7 +212,7 @@ ORDERINGS = """
 import os, signal, subprocess, sys
 from pairsim.fenicsx import MPI
 from pairsim.case_file import case_from_dict
-from pairsim.run import problem_of
+from pairsim.problems import problem_of
 from pairsim.transient import Transient
 
 keys = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": "auto", "mesh": {"Np": 8}}

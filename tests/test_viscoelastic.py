@@ -17,9 +17,10 @@ from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
 from scipy.optimize import fsolve
 
-from pairsim.conformation import exponential, interpolate, logarithm, polymer_stress
+from pairsim.conformation import exponential, logarithm, polymer_stress
 from pairsim.errors import NoSteadyState
 from pairsim.geometry import Geometry, MeshSettings, Reference
+from pairsim.interpolation import interpolate
 from pairsim.materials.polymer import Polymer
 from pairsim.mesh import liquid_mesh
 from pairsim.output import read_series
