@@ -1,5 +1,5 @@
 """`python -m pairsim`."""
 
-from pairsim.cli import main
+from pairsim.cli.app import main
 
 main()

@@ -18,8 +18,8 @@ matplotlib.use("Agg")
 import yaml
 from matplotlib import pyplot
 
-from pairsim.accuracy import SETTINGS, Cells
-from pairsim.output import write_text
+from pairsim.config.accuracy import SETTINGS, Cells
+from pairsim.results.output import write_text
 
 ROOT = Path(__file__).resolve().parent.parent
 STUDIES = ROOT / "configs" / "accuracy"

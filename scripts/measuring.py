@@ -18,9 +18,9 @@ def with_one_thread() -> None:
 @contextmanager
 def every_matrix() -> Iterator[None]:
     """A matrix and a factorisation in every Newton iteration of a transient."""
-    import pairsim.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
-    from pairsim import solver
-    from pairsim import transient as marching
+    import pairsim.runtime.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
+    from pairsim.solvers import newton
+    from pairsim.solvers import transient as marching
 
-    with patch.multiple(solver, OTHER_STEP=-1.0, FAR=0.0), patch.multiple(marching, SLOW=0.0):
+    with patch.multiple(newton, OTHER_STEP=-1.0, FAR=0.0), patch.multiple(marching, SLOW=0.0):
         yield

@@ -16,16 +16,16 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-import pairsim.fenicsx
-from pairsim.children import module_command
-from pairsim.geometry import Geometry, MeshSettings, Reference
-from pairsim.mesh import liquid_mesh, make_outlines
-from pairsim.scene import Scene, make_bodies
-from pairsim.solver import Newton
-from pairsim.stepsize import StepControl
-from pairsim.ties import transient_tie
-from pairsim.transient import Problem, Step, Transient
-from pairsim.warm import warm
+import pairsim.runtime.fenicsx
+from pairsim.fem.constraints import transient_constraints
+from pairsim.fem.form_cache import compile_missing
+from pairsim.fem.geometry import Geometry, MeshSettings, Reference
+from pairsim.fem.meshing import liquid_mesh, make_outlines
+from pairsim.fem.scene import Scene, make_bodies
+from pairsim.runtime.child_process import module_command
+from pairsim.solvers.newton import Newton
+from pairsim.solvers.step_size import StepControl
+from pairsim.solvers.transient import Problem, Step, Transient
 
 ROOT = Path(__file__).parent.parent
 OTHERS = {"curve", "critical", "study", "sweep"}
@@ -53,13 +53,13 @@ def solve_rigid(betas: tuple[float, ...], gaps: tuple[float, ...] = (), **mesh: 
     n = len(betas)
     bodies = make_bodies(MPI.COMM_WORLD, betas, [0.0] * n, outlines, [None] * n)
     scene = Scene(MPI.COMM_WORLD, reference, liquid_mesh(reference, settings), bodies, periodic=True)
-    tie = transient_tie(scene)
-    newton = Newton(scene, tie)
-    y, report = newton.solve(np.zeros(tie.size), geometry.centres.copy(), 1e-3, 2 - 4 / 3 * betas[0] ** 2)
+    constraints = transient_constraints(scene)
+    newton = Newton(scene, constraints)
+    y, report = newton.solve(np.zeros(constraints.size), geometry.centres.copy(), 1e-3, 2 - 4 / 3 * betas[0] ** 2)
     assert report.converged, report
     _, x = newton.state(y)
     newton.destroy()
-    return Rigid(y[tie.fields["U_p"]], scene.pressure_drop(x) - 32 * geometry.length, float(x[scene.m]))
+    return Rigid(y[constraints.fields["U_p"]], scene.pressure_drop(x) - 32 * geometry.length, float(x[scene.m]))
 
 
 def soft_pair(beta: float, d: float, Ca_e: float, **changes: object) -> Problem:
@@ -98,7 +98,7 @@ def dU(step: Step) -> float:
 
 def pytest_sessionstart() -> None:
     """Compile what most tests need, under the lock that keeps two compilers apart, and outside their time limits."""
-    warm(["newtonian:moving", "neo-hookean", "giesekus:moving", "giesekus:moving:steady"])
+    compile_missing(["newtonian:moving", "neo-hookean", "giesekus:moving", "giesekus:moving:steady"])
 
 
 @pytest.fixture

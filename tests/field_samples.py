@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from pairsim.xdmf import FieldFrame
+from pairsim.results.xdmf import FieldFrame
 
 LOCAL = {
     6: np.array([(0, 0), (2, 0), (2, 2), (1, 0), (2, 1), (1, 1)]),

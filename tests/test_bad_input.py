@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from pairsim.case_file import load_case
-from pairsim.cli import app
-from pairsim.errors import InputError
+from pairsim.cli.app import app
+from pairsim.config.case_file import load_case
+from pairsim.runtime.errors import InputError
 
 GOOD = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\n"
 

@@ -14,18 +14,18 @@ import numpy as np
 import pytest
 from conftest import MPI, dU, soft_pair
 
-from pairsim.case import Case
-from pairsim.case_file import case_from_dict
-from pairsim.checkpoint import Checkpoint, load
-from pairsim.errors import InputError, WriteFailure
-from pairsim.geometry import MeshSettings
-from pairsim.output import RunFolder, read_series
-from pairsim.progress import Reporter
-from pairsim.record import Outcome
-from pairsim.run import run_case
-from pairsim.stepsize import StepControl
-from pairsim.transient import Transient
-from pairsim.xdmf import FieldsWriter, read_times
+from pairsim.config.case import Case
+from pairsim.config.case_file import case_from_dict
+from pairsim.drivers.outcome import Outcome
+from pairsim.drivers.progress import Reporter
+from pairsim.drivers.run import run_case
+from pairsim.fem.geometry import MeshSettings
+from pairsim.results.checkpoint import Checkpoint, load
+from pairsim.results.output import RunFolder, read_series
+from pairsim.results.xdmf import FieldsWriter, read_times
+from pairsim.runtime.errors import InputError, WriteFailure
+from pairsim.solvers.step_size import StepControl
+from pairsim.solvers.transient import Transient
 
 SOFT: dict[str, Any] = {
     "beta": 0.4,

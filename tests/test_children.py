@@ -14,14 +14,14 @@ from pathlib import Path
 import pytest
 from conftest import TINY, words_of
 
-from pairsim.children import Child, clean_environment, descendants, module_command
-from pairsim.grid import read_grid
-from pairsim.runner import Result, Runner, Task
-from pairsim.signals import Signals
-from pairsim.sweep import _warm_up
-from pairsim.sweep_commands import read_curve
-from pairsim.sweep_progress import SweepReporter
-from pairsim.verdict import judge
+from pairsim.runtime.child_process import Child, clean_environment, descendants, module_command
+from pairsim.runtime.signals import Signals
+from pairsim.sweeps.commands import read_curve
+from pairsim.sweeps.grid import read_grid
+from pairsim.sweeps.progress import SweepReporter
+from pairsim.sweeps.sweep import _warm_up
+from pairsim.sweeps.verdict import judge
+from pairsim.sweeps.worker import CaseWorker, Result, Task
 
 CURVES = "command: curve\n" + TINY.replace("Ca_e: 0, ", "d: [0.1, 0.3], tol: 1, mesh_error: false, ").replace(
     ", time: {end: 0.01}", ""
@@ -43,7 +43,7 @@ def test_chain_of_curves_survives_its_process(tmp_path: Path) -> None:
     assert float(results[1].values["dU_peak"]) == pytest.approx(read_curve(alone)["dU_peak"], rel=1e-6)  # type: ignore[arg-type]
 
 
-def curves(folder: Path, values: str) -> tuple[Runner, list[Task]]:
+def curves(folder: Path, values: str) -> tuple[CaseWorker, list[Task]]:
     """Tiny curves at some Ca_e, in one chain, and a worker that has not begun them."""
     (folder / "grid.yaml").write_text(CURVES + f"grid: {{Ca_e: [{values}]}}\n")
     grid = read_grid(folder / "grid.yaml")
@@ -51,12 +51,12 @@ def curves(folder: Path, values: str) -> tuple[Runner, list[Task]]:
         Task(case.folder, case.key, folder / case.folder, folder / "cases" / f"{case.folder}.yaml", case.checked)
         for case in grid.cases
     ]
-    runner = Runner(grid.command, timeout=1000.0)
+    runner = CaseWorker(grid.command, timeout=1000.0)
     runner.take(tasks)
     return runner, tasks
 
 
-def ends(runner: Runner, count: int, after: int = 0, then: Callable[[], None] | None = None) -> list[Result]:
+def ends(runner: CaseWorker, count: int, after: int = 0, then: Callable[[], None] | None = None) -> list[Result]:
     """How so many cases of a worker end; something may be done once `after` of them have."""
     results: list[Result] = []
     deadline = time.monotonic() + 500
@@ -72,7 +72,7 @@ def ends(runner: Runner, count: int, after: int = 0, then: Callable[[], None] | 
 
 def chain_of_curves() -> int:
     """The process that computes them."""
-    (child,) = (pid for pid in descendants(os.getpid()) if "pairsim.chain" in words_of(pid))
+    (child,) = (pid for pid in descendants(os.getpid()) if "pairsim.sweeps.curve_worker" in words_of(pid))
     return child
 
 
@@ -155,7 +155,7 @@ def test_child_that_ignores_a_signal_is_killed() -> None:
 
 def test_child_dies_with_its_parent() -> None:
     lines = "child = Child(['sleep', '60']); print(child.pid, flush=True); os.kill(os.getpid(), 9)"
-    parent = [sys.executable, "-c", f"import os; from pairsim.children import Child; {lines}"]
+    parent = [sys.executable, "-c", f"import os; from pairsim.runtime.child_process import Child; {lines}"]
     pid = int(subprocess.run(parent, capture_output=True, text=True, check=False).stdout)
     deadline = time.monotonic() + 30
     while "sleep" in words_of(pid):
@@ -177,7 +177,7 @@ def test_warming_up_compiles_all_that_a_case_needs_after_a_killed_compilation(tm
     """A cache in which a killed process has begun a module: it is cleared, and a run then compiles nothing more."""
     environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
     kinds = ["newtonian:moving", "neo-hookean"]
-    forms = module_command("pairsim.warm", *kinds)
+    forms = module_command("pairsim.fem.form_cache", *kinds)
 
     def modules() -> set[str]:
         return {path.name for path in (tmp_path / "cache").rglob("*.so")}
@@ -197,7 +197,10 @@ def test_warming_up_compiles_all_that_a_case_needs_after_a_killed_compilation(tm
     run = module_command("pairsim", "run", "case.yaml", "-q")
     subprocess.run(run, cwd=tmp_path, env=environment, check=True, capture_output=True)
     assert modules() == compiled
-    known = "import sys; from pairsim.warm import warm; warm(sys.argv[1:]); assert 'dolfinx' not in sys.modules"
+    known = (
+        "import sys; from pairsim.fem.form_cache import compile_missing; compile_missing(sys.argv[1:]); "
+        "assert 'dolfinx' not in sys.modules"
+    )
     subprocess.run([sys.executable, "-c", known, *kinds], env=environment, check=True)  # by its stamps
 
 
@@ -217,7 +220,7 @@ def test_cases_do_not_import_what_lies_in_the_current_folder(  # type: ignore[no
 def test_compiling_forms_does_not_import_what_lies_in_the_current_folder(
     decoys: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pairsim.warm.missing", lambda forms: list(forms))
+    monkeypatch.setattr("pairsim.fem.form_cache.missing", lambda forms: list(forms))
     notes: list[str] = []
     reporter = SweepReporter()
     monkeypatch.setattr(reporter, "note", notes.append)

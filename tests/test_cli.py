@@ -11,7 +11,7 @@ from typer.main import get_command
 from typer.testing import CliRunner
 
 import pairsim
-from pairsim.cli import app
+from pairsim.cli.app import app
 
 COMMANDS = sorted(get_command(app).commands)  # type: ignore[attr-defined]
 HEAVY = ("dolfinx", "gmsh", "matplotlib", "mpi4py", "numpy", "petsc4py", "pyvista", "scipy", "ufl")
@@ -51,7 +51,7 @@ def test_nothing_heavy_is_imported_too_early(arguments: list[str], tmp_path: Pat
     code = (
         "import atexit, sys; "
         f"atexit.register(lambda: print('imported:', *[n for n in {HEAVY!r} if n in sys.modules], file=sys.stderr)); "
-        f"sys.argv[1:] = {arguments!r}; from pairsim.cli import main; main()"
+        f"sys.argv[1:] = {arguments!r}; from pairsim.cli.app import main; main()"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == (2 if "nowhere.yaml" in arguments else 0)

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from pairsim import continuation
-from pairsim.arrays import Array
-from pairsim.continuation import follow
-from pairsim.errors import NoSteadyState
-from pairsim.parameters import Parameters
-from pairsim.relaxation import relax
-from pairsim.solver import Report
-from pairsim.steady import Steady
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import NoSteadyState
+from pairsim.solvers import continuation
+from pairsim.solvers.continuation import follow
+from pairsim.solvers.newton import Report
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.pseudo_time import relax
+from pairsim.solvers.steady import Steady
 
 
 def report(converged: bool) -> Report:
@@ -29,7 +29,7 @@ class Limited:
     def __init__(self) -> None:
         self.parameters, self.y, self.relaxations = Parameters((), (0.0,), 0.1), np.zeros(1), 0
         self.problem = SimpleNamespace(polymer=True, betas=(0.4,))
-        self.tie = SimpleNamespace(fields={"s": np.zeros(0, dtype=int)})
+        self.constraints = SimpleNamespace(fields={"s": np.zeros(0, dtype=int)})
         self.comm = SimpleNamespace(bcast=lambda value: value)
         self.snapshot = None
 

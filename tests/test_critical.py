@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from pairsim.arrays import Array
-from pairsim.critical import Critical, End, Follower
-from pairsim.errors import NoSteadyState
-from pairsim.parameters import Parameters
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import NoSteadyState
+from pairsim.solvers.critical import Critical, End, Follower
+from pairsim.solvers.parameters import Parameters
 
 
 class Formula:
@@ -34,7 +34,7 @@ class Formula:
             distorted=nothing,
             comm=SimpleNamespace(bcast=lambda value: value),
             problem=SimpleNamespace(betas=(0.4, 0.4)),
-            tie=SimpleNamespace(fields={"h": np.zeros(0, dtype=int)}),
+            constraints=SimpleNamespace(fields={"h": np.zeros(0, dtype=int)}),
         )
 
     def dU(self, place: Parameters) -> float:

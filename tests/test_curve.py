@@ -15,18 +15,18 @@ import pytest
 from conftest import dU, march, soft_pair
 from mpi4py import MPI
 
-from pairsim.branch import Branch, Point, started, walked
-from pairsim.case_file import curve_from_dict
-from pairsim.continuation import follow
-from pairsim.critical import same_zero
-from pairsim.curve import equilibria, find_zeros, interpolant, trace
-from pairsim.curve_case import CurveCase
-from pairsim.errors import NoSteadyState
-from pairsim.geometry import MeshSettings
-from pairsim.output import read_series
-from pairsim.parameters import Parameters
-from pairsim.problems import steady_problem
-from pairsim.relaxation import relax
+from pairsim.config.case_file import curve_from_dict
+from pairsim.config.curve_case import CurveCase
+from pairsim.drivers.problems import steady_problem
+from pairsim.fem.geometry import MeshSettings
+from pairsim.results.output import read_series
+from pairsim.runtime.errors import NoSteadyState
+from pairsim.solvers.branch import Branch, Point, started, walked
+from pairsim.solvers.continuation import follow
+from pairsim.solvers.critical import same_zero
+from pairsim.solvers.curve import equilibria, find_zeros, interpolant, trace
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.pseudo_time import relax
 
 
 def case(**keys: object) -> CurveCase:
@@ -86,7 +86,7 @@ def test_periodic_and_developed_ends_give_the_same_curve() -> None:
 
 def test_the_drift_is_what_the_transient_has_more(monkeypatch: pytest.MonkeyPatch) -> None:
     """Once shapes have relaxed, dU(t) is the quasi-steady dU at the same d and its drift, to second order."""
-    monkeypatch.setattr("pairsim.steady.LEAST_STEADY", 0.3)  # both on the mesh that was made for .1
+    monkeypatch.setattr("pairsim.solvers.steady.LEAST_STEADY", 0.3)  # both on the mesh that was made for .1
     settings = MeshSettings(Np=24)  # the transient's pair lies further downstream: cells of N_p 12 would tell
     steps = march(soft_pair(0.4, 0.1, 0.1, length=5.0, periodic=False, mesh=settings), [3.5])
     d, moving = float(steps[-1].observation.d[0]), dU(steps[-1])
@@ -189,7 +189,7 @@ def test_the_first_solution_does_not_depend_on_the_way_to_it() -> None:
     scout = walked(MPI.COMM_WORLD, steady_problem(case(De=0.5, beta=(0.4, 0.35), mesh={"Np": 8}), 0.1), start)
     short, long = started(MPI.COMM_WORLD, problem, start, scout), walked(MPI.COMM_WORLD, problem, start)
     assert short.iterations <= 4 < long.iterations
-    for name, unknowns in short.tie.fields.items():
+    for name, unknowns in short.constraints.fields.items():
         assert short.y[unknowns] == pytest.approx(long.y[unknowns], abs=1e-6 if name.startswith("p") else 1e-8)
 
 

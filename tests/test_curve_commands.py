@@ -16,14 +16,14 @@ import yaml
 from conftest import ROOT, interrupted
 from mpi4py import MPI
 
-from pairsim.branch import Branch, Point
-from pairsim.case_file import curve_from_dict, load_critical, load_curve
-from pairsim.curve import Zero
-from pairsim.curve_run import Chain, run_curve
-from pairsim.errors import InputError, NoSteadyState
-from pairsim.output import read_series
-from pairsim.progress import make_reporter
-from pairsim.xdmf import FieldFrame, read_frame
+from pairsim.config.case_file import curve_from_dict, load_critical, load_curve
+from pairsim.drivers.curve import WarmStart, run_curve
+from pairsim.drivers.progress import make_reporter
+from pairsim.results.output import read_series
+from pairsim.results.xdmf import FieldFrame, read_frame
+from pairsim.runtime.errors import InputError, NoSteadyState
+from pairsim.solvers.branch import Branch, Point
+from pairsim.solvers.curve import Zero
 
 CURVE = "beta: 0.4\nDe: 0\nCa_e: 0.1\nends: developed\nlength: auto\nmesh: {Np: 10}\nd: [0.3, 0.1]\n"
 
@@ -96,7 +96,7 @@ def cold(tmp_path_factory: pytest.TempPathFactory) -> FieldFrame:
 def test_a_curve_that_starts_from_its_neighbour_has_the_stresses_of_its_own_parameters(
     first: dict[str, float], cold: FieldFrame, tmp_path: Path
 ) -> None:
-    chain = Chain()
+    chain = WarmStart()
     last_fields(tmp_path / "neighbour", chain, **first)
     branch = chain._branch
     warm = last_fields(tmp_path / "warm", chain)
@@ -113,16 +113,16 @@ def test_a_curve_whose_first_place_is_walked_to_has_the_stresses_of_that_place(
     def none(*_: object) -> None:
         raise NoSteadyState("there is no solution on larger cells")
 
-    monkeypatch.setattr("pairsim.branch.coarser", none)
+    monkeypatch.setattr("pairsim.solvers.branch.coarser", none)
     assert_same_fields(last_fields(tmp_path / "walked"), cold)
 
 
-def last_fields(folder: Path, chain: Chain | None = None, **changes: float) -> FieldFrame:
+def last_fields(folder: Path, chain: WarmStart | None = None, **changes: float) -> FieldFrame:
     """The fields of a pair at d .3 in a Giesekus liquid."""
     keys = {"De": 0.5, "Ca_e": 0.05, "length": 3.0, "mesh": {"Np": 8}, "mesh_error": False, "d": [0.3], "fields": [0.3]}
     made = curve_from_dict(yaml.safe_load(CURVE) | keys | changes, "test")
     told = {"comm": MPI.COMM_WORLD, "overwrite": False, "reporter": make_reporter(True, 0), "command": "test"}
-    assert run_curve(made, folder / "out", chain=chain, **told).status == "finished"
+    assert run_curve(made, folder / "out", warm_start=chain, **told).status == "finished"
     return read_frame(folder / "out")
 
 
@@ -213,7 +213,7 @@ def test_zeros_before_one_that_was_lost_are_written(tmp_path: Path, monkeypatch:
         yield Zero(points[1], branch.snapshots)
         raise NoSteadyState("the second one was lost")
 
-    monkeypatch.setattr("pairsim.curve_run.find_zeros", zeros)
+    monkeypatch.setattr("pairsim.drivers.curve.find_zeros", zeros)
     keys = {"mesh": {"Np": 8}, "mesh_error": False, "d": [0.1, 0.2, 0.3], "tol": 1}
     told = {"comm": MPI.COMM_WORLD, "overwrite": False, "reporter": make_reporter(True, 0), "command": "test"}
     outcome = run_curve(curve_from_dict(yaml.safe_load(CURVE) | keys, "test"), tmp_path / "out", **told)
@@ -225,7 +225,7 @@ def test_a_curve_that_cannot_be_written_ends_typed(tmp_path: Path, monkeypatch: 
     def full(*_: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr("pairsim.curve_run.write_table", full)
+    monkeypatch.setattr("pairsim.drivers.curve.write_table", full)
     made = curve_from_dict(yaml.safe_load(CURVE) | {"mesh": {"Np": 8}, "mesh_error": False}, "test")
     told = {"comm": MPI.COMM_WORLD, "overwrite": False, "reporter": make_reporter(True, 0), "command": "test"}
     outcome = run_curve(made, tmp_path / "out", **told)

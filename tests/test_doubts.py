@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 
-from pairsim.case import Case
-from pairsim.case_file import case_from_dict
-from pairsim.doubts import coarse_mesh, narrow_gap, near_ends, unresolved_stress
-from pairsim.run import _end
+from pairsim.config.case import Case
+from pairsim.config.case_file import case_from_dict
+from pairsim.drivers.run import _end
+from pairsim.drivers.warnings import coarse_mesh, narrow_gap, near_ends, unresolved_stress
 
 
 def case(**keys: Any) -> Case:

@@ -1,6 +1,6 @@
 """A soft sphere in unbounded uniaxial extension: exact at finite deformation, so it tests the coupled dynamics.
 
-The forms, ties and time scheme are those of every run; only the velocity on the outer boundary, 20 radii away, is
+Forms, constraints and time scheme are those of every run; only the velocity on the outer boundary, 20 radii away, is
 prescribed instead of a tube flow. The sphere becomes a spheroid of axial stretch l. With the stresslet of a spheroid
 whose surface moves linearly, l follows from dl/dt = l (K Ca - l^2 + 1/l)/(K - 3), K = 7.5 X l^3, time in eta/G.
 """
@@ -17,16 +17,16 @@ from scipy import sparse
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
-from pairsim.arrays import Array
-from pairsim.continuation import begin, find_fold, follow
-from pairsim.geometry import MeshSettings, Reference
-from pairsim.parameters import Parameters, SteadyProblem
-from pairsim.quadratic import QuadraticMesh
-from pairsim.solver import Newton
-from pairsim.steady import Steady
-from pairsim.stepsize import StepControl
-from pairsim.ties import Tie
-from pairsim.transient import Problem, Step
+from pairsim.fem.constraints import Constraints
+from pairsim.fem.geometry import MeshSettings, Reference
+from pairsim.fem.six_node_mesh import SixNodeMesh
+from pairsim.runtime.arrays import Array
+from pairsim.solvers.continuation import begin, find_fold, follow
+from pairsim.solvers.newton import Newton
+from pairsim.solvers.parameters import Parameters, SteadyProblem
+from pairsim.solvers.steady import Steady
+from pairsim.solvers.step_size import StepControl
+from pairsim.solvers.transient import Problem, Step
 
 START_UP = {0.5: 1.0727, 1: 1.1272, 2: 1.1980, 3: 1.2371, 5: 1.2707, 10: 1.2848}
 STEADY = {0.05: 0.0931695, 0.1: 0.1861966, 0.2: 0.379230}  # Ca: D
@@ -109,19 +109,19 @@ class SmoothSphere(Steady):
         self.degree = degree
         super().__init__(MPI.COMM_SELF, problem, parameters)
 
-    def _mesh(self, reference: Reference, mesh: QuadraticMesh | None = None) -> None:
+    def _mesh(self, reference: Reference, mesh: SixNodeMesh | None = None) -> None:
         super()._mesh(reference, mesh)
         assert self.newton is not None
         self.newton.destroy()
-        self.tie = self._smooth()
-        self._untouched = self.tie.base.copy()
-        self.newton = Newton(self.scene, self.tie, tolerance=self.problem.newton_tolerance, clock=self.clock)
-        self._material = np.concatenate([self.tie.fields[name] for name in ("h", "U_p", "p_s")])
+        self.constraints = self._smooth()
+        self._untouched = self.constraints.base.copy()
+        self.newton = Newton(self.scene, self.constraints, tolerance=self.problem.newton_tolerance, clock=self.clock)
+        self._material = np.concatenate([self.constraints.fields[name] for name in ("h", "U_p", "p_s")])
 
-    def _smooth(self) -> Tie:
-        tie, (body,) = self.tie, self.scene.bodies
+    def _smooth(self) -> Constraints:
+        constraints, (body,) = self.constraints, self.scene.bodies
         assert body.phase is not None
-        mesh = body.phase.quadratic
+        mesh = body.phase.six_node_mesh
         X = 2 * mesh.points / self.problem.betas[0]
         # The downstream pole stays where it is.
         axial = (monomials(X, self.degree, 0) - monomials(X[body.nodes[:1]], self.degree, 0))[:, 1:]
@@ -131,24 +131,27 @@ class SmoothSphere(Steady):
         shapes = np.zeros((len(X), 2, n))
         shapes[:, 0, : axial.shape[1]], shapes[:, 1, axial.shape[1] :] = axial, radial
 
-        h, p, U = tie.fields["h"], tie.fields["p_s"], tie.fields["U_p"][0]
-        others = np.setdiff1d(np.arange(tie.size), np.r_[h, p])
-        number = np.full(tie.size, -1)
+        h, p, U = constraints.fields["h"], constraints.fields["p_s"], constraints.fields["U_p"][0]
+        others = np.setdiff1d(np.arange(constraints.size), np.r_[h, p])
+        number = np.full(constraints.size, -1)
         number[others] = n + m + np.arange(len(others))
-        place = tie.M[:, h].tocoo()
+        place = constraints.M[:, h].tocoo()
         old = np.zeros((len(h), n))
         old[place.col] = shapes.reshape(-1, n)[place.row]
-        trial = sparse.lil_matrix((tie.size, n + m + len(others)))
+        trial = sparse.lil_matrix((constraints.size, n + m + len(others)))
         trial[h, :n], trial[p, n : n + m], trial[others, number[others]] = old, pressure, 1.0
         tested = trial.copy()
         tested[h[place.col[place.row % 2 == 0]], number[U]] = 1.0  # the force on the whole sphere
         trial, tested = trial.tocsr(), tested.tocsr()
 
-        fields = {name: number[i] for name, i in tie.fields.items()} | {"h": np.arange(n), "p_s": n + np.arange(m)}
+        fields = {name: number[i] for name, i in constraints.fields.items()} | {
+            "h": np.arange(n),
+            "p_s": n + np.arange(m),
+        }
         integrated = np.isin(np.arange(trial.shape[1]), fields["p_s"])
-        N, M, V = (sparse.csr_matrix(A @ trial) for A in (tie.N, tie.M, tie.V))
-        T = sparse.csr_matrix(tested.T @ tie.T)
-        return replace(tie, N=N, M=M, V=V, T=T, integrated=integrated, fields=fields)
+        N, M, V = (sparse.csr_matrix(A @ trial) for A in (constraints.N, constraints.M, constraints.V))
+        T = sparse.csr_matrix(tested.T @ constraints.T)
+        return replace(constraints, N=N, M=M, V=V, T=T, integrated=integrated, fields=fields)
 
 
 def monomials(X: Array, degree: int, odd: int) -> Array:

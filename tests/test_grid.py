@@ -11,15 +11,15 @@ from conftest import ROOT, examples
 from pydantic import BaseModel
 from typer.testing import CliRunner
 
-from pairsim.case import Case
-from pairsim.cli import app
-from pairsim.curve_case import CriticalCase, CurveCase
-from pairsim.errors import InputError
-from pairsim.grid import GROUPS, Grid, case_key, finished_in, read_grid
-from pairsim.ranges import spelled_out
-from pairsim.runner import Task
-from pairsim.sweep_commands import COMMANDS
-from pairsim.sweep_queue import part_of, units
+from pairsim.cli.app import app
+from pairsim.config.case import Case
+from pairsim.config.curve_case import CriticalCase, CurveCase
+from pairsim.config.ranges import spelled_out
+from pairsim.runtime.errors import InputError
+from pairsim.sweeps.commands import COMMANDS
+from pairsim.sweeps.grid import GROUPS, Grid, case_key, finished_in, read_grid
+from pairsim.sweeps.queue import part_of, units
+from pairsim.sweeps.worker import Task
 
 BASE = "base: {beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1, mesh: {Np: 10}}\n"
 
@@ -157,7 +157,7 @@ def test_a_case_is_recognised_by_the_file_in_its_folder(changes: str, tmp_path: 
 
 
 def test_shards_share_all_cases_and_their_cost(tmp_path: Path) -> None:
-    from pairsim.ledger import Shard
+    from pairsim.sweeps.ledger import Shard
 
     grid = grid_of(tmp_path, "grid: {mesh.Np: [10, 20, 40], d0: [0.1, 0.2, 0.3, 0.4]}\n")
     parts = [part_of(grid.cases, Shard(i, 3)) for i in (1, 2, 3)]

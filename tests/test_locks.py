@@ -18,10 +18,10 @@ from subprocess import CompletedProcess
 import pytest
 from conftest import TINY
 
-from pairsim.errors import InputError
-from pairsim.locks import LOCK, FolderLock, Owner, is_locked
-from pairsim.output import RunFolder, read_series
-from pairsim.xdmf import read_frame
+from pairsim.results.output import RunFolder, read_series
+from pairsim.results.xdmf import read_frame
+from pairsim.runtime.errors import InputError
+from pairsim.runtime.locks import LOCK, FolderLock, Owner, is_locked
 
 Pairsim = Callable[..., CompletedProcess[str]]
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from pairsim import mesh as mesher
-from pairsim.case_file import case_from_dict
-from pairsim.cost import liquid_cells
-from pairsim.geometry import Geometry, MeshSettings, Reference
-from pairsim.mesh import Distances, liquid_mesh, make_outlines
-from pairsim.quadratic import QuadraticMesh
+from pairsim.config.case_file import case_from_dict
+from pairsim.config.cost import liquid_cells
+from pairsim.fem import meshing as mesher
+from pairsim.fem.geometry import Geometry, MeshSettings, Reference
+from pairsim.fem.meshing import Distances, liquid_mesh, make_outlines
+from pairsim.fem.six_node_mesh import SixNodeMesh
 
 
 def test_cells_around_deformed_outlines_grow_with_the_distance_from_them() -> None:
@@ -38,7 +38,7 @@ def test_cells_around_deformed_outlines_grow_with_the_distance_from_them() -> No
 
 def with_rows(
     betas: tuple[float, ...], gaps: tuple[float, ...], stretch: float = 1.0
-) -> tuple[QuadraticMesh, QuadraticMesh, Reference]:
+) -> tuple[SixNodeMesh, SixNodeMesh, Reference]:
     """Meshes with and without rows beyond .5, around spheres or around what they are stretched to along the tube."""
     geometry = Geometry(betas, gaps, 8.0)
     settings = [MeshSettings(Np=12, max_size=0.06, rows=rows) for rows in (0.5, 0.0)]

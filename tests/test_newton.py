@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from conftest import MPI, soft_pair
 
-from pairsim.geometry import MeshSettings
-from pairsim.stepsize import StepControl
-from pairsim.transient import Problem, Transient
+from pairsim.fem.geometry import MeshSettings
+from pairsim.solvers.step_size import StepControl
+from pairsim.solvers.transient import Problem, Transient
 
 
 def problems() -> dict[str, Problem]:
@@ -28,17 +28,17 @@ def problems() -> dict[str, Problem]:
 @pytest.mark.parametrize("name", problems())
 def test_jacobian_matches_differences(name: str) -> None:
     transient = Transient(MPI.COMM_WORLD, problems()[name])
-    newton, tie = transient.newton, transient.tie
+    newton, constraints = transient.newton, transient.constraints
     assert newton is not None
     rng = np.random.default_rng(1)
     h, g, U_m = transient.history.h[0], 0.03, 1.7
     y = newton.solve(transient._first_guess(U_m), h, g, U_m)[0]
-    y = y * (1 + 0.05 * rng.standard_normal(tie.size))
-    direction = rng.standard_normal(tie.size) * np.maximum(np.abs(y), 1e-3)
+    y = y * (1 + 0.05 * rng.standard_normal(constraints.size))
+    direction = rng.standard_normal(constraints.size) * np.maximum(np.abs(y), 1e-3)
     product = newton.jacobian_times(y, direction)
     step = 1e-5
     difference = (newton.residual_at(y + step * direction) - newton.residual_at(y - step * direction)) / (2 * step)
-    for field, index in tie.fields.items():
+    for field, index in constraints.fields.items():
         scale = np.linalg.norm(product[index])
         assert np.linalg.norm(product[index] - difference[index]) < 1e-6 * max(scale, 1e-3), field
     transient.close()

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 import yaml
 
-from pairsim.columns import COLUMNS, column, named_row, series_columns
-from pairsim.errors import InputError
-from pairsim.output import OWN_FILES, RunFolder, SeriesWriter, read_series, write_text
+from pairsim.results.columns import COLUMNS, column, named_row, series_columns
+from pairsim.results.output import OWN_FILES, RunFolder, SeriesWriter, read_series, write_text
+from pairsim.runtime.errors import InputError
 
 
 def names(folder: Path) -> list[str]:

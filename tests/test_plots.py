@@ -11,14 +11,14 @@ import yaml
 from field_samples import scene
 from matplotlib import image
 
-from pairsim import render as render_module
-from pairsim.columns import named_row, series_columns
-from pairsim.errors import InputError
-from pairsim.output import SeriesWriter
-from pairsim.plots import plot_run
-from pairsim.render import Picture, RenderError, render
-from pairsim.section import outlines, tessellate
-from pairsim.xdmf import FieldFrame, FieldsWriter
+from pairsim.results import render as render_module
+from pairsim.results.columns import named_row, series_columns
+from pairsim.results.meridional_section import outlines, tessellate
+from pairsim.results.output import SeriesWriter
+from pairsim.results.render import Picture, RenderError, render
+from pairsim.results.run_plots import plot_run
+from pairsim.results.xdmf import FieldFrame, FieldsWriter
+from pairsim.runtime.errors import InputError
 
 PAIR = [(-0.3, 0.22, 0.19), (0.3, 0.21, 0.2)]
 

@@ -17,10 +17,10 @@ import pyvista as pv
 import yaml
 from conftest import CONFIGS, interrupted
 
-from pairsim.children import module_command
-from pairsim.diagnostics import extents
-from pairsim.output import read_series
-from pairsim.xdmf import read_frame
+from pairsim.fem.diagnostics import extents
+from pairsim.results.output import read_series
+from pairsim.results.xdmf import read_frame
+from pairsim.runtime.child_process import module_command
 
 SOFT = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\nmesh: {Np: 12}\ntime: {end: 0.1}\noutput: {times: [0.02, 0.05]}\n"
 
@@ -210,10 +210,10 @@ def test_an_interrupted_run_keeps_its_rows(number: int, tmp_path: Path) -> None:
 
 ORDERINGS = """
 import os, signal, subprocess, sys
-from pairsim.fenicsx import MPI
-from pairsim.case_file import case_from_dict
-from pairsim.problems import problem_of
-from pairsim.transient import Transient
+from pairsim.runtime.fenicsx import MPI
+from pairsim.config.case_file import case_from_dict
+from pairsim.drivers.problems import problem_of
+from pairsim.solvers.transient import Transient
 
 keys = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": "auto", "mesh": {"Np": 8}}
 transient = Transient(MPI.COMM_WORLD, problem_of(case_from_dict(keys, "test")))
@@ -224,7 +224,7 @@ script = "import os, time\\nwhile os.getppid() == PID:\\n    os.kill(PID, 15)\\n
 storm = subprocess.Popen([sys.executable, "-c", script.replace("PID", str(os.getpid()))])
 orderings = 0
 while orderings < 60 or len(caught) < 20:
-    transient.newton.recall(transient.newton.memory)  # orders anew
+    transient.newton.recall(transient.newton.matrix_state)  # orders anew
     orderings += 1
 storm.kill()
 print(len(caught))
@@ -239,11 +239,12 @@ def test_sigterm_during_the_ordering_of_a_matrix_does_no_harm() -> None:
 
 
 @pytest.mark.parametrize(
-    "first", ["pairsim.chain, pairsim.curve_run", "pairsim.cli; pairsim.cli._common_arguments(0, 1)"]
+    "first",
+    ["pairsim.sweeps.curve_worker, pairsim.drivers.curve", "pairsim.cli.app; pairsim.cli.app._common_arguments(0, 1)"],
 )
 def test_no_other_thread_takes_sigterm(first: str) -> None:
     """Threads of MPI and of the BLAS of numpy and scipy are made while it is blocked."""
-    script = f"import {first}\nimport glob, os, pairsim.run\n" + (
+    script = f"import {first}\nimport glob, os, pairsim.drivers.run\n" + (
         "for task in glob.glob('/proc/self/task/*'):\n"
         "    if int(task.rpartition('/')[2]) != os.getpid():\n"
         "        print(next(line.split()[1] for line in open(task + '/status') if line.startswith('SigBlk')))"

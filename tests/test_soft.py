@@ -8,10 +8,10 @@ from conftest import at, dU, march, soft_pair
 from numpy.polynomial import legendre
 from scipy.interpolate import CubicSpline
 
-from pairsim.accuracy import SETTINGS
-from pairsim.geometry import MeshSettings
-from pairsim.scene import Body
-from pairsim.stepsize import StepControl
+from pairsim.config.accuracy import SETTINGS
+from pairsim.fem.geometry import MeshSettings
+from pairsim.fem.scene import Body
+from pairsim.solvers.step_size import StepControl
 
 SLOPE = {(0.4, 0.1): 5.475377e-2, (0.4, 0.3): 1.965724e-2, (0.2, 0.1): -9.88438e-4}
 F_3, F_5 = 1.4454685, -0.0059043
@@ -43,7 +43,7 @@ def modes(body: Body, h: np.ndarray, Ca: float) -> np.ndarray:
     shapes = np.stack([s * (s - 1) / 2, 1 - s**2, s * (s + 1) / 2], axis=1)
     curve = np.vstack([shapes @ nodes[k : k + 3] for k in range(0, len(nodes) - 2, 2)])
     assert body.phase is not None
-    points = body.phase.quadratic.points + body.displacement(h)
+    points = body.phase.six_node_mesh.points + body.displacement(h)
     curve = curve - [body.quadrature.mean(points[:, 0], points), 0.0]
     angle, radius = np.arctan2(curve[:, 1], curve[:, 0]), np.hypot(*curve.T)
     angle, first = np.unique(angle, return_index=True)

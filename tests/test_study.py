@@ -13,13 +13,13 @@ import pytest
 from conftest import ROOT, examples
 from matplotlib import image
 
-from pairsim.case_file import read_yaml
-from pairsim.convergence import extrapolated, order, pareto
-from pairsim.errors import InputError
-from pairsim.grid import grid_from
-from pairsim.output import read_series
-from pairsim.study import sampled, study_rows
-from pairsim.study_file import Study, read_study
+from pairsim.config.case_file import read_yaml
+from pairsim.results.output import read_series
+from pairsim.runtime.errors import InputError
+from pairsim.solvers.convergence import extrapolated, observed_order, pareto
+from pairsim.sweeps.grid import grid_from
+from pairsim.sweeps.study import sampled, study_rows
+from pairsim.sweeps.study_file import Study, read_study
 
 STUDY = """
 base: {beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1, ends: developed, length: 3, time: {end: 0.02}, output: {fields: false}}
@@ -35,10 +35,10 @@ def checked(tmp_path: Path, text: str) -> Study:
 
 
 def test_order_is_the_slope_between_two_errors() -> None:
-    assert order((0.2, 0.1), (8e-3, 1e-3)) == pytest.approx(3)
-    assert order((0.2, 0.05), (-1.6e-2, 1e-3)) == pytest.approx(2)
-    assert order((0.2, 0.2), (1.0, 2.0)) is None
-    assert order((0.2, 0.1), (1.0, 0.0)) is None
+    assert observed_order((0.2, 0.1), (8e-3, 1e-3)) == pytest.approx(3)
+    assert observed_order((0.2, 0.05), (-1.6e-2, 1e-3)) == pytest.approx(2)
+    assert observed_order((0.2, 0.2), (1.0, 2.0)) is None
+    assert observed_order((0.2, 0.1), (1.0, 0.0)) is None
 
 
 def test_extrapolation_finds_limit_and_order_for_any_ratios() -> None:

@@ -22,13 +22,13 @@ from conftest import ROOT, TINY, words_of
 from matplotlib import image
 from typer.testing import CliRunner
 
-from pairsim.children import descendants, module_command
-from pairsim.cli import app
-from pairsim.errors import InputError
-from pairsim.grid import read_grid
-from pairsim.ledger import Shard
-from pairsim.locks import LOCK, FolderLock
-from pairsim.sweep_plots import plot_sweep
+from pairsim.cli.app import app
+from pairsim.runtime.child_process import descendants, module_command
+from pairsim.runtime.errors import InputError
+from pairsim.runtime.locks import LOCK, FolderLock
+from pairsim.sweeps.grid import read_grid
+from pairsim.sweeps.ledger import Shard
+from pairsim.sweeps.sweep_plots import plot_sweep
 
 THREE = TINY + "grid: {d0: [0.1, 0.2], beta: [0.4, 0.3]}\nexclude: [{d0: 0.1, beta: 0.3}]\n"
 ENDLESS = "time: {end: 500, max_step: 0.001}"

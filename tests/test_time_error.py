@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 from conftest import dU, march, soft_pair
 
-from pairsim.case_file import case_from_dict
-from pairsim.doubts import long_steps
-from pairsim.errors import NewtonFailure
-from pairsim.geometry import MeshSettings
-from pairsim.recorder import Worst
-from pairsim.stepsize import Scheme, StepControl
-from pairsim.time_error import SAFETY, TimeError
+from pairsim.config.case_file import case_from_dict
+from pairsim.drivers.run_output import RunWarnings
+from pairsim.drivers.warnings import long_steps
+from pairsim.fem.geometry import MeshSettings
+from pairsim.runtime.errors import NewtonFailure
+from pairsim.solvers.step_size import Scheme, StepControl
+from pairsim.solvers.time_error import SAFETY, TimeError
 
 KEYS: dict[str, Any] = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": "auto"}
 COARSE = MeshSettings(Np=12)
@@ -129,4 +129,4 @@ def test_record_of_a_finished_run_has_the_warning_too() -> None:
     case = case_from_dict(KEYS | {"time": {"fixed_step": 0.1}}, "")
     t = np.arange(1, 11) * 0.1
     series = {"t": t, "d": 0.1 + t, "dU": np.cos(10 * t), "mesh": 0 * t}
-    assert any("time steps" in warning for warning in Worst.of(case, series, (1.0, 0.0)).warnings)
+    assert any("time steps" in warning for warning in RunWarnings.of(case, series, (1.0, 0.0)).warnings)

@@ -17,16 +17,16 @@ from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
 from scipy.optimize import fsolve
 
-from pairsim.conformation import exponential, logarithm, polymer_stress
-from pairsim.errors import NoSteadyState
-from pairsim.geometry import Geometry, MeshSettings, Reference
-from pairsim.interpolation import interpolate
-from pairsim.materials.polymer import Polymer
-from pairsim.mesh import liquid_mesh
-from pairsim.output import read_series
-from pairsim.pipe import Pipe
-from pairsim.stepsize import StepControl
-from pairsim.transient import Problem, Transient
+from pairsim.fem.geometry import Geometry, MeshSettings, Reference
+from pairsim.fem.interpolation import interpolate
+from pairsim.fem.meshing import liquid_mesh
+from pairsim.physics.conformation import exponential, logarithm, polymer_stress
+from pairsim.physics.materials.polymer import Polymer
+from pairsim.physics.pipe import Pipe
+from pairsim.results.output import read_series
+from pairsim.runtime.errors import NoSteadyState
+from pairsim.solvers.step_size import StepControl
+from pairsim.solvers.transient import Problem, Transient
 
 GIESEKUS = {De: Polymer("giesekus", De, 0.09, 0.2) for De in (0.5, 1.0)}
 STEADY = {
@@ -273,9 +273,9 @@ def test_solution_past_the_pole_of_fene_p_is_none() -> None:
         newton = transient.newton
         assert newton is not None
         newton.place(transient.history.h[0])
-        y = np.zeros(transient.tie.size)
+        y = np.zeros(transient.constraints.size)
         assert newton.overstretched(y) == ""
-        y[transient.tie.fields["s"]] = 1.0
+        y[transient.constraints.fields["s"]] = 1.0
         assert re.fullmatch(r"tr c = .+ at z = .+, r = .+ is past L2 = 10", newton.overstretched(y))
     finally:
         transient.close()

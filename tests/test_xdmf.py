@@ -12,8 +12,8 @@ import pytest
 import pyvista
 from field_samples import scene
 
-from pairsim.errors import InputError
-from pairsim.xdmf import FieldFrame, FieldsWriter, read_frame, read_times
+from pairsim.results.xdmf import FieldFrame, FieldsWriter, read_frame, read_times
+from pairsim.runtime.errors import InputError
 
 SHAPES = [(0.20, 0.20), (0.21, 0.195), (0.23, 0.187)]  # half axes of both particles at each time
 VTK_TYPE = {6: pyvista.CellType.QUADRATIC_TRIANGLE, 9: pyvista.CellType.BIQUADRATIC_QUAD}

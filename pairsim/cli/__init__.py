@@ -1,0 +1,1 @@
+"""Parses commands and calls the layer below."""

@@ -1,0 +1,274 @@
+"""Commands for one case; everything heavy is imported inside them: --help and input errors are immediate."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn
+
+import typer
+
+from pairsim import __version__
+from pairsim.cli import sweeps
+from pairsim.cli.options import CaseFile, Output, Overwrite, Quiet, Settings, print_table, rank
+from pairsim.runtime.errors import InputError, PairsimError, RunFailure, unexpected
+
+if TYPE_CHECKING:
+    from pairsim.drivers.outcome import Outcome
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    help="Soft and rigid spheres on the axis of a tube: do they separate or collide, and how fast?",
+    epilog="Example: pairsim run configs/quickstart.yaml",
+)
+app.add_typer(sweeps.app)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"pairsim {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _common(
+    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print it.")] = False,
+) -> None:
+    pass
+
+
+@app.command(
+    epilog="Examples: pairsim run configs/quickstart.yaml | pairsim run case.yaml -o out --set Ca_e=0.05 | "
+    "mpirun -n 2 pairsim run case.yaml | pairsim run --resume out --set time.end=4"
+)
+def run(
+    case: Annotated[
+        Path | None, typer.Argument(help="Case file (YAML); pairsim schema lists its keys.", show_default=False)
+    ] = None,
+    output: Output = None,
+    overwrite: Overwrite = False,
+    resume: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Go on with the run in this folder from its checkpoint. "
+            "A case file or --set may change name, time.end, limits and output.",
+            show_default=False,
+        ),
+    ] = None,
+    quiet: Quiet = False,
+    set_: Settings = None,
+) -> None:
+    """Run one case in time: series.csv, fields.xdmf, case.yaml, run.json and checkpoint.npz.
+
+    Exit code 0: finished (also at contact and max_gap); 2: bad input; 3: a typed failure; 130: interrupted.
+    """
+    from pairsim.config.case_file import load_case
+
+    if resume is not None and (overwrite or output is not None):
+        option = "--overwrite" if overwrite else "-o"
+        raise InputError("pairsim run", option, None, "does not go with --resume, which names the folder")
+    if case is None:
+        if resume is None:
+            raise typer.BadParameter("missing; give a case file, or --resume DIR", param_hint="CASE")
+        case = resume / "case.yaml"
+    checked = load_case(case, tuple(set_ or ()))
+    directory = resume or output or Path("runs") / checked.slug
+    common = _common_arguments(overwrite, quiet)
+    from pairsim.drivers.run import run_case
+
+    _end(run_case(checked, directory, resume=resume is not None, **common), directory, quiet, None)
+
+
+@app.command(
+    epilog="Examples: pairsim curve configs/curve.yaml | pairsim curve case.yaml -o out --sensitivities "
+    "--set 'd={start: 0.02, stop: 1, num: 12}'"
+)
+def curve(
+    case: CaseFile,
+    output: Output = None,
+    overwrite: Overwrite = False,
+    sensitivities: Annotated[
+        bool, typer.Option("--sensitivities", help="Add the derivatives of dU by Ca_e, De and beta at the same d.")
+    ] = False,
+    quiet: Quiet = False,
+    set_: Settings = None,
+) -> None:
+    """Solve the quasi-steady master curve dU(d) and its zeros: curve.csv, equilibria.csv, curve.png, run.json.
+
+    The case file has d (a list, or {start, stop, num, spacing}) in place of d0. Exit codes as those of run.
+    """
+    from pairsim.config.case_file import load_curve
+
+    checked = load_curve(case, tuple(set_ or ()))
+    directory = output or Path("runs") / checked.slug
+    common = _common_arguments(overwrite, quiet)
+    from pairsim.drivers.curve import run_curve
+    from pairsim.results.curve_plots import plot_curve
+
+    outcome = run_curve(checked, directory, sensitivities=sensitivities, **common)
+    _end(outcome, directory, quiet, plot_curve)
+
+
+@app.command(
+    epilog="Examples: pairsim critical configs/critical.yaml | "
+    "pairsim critical case.yaml --set 'along={Ca_e: [0.02, 0.05, 0.1]}'"
+)
+def critical(
+    case: CaseFile, output: Output = None, overwrite: Overwrite = False, quiet: Quiet = False, set_: Settings = None
+) -> None:
+    """Find the distances at which a pair neither separates nor collides, and follow them: critical.csv, critical.png.
+
+    The case file has along: {Ca_e: ...} or {De: ...} (values, or {start, stop, num, spacing}), perhaps lines: with the
+    other of the two, and d: [least, most], the distances that are looked at. Exit codes as those of run.
+    """
+    from pairsim.config.case_file import load_critical
+
+    checked = load_critical(case, tuple(set_ or ()))
+    directory = output or Path("runs") / checked.slug
+    common = _common_arguments(overwrite, quiet)
+    from pairsim.drivers.critical import run_critical
+    from pairsim.results.critical_plots import plot_critical
+
+    _end(run_critical(checked, directory, **common), directory, quiet, plot_critical)
+
+
+def _common_arguments(overwrite: bool, quiet: bool) -> dict[str, Any]:
+    """What every command that computes is called with."""
+    from pairsim.runtime.fenicsx import MPI  # before everything else that loads MPI or is compiled
+
+    # isort: split
+    from pairsim.drivers.progress import make_reporter
+    from pairsim.runtime.launcher import check_launcher
+    from pairsim.runtime.locks import command_line
+
+    comm = MPI.COMM_WORLD
+    check_launcher(comm)
+    reporter = make_reporter(quiet, comm.rank)
+    return {"comm": comm, "overwrite": overwrite, "reporter": reporter, "command": command_line()}
+
+
+def _end(outcome: Outcome, directory: Path, quiet: bool, plot: Callable[[Path, Path], list[Path]] | None) -> NoReturn:
+    """Draw, say where the results are or what went wrong, and exit with the outcome's code."""
+    from mpi4py import MPI
+
+    if MPI.COMM_WORLD.rank == 0:
+        if outcome.exit_code == 0:
+            if plot is not None:
+                plot(directory, directory)
+            typer.echo(str(directory))
+        elif quiet:
+            typer.echo(outcome.message, err=True)
+    raise typer.Exit(outcome.exit_code)
+
+
+@app.command(epilog="Example: pairsim mesh configs/quickstart.yaml -o meshes/pair.msh --png meshes/pair.png")
+def mesh(
+    case: CaseFile,
+    output: Annotated[Path, typer.Option("-o", "--output", help="Mesh file for gmsh and meshio.")],
+    png: Annotated[Path | None, typer.Option("--png", help="Picture of the mesh around the particles.")] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")] = False,
+    set_: Settings = None,
+) -> None:
+    """Make the reference mesh of a case and write it."""
+    from pairsim.config.case_file import load_case
+
+    checked = load_case(case, tuple(set_ or ()))
+    for option, path in (("-o", output), ("--png", png)):
+        if path is not None and path.exists() and not overwrite:
+            raise InputError(str(path), option, None, "the file exists; use --overwrite or another name")
+    if output.suffix not in (".msh", ".vtu", ".xdmf"):
+        raise InputError(str(output), "-o", output.suffix, "a name ending in .msh, .vtu or .xdmf")
+
+    from pairsim.drivers.mesh import write_mesh
+
+    for name, count in write_mesh(checked, output, png).items():
+        typer.echo(f"{name}: {count}")
+
+
+@app.command(epilog="Examples: pairsim plot runs/quickstart | pairsim plot runs/sweep --group Ca_e")
+def plot(
+    directory: Annotated[Path, typer.Argument(help="Folder of results.", show_default=False)],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Where the pictures go (default: the folder itself).")
+    ] = None,
+    group: Annotated[
+        str | None, typer.Option(metavar="KEY", help="Parameter of a sweep that chooses the colours.")
+    ] = None,
+) -> None:
+    """Draw the results of run, curve, critical, sweep or study as PNG.
+
+    A run: dU and D against time and distance, and the deformed particles in the flow. A curve: dU and D against d.
+    Critical distances: over the parameter that was followed. A sweep of runs: dU of all cases against time and distance
+    and the last dU against each parameter; of curves and critical distances: dU against d, zeros of dU against each
+    parameter; of each: a map of how the cases ended. A study: error against wall time.
+    """
+    if any(directory.glob("sweep*.json")):
+        from pairsim.sweeps.sweep_plots import plot_sweep
+
+        paths = plot_sweep(directory, output, group)
+    elif (directory / "study.csv").is_file():
+        from pairsim.sweeps.study_plots import plot_study
+
+        paths = plot_study(directory, output)
+    elif (directory / "curve.csv").is_file():
+        from pairsim.results.curve_plots import plot_curve
+
+        paths = plot_curve(directory, output or directory)
+    elif (directory / "critical.csv").is_file():
+        from pairsim.results.critical_plots import plot_critical
+
+        paths = plot_critical(directory, output or directory)
+    else:
+        from pairsim.results.run_plots import plot_run
+
+        paths = plot_run(directory, output)
+    for path in paths:
+        typer.echo(str(path))
+
+
+@app.command(epilog="Example: pairsim schema curve")
+def schema(
+    command: Annotated[
+        Literal["run", "curve", "critical"], typer.Argument(help="The command that the case file is for.")
+    ] = "run",
+) -> None:
+    """List every key of a case file with what it accepts, its default and its meaning."""
+    from rich.table import Table
+
+    from pairsim.config.case_file import schema_rows
+
+    table = Table("key", "allowed", "default", "meaning", box=None, pad_edge=False)
+    for row in schema_rows(command):
+        table.add_row(*row)
+    print_table(table)
+
+
+def main() -> NoReturn:
+    """Entry point: errors that pairsim means become one message and an exit code, never a traceback."""
+    try:
+        app(standalone_mode=True)
+    except InputError as error:
+        _complain(error)
+        sys.exit(2)
+    except RunFailure as error:
+        _complain(error)
+        sys.exit(3)
+    except PairsimError as error:
+        _complain(error)
+        sys.exit(1)
+    except KeyboardInterrupt:
+        sys.exit(130)
+    except Exception:
+        sys.exit(unexpected())
+    sys.exit(0)
+
+
+def _complain(error: Exception) -> None:
+    """One message on stderr, by the first process only."""
+    if rank() == 0:
+        typer.echo(f"pairsim: {error}", err=True)

@@ -1,0 +1,1 @@
+"""YAML or a dict to a checked case."""

@@ -1,0 +1,356 @@
+"""A case: what a user may say, and what follows from it.
+
+The models below are the only definition of keys, defaults, limits and their documentation;
+`pairsim.config.case_file` reads them from YAML and words their errors.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+
+from pairsim.config.accuracy import DEFAULT, LEAST_THINNING, PIPE_CELL, SETTINGS, Accuracy
+from pairsim.physics.materials.polymer import Polymer
+from pairsim.runtime.errors import InputError
+
+
+def number(value: Any) -> Any:
+    """A finite number; true, false and words that YAML made of numbers are none."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ValueError("a number")
+    try:
+        as_float = float(value)
+    except OverflowError:
+        as_float = math.inf
+    if not math.isfinite(as_float):
+        raise ValueError("a finite number")
+    return as_float
+
+
+def whole(value: Any) -> Any:
+    """A whole number."""
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise ValueError("a whole number")
+    return value
+
+
+Number = Annotated[float, BeforeValidator(number)]
+Whole = Annotated[int, BeforeValidator(whole)]
+# Bounds come before the validator, so that they show in the JSON schema of a union too.
+Diameter = Annotated[float, Field(gt=0, lt=1), BeforeValidator(number)]
+Capillary = Annotated[float, Field(ge=0), BeforeValidator(number)]
+Unit = Annotated[float, Field(ge=0, le=1), BeforeValidator(number)]
+Extensibility = Annotated[float, Field(gt=3), BeforeValidator(number)]
+CellSize = Annotated[float, Field(gt=0, le=0.5), BeforeValidator(number)]
+Positive = Annotated[float, Field(gt=0), BeforeValidator(number)]
+# Far narrower gaps ask for more cells than any machine holds, and gmsh does not say so.
+Distance = Annotated[float, Field(ge=1e-4), BeforeValidator(number)]
+
+
+class _Options(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class MeshOptions(_Options):
+    """Cell sizes."""
+
+    Np: Whole = Field(
+        SETTINGS[DEFAULT].thinning.Np,
+        ge=6,
+        le=1000,
+        description="cells on each half-circle, at least (default: by accuracy; at "
+        f"{DEFAULT}, {SETTINGS[DEFAULT].newtonian.Np} in a Newtonian liquid, {SETTINGS[DEFAULT].hardening.Np} in "
+        "Oldroyd-B, FENE-P and where alpha or epsilon is below "
+        f"{LEAST_THINNING:g}, elsewhere {SETTINGS[DEFAULT].thinning.Np})",
+    )
+    growth: Number = Field(0.15, gt=0, le=2, description="growth of the cell size by unit distance from a particle")
+    gap_cells: Whole = Field(0, ge=0, description="cells across a gap between particles (0: Np/4)")
+    gap_exponent: Number = Field(
+        0.0, ge=0, le=1, description="below d = 0.1 the cells across a gap grow as (0.1/d)^gap_exponent"
+    )
+    wall_cells: Whole = Field(0, ge=0, description="cells between particle and wall (0: Np/4)")
+    max_size: CellSize = Field(
+        SETTINGS[DEFAULT].thinning.max_size,
+        description="largest cell [D_c] (default: by accuracy; at "
+        f"{DEFAULT}, {SETTINGS[DEFAULT].newtonian.max_size:g} in a Newtonian liquid, elsewhere the smaller of "
+        f"{SETTINGS[DEFAULT].thinning.max_size:g} and {SETTINGS[DEFAULT].thinning.per_beta:g} beta, without particles "
+        f"{PIPE_CELL:g})",
+    )
+    core_growth: Number = Field(0.3, gt=0, le=2, description="growth of the cell size by unit depth in a particle")
+    rows: Number = Field(
+        SETTINGS[DEFAULT].thinning.rows,
+        ge=0,
+        description="distance from the particles beyond which cells lie in rows along the tube [D_c] (default: by "
+        "accuracy; in a Newtonian liquid and without particles 0: none)",
+    )
+
+
+class TimeOptions(_Options):
+    """Time steps."""
+
+    end: Number = Field(2.0, gt=0, description="end time [D_c/U_av]")
+    tol: Number = Field(
+        SETTINGS[DEFAULT].time_tol,
+        gt=0,
+        le=0.1,
+        description="allowed local error of the particles' velocities [U_av] (default: by accuracy)",
+    )
+    first_step: Number = Field(5e-4, gt=0, description="first step [D_c/U_av]")
+    max_step: Number = Field(2.0, gt=0, description="largest step [D_c/U_av]")
+    fixed_step: Positive | None = Field(
+        None, description="keep to this step, without error control; shorter steps land on outputs"
+    )
+
+
+class Limits(_Options):
+    """What ends a run before its end time."""
+
+    min_gap: Number = Field(0.002, ge=0, description="contact: the run ends when a gap falls below this [D_c]")
+    max_gap: Positive | None = Field(None, description="the run ends when a gap passes this [D_c]")
+    wall_time: Positive | None = Field(None, description="allowed time of the whole run [s]; more is a failure")
+    max_steps: Whole = Field(100_000, ge=1, description="allowed steps; more is a failure")
+
+
+class OutputOptions(_Options):
+    """When files are written. Steps land on the times of the fields; the first and last step's are always written."""
+
+    times: tuple[Positive, ...] = Field((), description="times of fields.xdmf [D_c/U_av]")
+    every: Positive | None = Field(None, description="interval of fields.xdmf [D_c/U_av]")
+    fields: bool = Field(True, strict=True, description="write fields.xdmf at all")
+    checkpoint: Number = Field(60.0, ge=0, description="interval of checkpoint.npz, for run --resume [s of wall time]")
+
+
+class SceneCase(_Options):
+    """What every command needs to know. beta, Ca_e: the same for all particles, or a list counted from upstream."""
+
+    beta: Diameter | tuple[Diameter, ...] | None = Field(None, description="blockage D_p/D_c, between 0 and 1")
+    De: Number = Field(ge=0, description="Deborah number lambda U_av/D_c; 0 is a Newtonian liquid")
+    Ca_e: Capillary | tuple[Capillary, ...] | None = Field(
+        None, description="elastic capillary number eta_0 U_av/(D_c G_p); 0 is a rigid particle"
+    )
+    name: str | None = Field(None, pattern=r"^\w[\w.+-]{0,99}$", description="name of the run's folder")
+    particles: Whole = Field(2, ge=0, le=50, description="number of particles on the axis")
+    xi: Number = Field(0.09, ge=0, le=1, description="solvent viscosity over eta_0 (De > 0)")
+    liquid: Literal["newtonian", "oldroyd-b", "giesekus", "ptt-linear", "ptt-exp", "fene-p"] | None = Field(
+        None, description="constitutive law; giesekus by default, newtonian at De = 0"
+    )
+    alpha: Unit | None = Field(None, description="Giesekus mobility; 0.2 by default (liquid: giesekus)")
+    epsilon: Capillary | None = Field(None, description="PTT's extensional parameter (liquid: ptt-linear, ptt-exp)")
+    L2: Extensibility | None = Field(None, description="largest trace of the conformation (liquid: fene-p)")
+    length: Positive | Literal["auto"] | None = Field(
+        None, description="tube length [D_c]; 50 times the largest beta (10 without particles); auto: developed ends"
+    )
+    ends: Literal["periodic", "developed"] = Field("periodic", description="periodic with the flow rate, or developed")
+    accuracy: Accuracy = Field(
+        DEFAULT,
+        description="error of dU that mesh and steps are chosen for, as a part of the largest |dU| of the curve",
+    )
+    mesh: MeshOptions = MeshOptions()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _with_settings(cls, data: Any) -> Any:
+        """Settings of the accuracy wherever the case says nothing; a wrong accuracy is for its field to refuse."""
+        accuracy = data.get("accuracy", DEFAULT) if isinstance(data, dict) else None
+        if not isinstance(accuracy, str) or accuracy not in SETTINGS:
+            return data
+        return SETTINGS[accuracy].under(data, set(cls.model_fields))
+
+    @property
+    def n(self) -> int:
+        """Number of particles."""
+        return self.particles
+
+    @property
+    def betas(self) -> tuple[float, ...]:
+        """Diameters, one a particle."""
+        return _each(self.beta, self.n)
+
+    @property
+    def Ca_es(self) -> tuple[float, ...]:
+        """Elastic capillary numbers, one a particle."""
+        return _each(self.Ca_e, self.n)
+
+    @property
+    def gaps(self) -> tuple[float, ...]:
+        """Distances that the scene is made for, one a gap."""
+        raise NotImplementedError
+
+    @property
+    def polymer(self) -> Polymer | None:
+        """The viscoelastic part of the liquid, None for a Newtonian one."""
+        law = self.liquid or "giesekus"
+        if self.De == 0 or law == "newtonian":
+            return None
+        alpha = 0.2 if self.alpha is None else self.alpha
+        return Polymer(law, self.De, self.xi, alpha if law == "giesekus" else 0.0, self.epsilon or 0.0, self.L2 or 0.0)
+
+    @property
+    def notes(self) -> list[str]:
+        """What a user should know of the case as it was understood."""
+        if self.De == 0 and self.liquid not in (None, "newtonian"):
+            return [f"De = 0: the liquid is Newtonian with viscosity 1; liquid: {self.liquid} and xi are ignored"]
+        return []
+
+    @property
+    def tube_length(self) -> float:
+        """Length of the tube."""
+        if self.length == "auto":
+            return self.cluster + 2 * self.margin
+        if self.length is None:
+            return 50 * max(self.betas) if self.n else 10.0
+        return self.length
+
+    @property
+    def margin(self) -> float:
+        """Tube on each side of the particles with `length: auto`."""
+        if self.polymer is None:
+            return NEWTONIAN_MARGIN
+        least, most = ELASTIC_MARGINS
+        return min(max(7.0 - 10.0 * min(self.betas, default=1.0), least), most)
+
+    @property
+    def cluster(self) -> float:
+        """Length of the row of particles."""
+        return sum(self.betas) + sum(self.gaps)
+
+    @property
+    def slug(self) -> str:
+        """Name of the run's folder."""
+        return self.name or "-".join(self._words())
+
+    def _words(self) -> list[str]:
+        """The case in short, for the name of its folder."""
+        law = [f"De{self.De:g}"]
+        if self.polymer is not None:
+            law += [] if self.polymer.name == "giesekus" else [self.polymer.name]
+            law += [
+                f"{key}{value:g}" for key in ("alpha", "epsilon", "L2") if (value := getattr(self, key)) is not None
+            ]
+        if self.n == 0:
+            return ["pipe", *law]
+        parts = [f"beta{shown(self.beta)}", *law, f"Cae{shown(self.Ca_e)}"]
+        return parts if self.n == 2 else [f"n{self.n}", *parts]
+
+    def resolved(self) -> dict[str, Any]:
+        """The case with every default filled in, as plain data."""
+        data = self.model_dump(mode="json")
+        if self.length is None:
+            data["length"] = self.tube_length
+        if self.polymer is not None:
+            data["liquid"] = self.polymer.name
+            data["alpha"] = self.polymer.alpha if self.polymer.name == "giesekus" else None
+        return {k: v for k, v in data.items() if v is not None}
+
+
+class Case(SceneCase):
+    """One case in time; d0 is one distance for all gaps or a list."""
+
+    d0: Distance | tuple[Distance, ...] | None = Field(None, description="initial distance between surfaces [D_c]")
+    time: TimeOptions = TimeOptions()
+    limits: Limits = Limits()
+    output: OutputOptions = OutputOptions()
+
+    @property
+    def gaps(self) -> tuple[float, ...]:
+        """Initial distances, one a gap."""
+        return _each(self.d0, max(self.n - 1, 0))
+
+    def _words(self) -> list[str]:
+        words = super()._words()
+        return [*words, f"d{shown(self.d0)}"] if self.n > 1 else words
+
+
+# Tube on each side of the particles with developed ends. The slowest disturbance of a Newtonian pipe flow decays as
+# exp(-8.93 z/D_c): 2 leaves 2e-8 of it. A viscoelastic one decays more slowly, for small particles most of all, as
+# measured in docs/viscoelastic.md; De hardly matters.
+NEWTONIAN_MARGIN = 2.0
+ELASTIC_MARGINS = 3.0, 6.0
+FREE_ENDS = 0.5
+MOST_OUTPUTS = 10_000
+
+
+def shown(value: Any) -> str:
+    """A number or a list of them, for a name."""
+    return "_".join(f"{v:g}" for v in value) if isinstance(value, tuple) else f"{value:g}"
+
+
+def _each(value: float | tuple[float, ...] | None, count: int) -> tuple[float, ...]:
+    if count == 0 or value is None:
+        return ()
+    return value if isinstance(value, tuple) else (value,) * count
+
+
+def check_scene(case: SceneCase, source: str, counts: dict[str, int]) -> None:
+    """What no key of a scene can say alone.
+
+    Args:
+        case: The case.
+        source: Where it came from.
+        counts: Keys that take one value for each of so many particles or gaps.
+
+    Raises:
+        InputError: With the first key that does not fit the others.
+    """
+
+    def refuse(key: str, value: Any, allowed: str) -> None:
+        raise InputError(source, key, value, allowed)
+
+    if case.De > 0:
+        law = case.liquid or "giesekus"
+        if law == "newtonian":
+            refuse("liquid", law, "another law, or De: 0: a Newtonian liquid has no relaxation time")
+        if case.xi == 0:
+            refuse("xi", case.xi, "above 0 in a viscoelastic liquid")
+        for key, laws in (("alpha", ("giesekus",)), ("epsilon", ("ptt-linear", "ptt-exp")), ("L2", ("fene-p",))):
+            value = getattr(case, key)
+            if value is not None and law not in laws:
+                refuse(key, value, f"nothing: {key} belongs to {' and '.join(laws)}, the liquid is {law}")
+            if value is None and law in laws and key != "alpha":
+                refuse(key, None, f"is missing; liquid: {law} needs it")
+    for key, count in {"beta": case.n, "Ca_e": case.n, **counts}.items():
+        value = getattr(case, key)
+        if count > 0 and value is None:
+            refuse(key, None, f"is missing; {case.n} particles need it (a number or a list of {count})")
+        if isinstance(value, tuple) and len(value) != max(count, 0):
+            what = "gaps" if key == "d0" else "particles"
+            refuse(key, list(value), f"a number or a list of {max(count, 0)}, one for each of the {what}")
+    if case.length == "auto" and case.ends != "developed":
+        refuse("length", "auto", "auto goes with ends: developed; periodic ends need a number")
+    if case.n and case.tube_length < case.cluster + 2 * FREE_ENDS:
+        allowed = (
+            f"at least {case.cluster + 2 * FREE_ENDS:g}: the particles take {case.cluster:g}, each end {FREE_ENDS:g}"
+        )
+        refuse("length", case.tube_length, allowed)
+
+
+def check_together(case: Case, source: str) -> None:
+    """What no key of a case in time can say alone.
+
+    Raises:
+        InputError: With the first key that does not fit the others.
+    """
+    check_scene(case, source, {"d0": case.n - 1})
+
+    def refuse(key: str, value: Any, allowed: str) -> None:
+        raise InputError(source, key, value, allowed)
+
+    if case.time.first_step > case.time.end:
+        refuse("time.first_step", case.time.first_step, f"at most time.end = {case.time.end:g}")
+    if case.time.max_step < case.time.first_step:
+        refuse("time.max_step", case.time.max_step, f"at least time.first_step = {case.time.first_step:g}")
+    if case.time.fixed_step is not None and case.time.fixed_step > case.time.end:
+        refuse("time.fixed_step", case.time.fixed_step, f"at most time.end = {case.time.end:g}")
+    if case.output.every is not None and case.time.end / case.output.every > MOST_OUTPUTS:
+        refuse(
+            "output.every", case.output.every, f"at least {case.time.end / MOST_OUTPUTS:g}: more outputs fill the disk"
+        )
+    late = [t for t in case.output.times if t > case.time.end]
+    if late:
+        refuse("output.times", late[0], f"at most time.end = {case.time.end:g}")
+    if case.limits.max_gap is not None and case.gaps and case.limits.max_gap <= max(case.gaps):
+        refuse("limits.max_gap", case.limits.max_gap, f"above the initial distance {max(case.gaps):g}")
+    if case.gaps and case.limits.min_gap >= min(case.gaps):
+        refuse("limits.min_gap", case.limits.min_gap, f"below the initial distance {min(case.gaps):g}")

@@ -1,0 +1,1 @@
+"""One case from validated input to results."""

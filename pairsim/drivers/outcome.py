@@ -1,0 +1,147 @@
+"""What every command leaves behind besides its numbers: how it ended, by which versions, on which machine."""
+
+from __future__ import annotations
+
+import platform
+import resource
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from pairsim import __version__
+from pairsim.results.output import RunFolder
+from pairsim.runtime.collective import collectively
+from pairsim.runtime.errors import RunFailure, WriteFailure
+from pairsim.runtime.fenicsx import MPI
+from pairsim.runtime.signals import Signals
+from pairsim.solvers.newton import petsc_version
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a command ended.
+
+    Attributes:
+        status: "finished", "failed" or "interrupted".
+        reason: "end", "contact", "max_gap", or the typed reason of a failure.
+        message: One line for people.
+    """
+
+    status: str
+    reason: str
+    message: str
+
+    @property
+    def exit_code(self) -> int:
+        """0 finished, 3 typed failure, 130 interrupted."""
+        return {"finished": 0, "failed": 3, "interrupted": 130}[self.status]
+
+
+def concluded(work: Callable[[], str]) -> Outcome:
+    """Do work that ends with a message; how it ended, also by a typed failure, SIGINT or SIGTERM."""
+    try:
+        with Signals(impatient=True):
+            return Outcome("finished", "end", work())
+    except RunFailure as failure:
+        return Outcome("failed", failure.reason, str(failure))
+    except KeyboardInterrupt:
+        return Outcome("interrupted", "interrupted", "stopped by a signal; what was written so far stands")
+
+
+def written(comm: MPI.Comm, write: Callable[[], None]) -> None:
+    """Write on the first process.
+
+    Raises:
+        WriteFailure: It could not, on every process.
+    """
+    try:
+        collectively(comm, write)
+    except OSError as error:
+        raise WriteFailure(
+            str(error), advice="more room on the disk, then the same command with --overwrite"
+        ) from error
+
+
+def new_folder(comm: MPI.Comm, directory: Path, overwrite: bool, case: dict[str, Any]) -> RunFolder | None:
+    """The folder of a command with its case.yaml, on the first process.
+
+    Raises:
+        InputError: It exists and may not be replaced.
+    """
+
+    def make() -> RunFolder:
+        folder = RunFolder.create(directory, overwrite)
+        folder.write_yaml("case.yaml", case)
+        return folder
+
+    return collectively(comm, make)
+
+
+def _versions() -> dict[str, str]:
+    names = ("fenics-basix", "fenics-ffcx", "fenics-ufl", "gmsh", "mpi4py", "numpy", "scipy", "h5py")
+    found = {"pairsim": __version__, "python": platform.python_version(), "petsc": petsc_version()}
+    for name in names:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            found[name] = "unknown"
+    return found
+
+
+def peak_memory() -> int:
+    """Most memory that this process has held so far, in bytes."""
+    largest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return largest if sys.platform == "darwin" else 1024 * largest
+
+
+class Record:
+    """run.json: rewritten whole whenever something is to be told.
+
+    Args:
+        folder: The folder, None on all processes but the first.
+        command: The command line.
+        processes: Size of the communicator.
+        before: Seconds that the run took before it was stopped and resumed.
+    """
+
+    def __init__(self, folder: RunFolder | None, command: str, processes: int, before: float = 0.0) -> None:
+        self._folder, self._command, self._processes = folder, command, processes
+        self._begin = time.perf_counter() - before
+        self._started = time.strftime("%Y-%m-%dT%H:%M:%S%z")
+
+    @property
+    def passed(self) -> float:
+        """Seconds since the command began, and those before a resume."""
+        return time.perf_counter() - self._begin
+
+    def write(self, outcome: Outcome | None, more: dict[str, Any], phases: dict[str, float]) -> None:
+        """Tell how it stands.
+
+        Args:
+            outcome: How it ended, None while it runs.
+            more: What else to tell.
+            phases: Seconds by phase of the work; the rest is `other`.
+        """
+        if self._folder is None:
+            return
+        wall = self.passed
+        content = {
+            "status": outcome.status if outcome else "running",
+            "reason": outcome.reason if outcome else "",
+            "message": outcome.message if outcome else "",
+            "started": self._started,
+            "command": self._command,
+            "processes": self._processes,
+            "machine": {"node": platform.node(), "system": platform.platform(), "processor": platform.machine()},
+            "versions": _versions(),
+            "wall_time": wall,
+            "peak_memory": peak_memory(),  # of the first process
+            **more,
+        }
+        if phases:
+            content["wall_time_by_phase"] = {**phases, "other": wall - sum(phases.values())}
+        self._folder.write_json("run.json", content)

@@ -1,0 +1,173 @@
+"""What a run leaves behind as it goes: rows, frames, checkpoints, and what its user should know of them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from pairsim.config.case import Case
+from pairsim.drivers.warnings import coarse_mesh, long_steps, narrow_gap, near_ends, unresolved_stress
+from pairsim.results.checkpoint import Checkpoint
+from pairsim.results.columns import HEALTH, POLYMER_HEALTH, named_row, series_columns
+from pairsim.results.fields import frame
+from pairsim.results.output import SERIES, RunFolder, SeriesWriter, plain, read_series
+from pairsim.results.xdmf import FieldsWriter
+from pairsim.runtime.arrays import Array
+from pairsim.solvers.time_error import TimeError
+from pairsim.solvers.transient import Step, Transient
+
+CHEAP = 50.0  # times the last checkpoint's cost: how long one at an output stands off
+
+
+def milestones(case: Case) -> list[float]:
+    """Times that steps land on: the wanted outputs and the end."""
+    end, every = case.time.end, case.output.every
+    times = {t for t in case.output.times if 0 < t < end}
+    if every is not None:
+        times |= {k * every for k in range(1, int(np.ceil(end / every - 1e-9)))}
+    return [*sorted(times), end]
+
+
+def span(case: Case, gaps: Sequence[Any]) -> float:
+    """Length of the row of particles with these gaps, each a number or a column; the largest."""
+    return sum(case.betas) + float(np.max(np.sum(gaps, axis=0), initial=0.0) if len(gaps) else 0.0)
+
+
+@dataclass
+class RunWarnings:
+    """What the warnings of a run depend on.
+
+    Attributes:
+        case: The case.
+        s_jump: Largest change of log c across a cell.
+        widest: Greatest length of the row of particles.
+        narrowest: The gap that was shortest against the arcs beside it, and their length.
+        steps: What the time steps leave in dU.
+    """
+
+    case: Case
+    s_jump: float = 0.0
+    widest: float = 0.0
+    narrowest: tuple[float, float] = (1.0, 0.0)
+    steps: TimeError = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.steps = TimeError(order=2 if self.case.polymer else 3)
+
+    @staticmethod
+    def of(case: Case, series: Mapping[str, Array], narrowest: tuple[float, float]) -> RunWarnings:
+        """That of the rows of a series."""
+        gaps = [series[name] for name in series if name == "d" or name.startswith("d_")]
+        s_jump = float(np.max(series.get("s_jump", [0.0]), initial=0.0))
+        worst = RunWarnings(case, s_jump, span(case, gaps), narrowest)
+        relative = [series[name] for name in series if name == "dU" or name.startswith("dU_")]
+        for t, mesh, *dU in zip(series["t"], series["mesh"], *relative, strict=True):
+            worst.steps.add(float(t), int(mesh), dU)
+        return worst
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the user should know of the results."""
+        stress, narrow = unresolved_stress(self.case, self.s_jump), narrow_gap(*self.narrowest)
+        steps, ends = long_steps(self.case, self.steps.part), near_ends(self.case, self.widest)
+        return [*coarse_mesh(self.case), *steps, *stress, *narrow, *ends]
+
+
+class RunOutput:
+    """Writes what a run yields; there is one on the first process only.
+
+    Args:
+        case: The case.
+        folder: Where to.
+        old: What the run goes on from: what was written after it is cut off. None: from the beginning.
+    """
+
+    def __init__(self, case: Case, folder: RunFolder, old: Checkpoint | None) -> None:
+        self.case, self.folder, self.old = case, folder, old
+        self.columns = HEALTH + (POLYMER_HEALTH if case.polymer else ())
+        columns = [*series_columns(case.n), *self.columns]
+        self.series = SeriesWriter(folder.file(SERIES), columns, old.rows if old else None)
+        self.fields = FieldsWriter(folder.path, keep=old.frames if old else 0) if case.output.fields else None
+        lost = old.frames - self.fields.frames if old and self.fields else 0
+        self.damage = [f"fields.h5 was damaged: {lost} frames are lost"] if lost else []
+        self.worst = RunWarnings.of(case, read_series(folder.file(SERIES)), old.narrowest) if old else RunWarnings(case)
+        self.wanted = milestones(case)
+        self._pending: Step | None = None
+        self._latest: Checkpoint | None = None
+        self._saved, self._cost = -np.inf, 0.0
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the user should know of the results."""
+        return [*self.damage, *self.worst.warnings]
+
+    def attach(self, transient: Transient) -> None:
+        """Say whose steps come."""
+        self.transient, self.pipe = transient, transient.pipe
+        self.origin = self.old.origin if self.old is not None else transient.history.h[0]
+
+    def take(self, step: Step, wall: float) -> None:
+        """Write an accepted step, and a checkpoint when it is time for one."""
+        self._row(step)
+        at_output = any(abs(step.t - t) <= 1e-9 * max(1.0, t) for t in self.wanted)
+        self._pending = step
+        if at_output or self.transient.counts.steps == 1:
+            self._field()
+        # Without a frame that waits for the end: a run that goes on from here may not have one at this time.
+        frames = self.fields.frames if self.fields is not None else self.old.frames if self.old else 0
+        gaps = tuple(map(float, step.observation.d))
+        state, case = self.transient.state, plain(self.case.resolved())
+        self._latest = Checkpoint(state, case, gaps, self.worst.narrowest, self.origin, self.series.rows, frames, wall)
+        passed = time.monotonic() - self._saved
+        if passed >= self.case.output.checkpoint or (at_output and passed > CHEAP * self._cost):
+            self._save()
+
+    def finish(self, last_frame: bool) -> None:
+        """Write the checkpoint of the last step and, if asked for, its fields; close all files."""
+        try:
+            if last_frame:
+                self._field()
+        finally:
+            self._save()
+            self.series.close()
+            if self.fields is not None:
+                self.fields.close()
+
+    def _row(self, step: Step) -> None:
+        o = step.observation
+        values = named_row(step.t, o.d, o.U, o.D, o.dp, o.dp - self.pipe(step.t).gradient * self.case.tube_length)
+        health: tuple[float, ...] = (
+            step.dt,
+            step.report.iterations,
+            step.mesh_id,
+            o.m,
+            o.volume_error,
+            step.distortion,
+        )
+        if o.conformation is not None:
+            c = o.conformation
+            health += (c.c_max, c.z, c.r, c.c_min, c.s_jump)
+            self.worst.s_jump = max(self.worst.s_jump, c.s_jump)
+        self.worst.steps.add(step.t, step.mesh_id, np.diff(o.U))
+        self.worst.widest = max(self.worst.widest, span(self.case, list(o.d)))
+        for gap, (behind, ahead) in zip(map(float, o.d), pairwise(self.transient.outlines), strict=True):
+            arc = max(behind.size_at(0.0), ahead.size_at(float(np.pi)))
+            self.worst.narrowest = max(self.worst.narrowest, (gap, arc), key=lambda each: each[1] / each[0])
+        self.series.row(values | dict(zip(self.columns, map(float, health), strict=True)))
+
+    def _field(self) -> None:
+        step, self._pending = self._pending, None
+        if step is not None and self.fields is not None:
+            self.fields.write(frame(step, self.origin, self.pipe(step.t)))
+
+    def _save(self) -> None:
+        if self._latest is not None:
+            begin = time.monotonic()
+            self._latest.save(self.folder)
+            self._latest, self._saved = None, time.monotonic()
+            self._cost = self._saved - begin

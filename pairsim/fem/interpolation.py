@@ -1,0 +1,42 @@
+"""Quadratic nodal values at points between the nodes."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.tri import Triangulation
+from scipy.spatial import cKDTree
+
+from pairsim.fem.six_node_mesh import SixNodeMesh, shape_gradients, shape_values
+from pairsim.runtime.arrays import Array
+
+# The four linear triangles that a quadratic one is cut into for finding points.
+_PARTS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
+
+
+def interpolate(mesh: SixNodeMesh, positions: Array, values: Array, wanted: Array) -> Array:
+    """Quadratic nodal values at other points.
+
+    Args:
+        mesh: Cells.
+        positions: Where their nodes are, (n, 2).
+        values: Values at the nodes, (n, k).
+        wanted: Points, (m, 2); one just outside a curved boundary is taken from the nearest cell.
+
+    Returns:
+        Values at the points, (m, k).
+    """
+    parts = mesh.cells[:, _PARTS].reshape(-1, 3)
+    finder = Triangulation(positions[:, 0], positions[:, 1], parts).get_trifinder()
+    found = np.asarray(finder(wanted[:, 0], wanted[:, 1]), dtype=np.int64)
+    cell = found // len(_PARTS)
+    lost = np.flatnonzero(found < 0)
+    if lost.size:
+        nearest = cKDTree(positions[mesh.cells].mean(axis=1)).query(wanted[lost])[1]
+        cell[lost] = nearest
+    nodes = mesh.cells[cell]
+    local = np.full((len(wanted), 2), 1 / 3)
+    for _ in range(8):
+        miss = wanted - np.einsum("ma,mai->mi", shape_values(local), positions[nodes])
+        dx = np.einsum("mak,mai->mik", shape_gradients(local), positions[nodes])
+        local = np.clip(local + np.linalg.solve(dx, miss[..., None])[..., 0], -0.2, 1.2)
+    return np.asarray(np.einsum("ma,mak->mk", shape_values(local), values[nodes]))

@@ -1,0 +1,325 @@
+"""The two kinds of phase, discretised: which fields a phase has, its compiled forms, and its local assembly.
+
+A phase has one mixed function x on its own mesh. Its degrees of freedom have a canonical number that knows the nodes
+of the mesh and nothing of processes: field after field, vector fields as (node, component), P1 fields by vertex.
+Constraints (`pairsim.fem.constraints`) join the phases; the assembly here leaves contributions of processes unsummed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import basix.ufl
+import numpy as np
+import ufl
+from numpy.typing import NDArray
+
+from pairsim.fem.jit import JIT_OPTIONS
+from pairsim.fem.six_node_mesh import SixNodeMesh
+from pairsim.physics.forms import constitutive, continuity, mesh_motion
+from pairsim.physics.forms.momentum import momentum
+from pairsim.physics.kinematics import Expr, Kinematics
+from pairsim.physics.materials import neo_hookean, newtonian, polymer
+from pairsim.physics.materials.log_conformation import LogConformation
+from pairsim.runtime.arrays import Array, Indices
+from pairsim.runtime.fenicsx import MPI, dolfinx
+
+fem = dolfinx.fem
+
+# Degree 4 changes dU by 3e-5 of itself at Ca_e .15 and N_p 20, degree 5 by 1e-5, degree 6 by 5e-7 (against 8).
+QUADRATURE_DEGREE = 5
+UPWIND_SCALE = 0.5
+# basix orders mid-sides by the opposite vertex, gmsh by their first vertex.
+_TO_BASIX = np.array([0, 1, 2, 4, 5, 3])
+
+
+@dataclass(frozen=True)
+class FieldSpec:
+    """One field of a phase: its name, Lagrange degree and number of components."""
+
+    name: str
+    degree: int
+    components: int
+
+
+VELOCITY = FieldSpec("u", 2, 2)
+DISPLACEMENT = FieldSpec("eta", 2, 2)
+PRESSURE = FieldSpec("p", 1, 1)
+LOG_CONFORMATION = FieldSpec("s", 2, 4)
+MESH_VELOCITY = FieldSpec("w", 1, 2)
+
+
+@dataclass(frozen=True)
+class CompiledPhase:
+    """Forms of one kind of phase, compiled without a mesh."""
+
+    fields: tuple[FieldSpec, ...]
+    element: basix.ufl._ElementBase
+    residual: Any
+    jacobian: Any
+    coupled: NDArray[np.bool_]
+    x: ufl.Coefficient
+    star: ufl.Coefficient
+    constants: dict[str, ufl.Constant]
+
+
+@dataclass(frozen=True)
+class _Terms:
+    """What a form is built from: unknowns, their part that the time scheme has fixed, test functions, constants."""
+
+    mesh: ufl.Mesh
+    x: dict[str, Expr]
+    star: dict[str, Expr]
+    test: dict[str, Expr]
+    constants: dict[str, ufl.Constant]
+    dX: ufl.Measure
+
+
+def _components(space: Any, i: int, field: FieldSpec) -> list[Any]:
+    """Scalar subspaces of field i of a mixed space."""
+    return [space.sub(i).sub(c) for c in range(field.components)] if field.components > 1 else [space.sub(i)]
+
+
+def _coupled(element: basix.ufl._ElementBase, fields: tuple[FieldSpec, ...], create: Callable[..., Any]) -> Any:
+    """Which blocks of the Jacobian are anything but zero, (fields, fields) of bool.
+
+    They are looked up in the matrix of one cell with random values in every unknown and constant: what no form
+    touches is exactly zero there. (Asking UFL takes seconds in a viscoelastic liquid.)
+    """
+    triangle = np.array([[0.1, 0.3], [0.9, 0.2], [0.4, 0.8], [0.65, 0.5], [0.25, 0.55], [0.5, 0.25]])
+    coordinate = basix.ufl.element("Lagrange", "triangle", 2, shape=(2,))
+    cells = np.arange(6, dtype=np.int64)[None, :]
+    space = fem.functionspace(dolfinx.mesh.create_mesh(MPI.COMM_SELF, cells, coordinate, triangle), element)
+    random = np.random.default_rng(0)
+    form = create(space, lambda: random.uniform(0.2, 0.8))
+    dense = fem.assemble_matrix(form).to_dense()
+    blocks = [np.ravel([part.dofmap.list[0] for part in _components(space, i, f)]) for i, f in enumerate(fields)]
+    return np.array([[bool(np.any(dense[np.ix_(i, j)] != 0)) for j in blocks] for i in blocks])
+
+
+_COMPILED: dict[tuple[str | bool, ...], CompiledPhase] = {}
+
+
+def _compile(
+    comm: MPI.Comm,
+    kind: tuple[str | bool, ...],
+    fields: tuple[FieldSpec, ...],
+    constant_names: tuple[str, ...],
+    build: Callable[[_Terms], ufl.Form],
+) -> CompiledPhase:
+    """Compile a kind of phase on all processes of a communicator, once for every scene that has it."""
+    if kind in _COMPILED:
+        return _COMPILED[kind]
+    mesh = ufl.Mesh(basix.ufl.element("Lagrange", "triangle", 2, shape=(2,)))
+    element = basix.ufl.mixed_element(
+        [
+            basix.ufl.element("Lagrange", "triangle", f.degree, shape=(f.components,) if f.components > 1 else None)
+            for f in fields
+        ]
+    )
+    space = ufl.FunctionSpace(mesh, element)
+    x, star, test = ufl.Coefficient(space), ufl.Coefficient(space), ufl.TestFunction(space)
+    constants = {name: ufl.Constant(mesh) for name in constant_names}
+    named = [dict(zip((f.name for f in fields), ufl.split(function), strict=True)) for function in (x, star, test)]
+    dX = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE})
+    residual = build(_Terms(mesh, named[0], named[1], named[2], constants, dX))
+    jacobian = ufl.derivative(residual, x, ufl.TrialFunction(space))
+
+    def compiled(form: ufl.Form) -> Any:
+        return fem.compile_form(comm, form, jit_options=JIT_OPTIONS)
+
+    compiled_jacobian = compiled(jacobian)
+
+    def on_one_cell(space: Any, value: Callable[[], float]) -> Any:
+        functions = {c: fem.Function(space) for c in (x, star)}
+        for function in functions.values():
+            function.x.array[:] = [value() for _ in function.x.array]
+        values = {c: fem.Constant(space.mesh, value()) for c in constants.values()}
+        return fem.create_form(compiled_jacobian, [space, space], space.mesh, {}, functions, values)
+
+    coupled = _coupled(element, fields, on_one_cell)
+    _COMPILED[kind] = CompiledPhase(fields, element, compiled(residual), compiled_jacobian, coupled, x, star, constants)
+    return _COMPILED[kind]
+
+
+def newtonian_liquid(comm: MPI.Comm, moving: bool) -> CompiledPhase:
+    """Newtonian liquid: u, p and, where the mesh moves, eta."""
+
+    def build(terms: _Terms) -> ufl.Form:
+        x, test, dX = terms.x, terms.test, terms.dX
+        kin = Kinematics.of(terms.mesh, x.get("eta"))
+        form = momentum(kin, newtonian.extra_stress(kin, x["u"], 1.0), x["p"], test["u"], dX)
+        form += continuity.liquid(kin, x["u"], test["p"], dX)
+        if moving:
+            form += mesh_motion.elastic_extension(terms.mesh, x["eta"], test["eta"], dX)
+        return form
+
+    fields = (VELOCITY, PRESSURE, DISPLACEMENT) if moving else (VELOCITY, PRESSURE)
+    return _compile(comm, ("newtonian", moving), fields, (), build)
+
+
+def viscoelastic_liquid(comm: MPI.Comm, law: polymer.Name, moving: bool, steady: bool = False) -> CompiledPhase:
+    """Viscoelastic liquid: u, p, s = log c and, where the mesh moves, eta.
+
+    In time the mesh's velocity follows from eta; a quasi-steady liquid has it as a field of its own, w, and forgets
+    its past with rate = 0 (rate = 1/dt makes a step of pseudo-time of it).
+    """
+
+    def build(terms: _Terms) -> ufl.Form:
+        x, star, test, k, dX = terms.x, terms.star, terms.test, terms.constants, terms.dX
+        kin = Kinematics.of(terms.mesh, x.get("eta"))
+        s = LogConformation.of(x["s"])
+        solvent = newtonian.extra_stress(kin, x["u"], k["xi"])
+        tau = constitutive.stress(law, s, k["xi"], k["De"], k["L2"])
+        form = momentum(kin, (solvent[0] + tau[0], solvent[1] + tau[1]), x["p"], test["u"], dX)
+        form += continuity.liquid(kin, x["u"], test["p"], dX)
+        if moving:
+            form += mesh_motion.elastic_extension(terms.mesh, x["eta"], test["eta"], dX)
+        if steady:
+            v, change = x["u"] - x["w"], (x["s"] - star["s"]) * k["rate"]
+        else:
+            v, change = x["u"], (x["s"] - star["s"]) / k["g"]
+            if moving:
+                v = v - ufl.as_vector([k["U_m"], 0]) - (x["eta"] - star["eta"]) / k["g"]
+        rate = LogConformation.of(change + ufl.dot(kin.grad(x["s"]), v))
+        relaxed = constitutive.relaxation(law, s, k["alpha"], k["epsilon"], k["L2"])
+        strong = constitutive.residual(kin, s, (rate.block, rate.hoop), x["u"], relaxed, k["De"])
+        time = constitutive.upwind_time(terms.mesh, v, k["De"], UPWIND_SCALE)
+        return form + constitutive.constitutive(kin, strong, test["s"], v, time, dX)
+
+    fields = [VELOCITY, PRESSURE, LOG_CONFORMATION]
+    fields += [DISPLACEMENT] if moving else []
+    fields += [MESH_VELOCITY] if steady else []
+    names = ("De", "xi", "alpha", "epsilon", "L2", *(("rate",) if steady else ("g", "U_m")))
+    return _compile(comm, (law, moving, steady), tuple(fields), names, build)
+
+
+def neo_hookean_solid(comm: MPI.Comm) -> CompiledPhase:
+    """Neo-Hookean particle: eta and p, with its capillary number Ca_e as a constant."""
+
+    def build(terms: _Terms) -> ufl.Form:
+        x, test, dX = terms.x, terms.test, terms.dX
+        kin = Kinematics.of(terms.mesh, x["eta"])
+        stress = neo_hookean.extra_stress(kin, terms.constants["Ca_e"])
+        return momentum(kin, stress, x["p"], test["eta"], dX) + continuity.solid(kin, test["p"], dX)
+
+    return _compile(comm, ("neo-hookean",), (DISPLACEMENT, PRESSURE), ("Ca_e",), build)
+
+
+class Phase:
+    """A phase on its mesh, spread over the processes of a communicator.
+
+    Args:
+        comm: Communicator of the case.
+        compiled: Forms and fields.
+        mesh: The mesh, the same on every process.
+        constants: Values of the forms' constants.
+
+    Attributes:
+        size: Number of canonical degrees of freedom.
+        canonical: Canonical number of each local degree of freedom (owned, then ghosts).
+        owned: Number of owned local degrees of freedom.
+    """
+
+    def __init__(
+        self, comm: MPI.Comm, compiled: CompiledPhase, mesh: SixNodeMesh, constants: dict[str, float] | None = None
+    ) -> None:
+        self.comm, self.compiled, self.six_node_mesh = comm, compiled, mesh
+        coordinate = basix.ufl.element("Lagrange", "triangle", 2, shape=(2,))
+        cells = mesh.cells[:, _TO_BASIX] if comm.rank == 0 else np.empty((0, 6), dtype=np.int64)
+        points = mesh.points if comm.rank == 0 else np.empty((0, 2))
+        self.mesh = dolfinx.mesh.create_mesh(comm, cells, coordinate, points)
+        self.space = fem.functionspace(self.mesh, compiled.element)
+        self.x, self.star = fem.Function(self.space), fem.Function(self.space)
+        self.offsets = self._offsets()
+        self.canonical = self._number()
+        self.owned = int(self.space.dofmap.index_map.size_local * self.space.dofmap.index_map_bs)
+        self.constants = {k: fem.Constant(self.mesh, float(v)) for k, v in (constants or {}).items()}
+        constant_map = {compiled.constants[k]: self.constants[k] for k in self.constants}
+
+        functions = {compiled.x: self.x, compiled.star: self.star}
+
+        def create(form: Any, spaces: int) -> Any:
+            return fem.create_form(form, [self.space] * spaces, self.mesh, {}, functions, constant_map)
+
+        self._residual = create(compiled.residual, 1)
+        self._jacobian = create(compiled.jacobian, 2)
+        self._vector = np.zeros(len(self.x.x.array))
+        self._matrix = fem.create_matrix(self._jacobian)
+        self.entries = self._entries()
+
+    def _offsets(self) -> dict[str, int]:
+        nodes, vertices = len(self.six_node_mesh.points), len(self.six_node_mesh.vertices)
+        offsets, total = {}, 0
+        for f in self.compiled.fields:
+            offsets[f.name] = total
+            total += f.components * (nodes if f.degree == 2 else vertices)
+        self.size = total
+        return offsets
+
+    def carriers(self, name: str) -> Indices:
+        """Nodes that carry a field: all of them, or the vertices only."""
+        f = next(f for f in self.compiled.fields if f.name == name)
+        return np.arange(len(self.six_node_mesh.points)) if f.degree == 2 else self.six_node_mesh.vertices
+
+    def index(self, name: str, nodes: Indices, component: int = 0) -> Indices:
+        """Canonical numbers of a field's component at nodes (vertices for a P1 field)."""
+        f = next(f for f in self.compiled.fields if f.name == name)
+        if f.degree == 2:
+            return np.asarray(self.offsets[name] + f.components * nodes + component)
+        return np.asarray(
+            self.offsets[name] + f.components * np.searchsorted(self.six_node_mesh.vertices, nodes) + component
+        )
+
+    def _number(self) -> Indices:
+        node = self.mesh.geometry.input_global_indices[self.mesh.geometry.dofmap]
+        canonical = np.full(len(self.x.x.array), -1, dtype=np.int64)
+        for i, f in enumerate(self.compiled.fields):
+            for c, part in enumerate(_components(self.space, i, f)):
+                dofs = part.dofmap.list
+                canonical[dofs] = self.index(f.name, node[:, : dofs.shape[1]], c)
+        return canonical
+
+    def _entries(self) -> tuple[Indices, Indices, Indices]:
+        """Positions in the local matrix data that can be non-zero, with canonical rows and columns."""
+        A = self._matrix
+        rows = np.repeat(np.arange(len(A.indptr) - 1), np.diff(A.indptr))
+        # The matrix knows columns of other processes that the function's own ghosts do not hold.
+        everywhere = np.concatenate(self.comm.allgather(self.canonical[: self.owned]))
+        column = everywhere[A.index_map(1).local_to_global(A.indices)]
+        row = self.canonical[rows]
+        starts = np.array([self.offsets[f.name] for f in self.compiled.fields])
+        field_row = np.searchsorted(starts, row, side="right") - 1
+        field_column = np.searchsorted(starts, column, side="right") - 1
+        keep = np.flatnonzero(self.compiled.coupled[field_row, field_column])
+        return keep, row[keep], column[keep]
+
+    def nodal(self, name: str, values: Array) -> Array:
+        """A quadratic field's values by node and component, from a canonical vector."""
+        f = next(f for f in self.compiled.fields if f.name == name)
+        start = self.offsets[name]
+        return values[start : start + f.components * len(self.six_node_mesh.points)].reshape(-1, f.components)
+
+    def set(self, values: Array) -> None:
+        """Set all local degrees of freedom from a canonical vector."""
+        self.x.x.array[:] = values[self.canonical]
+
+    def set_star(self, values: Array) -> None:
+        """Set what the time scheme has fixed, from a canonical vector."""
+        self.star.x.array[:] = values[self.canonical]
+
+    def residual(self) -> Array:
+        """This process's contributions to the residual, as a canonical vector."""
+        self._vector[:] = 0.0
+        fem.assemble_vector(self._vector, self._residual)
+        out = np.zeros(self.size)
+        out[self.canonical] = self._vector
+        return out
+
+    def jacobian(self) -> Array:
+        """This process's contributions to the matrix, in which `entries` tells what is where."""
+        self._matrix.set_value(0.0)
+        fem.assemble_matrix(self._matrix, self._jacobian)
+        return np.asarray(self._matrix.data)

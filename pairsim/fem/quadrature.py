@@ -1,0 +1,95 @@
+"""Integrals over quadratic meshes with numpy: for diagnostics and for the constant vectors of a scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import pi
+
+import basix
+import numpy as np
+
+from pairsim.fem.six_node_mesh import SixNodeMesh, shape_gradients, shape_values
+from pairsim.runtime.arrays import Array, Indices
+
+
+@dataclass(frozen=True)
+class CellQuadrature:
+    """Quadrature over the cells of a mesh, exact for degree 6 on straight cells.
+
+    Attributes:
+        mesh: The reference mesh.
+    """
+
+    mesh: SixNodeMesh
+
+    @cached_property
+    def _rule(self) -> tuple[Array, Array]:
+        points, weights = basix.make_quadrature(basix.CellType.triangle, 6)
+        return points, weights
+
+    @cached_property
+    def shapes(self) -> Array:
+        """Quadratic shape functions at the points, shape (q, 6)."""
+        return shape_values(self._rule[0])
+
+    @cached_property
+    def gradients(self) -> Array:
+        """Gradients of the shape functions with respect to the reference coordinates, shape (m, q, 6, 2)."""
+        local = shape_gradients(self._rule[0])
+        dx = np.einsum("qak,mai->mqik", local, self.mesh.points[self.mesh.cells])
+        return np.asarray(np.einsum("qak,mqki->mqai", local, np.linalg.inv(dx)))
+
+    def weights(self, points: Array) -> Array:
+        """Volume weights 2 pi R |dA| when the nodes are at `points` (n, 2), shape (m, q)."""
+        x = points[self.mesh.cells]
+        dx = np.einsum("qak,mai->mqik", shape_gradients(self._rule[0]), x, optimize=True)
+        det = dx[..., 0, 0] * dx[..., 1, 1] - dx[..., 0, 1] * dx[..., 1, 0]
+        radius = np.einsum("qa,ma->mq", self.shapes, x[..., 1], optimize=True)
+        return np.asarray(2 * pi * radius * det * self._rule[1])
+
+    def volume(self, points: Array) -> float:
+        """Volume of the body of revolution with its nodes at `points`."""
+        return float(self.weights(points).sum())
+
+    def mean(self, values: Array, points: Array) -> float:
+        """Volume average of a nodal field (n,) over the body with its nodes at `points`."""
+        w = self.weights(points)
+        at_points = np.einsum("qa,ma->mq", self.shapes, values[self.mesh.cells], optimize=True)
+        return float((w * at_points).sum() / w.sum())
+
+    @cached_property
+    def p1_load(self) -> Array:
+        """Integrals of the P1 shape functions over the reference body, by vertex, shape (v,)."""
+        s, t = self._rule[0].T
+        linear = np.stack([1 - s - t, s, t], axis=1)
+        local = np.einsum("mq,qa->ma", self.weights(self.mesh.points), linear)
+        load = np.zeros(len(self.mesh.points))
+        np.add.at(load, self.mesh.cells[:, :3], local)
+        return load[self.mesh.vertices]
+
+
+def end_load(mesh: SixNodeMesh, nodes: Indices, degree: int) -> Array:
+    """Integrals of the shape functions over a straight end of the tube, int N_a 2 pi r dr.
+
+    Args:
+        mesh: The mesh of the liquid.
+        nodes: All nodes of the end in ascending r: vertex, mid-side, vertex, ...
+        degree: 2 for all nodes, 1 for vertices only (mid-sides get zero).
+
+    Returns:
+        One weight a node of `nodes`.
+    """
+    r = mesh.points[nodes, 1]
+    gauss, w = np.polynomial.legendre.leggauss(4)
+    s = (gauss + 1) / 2
+    if degree == 2:
+        shapes = np.stack([(1 - s) * (1 - 2 * s), 4 * s * (1 - s), s * (2 * s - 1)])
+    else:
+        shapes = np.stack([1 - s, np.zeros_like(s), s])
+    load = np.zeros(len(nodes))
+    for k in range(0, len(nodes) - 2, 2):
+        width = r[k + 2] - r[k]
+        radius = r[k] + width * s
+        load[k : k + 3] += (shapes * (w / 2 * width * 2 * pi * radius)).sum(axis=1)
+    return load

@@ -1,0 +1,1 @@
+"""Formulas in UFL and numpy; no meshes."""

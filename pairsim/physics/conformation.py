@@ -1,0 +1,36 @@
+"""The log-conformation at nodes, in numpy: its exponential, what to watch in it, and carrying it to a new mesh."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pairsim.physics.materials import polymer
+from pairsim.physics.materials.polymer import Polymer
+from pairsim.runtime.arrays import Array
+
+
+def exponential(s: Array) -> Array:
+    """c = exp(s) for components (zz, zr, rr, tt), (n, 4) -> (n, 4)."""
+    mean, half = (s[:, 0] + s[:, 2]) / 2, (s[:, 0] - s[:, 2]) / 2
+    x = np.hypot(half, s[:, 1])
+    sinhc = np.where(x > 1e-8, np.sinh(x) / np.where(x > 1e-8, x, 1.0), 1.0)
+    scale, cosh = np.exp(mean), np.cosh(x)
+    return np.column_stack(
+        [scale * (cosh + sinhc * half), scale * sinhc * s[:, 1], scale * (cosh - sinhc * half), np.exp(s[:, 3])]
+    )
+
+
+def logarithm(c: Array) -> Array:
+    """s = log c for components (zz, zr, rr, tt), (n, 4) -> (n, 4)."""
+    mean, half = (c[:, 0] + c[:, 2]) / 2, (c[:, 0] - c[:, 2]) / 2
+    x = np.hypot(half, c[:, 1])
+    high, low = np.log(mean + x), np.log(mean - x)
+    slope = np.where(x > 1e-12, (high - low) / np.where(x > 1e-12, 2 * x, 1.0), 1 / mean)
+    middle = (high + low) / 2
+    return np.column_stack([middle + slope * half, slope * c[:, 1], middle - slope * half, np.log(c[:, 3])])
+
+
+def polymer_stress(liquid: Polymer, c: Array) -> Array:
+    """tau = (1 - xi)/De (F c - I) at nodes, (n, 4) -> (n, 4)."""
+    F = polymer.spring(liquid.name, c[:, 0] + c[:, 2] + c[:, 3], liquid.L2)
+    return np.asarray((1 - liquid.xi) / liquid.De * ((F * c.T).T - [1.0, 0.0, 1.0, 1.0]))

@@ -1,0 +1,1 @@
+"""Reads, writes and draws a folder; never solves."""

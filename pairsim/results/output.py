@@ -1,0 +1,275 @@
+"""The folder of one run, its files and the time series.
+
+Everything here runs on rank 0 only and needs neither DOLFINx nor MPI, so that results can be read anywhere. Text files
+appear whole or not at all (`write_text`); rows of the series reach the operating system as they are computed.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from pairsim.runtime.errors import InputError
+from pairsim.runtime.locks import LOCK
+
+SERIES, CHECKPOINT = "series.csv", "checkpoint.npz"
+OWN_FILES = (
+    "case.yaml",
+    "run.json",
+    SERIES,
+    CHECKPOINT,
+    "series.png",
+    "fields.xdmf",
+    "fields_last.xdmf",
+    "fields.h5",
+    "fields.png",
+    "perturbation.png",
+    "curve.csv",
+    "equilibria.csv",
+    "curve.png",
+    "critical.csv",
+    "critical.png",
+)
+"""Every file that pairsim writes into a run folder; `--overwrite` removes these and nothing else."""
+
+
+def _part(path: Path) -> Path:
+    """The temporary name under which `path` is written; fixed, so that what a killed run left behind is found again."""
+    return path.with_name(f".{path.name}.part")
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file so that readers see the old or the new content, never a half of it."""
+    write_bytes(path, text.encode())
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a file as `write_text` does."""
+    part = _part(path)
+    try:
+        with part.open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(part, path)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
+
+
+def plain(value: Any, where: str = "") -> Any:
+    """Turn numpy numbers and arrays, paths and tuples into what YAML and JSON know.
+
+    Args:
+        value: Nested mappings, sequences and scalars.
+        where: Dotted key of `value`, used in the message of an error.
+
+    Raises:
+        ValueError: A number is nan; the message names its key.
+        TypeError: A value has no plain form.
+    """
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist(), where)
+    if isinstance(value, Mapping):
+        return {str(key): plain(item, f"{where}.{key}" if where else str(key)) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item, f"{where}[{i}]") for i, item in enumerate(value)]
+    if isinstance(value, float) and math.isnan(value):
+        raise ValueError(f"{where or 'value'} is nan and would be written to a file")
+    if isinstance(value, Path):
+        return str(value)
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    raise TypeError(f"{where or 'value'}: cannot write a {type(value).__name__}")
+
+
+@dataclass(frozen=True)
+class RunFolder:
+    """The folder that one run writes to. Make it with `RunFolder.create`."""
+
+    path: Path
+
+    @classmethod
+    def create(cls, path: Path | str, overwrite: bool = False) -> RunFolder:
+        """Make the folder, or empty it of an earlier run's files.
+
+        Args:
+            path: Folder; parents are made as needed.
+            overwrite: Remove the files of an earlier run (`OWN_FILES`). Files of other names stay untouched.
+
+        Raises:
+            InputError: `path` is a file, cannot be written, or is not empty and `overwrite` is not set.
+        """
+        folder = Path(path)
+
+        def refuse(allowed: str) -> InputError:
+            return InputError(file=str(path), key="-o", value=None, allowed=allowed)
+
+        try:
+            if folder.exists() and not folder.is_dir():
+                raise refuse("is a file; give the name of a folder")
+            present = [file for file in folder.iterdir() if file.name != LOCK] if folder.is_dir() else []
+            if present and not overwrite:
+                raise refuse("the folder exists and is not empty; give another, or use --overwrite to replace the run")
+            folder.mkdir(parents=True, exist_ok=True)
+            old = [file for name in OWN_FILES for file in (folder / name, _part(folder / name))]
+            for file in old:
+                if file.is_dir() and not file.is_symlink():
+                    raise refuse(f"{file.name} is a folder, where pairsim writes a file; give another folder")
+            for file in old:
+                file.unlink(missing_ok=True)
+            if not os.access(folder, os.W_OK | os.X_OK):
+                raise refuse("the folder cannot be written to; give another one")
+        except OSError as error:
+            raise refuse(f"cannot be used as a folder ({error.strerror or error}); give another one") from error
+        return cls(folder)
+
+    @classmethod
+    def reopen(cls, path: Path | str) -> RunFolder:
+        """The folder of an earlier run, with all that is in it.
+
+        Raises:
+            InputError: It cannot be written to.
+        """
+        if not os.access(path, os.W_OK | os.X_OK):
+            raise InputError(str(path), "--resume", None, "the folder cannot be written to; give another one")
+        return cls(Path(path))
+
+    def file(self, name: str) -> Path:
+        """Path of one of `OWN_FILES`; other names are refused, as `--overwrite` would not find them again."""
+        if name not in OWN_FILES:
+            raise ValueError(f"{name} is not in OWN_FILES: {', '.join(OWN_FILES)}")
+        return self.path / name
+
+    def write_yaml(self, name: str, content: Mapping[str, Any]) -> Path:
+        """Write a mapping as YAML, keys in the given order. Raises ValueError at nan (infinity is valid YAML)."""
+        path = self.file(name)
+        write_text(path, yaml.safe_dump(plain(content), sort_keys=False, allow_unicode=True, default_flow_style=None))
+        return path
+
+    def write_json(self, name: str, content: Mapping[str, Any]) -> Path:
+        """Write a mapping as JSON, keys in the given order. Raises ValueError at nan and infinity."""
+        path = self.file(name)
+        write_text(path, json.dumps(plain(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n")
+        return path
+
+
+class SeriesWriter:
+    """series.csv, row by row; every row is handed to the operating system at once.
+
+    Args:
+        path: File, replaced if it exists.
+        columns: Header; each row must have exactly these.
+        keep: Go on after so many rows of the existing file instead.
+
+    Raises:
+        InputError: The existing file has other columns or fewer rows.
+    """
+
+    def __init__(self, path: Path | str, columns: list[str], keep: int | None = None) -> None:
+        if len(set(columns)) != len(columns):
+            raise ValueError(f"a column is named twice: {columns}")
+        self.path, self.columns, self.rows = Path(path), tuple(columns), keep or 0
+        if keep is not None:
+            self._cut(keep)
+        self._file = self.path.open("w" if keep is None else "a", encoding="utf-8", newline="")
+        if keep is None:
+            self._line(",".join(self.columns))
+
+    def _cut(self, keep: int) -> None:
+        """Leave so many rows of the file."""
+        series = read_series(self.path)
+        if tuple(series) != self.columns or len(series[self.columns[0]]) < keep:
+            allowed = f"{keep} rows or more with the columns {','.join(self.columns)}, as the checkpoint has it"
+            raise InputError(str(self.path), "", None, allowed)
+        lines = self.path.read_text(encoding="utf-8").splitlines(keepends=True)
+        write_text(self.path, "".join(lines[: keep + 1]))
+
+    def _line(self, text: str) -> None:
+        self._file.write(text + "\n")
+        self._file.flush()
+
+    def row(self, values: Mapping[str, float]) -> None:
+        """Append a row; numbers are written so that reading them gives the same double.
+
+        Raises:
+            ValueError: A column is missing or unknown, or a value is nan or infinite; nothing is written then.
+        """
+        if missing := [name for name in self.columns if name not in values]:
+            raise ValueError(f"{self.path.name}: no value for {', '.join(missing)}")
+        if unknown := [name for name in values if name not in self.columns]:
+            raise ValueError(f"{self.path.name}: no column {', '.join(unknown)}")
+        numbers = [float(values[name]) for name in self.columns]
+        for name, number in zip(self.columns, numbers, strict=True):
+            if not math.isfinite(number):
+                raise ValueError(f"{self.path.name}: {name} is {number}")
+        self._line(",".join(map(repr, numbers)))
+        self.rows += 1
+
+    def close(self) -> None:
+        """Close the file (harmless when repeated)."""
+        self._file.close()
+
+    def __enter__(self) -> SeriesWriter:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def write_table(path: Path, columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> None:
+    """Write a whole CSV table at once; numbers so that reading them gives the same double.
+
+    Raises:
+        ValueError: A number is nan or infinite; the old file stays.
+    """
+    lines = [",".join(columns)]
+    for row in rows:
+        entries = [row[name] for name in columns]
+        for name, entry in zip(columns, entries, strict=True):
+            if isinstance(entry, float) and not math.isfinite(entry):
+                raise ValueError(f"{path.name}: {name} is {entry}")
+        lines.append(",".join(entry if isinstance(entry, str) else repr(entry) for entry in entries))
+    write_text(path, "\n".join(lines) + "\n")
+
+
+def read_series(path: Path | str) -> dict[str, NDArray[np.float64]]:
+    """Read series.csv, also while it is being written: a last line that is not finished is left out.
+
+    Returns:
+        One array a column, in the order of the header.
+
+    Raises:
+        InputError: The file is missing, has no header, or a line other than the last is broken.
+    """
+    file = Path(path)
+    try:
+        text = file.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(str(file), "", None, f"cannot be read ({error}); give a series that pairsim wrote") from error
+    lines = list(csv.reader(text[: text.rfind("\n") + 1].splitlines()))
+    if not lines or not all(lines[0]):
+        raise InputError(str(file), "", None, "has no header; give a series that pairsim wrote")
+    header, rows = lines[0], []
+    for number, line in enumerate(lines[1:], start=2):
+        try:
+            rows.append([float(value) for value in line])
+        except ValueError:
+            raise InputError(str(file), f"line {number}", ",".join(line), "numbers separated by commas") from None
+        if len(line) != len(header):
+            raise InputError(str(file), f"line {number}", ",".join(line), f"{len(header)} values, as in the header")
+    table = np.array(rows, dtype=float).reshape(len(rows), len(header))
+    return {name: table[:, i].copy() for i, name in enumerate(header)}

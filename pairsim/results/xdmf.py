@@ -1,0 +1,298 @@
+"""Fields of a run on their moving mesh: fields.h5 with the numbers, fields.xdmf with what they are.
+
+Every written time carries its own geometry, because the mesh moves, and names the topology it belongs to, because
+remeshing replaces that. The XDMF keeps to what ParaView, pyvista (VTK) and meshio all read:
+
+* `fields.xdmf` is one temporal collection. ParaView and pyvista show the deformed particles at every time.
+  `meshio.xdmf.TimeSeriesReader` knows one mesh for all times and takes it from the first frame; point it to a later one
+  (`reader.mesh_grid = reader.collection[k]` before `read_points_cells`), or take the points from the field `position`.
+* `fields_last.xdmf` is the last time alone, since `meshio.read` refuses every XDMF file with times in it. It is for
+  meshio and ParaView; pyvista in turn refuses XDMF files without times.
+
+Vectors are stored with three components (z, r, 0), symmetric tensors as four scalars `name_zz`, `_zr`, `_rr`, `_tt`.
+"""
+
+from __future__ import annotations
+
+import copy
+import errno
+import os
+import shutil
+import sys
+from dataclasses import dataclass, field
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from pairsim.results.output import write_text
+from pairsim.runtime.errors import InputError
+
+TENSOR = ("zz", "zr", "rr", "tt")
+TOPOLOGY = {6: "Tri_6", 9: "Quad_9"}
+"""Names of the cells by their number of nodes, in the one spelling that VTK's reader and meshio share."""
+
+
+@dataclass(frozen=True)
+class FieldFrame:
+    """The fields at one time on the deformed mesh.
+
+    Attributes:
+        t: Time.
+        mesh_id: Changes whenever the topology does (remeshing).
+        points: Deformed z and r of the nodes, (n, 2).
+        cells: Node numbers in the order of VTK, (m, 6) triangles or (m, 9) quadrilaterals.
+        region: 0 in the liquid, i in particle i counted from upstream, (m,).
+        point_data: Scalars (n,), vectors in the plane (n, 2), symmetric tensors zz, zr, rr, tt (n, 4).
+    """
+
+    t: float
+    mesh_id: int
+    points: NDArray[np.float64]
+    cells: NDArray[np.int64]
+    region: NDArray[np.int64]
+    point_data: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+
+    def check(self) -> None:
+        """Raises ValueError where shapes do not fit each other or a number is not finite."""
+        n, m = len(self.points), len(self.cells)
+        if self.points.shape != (n, 2):
+            raise ValueError(f"points have the shape {self.points.shape}, not (n, 2)")
+        if self.cells.ndim != 2 or self.cells.shape[1] not in TOPOLOGY:
+            raise ValueError(f"cells have the shape {self.cells.shape}, not (m, 6) or (m, 9)")
+        if self.region.shape != (m,):
+            raise ValueError(f"region has the shape {self.region.shape}, not ({m},)")
+        if m and not 0 <= self.cells.min() <= self.cells.max() < n:
+            raise ValueError(f"cells name nodes outside 0..{n - 1}")
+        if "position" in self.point_data:
+            raise ValueError("position is the name under which the points are stored")
+        for name, values in {"t": np.asarray(self.t), "points": self.points, **self.point_data}.items():
+            if name in self.point_data and (values.shape[:1] != (n,) or values.shape[1:] not in ((), (2,), (4,))):
+                raise ValueError(f"{name} has the shape {values.shape}, not ({n},), ({n}, 2) or ({n}, 4)")
+            if not np.isfinite(values).all():
+                raise ValueError(f"{name} is not finite at t = {self.t:g}")
+
+
+def _stored(values: NDArray[np.float64], name: str) -> dict[str, NDArray[np.float64]]:
+    """What is stored of a point field, by name: see the head of this file."""
+    values = np.asarray(values, dtype=np.float64)
+    if values.ndim == 1:
+        return {name: values}
+    if values.shape[1] == 2:
+        return {name: np.pad(values, ((0, 0), (0, 1)))}
+    return {f"{name}_{part}": values[:, i] for i, part in enumerate(TENSOR)}
+
+
+class FieldsWriter:
+    """Writes frames as they are computed; after each one the files are complete, so a killed run is readable.
+
+    Args:
+        folder: Existing folder.
+        name: Stem of the files; those of an earlier run are replaced at the first frame.
+        keep: Go on after so many frames of the existing files instead, or after none where these are damaged.
+    """
+
+    def __init__(self, folder: Path | str, name: str = "fields", keep: int = 0) -> None:
+        self.folder, self.name = Path(folder), name
+        self._frames: list[ElementTree.Element] = []
+        self._meshes: dict[int, bytes] = {}  # digest of the topology
+        self._t = -np.inf
+        if keep:
+            self._cut(keep)
+
+    @property
+    def frames(self) -> int:
+        """Number of frames in the files."""
+        return len(self._frames)
+
+    def _cut(self, keep: int) -> None:
+        """Leave so many frames in the files; leave the files alone where they cannot be read."""
+        path, part = self.folder / f"{self.name}.h5", self.folder / f".{self.name}.h5.part"
+        if path.is_file() and shutil.disk_usage(self.folder).free < path.stat().st_size:
+            raise OSError(errno.ENOSPC, "No room for a copy of the frames that are kept", str(path))
+        try:
+            grids = ElementTree.parse(self.folder / f"{self.name}.xdmf").findall("Domain/Grid/Grid")[:keep]
+            meshes = {}
+            with h5py.File(path, "r", locking=False) as old, h5py.File(part, "w", libver="earliest") as new:
+                for index in range(keep):
+                    key = f"frames/{index:06d}"
+                    number, t = int(old[key].attrs["mesh_id"]), float(old[key].attrs["t"])
+                    old.copy(key, new.require_group("frames"))
+                    if number not in meshes:
+                        mesh = old[f"mesh/{number:06d}"]
+                        old.copy(mesh, new.require_group("mesh"))
+                        meshes[number] = _digest(mesh["cells"][()], mesh["region"][()])
+            if len(grids) < keep:
+                raise KeyError(f"{len(grids)} of {keep} frames")
+        except (OSError, KeyError, RuntimeError, ElementTree.ParseError):
+            part.unlink(missing_ok=True)
+            return
+        self._frames, self._meshes, self._t = grids, meshes, t
+        part.replace(path)
+        self._write_xdmf()
+
+    def write(self, frame: FieldFrame) -> None:
+        """Append a frame.
+
+        Raises:
+            ValueError: The frame is inconsistent or not finite, its time is not later than the last one's, or it
+                changes the topology of a known `mesh_id`.
+            OSError: The files cannot be written.
+        """
+        frame.check()
+        if frame.t <= self._t:
+            raise ValueError(f"frame at t = {frame.t:g} after one at t = {self._t:g}")
+        cells = np.ascontiguousarray(frame.cells, dtype=np.int64)
+        region = np.ascontiguousarray(frame.region, dtype=np.int64)
+        digest = _digest(cells, region)
+        if self._meshes.get(frame.mesh_id, digest) != digest:
+            raise ValueError(f"mesh {frame.mesh_id} had another topology before")
+        grid = ElementTree.Element("Grid", Name=f"t = {frame.t:.6g}", GridType="Uniform")
+        ElementTree.SubElement(grid, "Time", Value=repr(float(frame.t)))
+        path = self.folder / f"{self.name}.h5"
+        if not self._frames:
+            with _append(path, "w"):
+                pass
+        _reserve(path, frame)
+        with _append(path, "a") as h5:
+            self._write_mesh(h5, grid, frame, cells)
+            self._write_fields(h5, grid, frame)
+        self._meshes[frame.mesh_id], self._t = digest, frame.t
+        self._frames.append(grid)
+        self._write_xdmf()
+
+    def close(self) -> None:
+        """Nothing is left to be done (files are closed after each frame); kept for symmetry with other writers."""
+
+    def _item(self, parent: ElementTree.Element, data: h5py.Dataset) -> None:
+        """Refer to a dataset of the HDF5 file."""
+        attributes = {
+            "DataType": "Int" if data.dtype.kind == "i" else "Float",
+            "Precision": str(data.dtype.itemsize),
+            "Dimensions": " ".join(map(str, data.shape)),
+            "Format": "HDF",
+        }
+        ElementTree.SubElement(parent, "DataItem", attributes).text = f"{self.name}.h5:{data.name}"
+
+    def _attribute(self, grid: ElementTree.Element, name: str, data: h5py.Dataset, center: str = "Node") -> None:
+        kind = "Scalar" if data.ndim == 1 else "Vector"
+        self._item(ElementTree.SubElement(grid, "Attribute", Name=name, AttributeType=kind, Center=center), data)
+
+    def _write_mesh(
+        self, h5: h5py.File, grid: ElementTree.Element, frame: FieldFrame, cells: NDArray[np.int64]
+    ) -> None:
+        mesh = h5.require_group(f"mesh/{frame.mesh_id:06d}")
+        if frame.mesh_id not in self._meshes:
+            mesh.clear()  # what an interrupted write may have left
+            _dataset(mesh, "cells", cells)
+            _dataset(mesh, "region", np.asarray(frame.region, dtype=np.int64))
+        kind, count = TOPOLOGY[cells.shape[1]], str(len(cells))
+        self._item(ElementTree.SubElement(grid, "Topology", TopologyType=kind, NumberOfElements=count), mesh["cells"])
+        self._attribute(grid, "region", mesh["region"], "Cell")
+
+    def _write_fields(self, h5: h5py.File, grid: ElementTree.Element, frame: FieldFrame) -> None:
+        key = f"frames/{len(self._frames):06d}"
+        if key in h5:  # left by an interrupted write
+            del h5[key]
+        group = h5.create_group(key)
+        points = _dataset(group, "position", np.pad(np.asarray(frame.points, dtype=np.float64), ((0, 0), (0, 1))))
+        self._item(ElementTree.SubElement(grid, "Geometry", GeometryType="XYZ"), points)
+        self._attribute(grid, "position", points)
+        for name, values in frame.point_data.items():
+            for stored_name, stored in _stored(values, name).items():
+                self._attribute(grid, stored_name, _dataset(group, stored_name, stored))
+        group.attrs["mesh_id"] = frame.mesh_id
+        group.attrs["t"] = frame.t  # last: a frame without it is not finished
+
+    def _write_xdmf(self) -> None:
+        collection = {"Name": self.name, "GridType": "Collection", "CollectionType": "Temporal"}
+        series = ElementTree.Element("Grid", collection)
+        series.extend(self._frames)
+        last = copy.deepcopy(self._frames[-1])
+        last.remove(last[0])  # the time, which meshio.read refuses
+        for grid, stem in ((series, self.name), (last, f"{self.name}_last")):
+            root = ElementTree.Element("Xdmf", Version="3.0")
+            ElementTree.SubElement(root, "Domain").append(grid)
+            ElementTree.indent(root, " ")
+            text = ElementTree.tostring(root, encoding="unicode", xml_declaration=False)
+            write_text(self.folder / f"{stem}.xdmf", f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n')
+
+
+def _append(path: Path, mode: str) -> h5py.File:
+    # Without locks: a reader that holds the file open must not stop the run, and some cluster disks have none.
+    return h5py.File(path, mode, libver="earliest", locking=False)
+
+
+def _reserve(path: Path, frame: FieldFrame) -> None:
+    """Have the disk keep room for a frame; HDF5 takes it, and cuts off the rest when it closes the file.
+
+    The process may not survive a write of HDF5's that fails. Raises OSError where there is no room.
+    """
+    if sys.platform == "linux":
+        arrays = (frame.points, frame.points, frame.cells, frame.region, *frame.point_data.values())
+        room = sum(array.nbytes for array in arrays) * 3 // 2 + 2**17
+        with path.open("ab") as file:
+            os.posix_fallocate(file.fileno(), file.tell(), room)
+
+
+def _digest(cells: NDArray[np.int64], region: NDArray[np.int64]) -> bytes:
+    """Tells topologies apart."""
+    return sha256(cells.tobytes() + region.tobytes()).digest() + cells.shape[1].to_bytes()
+
+
+def _dataset(group: h5py.Group, name: str, values: NDArray[Any]) -> h5py.Dataset:
+    return group.create_dataset(name, data=values, compression="gzip", compression_opts=4, shuffle=True)
+
+
+def _open(folder: Path | str, name: str) -> h5py.File:
+    path = Path(folder) / f"{name}.h5"
+    try:
+        return h5py.File(path, "r", locking=False)
+    except OSError as error:
+        raise InputError(str(path), "", None, f"cannot be read ({error}); give a folder with fields") from error
+
+
+def _finished(h5: h5py.File) -> list[h5py.Group]:
+    frames = h5["frames"].values() if "frames" in h5 else ()
+    return [group for group in frames if "t" in group.attrs]
+
+
+def read_times(folder: Path | str, name: str = "fields") -> NDArray[np.float64]:
+    """The times of the frames in a folder. Raises InputError if there is no readable field file."""
+    with _open(folder, name) as h5:
+        return np.array([group.attrs["t"] for group in _finished(h5)], dtype=float)
+
+
+def read_frame(folder: Path | str, index: int = -1, name: str = "fields") -> FieldFrame:
+    """Read one frame back, as it was given to `FieldsWriter.write`.
+
+    Args:
+        folder: Folder of the run.
+        index: Number of the frame; negative ones count from the last.
+        name: Stem of the files.
+
+    Raises:
+        InputError: There is no readable field file, or no such frame in it.
+    """
+    with _open(folder, name) as h5:
+        frames = _finished(h5)
+        if not -len(frames) <= index < len(frames):
+            allowed = f"a number below {len(frames)}" if frames else "a file with at least one finished frame"
+            raise InputError(str(Path(folder) / f"{name}.h5"), "frame", index, allowed)
+        group = frames[index]
+        stored = {key: np.asarray(values[()]) for key, values in group.items()}
+        mesh_id = int(group.attrs["mesh_id"])
+        mesh = h5[f"mesh/{mesh_id:06d}"]
+        points = stored.pop("position")[:, :2]
+        data: dict[str, NDArray[np.float64]] = {}
+        for key, values in stored.items():
+            stem, _, part = key.rpartition("_")
+            if part in TENSOR and all(f"{stem}_{other}" in stored for other in TENSOR):
+                data[stem] = np.stack([stored[f"{stem}_{other}"] for other in TENSOR], axis=1)
+            else:
+                data[key] = values[:, :2] if values.ndim == 2 else values
+        return FieldFrame(float(group.attrs["t"]), mesh_id, points, mesh["cells"][()], mesh["region"][()], data)

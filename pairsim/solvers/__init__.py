@@ -1,0 +1,1 @@
+"""Arrays in, steps or points out; no YAML, no folders."""

@@ -1,0 +1,335 @@
+"""A branch of quasi-steady solutions: its meshes, points and zeros, reached from wherever it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pairsim.fem.diagnostics import Observation, liquid_distortion
+from pairsim.fem.remeshing import GAP_RATIO
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.runtime.fenicsx import MPI
+from pairsim.solvers.bordered import solve_with
+from pairsim.solvers.continuation import begin, cold_start, follow, new_mesh, prepared, towards
+from pairsim.solvers.parameters import Parameters, SteadyProblem
+from pairsim.solvers.perturbation import drift, sensitivities
+from pairsim.solvers.steady import Snapshot, Steady
+
+# The mesh that tells the error of the wanted one: its cells are larger by this factor.
+COARSER = 2**0.5
+FEWEST_CELLS = 4
+# The first place is walked to on cells larger by this factor: the way costs many solutions, and they are thrown away.
+SCOUT, SCOUT_CELLS = 2.0, 8
+# A zero may lie beside the two points that it was looked for between, by this factor.
+BESIDE = 1.05
+
+
+@dataclass(frozen=True)
+class Point:
+    """A quasi-steady solution.
+
+    Attributes:
+        parameters: Where it is.
+        observation: What is read off it.
+        dp_plus: Pressure drop that the particles cause.
+        slopes: d(dU)/dd of every gap when all distances change together.
+        drifts: Change of every dU by the terms that a quasi-steady scene leaves out, to first order.
+        sensitivities: Derivatives of every dU by Ca_e, De and beta where the scene has them; empty when not asked for.
+        mesh_errors: |dU - dU on a mesh with cells 2^0.5 times larger|, None without that mesh.
+        newton: Newton iterations on the way from the point before.
+        meshes: Meshes made so far.
+        distortion: Smallest ratio of a liquid cell's current to its reference Jacobian.
+    """
+
+    parameters: Parameters
+    observation: Observation
+    dp_plus: float
+    slopes: Array
+    drifts: Array
+    sensitivities: dict[str, Array]
+    mesh_errors: Array | None
+    newton: int
+    meshes: int
+    distortion: float
+
+    @property
+    def gaps(self) -> tuple[float, ...]:
+        """Distances, one a gap."""
+        return self.parameters.gaps
+
+    @property
+    def d(self) -> float:
+        """The distance of a curve over one distance."""
+        return self.gaps[0]
+
+    @property
+    def dUs(self) -> Array:
+        """Relative velocities over the gaps, (N-1,)."""
+        return np.diff(self.observation.U)
+
+    @property
+    def dU(self) -> float:
+        """Velocity of the leading particle relative to the trailing one."""
+        return float(self.observation.U[-1] - self.observation.U[0])
+
+
+def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -> SteadyProblem:
+    """The same on cells larger by a factor, but with no fewer on a half-circle than `fewest`."""
+    mesh = problem.mesh
+    return replace(
+        problem,
+        mesh=replace(
+            mesh,
+            Np=max(fewest, round(mesh.Np / factor)),
+            gap_cells=round(mesh.gap_cells / factor),
+            wall_cells=round(mesh.wall_cells / factor),
+            growth=mesh.growth * factor,
+            max_size=mesh.max_size * factor,
+        ),
+    )
+
+
+def walked(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters) -> Steady:
+    """A scene carried to its first place from one that hardly deforms.
+
+    Raises:
+        NoSteadyState: The way ends before it.
+    """
+    scene = Steady(comm, problem, cold_start(parameters))
+    try:
+        begin(scene)
+        follow(scene, parameters)
+    except (NoSteadyState, MeshFailure):
+        scene.close()
+        raise
+    return scene
+
+
+def started(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters, scout: Steady | None) -> Steady:
+    """A scene at its first place: from the solution of a scout on other cells, or walked where that does not do.
+
+    Raises:
+        NoSteadyState: There is no solution at the first place.
+    """
+    if scout is not None:
+        scene = Steady(comm, problem, parameters)
+        with suppress(MeshFailure):
+            scene.adopt(scout)
+            if scene.solve(parameters, prepared(scene, parameters, scene.y)).converged:
+                return scene
+        scene.close()
+    return walked(comm, problem, parameters)
+
+
+class Branch:
+    """Solutions of one scene at any distances, each from its nearest neighbour.
+
+    Args:
+        comm: Communicator of the case.
+        problem: What stays.
+        parameters: The first place.
+        mesh_error: Solve on a coarser mesh too.
+        sensitivities: Find the derivatives by the parameters too.
+
+    Raises:
+        NoSteadyState: There is no solution at the first place.
+    """
+
+    def __init__(
+        self,
+        comm: MPI.Comm,
+        problem: SteadyProblem,
+        parameters: Parameters,
+        mesh_error: bool,
+        sensitivities: bool = False,
+    ) -> None:
+        self._sensitivities = sensitivities
+        scout = None
+        if cold_start(parameters) != parameters:
+            with suppress(NoSteadyState, MeshFailure):
+                scout = walked(comm, coarser(problem, SCOUT, SCOUT_CELLS), parameters)
+        self.scenes: list[Steady] = []
+        try:
+            self.scenes.append(started(comm, problem, parameters, scout))
+            if mesh_error:
+                with _for_the_error():
+                    self.scenes.append(started(comm, coarser(problem, COARSER), parameters, scout))
+            if scout is not None:
+                self.fine.take_over_costs(scout)
+        except (NoSteadyState, MeshFailure):
+            self.close()
+            raise
+        finally:
+            if scout is not None:
+                scout.close()
+        self._known = [[scene.snapshot] for scene in self.scenes]
+
+    @property
+    def fine(self) -> Steady:
+        """The scene on the wanted mesh."""
+        return self.scenes[0]
+
+    def move(self, parameters: Parameters) -> None:
+        """Go to the first place of another curve; counts and times begin anew, the solutions on the way are forgotten.
+
+        Raises:
+            NoSteadyState: The way there ends before it.
+        """
+        for scene in self.scenes:
+            scene.iterations = scene.factorisations = scene.meshes = 0
+            scene.clock.seconds.clear()
+        self._nearest(parameters, 0.0)
+        self._follow(parameters)
+        for scene in self.scenes:
+            if scene.scene.reference.deformed:  # a cold start would try spheres first
+                new_mesh(scene, afresh=True)
+        self._known = [[scene.snapshot] for scene in self.scenes]
+
+    def at(self, parameters: Parameters) -> Point:
+        """The solution at a place.
+
+        Raises:
+            NoSteadyState: The way there ends before it.
+        """
+        before = self.fine.iterations
+        self._nearest(parameters)
+        self._follow(parameters)
+        for scene, known in zip(self.scenes, self._known, strict=True):
+            known.append(scene.snapshot)
+        return self._read(before)
+
+    def _follow(self, parameters: Parameters) -> None:
+        """Carry the solutions on all meshes to a place."""
+        follow(self.fine, parameters)
+        with _for_the_error():
+            for scene in self.scenes[1:]:
+                follow(scene, parameters)
+
+    def zero(self, left: float, right: float, guess: float) -> Point:
+        """The distance between two others at which dU vanishes, with dU = 0 as one of the equations.
+
+        Raises:
+            NoSteadyState: It was not found; the branch is where it was.
+        """
+        fine, old = self.fine, self.snapshots
+        before = fine.iterations
+        here = fine.parameters
+        along = towards(here.with_gap(left), here.with_gap(right))
+        start = (guess - left) / (right - left)
+        try:
+            self._nearest(along(start))
+            follow(fine, along(start))
+            point = self.zero_on(along, start, fine.y, settled=True)
+            if point is None or not left / BESIDE < point.d < right * BESIDE:
+                raise NoSteadyState(f"the zero of dU near d = {guess:.5g} was lost")
+        except (NoSteadyState, MeshFailure):
+            self.recall(old)
+            raise
+        return replace(point, newton=fine.iterations - before)
+
+    def zero_on(self, along: Callable[[float], Parameters], tau: float, y: Array, *, settled: bool) -> Point | None:
+        """The place on a line of parameters at which dU vanishes, None where Newton finds none.
+
+        Args:
+            along: The line.
+            tau, y: First guess of the place and of the unknowns, on the scene's present mesh.
+            settled: Solve again on a mesh made for this place, which does not depend on the way here.
+        """
+        fine = self.fine
+        before = fine.iterations
+        found, _ = solve_with(fine, along, tau, y, fine.velocity_row(), 0.0, 0.0)
+        if found is not None and settled:
+            found = self._settled(along, found)
+        if found is None:
+            return None
+        self._follow(fine.parameters)
+        return self._read(before)
+
+    def _settled(self, along: Callable[[float], Parameters], tau: float) -> float | None:
+        """Solve a zero again on the mesh of its own distance, until the mesh and the distance belong together.
+
+        Of two meshes that each lead to the other's distance, that of the smaller one is taken.
+        """
+        fine, found = self.fine, tau
+        made: set[tuple[float, ...]] = set()
+        last: tuple[float, ...] = (np.inf,)
+        while True:
+            wanted = fine.problem.nominal(fine.parameters.gaps)
+            if wanted in made and wanted >= last:
+                return found
+            again = wanted in made
+            made.add(wanted)
+            fine.remesh(afresh=True)
+            place, _ = solve_with(fine, along, found, fine.y, fine.velocity_row(), 0.0, 0.0)
+            if place is None or again:
+                return place
+            found, last = place, wanted
+
+    @property
+    def snapshots(self) -> tuple[Snapshot, ...]:
+        """The present solution on every mesh."""
+        return tuple(scene.snapshot for scene in self.scenes)
+
+    def recall(self, snapshots: Sequence[Snapshot]) -> None:
+        """Go back to a solution."""
+        for scene, snapshot in zip(self.scenes, snapshots, strict=True):
+            scene.recall(snapshot)
+
+    def _nearest(self, parameters: Parameters, margin: float = float(np.log(GAP_RATIO))) -> None:
+        """Start from the known solution that is nearest to a place, where it is nearer than the present one."""
+        for scene, known in zip(self.scenes, self._known, strict=True):
+            nearest = min(known, key=lambda snapshot: _apart(snapshot.parameters, parameters))
+            if _apart(scene.parameters, parameters) > margin + _apart(nearest.parameters, parameters):
+                scene.recall(nearest)
+
+    def _read(self, iterations_before: int) -> Point:
+        fine = self.fine
+        fine.factor()
+        gaps = fine.parameters.gaps
+        velocities = fine.constraints.fields["U_p"]
+        slopes = np.zeros(len(gaps))
+        if gaps:
+            change = fine.tangent(lambda tau: replace(fine.parameters, gaps=tuple(d + tau for d in gaps)))
+            slopes = np.diff(change[velocities])
+        observation = fine.observe()
+        errors = None
+        if len(self.scenes) > 1:
+            coarse = self.scenes[1]
+            errors = np.abs(np.diff(observation.U) - np.diff(coarse.y[coarse.constraints.fields["U_p"]]))
+        return Point(
+            fine.parameters,
+            observation,
+            observation.dp - fine.drop_without_particles(),
+            slopes,
+            np.diff(drift(fine)),
+            sensitivities(fine) if self._sensitivities else {},
+            errors,
+            fine.iterations - iterations_before,
+            fine.meshes,
+            liquid_distortion(fine.scene, fine.state()[1]),
+        )
+
+    def close(self) -> None:
+        """Give the solvers' memory back."""
+        for scene in self.scenes:
+            scene.close()
+
+
+@contextmanager
+def _for_the_error() -> Iterator[None]:
+    """Say of a failure that it is that of the mesh which tells the error, not of the wanted one."""
+    try:
+        yield
+    except (NoSteadyState, MeshFailure) as failure:
+        message = f"on the coarser mesh that tells mesh_error, {failure.message}"
+        raise NoSteadyState(message, advice="mesh_error: false, or a larger mesh.Np") from failure
+
+
+def _apart(a: Parameters, b: Parameters) -> float:
+    """How far two places are from each other: the largest ratio of a parameter, as a logarithm."""
+    pairs = [*zip(a.gaps, b.gaps, strict=True), *zip(a.Ca_es, b.Ca_es, strict=True), (a.De, b.De)]
+    return max((abs(float(np.log(x / y))) for x, y in pairs if x and y), default=0.0)

@@ -1,0 +1,347 @@
+"""Critical distances: zeros of dU(d), followed through a parameter by arc length, through folds, to where they end.
+
+In the plane of log d and the logarithm of the parameter, dU = 0 is a curve. Its tangent comes from the two derivatives
+of dU; a step goes along it, and the way back to the curve, at right angles, is solved together with the scene.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.solvers.branch import Branch, Point
+from pairsim.solvers.continuation import prepared, reach, where
+from pairsim.solvers.curve import Zero, find_zeros, trace
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady import Snapshot
+
+Followed = Literal["Ca_e", "De"]
+Kind = Literal["wanted", "added", "vanishes", "edge"]
+
+# Points of the curve dU(d) in which zeros are looked for, and the part of its largest value that it is known to.
+SCAN_POINTS, SCAN_TOL = 9, 0.02
+FIRST, LONGEST, SHORTEST = 0.1, 0.4, 1e-3  # steps of the arc length
+EASY = 4
+MOST_STEPS = 400
+# Zeros of the same slope whose distances differ by less than this part are one, found on two meshes: between two zeros
+# of dU there is one of the other slope.
+SAME = 0.1
+
+
+@dataclass(frozen=True)
+class Critical:
+    """A critical distance.
+
+    Attributes:
+        point: The solution there.
+        branch: Number of its line of solutions.
+        kind: "wanted": at a value that was asked for; "added": on the way; "vanishes": two zeros, a stable and an
+            unstable one, meet here and end; "edge": d leaves the distances that are looked at.
+    """
+
+    point: Point
+    branch: int
+    kind: Kind
+
+
+@dataclass(frozen=True)
+class End:
+    """Where a line of critical distances was left.
+
+    Attributes:
+        branch: Its number.
+        reason: "range" of the parameter passed, "edge" of the distances reached, or "no_steady_state".
+        message: For people.
+    """
+
+    branch: int
+    reason: str
+    message: str
+
+
+def value_of(name: Followed, parameters: Parameters) -> float:
+    """The parameter that is followed."""
+    return parameters.De if name == "De" else max(parameters.Ca_es)
+
+
+def with_value(name: Followed, parameters: Parameters, value: float) -> Parameters:
+    """Other parameters with this one changed; rigid particles stay rigid."""
+    if name == "De":
+        return replace(parameters, De=value)
+    return replace(parameters, Ca_es=tuple(value if Ca_e else 0.0 for Ca_e in parameters.Ca_es))
+
+
+def search(
+    branch: Branch, least: float, most: float, found: Callable[[Point], None], lost: Callable[[str], None]
+) -> list[Zero]:
+    """All zeros of dU between two distances at the branch's other parameters.
+
+    Args:
+        branch: Any solution.
+        least, most: The distances.
+        found: Called with every point of the curve that is solved on the way.
+        lost: Called with what to tell of a change of sign at which there is no zero.
+    """
+    places = [(float(d),) for d in np.geomspace(most, least, SCAN_POINTS)]
+    points = trace(branch, places, SCAN_TOL, 10 * SCAN_POINTS, lambda point, wanted: found(point))
+    return list(find_zeros(branch, points, lost))
+
+
+@dataclass(frozen=True)
+class _Pose:
+    """A zero on a line of zeros in the plane of x = log d and q, the logarithm of the parameter.
+
+    Attributes:
+        here: x and q, (2,).
+        tangent: Of the line, of length 1, (2,).
+        rows: dy/dx and dy/dq, (2, n_y).
+        snapshots: The solution.
+    """
+
+    here: Array
+    tangent: Array
+    rows: Array
+    snapshots: tuple[Snapshot, ...]
+
+
+class Follower:
+    """Follows zeros of dU through one parameter.
+
+    Args:
+        branch: Any solution.
+        name: The parameter.
+        values: Its wanted values, ascending.
+        least, most: Distances between which zeros are followed.
+        found: Called with every critical distance.
+        lost: Called with what to tell of a wanted value that was passed and not found.
+    """
+
+    def __init__(
+        self,
+        branch: Branch,
+        name: Followed,
+        values: Sequence[float],
+        least: float,
+        most: float,
+        found: Callable[[Critical], None],
+        lost: Callable[[str], None],
+    ) -> None:
+        self.branch, self.name, self.values = branch, name, np.log(values)
+        self._exact = dict(zip(self.values.tolist(), values, strict=True))
+        self.least, self.most, self.found, self.lost = np.log(least), np.log(most), found, lost
+
+    def _place(self, x: float, q: float) -> Parameters:
+        value = self._exact.get(float(q), float(np.exp(q)))
+        return with_value(self.name, self.branch.fine.parameters.with_gap(float(np.exp(x))), value)
+
+    def _line(self, at: Array, direction: Array) -> Callable[[float], Parameters]:
+        return lambda tau: self._place(*(at + tau * direction))
+
+    def _here(self) -> Array:
+        parameters = self.branch.fine.parameters
+        return np.log([parameters.gaps[0], value_of(self.name, parameters)])
+
+    def _pose(self, onwards: Array) -> _Pose:
+        """The present zero, with the tangent that points onwards."""
+        fine = self.branch.fine
+        fine.factor()
+        here = self._here()
+        rows = np.array([fine.tangent(self._line(here, direction)) for direction in np.eye(2)])
+        gradient = rows @ fine.velocity_row()
+        tangent = np.array([gradient[1], -gradient[0]]) / np.linalg.norm(gradient)
+        return _Pose(here, -tangent if tangent @ onwards < 0 else tangent, rows, self.branch.snapshots)
+
+    def follow(self, number: int, start: Zero, forward: float) -> End:
+        """Follow one zero until it leaves the parameter's range or the distances.
+
+        Args:
+            number: Number of this line of solutions.
+            start: A zero.
+            forward: 1 towards larger values of the parameter, -1 towards smaller ones.
+        """
+        fine = self.branch.fine
+        self.branch.recall(start.snapshots)
+        self.found(Critical(start.point, number, "wanted"))
+        pose, step = self._pose(np.array([0.0, forward])), FIRST
+        for _ in range(MOST_STEPS):
+            change = pose.tangent @ pose.rows
+            step = min(step, reach(fine, change, np.array([fine.parameters.gaps[0] * pose.tangent[0]])))
+            taken = self._step(number, pose, change, step)
+            if isinstance(taken, End):
+                return taken
+            point, kind, step = taken
+            try:
+                before, pose = pose, self._pose(pose.tangent)
+            except NoSteadyState:
+                self.found(Critical(point, number, kind))
+                raise
+            if pose.tangent[1] * before.tangent[1] < 0:
+                for beside in self._fold(number, before, pose):
+                    self.found(beside)
+            self.found(Critical(point, number, kind))
+            if kind == "edge":
+                message = f"d leaves the distances that are looked at, at {where(fine.parameters)}"
+                return End(number, "edge", message)
+        return End(number, "no_steady_state", f"{MOST_STEPS} steps did not suffice at {where(fine.parameters)}")
+
+    def _step(self, number: int, pose: _Pose, change: Array, step: float) -> End | tuple[Point, Kind, float]:
+        """Take one step; the end of the line, or the point with its kind and the length of the next step."""
+        branch, fine, here, tangent = self.branch, self.branch.fine, pose.here, pose.tangent
+        ahead = self.values[(self.values - here[1]) * np.sign(tangent[1]) > 1e-9]
+        if not len(ahead):
+            return End(number, "range", f"the last value is reached at {where(fine.parameters)}")
+        wanted = ahead[np.argmin(np.abs(ahead - here[1]))]
+        edge = self.most if tangent[0] > 0 else self.least
+        kind: Kind
+        while True:
+            length, line, kind, q = step, np.array([-tangent[1], tangent[0]]), "added", None
+            if abs(tangent[1]) > 0.2 and abs(wanted - here[1]) <= 1.2 * length * abs(tangent[1]):
+                length, line, kind, q = (wanted - here[1]) / tangent[1], np.array([1.0, 0.0]), "wanted", wanted
+            if abs(tangent[0]) > 1e-3 and (edge - here[0]) / tangent[0] < length:
+                length, line, kind, q = (edge - here[0]) / tangent[0], np.array([0.0, 1.0]), "edge", None
+            at = here + length * tangent
+            at[1] = at[1] if q is None else q
+            before, iterations, why = branch.snapshots, fine.iterations, "Newton found no zero"
+            try:
+                guess = prepared(fine, self._place(*at), fine.y + length * change)
+                point = branch.zero_on(self._line(at, line), 0.0, guess, settled=kind == "wanted")
+            except (MeshFailure, NoSteadyState) as failure:
+                point, why = None, failure.message
+            if point is not None and np.linalg.norm(self._here() - at) < max(length, 0.02):
+                if kind != "wanted" and (landed := self._landed(here, change, before)) is not None:
+                    point, kind = landed, "wanted"
+                easy = fine.iterations - iterations <= EASY
+                return point, kind, min(LONGEST, step * 1.5) if easy else step
+            branch.recall(before)
+            step = length / 3
+            if step < SHORTEST:
+                message = f"no steady state was found beyond {where(fine.parameters)}: {why}"
+                return End(number, "no_steady_state", message)
+
+    def _landed(self, here: Array, change: Array, before: tuple[Snapshot, ...]) -> Point | None:
+        """The critical distance at the first wanted value that the step from `here` has passed, None if it has none.
+
+        Where distances change much faster than the parameter, steps cannot be cut to end at a value beforehand.
+        """
+        there, snapshots = self._here(), self.branch.snapshots
+        passed = self.values[(self.values - here[1]) * (there[1] - self.values) > 0]
+        passed = passed[np.abs(passed - here[1]) > 1e-9]
+        if not len(passed):
+            return None
+        wanted = passed[np.argmin(np.abs(passed - here[1]))]
+        part = float((wanted - here[1]) / (there[1] - here[1]))
+        at, length = here + part * (there - here), float(np.linalg.norm(there - here))
+        at[1] = wanted
+        self.branch.recall(before)
+        point = None
+        with suppress(MeshFailure, NoSteadyState):
+            guess = prepared(self.branch.fine, self._place(*at), self.branch.fine.y + part * length * change)
+            point = self.branch.zero_on(self._line(at, np.array([1.0, 0.0])), 0.0, guess, settled=True)
+        if point is None or abs(self._here()[0] - at[0]) > max(length, 0.02):
+            self.branch.recall(snapshots)
+            return None
+        return point
+
+    def _fold(self, number: int, before: _Pose, after: _Pose) -> list[Critical]:
+        """What lies between two points over which the parameter turned back, in the order of the line.
+
+        Two zeros meet at the fold, and wanted values that it is beyond are met twice: on the way there and on the way
+        back.
+        """
+        length, sign = float(np.linalg.norm(after.here - before.here)), np.sign(before.tangent[1])
+        way = CubicHermiteSpline([0.0, length], [before.here, after.here], [before.tangent, after.tangent])
+        along = np.linspace(0, length, 401)
+        q = way(along)[:, 1] * sign
+        top = int(np.argmax(q))
+        fold = way(along[top])
+        vanishes = self._beside(after, fold, "vanishes", length)
+        sides = (before, slice(top + 1)), (after, slice(None, top - 1 if top else None, -1))
+        if vanishes is None:
+            self.lost(f"where two zeros meet, near {where(self._place(*fold))}, was not found")
+        ahead: list[Critical] = []
+        back = [] if vanishes is None else [Critical(vanishes, number, "vanishes")]
+        for found, (start, part) in zip((ahead, back), sides, strict=True):
+            for value in sorted(self.values, key=lambda v: v * sign, reverse=found is back):
+                if not q[part][0] + 1e-9 < value * sign < q[top]:
+                    continue
+                at = np.array([way(float(np.interp(value * sign, q[part], along[part])))[0], value])
+                point = self._beside(start, at, "wanted", length)
+                # Newton may come to the zero on the other side.
+                if point is not None and (np.log(point.d) - fold[0]) * (at[0] - fold[0]) > 0:
+                    found.append(Critical(point, number, "wanted"))
+                else:
+                    self.lost(f"d_cr at {where(self._place(*at))}, next to where two zeros meet, was not found")
+        self.branch.recall(after.snapshots)
+        return [*ahead, *back]
+
+    def _beside(self, start: _Pose, at: Array, kind: Kind, most: float) -> Point | None:
+        """The zero near a place from a point beside it: at the place's parameter, or at its distance where two meet."""
+        self.branch.recall(start.snapshots)
+        line = np.array([1.0, 0.0] if kind == "wanted" else [0.0, 1.0])
+        point = None
+        with suppress(MeshFailure, NoSteadyState):
+            guess = prepared(self.branch.fine, self._place(*at), self.branch.fine.y + (at - start.here) @ start.rows)
+            point = self.branch.zero_on(self._line(at, line), 0.0, guess, settled=kind == "wanted")
+        return point if point is not None and np.linalg.norm(self._here() - at) < max(most, 0.02) else None
+
+
+def follow_all(
+    branch: Branch,
+    name: Followed,
+    values: Sequence[float],
+    least: float,
+    most: float,
+    scanned: Callable[[Point], None],
+    found: Callable[[Critical], None],
+    lost: Callable[[str], None],
+    ended: Callable[[End], None],
+) -> None:
+    """All lines of critical distances that pass the first or the last value of a parameter.
+
+    Args:
+        branch: A solution at the first value and the widest distance.
+        name: The parameter.
+        values: Its wanted values, ascending.
+        least, most: Distances between which zeros are followed.
+        scanned: Called with the points solved in search of zeros.
+        found: Called with every critical distance.
+        lost: Called with what to tell of a change of sign without a zero, or of a wanted value that was not found.
+        ended: Called with the end of every line.
+
+    Raises:
+        RunFailure: A curve in which zeros are looked for could not be solved.
+    """
+    seen: list[Critical] = []
+
+    def keep(critical: Critical) -> None:
+        seen.append(critical)
+        found(critical)
+
+    follower = Follower(branch, name, values, least, most, keep, lost)
+    count = 0
+    for value, forward in ((values[0], 1.0), (values[-1], -1.0)):
+        branch.at(with_value(name, branch.fine.parameters.with_gap(most), value))
+        for zero in search(branch, least, most, scanned, lost):
+            if not any(same_zero(zero.point, c.point) for c in seen):
+                count += 1
+                ended(follower.follow(count, zero, forward))
+        if len(values) == 1:
+            break
+
+
+def same_zero(a: Point, b: Point) -> bool:
+    """Whether two zeros of dU are one, found on different meshes."""
+    p, q = a.parameters, b.parameters
+    return (
+        abs(a.d / b.d - 1) < SAME
+        and a.slopes[0] * b.slopes[0] > 0
+        and bool(np.allclose(p.Ca_es, q.Ca_es, rtol=1e-6))
+        and bool(np.isclose(p.De, q.De, rtol=1e-6))
+    )

@@ -1,0 +1,217 @@
+"""Master curves: quasi-steady solutions at many distances, points added where the curve bends, and its zeros."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.solvers.branch import Branch, Point
+from pairsim.solvers.steady import Snapshot
+
+# Where Newton finds no zero between two points, points are added half-way this many times.
+HALVINGS = 5
+# A dU below this is rounding, as that of equal rigid spheres in a Newtonian liquid is everywhere.
+ROUNDING = 1e-12
+# What is left of dU at a zero that is interpolated between two points, as a part of theirs.
+ALMOST = 0.05
+# A change of dU this many times larger than its slopes allow is a jump from one mesh to another.
+JUMP = 3.0
+# Neighbours whose distances have a ratio below exp of this get no point between them.
+CLOSE = 0.1
+
+
+@dataclass(frozen=True)
+class Zero:
+    """A point at which dU vanishes, with what it takes to come back to it: a snapshot of every scene."""
+
+    point: Point
+    snapshots: tuple[Snapshot, ...]
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A distance at which the pair moves as one.
+
+    Attributes:
+        d: The distance.
+        slope: d(dU)/dd there; negative is stable.
+        peak: Largest |dU| between this zero and the next one or the end, over that of the whole curve.
+        d_error: Error of d by the mesh, None without a coarser mesh.
+        certain: Whether |dU| exceeds its mesh error somewhere on both sides, up to the next zeros; None without one.
+    """
+
+    d: float
+    slope: float
+    peak: float
+    d_error: float | None
+    certain: bool | None
+
+    @property
+    def stable(self) -> bool:
+        """Whether a pair that is displaced a little comes back."""
+        return self.slope < 0
+
+
+def interpolant(points: list[Point]) -> CubicHermiteSpline:
+    """dU of every gap over log d, from values and slopes at points in ascending d; of a pair, a number."""
+    d = np.array([p.d for p in points])
+    values, slopes = np.array([p.dUs for p in points]), np.array([p.slopes * p.d for p in points])
+    if values.shape[1] == 1:
+        values, slopes = values[:, 0], slopes[:, 0]
+    return CubicHermiteSpline(np.log(d), values, slopes)
+
+
+def _bend(a: Point, b: Point) -> Array:
+    """How far each dU may be off between two points: two parabolas, each with one of their slopes, disagree there."""
+    width = np.log(b.d / a.d)
+    return np.abs((a.slopes * a.d + b.slopes * b.d) * width / 4 - (b.dUs - a.dUs) / 2) / 2
+
+
+def _wanted(points: list[Point], tol: float) -> float:
+    """How well dU is to be known everywhere: to tol of the largest value of any."""
+    return max(tol * max(float(np.abs(p.dUs).max()) for p in points), ROUNDING)
+
+
+def _excess(a: Point, b: Point, wanted: float) -> np.ndarray:
+    """Which dU may be off between two points by more than is wanted and by more than the error of the mesh there."""
+    errors = [p.mesh_errors for p in (a, b) if p.mesh_errors is not None]
+    return np.asarray(_bend(a, b) > np.maximum(wanted, np.max(errors, axis=0) if errors else 0.0))
+
+
+def _doubtful(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
+    """Neighbours between which some dU may not be known to tol of the largest, nor to the error of the mesh."""
+    wanted = _wanted(points, tol)
+    return [(a, b) for a, b in pairwise(points) if np.log(b.d / a.d) > CLOSE and _excess(a, b, wanted).any()]
+
+
+def trace(
+    branch: Branch,
+    places: Sequence[tuple[float, ...]],
+    tol: float,
+    max_points: int,
+    found: Callable[[Point, bool], None],
+) -> list[Point]:
+    """Solve at every wanted place and, where each has one distance for all gaps, at added ones.
+
+    Args:
+        branch: A solution.
+        places: The wanted distances, in the order in which they are solved.
+        tol: Points are added until dU between them is known to this part of its largest value.
+        max_points: Most points.
+        found: Called with every point and whether it was asked for.
+
+    Returns:
+        All points, in ascending d where there is one distance, otherwise in the given order.
+
+    Raises:
+        RunFailure: The branch could not be followed; `found` has seen the points before.
+    """
+    parameters = branch.fine.parameters
+    points = []
+    for place in places:
+        points.append(branch.at(replace(parameters, gaps=place)))
+        found(points[-1], True)
+    if not all(place and len(set(place)) == 1 for place in places):
+        return points
+    points.sort(key=lambda p: p.d)
+    known: set[tuple[float, float]] = set()
+    while len(points) < max_points:
+        new = [(a, b) for a, b in _doubtful(points, tol) if (a.d, b.d) not in known]
+        if not new:
+            break
+        curve, wanted = interpolant(points), _wanted(points, tol)
+        new = new[: max_points - len(points)]
+        if abs(branch.fine.parameters.gaps[0] - new[-1][1].d) < abs(branch.fine.parameters.gaps[0] - new[0][0].d):
+            new.reverse()  # begin with the nearest
+        for a, b in new:
+            d = float(np.sqrt(a.d * b.d))
+            point = branch.at(parameters.with_gap(d))
+            found(point, False)
+            # Halves of a smooth curve bend eight times less; where they do not, what bends is the meshes' difference.
+            rough = np.maximum(_bend(a, point), _bend(point, b)) > _bend(a, b) / 2
+            if rough[_excess(a, b, wanted)].all() or np.abs(point.dUs - curve(np.log(d))).max() < wanted:
+                known |= {(a.d, d), (d, b.d)}
+            points.append(point)
+        points.sort(key=lambda p: p.d)
+    return points
+
+
+def find_zeros(branch: Branch, points: list[Point], lost: Callable[[str], None]) -> Iterator[Zero]:
+    """All zeros of dU between the points of a curve over one distance, in ascending d.
+
+    Args:
+        branch: Any solution.
+        points: In ascending d.
+        lost: Called with what to tell of a change of sign at which there is no zero.
+
+    Raises:
+        NoSteadyState: A zero is there and was not found.
+    """
+    for a, b in pairwise(points):
+        if a.dU * b.dU < 0 and max(abs(a.dU), abs(b.dU)) > ROUNDING:
+            found = _zero_between(branch, a, b)
+            if isinstance(found, Zero):
+                yield found
+            else:
+                lost(found)
+
+
+def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | str:
+    """The zero between two points whose dU have different signs; where dU jumps instead, words for it.
+
+    Raises:
+        NoSteadyState: dU goes through zero smoothly and the place was not found.
+    """
+    for _ in range(HALVINGS):
+        roots = interpolant([a, b]).solve(0.0, extrapolate=False)
+        middle = float(np.sqrt(a.d * b.d))
+        with suppress(NoSteadyState, MeshFailure):
+            return Zero(branch.zero(a.d, b.d, float(np.exp(roots[0])) if len(roots) else middle), branch.snapshots)
+        point = branch.at(a.parameters.with_gap(middle))
+        a, b = (a, point) if a.dU * point.dU < 0 else (point, b)
+    if abs(b.dU - a.dU) < JUMP * max(abs(a.slopes[0]), abs(b.slopes[0])) * (b.d - a.d):
+        # Where slopes are as small as rounding (1e-9, say) Newton's steps in d do not settle: a point there has to do.
+        roots = interpolant([a, b]).solve(0.0, extrapolate=False)
+        point = branch.at(a.parameters.with_gap(float(np.exp(roots[0])) if len(roots) else middle))
+        if abs(point.dU) < ALMOST * max(abs(a.dU), abs(b.dU)):
+            return Zero(point, branch.snapshots)
+        raise NoSteadyState(f"the zero of dU between d = {a.d:.5g} and {b.d:.5g} was lost")
+    return (
+        f"dU jumps from {a.dU:.2g} to {b.dU:.2g} between d = {a.d:.5g} and {b.d:.5g}, where the mesh changes: "
+        "its sign is within the error of the mesh there; a larger mesh.Np tells"
+    )
+
+
+def equilibria(zeros: list[Zero], points: list[Point]) -> list[Equilibrium]:
+    """What is told of the zeros of a curve.
+
+    Args:
+        zeros: In ascending d.
+        points: Those of the curve, in ascending d.
+    """
+    if not zeros:
+        return []
+    curve = interpolant(points)
+    ends = [points[0].d, *(z.point.d for z in zeros), points[-1].d]
+    peaks = []
+    for a, b in pairwise(ends):
+        between = np.abs(curve(np.linspace(np.log(a), np.log(b), 50)))  # may be larger than at any point
+        peaks.append(max([float(between.max()), *(abs(p.dU) for p in points if a <= p.d <= b)]))
+    result = []
+    for before, zero, end, peak in zip(ends, (z.point for z in zeros), ends[2:], peaks[1:], strict=False):
+        left, right = ([p for p in points if a <= p.d <= b] for a, b in ((before, zero.d), (zero.d, end)))
+        slope, error, certain = float(zero.slopes[0]), None, None
+        if zero.mesh_errors is not None:
+            error = float(zero.mesh_errors[0]) / abs(slope)
+            certain = all(
+                any(p.mesh_errors is not None and abs(p.dU) > p.mesh_errors[0] for p in side) for side in (left, right)
+            )
+        result.append(Equilibrium(zero.d, slope, peak / max(peaks), error, certain))
+    return result

@@ -1,0 +1,73 @@
+"""Solutions carried from one mesh to another, where they are guesses."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pairsim.fem.constraints import Constraints
+from pairsim.fem.interpolation import interpolate
+from pairsim.fem.scene import Body, Scene
+from pairsim.runtime.arrays import Array
+
+
+def carry_liquid(old: Scene, x: Array, scene: Scene, new: Array, shift: float = 0.0) -> Array:
+    """The liquid's fields on another mesh.
+
+    Args:
+        old, x: A scene and its full vector.
+        scene: The same scene on another mesh.
+        new: Full vector there that holds the displacement of the mesh; the fields are put into it.
+        shift: How far along the axis everything is from where it was.
+    """
+    mesh = old.liquid.six_node_mesh
+    p = np.zeros(len(mesh.points))
+    p[mesh.vertices] = x[old.liquid.index("p", mesh.vertices)]
+    values = [old.liquid.nodal("u", x), p[mesh.parents].mean(axis=1)[:, None]]
+    if scene.polymer is not None:
+        values.append(old.liquid.nodal("s", x))
+    places = scene.positions(new) - [shift, 0.0]
+    reach = old.reference.geometry.length / 2
+    places[:, 0] = np.clip(places[:, 0], -reach, reach)
+    found = interpolate(mesh, old.positions(x), np.hstack(values), places)
+    liquid, wanted = scene.liquid, scene.liquid.six_node_mesh
+    nodes = np.arange(len(wanted.points))
+    for c in range(2):
+        new[liquid.index("u", nodes, c)] = found[:, c]
+    new[liquid.index("p", wanted.vertices)] = found[wanted.vertices, 2]
+    if scene.polymer is not None:
+        for c in range(4):
+            new[liquid.index("s", nodes, c)] = found[:, 3 + c]
+    return new
+
+
+def carry_particle(old: Body, scene: Scene, x: Array, displaced: Array, body: Body) -> tuple[Array, Array]:
+    """Displacement and pressure inside a particle on another mesh of it.
+
+    Args:
+        old: The particle in `scene`, whose full vector is `x`.
+        displaced: Displacements of all material there, in the numbering of h.
+        body: The particle on the other mesh.
+
+    Returns:
+        Displacements in the body's part of h (nothing but its shift for a rigid one) and pressures at its vertices.
+    """
+    if body.phase is None or old.phase is None:
+        return displaced[old.start : old.start + old.size], np.empty(0)
+    mesh, wanted = old.phase.six_node_mesh, body.phase.six_node_mesh
+    p = np.zeros(len(mesh.points))
+    p[mesh.vertices] = x[scene.offset(old.phase) + old.phase.index("p", mesh.vertices)]
+    values = np.column_stack([old.displacement(displaced), p[mesh.parents].mean(axis=1)])
+    found = interpolate(mesh, mesh.points, values, wanted.points)
+    return found[:, :2].ravel(), found[wanted.vertices, 2]
+
+
+def free_unknowns(constraints: Constraints, x: Array) -> Array:
+    """Free unknowns of the liquid out of a full vector; others are zero."""
+    y = np.zeros(constraints.size)
+    columns = constraints.N.tocsc()
+    for name in ("u", "p_f", "s", "eta"):
+        unknowns = constraints.fields.get(name, np.empty(0, int))
+        entry = columns[:, unknowns].tocoo()
+        own = entry.data == 1.0  # an unknown's other nodes carry halves of it
+        y[unknowns[entry.col[own]]] = x[entry.row[own]]
+    return y

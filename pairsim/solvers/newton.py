@@ -1,0 +1,441 @@
+"""Newton's method for T R(x(y)) = 0 with PETSc SNES and MUMPS. The only module that touches PETSc.
+
+The assembled entries of all phases land in T A P in one pass: their places and factors are worked out once, and PETSc
+sums them (also across processes) through its COO interface. Jacobians are lagged while they contract well.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from pairsim.fem.constraints import Constraints
+from pairsim.fem.reduced_matrix import expand
+from pairsim.fem.scene import Scene
+from pairsim.physics.conformation import exponential
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.clock import Clock
+from pairsim.runtime.fenicsx import PETSc
+from pairsim.runtime.signals import sigterm_waits
+from pairsim.solvers.matrix_state import MatrixState, Place
+
+
+def petsc_version() -> str:
+    """Version of the PETSc in use."""
+    return ".".join(map(str, PETSc.Sys.getVersion()))
+
+
+_PREFIXES = itertools.count()
+
+# Nested dissection of the structure as it is, and pivoting for the zeros on the diagonal. With a maximum transversal
+# first (ICNTL(6) = 5) factors have 4 to 14 % more entries in every kind of scene; MUMPS's own choice has twice as many.
+MUMPS = {"icntl_6": 0, "icntl_7": 5, "icntl_14": 40}
+MOST_ANALYSES = 4
+REASONS = {-3: "the matrix is singular", -4: "the residual is not a number", -5: "too many iterations"}
+UNPROVEN_RATE = 0.1
+# Growth of the residual from which Newton does not come back: such matrices take MUMPS tens of seconds each.
+LOST = 1e8
+# The matrix in hand serves while g differs from its own by no more than OTHER_STEP; after a step above FAR an exact one
+# is worth its cost.
+OTHER_STEP, FAR = 0.5, 1e-3
+
+
+@dataclass(frozen=True)
+class Report:
+    """How a solve went.
+
+    Attributes:
+        converged: Whether the tolerance was met.
+        iterations: Newton iterations (linear solves).
+        factorisations: Numeric factorisations.
+        reason: Why not, or how.
+        steps: Scaled norm of the last step by field.
+        residual: Norm of the last residual.
+    """
+
+    converged: bool
+    iterations: int
+    factorisations: int
+    reason: str
+    steps: dict[str, float]
+    residual: float
+
+
+class Newton:
+    """Newton's method on one scene with one set of constraints.
+
+    Args:
+        scene: Clock and scalars.
+        constraints: Free unknowns and test rows.
+        tolerance: Estimated error left in any field, relative to the field's size.
+        max_iterations: Linear solves allowed.
+        slow: Rate of contraction above which a new matrix is made.
+        clock: Where the seconds go.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        constraints: Constraints,
+        *,
+        tolerance: float = 1e-8,
+        max_iterations: int = 12,
+        slow: float = 0.15,
+        clock: Clock | None = None,
+    ) -> None:
+        self.scene, self.constraints, self.tolerance = scene, constraints, tolerance
+        self.max_iterations, self._slow = max_iterations, slow
+        self.clock = clock or Clock()
+        # Of the matrix in hand: the g it was made with, and the last rate of convergence with it (0: none yet).
+        self._factored_g: float | None = None
+        self._rate = 0.0
+        self._analysed: Place | None = None
+        self._factored: Place | None = None
+        # Of the solve under way.
+        self._h_star, self._g, self._U_m = np.zeros(scene.h_size), 1.0, 0.0
+        self._x = np.zeros(scene.size)
+        self._star: Array | None = None
+        self._must_factor, self._fresh, self._factorisations, self._other_g = True, False, 0, 0.0
+        self._largest, self._leading, self._why = 0.0, 0.0, ""
+        self._residual_norm = self._first_norm = 0.0
+        self._steps: dict[str, float] = {}
+        with self.clock("symbolic"):
+            self._linear = self._linear_operator()
+            self._create()
+
+    def _linear_operator(self) -> sparse.csr_matrix:
+        row, column, value = self.scene.linear_terms()
+        return sparse.csr_matrix(sparse.coo_matrix((value, (row, column)), shape=(self.scene.size, self.scene.size)))
+
+    def _create(self) -> None:
+        comm, n = self.scene.comm, self.constraints.size
+        rows, columns, self._entries, self._constant = expand(self.scene, self.constraints)
+        if comm.rank != 0:
+            self._constant = np.zeros_like(self._constant)
+        self._A = PETSc.Mat().create(comm)
+        self._A.setSizes([n, n])
+        self._A.setType("aij")
+        self._A.setPreallocationCOO(rows.astype(PETSc.IntType), columns.astype(PETSc.IntType))
+        self._y, self._r = self._A.createVecs()
+        self._prefix = prefix = f"pairsim_{next(_PREFIXES)}_"
+        self._relaxation = MUMPS["icntl_14"]
+        self._snes = PETSc.SNES().create(comm)
+        self._snes.setOptionsPrefix(prefix)
+        self._snes.setFunction(self._residual, self._r)
+        self._snes.setJacobian(self._jacobian, self._A)
+        self._snes.setConvergenceTest(self._converged)
+        self._snes.setType("newtonls")
+        self._snes.setMaxFunctionEvaluations(-1)
+        ksp = self._snes.getKSP()
+        ksp.setType("preonly")
+        pc = ksp.getPC()
+        pc.setType("lu")
+        pc.setFactorSolverType("mumps")
+        options = PETSc.Options()
+        names = {f"{prefix}snes_linesearch_type": "basic", f"{prefix}snes_max_it": self.max_iterations}
+        names |= {f"{prefix}mat_mumps_{k}": v for k, v in MUMPS.items()}
+        for name, value in names.items():
+            options[name] = value
+        self._snes.setFromOptions()
+        ksp.setFromOptions()
+        self._options = list(names)
+        self._counts = comm.allgather(self._y.getLocalSize())
+        self._range = self._y.getOwnershipRange()
+
+    def _gather(self, vector: Any) -> Array:
+        """The whole of a distributed vector on every process."""
+        if self.scene.comm.size == 1:
+            return np.array(vector.getArray(readonly=True))
+        whole = np.empty(self.constraints.size)
+        self.scene.comm.Allgatherv(np.array(vector.getArray(readonly=True)), (whole, self._counts))
+        return whole
+
+    def _scaled_rows(self, reduced: Array) -> Array:
+        reduced[self.constraints.integrated] /= self._g
+        return reduced
+
+    def _state(self, y: Array) -> tuple[Array, Array]:
+        h = self.constraints.positions(y, self._h_star, self._g, self._U_m)
+        return h, self.constraints.expand(y, h)
+
+    def _residual(self, snes: Any, y: Any, r: Any) -> None:
+        values = self._gather(y)
+        _, x = self._state(values)
+        self._x = x
+        with self.clock("assembly"):
+            r.setArray(self._scaled_rows(self._tested(x))[self._range[0] : self._range[1]])
+
+    def _tested(self, x: Array) -> Array:
+        """T R(x), the same on every process."""
+        self.scene.set(x)
+        local = [phase.residual() for phase in self.scene.phases]
+        full = np.concatenate([*local, np.zeros(self.scene.size - self.scene.m)])
+        reduced = self.constraints.T @ full
+        if self.scene.comm.size > 1:
+            self.scene.comm.Allreduce(reduced.copy(), reduced)
+        return np.asarray(reduced + self.constraints.T @ (self._linear @ x + self.scene.load()))
+
+    def _jacobian(self, snes: Any, y: Any, A: Any, _: Any) -> None:
+        if not self._must_factor:
+            return
+        with self.clock("assembly"):
+            self._assemble(A)
+        with self.clock("factorisation"):
+            self._factor(snes.getKSP(), A)
+        self._factored_g, self._rate, self._other_g = self._g, 0.0, 0.0
+        self._factored = Place(self._x, self._star, self._g, self._U_m)
+        self._analysed = self._analysed or self._factored
+        self._fresh = True
+        self._must_factor = False
+        self._factorisations += 1
+
+    def _factor(self, ksp: Any, A: Any) -> None:
+        """Factor the matrix; where delayed pivots outgrow MUMPS's work space, analyse anew with more of it."""
+        ksp.setOperators(A)
+        for _ in range(MOST_ANALYSES):
+            with sigterm_waits():
+                ksp.setUp()
+            if ksp.getPC().getFactorMatrix().getMumpsInfog(1) not in (-8, -9):
+                return
+            self._relaxation *= 2
+            self._forget_factor()
+            ksp.setOperators(A)
+
+    def _forget_factor(self) -> None:
+        """Drop the factor and its symbolic analysis; the next one starts afresh."""
+        PETSc.Options()[f"{self._prefix}mat_mumps_icntl_14"] = self._relaxation
+        self._snes.getKSP().reset()
+        self._factored_g = self._analysed = None
+
+    def _assemble(self, A: Any) -> None:
+        """Put T A P of the phases' current state into the matrix."""
+        parts = []
+        for phase, entries in zip(self.scene.phases, self._entries, strict=True):
+            parts.append(phase.jacobian()[entries.source] * entries.factors(self._g))
+        A.setValuesCOO(np.concatenate([*parts, self._constant]), PETSc.InsertMode.INSERT_VALUES)
+        A.assemble()
+
+    def _converged(self, snes: Any, its: int, norms: tuple[float, float, float]) -> int:
+        reason = PETSc.SNES.ConvergedReason
+        self._residual_norm = norms[2]
+        if not np.isfinite(norms[2]):
+            self._why = "the residual is not finite"
+            return reason.DIVERGED_FUNCTION_NANORINF
+        if its == 0:
+            self._first_norm = norms[2]
+            return reason.ITERATING
+        if norms[2] > LOST * max(self._first_norm, 1.0):
+            self._why = "the residual grows without bound"
+            return reason.DIVERGED_DTOL
+        step, x = self._gather(snes.getSolutionUpdate()), self._gather(snes.getSolution())
+        self._steps = self.scaled(step, x)
+        # All processes decide by one and the same number: norms may differ between them in the last digit.
+        # Pressures follow from the rest, and may double their small values on the way to a solution.
+        largest = max((v for k, v in self._steps.items() if k != "m"), default=0.0)
+        leading = max((v for k, v in self._steps.items() if k not in ("m", "p_f", "p_s", "dp")), default=0.0)
+        largest, leading = self.scene.comm.bcast((largest, leading))
+        previous, self._largest = self._largest, largest
+        growth, self._leading = leading / self._leading if its > 1 and self._leading else 0.0, leading
+        if its > 1 and previous > 0:
+            rate = largest / previous
+        elif self._fresh:
+            rate = min(1.0, 10 * largest)
+        else:
+            # The rate of an earlier solve is a hint only: an iterate taken for converged too early breaks
+            # incompressibility, which the next steps then meet with velocities of their own.
+            rate = max(self._rate, UNPROVEN_RATE)
+        # What is left: a geometric series while the Jacobian is lagged, the square of the step when it is fresh. Before
+        # a rate was seen, the matrix of another g may contract as badly as both differ.
+        doubt = rate if its > 1 else max(rate, self._other_g)
+        left = min(100 * largest, 1.0) * largest if self._fresh else largest * doubt / max(1 - doubt, 0.1)
+        if not self._fresh:
+            self._rate = rate
+        if left < self.tolerance or largest < 0.1 * self.tolerance:
+            self._why = "converged"
+            return reason.CONVERGED_SNORM_RELATIVE
+        if growth > 2 and (leading > 0.1 or (self._fresh and its > 3)):
+            self._why = "the steps grow"
+            return reason.DIVERGED_DTOL
+        if its >= self.max_iterations:
+            self._why = f"{its} iterations"
+            return reason.DIVERGED_MAX_IT
+        self._must_factor = self._must_factor or (rate > self._slow if not self._fresh else largest > FAR)
+        self._fresh = False
+        return reason.ITERATING
+
+    def forget(self) -> None:
+        """Make the next solve factor anew."""
+        self._factored_g = None
+
+    def scaled(self, step: Array, y: Array) -> dict[str, float]:
+        """Norm of a step by field, relative to the field's size."""
+        return {
+            name: float(np.linalg.norm(step[i]) / max(np.linalg.norm(y[i]), 1e-3 * np.sqrt(len(i))))
+            for name, i in self.constraints.fields.items()
+            if len(i)
+        }
+
+    def solve(self, y: Array, h_star: Array, g: float, U_m: float, star: Array | None = None) -> tuple[Array, Report]:
+        """Solve from a first guess.
+
+        Args:
+            y: First guess, shape (n_y,), the same on every process.
+            h_star: Part of h that the time scheme has fixed.
+            g: gamma dt of the time scheme.
+            U_m: Velocity of the frame.
+            star: Part of the full vector that the time scheme has fixed (needed by a viscoelastic liquid).
+
+        Returns:
+            The solution (or the last iterate) and how it went.
+        """
+        self._h_star, self._g, self._U_m, self._star = h_star, g, U_m, star
+        if star is not None:
+            self.scene.set_step(star, g, U_m)
+        ratio = g / self._factored_g if self._factored_g else np.inf
+        self._other_g = max(ratio, 1 / ratio) - 1
+        self._must_factor, self._fresh = abs(ratio - 1) > OTHER_STEP, False
+        self._largest, self._steps, self._why, self._factorisations = 0.0, {}, "", 0
+        self._residual_norm = self._first_norm = 0.0
+        self._y.setArray(y[self._range[0] : self._range[1]])
+        with self.clock("solve"):
+            inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation"))
+            try:
+                self._snes.solve(None, self._y)
+                converged = self._snes.getConvergedReason() > 0
+            except PETSc.Error as error:
+                converged, self._why = False, str(error)
+            inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation")) - inside
+        self.clock.seconds["solve"] -= inside
+        solution = self._gather(self._y)
+        if converged and (why := self.overstretched(solution)):
+            converged, self._why = False, why
+        if not converged:
+            self._forget_factor()
+            reason = self._snes.getConvergedReason()
+            self._why = self._why or REASONS.get(reason, f"SNES reason {reason}")
+        iterations = self._snes.getIterationNumber()
+        report = Report(converged, iterations, self._factorisations, self._why, dict(self._steps), self._residual_norm)
+        return solution, report
+
+    def overstretched(self, y: Array) -> str:
+        """In words, where a FENE-P liquid is past its pole: equations that Newton solves there mean nothing."""
+        liquid = self.scene.polymer
+        if liquid is None or liquid.name != "fene-p":
+            return ""
+        x = self.state(y)[1]
+        c = exponential(self.scene.liquid.nodal("s", x))
+        trace = c[:, 0] + c[:, 2] + c[:, 3]
+        top = int(np.argmax(trace))
+        largest: float = self.scene.comm.bcast(float(trace[top]))
+        if largest < liquid.L2:
+            return ""
+        z, r = self.scene.comm.bcast(self.scene.positions(x)[top].tolist())
+        return f"tr c = {largest:.4g} at z = {z:.3f}, r = {r:.3f} is past L2 = {liquid.L2:g}"
+
+    def place(self, h_star: Array) -> None:
+        """Set h* for the evaluations below, with g = 1 and U_m = 0 as quasi-steady scenes have them."""
+        self._h_star, self._g, self._U_m = h_star, 1.0, 0.0
+
+    def factor_at(self, y: Array) -> bool:
+        """Factor the matrix at y: for linear solves, and as the matrix that the next solve begins with.
+
+        Returns:
+            Whether it could be factored; nothing may be solved with it otherwise.
+        """
+        if not np.isfinite(self.residual_at(y)).all():  # MUMPS may crash on such a matrix
+            self._forget_factor()
+            return False
+        self._must_factor = True
+        self._jacobian(self._snes, self._y, self._A, None)
+        self._fresh = False
+        if self._snes.getKSP().getPC().getFactorMatrix().getMumpsInfog(1) < 0:
+            self._forget_factor()
+            return False
+        return True
+
+    @property
+    def factor_megabytes(self) -> int:
+        """MatrixState that MUMPS took for the factors in hand, all processes together [1e6 bytes]."""
+        return int(self._snes.getKSP().getPC().getFactorMatrix().getMumpsInfog(22))
+
+    def linear_solve(self, rhs: Array, *, transposed: bool = False) -> Array:
+        """Solve with the matrix in hand (or its transpose)."""
+        b, x = self._A.createVecs()
+        b.setArray(rhs[self._range[0] : self._range[1]])
+        ksp = self._snes.getKSP()
+        with self.clock("solve"):
+            (ksp.solveTranspose if transposed else ksp.solve)(b, x)
+        values = self._gather(x)
+        b.destroy()
+        x.destroy()
+        return values
+
+    def reduce(self, x: Array) -> Array:
+        """T R for a full vector x that need not be one that meets the constraints."""
+        with self.clock("assembly"):
+            return self._scaled_rows(self._tested(x))
+
+    @property
+    def matrix_state(self) -> MatrixState | None:
+        """What the next solve of a march begins with; None: it makes its own matrix."""
+        if self._factored_g is None or self._factored is None or self._analysed is None:
+            return None
+        return MatrixState((self._analysed, self._factored), self._rate, self._relaxation)
+
+    def recall(self, memory: MatrixState) -> None:
+        """Make the matrix of a memory again, so that the next solve takes the very steps that it would have taken then.
+
+        A lagged matrix decides where within the tolerance Newton ends, and its ordering how it is rounded; dU, a small
+        difference of large velocities, tells both apart.
+        """
+        self._relaxation = memory.relaxation
+        self._forget_factor()
+        analysed, factored = memory.places
+        for place in (factored,) if analysed is factored else memory.places:
+            self._x, self._star, self._g, self._U_m = place.x, place.star, place.g, place.U_m
+            if place.star is not None:
+                self.scene.set_step(place.star, place.g, place.U_m)
+            self.scene.set(place.x)
+            self._must_factor = True
+            self._jacobian(self._snes, None, self._A, None)
+        self._rate = memory.rate
+
+    def residual_at(self, y: Array) -> Array:
+        """The whole residual T R at y, with h*, g and U_m of the last solve."""
+        vector = self._y.duplicate()
+        out = self._r.duplicate()
+        vector.setArray(y[self._range[0] : self._range[1]])
+        self._residual(self._snes, vector, out)
+        values = self._gather(out)
+        vector.destroy()
+        out.destroy()
+        return values
+
+    def jacobian_times(self, y: Array, direction: Array) -> Array:
+        """T A P at y times a direction; overwrites the matrix in hand."""
+        self.residual_at(y)
+        self._assemble(self._A)
+        self._factored_g = None
+        vector, out = self._A.createVecs()
+        vector.setArray(direction[self._range[0] : self._range[1]])
+        self._A.mult(vector, out)
+        values = self._gather(out)
+        vector.destroy()
+        out.destroy()
+        return values
+
+    def state(self, y: Array) -> tuple[Array, Array]:
+        """h and x of a solution y of the last solve."""
+        return self._state(y)
+
+    def destroy(self) -> None:
+        """Give all PETSc objects back and remove this solve's options."""
+        options = PETSc.Options()
+        for name in self._options:
+            options.delValue(name)
+        for thing in (self._snes, self._A, self._y, self._r):
+            thing.destroy()

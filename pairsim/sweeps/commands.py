@@ -1,0 +1,220 @@
+"""The commands that a sweep can repeat, one line each in `COMMANDS`.
+
+A line says how merged keys become a checked case, what it costs, and which columns its folder gives to results.csv;
+nothing else in the sweep knows commands by name.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pairsim.config.case import Case, SceneCase
+from pairsim.config.case_file import case_from_dict, critical_from_dict, curve_from_dict
+from pairsim.config.cost import Estimate, critical_estimate, curve_estimate, run_estimate
+from pairsim.config.curve_case import CriticalCase, CurveCase
+from pairsim.config.form_kinds import forms_of
+from pairsim.results.columns import gap_endings
+
+Value = float | int | str | None
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A validated case of some command.
+
+    Attributes:
+        slug: Beginning of its folder's name.
+        resolved: The case with every default, as it goes into its case file.
+        identity: The part of `resolved` that makes two cases the same.
+        estimate: What it will cost.
+        forms: Kinds of forms that it needs, in the words of `pairsim.fem.form_cache`.
+        columns: Columns that its results have in results.csv.
+    """
+
+    slug: str
+    resolved: dict[str, Any]
+    identity: dict[str, Any]
+    estimate: Estimate
+    forms: tuple[str, ...]
+    columns: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class SweepCommand[C: SceneCase]:
+    """A command of pairsim, as a sweep sees it.
+
+    Attributes:
+        name: The command's name; a case runs as `pairsim NAME CASE.yaml -o DIR --overwrite -q`.
+        parse: Validates merged keys; raises InputError that begins with the given source.
+        estimate: What a case will cost.
+        parameters: Keys that results.csv shows also where they do not vary.
+        columns: Columns of a case's results.
+        last: Further columns, which end results.csv.
+        read: Values of a folder for those columns, whatever of it there is; never raises for a folder half written.
+        resumable: Whether `pairsim NAME --resume DIR` continues from `checkpoint.npz`.
+        neighbours: Keys along which a solved case is a start for the next (see `pairsim.sweeps.curve_worker`).
+    """
+
+    name: str
+    parse: Callable[[Mapping[str, Any], str], C]
+    estimate: Callable[[C], Estimate]
+    parameters: tuple[str, ...]
+    columns: Callable[[C], tuple[str, ...]]
+    last: tuple[str, ...]
+    read: Callable[[Path], dict[str, Value]]
+    resumable: bool = False
+    neighbours: tuple[str, ...] = ()
+
+    def check(self, data: Mapping[str, Any], source: str) -> Checked:
+        """Validate merged keys.
+
+        Raises:
+            InputError: It begins with the given source.
+        """
+        case = self.parse(data, source)
+        return Checked(
+            case.slug, case.resolved(), identity_of(case), self.estimate(case), forms_of(case), self.columns(case)
+        )
+
+    def values(self, directory: Path) -> dict[str, Value]:
+        """What a folder gives to results.csv."""
+        told = read_told(directory)
+        return self.read(directory) | {key: told.get(key) for key in self.last}
+
+
+def read_told(directory: Path) -> dict[str, Any]:
+    """run.json of a folder; empty if there is none or it is broken."""
+    try:
+        told = json.loads((directory / "run.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return told if isinstance(told, dict) else {}
+
+
+def identity_of(case: SceneCase) -> dict[str, Any]:
+    """What makes two cases the same: all that changes a file of the folder, so everything but the name.
+
+    Equal entries of a list are one number, and a Newtonian liquid has no parameters of a polymer. The outputs do count:
+    steps land on their times, and a folder without the fields that were asked for is not that case.
+    """
+    identity = case.resolved()
+    identity.pop("name", None)
+    if case.polymer is None:
+        for key in ("liquid", "xi", "alpha", "epsilon", "L2"):
+            identity.pop(key, None)
+    for key in ("beta", "Ca_e", "d0"):
+        value = identity.get(key)
+        if isinstance(value, list) and value and all(entry == value[0] for entry in value):
+            identity[key] = value[0]
+    return identity
+
+
+def run_result_columns(case: Case) -> tuple[str, ...]:
+    """Columns of the last row of series.csv, as `columns.series_columns` names them."""
+    if case.n == 2:
+        return ("t", "d", "dU", "U_L", "U_T", "D_L", "D_T", "dp")
+    gaps, particles = gap_endings(case.n), range(1, case.n + 1)
+    names = ["t", *(f"d{gap}" for gap in gaps), *(f"dU{gap}" for gap in gaps)]
+    return (*names, *(f"U_{i}" for i in particles), *(f"D_{i}" for i in particles), "dp")
+
+
+def read_run(directory: Path) -> dict[str, Value]:
+    """The last whole row of series.csv; empty if there is none.
+
+    Only the end of the file is read: a sweep looks at thousands of them when it starts again.
+    """
+    try:
+        with (directory / "series.csv").open("rb") as file:
+            header = file.readline().decode().strip().split(",")
+            start = file.tell()
+            file.seek(0, 2)
+            file.seek(max(start, file.tell() - 65536))
+            text = file.read().decode()
+        lines = text[: text.rfind("\n") + 1].splitlines()
+        return dict(zip(header, map(float, lines[-1].split(",")), strict=True)) if lines else {}
+    except (OSError, ValueError):
+        return {}
+
+
+def curve_result_columns(case: CurveCase) -> tuple[str, ...]:
+    """Points, zeros, and by gap the largest |dU| with its distance and mesh error."""
+    names = ["d_peak{}", "dU_peak{}", *(["mesh_error{}"] if case.mesh_error else [])]
+    zeros = ["zeros", "stable"] if case.n == 2 else []
+    return ("points", *zeros, *(name.format(gap) for gap in gap_endings(case.n) for name in names))
+
+
+def read_curve(directory: Path) -> dict[str, Value]:
+    """What `curve_result_columns` names; `zeros` and `stable` are JSON lists, from the nearest zero to the widest."""
+    values: dict[str, Value] = {}
+    try:
+        points = _rows(directory / "curve.csv")
+        values["points"] = len(points)
+        for name in [name for name in points[0] if name == "dU" or name.startswith("dU_")]:
+            gap, peak = name.removeprefix("dU"), max(points, key=lambda point: abs(float(point[name])))
+            for column, source in (("d_peak", "d"), ("dU_peak", "dU"), ("mesh_error", "mesh_error")):
+                if source + gap in peak:
+                    values[column + gap] = float(peak[source + gap])
+        zeros = _rows(directory / "equilibria.csv")
+        values["zeros"] = json.dumps([float(row["d"]) for row in zeros])
+        values["stable"] = json.dumps([row["stable"] == "true" for row in zeros])
+    except (OSError, ValueError, KeyError, IndexError):  # the folder of a case that failed on the way
+        pass
+    return values
+
+
+def critical_result_columns(case: CriticalCase) -> tuple[str, ...]:
+    """Points of the lines of critical distances, and the distances where they were asked for."""
+    return ("points", "zeros", "stable")
+
+
+def read_critical(directory: Path) -> dict[str, Value]:
+    """What `critical_result_columns` names; lists as those of `read_curve`, in the order of critical.csv."""
+    try:
+        points = _rows(directory / "critical.csv")
+        wanted = [row for row in points if row["kind"] == "wanted"]
+        return {
+            "points": len(points),
+            "zeros": json.dumps([float(row["d_cr"]) for row in wanted]),
+            "stable": json.dumps([row["stable"] == "true" for row in wanted]),
+        }
+    except (OSError, ValueError, KeyError):
+        return {}
+
+
+def _rows(table: Path) -> list[dict[str, str]]:
+    with table.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+SCENE = ("beta", "De", "Ca_e")
+RUN = SweepCommand(
+    "run",
+    case_from_dict,
+    run_estimate,
+    (*SCENE, "d0"),
+    run_result_columns,
+    ("steps", "unknowns", "wall_time"),
+    read_run,
+    resumable=True,
+)
+OTHERS = ("unknowns", "wall_time")
+CURVE = SweepCommand(
+    "curve",
+    curve_from_dict,
+    curve_estimate,
+    SCENE,
+    curve_result_columns,
+    OTHERS,
+    read_curve,
+    neighbours=("De", "Ca_e"),
+)
+CRITICAL = SweepCommand(
+    "critical", critical_from_dict, critical_estimate, SCENE, critical_result_columns, OTHERS, read_critical
+)
+COMMANDS: dict[str, SweepCommand[Any]] = {command.name: command for command in (RUN, CURVE, CRITICAL)}
+"""All of them."""

@@ -1,0 +1,65 @@
+"""Master curves one after another in one process: `python -P -m pairsim.sweeps.curve_worker CASE.yaml DIR ...`.
+
+Each curve starts from the solutions of the one before, which saves the way from undeformed spheres at small De. A sweep
+starts such processes; how every curve ended is in its own folder.
+"""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from contextlib import suppress
+from pathlib import Path
+
+from pairsim.config.case_file import load_curve
+from pairsim.drivers.outcome import Outcome
+from pairsim.runtime.errors import unexpected
+from pairsim.runtime.signals import Signals
+
+
+def solve(pairs: list[tuple[Path, Path]]) -> Outcome:
+    """Solve curves one after another into their folders, whatever was there before.
+
+    Args:
+        pairs: Case files and folders.
+
+    Returns:
+        How the last one ended.
+    """
+    from pairsim.runtime.fenicsx import MPI  # before everything else that loads MPI or is compiled
+
+    # isort: split
+    from pairsim.drivers.curve import WarmStart, run_curve
+    from pairsim.drivers.progress import make_reporter
+    from pairsim.results.curve_plots import plot_curve
+
+    comm, warm_start = MPI.COMM_WORLD, WarmStart()
+    with Signals() as signals:
+        for file, directory in pairs:
+            case = load_curve(file)
+            command = shlex.join(["pairsim", "curve", str(file), "-o", str(directory)])
+            outcome = run_curve(
+                case,
+                directory,
+                comm=comm,
+                overwrite=True,
+                reporter=make_reporter(True, comm.rank),
+                command=command,
+                warm_start=warm_start,
+            )
+            if outcome.status == "finished" and comm.rank == 0:
+                with suppress(OSError):  # a picture can be drawn again
+                    plot_curve(directory, directory)
+            if any(comm.allgather(signals.number)):
+                break
+    warm_start.close()
+    return outcome
+
+
+if __name__ == "__main__":
+    words = [Path(word) for word in sys.argv[1:]]
+    try:
+        code = solve(list(zip(words[::2], words[1::2], strict=True))).exit_code
+    except Exception:
+        code = unexpected()
+    sys.exit(code)

@@ -1,0 +1,73 @@
+"""The words of `pairsim sweep`: its options as numbers, and what `--dry-run` shows."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+
+from pairsim.runtime.errors import InputError
+from pairsim.sweeps.grid import Grid
+
+
+def parse_time(text: str) -> float:
+    """Seconds, or H:MM:SS, as seconds.
+
+    Raises:
+        InputError: It is neither.
+    """
+    if re.fullmatch(r"\d+(\.\d*)?", text) and float(text) > 0:
+        return float(text)
+    if match := re.fullmatch(r"(\d+):([0-5]?\d)(?::([0-5]?\d))?", text):
+        hours, minutes, seconds = (int(part or 0) for part in match.groups())
+        return 3600.0 * hours + 60 * minutes + seconds
+    raise InputError("--walltime", "", text, "seconds, H:MM or H:MM:SS")
+
+
+def parse_shard(text: str) -> tuple[int, int]:
+    """`i/n` with 1 <= i <= n.
+
+    Raises:
+        InputError: It is something else.
+    """
+    match = re.fullmatch(r"(\d+)/(\d+)", text)
+    if match is None or not 1 <= int(match[1]) <= int(match[2]):
+        raise InputError("--shard", "", text, "part/parts counted from 1, such as 2/8")
+    return int(match[1]), int(match[2])
+
+
+def duration(seconds: float) -> str:
+    """Seconds in words: 42 s, 3 min 20 s, 2 h 05 min."""
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60:02d} s"
+    return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
+
+
+def shown(value: Any) -> str:
+    """A parameter's value for a table."""
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def dry_run_view(grid: Grid, part: tuple[int, int] | None) -> Group:
+    """Count, cases, guessed unknowns and cost."""
+    total = sum(case.checked.estimate.seconds for case in grid.cases)
+    told = f"{len(grid.cases)} cases of pairsim {grid.command.name}, about {duration(total)} on one core"
+    notes = [
+        f"{count} {what}"
+        for count, what in ((grid.duplicates, "duplicates left out"), (grid.excluded, "excluded"))
+        if count
+    ]
+    table = Table("folder", *grid.varying, "unknowns", "seconds", box=None, pad_edge=False)
+    for case in grid.cases:
+        estimate = case.checked.estimate
+        values = [shown(case.parameters[key]) for key in grid.varying]
+        table.add_row(*map(Text, [case.folder, *values, f"~{estimate.unknowns}", f"~{estimate.seconds:.2g}"]))
+    lines = [told + (f" ({', '.join(notes)})" if notes else "")]
+    lines += [f"part {part[0]} of {part[1]} would do its share of them"] if part else []
+    return Group(*map(Text, lines), table)

@@ -1,0 +1,358 @@
+"""`pairsim sweep`: the cases of a grid, spread over the ranks of an MPI job, each in a process of its own.
+
+Rank 0 keeps the ledger, hands out the cases and computes some itself; nobody waits inside MPI, so that idle ranks cost
+no processor time. Without mpirun there is one worker and MPI is not even imported.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import signal
+import time
+from collections import deque
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import yaml
+
+from pairsim import __version__
+from pairsim.fem import form_cache
+from pairsim.results.output import plain, write_text
+from pairsim.runtime.child_process import DISK, TOO_LARGE, Child, module_command
+from pairsim.runtime.collective import collectively
+from pairsim.runtime.errors import InputError
+from pairsim.runtime.locks import FolderLock, command_line
+from pairsim.runtime.signals import Signals
+from pairsim.sweeps.grid import Grid, SweepCase
+from pairsim.sweeps.ledger import Ledger, Shard
+from pairsim.sweeps.progress import SweepReporter
+from pairsim.sweeps.queue import part_of, units
+from pairsim.sweeps.worker import CaseWorker, Result, Task
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+POLL = 0.02  # seconds between two looks at children and messages
+CASES = "cases"  # folder of the case files
+NOT_THE_CASE = ("disk_full", "write_failed", "not_started")  # failures of the machine, repeated without being asked
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the command line asks of a sweep.
+
+    Attributes:
+        limit: Cases to start at most.
+        only_failed: Repeat the cases that failed or timed out, and nothing else.
+        fail_fast: Stop at the first case that fails.
+        shard: Do this part of the sweep.
+        ranks_per_case: MPI processes of each case.
+        case_timeout: Allowed wall time of a case in seconds.
+        walltime: Allowed wall time of the sweep in seconds.
+        cold: Start every case from the beginning, none from its neighbour.
+        settings: What --set has changed in every case, for the record.
+    """
+
+    limit: int | None = None
+    only_failed: bool = False
+    fail_fast: bool = False
+    shard: Shard | None = None
+    ranks_per_case: int = 1
+    case_timeout: float | None = None
+    walltime: float | None = None
+    cold: bool = False
+    settings: tuple[str, ...] = ()
+
+
+def run_sweep(
+    grid: Grid, directory: Path, options: Options, comm: MPI.Comm | None, reporter: SweepReporter
+) -> tuple[int, str]:
+    """Compute the cases of a grid that are not finished yet.
+
+    Args:
+        grid: The grid.
+        directory: Folder of the sweep; made, or continued.
+        options: What the command line asks for.
+        comm: Communicator of the job; every process calls this. None: no MPI.
+        reporter: Shows progress (on the first process).
+
+    Returns:
+        Exit code (0: no case has failed; 3: some have, or the disk is full; 130: interrupted) and a line for people.
+
+    Raises:
+        InputError: The folder belongs to another grid, or another sweep is at work in it.
+    """
+    rank, size = (comm.rank, comm.size) if comm else (0, 1)
+    if size > 1 and options.ranks_per_case > size:
+        allowed = f"at most {size}, the processes of this job"
+        raise InputError("--ranks-per-case", "", options.ranks_per_case, allowed)
+    with Signals() as signals, ExitStack() as held:
+
+        def begin() -> _Root:
+            _usable(directory)
+            lock = FolderLock(directory, command_line(), options.shard.tag if options.shard else "")
+            held.callback(lock.release)
+            return _Root(grid, directory, options, size, reporter, signals)
+
+        try:
+            root = collectively(comm, begin)
+        except OSError as error:
+            if error.errno in DISK:
+                again = "make room and give the same command again"
+                return 3, f"{directory} cannot be written ({error.strerror}); {again}" if rank == 0 else ""
+            allowed = f"cannot be used as a folder ({error}); give another one"
+            raise InputError(str(directory), "-o", None, allowed) from error
+        _warm_up(root.forms if root else (), comm, signals, reporter)
+        runner = CaseWorker(grid.command, options.ranks_per_case, options.case_timeout)
+        if root is not None:
+            return root.run(comm, runner)
+        assert comm is not None
+        return _serve(comm, runner, signals), ""
+
+
+def _warm_up(forms: tuple[str, ...], comm: MPI.Comm | None, signals: Signals, reporter: SweepReporter) -> None:
+    """Compile the forms that are missing, on one process of each machine; the others wait without computing."""
+    leader = True
+    if comm:
+        forms = comm.bcast(forms)
+        from mpi4py import MPI
+
+        node = comm.Split_type(MPI.COMM_TYPE_SHARED)
+        leader = node.rank == 0
+        node.Free()
+    if leader and (wanted := form_cache.missing(forms)):
+        reporter.note(f"compiling {', '.join(wanted)}")
+        child = Child(module_command("pairsim.fem.form_cache", *wanted))
+        while (code := child.poll()) is None:
+            if signals.number:
+                child.kill()
+            time.sleep(POLL)
+        if code and not signals.number:  # the cases will say what is wrong with them
+            reporter.note(f"compiling failed: {child.stderr.strip().rpartition(chr(10))[2]}")
+    if comm:
+        request = comm.Ibarrier()
+        while not request.Test():
+            time.sleep(POLL)
+
+
+def _serve(comm: MPI.Comm, runner: CaseWorker, signals: Signals) -> int:
+    """What every process but the first does, until it is told to leave; returns the exit code it is told."""
+    told = False
+    while True:
+        while comm.iprobe(source=0):
+            word, value = comm.recv(source=0)
+            if word == "unit":
+                runner.take(value)
+            elif word == "stop":
+                runner.stop()
+            else:
+                return int(value)
+        if signals.number and not told:
+            told = True
+            comm.send(("signal", signals.number), dest=0)
+        if (result := runner.poll()) is not None:
+            comm.send(("result", result), dest=0)
+        time.sleep(POLL)
+
+
+class _Root:
+    """The first process: queue, ledger, and what ends the sweep.
+
+    Raises:
+        InputError, OSError: The folder cannot be used.
+    """
+
+    def __init__(
+        self, grid: Grid, directory: Path, options: Options, size: int, reporter: SweepReporter, signals: Signals
+    ) -> None:
+        self.options, self.directory, self.reporter, self.signals = options, directory, reporter, signals
+        cases = part_of(grid.cases, options.shard)
+        shard = [options.shard.i, options.shard.n] if options.shard else None
+        about = {
+            "shard": shard,
+            "command_line": command_line(),
+            "folder": os.getcwd(),
+            "process": os.getpid(),
+            "machine": {"node": platform.node(), "system": platform.platform()},
+            "versions": {"pairsim": __version__, "python": platform.python_version()},
+        }
+        self.ledger = Ledger(directory, grid, cases, options.shard, about)
+        self.ledger.recover()
+        step = options.ranks_per_case if size > 1 else 1
+        self.idle = deque(rank for rank in range(0, size, step) if rank + step <= size)
+        self.workers = {rank: {"cases": 0, "busy": 0.0} for rank in self.idle}
+        self.running: dict[int, list[str]] = {}
+        neighbours = () if options.cold else grid.command.neighbours
+        self.queue = units(self._tasks(cases), neighbours, len(self.workers))
+        self.forms = tuple(dict.fromkeys(f for unit in self.queue for task in unit for f in task.checked.forms))
+        self.stopping, self.code, self.why = False, 0, ""
+        self.begin = time.monotonic()
+        self.deadline = self._deadline()
+        if not (directory / "grid.yaml").exists():
+            settings = "".join(f"# --set {setting}\n" for setting in options.settings)
+            text = yaml.safe_dump(plain(grid.content), sort_keys=False, default_flow_style=None)
+            part = directory / f".grid.{platform.node()}.{os.getpid()}"  # shards may write it at the same time
+            write_text(part, settings + text)
+            part.replace(directory / "grid.yaml")
+        self.ledger.write(now=True)
+
+    def _tasks(self, cases: list[SweepCase]) -> list[Task]:
+        """What there is to do, the dearest first."""
+        wanted = []
+        for case in cases:
+            entry = self.ledger.entries[case.folder]
+            failed = entry.status in ("failed", "timeout")
+            again = self.options.only_failed or entry.reason in NOT_THE_CASE
+            if (failed and again) or (entry.status == "pending" and (entry.again or not self.options.only_failed)):
+                case_file = self.directory / CASES / f"{case.folder}.yaml"
+                resume = entry.status != "failed" or entry.reason in NOT_THE_CASE
+                wanted.append(
+                    Task(case.folder, case.key, self.directory / case.folder, case_file, case.checked, resume)
+                )
+        wanted.sort(key=lambda task: -task.checked.estimate.seconds)
+        return wanted[: self.options.limit]
+
+    def _deadline(self) -> float | None:
+        """When to stop, so that the running cases can still end in order."""
+        left = [self.options.walltime] if self.options.walltime else []
+        if (end := os.environ.get("SLURM_JOB_END_TIME", "")).isdigit():
+            left.append(int(end) - time.time())
+        if not left:
+            return None
+        allowed = min(left)
+        return self.begin + allowed - min(30.0, 0.1 * allowed)
+
+    def run(self, comm: MPI.Comm | None, runner: CaseWorker) -> tuple[int, str]:
+        """Hand out everything and wait for it."""
+        self.reporter.start(self.ledger, len(self.workers), sum(map(len, self.queue)))
+        stopped = False
+        while True:
+            while comm and comm.iprobe():
+                from mpi4py import MPI
+
+                status = MPI.Status()
+                word, value = comm.recv(status=status)
+                if word == "result":
+                    self._result(status.Get_source(), value)
+                else:
+                    self.signals.number = value
+            if (result := runner.poll()) is not None:
+                self._result(0, result)
+            self._look_around()
+            if self.stopping and not stopped:
+                stopped = True
+                runner.stop()
+                self._send(comm, ("stop", None))
+            self._hand_out(comm, runner)
+            self._write()
+            self.reporter.tick(self.ledger, self.running)
+            if not self.running and (self.stopping or not self.queue):
+                break
+            time.sleep(POLL)
+        self._write(now=True)
+        code, message = self._verdict()
+        self._send(comm, ("leave", code))
+        self.reporter.finish(message)
+        return code, message
+
+    def _look_around(self) -> None:
+        if self.signals.number:
+            self._stop(130, signal.Signals(self.signals.number).name)
+        if self.deadline is not None and time.monotonic() > self.deadline:
+            self._stop(130, "the allowed time is over")
+
+    def _stop(self, code: int, why: str) -> None:
+        if not self.stopping:
+            self.stopping, self.code, self.why = True, code, why
+            running = sum(map(len, self.running.values()))
+            self.reporter.note(why + (f": stopping {running} running cases" if running else ""))
+
+    @staticmethod
+    def _send(comm: MPI.Comm | None, message: tuple[str, Any]) -> None:
+        for rank in range(1, comm.size if comm else 1):
+            assert comm is not None
+            comm.send(message, dest=rank)
+
+    def _hand_out(self, comm: MPI.Comm | None, runner: CaseWorker) -> None:
+        while self.queue and self.idle and not self.stopping:
+            rank, unit = self.idle.popleft(), self.queue.popleft()
+            self.running[rank] = [task.folder for task in unit]
+            self._started(rank)
+            if rank == 0:
+                runner.take(unit)
+            else:
+                assert comm is not None
+                comm.send(("unit", unit), dest=rank)
+
+    def _started(self, rank: int) -> None:
+        folder = self.running[rank][0]
+        entry = self.ledger.entries[folder]
+        again, attempts = entry.again or entry.status in ("failed", "timeout"), entry.attempts + 1
+        news = {"rank": rank, "attempts": attempts, "again": again, "values": {}}
+        self.ledger.change(folder, status="running", reason="", message="", **news)
+
+    def _result(self, rank: int, result: Result) -> None:
+        entry = self.ledger.change(
+            result.folder,
+            status=result.status,
+            reason=result.reason,
+            message=result.message,
+            seconds=result.seconds,
+            values=result.values,
+        )
+        if result.status != "pending":
+            self.ledger.change(result.folder, again=False)
+        self.workers[rank]["cases"] += 1
+        self.workers[rank]["busy"] += result.seconds
+        self.running[rank].remove(result.folder)
+        if not self.running[rank]:
+            del self.running[rank]
+            self.idle.append(rank)
+        elif not self.stopping:
+            self._started(rank)
+        self.reporter.case(entry, self.ledger)
+        if result.reason == "disk_full" and not TOO_LARGE.search(result.message):
+            self._stop(3, f"the disk is full ({result.message}); make room and give the same command again")
+        elif self.options.fail_fast and result.status in ("failed", "timeout"):
+            self._stop(3, f"{result.folder} {result.status} ({result.reason})")
+
+    def _write(self, now: bool = False) -> None:
+        self.ledger.session = {
+            "session": {
+                "seconds": time.monotonic() - self.begin,
+                "workers": {str(rank): told for rank, told in self.workers.items()},
+            }
+        }
+        try:
+            self.ledger.write(now)
+        except OSError as error:
+            again = "make room and give the same command again"
+            self._stop(3, f"{self.ledger.path} cannot be written ({error.strerror or error}); {again}")
+
+    def _verdict(self) -> tuple[int, str]:
+        ledger = self.ledger
+        failed, pending = ledger.count("failed", "timeout"), ledger.count("pending", "running")
+        told = [f"{ledger.count('finished')} of {len(ledger.entries)} cases finished"]
+        told += [f"{failed} failed"] if failed else []
+        told += [f"{pending} to do"] if pending else []
+        text = ", ".join(told)
+        if self.stopping:
+            return self.code, f"{self.why}; {text}"
+        if failed:
+            return 3, f"{text}; pairsim status {self.directory} lists the reasons"
+        interrupted = any(entry.reason == "interrupted" for entry in ledger.entries.values())
+        return (130 if interrupted else 0), text
+
+
+def _usable(directory: Path) -> None:
+    """Make the folder, or make sure that it is one of a sweep."""
+    if directory.exists() and not directory.is_dir():
+        raise InputError(str(directory), "-o", None, "is a file; give the name of a folder")
+    directory.mkdir(parents=True, exist_ok=True)
+    names = [path.name for path in directory.iterdir() if not path.name.startswith(".")]
+    if names and not any(name.startswith("sweep") or name == "grid.yaml" for name in names):
+        allowed = "the folder is not empty and holds no sweep; give another one"
+        raise InputError(str(directory), "-o", None, allowed)
