@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Speed against error: the tables and the picture of docs/accuracy.md. Run it with .venv/bin/python.
 
 usage: .venv/bin/python scripts/accuracy [-o runs/accuracy] [--only WORD] [--hard DIR] [--peers CSV] [--table]

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The figures of docs/newtonian.md, viscoelastic.md and quasi-steady.md, and what made runs faster.
 
 Run it with .venv/bin/python; without arguments it makes fig6.

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Runs every case of configs/hard and tells how each ended. Run it with .venv/bin/python.
 
 usage: .venv/bin/python scripts/hard [-o runs/hard] [-n 2] [--case-timeout 600] [--only WORD] [--table]
