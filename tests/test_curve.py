@@ -25,6 +25,7 @@ from pairsim.solvers.branch import Branch, Point, started, walked
 from pairsim.solvers.continuation import follow
 from pairsim.solvers.critical import same_zero
 from pairsim.solvers.curve import equilibria, find_zeros, interpolant, trace
+from pairsim.solvers.newton_options import STEADY
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.pseudo_time import relax
 
@@ -185,7 +186,7 @@ def test_the_first_solution_does_not_depend_on_the_way_to_it() -> None:
     """It comes from that of larger cells in a few iterations, and is the one that many small steps lead to."""
     made = case(De=0.5, Ca_e=(0.05, 0.1), beta=(0.4, 0.35), mesh={"Np": 10})
     start = Parameters((0.1,), made.Ca_es, made.De)
-    problem = replace(steady_problem(made, 0.1), newton_tolerance=1e-11)
+    problem = replace(steady_problem(made, 0.1), newton=replace(STEADY, tolerance=1e-11))
     scout = walked(MPI.COMM_WORLD, steady_problem(case(De=0.5, beta=(0.4, 0.35), mesh={"Np": 8}), 0.1), start)
     short, long = started(MPI.COMM_WORLD, problem, start, scout), walked(MPI.COMM_WORLD, problem, start)
     assert short.iterations <= 4 < long.iterations

@@ -115,7 +115,7 @@ class SmoothSphere(Steady):
         self.newton.destroy()
         self.constraints = self._smooth()
         self._untouched = self.constraints.base.copy()
-        self.newton = Newton(self.scene, self.constraints, tolerance=self.problem.newton_tolerance, clock=self.clock)
+        self.newton = Newton(self.scene, self.constraints, self.problem.newton, clock=self.clock)
         self._material = np.concatenate([self.constraints.fields[name] for name in ("h", "U_p", "p_s")])
 
     def _smooth(self) -> Constraints:

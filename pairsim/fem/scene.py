@@ -20,6 +20,7 @@ from pairsim.fem.geometry import Outline, Reference
 from pairsim.fem.phases import Phase, neo_hookean_solid, newtonian_liquid, viscoelastic_liquid
 from pairsim.fem.quadrature import CellQuadrature, end_load
 from pairsim.fem.six_node_mesh import SixNodeMesh
+from pairsim.physics.conformation import exponential
 from pairsim.physics.materials.polymer import Polymer
 from pairsim.physics.pipe import PipeState
 from pairsim.physics.scales import FLOW_RATE, TUBE_RADIUS
@@ -279,6 +280,20 @@ class Scene:
         if self.dp is not None:
             f[self.dp] = FLOW_RATE
         return f
+
+    def overstretched(self, x: Array) -> str:
+        """In words, where a FENE-P liquid is past its pole."""
+        polymer = self.polymer
+        if polymer is None or polymer.name != "fene-p":
+            return ""
+        c = exponential(self.liquid.nodal("s", x))
+        trace = c[:, 0] + c[:, 2] + c[:, 3]
+        top = int(np.argmax(trace))
+        largest: float = self.comm.bcast(float(trace[top]))
+        if largest < polymer.L2:
+            return ""
+        z, r = self.comm.bcast(self.positions(x)[top].tolist())
+        return f"tr c = {largest:.4g} at z = {z:.3f}, r = {r:.3f} is past L2 = {polymer.L2:g}"
 
     def pressure_drop(self, x: Array) -> float:
         """dp, the pressure drop over the tube's length."""

@@ -60,7 +60,7 @@ def solve_with(
         largest = steady.comm.bcast(max([v for k, v in sizes.items() if k != "m"] + [abs(step_tau)]))
         if not np.isfinite(largest) or (count > 3 and largest > 2 * previous):
             break
-        if largest < 10 * steady.problem.newton_tolerance:
+        if largest < 10 * steady.problem.newton.tolerance:
             steady.apply(along(tau))
             if steady.distortion_of(*newton.state(y)) <= 0 or newton.overstretched(y):
                 break

@@ -9,6 +9,7 @@ import numpy as np
 from pairsim.fem.geometry import MeshSettings
 from pairsim.fem.scene import BoundaryVelocity, poiseuille
 from pairsim.physics.materials.polymer import Polymer
+from pairsim.solvers.newton_options import STEADY, NewtonOptions
 
 # Distances that meshes are made for, in a decade: the mesh of a place depends on the place alone, not on the way to it.
 PER_DECADE = 5
@@ -46,7 +47,7 @@ class SteadyProblem:
         mesh: Cell sizes.
         polymer: Viscoelastic part of the liquid; its De is that of `Parameters`.
         boundary_velocity: Velocity on wall and ends when they are not periodic.
-        newton_tolerance: Tolerance of every Newton solve.
+        newton: Options of Newton's method.
         narrowest: Distance that the arcs of the outlines are cut for, where it is below the first one.
     """
 
@@ -56,7 +57,7 @@ class SteadyProblem:
     mesh: MeshSettings
     polymer: Polymer | None = None
     boundary_velocity: BoundaryVelocity = poiseuille
-    newton_tolerance: float = 1e-9
+    newton: NewtonOptions = STEADY
     narrowest: float = np.inf
 
     def nominal(self, gaps: tuple[float, ...]) -> tuple[float, ...]:

@@ -116,7 +116,7 @@ class Steady:
             )
         self.constraints = steady_constraints(self.scene, self._unit_extensions())
         self._untouched = self.constraints.base.copy()
-        self.newton = Newton(self.scene, self.constraints, tolerance=self.problem.newton_tolerance, clock=self.clock)
+        self.newton = Newton(self.scene, self.constraints, self.problem.newton, clock=self.clock)
         self._material = np.concatenate(
             [self.constraints.fields.get(name, np.empty(0, int)) for name in ("h", "U_p", "p_s")]
         )

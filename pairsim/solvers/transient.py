@@ -29,14 +29,12 @@ from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers import mesh_transfer
 from pairsim.solvers.history import Counts, History, State
 from pairsim.solvers.newton import Newton, Report
+from pairsim.solvers.newton_options import TRANSIENT, NewtonOptions
 from pairsim.solvers.step_size import Scheme, StepControl, extrapolation_weights, land, reached, velocity_error
 from pairsim.solvers.stress_balance import balanced
 
 RELATIVE_WEIGHT = 20.0
 CONFORMATION_WEIGHT = 0.4
-# A matrix and its factors cost some 13 iterations with those in hand, which serve while they contract by SLOW: more of
-# those are allowed than of iterations with a matrix each.
-MOST_ITERATIONS, SLOW = 25, 0.3
 SURE_STEP = 1e-3  # a first step that Newton's method finds from a liquid at rest
 NO_ERROR = 1e-12  # in units of the tolerance: of scenes that do not change at all; 0 is an error that is not known
 
@@ -83,7 +81,8 @@ class Problem:
         boundary_velocity: Velocity on wall and ends when they are not periodic.
         U_m: First guess of the particles' velocity.
         start: Starting positions of the material, from the undeformed ones (None: undeformed).
-        newton_tolerance: Tolerance of every Newton solve.
+        newton: Options of Newton's method.
+        extrapolated: Earlier solutions, four at most, that the first guess of a step extrapolates.
         polymer: Viscoelastic part of the liquid.
         t_end: Time up to which the flow without particles is needed.
     """
@@ -99,7 +98,8 @@ class Problem:
     boundary_velocity: BoundaryVelocity = poiseuille
     U_m: float = 2.0
     start: Callable[[Array], Array] | None = None
-    newton_tolerance: float = 1e-9
+    newton: NewtonOptions = TRANSIENT
+    extrapolated: int = 4
     polymer: Polymer | None = None
     t_end: float = 1000.0
 
@@ -204,10 +204,7 @@ class Transient:
                 polymer=self.problem.polymer,
             )
         self.constraints = transient_constraints(self.scene)
-        tolerance, most = self.problem.newton_tolerance, MOST_ITERATIONS
-        self.newton = Newton(
-            self.scene, self.constraints, tolerance=tolerance, max_iterations=most, slow=SLOW, clock=self.clock
-        )
+        self.newton = Newton(self.scene, self.constraints, self.problem.newton, clock=self.clock)
         self.history.y, self.history.t_y = [], []
         self._material = np.concatenate(
             [self.constraints.fields.get(name, np.empty(0, int)) for name in ("v", "U_p", "p_s")]
@@ -276,8 +273,9 @@ class Transient:
         dt, U_m = self.comm.bcast((dt, self._U_m))
         t = past.t[0] + dt
         if past.y:
-            weights = extrapolation_weights(past.t_y, t)
-            guess = np.asarray(sum(w * y for w, y in zip(weights, past.y, strict=True)))
+            known = self.problem.extrapolated
+            weights = extrapolation_weights(past.t_y[:known], t)
+            guess = np.asarray(sum(w * y for w, y in zip(weights, past.y[:known], strict=True)))
         else:
             guess = self._first_guess(U_m)
         y, report = self._approached(guess, dt, U_m) if gradually else self._solved(guess, dt, U_m)
