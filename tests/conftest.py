@@ -17,11 +17,11 @@ import pytest
 from mpi4py import MPI
 
 import pairsim.runtime.fenicsx
-from pairsim.fem.constraints import transient_constraints
 from pairsim.fem.form_cache import compile_missing
 from pairsim.fem.geometry import Geometry, MeshSettings, Reference
 from pairsim.fem.meshing import liquid_mesh, make_outlines
 from pairsim.fem.scene import Scene, make_bodies
+from pairsim.fem.scene_constraints import transient_constraints
 from pairsim.runtime.child_process import module_command
 from pairsim.solvers.newton import Newton
 from pairsim.solvers.step_size import StepControl

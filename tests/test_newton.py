@@ -31,7 +31,6 @@ def problems() -> dict[str, Problem]:
 def test_jacobian_matches_differences(name: str) -> None:
     transient = Transient(MPI.COMM_WORLD, problems()[name])
     newton, constraints = transient.newton, transient.constraints
-    assert newton is not None
     rng = np.random.default_rng(1)
     h, g, U_m = transient.history.h[0], 0.03, 1.7
     y = newton.solve(transient._first_guess(U_m), h, g, U_m)[0]
@@ -74,7 +73,6 @@ def test_newton_converges_quadratically() -> None:
     """With a matrix in every iteration the steps square; with the one kept a step needs few iterations all the same."""
     transient = Transient(MPI.COMM_WORLD, soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=10)))
     newton = transient.newton
-    assert newton is not None
     y, report = newton.solve(transient._first_guess(1.8), transient.history.h[0], 1e-3, 1.8)
     assert report.converged
     assert report.iterations <= 6
@@ -98,7 +96,6 @@ def test_small_steps_share_a_matrix() -> None:
     steps = transient.steps(iter([0.03]))
     first = [next(steps).report for _ in range(10)]
     assert sum(report.factorisations for report in first[2:]) == 0
-    assert transient.newton is not None
     transient.newton.matrix.rate = 0.9
     later = [next(steps).report for _ in range(20)]
     transient.close()

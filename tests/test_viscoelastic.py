@@ -271,7 +271,6 @@ def test_solution_past_the_pole_of_fene_p_is_none() -> None:
     transient = Transient(MPI.COMM_WORLD, problem)
     try:
         newton = transient.newton
-        assert newton is not None
         newton.place(transient.history.h[0])
         y = np.zeros(transient.constraints.size)
         assert newton.overstretched(y) == ""

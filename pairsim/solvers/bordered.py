@@ -33,7 +33,6 @@ def solve_with(
         The place, None without convergence, and the number of iterations. On success the solution is the scene's.
     """
     newton = steady.newton
-    assert newton is not None
     heed(steady.comm)
     previous = np.inf
     steady.forget()

@@ -180,8 +180,7 @@ class Branch:
             NoSteadyState: The way there ends before it.
         """
         for scene in self.scenes:
-            scene.iterations = scene.factorisations = scene.meshes = 0
-            scene.clock.seconds.clear()
+            scene.forget_costs()
         self._nearest(parameters, 0.0)
         self._follow(parameters)
         for scene in self.scenes:
