@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from pairsim.solvers.transient import Problem
+    from pairsim.solvers.problems import Problem
 
 
 def with_one_thread() -> None:

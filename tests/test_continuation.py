@@ -28,7 +28,7 @@ class Limited:
 
     def __init__(self) -> None:
         self.parameters, self.y, self.relaxations = Parameters((), (0.0,), 0.1), np.zeros(1), 0
-        self.problem = SimpleNamespace(polymer=True, betas=(0.4,))
+        self.problem = SimpleNamespace(law=True, betas=(0.4,))
         self.constraints = SimpleNamespace(fields={"s": np.zeros(0, dtype=int)})
         self.comm = SimpleNamespace(bcast=lambda value: value)
         self.snapshot = None

@@ -9,8 +9,9 @@ from conftest import MPI, soft_pair
 from pairsim.fem.geometry import MeshSettings
 from pairsim.solvers.kept_matrix import KeptMatrix
 from pairsim.solvers.newton_options import MatrixPolicy
+from pairsim.solvers.problems import Problem
 from pairsim.solvers.step_size import StepControl
-from pairsim.solvers.transient import Problem, Transient
+from pairsim.solvers.transient import Transient
 
 
 def problems() -> dict[str, Problem]:

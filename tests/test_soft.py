@@ -51,7 +51,7 @@ def modes(body: Body, h: np.ndarray, Ca: float) -> np.ndarray:
     angle, radius = np.arctan2(curve[:, 1], curve[:, 0]), np.hypot(*curve.T)
     angle, first = np.unique(angle, return_index=True)
     x, w = legendre.leggauss(400)
-    f = CubicSpline(angle, radius[first] / (body.beta / 2) - 1)(np.arccos(x)) / Ca
+    f = CubicSpline(angle, radius[first] / body.outline.radius - 1)(np.arccos(x)) / Ca
     return np.array([(2 * n + 1) / 2 * np.sum(w * f * legendre.Legendre.basis(n)(x)) for n in range(8)])
 
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy import sparse
 
 from pairsim.fem.constraints import Constraints, Triplets, Unknowns
+from pairsim.fem.geometry import Outline
 from pairsim.fem.scene import Body, Scene
 from pairsim.runtime.arrays import Array, Indices
 
@@ -332,6 +335,16 @@ def steady_constraints(scene: Scene, extensions: Array) -> Constraints:
             other = extensions[i, :, 1] - extensions[:, :, 1].sum(axis=0) / len(scene.bodies)
             N.add(liquid.index("w", vertices, 1), U[i], other)
     return _finished(scene, y, N, C, M, V, rows, base, a, integrated)
+
+
+def steady_base(scene: Scene, size: float) -> Array:
+    """Constant part of a quasi-steady scene's constraints with all diameters multiplied by `size`."""
+    bodies = scene.bodies
+    scene.bodies = [replace(body, outline=Outline(body.outline.radius * size, body.outline.angles)) for body in bodies]
+    try:
+        return steady_constraints(scene, np.zeros((len(bodies), len(scene.liquid.six_node_mesh.vertices), 2))).base
+    finally:
+        scene.bodies = bodies
 
 
 def extension_constraints(scene: Scene) -> Constraints:

@@ -15,8 +15,9 @@ from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.bordered import solve_with
 from pairsim.solvers.continuation import begin, cold_start, follow, new_mesh, prepared, towards
-from pairsim.solvers.parameters import Parameters, SteadyProblem
+from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.perturbation import drift, sensitivities
+from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady import Snapshot, Steady
 
 # The mesh that tells the error of the wanted one: its cells are larger by this factor.

@@ -1,22 +1,21 @@
 """A case on a reference mesh of its liquid, which is replaced when it has served its time; in time and quasi-steady.
 
-Particles keep their meshes always. A new mesh lies around undeformed spheres while the shapes allow it, otherwise around
-the shapes as they are; the mesh follows the particles by extension of their displacement into the liquid.
+Particles keep their meshes always. A new mesh lies around undeformed spheres while the shapes allow it, otherwise
+around the shapes as they are; the mesh follows the particles by extension of their displacement into the liquid.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Protocol
 
 import numpy as np
 
 from pairsim.fem import diagnostics
 from pairsim.fem.constraints import Constraints
-from pairsim.fem.geometry import Geometry, MeshSettings, Outline, Reference
+from pairsim.fem.geometry import Geometry, Outline, Reference
 from pairsim.fem.meshing import liquid_mesh
 from pairsim.fem.remeshing import on_root
-from pairsim.fem.scene import BoundaryVelocity, Scene, make_bodies
+from pairsim.fem.scene import Scene, make_bodies
 from pairsim.fem.scene_constraints import extension_constraints
 from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.physics.materials.polymer import Polymer
@@ -26,24 +25,7 @@ from pairsim.runtime.errors import MeshFailure
 from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.mesh_transfer import carry_liquid
 from pairsim.solvers.newton import Newton
-from pairsim.solvers.newton_options import NewtonOptions
-
-
-class SceneProblem(Protocol):
-    """What the problems in time and the quasi-steady ones have in common."""
-
-    @property
-    def betas(self) -> tuple[float, ...]: ...
-    @property
-    def length(self) -> float: ...
-    @property
-    def periodic(self) -> bool: ...
-    @property
-    def mesh(self) -> MeshSettings: ...
-    @property
-    def boundary_velocity(self) -> BoundaryVelocity: ...
-    @property
-    def newton(self) -> NewtonOptions: ...
+from pairsim.solvers.problems import SceneProblem
 
 
 class MeshedScene:
@@ -89,7 +71,7 @@ class MeshedScene:
         self._extension: Newton | None = None
         self.made = 0
         with clock("jit"):
-            self.bodies = make_bodies(comm, problem.betas, Ca_es, outlines, insides)
+            self.bodies = make_bodies(comm, Ca_es, outlines, insides)
 
     @property
     def newton(self) -> Newton:

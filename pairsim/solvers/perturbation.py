@@ -69,7 +69,7 @@ def sensitivities(steady: Steady) -> dict[str, Array]:
             max(now.Ca_es),
             lambda tau: replace(now, Ca_es=tuple(Ca_e * (1 + tau) for Ca_e in now.Ca_es)),
         )
-    if now.De:
+    if steady.scene.polymer is not None:
         lines["De"] = now.De, lambda tau: replace(now, De=now.De * (1 + tau))
     lines["beta"] = max(steady.problem.betas), lambda tau: replace(now, size=now.size * (1 + tau))
     changes = {name: steady.residual_change(line) / value for name, (value, line) in lines.items()}

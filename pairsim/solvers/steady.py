@@ -14,27 +14,27 @@ import numpy as np
 from pairsim.fem import diagnostics
 from pairsim.fem.constraints import Constraints
 from pairsim.fem.diagnostics import Observation
-from pairsim.fem.geometry import Geometry, Outline, Reference
+from pairsim.fem.geometry import Geometry, Reference
 from pairsim.fem.meshing import make_outlines, particle_meshes
 from pairsim.fem.remeshing import needs_mesh, on_root
 from pairsim.fem.scene import Body, Scene
-from pairsim.fem.scene_constraints import steady_constraints
+from pairsim.fem.scene_constraints import steady_base, steady_constraints
 from pairsim.fem.six_node_mesh import SixNodeMesh
-from pairsim.physics.pipe import Pipe, PipeState
+from pairsim.physics.pipe import PipeState
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.runtime.fenicsx import MPI
 from pairsim.runtime.signals import heed
-from pairsim.solvers.mesh_transfer import carry_particle, free_unknowns
+from pairsim.solvers.developed_flow import DevelopedFlows
+from pairsim.solvers.mesh_transfer import carry_particles, free_unknowns
 from pairsim.solvers.meshed_scene import MeshedScene
 from pairsim.solvers.newton import Newton, Report
-from pairsim.solvers.parameters import Parameters, SteadyProblem
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.problems import SteadyProblem
 
 # Relative step of the differences that give derivatives with respect to parameters: the residual is smooth.
 DIFFERENCE = 1e-5
-# Relative change of De over which the developed flow is taken from the one known.
-ALL_BUT_THE_SAME = 0.01
 # A steady branch is followed to where shapes barely exist, and there distorted cells make rims buckle too early
 # (beta .4, d .1: at Ca_e .14 around spheres, at .16 around the shapes): a new mesh comes sooner than in time.
 LEAST_STEADY, FRESH_STEADY = 0.6, 0.75
@@ -73,7 +73,7 @@ class Steady:
     def __init__(self, comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters) -> None:
         self.comm, self.problem, self.parameters = comm, problem, parameters
         self.clock = Clock()
-        self._flows: dict[float, PipeState] = {}
+        self._flows = DevelopedFlows(comm, problem.law)
         self.iterations = self.factorisations = 0
         # Where a mesh around spheres did not do for the shapes, last.
         self._refused: Parameters | None = None
@@ -90,7 +90,7 @@ class Steady:
             outlines,
             insides,
             parameters.Ca_es,
-            polymer=problem.polymer,
+            polymer=problem.law.at(parameters.De) if problem.law else None,
             steady=True,
             constrain=self._constrain,
             clock=self.clock,
@@ -188,19 +188,15 @@ class Steady:
         """Take the solution of the same scene on other cells as the guess here; the mesh is made for its parameters."""
         h, x = other.state()
         displaced = h - other.h_star(other.parameters)
-        y, there, p_s = np.zeros(self.constraints.size), np.zeros(self.scene.h_size), []
-        for body, coarse in zip(self.bodies, other.bodies, strict=True):
-            displacement, p = carry_particle(coarse, other.scene, x, displaced, body)
-            there[body.start : body.start + body.size] = displacement
-            p_s.append(p)
-        entry = self.constraints.M.tocoo()
+        there, p_s = carry_particles(other.scene, x, displaced, self.bodies)
+        y, entry = np.zeros(self.constraints.size), self.constraints.M.tocoo()
         y[entry.col] = there[entry.row]
         y[self.constraints.fields["U_p"]] = other.y[other.constraints.fields["U_p"]]
         if "p_s" in self.constraints.fields:
-            y[self.constraints.fields["p_s"]] = np.concatenate(p_s)
+            y[self.constraints.fields["p_s"]] = p_s
         h = self.h_star(other.parameters) + self.constraints.M @ y
         self.parameters = other.parameters
-        self._flows |= other._flows
+        self._flows.learn(other._flows)
         self.y = self.comm.bcast(self._carried_over(other.scene, x, h, y[self.meshed.material]))
 
     def take_over_costs(self, other: Steady) -> None:
@@ -245,14 +241,10 @@ class Steady:
         x = self.meshed.displaced(self.h_star(self.parameters))
         if self.scene.polymer is None:
             u = self.problem.boundary_velocity(mesh.points)
+            for c in range(2):
+                x[liquid.index("u", nodes, c)] = u[:, c]
         else:
-            flow = self._flow(self.parameters.De)
-            axial, *s = flow.profiles(mesh.points[:, 1])
-            u = np.column_stack([axial, np.zeros(len(nodes))])
-            for c in range(4):
-                x[liquid.index("s", nodes, c)] = s[c]
-        for c in range(2):
-            x[liquid.index("u", nodes, c)] = u[:, c]
+            self.scene.prescribe(x, nodes, self.developed_flow)
         y = free_unknowns(self.constraints, x)
         largest = max(self.problem.betas, default=0.0)
         on_axis = self.problem.boundary_velocity(np.zeros((1, 2)))[0, 0]
@@ -260,15 +252,6 @@ class Steady:
         return y
 
     # Parameters
-
-    def _flow(self, De: float) -> PipeState:
-        """The developed flow at a Deborah number."""
-        if De not in self._flows:
-            polymer = self.problem.polymer
-            known = min(self._flows, key=lambda other: abs(other - De), default=np.inf)
-            near = self._flows[known] if abs(known - De) <= ALL_BUT_THE_SAME * De else None
-            self._flows[De] = self.comm.bcast(Pipe(replace(polymer, De=De) if polymer else None).steady(near))
-        return self._flows[De]
 
     def h_star(self, parameters: Parameters) -> Array:
         """Positions of undeformed spheres at the wanted distances."""
@@ -282,13 +265,13 @@ class Steady:
     def apply(self, parameters: Parameters) -> Array:
         """Put the forms and the constraints at these parameters; h*."""
         scene, base = self.scene, self.constraints.base
-        base[:] = self._untouched if parameters.size == 1.0 else self._base_at(parameters.size)
+        base[:] = self._untouched if parameters.size == 1.0 else steady_base(scene, parameters.size)
         for body, points, Ca_e in zip(self.bodies, self._sphere_points, parameters.Ca_es, strict=True):
             if body.phase is not None and points is not None:
                 body.phase.constants["Ca_e"].value = Ca_e
                 body.phase.mesh.geometry.x[:] = points * parameters.size
         if scene.polymer is not None:
-            liquid, flow = scene.liquid, self._flow(parameters.De)
+            liquid, flow = scene.liquid, self._flows.at(parameters.De)
             liquid.constants["De"].value = parameters.De
             liquid.constants["rate"].value = 0.0
             if not scene.periodic:
@@ -296,18 +279,6 @@ class Steady:
         h_star = self.h_star(parameters)
         self.newton.place(h_star)
         return h_star
-
-    def _base_at(self, size: float) -> Array:
-        """Constant part of the constraints with all diameters multiplied."""
-        bodies = self.scene.bodies
-        self.scene.bodies = [
-            replace(body, outline=Outline(body.outline.radius * size, body.outline.angles)) for body in bodies
-        ]
-        try:
-            count = len(self.scene.liquid.six_node_mesh.vertices)
-            return steady_constraints(self.scene, np.zeros((len(bodies), count, 2))).base
-        finally:
-            self.scene.bodies = bodies
 
     def state(self) -> tuple[Array, Array]:
         """h and x of the solution; forms, and with them `Body.Ca_e` and `Scene.polymer`, are put at its parameters."""
@@ -411,7 +382,7 @@ class Steady:
     @property
     def developed_flow(self) -> PipeState:
         """The flow without particles."""
-        return self._flow(self.parameters.De)
+        return self._flows.at(self.parameters.De)
 
     @property
     def centres(self) -> Array:

@@ -7,7 +7,7 @@ be too distorted; a viscoelastic liquid's stress and its past are carried over.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,13 +15,12 @@ import numpy as np
 from pairsim.fem import diagnostics
 from pairsim.fem.constraints import Constraints
 from pairsim.fem.diagnostics import Observation
-from pairsim.fem.geometry import Geometry, MeshSettings, Outline, Reference
+from pairsim.fem.geometry import Geometry, Outline, Reference
 from pairsim.fem.meshing import make_outlines, particle_meshes
 from pairsim.fem.remeshing import FRESH_DISTORTION, needs_mesh, on_root
-from pairsim.fem.scene import Body, BoundaryVelocity, Scene, poiseuille
+from pairsim.fem.scene import Body, Scene
 from pairsim.fem.scene_constraints import transient_constraints
 from pairsim.fem.six_node_mesh import SixNodeMesh
-from pairsim.physics.materials.polymer import Polymer
 from pairsim.physics.pipe import Pipe
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
@@ -31,8 +30,8 @@ from pairsim.solvers.history import Counts, History, State
 from pairsim.solvers.mesh_transfer import free_unknowns
 from pairsim.solvers.meshed_scene import MeshedScene
 from pairsim.solvers.newton import Newton, Report
-from pairsim.solvers.newton_options import TRANSIENT, NewtonOptions
-from pairsim.solvers.step_size import Scheme, StepControl, extrapolation_weights, land, reached, velocity_error
+from pairsim.solvers.problems import Problem
+from pairsim.solvers.step_size import Scheme, extrapolation_weights, land, reached, velocity_error
 from pairsim.solvers.stress_balance import balanced
 
 RELATIVE_WEIGHT = 20.0
@@ -68,42 +67,6 @@ class Step:
     x: Array
     h: Array
     velocity: Array
-
-
-@dataclass(frozen=True)
-class Problem:
-    """What a transient needs to know of a case.
-
-    Attributes:
-        betas, Ca_es, gaps, length: The scene.
-        periodic: Kind of the ends.
-        mesh: Cell sizes.
-        control: Step control.
-        first_step: Size of the first step.
-        boundary_velocity: Velocity on wall and ends when they are not periodic.
-        U_m: First guess of the particles' velocity.
-        start: Starting positions of the material, from the undeformed ones (None: undeformed).
-        newton: Options of Newton's method.
-        extrapolated: Earlier solutions, four at most, that the first guess of a step extrapolates.
-        polymer: Viscoelastic part of the liquid.
-        t_end: Time up to which the flow without particles is needed.
-    """
-
-    betas: tuple[float, ...]
-    Ca_es: tuple[float, ...]
-    gaps: tuple[float, ...]
-    length: float
-    periodic: bool
-    mesh: MeshSettings
-    control: StepControl
-    first_step: float
-    boundary_velocity: BoundaryVelocity = poiseuille
-    U_m: float = 2.0
-    start: Callable[[Array], Array] | None = None
-    newton: NewtonOptions = TRANSIENT
-    extrapolated: int = 4
-    polymer: Polymer | None = None
-    t_end: float = 1000.0
 
 
 class Transient:
@@ -217,7 +180,9 @@ class Transient:
         return self.meshed.newton
 
     def _prescribe_ends(self, x: Array, t: float) -> None:
-        """Give the ends in a full vector the developed flow of this time."""
+        """Give developed ends in a full vector the flow of this time."""
+        if self.problem.periodic:
+            return
         self.scene.prescribe_ends(x, self.comm.bcast(self.pipe(t)))
 
     def _first_guess(self, U_m: float) -> Array:
@@ -236,8 +201,7 @@ class Transient:
         h_star = np.asarray(sum(w * h for w, h in zip(scheme.weights, past.h, strict=True)))
         star = None
         if self.problem.polymer is not None:
-            if not self.problem.periodic:
-                self._prescribe_ends(self.constraints.base, t)
+            self._prescribe_ends(self.constraints.base, t)
             star = np.asarray(sum(w * x for w, x in zip(scheme.weights, past.x, strict=True)))
         if len(past.y) < 3 and self.scene.moving:
             # Too little is known to extrapolate the liquid's mesh: put it where the material's guess wants it.
@@ -334,15 +298,13 @@ class Transient:
         if self.problem.polymer is None:
             return np.zeros(self.scene.size)
         new = self.meshed.carried(old, x, h, shift)
-        if not self.problem.periodic:
-            self._prescribe_ends(new, t)
+        self._prescribe_ends(new, t)
         return new
 
     def _balance(self) -> None:
         """Give s on the new mesh the balance of momentum that it had on the old one, at all three old times alike."""
         liquid, h = self.scene.liquid, self.history.h[0]
-        if not self.problem.periodic:
-            self._prescribe_ends(self.constraints.base, self.history.t[0])
+        self._prescribe_ends(self.constraints.base, self.history.t[0])
         y = self._first_guess(self._U_m)
         y[self.constraints.fields.get("eta", [])] = self.meshed.extend(h)[0] if self.scene.moving else []
         x = self.constraints.expand(y, h)
