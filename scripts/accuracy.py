@@ -67,13 +67,12 @@ def plain(study: Path) -> list[float]:
     settings = published | {"time.end": end}
     apply_settings(case, tuple(f"{key}={value!r}" for key, value in settings.items() if key != "repeat"))
     seconds, begin = [], time.perf_counter()
-    with every_matrix():
-        transient = Transient(MPI.COMM_WORLD, problem_of(case_from_dict(case, study.stem)))
-        for step in transient.steps(iter([end])):
-            now = time.perf_counter()
-            seconds.append((now - begin) / step.report.iterations)
-            begin = now
-        transient.close()
+    transient = Transient(MPI.COMM_WORLD, every_matrix(problem_of(case_from_dict(case, study.stem))))
+    for step in transient.steps(iter([end])):
+        now = time.perf_counter()
+        seconds.append((now - begin) / step.report.iterations)
+        begin = now
+    transient.close()
     return seconds[-PLAIN_COUNTED:]
 
 
@@ -106,7 +105,6 @@ def growth() -> dict[str, dict[str, Any]]:
             start = Parameters((0.1,), case.Ca_es, case.De)
             branch = Branch(MPI.COMM_WORLD, steady_problem(case, 0.1), start, mesh_error=False)
             scene, newton = branch.fine, branch.fine.newton
-            assert newton is not None
             newton.factor_at(scene.y)
             before = dict(scene.clock.seconds)
             both = seconds(lambda newton=newton, scene=scene: newton.factor_at(scene.y))

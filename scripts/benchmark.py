@@ -18,9 +18,9 @@ import argparse
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
-from unittest.mock import patch
 
 import matplotlib
 import numpy as np
@@ -32,20 +32,34 @@ import pairsim.runtime.fenicsx  # noqa: F401 - orders MPI ahead of everything co
 from pairsim.config.case_file import case_from_dict, curve_from_dict
 from pairsim.drivers.problems import problem_of, steady_problem
 from pairsim.fem import phases
-from pairsim.solvers import newton
-from pairsim.solvers import transient as marching
 from pairsim.solvers.branch import Branch
+from pairsim.solvers.newton_options import MumpsOptions
 from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.problems import Problem
 from pairsim.solvers.transient import Step, Transient
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}
 
 
-def march(times: list[float], **changes: object) -> tuple[list[Step], Transient, float]:
-    """Steps of the pair up to the last time, the transient, and seconds with all set-up."""
+def as_it_is(problem: Problem) -> Problem:
+    """The problem with the options of every run."""
+    return problem
+
+
+def march(
+    times: list[float], adapt: Callable[[Problem], Problem] = as_it_is, **changes: object
+) -> tuple[list[Step], Transient, float]:
+    """Steps of the pair up to the last time, the transient, and seconds with all set-up.
+
+    Args:
+        times: Times to land on.
+        adapt: Other options of the solver.
+        changes: Keys of the case.
+    """
     begin = time.perf_counter()
-    transient = Transient(MPI.COMM_WORLD, problem_of(case_from_dict({**PAIR, **changes}, "benchmark")))
+    problem = adapt(problem_of(case_from_dict({**PAIR, **changes}, "benchmark")))
+    transient = Transient(MPI.COMM_WORLD, problem)
     steps = list(transient.steps(iter(times)))
     return steps, transient, time.perf_counter() - begin
 
@@ -188,7 +202,6 @@ def curve_cost() -> None:
             for d in np.geomspace(0.8, 0.02, 20):
                 branch.at(branch.fine.parameters.with_gap(float(d)))
             seconds = (time.perf_counter() - ready) / 20
-            assert branch.fine.newton is not None
             units = []
             for _ in range(7):
                 again = time.perf_counter()
@@ -249,65 +262,53 @@ def drift() -> None:
 
 
 @contextmanager
-def changed(owner: Any, name: str, value: Any) -> Iterator[None]:
-    """Something else in its place for a while."""
-    own = getattr(owner, name)
-    setattr(owner, name, value)
+def compiled_with(name: str, value: Any) -> Iterator[None]:
+    """Forms compiled with another constant of `phases` for a while: no case has a choice there."""
+    own = getattr(phases, name)
+    setattr(phases, name, value)
     phases._COMPILED.clear()
     try:
         yield
     finally:
-        setattr(owner, name, own)
+        setattr(phases, name, own)
         phases._COMPILED.clear()
 
 
-@contextmanager
-def last_guess() -> Iterator[None]:
-    """Newton begins at the last step's solution instead of a polynomial through four."""
-    own = marching.extrapolation_weights
-    steps = {}
-
-    def attempt(self: Transient, dt: float) -> Any:
-        steps["y"] = self.history.t_y
-        return tried(self, dt)
-
-    tried = Transient._attempt
-
-    def constant(times: Any, t: float) -> Any:
-        return [1.0] + [0.0] * (len(times) - 1) if times is steps["y"] else own(times, t)
-
-    with changed(marching, "extrapolation_weights", constant), changed(Transient, "_attempt", attempt):
-        yield
-
-
 def savings() -> None:
-    def mumps(**options: int) -> AbstractContextManager[None]:
-        return changed(newton, "MUMPS", {**newton.MUMPS, **options})
+    def mumps(**options: int) -> Callable[[Problem], Problem]:
+        return lambda problem: replace(problem, newton=replace(problem.newton, mumps=MumpsOptions(**options)))
+
+    def slow(rate: float) -> Callable[[Problem], Problem]:
+        return lambda problem: replace(
+            problem, newton=replace(problem.newton, matrix=replace(problem.newton.matrix, slow=rate))
+        )
 
     def flags(*options: str) -> AbstractContextManager[None]:
-        return changed(phases, "JIT_OPTIONS", {**phases.JIT_OPTIONS, "cffi_extra_compile_args": [*options]})
+        return compiled_with("JIT_OPTIONS", {**phases.JIT_OPTIONS, "cffi_extra_compile_args": [*options]})
 
-    ways: dict[str, Callable[[], AbstractContextManager[None]]] = {
-        "as it is": nullcontext,
+    solved: dict[str, Callable[[Problem], Problem]] = {
+        "as it is": as_it_is,
         "a new matrix in every iteration": every_matrix,
-        "the matrix kept at rates up to .15": lambda: patch.object(marching, "SLOW", 0.15),
-        "Newton begins at the last solution": last_guess,
-        "ordering by minimum degree (AMD)": lambda: mumps(icntl_7=0),
-        "ordering by SCOTCH": lambda: mumps(icntl_7=3),
-        "a maximum transversal first": lambda: mumps(icntl_6=5),
+        "the matrix kept at rates up to .15": slow(0.15),
+        "Newton begins at the last solution": lambda problem: replace(problem, extrapolated=1),
+        "ordering by minimum degree (AMD)": mumps(ordering=0),
+        "ordering by SCOTCH": mumps(ordering=3),
+        "a maximum transversal first": mumps(transversal=5),
+    }
+    compiled: dict[str, Callable[[], AbstractContextManager[None]]] = {
         "forms compiled with -O2": lambda: flags("-O2"),
-        "quadrature of degree 7": lambda: changed(phases, "QUADRATURE_DEGREE", 7),
-        "quadrature of degree 4": lambda: changed(phases, "QUADRATURE_DEGREE", 4),
+        "quadrature of degree 7": lambda: compiled_with("QUADRATURE_DEGREE", 7),
+        "quadrature of degree 4": lambda: compiled_with("QUADRATURE_DEGREE", 4),
     }
     print("| | dU off, % | steps | Newton iterations | factorisations | s | without mesh and forms | times as long |")
     for title, changes in (("Newtonian", {}), ("De 1", {"De": 1.0, "mesh": {"Np": 20}})):
         keys = {**changes, "ends": "developed", "length": "auto", "time": {"end": 0.3}}
         exact = base = 0.0
-        for name, way in ways.items():
+        for name in (*solved, *compiled):
             times = []
             for _ in range(3):
-                with way():
-                    steps, made, seconds = march([0.3], **keys)
+                with compiled.get(name, nullcontext)():
+                    steps, made, seconds = march([0.3], solved.get(name, as_it_is), **keys)
                     inside = sum(made.clock.seconds[k] for k in ("symbolic", "assembly", "factorisation", "solve"))
                     times.append((inside, seconds))
                     made.close()

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from unittest.mock import patch
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pairsim.solvers.problems import Problem
 
 
 def with_one_thread() -> None:
@@ -15,12 +17,9 @@ def with_one_thread() -> None:
         os.execve(sys.executable, [sys.executable, *sys.argv], os.environ | {"OMP_NUM_THREADS": "1"})
 
 
-@contextmanager
-def every_matrix() -> Iterator[None]:
-    """A matrix and a factorisation in every Newton iteration of a transient."""
-    import pairsim.runtime.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
-    from pairsim.solvers import newton
-    from pairsim.solvers import transient as marching
+def every_matrix(problem: Problem) -> Problem:
+    """The same with a matrix and a factorisation in every Newton iteration."""
+    from pairsim.solvers.newton_options import MatrixPolicy
 
-    with patch.multiple(newton, OTHER_STEP=-1.0, FAR=0.0), patch.multiple(marching, SLOW=0.0):
-        yield
+    every = MatrixPolicy(slow=0.0, other_step=-1.0, far=0.0)
+    return replace(problem, newton=replace(problem.newton, matrix=every))

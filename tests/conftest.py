@@ -17,15 +17,16 @@ import pytest
 from mpi4py import MPI
 
 import pairsim.runtime.fenicsx
-from pairsim.fem.constraints import transient_constraints
 from pairsim.fem.form_cache import compile_missing
 from pairsim.fem.geometry import Geometry, MeshSettings, Reference
 from pairsim.fem.meshing import liquid_mesh, make_outlines
 from pairsim.fem.scene import Scene, make_bodies
+from pairsim.fem.scene_constraints import transient_constraints
 from pairsim.runtime.child_process import module_command
 from pairsim.solvers.newton import Newton
+from pairsim.solvers.problems import Problem
 from pairsim.solvers.step_size import StepControl
-from pairsim.solvers.transient import Problem, Step, Transient
+from pairsim.solvers.transient import Step, Transient
 
 ROOT = Path(__file__).parent.parent
 OTHERS = {"curve", "critical", "study", "sweep"}
@@ -51,7 +52,7 @@ def solve_rigid(betas: tuple[float, ...], gaps: tuple[float, ...] = (), **mesh: 
     outlines = make_outlines(geometry, settings)
     reference = Reference.spheres(geometry, outlines)
     n = len(betas)
-    bodies = make_bodies(MPI.COMM_WORLD, betas, [0.0] * n, outlines, [None] * n)
+    bodies = make_bodies(MPI.COMM_WORLD, [0.0] * n, outlines, [None] * n)
     scene = Scene(MPI.COMM_WORLD, reference, liquid_mesh(reference, settings), bodies, periodic=True)
     constraints = transient_constraints(scene)
     newton = Newton(scene, constraints)

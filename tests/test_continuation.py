@@ -28,7 +28,7 @@ class Limited:
 
     def __init__(self) -> None:
         self.parameters, self.y, self.relaxations = Parameters((), (0.0,), 0.1), np.zeros(1), 0
-        self.problem = SimpleNamespace(polymer=True, betas=(0.4,))
+        self.problem = SimpleNamespace(law=True, betas=(0.4,))
         self.constraints = SimpleNamespace(fields={"s": np.zeros(0, dtype=int)})
         self.comm = SimpleNamespace(bcast=lambda value: value)
         self.snapshot = None
@@ -68,9 +68,11 @@ def test_a_limit_is_not_crept_up_to_through_pseudo_time(monkeypatch: pytest.Monk
 def test_pseudo_time_in_which_stress_keeps_growing_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     rate = SimpleNamespace(value=0.0)
     scene: Any = Steady.__new__(Steady)
-    scene.scene = SimpleNamespace(liquid=SimpleNamespace(constants={"rate": rate}, size=0, set_star=lambda s: None))
-    scene.newton = SimpleNamespace(
-        state=lambda y: (y, y), forget=lambda: None, solve=lambda y, *_: (y, report(rate.value > 0.5))
+    scene.meshed = SimpleNamespace(
+        scene=SimpleNamespace(liquid=SimpleNamespace(constants={"rate": rate}, size=0, set_star=lambda s: None)),
+        newton=SimpleNamespace(
+            state=lambda y: (y, y), forget=lambda: None, solve=lambda y, *_: (y, report(rate.value > 0.5))
+        ),
     )
     scene.comm, scene.y, scene.parameters = MPI.COMM_SELF, np.zeros(1), None
     scene.iterations = scene.factorisations = 0

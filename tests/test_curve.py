@@ -25,6 +25,7 @@ from pairsim.solvers.branch import Branch, Point, started, walked
 from pairsim.solvers.continuation import follow
 from pairsim.solvers.critical import same_zero
 from pairsim.solvers.curve import equilibria, find_zeros, interpolant, trace
+from pairsim.solvers.newton_options import STEADY
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.pseudo_time import relax
 
@@ -118,7 +119,6 @@ def test_three_particles_with_their_own_gaps() -> None:
 def test_the_matrix_is_the_derivative_of_the_residual(viscoelastic: Branch) -> None:
     scene = viscoelastic.fine
     scene.factor()
-    assert scene.newton is not None
     y = scene.y
     direction = np.random.default_rng(3).standard_normal(y.size) * np.maximum(np.abs(y), 1e-3)
     product = scene.newton.jacobian_times(y, direction)
@@ -185,7 +185,7 @@ def test_the_first_solution_does_not_depend_on_the_way_to_it() -> None:
     """It comes from that of larger cells in a few iterations, and is the one that many small steps lead to."""
     made = case(De=0.5, Ca_e=(0.05, 0.1), beta=(0.4, 0.35), mesh={"Np": 10})
     start = Parameters((0.1,), made.Ca_es, made.De)
-    problem = replace(steady_problem(made, 0.1), newton_tolerance=1e-11)
+    problem = replace(steady_problem(made, 0.1), newton=replace(STEADY, tolerance=1e-11))
     scout = walked(MPI.COMM_WORLD, steady_problem(case(De=0.5, beta=(0.4, 0.35), mesh={"Np": 8}), 0.1), start)
     short, long = started(MPI.COMM_WORLD, problem, start, scout), walked(MPI.COMM_WORLD, problem, start)
     assert short.iterations <= 4 < long.iterations
@@ -383,7 +383,7 @@ def test_a_problem_remembers_its_narrowest_distance() -> None:
     arcs = []
     for problem in (wide, narrow):
         solver = Branch(MPI.COMM_WORLD, problem, Parameters((0.3,), (0.0, 0.0)), False)
-        arcs.append(len(solver.fine.outlines[0].angles))
+        arcs.append(len(solver.fine.meshed.outlines[0].angles))
         solver.close()
     assert arcs[1] > arcs[0]
 

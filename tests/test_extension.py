@@ -18,15 +18,15 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
 from pairsim.fem.constraints import Constraints
-from pairsim.fem.geometry import MeshSettings, Reference
-from pairsim.fem.six_node_mesh import SixNodeMesh
+from pairsim.fem.geometry import MeshSettings
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.continuation import begin, find_fold, follow
-from pairsim.solvers.newton import Newton
-from pairsim.solvers.parameters import Parameters, SteadyProblem
+from pairsim.solvers.meshed_scene import MeshedScene
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.problems import Problem, SteadyProblem
 from pairsim.solvers.steady import Steady
 from pairsim.solvers.step_size import StepControl
-from pairsim.solvers.transient import Problem, Step
+from pairsim.solvers.transient import Step
 
 START_UP = {0.5: 1.0727, 1: 1.1272, 2: 1.1980, 3: 1.2371, 5: 1.2707, 10: 1.2848}
 STEADY = {0.05: 0.0931695, 0.1: 0.1861966, 0.2: 0.379230}  # Ca: D
@@ -109,17 +109,8 @@ class SmoothSphere(Steady):
         self.degree = degree
         super().__init__(MPI.COMM_SELF, problem, parameters)
 
-    def _mesh(self, reference: Reference, mesh: SixNodeMesh | None = None) -> None:
-        super()._mesh(reference, mesh)
-        assert self.newton is not None
-        self.newton.destroy()
-        self.constraints = self._smooth()
-        self._untouched = self.constraints.base.copy()
-        self.newton = Newton(self.scene, self.constraints, tolerance=self.problem.newton_tolerance, clock=self.clock)
-        self._material = np.concatenate([self.constraints.fields[name] for name in ("h", "U_p", "p_s")])
-
-    def _smooth(self) -> Constraints:
-        constraints, (body,) = self.constraints, self.scene.bodies
+    def _constraints_on(self, meshed: MeshedScene) -> Constraints:
+        constraints, (body,) = super()._constraints_on(meshed), meshed.bodies
         assert body.phase is not None
         mesh = body.phase.six_node_mesh
         X = 2 * mesh.points / self.problem.betas[0]

@@ -7,8 +7,11 @@ import pytest
 from conftest import MPI, soft_pair
 
 from pairsim.fem.geometry import MeshSettings
+from pairsim.solvers.kept_matrix import KeptMatrix
+from pairsim.solvers.newton_options import MatrixPolicy
+from pairsim.solvers.problems import Problem
 from pairsim.solvers.step_size import StepControl
-from pairsim.solvers.transient import Problem, Transient
+from pairsim.solvers.transient import Transient
 
 
 def problems() -> dict[str, Problem]:
@@ -29,7 +32,6 @@ def problems() -> dict[str, Problem]:
 def test_jacobian_matches_differences(name: str) -> None:
     transient = Transient(MPI.COMM_WORLD, problems()[name])
     newton, constraints = transient.newton, transient.constraints
-    assert newton is not None
     rng = np.random.default_rng(1)
     h, g, U_m = transient.history.h[0], 0.03, 1.7
     y = newton.solve(transient._first_guess(U_m), h, g, U_m)[0]
@@ -44,11 +46,34 @@ def test_jacobian_matches_differences(name: str) -> None:
     transient.close()
 
 
+def test_a_matrix_serves_while_its_policy_says_so() -> None:
+    policy = MatrixPolicy(slow=0.15, other_step=0.5, far=1e-3)
+    assert not policy.serves_step(np.inf)
+    assert policy.serves_step(1.5)
+    assert not policy.serves_step(1.6)
+    matrix = KeptMatrix(policy)
+    matrix.begin_solve(1.0)
+    assert matrix.due
+    matrix.made(1.0)
+    assert matrix.error_left(1, 1e-2) == pytest.approx(1e-2)  # the square of a step, one at most
+    matrix.go_on()
+    assert matrix.due
+    matrix.made(1.0)
+    assert matrix.error_left(2, 1e-4) == pytest.approx(1e-6)
+    matrix.go_on()
+    assert not matrix.due
+    assert matrix.error_left(3, 1e-5) == pytest.approx(1e-5 * 0.1 / 0.9)  # a geometric series
+    matrix.go_on()
+    assert not matrix.due
+    matrix.error_left(4, 2e-6)
+    matrix.go_on()
+    assert matrix.due
+
+
 def test_newton_converges_quadratically() -> None:
     """With a matrix in every iteration the steps square; with the one kept a step needs few iterations all the same."""
     transient = Transient(MPI.COMM_WORLD, soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=10)))
     newton = transient.newton
-    assert newton is not None
     y, report = newton.solve(transient._first_guess(1.8), transient.history.h[0], 1e-3, 1.8)
     assert report.converged
     assert report.iterations <= 6
@@ -72,8 +97,7 @@ def test_small_steps_share_a_matrix() -> None:
     steps = transient.steps(iter([0.03]))
     first = [next(steps).report for _ in range(10)]
     assert sum(report.factorisations for report in first[2:]) == 0
-    assert transient.newton is not None
-    transient.newton._rate = 0.9
+    transient.newton.matrix.rate = 0.9
     later = [next(steps).report for _ in range(20)]
     transient.close()
     assert sum(report.factorisations for report in later) == 1

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from conftest import at, dU, march, soft_pair
@@ -11,6 +13,7 @@ from scipy.interpolate import CubicSpline
 from pairsim.config.accuracy import SETTINGS
 from pairsim.fem.geometry import MeshSettings
 from pairsim.fem.scene import Body
+from pairsim.solvers.newton_options import TRANSIENT
 from pairsim.solvers.step_size import StepControl
 
 SLOPE = {(0.4, 0.1): 5.475377e-2, (0.4, 0.3): 1.965724e-2, (0.2, 0.1): -9.88438e-4}
@@ -48,7 +51,7 @@ def modes(body: Body, h: np.ndarray, Ca: float) -> np.ndarray:
     angle, radius = np.arctan2(curve[:, 1], curve[:, 0]), np.hypot(*curve.T)
     angle, first = np.unique(angle, return_index=True)
     x, w = legendre.leggauss(400)
-    f = CubicSpline(angle, radius[first] / (body.beta / 2) - 1)(np.arccos(x)) / Ca
+    f = CubicSpline(angle, radius[first] / body.outline.radius - 1)(np.arccos(x)) / Ca
     return np.array([(2 * n + 1) / 2 * np.sum(w * f * legendre.Legendre.basis(n)(x)) for n in range(8)])
 
 
@@ -108,7 +111,9 @@ def test_fixed_steps_leave_an_error_of_second_order_by_the_first_one() -> None:
 
     def states(dt: float) -> tuple[np.ndarray, float]:
         control = StepControl(1.0, 1e-12, 1.0, fixed=dt)
-        problem = soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=12), control=control, newton_tolerance=1e-11)
+        problem = soft_pair(
+            0.4, 0.1, 0.1, mesh=MeshSettings(Np=12), control=control, newton=replace(TRANSIENT, tolerance=1e-11)
+        )
         step = march(problem, [0.2])[-1]
         return np.array([dU(step), *step.observation.D]), step.observation.m
 

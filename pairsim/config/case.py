@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from pairsim.config.accuracy import DEFAULT, LEAST_THINNING, PIPE_CELL, SETTINGS, Accuracy
-from pairsim.physics.materials.polymer import Polymer
+from pairsim.physics.materials.polymer import Law, Polymer
 from pairsim.runtime.errors import InputError
 
 
@@ -179,18 +179,23 @@ class SceneCase(_Options):
         raise NotImplementedError
 
     @property
-    def polymer(self) -> Polymer | None:
-        """The viscoelastic part of the liquid, None for a Newtonian one."""
-        law = self.liquid or "giesekus"
-        if self.De == 0 or law == "newtonian":
+    def law(self) -> Law | None:
+        """The constitutive law of the liquid, None for a Newtonian one: nothing else decides which of both it is."""
+        name = self.liquid or "giesekus"
+        if self.De == 0 or name == "newtonian":
             return None
         alpha = 0.2 if self.alpha is None else self.alpha
-        return Polymer(law, self.De, self.xi, alpha if law == "giesekus" else 0.0, self.epsilon or 0.0, self.L2 or 0.0)
+        return Law(name, self.xi, alpha if name == "giesekus" else 0.0, self.epsilon or 0.0, self.L2 or 0.0)
+
+    @property
+    def polymer(self) -> Polymer | None:
+        """The viscoelastic part of the liquid, None for a Newtonian one."""
+        return self.law.at(self.De) if self.law else None
 
     @property
     def notes(self) -> list[str]:
         """What a user should know of the case as it was understood."""
-        if self.De == 0 and self.liquid not in (None, "newtonian"):
+        if self.polymer is None and self.liquid not in (None, "newtonian"):
             return [f"De = 0: the liquid is Newtonian with viscosity 1; liquid: {self.liquid} and xi are ignored"]
         return []
 
@@ -298,10 +303,10 @@ def check_scene(case: SceneCase, source: str, counts: dict[str, int]) -> None:
     def refuse(key: str, value: Any, allowed: str) -> None:
         raise InputError(source, key, value, allowed)
 
-    if case.De > 0:
-        law = case.liquid or "giesekus"
-        if law == "newtonian":
-            refuse("liquid", law, "another law, or De: 0: a Newtonian liquid has no relaxation time")
+    if case.liquid == "newtonian" and case.De > 0:
+        refuse("liquid", case.liquid, "another law, or De: 0: a Newtonian liquid has no relaxation time")
+    if case.law is not None:
+        law = case.law.name
         if case.xi == 0:
             refuse("xi", case.xi, "above 0 in a viscoelastic liquid")
         for key, laws in (("alpha", ("giesekus",)), ("epsilon", ("ptt-linear", "ptt-exp")), ("L2", ("fene-p",))):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import closing, suppress
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +26,8 @@ from pairsim.runtime.fenicsx import MPI
 from pairsim.runtime.locks import sole_writer
 from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.curve import Equilibrium, Zero, equilibria, find_zeros, trace
-from pairsim.solvers.parameters import Parameters, SteadyProblem
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady import Steady
 
 
@@ -190,9 +190,8 @@ class WarmStart:
         Raises:
             NoSteadyState: There is no solution at the first place.
         """
-        polymer = problem.polymer and replace(problem.polymer, De=1.0)
         rigid = [Ca_e == 0 for Ca_e in first.Ca_es]
-        old, self._kind = self._kind, (replace(problem, polymer=polymer), rigid, mesh_error, sensitivities)
+        old, self._kind = self._kind, (problem, rigid, mesh_error, sensitivities)
         if self._branch is not None and self._kind == old:  # the same but for De, Ca_e and distances
             try:
                 self._branch.move(first)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from pairsim.config.case import Case, SceneCase
 from pairsim.config.curve_case import CurveCase
 from pairsim.fem.geometry import MeshSettings
-from pairsim.solvers.parameters import SteadyProblem
+from pairsim.solvers.problems import Problem, SteadyProblem
 from pairsim.solvers.step_size import StepControl
-from pairsim.solvers.transient import Problem
 
 SMALLEST_STEP = 1e-8
 
@@ -34,9 +33,7 @@ def problem_of(case: Case) -> Problem:
 def steady_problem(case: SceneCase, narrowest: float) -> SteadyProblem:
     """The part of a validated case that stays along its curve, whose least distance is `narrowest`."""
     settings = MeshSettings(**case.mesh.model_dump())
-    return SteadyProblem(
-        case.betas, case.tube_length, case.ends == "periodic", settings, case.polymer, narrowest=narrowest
-    )
+    return SteadyProblem(case.betas, case.tube_length, case.ends == "periodic", settings, case.law, narrowest=narrowest)
 
 
 def solution_order(case: CurveCase) -> list[tuple[float, ...]]:

@@ -155,7 +155,7 @@ class RunOutput:
             self.worst.s_jump = max(self.worst.s_jump, c.s_jump)
         self.worst.steps.add(step.t, step.mesh_id, np.diff(o.U))
         self.worst.widest = max(self.worst.widest, span(self.case, list(o.d)))
-        for gap, (behind, ahead) in zip(map(float, o.d), pairwise(self.transient.outlines), strict=True):
+        for gap, (behind, ahead) in zip(map(float, o.d), pairwise(self.transient.meshed.outlines), strict=True):
             arc = max(behind.size_at(0.0), ahead.size_at(float(np.pi)))
             self.worst.narrowest = max(self.worst.narrowest, (gap, arc), key=lambda each: each[1] / each[0])
         self.series.row(values | dict(zip(self.columns, map(float, health), strict=True)))

@@ -16,10 +16,11 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
-from pairsim.fem.geometry import Outline, Reference
+from pairsim.fem.geometry import Outline, Reference, mesh_moves
 from pairsim.fem.phases import Phase, neo_hookean_solid, newtonian_liquid, viscoelastic_liquid
 from pairsim.fem.quadrature import CellQuadrature, end_load
 from pairsim.fem.six_node_mesh import SixNodeMesh
+from pairsim.physics.conformation import exponential
 from pairsim.physics.materials.polymer import Polymer
 from pairsim.physics.pipe import PipeState
 from pairsim.physics.scales import FLOW_RATE, TUBE_RADIUS
@@ -89,14 +90,12 @@ class Body:
     """One particle: rigid (phase is None) or soft, with the meaning of its part of h.
 
     Attributes:
-        beta: Diameter.
         outline: Its cut half-circle.
         phase: Its inside, None when rigid.
         nodes: Nodes of its own mesh on the outline (empty when rigid).
         start: First index of its part of h.
     """
 
-    beta: float
     outline: Outline
     phase: Phase | None
     nodes: Indices
@@ -130,7 +129,6 @@ class Body:
 
 def make_bodies(
     comm: MPI.Comm,
-    betas: Sequence[float],
     Ca_es: Sequence[float],
     outlines: Sequence[Outline],
     meshes: Sequence[SixNodeMesh | None],
@@ -138,14 +136,14 @@ def make_bodies(
     """The particles of a scene; meshes of rigid ones are not looked at."""
     bodies: list[Body] = []
     start = 0
-    for beta, Ca_e, outline, mesh in zip(betas, Ca_es, outlines, meshes, strict=True):
+    for Ca_e, outline, mesh in zip(Ca_es, outlines, meshes, strict=True):
         if Ca_e > 0:
             assert mesh is not None
             phase: Phase | None = Phase(comm, neo_hookean_solid(comm), mesh, {"Ca_e": Ca_e})
             nodes = match(mesh.points, outline.nodes)
         else:
             phase, nodes = None, np.empty(0, dtype=np.int64)
-        bodies.append(Body(beta, outline, phase, nodes, start))
+        bodies.append(Body(outline, phase, nodes, start))
         start += bodies[-1].size
     return bodies
 
@@ -178,11 +176,9 @@ class Scene:
     ) -> None:
         self.comm, self.reference, self.bodies, self.periodic = comm, reference, list(bodies), periodic
         self.boundary_velocity = boundary_velocity
-        # One rigid particle rides in its own frame: nothing of the mesh ever moves.
-        # In a viscoelastic liquid it does, by what the frame's velocity is off: s is carried relative to the mesh.
         self._polymer, self.steady = polymer, steady
-        alone = 1 if steady or polymer is None else 0
-        self.moving = len(self.bodies) > alone or any(b.phase is not None for b in self.bodies)
+        soft = any(body.phase is not None for body in self.bodies)
+        self.moving = mesh_moves(len(self.bodies), soft=soft, viscoelastic=polymer is not None, steady=steady)
         if polymer is None:
             self.liquid = Phase(comm, newtonian_liquid(comm, self.moving), mesh)
         else:
@@ -212,14 +208,18 @@ class Scene:
         for phase, a, b in zip(self.phases, self.offsets[:-1], self.offsets[1:], strict=True):
             phase.set(x[a:b])
 
+    def prescribe(self, x: Array, nodes: Indices, flow: PipeState) -> None:
+        """Give nodes of a viscoelastic liquid in a full vector u and s of a developed flow."""
+        liquid = self.liquid
+        u, *s = flow.profiles(liquid.six_node_mesh.points[nodes, 1])
+        x[liquid.index("u", nodes, 0)] = u
+        for c in range(4):
+            x[liquid.index("s", nodes, c)] = s[c]
+
     def prescribe_ends(self, x: Array, flow: PipeState) -> None:
         """Give the ends of a viscoelastic liquid in a full vector u and s of a developed flow."""
-        liquid = self.liquid
         for nodes in (self.nodes.inlet, self.nodes.outlet):
-            u, *s = flow.profiles(liquid.six_node_mesh.points[nodes, 1])
-            x[liquid.index("u", nodes, 0)] = u
-            for c in range(4):
-                x[liquid.index("s", nodes, c)] = s[c]
+            self.prescribe(x, nodes, flow)
 
     def set_step(self, star: Array, g: float, U_m: float) -> None:
         """Hand the liquid what the time scheme has fixed; only a viscoelastic one remembers anything."""
@@ -279,6 +279,20 @@ class Scene:
         if self.dp is not None:
             f[self.dp] = FLOW_RATE
         return f
+
+    def overstretched(self, x: Array) -> str:
+        """In words, where a FENE-P liquid is past its pole."""
+        polymer = self.polymer
+        if polymer is None or polymer.name != "fene-p":
+            return ""
+        c = exponential(self.liquid.nodal("s", x))
+        trace = c[:, 0] + c[:, 2] + c[:, 3]
+        top = int(np.argmax(trace))
+        largest: float = self.comm.bcast(float(trace[top]))
+        if largest < polymer.L2:
+            return ""
+        z, r = self.comm.bcast(self.positions(x)[top].tolist())
+        return f"tr c = {largest:.4g} at z = {z:.3f}, r = {r:.3f} is past L2 = {polymer.L2:g}"
 
     def pressure_drop(self, x: Array) -> float:
         """dp, the pressure drop over the tube's length."""

@@ -33,7 +33,6 @@ def solve_with(
         The place, None without convergence, and the number of iterations. On success the solution is the scene's.
     """
     newton = steady.newton
-    assert newton is not None
     heed(steady.comm)
     previous = np.inf
     steady.forget()
@@ -60,7 +59,7 @@ def solve_with(
         largest = steady.comm.bcast(max([v for k, v in sizes.items() if k != "m"] + [abs(step_tau)]))
         if not np.isfinite(largest) or (count > 3 and largest > 2 * previous):
             break
-        if largest < 10 * steady.problem.newton_tolerance:
+        if largest < 10 * steady.problem.newton.tolerance:
             steady.apply(along(tau))
             if steady.distortion_of(*newton.state(y)) <= 0 or newton.overstretched(y):
                 break

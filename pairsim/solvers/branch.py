@@ -15,8 +15,9 @@ from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.bordered import solve_with
 from pairsim.solvers.continuation import begin, cold_start, follow, new_mesh, prepared, towards
-from pairsim.solvers.parameters import Parameters, SteadyProblem
+from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.perturbation import drift, sensitivities
+from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady import Snapshot, Steady
 
 # The mesh that tells the error of the wanted one: its cells are larger by this factor.
@@ -180,8 +181,7 @@ class Branch:
             NoSteadyState: The way there ends before it.
         """
         for scene in self.scenes:
-            scene.iterations = scene.factorisations = scene.meshes = 0
-            scene.clock.seconds.clear()
+            scene.forget_costs()
         self._nearest(parameters, 0.0)
         self._follow(parameters)
         for scene in self.scenes:

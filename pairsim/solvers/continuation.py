@@ -71,7 +71,7 @@ def begin(steady: Steady) -> None:
         report = steady.solve(replace(wanted, Ca_es=tuple(Ca_e * factor for Ca_e in wanted.Ca_es)))
         if report.converged:
             break
-    if not report.converged and steady.problem.polymer is not None:
+    if not report.converged and steady.problem.law is not None:
         report = relax(steady, steady.parameters)
     if not report.converged:
         raise NoSteadyState(f"no first solution: {report.reason}", advice="a larger mesh.Np")
@@ -87,7 +87,7 @@ def new_mesh(steady: Steady, *, afresh: bool = False) -> None:
     """
     steady.remesh(afresh=afresh)
     report = steady.solve(steady.parameters)
-    if not report.converged and steady.problem.polymer is not None:
+    if not report.converged and steady.problem.law is not None:
         report = relax(steady, steady.parameters)
     if not report.converged:
         raise NoSteadyState(f"the solution was lost at a remeshing: {report.reason}", advice="a larger mesh.Np")
@@ -140,8 +140,8 @@ def follow(steady: Steady, target: Parameters) -> None:
             steady.recall(before)
             step /= 3
             if step < SMALLEST:
-                polymer, relaxed = steady.problem.polymer is not None, relaxed + 1
-                if polymer and relaxed <= MOST_RELAXED and relax(steady, there).converged:
+                elastic, relaxed = steady.problem.law is not None, relaxed + 1
+                if elastic and relaxed <= MOST_RELAXED and relax(steady, there).converged:
                     longest = 3 * SMALLEST
                     break
                 raise _lost(steady, target, refused)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from pairsim.fem.constraints import Constraints
@@ -40,25 +42,31 @@ def carry_liquid(old: Scene, x: Array, scene: Scene, new: Array, shift: float = 
     return new
 
 
-def carry_particle(old: Body, scene: Scene, x: Array, displaced: Array, body: Body) -> tuple[Array, Array]:
-    """Displacement and pressure inside a particle on another mesh of it.
+def carry_particles(old: Scene, x: Array, displaced: Array, bodies: Sequence[Body]) -> tuple[Array, Array]:
+    """Displacements and pressures inside the particles on other meshes of them.
 
     Args:
-        old: The particle in `scene`, whose full vector is `x`.
+        old, x: A scene and its full vector.
         displaced: Displacements of all material there, in the numbering of h.
-        body: The particle on the other mesh.
+        bodies: The particles on the other meshes.
 
     Returns:
-        Displacements in the body's part of h (nothing but its shift for a rigid one) and pressures at its vertices.
+        Displacements in the numbering of h there (nothing but its shift for a rigid particle), and the pressures at
+        the vertices of all soft particles.
     """
-    if body.phase is None or old.phase is None:
-        return displaced[old.start : old.start + old.size], np.empty(0)
-    mesh, wanted = old.phase.six_node_mesh, body.phase.six_node_mesh
-    p = np.zeros(len(mesh.points))
-    p[mesh.vertices] = x[scene.offset(old.phase) + old.phase.index("p", mesh.vertices)]
-    values = np.column_stack([old.displacement(displaced), p[mesh.parents].mean(axis=1)])
-    found = interpolate(mesh, mesh.points, values, wanted.points)
-    return found[:, :2].ravel(), found[wanted.vertices, 2]
+    displacements, pressures = [np.empty(0)], [np.empty(0)]
+    for before, body in zip(old.bodies, bodies, strict=True):
+        if body.phase is None or before.phase is None:
+            displacements.append(displaced[before.start : before.start + before.size])
+            continue
+        mesh, wanted = before.phase.six_node_mesh, body.phase.six_node_mesh
+        p = np.zeros(len(mesh.points))
+        p[mesh.vertices] = x[old.offset(before.phase) + before.phase.index("p", mesh.vertices)]
+        values = np.column_stack([before.displacement(displaced), p[mesh.parents].mean(axis=1)])
+        found = interpolate(mesh, mesh.points, values, wanted.points)
+        displacements.append(found[:, :2].ravel())
+        pressures.append(found[wanted.vertices, 2])
+    return np.concatenate(displacements), np.concatenate(pressures)
 
 
 def free_unknowns(constraints: Constraints, x: Array) -> Array:

@@ -16,12 +16,13 @@ from scipy import sparse
 from pairsim.fem.constraints import Constraints
 from pairsim.fem.reduced_matrix import expand
 from pairsim.fem.scene import Scene
-from pairsim.physics.conformation import exponential
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.fenicsx import PETSc
 from pairsim.runtime.signals import sigterm_waits
+from pairsim.solvers.kept_matrix import KeptMatrix
 from pairsim.solvers.matrix_state import MatrixState, Place
+from pairsim.solvers.newton_options import NewtonOptions
 
 
 def petsc_version() -> str:
@@ -31,17 +32,10 @@ def petsc_version() -> str:
 
 _PREFIXES = itertools.count()
 
-# Nested dissection of the structure as it is, and pivoting for the zeros on the diagonal. With a maximum transversal
-# first (ICNTL(6) = 5) factors have 4 to 14 % more entries in every kind of scene; MUMPS's own choice has twice as many.
-MUMPS = {"icntl_6": 0, "icntl_7": 5, "icntl_14": 40}
 MOST_ANALYSES = 4
 REASONS = {-3: "the matrix is singular", -4: "the residual is not a number", -5: "too many iterations"}
-UNPROVEN_RATE = 0.1
 # Growth of the residual from which Newton does not come back: such matrices take MUMPS tens of seconds each.
 LOST = 1e8
-# The matrix in hand serves while g differs from its own by no more than OTHER_STEP; after a step above FAR an exact one
-# is worth its cost.
-OTHER_STEP, FAR = 0.5, 1e-3
 
 
 @dataclass(frozen=True)
@@ -71,9 +65,7 @@ class Newton:
     Args:
         scene: Clock and scalars.
         constraints: Free unknowns and test rows.
-        tolerance: Estimated error left in any field, relative to the field's size.
-        max_iterations: Linear solves allowed.
-        slow: Rate of contraction above which a new matrix is made.
+        options: Tolerance, when a new matrix is made, and how it is factored.
         clock: Where the seconds go.
     """
 
@@ -81,26 +73,20 @@ class Newton:
         self,
         scene: Scene,
         constraints: Constraints,
+        options: NewtonOptions | None = None,
         *,
-        tolerance: float = 1e-8,
-        max_iterations: int = 12,
-        slow: float = 0.15,
         clock: Clock | None = None,
     ) -> None:
-        self.scene, self.constraints, self.tolerance = scene, constraints, tolerance
-        self.max_iterations, self._slow = max_iterations, slow
+        self.scene, self.constraints, self.options = scene, constraints, options or NewtonOptions()
         self.clock = clock or Clock()
-        # Of the matrix in hand: the g it was made with, and the last rate of convergence with it (0: none yet).
-        self._factored_g: float | None = None
-        self._rate = 0.0
+        self.matrix = KeptMatrix(self.options.matrix)
         self._analysed: Place | None = None
         self._factored: Place | None = None
         # Of the solve under way.
         self._h_star, self._g, self._U_m = np.zeros(scene.h_size), 1.0, 0.0
         self._x = np.zeros(scene.size)
         self._star: Array | None = None
-        self._must_factor, self._fresh, self._factorisations, self._other_g = True, False, 0, 0.0
-        self._largest, self._leading, self._why = 0.0, 0.0, ""
+        self._factorisations, self._leading, self._why = 0, 0.0, ""
         self._residual_norm = self._first_norm = 0.0
         self._steps: dict[str, float] = {}
         with self.clock("symbolic"):
@@ -122,7 +108,7 @@ class Newton:
         self._A.setPreallocationCOO(rows.astype(PETSc.IntType), columns.astype(PETSc.IntType))
         self._y, self._r = self._A.createVecs()
         self._prefix = prefix = f"pairsim_{next(_PREFIXES)}_"
-        self._relaxation = MUMPS["icntl_14"]
+        self._relaxation = self.options.mumps.workspace
         self._snes = PETSc.SNES().create(comm)
         self._snes.setOptionsPrefix(prefix)
         self._snes.setFunction(self._residual, self._r)
@@ -135,14 +121,14 @@ class Newton:
         pc = ksp.getPC()
         pc.setType("lu")
         pc.setFactorSolverType("mumps")
-        options = PETSc.Options()
-        names = {f"{prefix}snes_linesearch_type": "basic", f"{prefix}snes_max_it": self.max_iterations}
-        names |= {f"{prefix}mat_mumps_{k}": v for k, v in MUMPS.items()}
+        database = PETSc.Options()
+        names = {f"{prefix}snes_linesearch_type": "basic", f"{prefix}snes_max_it": self.options.max_iterations}
+        names |= {f"{prefix}mat_mumps_{k}": v for k, v in self.options.mumps.controls.items()}
         for name, value in names.items():
-            options[name] = value
+            database[name] = value
         self._snes.setFromOptions()
         ksp.setFromOptions()
-        self._options = list(names)
+        self._names = list(names)
         self._counts = comm.allgather(self._y.getLocalSize())
         self._range = self._y.getOwnershipRange()
 
@@ -158,13 +144,14 @@ class Newton:
         reduced[self.constraints.integrated] /= self._g
         return reduced
 
-    def _state(self, y: Array) -> tuple[Array, Array]:
+    def state(self, y: Array) -> tuple[Array, Array]:
+        """h and x of free unknowns y, with h*, g and U_m of the last solve."""
         h = self.constraints.positions(y, self._h_star, self._g, self._U_m)
         return h, self.constraints.expand(y, h)
 
     def _residual(self, snes: Any, y: Any, r: Any) -> None:
         values = self._gather(y)
-        _, x = self._state(values)
+        _, x = self.state(values)
         self._x = x
         with self.clock("assembly"):
             r.setArray(self._scaled_rows(self._tested(x))[self._range[0] : self._range[1]])
@@ -180,17 +167,15 @@ class Newton:
         return np.asarray(reduced + self.constraints.T @ (self._linear @ x + self.scene.load()))
 
     def _jacobian(self, snes: Any, y: Any, A: Any, _: Any) -> None:
-        if not self._must_factor:
+        if not self.matrix.due:
             return
         with self.clock("assembly"):
             self._assemble(A)
         with self.clock("factorisation"):
             self._factor(snes.getKSP(), A)
-        self._factored_g, self._rate, self._other_g = self._g, 0.0, 0.0
+        self.matrix.made(self._g)
         self._factored = Place(self._x, self._star, self._g, self._U_m)
         self._analysed = self._analysed or self._factored
-        self._fresh = True
-        self._must_factor = False
         self._factorisations += 1
 
     def _factor(self, ksp: Any, A: Any) -> None:
@@ -209,7 +194,8 @@ class Newton:
         """Drop the factor and its symbolic analysis; the next one starts afresh."""
         PETSc.Options()[f"{self._prefix}mat_mumps_icntl_14"] = self._relaxation
         self._snes.getKSP().reset()
-        self._factored_g = self._analysed = None
+        self.matrix.forget()
+        self._analysed = None
 
     def _assemble(self, A: Any) -> None:
         """Put T A P of the phases' current state into the matrix."""
@@ -238,38 +224,23 @@ class Newton:
         largest = max((v for k, v in self._steps.items() if k != "m"), default=0.0)
         leading = max((v for k, v in self._steps.items() if k not in ("m", "p_f", "p_s", "dp")), default=0.0)
         largest, leading = self.scene.comm.bcast((largest, leading))
-        previous, self._largest = self._largest, largest
         growth, self._leading = leading / self._leading if its > 1 and self._leading else 0.0, leading
-        if its > 1 and previous > 0:
-            rate = largest / previous
-        elif self._fresh:
-            rate = min(1.0, 10 * largest)
-        else:
-            # The rate of an earlier solve is a hint only: an iterate taken for converged too early breaks
-            # incompressibility, which the next steps then meet with velocities of their own.
-            rate = max(self._rate, UNPROVEN_RATE)
-        # What is left: a geometric series while the Jacobian is lagged, the square of the step when it is fresh. Before
-        # a rate was seen, the matrix of another g may contract as badly as both differ.
-        doubt = rate if its > 1 else max(rate, self._other_g)
-        left = min(100 * largest, 1.0) * largest if self._fresh else largest * doubt / max(1 - doubt, 0.1)
-        if not self._fresh:
-            self._rate = rate
-        if left < self.tolerance or largest < 0.1 * self.tolerance:
+        left = self.matrix.error_left(its, largest)
+        if left < self.options.tolerance or largest < 0.1 * self.options.tolerance:
             self._why = "converged"
             return reason.CONVERGED_SNORM_RELATIVE
-        if growth > 2 and (leading > 0.1 or (self._fresh and its > 3)):
+        if growth > 2 and (leading > 0.1 or (self.matrix.fresh and its > 3)):
             self._why = "the steps grow"
             return reason.DIVERGED_DTOL
-        if its >= self.max_iterations:
+        if its >= self.options.max_iterations:
             self._why = f"{its} iterations"
             return reason.DIVERGED_MAX_IT
-        self._must_factor = self._must_factor or (rate > self._slow if not self._fresh else largest > FAR)
-        self._fresh = False
+        self.matrix.go_on()
         return reason.ITERATING
 
     def forget(self) -> None:
         """Make the next solve factor anew."""
-        self._factored_g = None
+        self.matrix.forget()
 
     def scaled(self, step: Array, y: Array) -> dict[str, float]:
         """Norm of a step by field, relative to the field's size."""
@@ -295,10 +266,8 @@ class Newton:
         self._h_star, self._g, self._U_m, self._star = h_star, g, U_m, star
         if star is not None:
             self.scene.set_step(star, g, U_m)
-        ratio = g / self._factored_g if self._factored_g else np.inf
-        self._other_g = max(ratio, 1 / ratio) - 1
-        self._must_factor, self._fresh = abs(ratio - 1) > OTHER_STEP, False
-        self._largest, self._steps, self._why, self._factorisations = 0.0, {}, "", 0
+        self.matrix.begin_solve(g)
+        self._steps, self._why, self._factorisations = {}, "", 0
         self._residual_norm = self._first_norm = 0.0
         self._y.setArray(y[self._range[0] : self._range[1]])
         with self.clock("solve"):
@@ -323,18 +292,7 @@ class Newton:
 
     def overstretched(self, y: Array) -> str:
         """In words, where a FENE-P liquid is past its pole: equations that Newton solves there mean nothing."""
-        liquid = self.scene.polymer
-        if liquid is None or liquid.name != "fene-p":
-            return ""
-        x = self.state(y)[1]
-        c = exponential(self.scene.liquid.nodal("s", x))
-        trace = c[:, 0] + c[:, 2] + c[:, 3]
-        top = int(np.argmax(trace))
-        largest: float = self.scene.comm.bcast(float(trace[top]))
-        if largest < liquid.L2:
-            return ""
-        z, r = self.scene.comm.bcast(self.scene.positions(x)[top].tolist())
-        return f"tr c = {largest:.4g} at z = {z:.3f}, r = {r:.3f} is past L2 = {liquid.L2:g}"
+        return self.scene.overstretched(self.state(y)[1])
 
     def place(self, h_star: Array) -> None:
         """Set h* for the evaluations below, with g = 1 and U_m = 0 as quasi-steady scenes have them."""
@@ -349,9 +307,9 @@ class Newton:
         if not np.isfinite(self.residual_at(y)).all():  # MUMPS may crash on such a matrix
             self._forget_factor()
             return False
-        self._must_factor = True
+        self.matrix.due = True
         self._jacobian(self._snes, self._y, self._A, None)
-        self._fresh = False
+        self.matrix.fresh = False
         if self._snes.getKSP().getPC().getFactorMatrix().getMumpsInfog(1) < 0:
             self._forget_factor()
             return False
@@ -359,7 +317,7 @@ class Newton:
 
     @property
     def factor_megabytes(self) -> int:
-        """MatrixState that MUMPS took for the factors in hand, all processes together [1e6 bytes]."""
+        """Memory that MUMPS took for the factors in hand, all processes together [1e6 bytes]."""
         return int(self._snes.getKSP().getPC().getFactorMatrix().getMumpsInfog(22))
 
     def linear_solve(self, rhs: Array, *, transposed: bool = False) -> Array:
@@ -382,9 +340,9 @@ class Newton:
     @property
     def matrix_state(self) -> MatrixState | None:
         """What the next solve of a march begins with; None: it makes its own matrix."""
-        if self._factored_g is None or self._factored is None or self._analysed is None:
+        if self.matrix.g is None or self._factored is None or self._analysed is None:
             return None
-        return MatrixState((self._analysed, self._factored), self._rate, self._relaxation)
+        return MatrixState((self._analysed, self._factored), self.matrix.rate, self._relaxation)
 
     def recall(self, memory: MatrixState) -> None:
         """Make the matrix of a memory again, so that the next solve takes the very steps that it would have taken then.
@@ -400,9 +358,9 @@ class Newton:
             if place.star is not None:
                 self.scene.set_step(place.star, place.g, place.U_m)
             self.scene.set(place.x)
-            self._must_factor = True
+            self.matrix.due = True
             self._jacobian(self._snes, None, self._A, None)
-        self._rate = memory.rate
+        self.matrix.rate = memory.rate
 
     def residual_at(self, y: Array) -> Array:
         """The whole residual T R at y, with h*, g and U_m of the last solve."""
@@ -419,7 +377,7 @@ class Newton:
         """T A P at y times a direction; overwrites the matrix in hand."""
         self.residual_at(y)
         self._assemble(self._A)
-        self._factored_g = None
+        self.matrix.forget()
         vector, out = self._A.createVecs()
         vector.setArray(direction[self._range[0] : self._range[1]])
         self._A.mult(vector, out)
@@ -428,14 +386,10 @@ class Newton:
         out.destroy()
         return values
 
-    def state(self, y: Array) -> tuple[Array, Array]:
-        """h and x of a solution y of the last solve."""
-        return self._state(y)
-
     def destroy(self) -> None:
         """Give all PETSc objects back and remove this solve's options."""
         options = PETSc.Options()
-        for name in self._options:
+        for name in self._names:
             options.delValue(name)
         for thing in (self._snes, self._A, self._y, self._r):
             thing.destroy()

@@ -1,17 +1,8 @@
-"""Where a quasi-steady scene is in the space of its parameters, and what does not change along its branch."""
+"""Where a quasi-steady scene is in the space of its parameters."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-
-import numpy as np
-
-from pairsim.fem.geometry import MeshSettings
-from pairsim.fem.scene import BoundaryVelocity, poiseuille
-from pairsim.physics.materials.polymer import Polymer
-
-# Distances that meshes are made for, in a decade: the mesh of a place depends on the place alone, not on the way to it.
-PER_DECADE = 5
 
 
 @dataclass(frozen=True)
@@ -33,34 +24,3 @@ class Parameters:
     def with_gap(self, d: float) -> Parameters:
         """All gaps equal to d."""
         return replace(self, gaps=(d,) * len(self.gaps))
-
-
-@dataclass(frozen=True)
-class SteadyProblem:
-    """What does not change along a branch.
-
-    Attributes:
-        betas: Diameters.
-        length: Length of the tube.
-        periodic: Kind of the ends.
-        mesh: Cell sizes.
-        polymer: Viscoelastic part of the liquid; its De is that of `Parameters`.
-        boundary_velocity: Velocity on wall and ends when they are not periodic.
-        newton_tolerance: Tolerance of every Newton solve.
-        narrowest: Distance that the arcs of the outlines are cut for, where it is below the first one.
-    """
-
-    betas: tuple[float, ...]
-    length: float
-    periodic: bool
-    mesh: MeshSettings
-    polymer: Polymer | None = None
-    boundary_velocity: BoundaryVelocity = poiseuille
-    newton_tolerance: float = 1e-9
-    narrowest: float = np.inf
-
-    def nominal(self, gaps: tuple[float, ...]) -> tuple[float, ...]:
-        """The distances that a mesh around spheres is made for, near the given ones."""
-        rounded = tuple(float(10 ** (round(np.log10(d) * PER_DECADE) / PER_DECADE)) for d in gaps)
-        free = self.length - sum(self.betas) - sum(gaps)
-        return rounded if sum(rounded) - sum(gaps) < free / 4 else gaps

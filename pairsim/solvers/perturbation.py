@@ -18,7 +18,6 @@ def drift(steady: Steady) -> Array:
     The distances change at the rates dU, and with them the shapes and s; the velocity of the surfaces, that of the
     mesh and ds/dt that follow from this are put into the full residual. `factor` first.
     """
-    assert steady.newton is not None
     scene, constraints, now = steady.scene, steady.constraints, steady.parameters
     U = steady.y[constraints.fields["U_p"]]
     rates = np.diff(U)
@@ -63,7 +62,6 @@ def sensitivities(steady: Steady) -> dict[str, Array]:
     Particles that differ keep the ratios of their values; the derivative is by the largest. One transposed solve a
     gap serves all parameters. `factor` first.
     """
-    assert steady.newton is not None
     now, velocities = steady.parameters, steady.constraints.fields["U_p"]
     lines: dict[str, tuple[float, Callable[[float], Parameters]]] = {}
     if any(now.Ca_es):
@@ -71,7 +69,7 @@ def sensitivities(steady: Steady) -> dict[str, Array]:
             max(now.Ca_es),
             lambda tau: replace(now, Ca_es=tuple(Ca_e * (1 + tau) for Ca_e in now.Ca_es)),
         )
-    if now.De:
+    if steady.scene.polymer is not None:
         lines["De"] = now.De, lambda tau: replace(now, De=now.De * (1 + tau))
     lines["beta"] = max(steady.problem.betas), lambda tau: replace(now, size=now.size * (1 + tau))
     changes = {name: steady.residual_change(line) / value for name, (value, line) in lines.items()}

@@ -25,7 +25,6 @@ def relax(steady: Steady, parameters: Parameters) -> Report:
         The last step's report. On success the solution is the scene's.
     """
     newton = steady.newton
-    assert newton is not None
     h_star, y, dt = steady.apply(parameters), steady.y, RELAX_FIRST * parameters.De
     steady.forget()
     liquid = steady.scene.liquid

@@ -12,27 +12,29 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pairsim.fem import diagnostics
-from pairsim.fem.constraints import extension_constraints, steady_constraints
+from pairsim.fem.constraints import Constraints
 from pairsim.fem.diagnostics import Observation
-from pairsim.fem.geometry import Geometry, Outline, Reference
-from pairsim.fem.meshing import liquid_mesh, make_outlines, particle_meshes
+from pairsim.fem.geometry import Geometry, Reference
+from pairsim.fem.meshing import make_outlines, particle_meshes
 from pairsim.fem.remeshing import needs_mesh, on_root
-from pairsim.fem.scene import Scene, make_bodies
+from pairsim.fem.scene import Body, Scene
+from pairsim.fem.scene_constraints import steady_base, steady_constraints
 from pairsim.fem.six_node_mesh import SixNodeMesh
-from pairsim.physics.pipe import Pipe, PipeState
+from pairsim.physics.pipe import PipeState
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
-from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.runtime.errors import NoSteadyState
 from pairsim.runtime.fenicsx import MPI
 from pairsim.runtime.signals import heed
-from pairsim.solvers.mesh_transfer import carry_liquid, carry_particle, free_unknowns
+from pairsim.solvers.developed_flow import DevelopedFlows
+from pairsim.solvers.mesh_transfer import carry_particles, free_unknowns
+from pairsim.solvers.meshed_scene import MeshedScene
 from pairsim.solvers.newton import Newton, Report
-from pairsim.solvers.parameters import Parameters, SteadyProblem
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.problems import SteadyProblem
 
 # Relative step of the differences that give derivatives with respect to parameters: the residual is smooth.
 DIFFERENCE = 1e-5
-# Relative change of De over which the developed flow is taken from the one known.
-ALL_BUT_THE_SAME = 0.01
 # A steady branch is followed to where shapes barely exist, and there distorted cells make rims buckle too early
 # (beta .4, d .1: at Ca_e .14 around spheres, at .16 around the shapes): a new mesh comes sooner than in time.
 LEAST_STEADY, FRESH_STEADY = 0.6, 0.75
@@ -71,76 +73,69 @@ class Steady:
     def __init__(self, comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters) -> None:
         self.comm, self.problem, self.parameters = comm, problem, parameters
         self.clock = Clock()
-        self.newton: Newton | None = None
-        self._extension: Newton | None = None
-        self._flows: dict[float, PipeState] = {}
-        self.meshes = self.iterations = self.factorisations = 0
-        geometry = Geometry(problem.betas, parameters.gaps, problem.length)
-        with self.clock("mesh"):
-            narrowest = tuple(min(d, problem.narrowest) for d in parameters.gaps)
-            self.outlines = make_outlines(Geometry(problem.betas, narrowest, problem.length), problem.mesh)
-            meshes = on_root(comm, lambda: particle_meshes(geometry, problem.mesh, self.outlines, parameters.Ca_es))
-        with self.clock("jit"):
-            self.bodies = make_bodies(comm, problem.betas, parameters.Ca_es, self.outlines, meshes)
-        self._sphere_points: list[Array | None] = [
-            None if b.phase is None else b.phase.mesh.geometry.x.copy() for b in self.bodies
-        ]
+        self._flows = DevelopedFlows(comm, problem.law)
+        self.iterations = self.factorisations = 0
         # Where a mesh around spheres did not do for the shapes, last.
         self._refused: Parameters | None = None
         # Where the factors in hand were made: its y and parameters.
         self._factored: tuple[Array, Parameters] | None = None
-        self._mesh(Reference.spheres(replace(geometry, gaps=problem.nominal(parameters.gaps)), self.outlines))
+        geometry = Geometry(problem.betas, parameters.gaps, problem.length)
+        narrowest = tuple(min(d, problem.narrowest) for d in parameters.gaps)
+        with self.clock("mesh"):
+            outlines = make_outlines(replace(geometry, gaps=narrowest), problem.mesh)
+            insides = on_root(comm, lambda: particle_meshes(geometry, problem.mesh, outlines, parameters.Ca_es))
+        self.meshed = MeshedScene(
+            comm,
+            problem,
+            outlines,
+            insides,
+            parameters.Ca_es,
+            polymer=problem.law.at(parameters.De) if problem.law else None,
+            steady=True,
+            constrain=self._constrain,
+            clock=self.clock,
+        )
+        self._sphere_points: list[Array | None] = [
+            None if b.phase is None else b.phase.mesh.geometry.x.copy() for b in self.bodies
+        ]
+        self.meshed.put(Reference.spheres(replace(geometry, gaps=problem.nominal(parameters.gaps)), outlines))
         self.y = self._cold_guess()
 
     # Meshes
 
-    def _mesh(self, reference: Reference, mesh: SixNodeMesh | None = None) -> None:
-        """Everything that belongs to one reference mesh, made for the reference domain where none is given."""
-        if mesh is None:
-            with self.clock("mesh"):
-                mesh = on_root(self.comm, lambda: liquid_mesh(reference, self.problem.mesh))
-            self.meshes += 1
-        self.close()
-        self._liquid_mesh, self._factored = mesh, None
-        polymer = self.problem.polymer
-        with self.clock("jit"):
-            self.scene = Scene(
-                self.comm,
-                reference,
-                mesh,
-                self.bodies,
-                periodic=self.problem.periodic,
-                boundary_velocity=self.problem.boundary_velocity,
-                polymer=polymer,
-                steady=True,
-            )
-        self.constraints = steady_constraints(self.scene, self._unit_extensions())
-        self._untouched = self.constraints.base.copy()
-        self.newton = Newton(self.scene, self.constraints, tolerance=self.problem.newton_tolerance, clock=self.clock)
-        self._material = np.concatenate(
-            [self.constraints.fields.get(name, np.empty(0, int)) for name in ("h", "U_p", "p_s")]
-        )
+    def _constrain(self, meshed: MeshedScene) -> Constraints:
+        """Constraints on a new mesh, for which nothing is factored yet."""
+        constraints = self._constraints_on(meshed)
+        self._untouched, self._factored = constraints.base.copy(), None
+        return constraints
 
-    def _extend(self, h: Array) -> Array:
-        """Full vector with the liquid's mesh displacement for given material positions."""
-        if self._extension is None:
-            self._extension = Newton(self.scene, extension_constraints(self.scene), clock=self.clock)
-        eta, _ = self._extension.solve(np.zeros(self._extension.constraints.size), h, 1.0, 0.0)
-        return self._extension.state(eta)[1]
+    def _constraints_on(self, meshed: MeshedScene) -> Constraints:
+        return steady_constraints(meshed.scene, meshed.unit_extensions())
 
-    def _unit_extensions(self) -> Array:
-        """The mesh's velocity for unit velocity of each particle, at the vertices, (N, n_vertices, 2)."""
-        scene, vertices = self.scene, self.scene.liquid.six_node_mesh.vertices
-        if scene.polymer is None or not scene.moving:
-            return np.ones((len(self.bodies), len(vertices), 2)) * [1.0, 0.0]
-        h = np.concatenate([np.zeros(body.size) for body in self.bodies])
-        still = scene.liquid.nodal("eta", self._extend(h))[vertices]
-        fields = []
-        for body in self.bodies:
-            moved = h.copy()
-            moved[body.start : body.start + body.size : 2] = 1.0
-            fields.append(scene.liquid.nodal("eta", self._extend(moved))[vertices] - still)
-        return np.array(fields)
+    @property
+    def scene(self) -> Scene:
+        """The scene on the present mesh."""
+        return self.meshed.scene
+
+    @property
+    def bodies(self) -> list[Body]:
+        """The particles."""
+        return self.meshed.bodies
+
+    @property
+    def constraints(self) -> Constraints:
+        """Constraints on the present mesh."""
+        return self.meshed.constraints
+
+    @property
+    def newton(self) -> Newton:
+        """The solver on the present mesh."""
+        return self.meshed.newton
+
+    @property
+    def meshes(self) -> int:
+        """Meshes made so far."""
+        return self.meshed.made
 
     def remesh(self, parameters: Parameters | None = None, y: Array | None = None, *, afresh: bool = False) -> None:
         """A new reference mesh for a state, by default the solution's; `y` becomes that state on it, as a guess.
@@ -155,22 +150,18 @@ class Steady:
         parameters = parameters or self.parameters
         old_y = self.y if y is None else y
         old, (h, x) = self.scene, self._state_at(parameters, old_y)
-        distances = self.comm.bcast(diagnostics.gaps(self.bodies, h))
-        if distances.size and distances.min() <= 0:
-            raise MeshFailure("the particles touch")
-        material = old_y[self._material]
-        geometry = Geometry(self.problem.betas, tuple(map(float, distances)), self.problem.length)
-        if around_spheres := afresh or not self._as_refused(parameters):
+        geometry, material = self.meshed.geometry_at(h), old_y[self.meshed.material]
+        spheres = None
+        if afresh or not self._as_refused(parameters):
             # Meshes around spheres exist for certain distances only.
-            self._mesh(Reference.spheres(replace(geometry, gaps=self.problem.nominal(parameters.gaps)), self.outlines))
-            if self.scene.moving:
-                distortion = self.comm.bcast(diagnostics.liquid_distortion(self.scene, self._extend(h)))
-                distortion = self.comm.bcast(self._shape_alone(distortion, parameters, FRESH_STEADY))
-                around_spheres = distortion >= FRESH_STEADY
-            self._refused = None if around_spheres else parameters
-        if not around_spheres:
-            outlines = tuple(body.outline_points(h) for body in self.bodies)
-            self._mesh(Reference(geometry, tuple(self.outlines), outlines, True))
+            spheres = replace(geometry, gaps=self.problem.nominal(parameters.gaps))
+
+        def good_enough(distortion: float) -> bool:
+            shape = self.comm.bcast(self._shape_alone(distortion, parameters, FRESH_STEADY))
+            self._refused = None if shape >= FRESH_STEADY else parameters
+            return self._refused is None
+
+        self.meshed.remesh(h, geometry, spheres, good_enough)
         self.parameters = parameters
         self.y = self.comm.bcast(self._carried_over(old, x, h, material))
 
@@ -190,52 +181,53 @@ class Steady:
         """
         if distortion >= least or self.scene.reference.deformed:
             return distortion
-        undeformed = diagnostics.liquid_distortion(self.scene, self._extend(self.h_star(parameters)))
+        undeformed = diagnostics.liquid_distortion(self.scene, self.meshed.displaced(self.h_star(parameters)))
         return distortion / min(1.0, undeformed) if undeformed > 0 else distortion
 
     def adopt(self, other: Steady) -> None:
         """Take the solution of the same scene on other cells as the guess here; the mesh is made for its parameters."""
         h, x = other.state()
         displaced = h - other.h_star(other.parameters)
-        y, there, p_s = np.zeros(self.constraints.size), np.zeros(self.scene.h_size), []
-        for body, coarse in zip(self.bodies, other.bodies, strict=True):
-            displacement, p = carry_particle(coarse, other.scene, x, displaced, body)
-            there[body.start : body.start + body.size] = displacement
-            p_s.append(p)
-        entry = self.constraints.M.tocoo()
+        there, p_s = carry_particles(other.scene, x, displaced, self.bodies)
+        y, entry = np.zeros(self.constraints.size), self.constraints.M.tocoo()
         y[entry.col] = there[entry.row]
         y[self.constraints.fields["U_p"]] = other.y[other.constraints.fields["U_p"]]
         if "p_s" in self.constraints.fields:
-            y[self.constraints.fields["p_s"]] = np.concatenate(p_s)
+            y[self.constraints.fields["p_s"]] = p_s
         h = self.h_star(other.parameters) + self.constraints.M @ y
         self.parameters = other.parameters
-        self._flows |= other._flows
-        self.y = self.comm.bcast(self._carried_over(other.scene, x, h, y[self._material]))
+        self._flows.learn(other._flows)
+        self.y = self.comm.bcast(self._carried_over(other.scene, x, h, y[self.meshed.material]))
 
     def take_over_costs(self, other: Steady) -> None:
         """Count another scene's work as this one's."""
         self.iterations += other.iterations
         self.factorisations += other.factorisations
-        self.meshes += other.meshes
+        self.meshed.made += other.meshes
         for name, seconds in other.clock.seconds.items():
             self.clock.seconds[name] += seconds
+
+    def forget_costs(self) -> None:
+        """Count work and time from here on."""
+        self.iterations = self.factorisations = self.meshed.made = 0
+        self.clock.seconds.clear()
 
     @property
     def snapshot(self) -> Snapshot:
         """The present solution."""
-        return Snapshot(self.parameters, self.y, self.scene.reference, self._liquid_mesh)
+        return Snapshot(self.parameters, self.y, self.scene.reference, self.scene.liquid.six_node_mesh)
 
     def recall(self, snapshot: Snapshot) -> None:
         """Go back to a solution."""
-        if snapshot.mesh is not self._liquid_mesh:
-            self._mesh(snapshot.reference, snapshot.mesh)
+        if snapshot.mesh is not self.scene.liquid.six_node_mesh:
+            self.meshed.put(snapshot.reference, snapshot.mesh)
         self.parameters, self.y = snapshot.parameters, snapshot.y
 
     def _carried_over(self, old: Scene, x: Array, h: Array, material: Array) -> Array:
         """The old solution on the new mesh."""
-        new = carry_liquid(old, x, self.scene, self._extend(h) if self.scene.moving else np.zeros(self.scene.size))
+        new = self.meshed.carried(old, x, h)
         y = free_unknowns(self.constraints, new)
-        y[self._material] = material
+        y[self.meshed.material] = material
         if self.scene.dp is not None:
             assert old.dp is not None
             y[self.constraints.fields["dp"]] = x[old.dp]
@@ -246,17 +238,13 @@ class Steady:
         liquid, constraints = self.scene.liquid, self.constraints
         mesh = liquid.six_node_mesh
         nodes = np.arange(len(mesh.points))
-        x = self._extend(self.h_star(self.parameters)) if self.scene.moving else np.zeros(self.scene.size)
+        x = self.meshed.displaced(self.h_star(self.parameters))
         if self.scene.polymer is None:
             u = self.problem.boundary_velocity(mesh.points)
+            for c in range(2):
+                x[liquid.index("u", nodes, c)] = u[:, c]
         else:
-            flow = self._flow(self.parameters.De)
-            axial, *s = flow.profiles(mesh.points[:, 1])
-            u = np.column_stack([axial, np.zeros(len(nodes))])
-            for c in range(4):
-                x[liquid.index("s", nodes, c)] = s[c]
-        for c in range(2):
-            x[liquid.index("u", nodes, c)] = u[:, c]
+            self.scene.prescribe(x, nodes, self.developed_flow)
         y = free_unknowns(self.constraints, x)
         largest = max(self.problem.betas, default=0.0)
         on_axis = self.problem.boundary_velocity(np.zeros((1, 2)))[0, 0]
@@ -264,15 +252,6 @@ class Steady:
         return y
 
     # Parameters
-
-    def _flow(self, De: float) -> PipeState:
-        """The developed flow at a Deborah number."""
-        if De not in self._flows:
-            polymer = self.problem.polymer
-            known = min(self._flows, key=lambda other: abs(other - De), default=np.inf)
-            near = self._flows[known] if abs(known - De) <= ALL_BUT_THE_SAME * De else None
-            self._flows[De] = self.comm.bcast(Pipe(replace(polymer, De=De) if polymer else None).steady(near))
-        return self._flows[De]
 
     def h_star(self, parameters: Parameters) -> Array:
         """Positions of undeformed spheres at the wanted distances."""
@@ -285,15 +264,14 @@ class Steady:
 
     def apply(self, parameters: Parameters) -> Array:
         """Put the forms and the constraints at these parameters; h*."""
-        assert self.newton is not None
         scene, base = self.scene, self.constraints.base
-        base[:] = self._untouched if parameters.size == 1.0 else self._base_at(parameters.size)
+        base[:] = self._untouched if parameters.size == 1.0 else steady_base(scene, parameters.size)
         for body, points, Ca_e in zip(self.bodies, self._sphere_points, parameters.Ca_es, strict=True):
             if body.phase is not None and points is not None:
                 body.phase.constants["Ca_e"].value = Ca_e
                 body.phase.mesh.geometry.x[:] = points * parameters.size
         if scene.polymer is not None:
-            liquid, flow = scene.liquid, self._flow(parameters.De)
+            liquid, flow = scene.liquid, self._flows.at(parameters.De)
             liquid.constants["De"].value = parameters.De
             liquid.constants["rate"].value = 0.0
             if not scene.periodic:
@@ -302,24 +280,11 @@ class Steady:
         self.newton.place(h_star)
         return h_star
 
-    def _base_at(self, size: float) -> Array:
-        """Constant part of the constraints with all diameters multiplied."""
-        bodies = self.scene.bodies
-        self.scene.bodies = [
-            replace(body, outline=Outline(body.outline.radius * size, body.outline.angles)) for body in bodies
-        ]
-        try:
-            count = len(self.scene.liquid.six_node_mesh.vertices)
-            return steady_constraints(self.scene, np.zeros((len(bodies), count, 2))).base
-        finally:
-            self.scene.bodies = bodies
-
     def state(self) -> tuple[Array, Array]:
         """h and x of the solution; forms, and with them `Body.Ca_e` and `Scene.polymer`, are put at its parameters."""
         return self._state_at(self.parameters, self.y)
 
     def _state_at(self, parameters: Parameters, y: Array) -> tuple[Array, Array]:
-        assert self.newton is not None
         self.apply(parameters)
         return self.newton.state(y)
 
@@ -333,7 +298,6 @@ class Steady:
             guess: First guess, by default the last solution.
         """
         heed(self.comm)
-        assert self.newton is not None
         h_star, self._factored = self.apply(parameters), None
         y, report = self.newton.solve(self.y if guess is None else guess, h_star, 1.0, 0.0)
         self.iterations += report.iterations
@@ -347,7 +311,6 @@ class Steady:
 
     def forget(self) -> None:
         """Give up the factors in hand."""
-        assert self.newton is not None
         self.newton.forget()
         self._factored = None
 
@@ -379,7 +342,6 @@ class Steady:
         Raises:
             NoSteadyState: The matrix is singular.
         """
-        assert self.newton is not None
         self.apply(self.parameters)
         if self._factored is not None and self._factored[0] is self.y and self._factored[1] == self.parameters:
             return
@@ -390,7 +352,6 @@ class Steady:
 
     def residual_change(self, along: Callable[[float], Parameters]) -> Array:
         """dR/dtau at fixed y along a line of parameters, `along(0)` being here; tau of order one matters."""
-        assert self.newton is not None
         ends = []
         for tau in (DIFFERENCE, -DIFFERENCE):
             self.apply(along(tau))
@@ -400,12 +361,10 @@ class Steady:
 
     def tangent(self, along: Callable[[float], Parameters]) -> Array:
         """dy/dtau along a line of parameters; `factor` first."""
-        assert self.newton is not None
         return -self.newton.linear_solve(self.residual_change(along))
 
     def residual(self) -> Array:
         """The residual at the solution."""
-        assert self.newton is not None
         self.apply(self.parameters)
         return self.newton.residual_at(self.y)
 
@@ -423,7 +382,7 @@ class Steady:
     @property
     def developed_flow(self) -> PipeState:
         """The flow without particles."""
-        return self._flow(self.parameters.De)
+        return self._flows.at(self.parameters.De)
 
     @property
     def centres(self) -> Array:
@@ -436,7 +395,4 @@ class Steady:
 
     def close(self) -> None:
         """Give the solver's memory back."""
-        for solver in (self.newton, self._extension):
-            if solver is not None:
-                solver.destroy()
-        self.newton = self._extension = None
+        self.meshed.close()

@@ -10,19 +10,18 @@ its exponential for PTT, F = (L2 - 3)/(L2 - tr c) for FENE-P. The functions work
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 Name = Literal["oldroyd-b", "giesekus", "ptt-linear", "ptt-exp", "fene-p"]
 
 
 @dataclass(frozen=True)
-class Polymer:
-    """A polymer contribution.
+class Law:
+    """A constitutive law with all its numbers but De, which changes along a branch of solutions.
 
     Attributes:
         name: Which law.
-        De: Deborah number.
         xi: Solvent viscosity over eta_0.
         alpha: Giesekus mobility.
         epsilon: PTT's extensional parameter.
@@ -30,11 +29,21 @@ class Polymer:
     """
 
     name: Name
-    De: float
     xi: float
     alpha: float = 0.0
     epsilon: float = 0.0
     L2: float = 0.0
+
+    def at(self, De: float) -> Polymer:
+        """The polymer at a Deborah number."""
+        return Polymer(self.name, self.xi, self.alpha, self.epsilon, self.L2, De=De)
+
+
+@dataclass(frozen=True)
+class Polymer(Law):
+    """The viscoelastic part of a liquid: a law at a Deborah number."""
+
+    De: float = field(kw_only=True)
 
 
 def relaxation(name: Name, trace: Any, epsilon: Any, exp: Callable[[Any], Any]) -> Any:
