@@ -34,7 +34,7 @@ from pairsim.solvers.steady import Steady
 def point_row(point: Point) -> dict[str, float]:
     """Everything that is told of a quasi-steady solution, under the names of its columns."""
     o = point.observation
-    row = named_row(0.0, point.gaps, o.U, o.D, o.dp, point.dp_plus)
+    row = named_row(0.0, point.gaps, o.U, o.dU, o.D, o.dp, o.dp_plus)
     gaps = gap_endings(o.d.size + 1)
     values = {"slope": point.slopes, "drift": point.drifts, "mesh_error": point.mesh_errors}
     values |= {f"by_{name}": change for name, change in point.sensitivities.items()}
@@ -115,7 +115,7 @@ class CurveOutput:
         count = len(self.points)
         o = point.observation
         gaps = f"d = {', '.join(f'{d:.5f}' for d in point.gaps)}  " if point.gaps else ""
-        velocities = ", ".join(f"{dU:+.4e}" for dU in np.diff(o.U)) if o.U.size > 1 else f"{o.U[0]:.6f}"
+        velocities = ", ".join(f"{dU:+.4e}" for dU in o.dU) if o.U.size > 1 else f"{o.U[0]:.6f}"
         name = "dU" if o.U.size > 1 else "U"
         self.reporter.update(
             min(count, expected), f"{gaps}{name} = {velocities}  Newton {point.newton}  point {count}", count

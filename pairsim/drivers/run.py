@@ -200,7 +200,7 @@ def _confirm(
 def _shown(step: Step, count: int) -> str:
     """A step in a line of progress."""
     o = step.observation
-    gap = f"d = {o.d[0]:.5f}  dU = {o.U[1] - o.U[0]:+.4e}  " if o.d.size == 1 else ""
+    gap = f"d = {o.d[0]:.5f}  dU = {o.dU[0]:+.4e}  " if o.d.size == 1 else ""
     return f"t = {step.t:.4g}  {gap}dt = {step.dt:.2g}  Newton {step.report.iterations}  step {count}"
 
 
