@@ -65,7 +65,7 @@ def march(
 
 
 def dU(step: Step) -> float:
-    return float(np.diff(step.observation.U)[0])
+    return float(step.observation.dU[0])
 
 
 def fig6() -> None:

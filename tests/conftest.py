@@ -94,7 +94,7 @@ def at(steps: list[Step], t: float) -> Step:
 
 
 def dU(step: Step) -> float:
-    return float(step.observation.U[1] - step.observation.U[0])
+    return float(step.observation.dU[0])
 
 
 def pytest_sessionstart() -> None:

@@ -19,6 +19,7 @@ from pairsim.config.case_file import case_from_dict
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.progress import Reporter
 from pairsim.drivers.run import run_case
+from pairsim.drivers.session import Options
 from pairsim.fem.geometry import MeshSettings
 from pairsim.results.checkpoint import Checkpoint, load
 from pairsim.results.output import RunFolder, read_series
@@ -63,9 +64,8 @@ def soft(**changes: Any) -> Case:
 
 def run(case: Case, folder: Path, reporter: Reporter | None = None, *, resume: bool = False) -> Outcome:
     show = reporter or Reporter()
-    return run_case(
-        case, folder, comm=MPI.COMM_WORLD, overwrite=False, reporter=show, command="pairsim run", resume=resume
-    )
+    options = Options(MPI.COMM_WORLD, overwrite=False, reporter=show, command="pairsim run")
+    return run_case(case, folder, options, resume=resume)
 
 
 def assert_same(one: Path, other: Path, tolerance: float = 1e-10) -> None:

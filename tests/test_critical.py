@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
-from pairsim.solvers.critical import Critical, End, Follower
+from pairsim.solvers.critical import Critical, End, Follower, Region
 from pairsim.solvers.parameters import Parameters
 
 
@@ -74,10 +74,11 @@ class Folding(Formula):
 
 
 def followed(branch: Any, values: list[float]) -> tuple[list[Critical], End]:
-    found: list[Critical] = []
     point = SimpleNamespace(parameters=branch.fine.parameters, d=branch.fine.parameters.gaps[0])
     start: Any = SimpleNamespace(point=point, snapshots=branch.snapshots)
-    end = Follower(branch, "Ca_e", values, 0.02, 0.8, found.append, pytest.fail).follow(1, start, 1.0)
+    *found, end = Follower(branch, Region("Ca_e", tuple(values), 0.02, 0.8)).follow(1, start, 1.0)
+    assert isinstance(end, End)
+    assert all(isinstance(each, Critical) for each in found), "none is missed"
     return found, end
 
 

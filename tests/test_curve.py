@@ -24,7 +24,7 @@ from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.branch import Branch, Point, started, walked
 from pairsim.solvers.continuation import follow
 from pairsim.solvers.critical import same_zero
-from pairsim.solvers.curve import equilibria, find_zeros, interpolant, trace
+from pairsim.solvers.curve import Zero, equilibria, find_zeros, interpolant, trace
 from pairsim.solvers.newton_options import STEADY
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.pseudo_time import relax
@@ -48,6 +48,11 @@ def points(**keys: object) -> list[Point]:
     found = [solver.at(replace(solver.fine.parameters, gaps=place)) for place in made.places]
     solver.close()
     return found
+
+
+def traced(solver: Branch, places: list[tuple[float, ...]], tol: float, max_points: int) -> list[Point]:
+    """The points of a curve in ascending d."""
+    return sorted((point for point, _ in trace(solver, places, tol, max_points)), key=lambda point: point.d)
 
 
 @pytest.fixture(scope="module")
@@ -74,9 +79,9 @@ def test_equal_rigid_spheres_in_a_newtonian_liquid_keep_their_distance() -> None
 
 def test_rounding_has_neither_zeros_nor_bends() -> None:
     solver = branch(case(Ca_e=0, d=(0.4,), mesh={"Np": 8}))
-    found = trace(solver, [(0.4,), (0.2,), (0.1,), (0.05,)], 2e-3, 20, lambda point, wanted: None)
+    found = traced(solver, [(0.4,), (0.2,), (0.1,), (0.05,)], 2e-3, 20)
     assert len(found) == 4
-    assert list(find_zeros(solver, found, pytest.fail)) == []
+    assert list(find_zeros(solver, found)) == []
     solver.close()
 
 
@@ -230,15 +235,14 @@ def test_pseudo_time_reaches_the_steady_solution(viscoelastic: Branch) -> None:
 def test_small_spheres_have_a_stable_distance(Ca_e: float, d: float) -> None:
     """Closer they separate, farther apart they attract; the distances are those of N_p 40 (docs/quasi-steady.md)."""
     solver = branch(case(beta=0.2, Ca_e=Ca_e, length=3.0, d=(0.15, 0.03)))
-    curve = trace(solver, [(0.15,), (0.06,), (0.03,)], 0.02, 20, lambda point, wanted: None)
-    lost: list[str] = []
-    (zero,) = find_zeros(solver, curve, lost.append)
+    curve = traced(solver, [(0.15,), (0.06,), (0.03,)], 0.02, 20)
+    (zero,) = find_zeros(solver, curve)
     solver.close()
+    assert isinstance(zero, Zero)
     assert abs(zero.point.dU) < 1e-9
     assert zero.point.d == pytest.approx(d, rel=0.1)
     assert zero.point.slopes[0] < 0
     assert curve[0].dU > 0 > curve[-1].dU
-    assert not lost
 
 
 class Analytic:
@@ -262,12 +266,12 @@ def test_points_are_added_where_any_gap_of_three_particles_asks_for_them(gap: in
 
     places = [(d, d) for d in np.geomspace(0.8, 0.02, 9)]
     straight: Any = Analytic(lambda x: [1 + x, 2 - x], lambda x: [1, -1])
-    trace(straight, places, 2e-3, 100, lambda point, wanted: None)
+    traced(straight, places, 2e-3, 100)
     assert straight.solved == 9, "lines need none"
     bending: Any = Analytic(
         lambda x: mixed(np.tanh(2 * x + 4.5), x / 9), lambda x: mixed(2 / np.cosh(2 * x + 4.5) ** 2, 1 / 9)
     )
-    curve = interpolant(trace(bending, places, 2e-3, 100, lambda point, wanted: None))
+    curve = interpolant(traced(bending, places, 2e-3, 100))
     x = np.linspace(np.log(0.02), np.log(0.8), 500)
     assert np.abs(curve(x)[:, gap] - np.tanh(2 * x + 4.5)).max() < 2e-3
 
@@ -317,7 +321,7 @@ def test_a_bad_mesh_at_one_place_does_not_excuse_the_others() -> None:
 
     fine: Any = SimpleNamespace(parameters=Parameters((0.8,), (0.1, 0.1)))
     stub: Any = SimpleNamespace(fine=fine, at=lambda parameters: point(parameters.gaps[0]))
-    found = trace(stub, [(0.8,), (0.2,), (0.05,), (0.02,)], 2e-3, 100, lambda p, wanted: None)
+    found = traced(stub, [(0.8,), (0.2,), (0.05,), (0.02,)], 2e-3, 100)
     curve, x = interpolant(found), np.linspace(np.log(0.2), np.log(0.8), 500)
     assert np.abs(curve(x) - np.sin(2 * (x - np.log(0.1)))).max() < 2e-3
     assert sum(p.d < 0.05 for p in found) == 1, "there the mesh is worse than the bend"
@@ -331,11 +335,10 @@ def test_a_zero_that_newton_misses_between_smooth_points_is_no_jump() -> None:
     def refuse(*_: float) -> Any:
         raise NoSteadyState("no")
 
-    lost: list[str] = []
     stub: Any = SimpleNamespace(zero=refuse, at=lambda parameters: point(parameters.gaps[0]), snapshots=())
-    (zero,) = find_zeros(stub, [point(0.1), point(0.3)], lost.append)
+    (zero,) = find_zeros(stub, [point(0.1), point(0.3)])
+    assert isinstance(zero, Zero)
     assert zero.point.d == pytest.approx(0.2, rel=1e-4)
-    assert not lost
 
 
 def test_zeros_of_one_slope_that_lie_close_are_one_zero() -> None:

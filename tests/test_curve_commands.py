@@ -18,7 +18,8 @@ from mpi4py import MPI
 
 from pairsim.config.case_file import curve_from_dict, load_critical, load_curve
 from pairsim.drivers.curve import WarmStart, run_curve
-from pairsim.drivers.progress import make_reporter
+from pairsim.drivers.progress import Reporter
+from pairsim.drivers.session import Options
 from pairsim.results.output import read_series
 from pairsim.results.xdmf import FieldFrame, read_frame
 from pairsim.runtime.errors import InputError, NoSteadyState
@@ -26,6 +27,7 @@ from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.curve import Zero
 
 CURVE = "beta: 0.4\nDe: 0\nCa_e: 0.1\nends: developed\nlength: auto\nmesh: {Np: 10}\nd: [0.3, 0.1]\n"
+OPTIONS = Options(MPI.COMM_WORLD, overwrite=False, reporter=Reporter(), command="test")
 
 
 def test_curve_command(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
@@ -121,8 +123,7 @@ def last_fields(folder: Path, chain: WarmStart | None = None, **changes: float) 
     """The fields of a pair at d .3 in a Giesekus liquid."""
     keys = {"De": 0.5, "Ca_e": 0.05, "length": 3.0, "mesh": {"Np": 8}, "mesh_error": False, "d": [0.3], "fields": [0.3]}
     made = curve_from_dict(yaml.safe_load(CURVE) | keys | changes, "test")
-    told = {"comm": MPI.COMM_WORLD, "overwrite": False, "reporter": make_reporter(True, 0), "command": "test"}
-    assert run_curve(made, folder / "out", warm_start=chain, **told).status == "finished"
+    assert run_curve(made, folder / "out", OPTIONS, warm_start=chain).status == "finished"
     return read_frame(folder / "out")
 
 
@@ -209,14 +210,13 @@ def test_no_steady_state_is_a_typed_failure(tmp_path: Path, pairsim) -> None:  #
 
 
 def test_zeros_before_one_that_was_lost_are_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def zeros(branch: Branch, points: list[Point], lost: object) -> Iterator[Zero]:
+    def zeros(branch: Branch, points: list[Point]) -> Iterator[Zero]:
         yield Zero(points[1], branch.snapshots)
         raise NoSteadyState("the second one was lost")
 
     monkeypatch.setattr("pairsim.drivers.curve.find_zeros", zeros)
     keys = {"mesh": {"Np": 8}, "mesh_error": False, "d": [0.1, 0.2, 0.3], "tol": 1}
-    told = {"comm": MPI.COMM_WORLD, "overwrite": False, "reporter": make_reporter(True, 0), "command": "test"}
-    outcome = run_curve(curve_from_dict(yaml.safe_load(CURVE) | keys, "test"), tmp_path / "out", **told)
+    outcome = run_curve(curve_from_dict(yaml.safe_load(CURVE) | keys, "test"), tmp_path / "out", OPTIONS)
     assert (outcome.status, outcome.reason) == ("failed", "no_steady_state")
     assert len((tmp_path / "out" / "equilibria.csv").read_text().splitlines()) == 2
 
@@ -225,9 +225,8 @@ def test_a_curve_that_cannot_be_written_ends_typed(tmp_path: Path, monkeypatch: 
     def full(*_: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr("pairsim.drivers.curve.write_table", full)
+    monkeypatch.setattr("pairsim.drivers.curve_output.write_table", full)
     made = curve_from_dict(yaml.safe_load(CURVE) | {"mesh": {"Np": 8}, "mesh_error": False}, "test")
-    told = {"comm": MPI.COMM_WORLD, "overwrite": False, "reporter": make_reporter(True, 0), "command": "test"}
-    outcome = run_curve(made, tmp_path / "out", **told)
+    outcome = run_curve(made, tmp_path / "out", OPTIONS)
     assert (outcome.status, outcome.reason) == ("failed", "write_failed")
     assert json.loads((tmp_path / "out" / "run.json").read_text())["reason"] == "write_failed"

@@ -186,7 +186,7 @@ def test_missing_series_is_an_input_error(tmp_path: Path) -> None:
 def test_header_row_and_table_agree(n: int, header: str) -> None:
     assert ",".join(series_columns(n)) == header
     U = 1.0 + 0.1 * np.arange(n) ** 2
-    row = named_row(0.5, np.full(max(n - 1, 0), 0.2), U, 0.01 * np.arange(n), 640.0, 3.0)
+    row = named_row(0.5, np.full(max(n - 1, 0), 0.2), U, np.diff(U), 0.01 * np.arange(n), 640.0, 3.0)
     assert list(row) == series_columns(n)
     assert (row["t"], row["dp"], row["dp_plus"]) == (0.5, 640.0, 3.0)
     for name in row:
@@ -194,17 +194,17 @@ def test_header_row_and_table_agree(n: int, header: str) -> None:
 
 
 def test_trailing_is_upstream_and_differences_point_downstream() -> None:
-    pair = named_row(1.0, [0.3], [1.5, 1.75], [0.01, 0.02], 1.0, 0.0)
+    pair = named_row(1.0, [0.3], [1.5, 1.75], [0.25], [0.01, 0.02], 1.0, 0.0)
     assert (pair["U_T"], pair["U_L"], pair["dU"], pair["D_T"], pair["D_L"], pair["d"]) == (
         1.5, 1.75, 0.25, 0.01, 0.02, 0.3,
     )  # fmt: skip
-    train = named_row(1.0, [0.3, 0.4], [1.5, 1.75, 1.25], [0.01, 0.02, 0.03], 1.0, 0.0)
+    train = named_row(1.0, [0.3, 0.4], [1.5, 1.75, 1.25], [0.25, -0.5], [0.01, 0.02, 0.03], 1.0, 0.0)
     assert (train["dU_1"], train["dU_2"], train["d_2"], train["D_3"]) == (0.25, -0.5, 0.4, 0.03)
 
 
 def test_named_row_refuses_lengths_that_do_not_fit() -> None:
     with pytest.raises(ValueError, match="do not fit"):
-        named_row(0.0, [], [1.0, 2.0], [0.0, 0.0], 1.0, 0.0)
+        named_row(0.0, [], [1.0, 2.0], [1.0], [0.0, 0.0], 1.0, 0.0)
 
 
 def test_table_of_columns() -> None:

@@ -30,7 +30,8 @@ def make_run(folder: Path, n: int, frames: list[FieldFrame], rows: int = 12) -> 
     with SeriesWriter(folder / "series.csv", [*series_columns(n), "dt"]) as series:
         for t in np.linspace(0.1, 1, rows):
             gaps, order = np.full(max(n - 1, 0), 0.1 + 0.1 * t), np.arange(n)
-            row = named_row(t, gaps, 1.5 + 0.01 * order * t, 0.01 * t * (order + 1), 640.0, 2.0)
+            U = 1.5 + 0.01 * order * t
+            row = named_row(t, gaps, U, np.diff(U), 0.01 * t * (order + 1), 640.0, 2.0)
             series.row(row | {"dt": 0.1})
     writer = FieldsWriter(folder)
     for frame in frames:

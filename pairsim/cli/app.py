@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn
+from typing import TYPE_CHECKING, Annotated, Literal, NoReturn
 
 import typer
 
@@ -16,6 +16,7 @@ from pairsim.runtime.errors import InputError, PairsimError, RunFailure, unexpec
 
 if TYPE_CHECKING:
     from pairsim.drivers.outcome import Outcome
+    from pairsim.drivers.session import Options
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -78,10 +79,10 @@ def run(
         case = resume / "case.yaml"
     checked = load_case(case, tuple(set_ or ()))
     directory = resume or output or Path("runs") / checked.slug
-    common = _common_arguments(overwrite, quiet)
+    options = _options(overwrite, quiet)
     from pairsim.drivers.run import run_case
 
-    _end(run_case(checked, directory, resume=resume is not None, **common), directory, quiet, None)
+    _end(run_case(checked, directory, options, resume=resume is not None), directory, quiet, None)
 
 
 @app.command(
@@ -106,11 +107,11 @@ def curve(
 
     checked = load_curve(case, tuple(set_ or ()))
     directory = output or Path("runs") / checked.slug
-    common = _common_arguments(overwrite, quiet)
+    options = _options(overwrite, quiet)
     from pairsim.drivers.curve import run_curve
     from pairsim.results.curve_plots import plot_curve
 
-    outcome = run_curve(checked, directory, sensitivities=sensitivities, **common)
+    outcome = run_curve(checked, directory, options, sensitivities=sensitivities)
     _end(outcome, directory, quiet, plot_curve)
 
 
@@ -130,26 +131,27 @@ def critical(
 
     checked = load_critical(case, tuple(set_ or ()))
     directory = output or Path("runs") / checked.slug
-    common = _common_arguments(overwrite, quiet)
+    options = _options(overwrite, quiet)
     from pairsim.drivers.critical import run_critical
     from pairsim.results.critical_plots import plot_critical
 
-    _end(run_critical(checked, directory, **common), directory, quiet, plot_critical)
+    _end(run_critical(checked, directory, options), directory, quiet, plot_critical)
 
 
-def _common_arguments(overwrite: bool, quiet: bool) -> dict[str, Any]:
-    """What every command that computes is called with."""
+def _options(overwrite: bool, quiet: bool) -> Options:
+    """How a command that computes is carried out."""
     from pairsim.runtime.fenicsx import MPI  # before everything else that loads MPI or is compiled
 
     # isort: split
     from pairsim.drivers.progress import make_reporter
+    from pairsim.drivers.session import Options
     from pairsim.runtime.launcher import check_launcher
     from pairsim.runtime.locks import command_line
 
     comm = MPI.COMM_WORLD
     check_launcher(comm)
     reporter = make_reporter(quiet, comm.rank)
-    return {"comm": comm, "overwrite": overwrite, "reporter": reporter, "command": command_line()}
+    return Options(comm, overwrite, reporter, command_line())
 
 
 def _end(outcome: Outcome, directory: Path, quiet: bool, plot: Callable[[Path, Path], list[Path]] | None) -> NoReturn:

@@ -6,18 +6,12 @@ import platform
 import resource
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import metadata
-from pathlib import Path
 from typing import Any
 
 from pairsim import __version__
 from pairsim.results.output import RunFolder
-from pairsim.runtime.collective import collectively
-from pairsim.runtime.errors import RunFailure, WriteFailure
-from pairsim.runtime.fenicsx import MPI
-from pairsim.runtime.signals import Signals
 from pairsim.solvers.newton import petsc_version
 
 
@@ -41,46 +35,6 @@ class Outcome:
         return {"finished": 0, "failed": 3, "interrupted": 130}[self.status]
 
 
-def concluded(work: Callable[[], str]) -> Outcome:
-    """Do work that ends with a message; how it ended, also by a typed failure, SIGINT or SIGTERM."""
-    try:
-        with Signals(impatient=True):
-            return Outcome("finished", "end", work())
-    except RunFailure as failure:
-        return Outcome("failed", failure.reason, str(failure))
-    except KeyboardInterrupt:
-        return Outcome("interrupted", "interrupted", "stopped by a signal; what was written so far stands")
-
-
-def written(comm: MPI.Comm, write: Callable[[], None]) -> None:
-    """Write on the first process.
-
-    Raises:
-        WriteFailure: It could not, on every process.
-    """
-    try:
-        collectively(comm, write)
-    except OSError as error:
-        raise WriteFailure(
-            str(error), advice="more room on the disk, then the same command with --overwrite"
-        ) from error
-
-
-def new_folder(comm: MPI.Comm, directory: Path, overwrite: bool, case: dict[str, Any]) -> RunFolder | None:
-    """The folder of a command with its case.yaml, on the first process.
-
-    Raises:
-        InputError: It exists and may not be replaced.
-    """
-
-    def make() -> RunFolder:
-        folder = RunFolder.create(directory, overwrite)
-        folder.write_yaml("case.yaml", case)
-        return folder
-
-    return collectively(comm, make)
-
-
 def _versions() -> dict[str, str]:
     names = ("fenics-basix", "fenics-ffcx", "fenics-ufl", "gmsh", "mpi4py", "numpy", "scipy", "h5py")
     found = {"pairsim": __version__, "python": platform.python_version(), "petsc": petsc_version()}
@@ -99,7 +53,7 @@ def peak_memory() -> int:
 
 
 class Record:
-    """run.json: rewritten whole whenever something is to be told.
+    """run.json: rewritten whole whenever there is news.
 
     Args:
         folder: The folder, None on all processes but the first.
@@ -119,11 +73,11 @@ class Record:
         return time.perf_counter() - self._begin
 
     def write(self, outcome: Outcome | None, more: dict[str, Any], phases: dict[str, float]) -> None:
-        """Tell how it stands.
+        """Write how it stands.
 
         Args:
             outcome: How it ended, None while it runs.
-            more: What else to tell.
+            more: Further entries.
             phases: Seconds by phase of the work; the rest is `other`.
         """
         if self._folder is None:

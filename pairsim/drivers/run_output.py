@@ -140,7 +140,7 @@ class RunOutput:
 
     def _row(self, step: Step) -> None:
         o = step.observation
-        values = named_row(step.t, o.d, o.U, o.D, o.dp, o.dp - self.pipe(step.t).gradient * self.case.tube_length)
+        values = named_row(step.t, o.d, o.U, o.dU, o.D, o.dp, o.dp_plus)
         health: tuple[float, ...] = (
             step.dt,
             step.report.iterations,
@@ -153,7 +153,7 @@ class RunOutput:
             c = o.conformation
             health += (c.c_max, c.z, c.r, c.c_min, c.s_jump)
             self.worst.s_jump = max(self.worst.s_jump, c.s_jump)
-        self.worst.steps.add(step.t, step.mesh_id, np.diff(o.U))
+        self.worst.steps.add(step.t, step.mesh_id, o.dU)
         self.worst.widest = max(self.worst.widest, span(self.case, list(o.d)))
         for gap, (behind, ahead) in zip(map(float, o.d), pairwise(self.transient.meshed.outlines), strict=True):
             arc = max(behind.size_at(0.0), ahead.size_at(float(np.pi)))

@@ -23,6 +23,7 @@ class Observation:
         U: Velocities of the centres of volume, (N,).
         D: Taylor parameters, (N,).
         dp: Pressure drop over the tube.
+        dp_without_particles: That of the same tube without particles.
         m: Uniform source of the pressure gauge.
         volume_error: Largest relative change of a particle's volume.
         conformation: What to watch in a viscoelastic liquid, None in a Newtonian one.
@@ -32,9 +33,20 @@ class Observation:
     U: Array
     D: Array
     dp: float
+    dp_without_particles: float
     m: float
     volume_error: float
     conformation: Health | None
+
+    @property
+    def dU(self) -> Array:
+        """Velocity of each particle relative to the one upstream of it, (N-1,)."""
+        return np.diff(self.U)
+
+    @property
+    def dp_plus(self) -> float:
+        """Pressure drop that the particles cause."""
+        return self.dp - self.dp_without_particles
 
 
 def extents(outline: Array) -> tuple[float, float, float]:
@@ -75,8 +87,10 @@ def gaps(bodies: list[Body], h: Array) -> Array:
     return np.array([b[-1, 0] - a[0, 0] for a, b in pairwise(outlines)])
 
 
-def observe(scene: Scene, constraints: Constraints, y: Array, h: Array, x: Array) -> Observation:
-    """Read the observation off a solution."""
+def observe(
+    scene: Scene, constraints: Constraints, y: Array, h: Array, x: Array, dp_without_particles: float
+) -> Observation:
+    """Read the observation off a solution, given the pressure drop of the same tube without particles."""
     velocity = constraints.V @ y
     U, D, change = [], [], 0.0
     for body in scene.bodies:
@@ -94,7 +108,14 @@ def observe(scene: Scene, constraints: Constraints, y: Array, h: Array, x: Array
         liquid = scene.liquid
         conformation = health(liquid.nodal("s", x), scene.positions(x), liquid.six_node_mesh)
     return Observation(
-        gaps(scene.bodies, h), np.array(U), np.array(D), scene.pressure_drop(x), float(x[scene.m]), change, conformation
+        d=gaps(scene.bodies, h),
+        U=np.array(U),
+        D=np.array(D),
+        dp=scene.pressure_drop(x),
+        dp_without_particles=dp_without_particles,
+        m=float(x[scene.m]),
+        volume_error=change,
+        conformation=conformation,
     )
 
 

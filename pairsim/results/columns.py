@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 
 @dataclass(frozen=True)
@@ -136,7 +135,13 @@ def series_columns(n: int) -> list[str]:
 
 
 def named_row(
-    t: float, d: Iterable[float], U: Iterable[float], D: Iterable[float], dp: float, dp_plus: float
+    t: float,
+    d: Iterable[float],
+    U: Iterable[float],
+    dU: Iterable[float],
+    D: Iterable[float],
+    dp: float,
+    dp_plus: float,
 ) -> dict[str, float]:
     """One row of the series under the names of `series_columns`.
 
@@ -144,18 +149,18 @@ def named_row(
         t: Time.
         d: The N-1 gaps, from upstream (empty below two particles).
         U: The N velocities, from upstream.
+        dU: The N-1 relative velocities over the gaps, from upstream.
         D: The N Taylor parameters, from upstream.
         dp: Pressure drop over the length of the tube.
         dp_plus: The part of it that the particles cause.
 
     Raises:
-        ValueError: The lengths of `d`, `U` and `D` do not fit each other.
+        ValueError: The lengths of `d`, `U`, `dU` and `D` do not fit each other.
     """
-    gaps, velocities, shapes = ([float(value) for value in values] for values in (d, U, D))
+    gaps, velocities, differences, shapes = ([float(value) for value in values] for values in (d, U, dU, D))
     n = len(velocities)
-    if len(shapes) != n or len(gaps) != max(n - 1, 0):
+    if len(shapes) != n or len(gaps) != max(n - 1, 0) or len(differences) != len(gaps):
         raise ValueError(f"{n} velocities, {len(shapes)} Taylor parameters and {len(gaps)} gaps do not fit each other")
-    differences = [after - before for before, after in pairwise(velocities)]
     if n == 2:  # trailing = 1 = upstream; the header names the leading one first
         middle = [*gaps, *velocities[::-1], *differences, *shapes[::-1]]
     else:

@@ -36,7 +36,6 @@ class Point:
     Attributes:
         parameters: Where it is.
         observation: What is read off it.
-        dp_plus: Pressure drop that the particles cause.
         slopes: d(dU)/dd of every gap when all distances change together.
         drifts: Change of every dU by the terms that a quasi-steady scene leaves out, to first order.
         sensitivities: Derivatives of every dU by Ca_e, De and beta where the scene has them; empty when not asked for.
@@ -48,7 +47,6 @@ class Point:
 
     parameters: Parameters
     observation: Observation
-    dp_plus: float
     slopes: Array
     drifts: Array
     sensitivities: dict[str, Array]
@@ -70,12 +68,12 @@ class Point:
     @property
     def dUs(self) -> Array:
         """Relative velocities over the gaps, (N-1,)."""
-        return np.diff(self.observation.U)
+        return self.observation.dU
 
     @property
     def dU(self) -> float:
-        """Velocity of the leading particle relative to the trailing one."""
-        return float(self.observation.U[-1] - self.observation.U[0])
+        """That of a pair."""
+        return float(self.dUs[0])
 
 
 def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -> SteadyProblem:
@@ -299,11 +297,10 @@ class Branch:
         errors = None
         if len(self.scenes) > 1:
             coarse = self.scenes[1]
-            errors = np.abs(np.diff(observation.U) - np.diff(coarse.y[coarse.constraints.fields["U_p"]]))
+            errors = np.abs(observation.dU - np.diff(coarse.y[coarse.constraints.fields["U_p"]]))
         return Point(
             fine.parameters,
             observation,
-            observation.dp - fine.drop_without_particles(),
             slopes,
             np.diff(drift(fine)),
             sensitivities(fine) if self._sensitivities else {},

@@ -6,7 +6,7 @@ of dU; a step goes along it, and the way back to the curve, at right angles, is 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -18,7 +18,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.continuation import prepared, reach, where
-from pairsim.solvers.curve import Zero, find_zeros, trace
+from pairsim.solvers.curve import Jump, Zero, find_zeros, trace
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady import Snapshot
 
@@ -33,6 +33,22 @@ MOST_STEPS = 400
 # Zeros of the same slope whose distances differ by less than this part are one, found on two meshes: between two zeros
 # of dU there is one of the other slope.
 SAME = 0.1
+
+
+@dataclass(frozen=True)
+class Region:
+    """Where critical distances are followed.
+
+    Attributes:
+        name: The parameter.
+        values: Its wanted values, ascending.
+        least, most: Distances between which zeros are looked for and followed.
+    """
+
+    name: Followed
+    values: tuple[float, ...]
+    least: float
+    most: float
 
 
 @dataclass(frozen=True)
@@ -66,6 +82,17 @@ class End:
     message: str
 
 
+@dataclass(frozen=True)
+class Missed:
+    """A critical distance that was passed and not found; the message is for people."""
+
+    message: str
+
+
+type Finding = Point | Jump | Critical | Missed | End
+"""What a search for critical distances yields; a point is one of a curve in which zeros are looked for."""
+
+
 def value_of(name: Followed, parameters: Parameters) -> float:
     """The parameter that is followed."""
     return parameters.De if name == "De" else max(parameters.Ca_es)
@@ -78,20 +105,34 @@ def with_value(name: Followed, parameters: Parameters, value: float) -> Paramete
     return replace(parameters, Ca_es=tuple(value if Ca_e else 0.0 for Ca_e in parameters.Ca_es))
 
 
-def search(
-    branch: Branch, least: float, most: float, found: Callable[[Point], None], lost: Callable[[str], None]
-) -> list[Zero]:
-    """All zeros of dU between two distances at the branch's other parameters.
+def search(branch: Branch, least: float, most: float) -> Generator[Point | Jump, None, list[Zero]]:
+    """Look for all zeros of dU between two distances at the branch's other parameters.
 
     Args:
         branch: Any solution.
         least, most: The distances.
-        found: Called with every point of the curve that is solved on the way.
-        lost: Called with what to tell of a change of sign at which there is no zero.
+
+    Yields:
+        Every point of the curve that is solved on the way, and every change of sign at which there is no zero.
+
+    Returns:
+        The zeros, in ascending d.
+
+    Raises:
+        RunFailure: The curve could not be solved, or a zero is there and was not found.
     """
     places = [(float(d),) for d in np.geomspace(most, least, SCAN_POINTS)]
-    points = trace(branch, places, SCAN_TOL, 10 * SCAN_POINTS, lambda point, wanted: found(point))
-    return list(find_zeros(branch, points, lost))
+    points: list[Point] = []
+    for point, _ in trace(branch, places, SCAN_TOL, 10 * SCAN_POINTS):
+        points.append(point)
+        yield point
+    zeros: list[Zero] = []
+    for found in find_zeros(branch, sorted(points, key=lambda p: p.d)):
+        if isinstance(found, Zero):
+            zeros.append(found)
+        else:
+            yield found
+    return zeros
 
 
 @dataclass(frozen=True)
@@ -116,26 +157,13 @@ class Follower:
 
     Args:
         branch: Any solution.
-        name: The parameter.
-        values: Its wanted values, ascending.
-        least, most: Distances between which zeros are followed.
-        found: Called with every critical distance.
-        lost: Called with what to tell of a wanted value that was passed and not found.
+        region: The parameter, its values, and the distances.
     """
 
-    def __init__(
-        self,
-        branch: Branch,
-        name: Followed,
-        values: Sequence[float],
-        least: float,
-        most: float,
-        found: Callable[[Critical], None],
-        lost: Callable[[str], None],
-    ) -> None:
-        self.branch, self.name, self.values = branch, name, np.log(values)
-        self._exact = dict(zip(self.values.tolist(), values, strict=True))
-        self.least, self.most, self.found, self.lost = np.log(least), np.log(most), found, lost
+    def __init__(self, branch: Branch, region: Region) -> None:
+        self.branch, self.name, self.values = branch, region.name, np.log(region.values)
+        self._exact = dict(zip(self.values.tolist(), region.values, strict=True))
+        self.least, self.most = np.log(region.least), np.log(region.most)
 
     def _place(self, x: float, q: float) -> Parameters:
         value = self._exact.get(float(q), float(np.exp(q)))
@@ -158,8 +186,8 @@ class Follower:
         tangent = np.array([gradient[1], -gradient[0]]) / np.linalg.norm(gradient)
         return _Pose(here, -tangent if tangent @ onwards < 0 else tangent, rows, self.branch.snapshots)
 
-    def follow(self, number: int, start: Zero, forward: float) -> End:
-        """Follow one zero until it leaves the parameter's range or the distances.
+    def follow(self, number: int, start: Zero, forward: float) -> Iterator[Critical | Missed | End]:
+        """Follow one zero until it leaves the parameter's range or the distances, which is the last item.
 
         Args:
             number: Number of this line of solutions.
@@ -168,28 +196,29 @@ class Follower:
         """
         fine = self.branch.fine
         self.branch.recall(start.snapshots)
-        self.found(Critical(start.point, number, "wanted"))
+        yield Critical(start.point, number, "wanted")
         pose, step = self._pose(np.array([0.0, forward])), FIRST
         for _ in range(MOST_STEPS):
             change = pose.tangent @ pose.rows
             step = min(step, reach(fine, change, np.array([fine.parameters.gaps[0] * pose.tangent[0]])))
             taken = self._step(number, pose, change, step)
             if isinstance(taken, End):
-                return taken
+                yield taken
+                return
             point, kind, step = taken
             try:
                 before, pose = pose, self._pose(pose.tangent)
             except NoSteadyState:
-                self.found(Critical(point, number, kind))
+                yield Critical(point, number, kind)
                 raise
             if pose.tangent[1] * before.tangent[1] < 0:
-                for beside in self._fold(number, before, pose):
-                    self.found(beside)
-            self.found(Critical(point, number, kind))
+                yield from self._fold(number, before, pose)
+            yield Critical(point, number, kind)
             if kind == "edge":
                 message = f"d leaves the distances that are looked at, at {where(fine.parameters)}"
-                return End(number, "edge", message)
-        return End(number, "no_steady_state", f"{MOST_STEPS} steps did not suffice at {where(fine.parameters)}")
+                yield End(number, "edge", message)
+                return
+        yield End(number, "no_steady_state", f"{MOST_STEPS} steps did not suffice at {where(fine.parameters)}")
 
     def _step(self, number: int, pose: _Pose, change: Array, step: float) -> End | tuple[Point, Kind, float]:
         """Take one step; the end of the line, or the point with its kind and the length of the next step."""
@@ -249,7 +278,7 @@ class Follower:
             return None
         return point
 
-    def _fold(self, number: int, before: _Pose, after: _Pose) -> list[Critical]:
+    def _fold(self, number: int, before: _Pose, after: _Pose) -> Iterator[Critical | Missed]:
         """What lies between two points over which the parameter turned back, in the order of the line.
 
         Two zeros meet at the fold, and wanted values that it is beyond are met twice: on the way there and on the way
@@ -264,7 +293,7 @@ class Follower:
         vanishes = self._beside(after, fold, "vanishes", length)
         sides = (before, slice(top + 1)), (after, slice(None, top - 1 if top else None, -1))
         if vanishes is None:
-            self.lost(f"where two zeros meet, near {where(self._place(*fold))}, was not found")
+            yield Missed(f"where two zeros meet, near {where(self._place(*fold))}, was not found")
         ahead: list[Critical] = []
         back = [] if vanishes is None else [Critical(vanishes, number, "vanishes")]
         for found, (start, part) in zip((ahead, back), sides, strict=True):
@@ -277,9 +306,9 @@ class Follower:
                 if point is not None and (np.log(point.d) - fold[0]) * (at[0] - fold[0]) > 0:
                     found.append(Critical(point, number, "wanted"))
                 else:
-                    self.lost(f"d_cr at {where(self._place(*at))}, next to where two zeros meet, was not found")
+                    yield Missed(f"d_cr at {where(self._place(*at))}, next to where two zeros meet, was not found")
         self.branch.recall(after.snapshots)
-        return [*ahead, *back]
+        yield from (*ahead, *back)
 
     def _beside(self, start: _Pose, at: Array, kind: Kind, most: float) -> Point | None:
         """The zero near a place from a point beside it: at the place's parameter, or at its distance where two meet."""
@@ -292,47 +321,42 @@ class Follower:
         return point if point is not None and np.linalg.norm(self._here() - at) < max(most, 0.02) else None
 
 
-def follow_all(
-    branch: Branch,
-    name: Followed,
-    values: Sequence[float],
-    least: float,
-    most: float,
-    scanned: Callable[[Point], None],
-    found: Callable[[Critical], None],
-    lost: Callable[[str], None],
-    ended: Callable[[End], None],
-) -> None:
+def find_all(branch: Branch, least: float, most: float) -> Iterator[Finding]:
+    """All critical distances between two distances at the branch's other parameters; arguments are those of `search`.
+
+    Raises:
+        RunFailure: The curve in which zeros are looked for could not be solved.
+    """
+    zeros = yield from search(branch, least, most)
+    for number, zero in enumerate(zeros, start=1):
+        yield Critical(zero.point, number, "wanted")
+
+
+def follow_all(branch: Branch, region: Region) -> Iterator[Finding]:
     """All lines of critical distances that pass the first or the last value of a parameter.
 
     Args:
         branch: A solution at the first value and the widest distance.
-        name: The parameter.
-        values: Its wanted values, ascending.
-        least, most: Distances between which zeros are followed.
-        scanned: Called with the points solved in search of zeros.
-        found: Called with every critical distance.
-        lost: Called with what to tell of a change of sign without a zero, or of a wanted value that was not found.
-        ended: Called with the end of every line.
+        region: The parameter, its values, and the distances.
 
     Raises:
         RunFailure: A curve in which zeros are looked for could not be solved.
     """
     seen: list[Critical] = []
-
-    def keep(critical: Critical) -> None:
-        seen.append(critical)
-        found(critical)
-
-    follower = Follower(branch, name, values, least, most, keep, lost)
+    follower = Follower(branch, region)
     count = 0
-    for value, forward in ((values[0], 1.0), (values[-1], -1.0)):
-        branch.at(with_value(name, branch.fine.parameters.with_gap(most), value))
-        for zero in search(branch, least, most, scanned, lost):
-            if not any(same_zero(zero.point, c.point) for c in seen):
-                count += 1
-                ended(follower.follow(count, zero, forward))
-        if len(values) == 1:
+    for value, forward in ((region.values[0], 1.0), (region.values[-1], -1.0)):
+        branch.at(with_value(region.name, branch.fine.parameters.with_gap(region.most), value))
+        zeros = yield from search(branch, region.least, region.most)
+        for zero in zeros:
+            if any(same_zero(zero.point, c.point) for c in seen):
+                continue
+            count += 1
+            for found in follower.follow(count, zero, forward):
+                if isinstance(found, Critical):
+                    seen.append(found)
+                yield found
+        if len(region.values) == 1:
             break
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -33,6 +33,23 @@ class Zero:
 
     point: Point
     snapshots: tuple[Snapshot, ...]
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A change of sign that is no zero: between two points dU jumps from one mesh to another."""
+
+    left: Point
+    right: Point
+
+    @property
+    def message(self) -> str:
+        """What it means, for people."""
+        a, b = self.left, self.right
+        return (
+            f"dU jumps from {a.dU:.2g} to {b.dU:.2g} between d = {a.d:.5g} and {b.d:.5g}, where the mesh changes: "
+            "its sign is within the error of the mesh there; a larger mesh.Np tells"
+        )
 
 
 @dataclass(frozen=True)
@@ -92,12 +109,8 @@ def _doubtful(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
 
 
 def trace(
-    branch: Branch,
-    places: Sequence[tuple[float, ...]],
-    tol: float,
-    max_points: int,
-    found: Callable[[Point, bool], None],
-) -> list[Point]:
+    branch: Branch, places: Sequence[tuple[float, ...]], tol: float, max_points: int
+) -> Iterator[tuple[Point, bool]]:
     """Solve at every wanted place and, where each has one distance for all gaps, at added ones.
 
     Args:
@@ -105,21 +118,20 @@ def trace(
         places: The wanted distances, in the order in which they are solved.
         tol: Points are added until dU between them is known to this part of its largest value.
         max_points: Most points.
-        found: Called with every point and whether it was asked for.
 
-    Returns:
-        All points, in ascending d where there is one distance, otherwise in the given order.
+    Yields:
+        Every point as it is solved, and whether it was asked for.
 
     Raises:
-        RunFailure: The branch could not be followed; `found` has seen the points before.
+        RunFailure: The branch could not be followed.
     """
     parameters = branch.fine.parameters
     points = []
     for place in places:
         points.append(branch.at(replace(parameters, gaps=place)))
-        found(points[-1], True)
+        yield points[-1], True
     if not all(place and len(set(place)) == 1 for place in places):
-        return points
+        return
     points.sort(key=lambda p: p.d)
     known: set[tuple[float, float]] = set()
     while len(points) < max_points:
@@ -133,38 +145,32 @@ def trace(
         for a, b in new:
             d = float(np.sqrt(a.d * b.d))
             point = branch.at(parameters.with_gap(d))
-            found(point, False)
+            yield point, False
             # Halves of a smooth curve bend eight times less; where they do not, what bends is the meshes' difference.
             rough = np.maximum(_bend(a, point), _bend(point, b)) > _bend(a, b) / 2
             if rough[_excess(a, b, wanted)].all() or np.abs(point.dUs - curve(np.log(d))).max() < wanted:
                 known |= {(a.d, d), (d, b.d)}
             points.append(point)
         points.sort(key=lambda p: p.d)
-    return points
 
 
-def find_zeros(branch: Branch, points: list[Point], lost: Callable[[str], None]) -> Iterator[Zero]:
-    """All zeros of dU between the points of a curve over one distance, in ascending d.
+def find_zeros(branch: Branch, points: list[Point]) -> Iterator[Zero | Jump]:
+    """All changes of sign of dU between the points of a curve over one distance, in ascending d.
 
     Args:
         branch: Any solution.
         points: In ascending d.
-        lost: Called with what to tell of a change of sign at which there is no zero.
 
     Raises:
         NoSteadyState: A zero is there and was not found.
     """
     for a, b in pairwise(points):
         if a.dU * b.dU < 0 and max(abs(a.dU), abs(b.dU)) > ROUNDING:
-            found = _zero_between(branch, a, b)
-            if isinstance(found, Zero):
-                yield found
-            else:
-                lost(found)
+            yield _zero_between(branch, a, b)
 
 
-def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | str:
-    """The zero between two points whose dU have different signs; where dU jumps instead, words for it.
+def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Jump:
+    """The zero between two points whose dU have different signs, or the jump.
 
     Raises:
         NoSteadyState: dU goes through zero smoothly and the place was not found.
@@ -183,14 +189,11 @@ def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | str:
         if abs(point.dU) < ALMOST * max(abs(a.dU), abs(b.dU)):
             return Zero(point, branch.snapshots)
         raise NoSteadyState(f"the zero of dU between d = {a.d:.5g} and {b.d:.5g} was lost")
-    return (
-        f"dU jumps from {a.dU:.2g} to {b.dU:.2g} between d = {a.d:.5g} and {b.d:.5g}, where the mesh changes: "
-        "its sign is within the error of the mesh there; a larger mesh.Np tells"
-    )
+    return Jump(a, b)
 
 
 def equilibria(zeros: list[Zero], points: list[Point]) -> list[Equilibrium]:
-    """What is told of the zeros of a curve.
+    """Summary of the zeros of a curve.
 
     Args:
         zeros: In ascending d.

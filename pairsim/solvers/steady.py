@@ -377,7 +377,8 @@ class Steady:
     def observe(self) -> Observation:
         """What is read off the solution."""
         h, x = self.state()
-        return diagnostics.observe(self.scene, self.constraints, self.y, h, x)
+        without_particles = self.developed_flow.gradient * self.problem.length
+        return diagnostics.observe(self.scene, self.constraints, self.y, h, x, without_particles)
 
     @property
     def developed_flow(self) -> PipeState:
@@ -388,10 +389,6 @@ class Steady:
     def centres(self) -> Array:
         """Axial positions of undeformed spheres at these distances, (N,)."""
         return Geometry(self.problem.betas, self.parameters.gaps, self.problem.length).centres
-
-    def drop_without_particles(self) -> float:
-        """Pressure drop of the same tube without particles."""
-        return self.developed_flow.gradient * self.problem.length
 
     def close(self) -> None:
         """Give the solver's memory back."""

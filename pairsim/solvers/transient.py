@@ -350,7 +350,8 @@ class Transient:
                 if valid and distortion > 0 and control.accepts(error):
                     self.counts.steps += 1
                     self.history.push(t + size, h, x, y)
-                    observation = diagnostics.observe(self.scene, self.constraints, y, h, x)
+                    without_particles = self.pipe(t + size).gradient * self.problem.length
+                    observation = diagnostics.observe(self.scene, self.constraints, y, h, x, without_particles)
                     self._U_m = float(observation.U.mean()) if observation.U.size else 0.0
                     self._dt = control.next(self._dt, size, error)
                     self._due = needs_mesh(distortion, observation.d, self.scene.reference.geometry.gaps)

@@ -30,7 +30,8 @@ def solve(pairs: list[tuple[Path, Path]]) -> Outcome:
 
     # isort: split
     from pairsim.drivers.curve import WarmStart, run_curve
-    from pairsim.drivers.progress import make_reporter
+    from pairsim.drivers.progress import Reporter
+    from pairsim.drivers.session import Options
     from pairsim.results.curve_plots import plot_curve
 
     comm, warm_start = MPI.COMM_WORLD, WarmStart()
@@ -38,15 +39,8 @@ def solve(pairs: list[tuple[Path, Path]]) -> Outcome:
         for file, directory in pairs:
             case = load_curve(file)
             command = shlex.join(["pairsim", "curve", str(file), "-o", str(directory)])
-            outcome = run_curve(
-                case,
-                directory,
-                comm=comm,
-                overwrite=True,
-                reporter=make_reporter(True, comm.rank),
-                command=command,
-                warm_start=warm_start,
-            )
+            options = Options(comm, overwrite=True, reporter=Reporter(), command=command)
+            outcome = run_curve(case, directory, options, warm_start=warm_start)
             if outcome.status == "finished" and comm.rank == 0:
                 with suppress(OSError):  # a picture can be drawn again
                     plot_curve(directory, directory)

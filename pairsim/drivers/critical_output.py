@@ -1,0 +1,99 @@
+"""What a search for critical distances leaves behind as it goes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from pairsim.config.curve_case import CriticalCase
+from pairsim.drivers.quasi_steady import health_columns, point_row
+from pairsim.drivers.session import Session
+from pairsim.results.columns import CRITICAL_COLUMNS
+from pairsim.results.output import write_table
+from pairsim.solvers.branch import Point
+from pairsim.solvers.critical import Critical, End, Finding, Missed
+from pairsim.solvers.curve import Jump
+
+
+class CriticalOutput:
+    """Shows and writes what a search yields; every process calls it, the first one does it.
+
+    Args:
+        case: The case.
+        session: Where to.
+
+    Attributes:
+        rows: Those of critical.csv.
+        points: The critical distances.
+        ends: Entries of run.json on the ends of the branches.
+        warnings: What the user should know of the results.
+    """
+
+    def __init__(self, case: CriticalCase, session: Session) -> None:
+        self.session = session
+        errors = ["mesh_error", "d_error"] if case.mesh_error else []
+        self._columns = [*CRITICAL_COLUMNS, *errors, *health_columns(case)]
+        self.rows: list[dict[str, Any]] = []
+        self.points: list[Point] = []
+        self.ends: list[dict[str, Any]] = []
+        self.warnings: list[str] = []
+        self._solved = self._wanted = 0
+        self.begin_line({})
+
+    @property
+    def branches(self) -> int:
+        """Number of branches with a critical distance."""
+        return max((row["branch"] for row in self.rows), default=0)
+
+    def begin_line(self, line: dict[str, float]) -> None:
+        """Number the branches that come on from those before, and name the line they belong to in their ends."""
+        self._line, self._branches_before = line, self.branches
+
+    def take(self, found: Finding) -> None:
+        """Show what was found, and write a critical distance.
+
+        Raises:
+            WriteFailure: The table cannot be written.
+        """
+        match found:
+            case Point():
+                self._solved += 1
+                text = f"search: d = {found.d:.5f}  dU = {found.dU:+.4e}"
+                self.session.reporter.update(self._wanted, text, self._solved)
+            case Critical():
+                self._take_critical(found)
+            case End():
+                numbered = replace(found, branch=found.branch + self._branches_before)
+                self.ends.append({**self._line, **vars(numbered)})
+                self.session.reporter.note(f"branch {numbered.branch}: {numbered.message}")
+            case Jump() | Missed():
+                self.warnings.append(found.message)
+
+    def _take_critical(self, critical: Critical) -> None:
+        point, number = critical.point, critical.branch + self._branches_before
+        self._solved += 1
+        self._wanted += critical.kind == "wanted"
+        self.points.append(point)
+        row: dict[str, Any] = dict(point_row(point))
+        place = point.parameters
+        row |= {"Ca_e": max(place.Ca_es), "De": place.De, "d_cr": point.d, "U": row["U_T"]}
+        row |= {"kind": critical.kind, "branch": number, "stable": "true" if row["slope"] < 0 else "false"}
+        if "mesh_error" in row:
+            row["d_error"] = row["mesh_error"] / abs(row["slope"])
+        self.rows.append({name: row[name] for name in self._columns})
+        text = f"Ca_e = {row['Ca_e']:.5g}  De = {place.De:.5g}  d_cr = {point.d:.5f}  {critical.kind}"
+        self.session.reporter.update(self._wanted, text, self._solved)
+        self.write()
+
+    def write(self) -> None:
+        """Write the table.
+
+        Raises:
+            WriteFailure: It cannot be written.
+        """
+
+        def write() -> None:
+            assert self.session.folder is not None
+            write_table(self.session.folder.file("critical.csv"), self._columns, self.rows)
+
+        self.session.write(write)

@@ -1,0 +1,121 @@
+"""What a curve leaves behind as it goes: its points, its zeros and the fields at chosen distances."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import closing, suppress
+from typing import Any
+
+import numpy as np
+
+from pairsim.config.curve_case import CurveCase
+from pairsim.drivers.quasi_steady import health_columns, point_row
+from pairsim.drivers.session import Session
+from pairsim.results.columns import curve_columns
+from pairsim.results.fields import SteadyMoment, frame
+from pairsim.results.output import write_table
+from pairsim.results.xdmf import FieldFrame, FieldsWriter
+from pairsim.solvers.branch import Point
+from pairsim.solvers.curve import Equilibrium
+from pairsim.solvers.steady import Steady
+
+
+def _shown(point: Point, count: int) -> str:
+    """A point in a line of progress."""
+    o = point.observation
+    gaps = f"d = {', '.join(f'{d:.5f}' for d in point.gaps)}  " if point.gaps else ""
+    velocities = ", ".join(f"{dU:+.4e}" for dU in o.dU) if o.U.size > 1 else f"{o.U[0]:.6f}"
+    name = "dU" if o.U.size > 1 else "U"
+    return f"{gaps}{name} = {velocities}  Newton {point.newton}  point {count}"
+
+
+class CurveOutput:
+    """Shows and writes what a curve yields; every process calls it, the first one does it.
+
+    Args:
+        case: The case.
+        session: Where to.
+        expected: How many points are wanted.
+        sensitivities: Whether points have derivatives by the parameters.
+
+    Attributes:
+        points: With whether each was asked for; in ascending d where all gaps have one distance.
+        warnings: What the user should know of the results.
+    """
+
+    def __init__(self, case: CurveCase, session: Session, expected: int, sensitivities: bool) -> None:
+        self.case, self.session, self.expected = case, session, expected
+        self.points: list[tuple[Point, bool]] = []
+        self.warnings: list[str] = []
+        parameters = [name for name, value in (("Ca_e", max(case.Ca_es)), ("De", case.De), ("beta", 1.0)) if value]
+        columns = curve_columns(case.n, case.common, case.mesh_error, parameters if sensitivities else [])
+        self._columns = [*columns, *health_columns(case)]
+        self._frames: list[FieldFrame] = []
+
+    def take(self, point: Point, wanted: bool, scene: Steady) -> None:
+        """Write a point, and keep its fields if they are wanted.
+
+        Args:
+            point: The point.
+            wanted: Whether it was asked for.
+            scene: The scene, as it is there.
+
+        Raises:
+            WriteFailure: The table cannot be written.
+        """
+        self.points.append((point, wanted))
+        count = len(self.points)
+        self.session.reporter.update(min(count, self.expected), _shown(point, count), count)
+        if self.case.common:
+            self.points.sort(key=lambda entry: entry[0].d)
+        self._write("curve.csv", self._columns, [point_row(p) | {"wanted": float(asked)} for p, asked in self.points])
+        if self.session.folder is not None and any(abs(point.d - d) < 1e-9 * d for d in self.case.fields):
+            (h, x), flow = scene.state(), scene.developed_flow
+            undeformed = np.concatenate([np.zeros(body.size) for body in scene.bodies])
+            for body, centre in zip(scene.bodies, scene.centres, strict=True):
+                undeformed[body.start : body.start + body.size : 2] = centre
+            moment = SteadyMoment(point.d, scene.scene, scene.meshes, x, h, scene.constraints.V @ scene.y)
+            self._frames.append(frame(moment, undeformed, flow))
+
+    def take_zeros(self, zeros: Sequence[Equilibrium]) -> None:
+        """Write equilibria.csv.
+
+        Raises:
+            WriteFailure: It cannot be written.
+        """
+        words = {True: "true", False: "false"}
+        rows = []
+        for z in zeros:
+            row: dict[str, Any] = {"d": z.d, "stable": words[z.stable], "slope": z.slope, "peak": z.peak}
+            if z.d_error is not None and z.certain is not None:
+                row |= {"d_error": z.d_error, "certain": words[z.certain]}
+            rows.append(row)
+        columns = ["d", "stable", "slope", "peak", *(["d_error", "certain"] if self.case.mesh_error else [])]
+        self._write("equilibria.csv", columns, rows)
+
+    def finish(self) -> None:
+        """Write the fields: in ascending distance, which is not the order in which they were solved.
+
+        Raises:
+            WriteFailure: They cannot be written; not raised where a signal has stopped the work at once.
+        """
+
+        def write() -> None:
+            assert self.session.folder is not None
+            if self._frames:
+                with closing(FieldsWriter(self.session.folder.path)) as fields:
+                    for kept in sorted(self._frames, key=lambda kept: kept.t):
+                        fields.write(kept)
+
+        if not self.session.stopped_at_once:
+            self.session.write(write)
+        elif self.session.folder is not None:
+            with suppress(OSError):
+                write()
+
+    def _write(self, name: str, columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> None:
+        def write() -> None:
+            assert self.session.folder is not None
+            write_table(self.session.folder.file(name), columns, rows)
+
+        self.session.write(write)

@@ -1,0 +1,90 @@
+"""What curve and critical share: the row of a quasi-steady solution, the costs of a branch, the end of run.json."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from pairsim.config.case import SceneCase
+from pairsim.drivers.outcome import Outcome
+from pairsim.drivers.session import Session
+from pairsim.drivers.warnings import coarse_mesh, near_ends, unresolved_stress
+from pairsim.results.columns import CURVE_HEALTH, POLYMER_HEALTH, gap_endings, named_row
+from pairsim.solvers.branch import Branch, Point
+
+INTERRUPTED = "stopped by a signal; what was written so far stands"
+
+
+def health_columns(case: SceneCase) -> tuple[str, ...]:
+    """The columns of a table of quasi-steady solutions that say how sound they are."""
+    return CURVE_HEALTH + (POLYMER_HEALTH if case.polymer else ())
+
+
+def point_row(point: Point) -> dict[str, float]:
+    """Everything known of a quasi-steady solution, under the names of its columns."""
+    o = point.observation
+    row = named_row(0.0, point.gaps, o.U, o.dU, o.D, o.dp, o.dp_plus)
+    gaps = gap_endings(o.d.size + 1)
+    values = {"slope": point.slopes, "drift": point.drifts, "mesh_error": point.mesh_errors}
+    values |= {f"by_{name}": change for name, change in point.sensitivities.items()}
+    for name, each in values.items():
+        row |= {name + gap: value for gap, value in zip(gaps, each if each is not None else (), strict=False)}
+    row |= {"newton": point.newton, "meshes": point.meshes, "m": o.m}
+    row |= {"volume_error": o.volume_error, "distortion": point.distortion}
+    if o.conformation is not None:
+        c = o.conformation
+        row |= dict(zip(POLYMER_HEALTH, (c.c_max, c.z, c.r, c.c_min, c.s_jump), strict=True))
+    return {name: float(value) for name, value in row.items()}
+
+
+def costs(branch: Branch | None) -> tuple[dict[str, Any], dict[str, float]]:
+    """What a branch has cost: counts, and seconds by phase."""
+    if branch is None:
+        return {}, {}
+    counts = {
+        "newton_iterations": sum(s.iterations for s in branch.scenes),
+        "factorisations": sum(s.factorisations for s in branch.scenes),
+        "meshes": sum(s.meshes for s in branch.scenes),
+        "unknowns": branch.fine.constraints.size,
+    }
+    phases: dict[str, float] = {}
+    for scene in branch.scenes:
+        for name, seconds in scene.clock.seconds.items():
+            phases[name] = phases.get(name, 0.0) + seconds
+    return counts, phases
+
+
+def conclude(
+    case: SceneCase,
+    session: Session,
+    outcome: Outcome,
+    branch: Branch | None,
+    points: Sequence[Point],
+    warnings: Sequence[str],
+    summary: dict[str, Any],
+) -> Outcome:
+    """Write and show the end: the outcome, the costs, and the warnings, those of mesh, stresses and tube added.
+
+    Args:
+        case: The case.
+        session: Of the command.
+        outcome: How its work ended.
+        branch: What it solved with, None if it did not come so far.
+        points: What it solved.
+        warnings: What there is to say besides.
+        summary: Entries of run.json besides.
+
+    Returns:
+        The outcome, on the first process that of a failure where run.json cannot be written.
+    """
+    counts, phases = costs(branch)
+    seen = [c.s_jump for p in points if (c := p.observation.conformation) is not None]
+    stress = unresolved_stress(case, max(seen, default=0.0))
+    warnings = [*warnings, *coarse_mesh(case), *stress, *near_ends(case, case.cluster)]
+    for warning in warnings:
+        session.reporter.note(warning)
+    try:
+        session.record.write(outcome, {**summary, **counts, "warnings": warnings}, phases)
+    except OSError as error:
+        return Outcome("failed", "write_failed", f"run.json cannot be written: {error}")
+    return outcome
