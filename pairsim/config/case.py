@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from pairsim.config.accuracy import DEFAULT, LEAST_THINNING, PIPE_CELL, SETTINGS, Accuracy
-from pairsim.physics.materials.polymer import Polymer
+from pairsim.physics.materials.polymer import Name, Polymer
 from pairsim.runtime.errors import InputError
 
 
@@ -133,7 +133,7 @@ class SceneCase(_Options):
     name: str | None = Field(None, pattern=r"^\w[\w.+-]{0,99}$", description="name of the run's folder")
     particles: Whole = Field(2, ge=0, le=50, description="number of particles on the axis")
     xi: Number = Field(0.09, ge=0, le=1, description="solvent viscosity over eta_0 (De > 0)")
-    liquid: Literal["newtonian", "oldroyd-b", "giesekus", "ptt-linear", "ptt-exp", "fene-p"] | None = Field(
+    liquid: Literal["newtonian", Name] | None = Field(
         None, description="constitutive law; giesekus by default, newtonian at De = 0"
     )
     alpha: Unit | None = Field(None, description="Giesekus mobility; 0.2 by default (liquid: giesekus)")
