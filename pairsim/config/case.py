@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from pairsim.config.accuracy import DEFAULT, LEAST_THINNING, PIPE_CELL, SETTINGS, Accuracy
-from pairsim.physics.materials.polymer import Name, Polymer
+from pairsim.physics.materials.polymer import PARAMETERS, Name, Polymer
 from pairsim.runtime.errors import InputError
 
 
@@ -185,7 +185,8 @@ class SceneCase(_Options):
         if self.De == 0 or law == "newtonian":
             return None
         alpha = 0.2 if self.alpha is None else self.alpha
-        return Polymer(law, self.De, self.xi, alpha if law == "giesekus" else 0.0, self.epsilon or 0.0, self.L2 or 0.0)
+        alpha = alpha if law in PARAMETERS["alpha"] else 0.0
+        return Polymer(law, self.De, self.xi, alpha, self.epsilon or 0.0, self.L2 or 0.0)
 
     @property
     def notes(self) -> list[str]:
@@ -226,9 +227,7 @@ class SceneCase(_Options):
         law = [f"De{self.De:g}"]
         if self.polymer is not None:
             law += [] if self.polymer.name == "giesekus" else [self.polymer.name]
-            law += [
-                f"{key}{value:g}" for key in ("alpha", "epsilon", "L2") if (value := getattr(self, key)) is not None
-            ]
+            law += [f"{key}{value:g}" for key in PARAMETERS if (value := getattr(self, key)) is not None]
         if self.n == 0:
             return ["pipe", *law]
         parts = [f"beta{shown(self.beta)}", *law, f"Cae{shown(self.Ca_e)}"]
@@ -241,7 +240,7 @@ class SceneCase(_Options):
             data["length"] = self.tube_length
         if self.polymer is not None:
             data["liquid"] = self.polymer.name
-            data["alpha"] = self.polymer.alpha if self.polymer.name == "giesekus" else None
+            data["alpha"] = self.polymer.alpha if self.polymer.name in PARAMETERS["alpha"] else None
         return {k: v for k, v in data.items() if v is not None}
 
 
@@ -304,7 +303,7 @@ def check_scene(case: SceneCase, source: str, counts: dict[str, int]) -> None:
             refuse("liquid", law, "another law, or De: 0: a Newtonian liquid has no relaxation time")
         if case.xi == 0:
             refuse("xi", case.xi, "above 0 in a viscoelastic liquid")
-        for key, laws in (("alpha", ("giesekus",)), ("epsilon", ("ptt-linear", "ptt-exp")), ("L2", ("fene-p",))):
+        for key, laws in PARAMETERS.items():
             value = getattr(case, key)
             if value is not None and law not in laws:
                 refuse(key, value, f"nothing: {key} belongs to {' and '.join(laws)}, the liquid is {law}")
