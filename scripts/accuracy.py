@@ -1,6 +1,6 @@
-"""Speed against error: the tables and the picture of docs/accuracy.md. Run it with .venv/bin/python.
+"""Speed against error: the tables and the picture of docs/accuracy.md.
 
-usage: .venv/bin/python scripts/accuracy [-o runs/accuracy] [--only WORD] [--hard DIR] [--peers CSV] [--table]
+usage: scripts/accuracy [-o runs/accuracy] [--only WORD] [--hard DIR] [--peers CSV] [--table]
 
 Runs every study of configs/accuracy, one process at a time since times are wanted (some two hours), a stretch of the
 published way by plain Newton, and factorisations of growing size. The same command goes on after any kind of end; with
@@ -17,6 +17,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -107,12 +108,12 @@ def growth() -> dict[str, dict[str, Any]]:
             scene, newton = branch.fine, branch.fine.newton
             newton.factor_at(scene.y)
             before = dict(scene.clock.seconds)
-            both = seconds(lambda newton=newton, scene=scene: newton.factor_at(scene.y))
+            both = seconds(partial(newton.factor_at, scene.y))
             inside = [scene.clock.seconds[name] - before[name] for name in ("assembly", "factorisation")]
             factorisation = both * inside[1] / sum(inside)
             r = newton.residual_at(scene.y)
             row = {"unknowns": scene.constraints.size, "factorisation": factorisation, "assembly": both - factorisation}
-            row["solve"] = seconds(lambda newton=newton, r=r: newton.linear_solve(r))
+            row["solve"] = seconds(partial(newton.linear_solve, r))
             row["iteration"] = row["assembly"] + factorisation + row["solve"]
             row["memory"] = newton.factor_megabytes
             rows.append(row)
@@ -127,7 +128,8 @@ def growth() -> dict[str, dict[str, Any]]:
 def main() -> int:
     """Compute, then write the page."""
     with_one_thread()
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    form = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(prog="accuracy", description=__doc__, formatter_class=form)
     parser.add_argument("-o", "--output", type=Path, default=Path("runs/accuracy"))
     parser.add_argument("--only", default="", metavar="WORD", help="studies whose name contains it; writes no page")
     parser.add_argument("--hard", type=Path, help="folder of scripts/hard")

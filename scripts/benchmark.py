@@ -1,8 +1,8 @@
 """The figures of docs/newtonian.md, viscoelastic.md and quasi-steady.md, and what made runs faster.
 
-Run it with .venv/bin/python; without arguments it makes fig6.
+Without arguments it makes fig6.
 
-usage: .venv/bin/python scripts/benchmark [fig6] [fig3] [ends] [curve] [drift] [savings]
+usage: scripts/benchmark [fig6] [fig3] [ends] [curve] [drift] [savings]
 
 fig6   beta .4, d_0 .1, Ca_e 0 to .15 as in Fig. 6 of the paper; draws docs/fig6.png
 fig3   beta .4, d_0 .1, Ca_e .1, De 1 on four meshes and with four tolerances as in Fig. 3; draws docs/fig3.png
@@ -328,7 +328,8 @@ if __name__ == "__main__":
         **{"fig6": fig6, "fig3": fig3, "ends": ends},
         **{"curve": curve_cost, "drift": drift, "savings": savings},
     }
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    form = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(prog="benchmark", description=__doc__, formatter_class=form)
     parser.add_argument("parts", nargs="*", metavar="PART", choices=parts, default=["fig6"])
     for name in parser.parse_args().parts:
         parts[name]()

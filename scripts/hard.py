@@ -1,6 +1,6 @@
-"""Runs every case of configs/hard and tells how each ended. Run it with .venv/bin/python.
+"""Runs every case of configs/hard and tells how each ended.
 
-usage: .venv/bin/python scripts/hard [-o runs/hard] [-n 2] [--case-timeout 600] [--only WORD] [--table]
+usage: scripts/hard [-o runs/hard] [-n 2] [--case-timeout 600] [--only WORD] [--table]
 
 One sweep for the files run-*.yaml and one for curve-*.yaml, under mpirun where -n is above 1 and there is one. The same
 command goes on after any kind of end. Writes hard.csv and hard.md into the folder.
@@ -115,7 +115,8 @@ def cell(value: Any) -> str:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    form = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(prog="hard", description=__doc__, formatter_class=form)
     parser.add_argument("-o", "--output", type=Path, default=Path("runs/hard"))
     parser.add_argument("-n", type=int, default=2, help="processes")
     parser.add_argument("--case-timeout", type=float, default=600.0, help="seconds")

@@ -1,4 +1,4 @@
-# Sourced by scripts/pairsim and scripts/test: makes .venv at the project's root on first use.
+# Sourced by the commands of this folder: makes .venv at the project's root on first use.
 # usage: setup_venv EXTRAS, such as `setup_venv wheel` or `setup_venv wheel,dev`
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)

@@ -133,6 +133,12 @@ def test_resolved_case_reads_back_as_itself(path: Path, tmp_path: Path) -> None:
     assert load_case(again).resolved() == case.resolved()
 
 
+def test_index_of_the_examples_names_each() -> None:
+    index = (ROOT / "configs" / "README.md").read_text()
+    for path in (ROOT / "configs").glob("*.yaml"):
+        assert f"| `{path.name}` |" in index
+
+
 @pytest.mark.parametrize(("load", "name"), [(load_curve, "curve"), (load_critical, "critical")])
 def test_resolved_cases_of_other_commands_too(load: Callable[[Path], SceneCase], name: str, tmp_path: Path) -> None:
     case = load(ROOT / "configs" / f"{name}.yaml")

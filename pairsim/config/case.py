@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from pairsim.config.accuracy import DEFAULT, LEAST_THINNING, PIPE_CELL, SETTINGS, Accuracy
-from pairsim.physics.materials.polymer import Law, Polymer
+from pairsim.physics.materials.polymer import PARAMETERS, Law, Name, Polymer
 from pairsim.runtime.errors import InputError
 
 
@@ -133,7 +133,7 @@ class SceneCase(_Options):
     name: str | None = Field(None, pattern=r"^\w[\w.+-]{0,99}$", description="name of the run's folder")
     particles: Whole = Field(2, ge=0, le=50, description="number of particles on the axis")
     xi: Number = Field(0.09, ge=0, le=1, description="solvent viscosity over eta_0 (De > 0)")
-    liquid: Literal["newtonian", "oldroyd-b", "giesekus", "ptt-linear", "ptt-exp", "fene-p"] | None = Field(
+    liquid: Literal["newtonian", Name] | None = Field(
         None, description="constitutive law; giesekus by default, newtonian at De = 0"
     )
     alpha: Unit | None = Field(None, description="Giesekus mobility; 0.2 by default (liquid: giesekus)")
@@ -185,7 +185,8 @@ class SceneCase(_Options):
         if self.De == 0 or name == "newtonian":
             return None
         alpha = 0.2 if self.alpha is None else self.alpha
-        return Law(name, self.xi, alpha if name == "giesekus" else 0.0, self.epsilon or 0.0, self.L2 or 0.0)
+        alpha = alpha if name in PARAMETERS["alpha"] else 0.0
+        return Law(name, self.xi, alpha, self.epsilon or 0.0, self.L2 or 0.0)
 
     @property
     def polymer(self) -> Polymer | None:
@@ -231,9 +232,7 @@ class SceneCase(_Options):
         law = [f"De{self.De:g}"]
         if self.polymer is not None:
             law += [] if self.polymer.name == "giesekus" else [self.polymer.name]
-            law += [
-                f"{key}{value:g}" for key in ("alpha", "epsilon", "L2") if (value := getattr(self, key)) is not None
-            ]
+            law += [f"{key}{value:g}" for key in PARAMETERS if (value := getattr(self, key)) is not None]
         if self.n == 0:
             return ["pipe", *law]
         parts = [f"beta{shown(self.beta)}", *law, f"Cae{shown(self.Ca_e)}"]
@@ -246,7 +245,7 @@ class SceneCase(_Options):
             data["length"] = self.tube_length
         if self.polymer is not None:
             data["liquid"] = self.polymer.name
-            data["alpha"] = self.polymer.alpha if self.polymer.name == "giesekus" else None
+            data["alpha"] = self.polymer.alpha if self.polymer.name in PARAMETERS["alpha"] else None
         return {k: v for k, v in data.items() if v is not None}
 
 
@@ -309,7 +308,7 @@ def check_scene(case: SceneCase, source: str, counts: dict[str, int]) -> None:
         law = case.law.name
         if case.xi == 0:
             refuse("xi", case.xi, "above 0 in a viscoelastic liquid")
-        for key, laws in (("alpha", ("giesekus",)), ("epsilon", ("ptt-linear", "ptt-exp")), ("L2", ("fene-p",))):
+        for key, laws in PARAMETERS.items():
             value = getattr(case, key)
             if value is not None and law not in laws:
                 refuse(key, value, f"nothing: {key} belongs to {' and '.join(laws)}, the liquid is {law}")

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import logging
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import yaml
@@ -19,34 +18,26 @@ from matplotlib.tri import Triangulation
 from pairsim.results.columns import column
 from pairsim.results.meridional_section import Surface, outlines, tessellate
 from pairsim.results.output import read_series
-from pairsim.results.render import Picture, RenderError, render
 from pairsim.results.xdmf import FieldFrame, read_frame, read_times
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
-log = logging.getLogger(__name__)
-
-Renderer = Literal["auto", "pyvista", "matplotlib"]
-PIXELS = 640  # of a rendered tube diameter
 GREY = "0.72"
 NOISE = 1e-9  # a curve below this is zero to rounding and not blown up to fill its panel
 
 
-def plot_run(directory: Path, out: Path | None = None, *, renderer: Renderer = "auto") -> list[Path]:
+def plot_run(directory: Path, out: Path | None = None) -> list[Path]:
     """Draw series.png, and fields.png where fields were written, and perturbation.png in a viscoelastic liquid.
 
     Args:
         directory: Folder of a run, finished or not.
         out: Folder of the pictures, made if needed; the run's own by default.
-        renderer: What draws the fields. `auto` is pyvista, or matplotlib where nothing can be rendered off screen; the
-            picture then says so.
 
     Returns:
         The files written.
 
     Raises:
         InputError: The folder is not that of a run, or holds no results yet.
-        RenderError: `renderer` is "pyvista" and this machine cannot render.
     """
     if not (directory / "series.csv").is_file():
         raise InputError(str(directory), "", None, "is not the folder of a run: it has no series.csv")
@@ -62,7 +53,7 @@ def plot_run(directory: Path, out: Path | None = None, *, renderer: Renderer = "
     written = [draw_series(series, case, target / "series.png")]
     if (directory / "fields.h5").is_file() and (count := len(read_times(directory))):
         frames = [read_frame(directory, i) for i in ((0, count - 1) if count > 1 else (0,))]
-        written.append(draw_fields(frames, case, target / "fields.png", renderer=renderer))
+        written.append(draw_fields(frames, case, target / "fields.png"))
         if set(PERTURBATIONS) <= set(frames[-1].point_data) and case.get("particles", 2):
             written.append(draw_perturbation(frames[-1], case, target / "perturbation.png"))
     return written
@@ -166,40 +157,23 @@ class _View:
     lines: list[Array]
 
 
-def draw_fields(frames: list[FieldFrame], case: dict[str, Any], path: Path, *, renderer: Renderer = "auto") -> Path:
+def draw_fields(frames: list[FieldFrame], case: dict[str, Any], path: Path) -> Path:
     """The meridional section around the particles, one row a frame: u_z in the liquid, tau_zz in the soft particles.
 
     Args:
         frames: At least one frame.
         case: Content of case.yaml, for the title.
         path: The PNG.
-        renderer: See `plot_run`.
-
-    Raises:
-        RenderError: `renderer` is "pyvista" and this machine cannot render.
     """
     views = _views(frames)
     flow, stress = _scales(views)
-    images: list[Any] | None = None
-    note = ""
-    if renderer != "matplotlib":
-        try:
-            images = render([_picture(view, flow, stress) for view in views])
-        except RenderError as error:
-            if renderer == "pyvista":
-                raise
-            log.warning("%s; the fields are drawn with matplotlib instead", error)
-            note = "drawn with matplotlib: this machine cannot render off screen"
     z_min, z_max, r_min, r_max = views[0].window
     width = 9.5
     height = width * (r_max - r_min) / (z_max - z_min) * 0.88 + 0.45
     figure = Figure(figsize=(width, height * len(views) + 1.5), layout="constrained")
     axes = figure.subplots(len(views), 1, squeeze=False)[:, 0]
-    for row, (axis, view) in enumerate(zip(axes, views, strict=True)):
-        if images is not None:
-            axis.imshow(images[row], extent=view.window, interpolation="antialiased", aspect="equal")
-        else:
-            _draw(axis, view, flow, stress)
+    for axis, view in zip(axes, views, strict=True):
+        _draw(axis, view, flow, stress)
         axis.set(xlim=view.window[:2], ylim=view.window[2:], ylabel=r"$r\ [D_c]$", title=f"$t = {view.frame.t:.4g}$")
         axis.title.set_size("medium")
     axes[-1].set_xlabel(r"$z\ [D_c]$")
@@ -211,8 +185,6 @@ def draw_fields(frames: list[FieldFrame], case: dict[str, Any], path: Path, *, r
         bar.locator = MaxNLocator(7)
         bar.update_ticks()
     figure.suptitle(case_title(case))
-    if note:
-        figure.supxlabel(note, fontsize="small", color="0.4")
     figure.savefig(path, dpi=160)
     return path
 
@@ -295,24 +267,8 @@ def _scales(views: list[_View]) -> tuple[ScalarMappable, ScalarMappable]:
     )
 
 
-def _picture(view: _View, flow: ScalarMappable, stress: ScalarMappable) -> Picture:
-    """A view as pyvista gets it: with colours in place of values, and rigid particles as grey fans."""
-    surfaces = [
-        (part.points, part.triangles, (stress if solid else flow).to_rgba(part.values, bytes=True)[:, :3])
-        for part, solid in view.surfaces
-    ]
-    for disc in view.discs:
-        n = len(disc)
-        points = np.vstack([disc, disc.mean(axis=0)])
-        fan = np.column_stack([np.arange(n), (np.arange(n) + 1) % n, np.full(n, n)])
-        surfaces.append((points, fan, np.full((n + 1, 3), round(255 * float(GREY)), dtype=np.uint8)))
-    z_min, z_max, r_min, r_max = view.window
-    size = (round(PIXELS * (z_max - z_min)), round(PIXELS * (r_max - r_min)))
-    return Picture(view.window, size, surfaces, view.lines)
-
-
 def _draw(axis: Axes, view: _View, flow: ScalarMappable, stress: ScalarMappable) -> None:
-    """The same picture by matplotlib alone."""
+    """One view: colours between the nodes are interpolated, rigid particles are grey."""
     for part, solid in view.surfaces:
         scale = stress if solid else flow
         mesh = Triangulation(part.points[:, 0], part.points[:, 1], part.triangles)

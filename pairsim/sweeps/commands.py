@@ -18,6 +18,7 @@ from pairsim.config.case_file import case_from_dict, critical_from_dict, curve_f
 from pairsim.config.cost import Estimate, critical_estimate, curve_estimate, run_estimate
 from pairsim.config.curve_case import CriticalCase, CurveCase
 from pairsim.config.form_kinds import forms_of
+from pairsim.physics.materials.polymer import PARAMETERS
 from pairsim.results.columns import gap_endings
 
 Value = float | int | str | None
@@ -105,7 +106,7 @@ def identity_of(case: SceneCase) -> dict[str, Any]:
     identity = case.resolved()
     identity.pop("name", None)
     if case.polymer is None:
-        for key in ("liquid", "xi", "alpha", "epsilon", "L2"):
+        for key in ("liquid", "xi", *PARAMETERS):
             identity.pop(key, None)
     for key in ("beta", "Ca_e", "d0"):
         value = identity.get(key)

@@ -26,7 +26,7 @@ from pairsim.sweeps.commands import read_told
 from pairsim.sweeps.grid import SweepCase
 from pairsim.sweeps.ledger import cell, read_sweep
 from pairsim.sweeps.progress import SweepReporter
-from pairsim.sweeps.study_file import ZERO, Study, columns
+from pairsim.sweeps.study_file import TABLE, ZERO, Study, columns
 from pairsim.sweeps.sweep import Options, run_sweep
 
 if TYPE_CHECKING:
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 FAMILIES = {"space": "mesh.", "time": "time."}
 """Discretisations that differ in keys with one of these beginnings alone are a family, and have an order."""
 COUNTS = ("unknowns", "steps", "points", "newton_iterations", "factorisations", "remeshings", "meshes")
-TABLE = "study.csv"
 STOPPED = 130
 SAME = 1e-9  # times and distances that agree to this part are the same
 

@@ -16,6 +16,7 @@ from pairsim.sweeps.grid import Grid, SweepCase, flat, grid_from, read_base, val
 
 KEYS = ("name", "command", "base", "discretisations", "quantity", "over", "at", "exact", "reference", "repeat")
 OWN = ("command", "repeat")  # keys of a discretisation that are none of its case
+TABLE = "study.csv"  # what a study leaves behind and its picture is drawn from
 MODELS: dict[str, type[SceneCase]] = {"run": Case, "curve": CurveCase}
 ZERO = "d_cr"
 """Quantity of a curve that is no column of it: the distance at which dU vanishes, the zero with the largest peak."""

@@ -9,7 +9,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.study import TABLE
+from pairsim.sweeps.study_file import TABLE
 
 MARKERS = "osD^vP*X<>"
 

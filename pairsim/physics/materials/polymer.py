@@ -14,6 +14,12 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 Name = Literal["oldroyd-b", "giesekus", "ptt-linear", "ptt-exp", "fene-p"]
+PARAMETERS: dict[str, tuple[Name, ...]] = {
+    "alpha": ("giesekus",),
+    "epsilon": ("ptt-linear", "ptt-exp"),
+    "L2": ("fene-p",),
+}
+"""Parameters beyond De and xi, with the laws that they belong to."""
 
 
 @dataclass(frozen=True)
