@@ -32,6 +32,7 @@ import pairsim.runtime.fenicsx  # noqa: F401 - orders MPI ahead of everything co
 from pairsim.config.case_file import case_from_dict, curve_from_dict
 from pairsim.drivers.problems import problem_of, steady_problem
 from pairsim.fem import phases
+from pairsim.fem.jit import JIT_OPTIONS
 from pairsim.solvers.branch import Branch
 from pairsim.solvers.newton_options import MumpsOptions
 from pairsim.solvers.parameters import Parameters
@@ -104,7 +105,7 @@ def extremum(t: np.ndarray, values: np.ndarray) -> float:
     return float(-b / (2 * a))
 
 
-VISCOELASTIC = {"De": 1.0, "ends": "developed", "length": "auto"}
+VISCOELASTIC: dict[str, Any] = {"De": 1.0, "ends": "developed", "length": "auto"}
 # The mesh that errors are told against.
 FINE = {"Np": 56, "max_size": 0.035}
 
@@ -159,7 +160,7 @@ def fig3() -> None:
 
 
 def ends() -> None:
-    def run(title: str, **changes: object) -> CubicSpline:
+    def run(title: str, **changes: Any) -> CubicSpline:
         steps, transient, seconds = march([6.0], De=1.0, time={"end": 6.0, "tol": 1e-3}, **changes)
         unknowns = transient.constraints.size
         transient.close()
@@ -179,7 +180,7 @@ def branch_of(d: float, mesh_error: bool, **changes: object) -> Branch:
 
 
 def curve_cost() -> None:
-    short = {"ends": "developed", "length": "auto"}
+    short: dict[str, Any] = {"ends": "developed", "length": "auto"}
     for title, changes in (
         ("Newtonian", {}),
         ("Newtonian, developed ends", short),
@@ -244,7 +245,14 @@ def drift() -> None:
         "| difference, % of the peak | left with the drift |"
     )
     for beta, De, Ca_e, d_0, t in DRIFTS:
-        same = {"beta": beta, "De": De, "Ca_e": Ca_e, "ends": "developed", "length": "auto", "mesh": {"Np": 28}}
+        same: dict[str, Any] = {
+            "beta": beta,
+            "De": De,
+            "Ca_e": Ca_e,
+            "ends": "developed",
+            "length": "auto",
+            "mesh": {"Np": 28},
+        }
         steps, transient, _ = march([t], **same, d0=d_0, time={"end": t})
         transient.close()
         d, moving = float(steps[-1].observation.d[0]), dU(steps[-1])
@@ -284,7 +292,7 @@ def savings() -> None:
         )
 
     def flags(*options: str) -> AbstractContextManager[None]:
-        return compiled_with("JIT_OPTIONS", {**phases.JIT_OPTIONS, "cffi_extra_compile_args": [*options]})
+        return compiled_with("JIT_OPTIONS", {**JIT_OPTIONS, "cffi_extra_compile_args": [*options]})
 
     solved: dict[str, Callable[[Problem], Problem]] = {
         "as it is": as_it_is,
