@@ -141,7 +141,7 @@ def check_critical(case: CriticalCase, source: str) -> None:
             raise InputError(source, key, dict(values), f"one of Ca_e and De, such as {key}: {{Ca_e: [0.05, 0.1]}}")
         if "Ca_e" in values and len({Ca_e for Ca_e in case.Ca_es if Ca_e}) != 1:
             raise InputError(source, "Ca_e", list(case.Ca_es), f"one value above 0, which those of {key} replace")
-        if "De" in values and case.law is None:
+        if "De" in values and case.De == 0:
             raise InputError(source, "De", 0, f"above 0; the values of {key} replace it")
     if case.lines is not None and (case.along is None or case.lines.keys() == case.along.keys()):
         raise InputError(source, "lines", dict(case.lines), "the other parameter of along, which must be given too")

@@ -7,13 +7,14 @@ around the shapes as they are; the mesh follows the particles by extension of th
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from pairsim.fem import diagnostics
 from pairsim.fem.constraints import Constraints
-from pairsim.fem.geometry import Geometry, Outline, Reference
-from pairsim.fem.meshing import liquid_mesh
+from pairsim.fem.geometry import Geometry, MeshSettings, Outline, Reference
+from pairsim.fem.meshing import liquid_mesh, make_outlines, particle_meshes
 from pairsim.fem.remeshing import on_root
 from pairsim.fem.scene import Scene, make_bodies
 from pairsim.fem.scene_constraints import extension_constraints
@@ -26,6 +27,29 @@ from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.mesh_transfer import carry_liquid
 from pairsim.solvers.newton import Newton
 from pairsim.solvers.problems import SceneProblem
+
+
+def cut_particles(
+    comm: MPI.Comm, settings: MeshSettings, geometry: Geometry, narrowest: tuple[float, ...], Ca_es: Sequence[float]
+) -> tuple[list[Outline], list[SixNodeMesh | None]]:
+    """Outlines of the particles, and meshes of the soft ones among them, the same on every process.
+
+    Args:
+        comm: Communicator of the case.
+        settings: Cell sizes.
+        geometry: Where the particles are.
+        narrowest: Distances that the outlines are cut for.
+        Ca_es: Elastic capillary numbers.
+
+    Raises:
+        MeshFailure: They could not be made.
+    """
+
+    def cut() -> tuple[list[Outline], list[SixNodeMesh | None]]:
+        outlines = make_outlines(replace(geometry, gaps=narrowest), settings)
+        return outlines, particle_meshes(geometry, settings, outlines, Ca_es)
+
+    return on_root(comm, cut)
 
 
 class MeshedScene:

@@ -15,8 +15,7 @@ from pairsim.fem import diagnostics
 from pairsim.fem.constraints import Constraints
 from pairsim.fem.diagnostics import Observation
 from pairsim.fem.geometry import Geometry, Reference
-from pairsim.fem.meshing import make_outlines, particle_meshes
-from pairsim.fem.remeshing import needs_mesh, on_root
+from pairsim.fem.remeshing import needs_mesh
 from pairsim.fem.scene import Body, Scene
 from pairsim.fem.scene_constraints import steady_base, steady_constraints
 from pairsim.fem.six_node_mesh import SixNodeMesh
@@ -28,7 +27,7 @@ from pairsim.runtime.fenicsx import MPI
 from pairsim.runtime.signals import heed
 from pairsim.solvers.developed_flow import DevelopedFlows
 from pairsim.solvers.mesh_transfer import carry_particles, free_unknowns
-from pairsim.solvers.meshed_scene import MeshedScene
+from pairsim.solvers.meshed_scene import MeshedScene, cut_particles
 from pairsim.solvers.newton import Newton, Report
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
@@ -82,8 +81,7 @@ class Steady:
         geometry = Geometry(problem.betas, parameters.gaps, problem.length)
         narrowest = tuple(min(d, problem.narrowest) for d in parameters.gaps)
         with self.clock("mesh"):
-            outlines = make_outlines(replace(geometry, gaps=narrowest), problem.mesh)
-            insides = on_root(comm, lambda: particle_meshes(geometry, problem.mesh, outlines, parameters.Ca_es))
+            outlines, insides = cut_particles(comm, problem.mesh, geometry, narrowest, parameters.Ca_es)
         self.meshed = MeshedScene(
             comm,
             problem,

@@ -16,8 +16,7 @@ from pairsim.fem import diagnostics
 from pairsim.fem.constraints import Constraints
 from pairsim.fem.diagnostics import Observation
 from pairsim.fem.geometry import Geometry, Outline, Reference
-from pairsim.fem.meshing import make_outlines, particle_meshes
-from pairsim.fem.remeshing import FRESH_DISTORTION, needs_mesh, on_root
+from pairsim.fem.remeshing import FRESH_DISTORTION, needs_mesh
 from pairsim.fem.scene import Body, Scene
 from pairsim.fem.scene_constraints import transient_constraints
 from pairsim.fem.six_node_mesh import SixNodeMesh
@@ -28,7 +27,7 @@ from pairsim.runtime.errors import InvertedCell, MeshFailure, NewtonFailure, Ste
 from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.history import Counts, History, State
 from pairsim.solvers.mesh_transfer import free_unknowns
-from pairsim.solvers.meshed_scene import MeshedScene
+from pairsim.solvers.meshed_scene import MeshedScene, cut_particles
 from pairsim.solvers.newton import Newton, Report
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.step_size import Scheme, extrapolation_weights, land, reached, velocity_error
@@ -99,8 +98,7 @@ class Transient:
         problem = self.problem
         geometry = Geometry(problem.betas, problem.gaps, problem.length)
         with self.clock("mesh"):
-            outlines = make_outlines(geometry, problem.mesh)
-            insides = on_root(self.comm, lambda: particle_meshes(geometry, problem.mesh, outlines, problem.Ca_es))
+            outlines, insides = cut_particles(self.comm, problem.mesh, geometry, geometry.gaps, problem.Ca_es)
         self.meshed = self._particles(outlines, insides)
         h = np.zeros(sum(body.size for body in self.bodies))
         for body, centre in zip(self.bodies, geometry.centres, strict=True):
@@ -181,9 +179,8 @@ class Transient:
 
     def _prescribe_ends(self, x: Array, t: float) -> None:
         """Give developed ends in a full vector the flow of this time."""
-        if self.problem.periodic:
-            return
-        self.scene.prescribe_ends(x, self.comm.bcast(self.pipe(t)))
+        if not self.problem.periodic:
+            self.scene.prescribe_ends(x, self.comm.bcast(self.pipe(t)))
 
     def _first_guess(self, U_m: float) -> Array:
         """A guess on a new mesh: what was carried over; a liquid that remembers nothing is at rest."""
