@@ -225,7 +225,7 @@ def test_a_curve_that_cannot_be_written_ends_typed(tmp_path: Path, monkeypatch: 
     def full(*_: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr("pairsim.drivers.curve_output.write_table", full)
+    monkeypatch.setattr("pairsim.drivers.session.write_table", full)
     made = curve_from_dict(yaml.safe_load(CURVE) | {"mesh": {"Np": 8}, "mesh_error": False}, "test")
     outcome = run_curve(made, tmp_path / "out", OPTIONS)
     assert (outcome.status, outcome.reason) == ("failed", "write_failed")

@@ -9,7 +9,6 @@ from pairsim.config.curve_case import CriticalCase
 from pairsim.drivers.quasi_steady import health_columns, point_row
 from pairsim.drivers.session import Session
 from pairsim.results.columns import CRITICAL_COLUMNS
-from pairsim.results.output import write_table
 from pairsim.solvers.branch import Point
 from pairsim.solvers.critical import Critical, End, Finding, Missed
 from pairsim.solvers.curve import Jump
@@ -91,9 +90,4 @@ class CriticalOutput:
         Raises:
             WriteFailure: It cannot be written.
         """
-
-        def write() -> None:
-            assert self.session.folder is not None
-            write_table(self.session.folder.file("critical.csv"), self._columns, self.rows)
-
-        self.session.write(write)
+        self.session.write_table("critical.csv", self._columns, self.rows)

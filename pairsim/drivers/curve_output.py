@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import closing, suppress
 from typing import Any
 
@@ -13,7 +13,6 @@ from pairsim.drivers.quasi_steady import health_columns, point_row
 from pairsim.drivers.session import Session
 from pairsim.results.columns import curve_columns
 from pairsim.results.fields import SteadyMoment, frame
-from pairsim.results.output import write_table
 from pairsim.results.xdmf import FieldFrame, FieldsWriter
 from pairsim.solvers.branch import Point
 from pairsim.solvers.curve import Equilibrium
@@ -68,7 +67,8 @@ class CurveOutput:
         self.session.reporter.update(min(count, self.expected), _shown(point, count), count)
         if self.case.common:
             self.points.sort(key=lambda entry: entry[0].d)
-        self._write("curve.csv", self._columns, [point_row(p) | {"wanted": float(asked)} for p, asked in self.points])
+        rows = [point_row(p) | {"wanted": float(asked)} for p, asked in self.points]
+        self.session.write_table("curve.csv", self._columns, rows)
         if self.session.folder is not None and any(abs(point.d - d) < 1e-9 * d for d in self.case.fields):
             (h, x), flow = scene.state(), scene.developed_flow
             undeformed = np.concatenate([np.zeros(body.size) for body in scene.bodies])
@@ -91,7 +91,7 @@ class CurveOutput:
                 row |= {"d_error": z.d_error, "certain": words[z.certain]}
             rows.append(row)
         columns = ["d", "stable", "slope", "peak", *(["d_error", "certain"] if self.case.mesh_error else [])]
-        self._write("equilibria.csv", columns, rows)
+        self.session.write_table("equilibria.csv", columns, rows)
 
     def finish(self) -> None:
         """Write the fields: in ascending distance, which is not the order in which they were solved.
@@ -112,10 +112,3 @@ class CurveOutput:
         elif self.session.folder is not None:
             with suppress(OSError):
                 write()
-
-    def _write(self, name: str, columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> None:
-        def write() -> None:
-            assert self.session.folder is not None
-            write_table(self.session.folder.file(name), columns, rows)
-
-        self.session.write(write)

@@ -22,14 +22,14 @@ class Reporter:
         Args:
             title: Name of the case.
             goal: What is to be reached, in words.
-            total: The same as a number; `update` tells how much of it is done.
+            total: The same as a number; `update` says how much of it is done.
         """
 
     def update(self, done: float, text: str, count: int) -> None:
-        """Tell of an accepted step or point, the count-th one."""
+        """Show an accepted step or point, the count-th one."""
 
     def note(self, text: str) -> None:
-        """Tell what the user should know."""
+        """Show what the user should know."""
 
     def finish(self, text: str) -> None:
         """End with a line."""

@@ -5,16 +5,17 @@ A driver opens a session, announces what it does, carries its work out under it,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from pairsim.config.case import SceneCase
 from pairsim.drivers.outcome import Outcome, Record
 from pairsim.drivers.progress import Reporter
 from pairsim.results.checkpoint import Checkpoint
-from pairsim.results.output import RunFolder
+from pairsim.results.output import RunFolder, write_table
 from pairsim.runtime.collective import collectively
 from pairsim.runtime.errors import RunFailure, WriteFailure
 from pairsim.runtime.fenicsx import MPI
@@ -103,6 +104,19 @@ class Session:
         except OSError as error:
             advice = f"more room on the disk, then {retry}"
             raise WriteFailure(str(error), t=t, step=step, advice=advice) from error
+
+    def write_table(self, name: str, columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> None:
+        """Write a table anew.
+
+        Raises:
+            WriteFailure: It could not be written, on every process.
+        """
+
+        def write() -> None:
+            assert self.folder is not None
+            write_table(self.folder.file(name), columns, rows)
+
+        self.write(write)
 
 
 @contextmanager

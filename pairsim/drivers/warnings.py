@@ -68,8 +68,8 @@ def near_ends(case: SceneCase, span: float) -> list[str]:
     left, least = (case.tube_length - span) / 2, part * case.margin
     if not case.n or left >= least:
         return []
-    told = f"the particles leave {left:.3g} of tube on each side, less than {least:.3g}: the ends act on them"
+    message = f"the particles leave {left:.3g} of tube on each side, less than {least:.3g}: the ends act on them"
     if case.polymer is not None:
         off = next(error for below, error in ENDS_ERRORS if left < below * case.margin)
-        told += f", by up to {off} % of the largest |dU| in such tubes that were measured"
-    return [f"{told}; a longer length, or limits.max_gap of a run, avoids it"]
+        message += f", by up to {off} % of the largest |dU| in such tubes that were measured"
+    return [f"{message}; a longer length, or limits.max_gap of a run, avoids it"]

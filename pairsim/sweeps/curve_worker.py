@@ -11,8 +11,15 @@ import sys
 from contextlib import suppress
 from pathlib import Path
 
+from pairsim.runtime.fenicsx import MPI  # before everything else that loads MPI or makes threads
+
+# isort: split
 from pairsim.config.case_file import load_curve
+from pairsim.drivers.curve import WarmStart, run_curve
 from pairsim.drivers.outcome import Outcome
+from pairsim.drivers.progress import Reporter
+from pairsim.drivers.session import Options
+from pairsim.results.curve_plots import plot_curve
 from pairsim.runtime.errors import unexpected
 from pairsim.runtime.signals import Signals
 
@@ -26,14 +33,6 @@ def solve(pairs: list[tuple[Path, Path]]) -> Outcome:
     Returns:
         How the last one ended.
     """
-    from pairsim.runtime.fenicsx import MPI  # before everything else that loads MPI or is compiled
-
-    # isort: split
-    from pairsim.drivers.curve import WarmStart, run_curve
-    from pairsim.drivers.progress import Reporter
-    from pairsim.drivers.session import Options
-    from pairsim.results.curve_plots import plot_curve
-
     comm, warm_start = MPI.COMM_WORLD, WarmStart()
     with Signals() as signals:
         for file, directory in pairs:
