@@ -16,7 +16,8 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
-from pairsim.fem.geometry import Outline, Reference, mesh_moves
+from pairsim.fem.geometry import Outline, Reference
+from pairsim.fem.moving_mesh import mesh_moves
 from pairsim.fem.phases import Phase, neo_hookean_solid, newtonian_liquid, viscoelastic_liquid
 from pairsim.fem.quadrature import CellQuadrature, end_load
 from pairsim.fem.six_node_mesh import SixNodeMesh

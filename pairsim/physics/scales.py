@@ -6,5 +6,4 @@ from math import pi
 
 TUBE_RADIUS = 0.5
 
-
 FLOW_RATE = pi / 4
