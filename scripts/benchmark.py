@@ -338,6 +338,6 @@ if __name__ == "__main__":
     }
     form = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(prog="benchmark", description=__doc__, formatter_class=form)
-    parser.add_argument("parts", nargs="*", metavar="PART", choices=parts, default=["fig6"])
-    for name in parser.parse_args().parts:
+    parser.add_argument("parts", nargs="*", metavar="PART", choices=parts)
+    for name in parser.parse_args().parts or ["fig6"]:
         parts[name]()

@@ -22,8 +22,8 @@ from pairsim.drivers.run import run_case
 from pairsim.drivers.session import Options
 from pairsim.fem.geometry import MeshSettings
 from pairsim.results.checkpoint import Checkpoint, load
-from pairsim.results.output import RunFolder, read_series
-from pairsim.results.xdmf import FieldsWriter, read_times
+from pairsim.results.output import RunFolder, SeriesWriter, read_series
+from pairsim.results.xdmf import read_times
 from pairsim.runtime.errors import InputError, WriteFailure
 from pairsim.solvers.step_size import StepControl
 from pairsim.solvers.transient import Transient
@@ -300,7 +300,7 @@ def test_without_a_checkpoint_a_run_begins_afresh_unless_rows_would_be_lost(shor
 
 
 @pytest.mark.parametrize(
-    ("writer", "method"), [(Checkpoint, "save"), (FieldsWriter, "close")], ids=["on the way", "at the end"]
+    ("writer", "method"), [(Checkpoint, "save"), (SeriesWriter, "close")], ids=["on the way", "at the end"]
 )
 def test_a_full_disk_is_a_typed_failure(
     writer: type, method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

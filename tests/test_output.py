@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
-from pairsim.results.columns import COLUMNS, column, named_row, series_columns
+from pairsim.fem.diagnostics import Health
+from pairsim.results.columns import COLUMNS, CURVE_HEALTH, HEALTH, POLYMER_HEALTH, column, named_row, series_columns
 from pairsim.results.output import OWN_FILES, RunFolder, SeriesWriter, read_series, write_text
 from pairsim.runtime.errors import InputError
 
@@ -214,3 +216,12 @@ def test_table_of_columns() -> None:
     for unknown in ("D_i", "x", "dp_1"):
         with pytest.raises(KeyError):
             column(unknown)
+
+
+def test_every_health_column_has_a_meaning() -> None:
+    for name in (*HEALTH, *CURVE_HEALTH, *POLYMER_HEALTH):
+        assert column(name).meaning
+
+
+def test_conformation_is_watched_under_the_names_of_its_columns() -> None:
+    assert tuple(field.name for field in fields(Health)) == POLYMER_HEALTH

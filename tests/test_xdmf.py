@@ -38,7 +38,7 @@ def folder(frames: list[FieldFrame], tmp_path: Path) -> Path:
     writer = FieldsWriter(tmp_path)
     for frame in frames:
         writer.write(frame)
-    writer.close()
+
     return tmp_path
 
 

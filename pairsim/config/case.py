@@ -136,9 +136,15 @@ class SceneCase(_Options):
     liquid: Literal["newtonian", Name] | None = Field(
         None, description="constitutive law; giesekus by default, newtonian at De = 0"
     )
-    alpha: Unit | None = Field(None, description="Giesekus mobility; 0.2 by default (liquid: giesekus)")
-    epsilon: Capillary | None = Field(None, description="PTT's extensional parameter (liquid: ptt-linear, ptt-exp)")
-    L2: Extensibility | None = Field(None, description="largest trace of the conformation (liquid: fene-p)")
+    alpha: Unit | None = Field(
+        None, description=f"Giesekus mobility; 0.2 by default (liquid: {', '.join(PARAMETERS['alpha'])})"
+    )
+    epsilon: Capillary | None = Field(
+        None, description=f"PTT's extensional parameter (liquid: {', '.join(PARAMETERS['epsilon'])})"
+    )
+    L2: Extensibility | None = Field(
+        None, description=f"largest trace of the conformation (liquid: {', '.join(PARAMETERS['L2'])})"
+    )
     length: Positive | Literal["auto"] | None = Field(
         None, description="tube length [D_c]; 50 times the largest beta (10 without particles); auto: developed ends"
     )

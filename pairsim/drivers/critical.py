@@ -41,7 +41,7 @@ def run_critical(case: CriticalCase, directory: Path, options: Options) -> Outco
 
 def _run(case: CriticalCase, session: Session) -> Outcome:
     """Find and follow the critical distances of every line."""
-    session.record.write(None, {}, {})
+    session.write(lambda: session.record.write(None, {}, {}))
     least, most = case.d
     region = _region(case)
     lines = list(_lines(case, region))

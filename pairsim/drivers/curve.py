@@ -83,8 +83,10 @@ def run_curve(
     """
     own = WarmStart()
     with open_session(case, directory, options) as session:
-        outcome = _run(case, session, sensitivities, warm_start or own)
-        own.close()
+        try:
+            outcome = _run(case, session, sensitivities, warm_start or own)
+        finally:
+            own.close()
         if warm_start is not None and outcome.status != "finished":
             warm_start.close()
         session.reporter.finish(outcome.message)
@@ -93,7 +95,7 @@ def run_curve(
 
 def _run(case: CurveCase, session: Session, sensitivities: bool, warm_start: WarmStart) -> Outcome:
     """Solve the points and, of a pair, the zeros."""
-    session.record.write(None, {}, {})
+    session.write(lambda: session.record.write(None, {}, {}))
     places = solution_order(case)
     expected = max(len(places), 1)
     goal = f"{expected} point{'s' * (expected > 1)} and those that are added"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import closing, suppress
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -103,9 +103,9 @@ class CurveOutput:
         def write() -> None:
             assert self.session.folder is not None
             if self._frames:
-                with closing(FieldsWriter(self.session.folder.path)) as fields:
-                    for kept in sorted(self._frames, key=lambda kept: kept.t):
-                        fields.write(kept)
+                fields = FieldsWriter(self.session.folder.path)
+                for kept in sorted(self._frames, key=lambda kept: kept.t):
+                    fields.write(kept)
 
         if not self.session.stopped_at_once:
             self.session.write(write)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 from pairsim.config.case import SceneCase
@@ -32,8 +33,7 @@ def point_row(point: Point) -> dict[str, float]:
     row |= {"newton": point.newton, "meshes": point.meshes, "m": o.m}
     row |= {"volume_error": o.volume_error, "distortion": point.distortion}
     if o.conformation is not None:
-        c = o.conformation
-        row |= dict(zip(POLYMER_HEALTH, (c.c_max, c.z, c.r, c.c_min, c.s_jump), strict=True))
+        row |= asdict(o.conformation)
     return {name: float(value) for name, value in row.items()}
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from itertools import pairwise
 from typing import Any
 
@@ -89,8 +89,7 @@ class RunOutput:
 
     def __init__(self, case: Case, folder: RunFolder, old: Checkpoint | None) -> None:
         self.case, self.folder, self.old = case, folder, old
-        self.columns = HEALTH + (POLYMER_HEALTH if case.polymer else ())
-        columns = [*series_columns(case.n), *self.columns]
+        columns = [*series_columns(case.n), *HEALTH, *(POLYMER_HEALTH if case.polymer else ())]
         self.series = SeriesWriter(folder.file(SERIES), columns, old.rows if old else None)
         self.fields = FieldsWriter(folder.path, keep=old.frames if old else 0) if case.output.fields else None
         lost = old.frames - self.fields.frames if old and self.fields else 0
@@ -133,32 +132,25 @@ class RunOutput:
             if last_frame:
                 self._field()
         finally:
-            self._save()
-            self.series.close()
-            if self.fields is not None:
-                self.fields.close()
+            try:
+                self._save()
+            finally:
+                self.series.close()
 
     def _row(self, step: Step) -> None:
         o = step.observation
         values = named_row(step.t, o.d, o.U, o.dU, o.D, o.dp, o.dp_plus)
-        health: tuple[float, ...] = (
-            step.dt,
-            step.report.iterations,
-            step.mesh_id,
-            o.m,
-            o.volume_error,
-            step.distortion,
-        )
+        values |= {"dt": step.dt, "newton": step.report.iterations, "mesh": step.mesh_id}
+        values |= {"m": o.m, "volume_error": o.volume_error, "distortion": step.distortion}
         if o.conformation is not None:
-            c = o.conformation
-            health += (c.c_max, c.z, c.r, c.c_min, c.s_jump)
-            self.worst.s_jump = max(self.worst.s_jump, c.s_jump)
+            values |= asdict(o.conformation)
+            self.worst.s_jump = max(self.worst.s_jump, o.conformation.s_jump)
         self.worst.steps.add(step.t, step.mesh_id, o.dU)
         self.worst.widest = max(self.worst.widest, span(self.case, list(o.d)))
         for gap, (behind, ahead) in zip(map(float, o.d), pairwise(self.transient.meshed.outlines), strict=True):
             arc = max(behind.size_at(0.0), ahead.size_at(float(np.pi)))
             self.worst.narrowest = max(self.worst.narrowest, (gap, arc), key=lambda each: each[1] / each[0])
-        self.series.row(values | dict(zip(self.columns, map(float, health), strict=True)))
+        self.series.row(values)
 
     def _field(self) -> None:
         step, self._pending = self._pending, None

@@ -134,6 +134,7 @@ def open_session(
     Raises:
         InputError: The folder exists and may not be replaced, another command is at work there, or what
             `find_checkpoint` raises.
+        WriteFailure: The folder's first files cannot be written.
     """
     comm = options.comm
     with sole_writer(comm, directory, options.command):
@@ -146,4 +147,8 @@ def open_session(
             folder.write_yaml("case.yaml", case.resolved())
             return folder
 
-        yield Session(case, options, collectively(comm, make), checkpoint)
+        try:
+            folder = collectively(comm, make)
+        except OSError as error:
+            raise WriteFailure(str(error), advice="more room on the disk, then the same command") from error
+        yield Session(case, options, folder, checkpoint)

@@ -1,4 +1,4 @@
-"""Which unknowns are tied to which: x = x_0 + P y and the choice of test rows T.
+"""Linear constraints between the unknowns, x = x_0 + P y, and the choice of test rows T.
 
 Constraints are pure linear algebra on the canonical numbers of a scene, the same on every process. With the time
 scheme h = h* + g (M y - U_m a), in which a moves everything along the axis, the full vector is

@@ -146,14 +146,14 @@ class Health:
     """What to watch in a conformation field.
 
     Attributes:
-        c_max, z, r: Largest trace of c, and where it is.
+        c_max, c_max_z, c_max_r: Largest trace of c, and where it is.
         c_min: Smallest eigenvalue of c.
         s_jump: Largest change of s across one cell: of order one means a mesh too coarse for it.
     """
 
     c_max: float
-    z: float
-    r: float
+    c_max_z: float
+    c_max_r: float
     c_min: float
     s_jump: float
 

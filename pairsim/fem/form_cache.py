@@ -46,7 +46,7 @@ def _stamp(form: str) -> Path:
     sources = [physics / "kinematics.py", *physics.glob("forms/*.py"), *physics.glob("materials/*.py")]
     for file in sorted([Path(__file__).with_name("phases.py"), *sources]):
         digest.update(file.read_bytes())
-    return _cache() / f"warm-{form.replace(':', '-')}-{digest.hexdigest()[:16]}"
+    return _cache() / f"compiled-{form.replace(':', '-')}-{digest.hexdigest()[:16]}"
 
 
 def missing(forms: Iterable[str]) -> list[str]:
@@ -57,7 +57,7 @@ def missing(forms: Iterable[str]) -> list[str]:
 def compile_missing(forms: Iterable[str]) -> None:
     """Compile kinds of forms that are missing: `<law>:moving` or `<law>:fixed`, maybe with `:steady`; `neo-hookean`."""
     _cache().mkdir(parents=True, exist_ok=True)
-    with (_cache() / "warm.lock").open("a+") as lock:
+    with (_cache() / "compile.lock").open("a+") as lock:
         with contextlib.suppress(OSError):  # a file system without locks: FFCx's own waiting has to do
             fcntl.flock(lock, fcntl.LOCK_EX)
         lock.seek(0)

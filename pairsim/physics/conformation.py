@@ -1,4 +1,4 @@
-"""The log-conformation at nodes, in numpy: its exponential, what to watch in it, and carrying it to a new mesh."""
+"""The log-conformation at nodes, in numpy: exponential, logarithm and the stress of the polymer."""
 
 from __future__ import annotations
 

@@ -1,9 +1,8 @@
-"""The tube in the units of pairsim: lengths in tube diameters, velocities in the mean velocity."""
+"""The tube in the units of pairsim: lengths in its diameter D_c, velocities in the mean velocity U_av."""
 
 from __future__ import annotations
 
 from math import pi
 
-TUBE_RADIUS = 0.5
-
-FLOW_RATE = pi / 4
+TUBE_RADIUS = 0.5  # [D_c]
+FLOW_RATE = pi / 4  # [U_av D_c^2]

@@ -82,9 +82,9 @@ class Checkpoint:
         for i, mesh in enumerate((state.mesh, *state.inside)):
             if mesh is not None:
                 arrays |= {f"points_{i}": mesh.points, f"cells_{i}": mesh.cells}
-        if (memory := state.matrix_state) is not None:
-            places = memory.places[-1:] if memory.places[0] is memory.places[1] else memory.places
-            told["memory"] = {"rate": memory.rate, "relaxation": memory.relaxation}
+        if (matrix := state.matrix_state) is not None:
+            places = matrix.places[-1:] if matrix.places[0] is matrix.places[1] else matrix.places
+            told["memory"] = {"rate": matrix.rate, "relaxation": matrix.relaxation}
             told["places"] = [{"g": place.g, "U_m": place.U_m} for place in places]
             for i, place in enumerate(places):
                 arrays |= {f"place_x_{i}": place.x}
@@ -127,13 +127,13 @@ def _checkpoint(told: dict[str, Any], arrays: dict[str, Any]) -> Checkpoint:
     )
     levels = {name: [arrays[f"{name}_{k}"] for k in range(len(told["t"]))] for name in ("h", "x")}
     y = [arrays[f"y_{k}"] for k in range(len(told["t_y"]))]
-    memory = None
+    matrix = None
     if "memory" in told:
         places = [
             Place(arrays[f"place_x_{i}"], arrays.get(f"place_star_{i}"), **rest)
             for i, rest in enumerate(told["places"])
         ]
-        memory = MatrixState((places[0], places[-1]), **told["memory"])
+        matrix = MatrixState((places[0], places[-1]), **told["memory"])
     state = State(
         history=History(told["t"], levels["h"], levels["x"], y, told["t_y"]),
         reference=reference,
@@ -141,7 +141,7 @@ def _checkpoint(told: dict[str, Any], arrays: dict[str, Any]) -> Checkpoint:
         inside=tuple(mesh(i) if soft else None for i, soft in enumerate(told["soft"], 1)),
         dt=told["dt"],
         U_m=told["U_m"],
-        matrix_state=memory,
+        matrix_state=matrix,
         due=told["due"],
         counts=Counts(**told["counts"]),
         seconds=told["seconds"],

@@ -71,6 +71,11 @@ COLUMNS: tuple[Column, ...] = (
     Column(
         "distortion", r"q", "smallest ratio of a liquid cell's current to its reference Jacobian; 0 is turned over", ""
     ),
+    Column("c_max", r"\max\,\mathrm{tr}\,c", "largest trace of the conformation", ""),
+    Column("c_max_z", "z", "where along the tube that is", LENGTH),
+    Column("c_max_r", "r", "how far from the axis that is", LENGTH),
+    Column("c_min", r"\min\,c", "smallest eigenvalue of the conformation", ""),
+    Column("s_jump", r"[s]", "largest change of s = log c within a cell", ""),
 )
 """What columns mean; `_i` stands for the number of a particle or gap. Labels of plots have symbol and unit."""
 HEALTH = ("dt", "newton", "mesh", "m", "volume_error", "distortion")

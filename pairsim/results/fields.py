@@ -9,7 +9,6 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from pairsim.fem.quadrature import CellQuadrature
 from pairsim.fem.scene import Body, Scene
 from pairsim.physics.conformation import exponential, polymer_stress
 from pairsim.physics.pipe import PipeState, across
@@ -24,7 +23,7 @@ def elastic_stress(body: Body, h: Array) -> Array:
     R/r needs no limit on the axis.
     """
     assert body.phase is not None
-    mesh, quadrature = body.phase.six_node_mesh, CellQuadrature(body.phase.six_node_mesh)
+    mesh, quadrature = body.phase.six_node_mesh, body.quadrature
     gradients, shapes = quadrature.gradients, quadrature.shapes
     F = np.einsum("mqak,mai->mqik", gradients, (mesh.points + body.displacement(h))[mesh.cells])
     radius = [

@@ -165,9 +165,6 @@ class FieldsWriter:
         self._frames.append(grid)
         self._write_xdmf()
 
-    def close(self) -> None:
-        """Nothing is left to be done (files are closed after each frame); kept for symmetry with other writers."""
-
     def _item(self, parent: ElementTree.Element, data: h5py.Dataset) -> None:
         """Refer to a dataset of the HDF5 file."""
         attributes = {

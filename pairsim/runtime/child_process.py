@@ -50,7 +50,7 @@ def clean_environment() -> dict[str, str]:
     return kept | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 
 
-def _tie_to(parent: int) -> None:
+def _die_with(parent: int) -> None:
     """In the child, before it becomes another program: die with the parent, and first when memory runs out."""
     if _LIBC is not None:
         _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
@@ -93,7 +93,7 @@ class Child:
             stderr=subprocess.PIPE,
             pass_fds=[lock.file for lock in held if lock.file >= 0],
             process_group=0,
-            preexec_fn=lambda: _tie_to(parent),
+            preexec_fn=lambda: _die_with(parent),
         )
         assert self._process.stderr is not None
         os.set_blocking(self._process.stderr.fileno(), False)

@@ -6,6 +6,20 @@ import sys
 import traceback
 from typing import Any
 
+__all__ = [
+    "InputError",
+    "InvertedCell",
+    "MeshFailure",
+    "NewtonFailure",
+    "NoSteadyState",
+    "PairsimError",
+    "RunFailure",
+    "StepTooSmall",
+    "TooManySteps",
+    "WallTime",
+    "WriteFailure",
+]
+
 
 class PairsimError(Exception):
     """Base of every error that pairsim raises on purpose."""

@@ -56,8 +56,9 @@ class Owner:
     @staticmethod
     def of(file: int) -> Owner:
         """That of an open lock file."""
-        with contextlib.suppress(OSError, ValueError, TypeError):
-            return Owner(**json.loads(os.pread(file, 65536, 0)))
+        with contextlib.suppress(OSError, ValueError, TypeError, KeyError):
+            content = json.loads(os.pread(file, 65536, 0))
+            return Owner(int(content["process"]), str(content["host"]), str(content["command"]))
         return Owner()
 
     @property

@@ -102,7 +102,7 @@ def _excess(a: Point, b: Point, wanted: float) -> np.ndarray:
     return np.asarray(_bend(a, b) > np.maximum(wanted, np.max(errors, axis=0) if errors else 0.0))
 
 
-def _doubtful(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
+def _unresolved(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
     """Neighbours between which some dU may not be known to tol of the largest, nor to the error of the mesh."""
     wanted = _wanted(points, tol)
     return [(a, b) for a, b in pairwise(points) if np.log(b.d / a.d) > CLOSE and _excess(a, b, wanted).any()]
@@ -135,7 +135,7 @@ def trace(
     points.sort(key=lambda p: p.d)
     known: set[tuple[float, float]] = set()
     while len(points) < max_points:
-        new = [(a, b) for a, b in _doubtful(points, tol) if (a.d, b.d) not in known]
+        new = [(a, b) for a, b in _unresolved(points, tol) if (a.d, b.d) not in known]
         if not new:
             break
         curve, wanted = interpolant(points), _wanted(points, tol)

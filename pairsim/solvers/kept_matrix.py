@@ -62,8 +62,8 @@ class KeptMatrix:
             return min(100 * step, 1.0) * step  # the square of the step
         self.rate = rate
         # A geometric series. Before a rate was seen, the matrix of another g may contract as badly as both differ.
-        doubt = rate if iteration > 1 else max(rate, self._mismatch)
-        return step * doubt / max(1 - doubt, 0.1)
+        contraction = rate if iteration > 1 else max(rate, self._mismatch)
+        return step * contraction / max(1 - contraction, 0.1)
 
     def go_on(self) -> None:
         """Decide whether the matrix serves the next iteration of the solve."""

@@ -63,7 +63,7 @@ class Newton:
     """Newton's method on one scene with one set of constraints.
 
     Args:
-        scene: Clock and scalars.
+        scene: Phases and scalars.
         constraints: Free unknowns and test rows.
         options: Tolerance, when a new matrix is made, and how it is factored.
         clock: Where the seconds go.
@@ -344,23 +344,23 @@ class Newton:
             return None
         return MatrixState((self._analysed, self._factored), self.matrix.rate, self._relaxation)
 
-    def recall(self, memory: MatrixState) -> None:
-        """Make the matrix of a memory again, so that the next solve takes the very steps that it would have taken then.
+    def recall(self, state: MatrixState) -> None:
+        """Make the matrix of a state again: the next solve takes the very steps that it would have taken then.
 
         A lagged matrix decides where within the tolerance Newton ends, and its ordering how it is rounded; dU, a small
         difference of large velocities, tells both apart.
         """
-        self._relaxation = memory.relaxation
+        self._relaxation = state.relaxation
         self._forget_factor()
-        analysed, factored = memory.places
-        for place in (factored,) if analysed is factored else memory.places:
+        analysed, factored = state.places
+        for place in (factored,) if analysed is factored else state.places:
             self._x, self._star, self._g, self._U_m = place.x, place.star, place.g, place.U_m
             if place.star is not None:
                 self.scene.set_step(place.star, place.g, place.U_m)
             self.scene.set(place.x)
             self.matrix.due = True
             self._jacobian(self._snes, None, self._A, None)
-        self.matrix.rate = memory.rate
+        self.matrix.rate = state.rate
 
     def residual_at(self, y: Array) -> Array:
         """The whole residual T R at y, with h*, g and U_m of the last solve."""

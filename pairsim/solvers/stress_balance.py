@@ -63,14 +63,16 @@ def balanced(scene: Scene, x: Array, h: Array, velocity: Array, U_m: float, cloc
         scene.set_step(star, time, U_m)
         if not newton.factor_at(y):
             return x
-        last = np.inf
+        last, before = np.inf, y
         for _ in range(PASSES):
             imbalance = np.zeros(constraints.size)
             imbalance[momentum] = newton.residual_at(y)[momentum]
             change = -newton.linear_solve(imbalance)
             w: float = scene.comm.bcast(float(np.linalg.norm(change[momentum])))
-            if w >= last:
+            if not w < last:  # the last pass has made it worse, or what it led to is no number
+                y = before
                 break
+            before = y.copy()
             for name in ("s", "p_f", "m", "dp"):
                 if name in constraints.fields:
                     y[constraints.fields[name]] += change[constraints.fields[name]]

@@ -105,15 +105,15 @@ def run_sweep(
                 return 3, f"{directory} cannot be written ({error.strerror}); {again}" if rank == 0 else ""
             allowed = f"cannot be used as a folder ({error}); give another one"
             raise InputError(str(directory), "-o", None, allowed) from error
-        _warm_up(root.forms if root else (), comm, signals, reporter)
-        runner = CaseWorker(grid.command, options.ranks_per_case, options.case_timeout)
+        _compile_forms(root.forms if root else (), comm, signals, reporter)
+        worker = CaseWorker(grid.command, options.ranks_per_case, options.case_timeout)
         if root is not None:
-            return root.run(comm, runner)
+            return root.run(comm, worker)
         assert comm is not None
-        return _serve(comm, runner, signals), ""
+        return _serve(comm, worker, signals), ""
 
 
-def _warm_up(forms: tuple[str, ...], comm: MPI.Comm | None, signals: Signals, reporter: SweepReporter) -> None:
+def _compile_forms(forms: tuple[str, ...], comm: MPI.Comm | None, signals: Signals, reporter: SweepReporter) -> None:
     """Compile the forms that are missing, on one process of each machine; the others wait without computing."""
     leader = True
     if comm:
@@ -138,22 +138,22 @@ def _warm_up(forms: tuple[str, ...], comm: MPI.Comm | None, signals: Signals, re
             time.sleep(POLL)
 
 
-def _serve(comm: MPI.Comm, runner: CaseWorker, signals: Signals) -> int:
+def _serve(comm: MPI.Comm, worker: CaseWorker, signals: Signals) -> int:
     """What every process but the first does, until it is told to leave; returns the exit code it is told."""
     told = False
     while True:
         while comm.iprobe(source=0):
             word, value = comm.recv(source=0)
             if word == "unit":
-                runner.take(value)
+                worker.take(value)
             elif word == "stop":
-                runner.stop()
+                worker.stop()
             else:
                 return int(value)
         if signals.number and not told:
             told = True
             comm.send(("signal", signals.number), dest=0)
-        if (result := runner.poll()) is not None:
+        if (result := worker.poll()) is not None:
             comm.send(("result", result), dest=0)
         time.sleep(POLL)
 
@@ -225,7 +225,7 @@ class _Root:
         allowed = min(left)
         return self.begin + allowed - min(30.0, 0.1 * allowed)
 
-    def run(self, comm: MPI.Comm | None, runner: CaseWorker) -> tuple[int, str]:
+    def run(self, comm: MPI.Comm | None, worker: CaseWorker) -> tuple[int, str]:
         """Hand out everything and wait for it."""
         self.reporter.start(self.ledger, len(self.workers), sum(map(len, self.queue)))
         stopped = False
@@ -239,14 +239,14 @@ class _Root:
                     self._result(status.Get_source(), value)
                 else:
                     self.signals.number = value
-            if (result := runner.poll()) is not None:
+            if (result := worker.poll()) is not None:
                 self._result(0, result)
             self._look_around()
             if self.stopping and not stopped:
                 stopped = True
-                runner.stop()
+                worker.stop()
                 self._send(comm, ("stop", None))
-            self._hand_out(comm, runner)
+            self._hand_out(comm, worker)
             self._write()
             self.reporter.tick(self.ledger, self.running)
             if not self.running and (self.stopping or not self.queue):
@@ -276,13 +276,13 @@ class _Root:
             assert comm is not None
             comm.send(message, dest=rank)
 
-    def _hand_out(self, comm: MPI.Comm | None, runner: CaseWorker) -> None:
+    def _hand_out(self, comm: MPI.Comm | None, worker: CaseWorker) -> None:
         while self.queue and self.idle and not self.stopping:
             rank, unit = self.idle.popleft(), self.queue.popleft()
             self.running[rank] = [task.folder for task in unit]
             self._started(rank)
             if rank == 0:
-                runner.take(unit)
+                worker.take(unit)
             else:
                 assert comm is not None
                 comm.send(("unit", unit), dest=rank)
