@@ -98,12 +98,12 @@ def cold(tmp_path_factory: pytest.TempPathFactory) -> FieldFrame:
 def test_a_curve_that_starts_from_its_neighbour_has_the_stresses_of_its_own_parameters(
     first: dict[str, float], cold: FieldFrame, tmp_path: Path
 ) -> None:
-    chain = WarmStart()
-    last_fields(tmp_path / "neighbour", chain, **first)
-    branch = chain._branch
-    warm = last_fields(tmp_path / "warm", chain)
-    assert chain._branch is branch is not None, "the chain must have gone on"
-    chain.close()
+    warm_start = WarmStart()
+    last_fields(tmp_path / "neighbour", warm_start, **first)
+    branch = warm_start._branch
+    warm = last_fields(tmp_path / "warm", warm_start)
+    assert warm_start._branch is branch is not None, "the second curve must have started from the first"
+    warm_start.close()
     assert_same_fields(warm, cold)
 
 
@@ -119,11 +119,11 @@ def test_a_curve_whose_first_place_is_walked_to_has_the_stresses_of_that_place(
     assert_same_fields(last_fields(tmp_path / "walked"), cold)
 
 
-def last_fields(folder: Path, chain: WarmStart | None = None, **changes: float) -> FieldFrame:
+def last_fields(folder: Path, warm_start: WarmStart | None = None, **changes: float) -> FieldFrame:
     """The fields of a pair at d .3 in a Giesekus liquid."""
     keys = {"De": 0.5, "Ca_e": 0.05, "length": 3.0, "mesh": {"Np": 8}, "mesh_error": False, "d": [0.3], "fields": [0.3]}
     made = curve_from_dict(yaml.safe_load(CURVE) | keys | changes, "test")
-    assert run_curve(made, folder / "out", OPTIONS, warm_start=chain).status == "finished"
+    assert run_curve(made, folder / "out", OPTIONS, warm_start=warm_start).status == "finished"
     return read_frame(folder / "out")
 
 

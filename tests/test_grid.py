@@ -174,20 +174,20 @@ def test_chains_go_through_neighbours_and_are_cut_for_the_workers(tmp_path: Path
         for case in read_grid(tmp_path / "grid.yaml").cases
     ]
 
-    def chains(neighbours: tuple[str, ...], workers: int) -> list[list[tuple[float, float, float]]]:
+    def sequences(neighbours: tuple[str, ...], workers: int) -> list[list[tuple[float, float, float]]]:
         found = units(tasks, neighbours, workers)
         assert sorted(task.folder for unit in found for task in unit) == sorted(task.folder for task in tasks)
         resolved = [[task.checked.resolved for task in unit] for unit in found]
-        return [[(case["beta"], case["De"], case["Ca_e"]) for case in chain] for chain in resolved]
+        return [[(case["beta"], case["De"], case["Ca_e"]) for case in sequence] for sequence in resolved]
 
-    whole = chains(("De", "Ca_e"), 1)
+    whole = sequences(("De", "Ca_e"), 1)
     viscoelastic = [
         [(beta, De, Ca_e) for De, Ca_e in ((1, 0.05), (1, 0.1), (2, 0.1), (2, 0.05))] for beta in (0.4, 0.3)
     ]
     newtonian = [[(beta, 0, 0.05), (beta, 0, 0.1)] for beta in (0.4, 0.3)]
     assert sorted(whole) == sorted(viscoelastic + newtonian)
-    assert max(map(len, chains(("De", "Ca_e"), 3))) == 2
-    assert [len(chain) for chain in chains((), 1)] == [1] * 12
+    assert max(map(len, sequences(("De", "Ca_e"), 3))) == 2
+    assert [len(sequence) for sequence in sequences((), 1)] == [1] * 12
 
 
 def test_guessed_unknowns_are_near_the_true_ones(tmp_path: Path) -> None:

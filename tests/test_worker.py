@@ -1,4 +1,4 @@
-"""Cases in processes of their own: how their ends are judged, chains of curves, what is compiled before they start."""
+"""Cases in processes of their own: how their ends are judged, sequences of curves, forms compiled before they start."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ CURVES = "command: curve\n" + TINY.replace("Ca_e: 0, ", "d: [0.1, 0.3], tol: 1, 
 """The base of grids of curves that take a second or two."""
 
 
-def test_chain_of_curves_survives_its_process(tmp_path: Path) -> None:
+def test_sequence_of_curves_survives_its_process(tmp_path: Path) -> None:
     """Each curve starts from the one before; when the process dies, its curve fails and the rest goes on."""
-    runner, tasks = curves(tmp_path, "0.02, 0.04, 0.06, 0.08")
-    results = ends(runner, 4, 2, lambda: os.kill(chain_of_curves(), signal.SIGKILL))
+    worker, tasks = curves(tmp_path, "0.02, 0.04, 0.06, 0.08")
+    results = ends(worker, 4, 2, lambda: os.kill(curve_process(), signal.SIGKILL))
     assert [result.folder for result in results] == [task.folder for task in tasks]
     assert [result.status for result in results] == ["finished", "finished", "failed", "finished"]
     first, second = (json.loads((task.directory / "run.json").read_text()) for task in tasks[:2])
@@ -44,25 +44,25 @@ def test_chain_of_curves_survives_its_process(tmp_path: Path) -> None:
 
 
 def curves(folder: Path, values: str) -> tuple[CaseWorker, list[Task]]:
-    """Tiny curves at some Ca_e, in one chain, and a worker that has not begun them."""
+    """Tiny curves at some Ca_e, in one sequence, and a worker that has not begun them."""
     (folder / "grid.yaml").write_text(CURVES + f"grid: {{Ca_e: [{values}]}}\n")
     grid = read_grid(folder / "grid.yaml")
     tasks = [
         Task(case.folder, case.key, folder / case.folder, folder / "cases" / f"{case.folder}.yaml", case.checked)
         for case in grid.cases
     ]
-    runner = CaseWorker(grid.command, timeout=1000.0)
-    runner.take(tasks)
-    return runner, tasks
+    worker = CaseWorker(grid.command, timeout=1000.0)
+    worker.take(tasks)
+    return worker, tasks
 
 
-def ends(runner: CaseWorker, count: int, after: int = 0, then: Callable[[], None] | None = None) -> list[Result]:
+def ends(worker: CaseWorker, count: int, after: int = 0, then: Callable[[], None] | None = None) -> list[Result]:
     """How so many cases of a worker end; something may be done once `after` of them have."""
     results: list[Result] = []
     deadline = time.monotonic() + 500
     while len(results) < count:
         assert time.monotonic() < deadline
-        if (result := runner.poll()) is not None:
+        if (result := worker.poll()) is not None:
             results.append(result)
             if then is not None and len(results) == after:
                 then()
@@ -70,7 +70,7 @@ def ends(runner: CaseWorker, count: int, after: int = 0, then: Callable[[], None
     return results
 
 
-def chain_of_curves() -> int:
+def curve_process() -> int:
     """The process that computes them."""
     (child,) = (pid for pid in descendants(os.getpid()) if "pairsim.sweeps.curve_worker" in words_of(pid))
     return child
@@ -78,13 +78,13 @@ def chain_of_curves() -> int:
 
 def test_a_timeout_that_comes_as_a_curve_ends_is_not_the_next_ones(tmp_path: Path) -> None:
     """The case that it was meant for has finished all the same; the one behind it is begun anew."""
-    runner, tasks = curves(tmp_path, "0.02, 0.04")
+    worker, tasks = curves(tmp_path, "0.02, 0.04")
 
     def stop() -> None:
-        runner._stopped = "timeout"
-        os.kill(chain_of_curves(), signal.SIGTERM)
+        worker._stopped = "timeout"
+        os.kill(curve_process(), signal.SIGTERM)
 
-    results = ends(runner, 2, 1, stop)
+    results = ends(worker, 2, 1, stop)
     assert [(result.folder, result.status) for result in results] == [(task.folder, "finished") for task in tasks]
 
 
@@ -92,10 +92,10 @@ def test_what_befalls_a_case_after_it_has_said_that_it_finished_does_not_matter(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The exit code of a process that is killed between run.json and its end is not that of the case."""
-    runner, _ = curves(tmp_path, "0.02")
+    worker, _ = curves(tmp_path, "0.02")
     poll = Child.poll
     monkeypatch.setattr(Child, "poll", lambda child: -9 if poll(child) == 0 else poll(child))
-    (result,) = ends(runner, 1)
+    (result,) = ends(worker, 1)
     assert (result.status, result.reason) == ("finished", "end")
 
 
@@ -208,7 +208,7 @@ def test_warming_up_compiles_all_that_a_case_needs_after_a_killed_compilation(tm
 def test_cases_do_not_import_what_lies_in_the_current_folder(  # type: ignore[no-untyped-def]
     grid: str, decoys: Path, tmp_path: Path, pairsim
 ) -> None:
-    """Runs, and curves in a chain; above a clone of the project, its folder would be taken for the package."""
+    """Runs, and curves in a sequence; above a clone of the project, its folder would be taken for the package."""
     (tmp_path / "grid.yaml").write_text(grid)
     done = pairsim("sweep", "grid.yaml", "-o", "out", "-q")
     assert done.returncode == 0, done.stderr

@@ -32,7 +32,7 @@ def units(tasks: list[Task], neighbours: tuple[str, ...], workers: int) -> deque
 
     Args:
         tasks: All of it.
-        neighbours: Keys along which a case can start from another. Cases that differ in them alone make a chain in
+        neighbours: Keys along which a case can start from another. Cases that differ in them alone make a sequence in
             which one key changes at a time; without keys every case is a unit.
         workers: How many there are. Chains are cut so that each worker gets two or more.
     """
@@ -43,9 +43,9 @@ def units(tasks: list[Task], neighbours: tuple[str, ...], workers: int) -> deque
     longest = math.ceil(len(tasks) / (2 * workers))
     found = []
     for group in alike.values():
-        chain, pieces = _walk(group, neighbours), math.ceil(len(group) / longest)
-        cuts = [i * len(chain) // pieces for i in range(pieces + 1)]
-        found += [chain[a:b] for a, b in pairwise(cuts)]
+        sequence, pieces = _walk(group, neighbours), math.ceil(len(group) / longest)
+        cuts = [i * len(sequence) // pieces for i in range(pieces + 1)]
+        found += [sequence[a:b] for a, b in pairwise(cuts)]
     return deque(sorted(found, key=lambda unit: -sum(task.checked.estimate.seconds for task in unit)))
 
 
