@@ -19,7 +19,7 @@ from pairsim.runtime.signals import Signals
 from pairsim.sweeps.commands import read_curve
 from pairsim.sweeps.grid import read_grid
 from pairsim.sweeps.progress import SweepReporter
-from pairsim.sweeps.sweep import _warm_up
+from pairsim.sweeps.sweep import _compile_forms
 from pairsim.sweeps.verdict import judge
 from pairsim.sweeps.worker import CaseWorker, Result, Task
 
@@ -225,6 +225,6 @@ def test_compiling_forms_does_not_import_what_lies_in_the_current_folder(
     reporter = SweepReporter()
     monkeypatch.setattr(reporter, "note", notes.append)
     with Signals() as signals:
-        _warm_up(("newtonian:moving",), None, signals, reporter)
+        _compile_forms(("newtonian:moving",), None, signals, reporter)
     assert notes == ["compiling newtonian:moving"], "and no failure"
     assert not decoys.exists()
