@@ -16,7 +16,7 @@ from pairsim.fem.constraints import Constraints
 from pairsim.fem.geometry import Geometry, MeshSettings, Outline, Reference
 from pairsim.fem.meshing import liquid_mesh, make_outlines, particle_meshes
 from pairsim.fem.remeshing import on_root
-from pairsim.fem.scene import Scene, make_bodies
+from pairsim.fem.scene import Body, Scene, make_bodies
 from pairsim.fem.scene_constraints import extension_constraints
 from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.physics.materials.polymer import Polymer
@@ -205,3 +205,33 @@ class MeshedScene:
             if solver is not None:
                 solver.destroy()
         self._newton = self._extension = None
+
+
+class OnMeshedScene:
+    """What solves on a meshed scene, whose parts it shows as its own.
+
+    Attributes:
+        meshed: The scene with its mesh.
+    """
+
+    meshed: MeshedScene
+
+    @property
+    def scene(self) -> Scene:
+        """The scene on the present mesh."""
+        return self.meshed.scene
+
+    @property
+    def bodies(self) -> list[Body]:
+        """The particles."""
+        return self.meshed.bodies
+
+    @property
+    def constraints(self) -> Constraints:
+        """Constraints on the present mesh."""
+        return self.meshed.constraints
+
+    @property
+    def newton(self) -> Newton:
+        """The solver on the present mesh."""
+        return self.meshed.newton

@@ -16,7 +16,7 @@ from pairsim.fem.constraints import Constraints
 from pairsim.fem.diagnostics import Observation
 from pairsim.fem.geometry import Geometry, Reference
 from pairsim.fem.remeshing import needs_mesh
-from pairsim.fem.scene import Body, Scene
+from pairsim.fem.scene import Scene
 from pairsim.fem.scene_constraints import steady_base, steady_constraints
 from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.physics.pipe import PipeState
@@ -27,8 +27,8 @@ from pairsim.runtime.fenicsx import MPI
 from pairsim.runtime.signals import heed
 from pairsim.solvers.developed_flow import DevelopedFlows
 from pairsim.solvers.mesh_transfer import carry_particles, free_unknowns
-from pairsim.solvers.meshed_scene import MeshedScene, cut_particles
-from pairsim.solvers.newton import Newton, Report
+from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene, cut_particles
+from pairsim.solvers.newton import Report
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 
@@ -54,7 +54,7 @@ class Snapshot:
     mesh: SixNodeMesh
 
 
-class Steady:
+class Steady(OnMeshedScene):
     """A quasi-steady scene at one set of parameters.
 
     Args:
@@ -109,26 +109,6 @@ class Steady:
 
     def _constraints_on(self, meshed: MeshedScene) -> Constraints:
         return steady_constraints(meshed.scene, meshed.unit_extensions())
-
-    @property
-    def scene(self) -> Scene:
-        """The scene on the present mesh."""
-        return self.meshed.scene
-
-    @property
-    def bodies(self) -> list[Body]:
-        """The particles."""
-        return self.meshed.bodies
-
-    @property
-    def constraints(self) -> Constraints:
-        """Constraints on the present mesh."""
-        return self.meshed.constraints
-
-    @property
-    def newton(self) -> Newton:
-        """The solver on the present mesh."""
-        return self.meshed.newton
 
     @property
     def meshes(self) -> int:

@@ -5,7 +5,7 @@ difference, and as its viscosity is small all velocities would jump, until withi
 strained by as much as the stress is off. That strain is imposed here at once: s changes as in a material that is
 strained fast,
 
-    ds = EASE De grad w  (all that the constitutive law does with a velocity gradient),
+    ds = STRAIN_TIME De grad w  (all that the constitutive law does with a velocity gradient),
 
 by the velocity w that the imbalance drives, until w is small; the velocities are those that were carried over.
 """
@@ -23,7 +23,7 @@ from pairsim.solvers.newton import Newton
 
 # Time that w acts for, in relaxation times: short enough that hardly anything relaxes, long enough that the elastic
 # response exceeds the viscous one.
-EASE = 0.1
+STRAIN_TIME = 0.1
 # Smooth parts of the imbalance are gone after one or two passes. The rest is what the last passes are for: velocities
 # that vary from cell to cell, which continuous stresses hardly balance, and which still move the particles. Jumps of dU
 # in % of the peak after 2, 4, 8 and 16 passes: .81, .26, .20, .19 (De .5, soft), 2.4, .98, .24, .12 (De .5, rigid, 5%).
@@ -52,7 +52,7 @@ def balanced(scene: Scene, x: Array, h: Array, velocity: Array, U_m: float, cloc
     moved = constraints.V.tocoo()
     y[moved.col] = velocity[moved.row]
     # The mesh follows the liquid for the time of the strain, so that nothing is convected through it.
-    time, star = EASE * polymer.De, constraints.expand(y, h)
+    time, star = STRAIN_TIME * polymer.De, constraints.expand(y, h)
     if scene.moving:
         u, nodes = liquid.nodal("u", star) - [U_m, 0.0], np.arange(len(liquid.six_node_mesh.points))
         for c in range(2):

@@ -17,7 +17,7 @@ from pairsim.fem.constraints import Constraints
 from pairsim.fem.diagnostics import Observation
 from pairsim.fem.geometry import Geometry, Outline, Reference
 from pairsim.fem.remeshing import FRESH_DISTORTION, needs_mesh
-from pairsim.fem.scene import Body, Scene
+from pairsim.fem.scene import Scene
 from pairsim.fem.scene_constraints import transient_constraints
 from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.physics.pipe import Pipe
@@ -27,8 +27,8 @@ from pairsim.runtime.errors import InvertedCell, MeshFailure, NewtonFailure, Ste
 from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.history import Counts, History, State
 from pairsim.solvers.mesh_transfer import free_unknowns
-from pairsim.solvers.meshed_scene import MeshedScene, cut_particles
-from pairsim.solvers.newton import Newton, Report
+from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene, cut_particles
+from pairsim.solvers.newton import Report
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.step_size import Scheme, extrapolation_weights, land, reached, velocity_error
 from pairsim.solvers.stress_balance import balanced
@@ -68,7 +68,7 @@ class Step:
     velocity: Array
 
 
-class Transient:
+class Transient(OnMeshedScene):
     """Marches one case in time.
 
     Args:
@@ -156,26 +156,6 @@ class Transient:
         """Constraints on a new mesh, to which no earlier unknowns belong."""
         self.history.y, self.history.t_y = [], []
         return transient_constraints(meshed.scene)
-
-    @property
-    def scene(self) -> Scene:
-        """The scene on the present mesh."""
-        return self.meshed.scene
-
-    @property
-    def bodies(self) -> list[Body]:
-        """The particles."""
-        return self.meshed.bodies
-
-    @property
-    def constraints(self) -> Constraints:
-        """Constraints on the present mesh."""
-        return self.meshed.constraints
-
-    @property
-    def newton(self) -> Newton:
-        """The solver on the present mesh."""
-        return self.meshed.newton
 
     def _prescribe_ends(self, x: Array, t: float) -> None:
         """Give developed ends in a full vector the flow of this time."""
