@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from conftest import CONFIGS, ROOT
+from support.inputs import CONFIGS, ROOT
 from typer.testing import CliRunner
 
 from pairsim.cli.app import app

@@ -11,15 +11,15 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from conftest import ROOT, TINY, words_of
 from matplotlib import image
+from support.commands import Pairsim, words_of
+from support.inputs import ROOT, TINY
 from typer.testing import CliRunner
 
 from pairsim.cli.app import app
@@ -32,8 +32,6 @@ from pairsim.sweeps.sweep_plots import plot_sweep
 
 THREE = TINY + "grid: {d0: [0.1, 0.2], beta: [0.4, 0.3]}\nexclude: [{d0: 0.1, beta: 0.3}]\n"
 ENDLESS = "time: {end: 500, max_step: 0.001}"
-
-Sweep = Callable[..., subprocess.CompletedProcess[str]]
 
 
 def command(*arguments: str, ranks: int = 0) -> list[str]:
@@ -176,7 +174,7 @@ def test_stopped_sweep_keeps_its_cases_pending(how: str, ranks: int, tmp_path: P
         assert [json.loads(text)["status"] for text in told(tmp_path / "out").values()] == ["interrupted"] * 2
 
 
-def test_failures_stay_alone_and_are_repeated_only_when_asked(tmp_path: Path, pairsim: Sweep) -> None:
+def test_failures_stay_alone_and_are_repeated_only_when_asked(tmp_path: Path, pairsim: Pairsim) -> None:
     hopeless = ["{d0: 0.4, limits.max_steps: 2}", "{d0: 0.6, limits.wall_time: 1e-3}"]
     (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1]}\ncases: [" + ", ".join(hopeless) + "]\n")
     sweep = ["sweep", "grid.yaml", "-o", "out", "-q"]
@@ -246,7 +244,7 @@ def test_files_that_cannot_be_written_are_tried_again(tmp_path: Path) -> None:
     assert counts(tmp_path / "out") == {"finished": 1}
 
 
-def test_run_that_could_not_write_goes_on_with_the_next_command(tmp_path: Path, pairsim: Sweep) -> None:
+def test_run_that_could_not_write_goes_on_with_the_next_command(tmp_path: Path, pairsim: Pairsim) -> None:
     """The sweep was stopped before it heard of the full disk from its case, whose run.json tells of it."""
     (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1]}\n")
     assert pairsim("sweep", "grid.yaml", "-o", "out", "-q").returncode == 0
@@ -290,7 +288,9 @@ def test_useless_checkpoint_does_not_make_a_case_hopeless(tmp_path: Path) -> Non
     assert json.loads((folder / "run.json").read_text())["status"] == "finished"
 
 
-def test_shards_share_a_folder_and_a_last_command_makes_one_table(swept: Path, tmp_path: Path, pairsim: Sweep) -> None:
+def test_shards_share_a_folder_and_a_last_command_makes_one_table(
+    swept: Path, tmp_path: Path, pairsim: Pairsim
+) -> None:
     (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1, 0.2]}\n")
     jobs = [subprocess.Popen(command("--shard", f"{i}/2"), cwd=tmp_path) for i in (1, 2)]
     assert [job.wait(timeout=200) for job in jobs] == [0, 0]
@@ -360,7 +360,7 @@ def test_pictures_of_critical_distances_show_the_zeros(tmp_path: Path) -> None:
         plot_sweep(tmp_path)
 
 
-def test_shipped_sweep_runs(tmp_path: Path, pairsim: Sweep) -> None:
+def test_shipped_sweep_runs(tmp_path: Path, pairsim: Pairsim) -> None:
     shutil.copy(ROOT / "configs" / "sweep.yaml", tmp_path)
     done = pairsim("sweep", "sweep.yaml", "--limit", "1", "--set", "time.end=0.01")
     assert done.returncode == 0, done.stderr

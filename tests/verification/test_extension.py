@@ -11,11 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import march
 from mpi4py import MPI
 from scipy import sparse
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
+from support.scenes import march
 
 from pairsim.fem.constraints import Constraints
 from pairsim.fem.geometry import MeshSettings

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from field_samples import scene
 from matplotlib import image
+from support.field_samples import scene
 
 from pairsim.results.columns import named_row, series_columns
 from pairsim.results.meridional_section import outlines, tessellate

@@ -2,28 +2,23 @@
 
 from __future__ import annotations
 
-import errno
 import json
-import os
 import platform
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from subprocess import CompletedProcess
 
 import pytest
-from conftest import TINY
+from support.commands import Done, Pairsim
+from support.inputs import TINY
 
-from pairsim.results.output import RunFolder, read_series
+from pairsim.results.output import read_series
 from pairsim.results.xdmf import read_frame
-from pairsim.runtime.errors import InputError
-from pairsim.runtime.locks import LOCK, FolderLock, Owner, is_locked
-
-Pairsim = Callable[..., CompletedProcess[str]]
+from pairsim.runtime.locks import LOCK, is_locked
 
 BASE = TINY.partition("{")[2].rpartition("time")[0]  # the tiny case without its times
 ENDLESS = f"{{d0: 0.1, {BASE}time: {{end: 100, fixed_step: 0.002}}, output: {{every: 0.01, checkpoint: 1}}}}\n"
@@ -45,7 +40,7 @@ def at_work(folder: Path, *words: str, table: Path) -> Iterator[subprocess.Popen
         process.wait()
 
 
-def refused(done: CompletedProcess[str], owner: subprocess.Popen[str]) -> None:
+def refused(done: Done, owner: subprocess.Popen[str]) -> None:
     assert done.returncode == 2, done.stdout + done.stderr
     assert "Traceback" not in done.stderr
     assert f"process {owner.pid} on {platform.node()}: pairsim {owner.args[3]}" in done.stderr  # type: ignore[index]
@@ -100,68 +95,6 @@ def test_case_of_a_sweep_belongs_to_it(tmp_path: Path, pairsim: Pairsim) -> None
         assert first.wait(timeout=100) == 130
     told = json.loads((out / case / "run.json").read_text())
     assert len(read_series(out / case / "series.csv")["t"]) == told["steps"]
-
-
-def test_parts_share_a_folder_and_the_whole_does_not(tmp_path: Path) -> None:
-    parts = [FolderLock(tmp_path, "", part, patience=0) for part in ("-1-of-2", "-2-of-2")]
-    for part in ("", "-1-of-2"):
-        with pytest.raises(InputError, match=f"process {os.getpid()} on"):
-            FolderLock(tmp_path, "", part, patience=0)
-    for lock in parts:
-        lock.release()
-    whole = FolderLock(tmp_path, "", patience=0)
-    with pytest.raises(InputError, match="another command"):
-        FolderLock(tmp_path, "", "-1-of-2", patience=0)
-    whole.release()
-    assert not is_locked(tmp_path)
-    assert not list(tmp_path.iterdir())
-
-
-def test_lock_file_does_not_make_a_folder_a_used_one(tmp_path: Path) -> None:
-    (tmp_path / LOCK).touch()
-    assert RunFolder.create(tmp_path).path == tmp_path
-
-
-@pytest.fixture
-def no_flock(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A file system without locks."""
-
-    def flock(file: int, kind: int) -> None:
-        raise OSError(errno.ENOLCK, "No locks available")
-
-    monkeypatch.setattr("fcntl.flock", flock)
-
-
-@pytest.mark.usefixtures("no_flock")
-def test_without_locks_the_file_is_the_lock(tmp_path: Path) -> None:
-    first = FolderLock(tmp_path, "pairsim run", patience=0)
-    with pytest.raises(InputError, match=f"process {os.getpid()} on {platform.node()}: pairsim run"):
-        FolderLock(tmp_path, "", patience=0)
-    assert is_locked(tmp_path)
-    first.release()
-    FolderLock(tmp_path, "", patience=0).release()
-    assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.usefixtures("no_flock")
-def test_without_locks_a_dead_owner_of_this_machine_is_none(tmp_path: Path) -> None:
-    dead = subprocess.Popen([sys.executable, "-c", ""])
-    dead.wait()
-    (tmp_path / LOCK).write_text(json.dumps(vars(Owner(dead.pid, platform.node(), "pairsim run"))))
-    lock = FolderLock(tmp_path, "", patience=0)
-    assert Owner.of(lock.file).process == os.getpid()
-    lock.release()
-
-
-@pytest.mark.usefixtures("no_flock")
-@pytest.mark.parametrize("content", [json.dumps({"process": 1, "host": "elsewhere", "command": "pairsim run"}), ""])
-def test_without_locks_the_file_of_another_machine_is_left_to_the_user(content: str, tmp_path: Path) -> None:
-    path = tmp_path / LOCK
-    path.write_text(content)
-    with pytest.raises(InputError, match=f"delete {path}") as refusal:
-        FolderLock(tmp_path, "", patience=0)
-    assert ("process 1 on elsewhere" if content else "owner unknown") in str(refusal.value)
-    assert path.read_text() == content
 
 
 @pytest.mark.parametrize("name", ["PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS"])

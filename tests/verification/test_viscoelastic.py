@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from conftest import MPI, dU, march, soft_pair
+from mpi4py import MPI
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
 from scipy.optimize import fsolve
+from support.scenes import dU, march, soft_pair
 
 from pairsim.fem.geometry import Geometry, MeshSettings, Reference
 from pairsim.fem.interpolation import interpolate
@@ -23,7 +20,6 @@ from pairsim.fem.meshing import liquid_mesh
 from pairsim.physics.conformation import exponential, logarithm, polymer_stress
 from pairsim.physics.materials.polymer import Polymer
 from pairsim.physics.pipe import Pipe
-from pairsim.results.output import read_series
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.step_size import StepControl
@@ -236,32 +232,6 @@ def test_a_viscoelastic_run_goes_on_after_a_remeshing_as_on_the_old_mesh() -> No
     assert {step.mesh_id for step in new} == {1}
     old_mesh = CubicSpline([0.5, *(step.t for step in kept)], [first[-1], *(dU(step) for step in kept)])
     assert max(abs(dU(step) - old_mesh(step.t)) for step in new) < 1e-2 * peak
-
-
-def test_ranks_give_the_same_viscoelastic_series(tmp_path, pairsim) -> None:  # type: ignore[no-untyped-def]
-    """A difference of one digit between processes, left to itself, would have grown to order one by t = .08."""
-    case = (
-        "{beta: 0.4, De: 1, Ca_e: [0.1, 0], d0: 0.1, ends: developed, length: 4.9, mesh: {Np: 10}, time: {end: 0.12}}"
-    )
-    (tmp_path / "case.yaml").write_text(case)
-    series = []
-    for ranks in (0, 2):
-        done = pairsim("run", "case.yaml", "-q", "-o", f"out{ranks}", ranks=ranks)
-        assert done.returncode == 0, done.stderr
-        series.append(read_series(tmp_path / f"out{ranks}" / "series.csv"))
-    for name in series[0]:
-        assert series[1][name] == pytest.approx(series[0][name], rel=1e-8, abs=1e-8), name
-
-
-def test_a_stress_that_cells_do_not_resolve_is_told(tmp_path: Path, pairsim: Callable[..., Any]) -> None:
-    """At the wall of a pipe whose cells are half as large as its radius c changes by more than e^2 within a cell."""
-    case = "particles: 0\nDe: 10\nends: developed\nlength: 3\nmesh: {max_size: 0.25}\noutput: {fields: false}\n"
-    (tmp_path / "case.yaml").write_text(case)
-    for end, told in (("0.001", 0), ("2", 1)):
-        done = pairsim("run", "case.yaml", "-o", "out", "--overwrite", "--set", f"time.end={end}")
-        assert done.returncode == 0, done.stderr
-        assert len(json.loads((tmp_path / "out" / "run.json").read_text())["warnings"]) == told
-        assert ("is not resolved" in done.stderr) == bool(told)
 
 
 def test_solution_past_the_pole_of_fene_p_is_none() -> None:

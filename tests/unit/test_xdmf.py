@@ -10,7 +10,7 @@ import meshio
 import numpy as np
 import pytest
 import pyvista
-from field_samples import scene
+from support.field_samples import scene
 
 from pairsim.results.xdmf import FieldFrame, FieldsWriter, read_frame, read_times
 from pairsim.runtime.errors import InputError

@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 import pyvista as pv
 import yaml
-from conftest import CONFIGS, interrupted
+from support.commands import Pairsim, interrupted
+from support.inputs import CONFIGS
 
 from pairsim.fem.diagnostics import extents
 from pairsim.results.output import read_series
@@ -103,14 +104,14 @@ def test_solid_stress_is_that_of_the_shape(soft_run: Path) -> None:
     assert np.all(frame.point_data["tau_s"][liquid] == 0)
 
 
-def test_pictures_are_drawn(soft_run: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+def test_pictures_are_drawn(soft_run: Path, pairsim: Pairsim) -> None:
     done = pairsim("plot", str(soft_run), "-o", "pictures")
     assert done.returncode == 0, done.stderr
     assert "series.png" in done.stdout
     assert "fields.png" in done.stdout
 
 
-def test_ranks_give_the_same_series(soft_run: Path, tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+def test_ranks_give_the_same_series(soft_run: Path, tmp_path: Path, pairsim: Pairsim) -> None:
     alone = read_series(soft_run / "series.csv")
     (tmp_path / "case.yaml").write_text(SOFT)
     for ranks in (1, 2, 3):
@@ -122,7 +123,7 @@ def test_ranks_give_the_same_series(soft_run: Path, tmp_path: Path, pairsim) -> 
 
 
 @pytest.mark.parametrize("path", CONFIGS, ids=lambda p: p.stem)
-def test_shipped_case_runs(path: Path, tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+def test_shipped_case_runs(path: Path, tmp_path: Path, pairsim: Pairsim) -> None:
     short = ["mesh.Np=10", "time.end=0.01", "output.times=[]", "output.every=0.005"]
     done = pairsim("run", str(path), "-o", "out", *(word for s in short for word in ("--set", s)))
     assert done.returncode == 0, done.stderr
@@ -134,7 +135,7 @@ def test_shipped_case_runs(path: Path, tmp_path: Path, pairsim) -> None:  # type
     assert drawn.returncode == 0, drawn.stderr
 
 
-def test_existing_results_are_replaced_only_when_asked(soft_run: Path, tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+def test_existing_results_are_replaced_only_when_asked(soft_run: Path, tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text("particles: 0\nDe: 0\nlength: 4\n")
     assert pairsim("run", "case.yaml", "-o", "out").returncode == 0
     first = (tmp_path / "out" / "run.json").read_text()
@@ -145,7 +146,7 @@ def test_existing_results_are_replaced_only_when_asked(soft_run: Path, tmp_path:
     assert (tmp_path / "out" / "notes.txt").read_text() == "mine"
 
 
-def test_poiseuille_flow_is_exact(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+def test_poiseuille_flow_is_exact(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text("particles: 0\nDe: 0\nlength: 4\n")
     for ends in ("periodic", "developed"):
         assert pairsim("run", "case.yaml", "-o", ends, "--set", f"ends={ends}").returncode == 0
@@ -154,7 +155,7 @@ def test_poiseuille_flow_is_exact(tmp_path: Path, pairsim) -> None:  # type: ign
         assert np.abs(series["dp"] - 32 * 4).max() < 1e-9
 
 
-def test_ends_of_both_kinds_agree(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+def test_ends_of_both_kinds_agree(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(SOFT)
     short = ["--set", "ends=developed", "--set", "length=auto"]
     assert pairsim("run", "case.yaml", "-o", "long").returncode == 0
@@ -164,7 +165,7 @@ def test_ends_of_both_kinds_agree(tmp_path: Path, pairsim) -> None:  # type: ign
     assert abs(long["dp_plus"][-1] - cut["dp_plus"][-1]) < 1e-3
 
 
-def test_unequal_pair_runs_into_contact(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+def test_unequal_pair_runs_into_contact(tmp_path: Path, pairsim: Pairsim) -> None:
     """A smaller, faster rigid sphere behind a larger one catches up; the run ends by itself."""
     text = "beta: [0.3, 0.4]\nDe: 0\nCa_e: 0\nd0: 0.1\nmesh: {Np: 12}\ntime: {end: 50}\nlimits: {min_gap: 0.02}\n"
     (tmp_path / "case.yaml").write_text(text)
@@ -179,7 +180,7 @@ def test_unequal_pair_runs_into_contact(tmp_path: Path, pairsim) -> None:  # typ
 @pytest.mark.parametrize(
     ("setting", "reason"), [("limits.max_steps=3", "max_steps"), ("limits.wall_time=0.01", "wall_time")]
 )
-def test_limits_are_typed_failures(setting: str, reason: str, tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+def test_limits_are_typed_failures(setting: str, reason: str, tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(SOFT)
     done = pairsim("run", "case.yaml", "-o", "out", "--set", setting)
     assert done.returncode == 3
@@ -189,7 +190,7 @@ def test_limits_are_typed_failures(setting: str, reason: str, tmp_path: Path, pa
     assert len(read_series(tmp_path / "out" / "series.csv")["t"]) >= 1
 
 
-def test_a_hopeless_step_is_a_typed_failure(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+def test_a_hopeless_step_is_a_typed_failure(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(SOFT)
     hopeless = ["--set", "time.fixed_step=0.1", "--set", "Ca_e=5", "--set", "time.end=20", "--set", "output.times=[]"]
     done = pairsim("run", "case.yaml", "-o", "out", *hopeless)
@@ -259,7 +260,7 @@ def test_no_other_thread_takes_sigterm(first: str) -> None:
 
 
 @pytest.mark.parametrize("ending", ["msh", "vtu"])
-def test_mesh_command_writes_a_mesh_and_a_picture(ending: str, tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+def test_mesh_command_writes_a_mesh_and_a_picture(ending: str, tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(SOFT)
     done = pairsim("mesh", "case.yaml", "-o", f"m/x.{ending}", "--png", "m/x.png")
     assert done.returncode == 0, done.stderr

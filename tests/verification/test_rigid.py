@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import solve_rigid
+from support.scenes import solve_rigid
 
 SINGLE = {0.2: (1.94677814, 0.0102456698), 0.4: (1.79081169, 0.3327323298), 0.6: (1.55302692, 2.7447509031)}
 PAIR = {0.1: (1.781813862, 0.6196818815), 0.3: (1.788255961, 0.6533886603)}

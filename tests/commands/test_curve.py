@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 import pyvista as pv
 import yaml
-from conftest import ROOT, interrupted
 from mpi4py import MPI
+from support.commands import Pairsim, interrupted
+from support.inputs import ROOT
 
 from pairsim.config.case_file import curve_from_dict, load_critical, load_curve
 from pairsim.drivers.curve import WarmStart, run_curve
@@ -30,7 +31,7 @@ CURVE = "beta: 0.4\nDe: 0\nCa_e: 0.1\nends: developed\nlength: auto\nmesh: {Np: 
 OPTIONS = Options(MPI.COMM_WORLD, overwrite=False, reporter=Reporter(), command="test")
 
 
-def test_curve_command(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+def test_curve_command(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(CURVE + "mesh_error: false\nfields: [0.1]\n")
     done = pairsim("curve", "case.yaml", "-o", "out", "--sensitivities")
     assert done.returncode == 0, done.stderr
@@ -46,7 +47,7 @@ def test_curve_command(tmp_path: Path, pairsim) -> None:  # type: ignore[no-unty
     assert pairsim("curve", "case.yaml", "-o", "out").returncode == 2  # nothing is overwritten unasked
 
 
-def test_critical_command_follows_the_zero_of_the_curve(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+def test_critical_command_follows_the_zero_of_the_curve(tmp_path: Path, pairsim: Pairsim) -> None:
     """At De .5, beta .4 there is an unstable distance, smaller for larger Ca_e; it is the zero of a curve there."""
     keys = "beta: 0.4\nDe: 0.5\nCa_e: 0.1\nends: developed\nlength: 5\nmesh: {Np: 10}\nmesh_error: false\n"
     (tmp_path / "critical.yaml").write_text(keys + "along: {Ca_e: [0.05, 0.1]}\nd: [0.1, 0.5]\n")
@@ -69,7 +70,7 @@ def test_critical_command_follows_the_zero_of_the_curve(tmp_path: Path, pairsim)
     assert (tmp_path / "critical" / "critical.png").stat().st_size > 10_000
 
 
-def test_critical_follows_lines_over_De_with_their_errors(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+def test_critical_follows_lines_over_De_with_their_errors(tmp_path: Path, pairsim: Pairsim) -> None:
     """Two lines over De: the softer pair has the smaller distance, as in Fig. 11."""
     keys = "beta: 0.4\nDe: 0.5\nCa_e: 0.1\nends: developed\nlength: 3\nmesh: {Np: 8}\n"
     (tmp_path / "case.yaml").write_text(keys + "along: {De: [0.4, 0.5]}\nlines: {Ca_e: [0.02, 0.05]}\nd: [0.15, 0.5]\n")
@@ -148,7 +149,7 @@ SHORT = {
 
 
 @pytest.mark.parametrize("command", SHORT)
-def test_shipped_case_runs(command: str, tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+def test_shipped_case_runs(command: str, tmp_path: Path, pairsim: Pairsim) -> None:
     settings = [word for setting in SHORT[command] for word in ("--set", setting)]
     done = pairsim(command, str(ROOT / "configs" / f"{command}.yaml"), "-o", "out", *settings)
     assert done.returncode == 0, done.stderr
@@ -186,7 +187,7 @@ def test_bad_case_is_refused(name: str, tmp_path: Path) -> None:
     assert allowed in str(caught.value)
 
 
-def test_ranks_give_the_same_curve(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+def test_ranks_give_the_same_curve(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(CURVE + "mesh_error: false\nmax_points: 3\ntol: 1e-3\n")
     for ranks in (1, 2):
         done = pairsim("curve", "case.yaml", "-o", f"n{ranks}", "--set", "De=0.3", ranks=ranks)
@@ -201,7 +202,7 @@ def test_ranks_give_the_same_curve(tmp_path: Path, pairsim) -> None:  # type: ig
         assert one[name] == pytest.approx(two[name], abs=1e-8), name
 
 
-def test_no_steady_state_is_a_typed_failure(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+def test_no_steady_state_is_a_typed_failure(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(CURVE)
     done = pairsim("curve", "case.yaml", "-o", "out", "--set", "Ca_e=0.4", "--set", "mesh_error=false")
     assert done.returncode == 3, done.stderr
@@ -230,3 +231,16 @@ def test_a_curve_that_cannot_be_written_ends_typed(tmp_path: Path, monkeypatch: 
     outcome = run_curve(made, tmp_path / "out", OPTIONS)
     assert (outcome.status, outcome.reason) == ("failed", "write_failed")
     assert json.loads((tmp_path / "out" / "run.json").read_text())["reason"] == "write_failed"
+
+
+def test_a_change_of_sign_between_two_meshes_is_no_zero_and_is_told(tmp_path: Path, pairsim: Pairsim) -> None:
+    """On ten cells dU at d = .8 has the wrong sign; its neighbour .7 lies on a mesh made for another distance."""
+    keys = "beta: 0.4\nDe: 0\nCa_e: 0.1\nends: developed\nlength: auto\nmesh: {Np: 10, max_size: 0.2}\n"
+    (tmp_path / "case.yaml").write_text(keys + "tol: 1\nmesh_error: false\nd: [0.7, 0.8]\n")
+    done = pairsim("curve", "case.yaml", "-o", "out")
+    assert done.returncode == 0, done.stderr
+    dU = read_series(tmp_path / "out" / "curve.csv")["dU"]
+    assert dU[0] > 0 > dU[-1]
+    assert len((tmp_path / "out" / "equilibria.csv").read_text().splitlines()) == 1
+    warnings = json.loads((tmp_path / "out" / "run.json").read_text())["warnings"]
+    assert sum("within the error of the mesh" in warning for warning in warnings) == 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from support.commands import Pairsim
 from typer.testing import CliRunner
 
 from pairsim.cli.app import app
@@ -85,7 +86,7 @@ def test_bad_case_is_refused(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["misspelt key", "nan", "broken YAML", "empty file"])
-def test_command_ends_with_2_and_writes_nothing(name: str, tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+def test_command_ends_with_2_and_writes_nothing(name: str, tmp_path: Path, pairsim: Pairsim) -> None:
     text, key, allowed = BAD[name]
     (tmp_path / "case.yaml").write_text(text)
     result = pairsim("run", "case.yaml")
@@ -97,7 +98,7 @@ def test_command_ends_with_2_and_writes_nothing(name: str, tmp_path: Path, pairs
     assert [p.name for p in tmp_path.iterdir()] == ["case.yaml"]
 
 
-def test_missing_file_is_named(pairsim) -> None:  # type: ignore[no-untyped-def]
+def test_missing_file_is_named(pairsim: Pairsim) -> None:
     result = pairsim("run", "nowhere.yaml")
     assert result.returncode == 2
     assert "nowhere.yaml: no such file" in result.stderr
@@ -105,7 +106,7 @@ def test_missing_file_is_named(pairsim) -> None:  # type: ignore[no-untyped-def]
 
 
 @pytest.mark.parametrize("ranks", [0, 2])
-def test_existing_folder_is_left_alone(ranks: int, tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+def test_existing_folder_is_left_alone(ranks: int, tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(GOOD)
     out = tmp_path / "out"
     out.mkdir()

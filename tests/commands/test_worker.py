@@ -12,15 +12,15 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from conftest import TINY, words_of
+from support.commands import Pairsim, words_of
+from support.inputs import TINY
 
-from pairsim.runtime.child_process import Child, clean_environment, descendants, module_command
+from pairsim.runtime.child_process import Child, descendants, module_command
 from pairsim.runtime.signals import Signals
 from pairsim.sweeps.commands import read_curve
 from pairsim.sweeps.grid import read_grid
 from pairsim.sweeps.progress import SweepReporter
 from pairsim.sweeps.sweep import _compile_forms
-from pairsim.sweeps.verdict import judge
 from pairsim.sweeps.worker import CaseWorker, Result, Task
 
 CURVES = "command: curve\n" + TINY.replace("Ca_e: 0, ", "d: [0.1, 0.3], tol: 1, mesh_error: false, ").replace(
@@ -99,47 +99,6 @@ def test_what_befalls_a_case_after_it_has_said_that_it_finished_does_not_matter(
     assert (result.status, result.reason) == ("finished", "end")
 
 
-FAILED = {"status": "failed"}
-
-
-@pytest.mark.parametrize(
-    ("code", "run", "stderr", "stopped", "expected"),
-    [
-        (0, {"status": "finished", "reason": "contact"}, "", "", ("finished", "contact")),
-        (0, {"status": "finished", "reason": "end"}, "", "timeout", ("finished", "end")),
-        (3, {"status": "failed", "reason": "newton_diverged"}, "", "", ("failed", "newton_diverged")),
-        (3, {"status": "failed", "reason": "wall_time"}, "", "", ("timeout", "wall_time")),
-        (
-            3,
-            {"reason": "write_failed", "message": "[Errno 28] No space left"} | FAILED,
-            "",
-            "",
-            ("failed", "disk_full"),
-        ),
-        (3, {"reason": "write_failed", "message": "Permission denied"} | FAILED, "", "", ("failed", "write_failed")),
-        (130, {"status": "interrupted"}, "", "timeout", ("timeout", "case_timeout")),
-        (-9, {"status": "running"}, "", "timeout", ("timeout", "case_timeout")),
-        (130, {"status": "interrupted"}, "", "interrupted", ("pending", "interrupted")),
-        (130, {"status": "interrupted"}, "", "", ("pending", "interrupted")),
-        (-11, {"status": "running"}, "", "", ("failed", "crashed")),
-        (-9, {"status": "running"}, "", "", ("failed", "out_of_memory")),
-        (1, {"status": "running"}, "MemoryError", "", ("failed", "out_of_memory")),
-        (1, {"status": "running"}, "OSError: [Errno 28] No space left on device", "", ("failed", "disk_full")),
-        (1, {"status": "running"}, "write failed (errno = 27, error message)", "", ("failed", "disk_full")),
-        (1, {"status": "running"}, "ValueError: odd", "", ("failed", "error")),
-        (1, {}, "ImportError: libmpi", "", ("failed", "not_started")),
-        (2, {}, "pairsim: mpirun: De: got 1", "", ("failed", "refused")),
-        (139, {"status": "running"}, "EXIT STRING: Segmentation fault (signal 11)", "", ("failed", "crashed")),
-    ],
-)
-def test_ends_have_typed_reasons(
-    code: int, run: dict[str, str], stderr: str, stopped: str, expected: tuple[str, str]
-) -> None:
-    status, reason, message = judge(code, run, stderr, stopped, 5.0)
-    assert (status, reason) == expected
-    assert "SIGSEGV" in message or reason != "crashed"
-
-
 def test_child_that_ignores_a_signal_is_killed() -> None:
     deaf = "import signal, sys, time; signal.signal(15, signal.SIG_IGN); print('deaf', file=sys.stderr); time.sleep(60)"
     child = Child([sys.executable, "-u", "-c", deaf])
@@ -161,16 +120,6 @@ def test_child_dies_with_its_parent() -> None:
     while "sleep" in words_of(pid):
         assert time.monotonic() < deadline
         time.sleep(0.02)
-
-
-def test_child_does_not_take_itself_for_a_rank(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("PMI_RANK", "PMI_FD", "MPI_LOCALNRANKS", "SLURM_PROCID", "OMPI_COMM_WORLD_RANK", "HYDI_CONTROL_FD"):
-        monkeypatch.setenv(name, "1")
-    monkeypatch.setenv("OMP_NUM_THREADS", "8")
-    environment = clean_environment()
-    assert not [name for name in environment if name.startswith(("PMI", "MPI_", "SLURM_", "OMPI_C", "HYDI"))]
-    assert environment["OMP_NUM_THREADS"] == "1"
-    assert environment["PATH"] == os.environ["PATH"]
 
 
 def test_warming_up_compiles_all_that_a_case_needs_after_a_killed_compilation(tmp_path: Path) -> None:
@@ -205,12 +154,12 @@ def test_warming_up_compiles_all_that_a_case_needs_after_a_killed_compilation(tm
 
 
 @pytest.mark.parametrize("grid", [TINY + "grid: {d0: [0.1, 0.2]}\n", CURVES + "grid: {Ca_e: [0.02, 0.04]}\n"])
-def test_cases_do_not_import_what_lies_in_the_current_folder(  # type: ignore[no-untyped-def]
-    grid: str, decoys: Path, tmp_path: Path, pairsim
+def test_cases_do_not_import_what_lies_in_the_current_folder(
+    grid: str, decoys: Path, tmp_path: Path, pairsim_apart: Pairsim
 ) -> None:
     """Runs, and curves in a sequence; above a clone of the project, its folder would be taken for the package."""
     (tmp_path / "grid.yaml").write_text(grid)
-    done = pairsim("sweep", "grid.yaml", "-o", "out", "-q")
+    done = pairsim_apart("sweep", "grid.yaml", "-o", "out", "-q")
     assert done.returncode == 0, done.stderr
     cases = json.loads((tmp_path / "out" / "sweep.json").read_text())["cases"]
     assert [case["status"] for case in cases] == ["finished", "finished"]

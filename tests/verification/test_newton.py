@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import MPI, soft_pair
+from mpi4py import MPI
+from support.scenes import soft_pair
 
 from pairsim.fem.geometry import MeshSettings
-from pairsim.solvers.kept_matrix import KeptMatrix
-from pairsim.solvers.newton_options import MatrixPolicy
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.step_size import StepControl
 from pairsim.solvers.transient import Transient
@@ -44,30 +43,6 @@ def test_jacobian_matches_differences(name: str) -> None:
         scale = np.linalg.norm(product[index])
         assert np.linalg.norm(product[index] - difference[index]) < 1e-6 * max(scale, 1e-3), field
     transient.close()
-
-
-def test_a_matrix_serves_while_its_policy_says_so() -> None:
-    policy = MatrixPolicy(slow=0.15, other_step=0.5, far=1e-3)
-    assert not policy.serves_step(np.inf)
-    assert policy.serves_step(1.5)
-    assert not policy.serves_step(1.6)
-    matrix = KeptMatrix(policy)
-    matrix.begin_solve(1.0)
-    assert matrix.due
-    matrix.made(1.0)
-    assert matrix.error_left(1, 1e-2) == pytest.approx(1e-2)  # the square of a step, one at most
-    matrix.go_on()
-    assert matrix.due
-    matrix.made(1.0)
-    assert matrix.error_left(2, 1e-4) == pytest.approx(1e-6)
-    matrix.go_on()
-    assert not matrix.due
-    assert matrix.error_left(3, 1e-5) == pytest.approx(1e-5 * 0.1 / 0.9)  # a geometric series
-    matrix.go_on()
-    assert not matrix.due
-    matrix.error_left(4, 2e-6)
-    matrix.go_on()
-    assert matrix.due
 
 
 def test_newton_converges_quadratically() -> None:

@@ -2,30 +2,19 @@
 
 from __future__ import annotations
 
-import csv
 import json
-from collections.abc import Callable
 from pathlib import Path
-from subprocess import CompletedProcess
 
 import numpy as np
 import pytest
-from conftest import ROOT, examples
-from matplotlib import image
+from support.inputs import ROOT, STUDY, examples
 
 from pairsim.config.case_file import read_yaml
-from pairsim.results.output import read_series
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.convergence import extrapolated, observed_order, pareto
 from pairsim.sweeps.grid import grid_from
 from pairsim.sweeps.study import sampled, study_rows
 from pairsim.sweeps.study_file import Study, read_study
-
-STUDY = """
-base: {beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1, ends: developed, length: 3, time: {end: 0.02}, output: {fields: false}}
-at: [0.01, 0.02]
-discretisations: [{mesh.Np: 8}, {mesh.Np: 11}, {mesh.Np: 16}, {mesh.Np: 8, time.fixed_step: 0.005}]
-"""
 
 
 def checked(tmp_path: Path, text: str) -> Study:
@@ -221,53 +210,6 @@ def test_discretisation_that_failed_once_has_no_figures(ending: str, tmp_path: P
     ]
     assert [row.get("error") is None for row in rows] == [False, True, True]
     assert "wall_time" not in rows[1]
-
-
-def test_quasi_steady_is_compared_with_the_transient(
-    tmp_path: Path, pairsim: Callable[..., CompletedProcess[str]]
-) -> None:
-    text = """
-base: {beta: 0.4, De: 0, Ca_e: 0.02, d0: 0.1, ends: developed, length: 3, mesh: {Np: 8}, time: {end: 1}, tol: 1}
-over: d
-at: 0.1005
-discretisations: [{command: run}, {command: curve, mesh_error: false}, {command: curve, mesh_error: false, mesh.Np: 10}]
-reference: 0
-"""
-    (tmp_path / "study.yaml").write_text(text)
-    done = pairsim("study", "study.yaml", "-o", "out", "-q")
-    assert done.returncode == 0, done.stderr
-    with (tmp_path / "out" / "study.csv").open() as file:
-        run, same, other = csv.DictReader(file)
-    assert [row["command"] for row in (run, same, other)] == ["run", "curve", "curve"]
-    assert 0 < float(same["relative_error"]) < 0.01, "the quasi-steady view, on one mesh"
-    assert float(other["relative_error"]) > float(same["relative_error"])
-
-
-def test_study_runs_resumes_and_draws(tmp_path: Path, pairsim: Callable[..., CompletedProcess[str]]) -> None:
-    (tmp_path / "study.yaml").write_text(STUDY)
-    done = pairsim("study", "study.yaml", "-o", "out", "-q", ranks=2)
-    assert (done.returncode, done.stdout.strip()) == (0, "out"), done.stderr
-    with (tmp_path / "out" / "study.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    assert [(row["mesh.Np"], row["time.fixed_step"]) for row in rows] == [
-        ("8", ""), ("11", ""), ("16", ""), ("8", "0.005"),
-    ]  # fmt: skip
-    assert [row["reference"] for row in rows] == ["false", "false", "true", "false"]
-    assert [row["steps"] for row in rows][3] == "4"
-    errors = [float(row["error"]) for row in rows if row["error"]]
-    assert len(errors) == 3
-    assert 0 < errors[1] < errors[0] < 0.1
-    ends = {float(row["dU"]) for row in rows}
-    assert ends == {read_series(path)["dU"][-1] for path in tmp_path.glob("out/sweep-1/*/series.csv")}
-    assert all(50e6 < int(row["peak_memory"]) < 4e9 for row in rows)
-    assert image.imread(tmp_path / "out" / "study.png").shape[1] > 500
-    told = {path: path.read_text() for path in tmp_path.glob("out/sweep-1/*/run.json")}
-    assert len(told) == 4
-    (tmp_path / "out" / "study.csv").unlink()
-    again = pairsim("study", "study.yaml", "-o", "out", "-q")
-    assert again.returncode == 0, again.stderr
-    assert all(path.read_text() == text for path, text in told.items())
-    assert (tmp_path / "out" / "study.csv").is_file()
 
 
 def test_shipped_study_is_valid() -> None:

@@ -12,7 +12,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import MPI, dU, soft_pair
+from mpi4py import MPI
+from support.commands import Pairsim
+from support.scenes import dU, soft_pair
 
 from pairsim.config.case import Case
 from pairsim.config.case_file import case_from_dict
@@ -335,7 +337,7 @@ def test_fields_that_outgrow_the_disk_end_a_run_that_can_go_on(tmp_path: Path) -
     assert np.array_equal(read_times(tmp_path / "run"), read_times(tmp_path / "whole"))
 
 
-def test_the_command_goes_on_with_any_number_of_processes(tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+def test_the_command_goes_on_with_any_number_of_processes(tmp_path: Path, pairsim: Pairsim) -> None:
     text = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\nends: developed\nlength: 3\nmesh: {Np: 8}\n"
     (tmp_path / "case.yaml").write_text(text + "time: {end: 0.02, first_step: 0.001}\n")
     assert pairsim("run", "case.yaml", "-o", "whole").returncode == 0
@@ -349,7 +351,7 @@ def test_the_command_goes_on_with_any_number_of_processes(tmp_path: Path, pairsi
         assert_same(tmp_path / "whole", tmp_path / name, 1e-8)
 
 
-def test_what_cannot_be_resumed_is_an_input_error(short: Path, tmp_path: Path, pairsim) -> None:  # type: ignore[no-untyped-def]
+def test_what_cannot_be_resumed_is_an_input_error(short: Path, tmp_path: Path, pairsim: Pairsim) -> None:
     shutil.copytree(short, tmp_path / "run")
     done = pairsim("run", "--resume", "run", "--set", "Ca_e=0.3", ranks=2)
     assert done.returncode == 2

@@ -6,15 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import at, dU, march, soft_pair
+from mpi4py import MPI
 from numpy.polynomial import legendre
 from scipy.interpolate import CubicSpline
+from support.scenes import at, dU, march, soft_pair
 
 from pairsim.config.accuracy import SETTINGS
 from pairsim.fem.geometry import MeshSettings
 from pairsim.fem.scene import Body
 from pairsim.solvers.newton_options import TRANSIENT
 from pairsim.solvers.step_size import StepControl
+from pairsim.solvers.transient import Transient
 
 SLOPE = {(0.4, 0.1): 5.475377e-2, (0.4, 0.3): 1.965724e-2, (0.2, 0.1): -9.88438e-4}
 F_3, F_5 = 1.4454685, -0.0059043
@@ -56,8 +58,6 @@ def modes(body: Body, h: np.ndarray, Ca: float) -> np.ndarray:
 
 
 def single_sphere_modes(Ca: float) -> np.ndarray:
-    from conftest import MPI, Transient
-
     problem = soft_pair(0.4, 0.1, Ca, control=StepControl(3e-4, 1e-9, 3 * Ca), first_step=Ca / 100)
     problem = type(problem)(**{**problem.__dict__, "betas": (0.4,), "Ca_es": (Ca,), "gaps": ()})
     transient = Transient(MPI.COMM_WORLD, problem)

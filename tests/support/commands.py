@@ -1,0 +1,72 @@
+"""Commands as a user runs them: in this process, in one of their own, and on several ranks."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pairsim.runtime.child_process import module_command
+
+Done = subprocess.CompletedProcess[str]
+Pairsim = Callable[..., Done]
+
+
+def in_process(folder: Path, arguments: tuple[str, ...], capture: pytest.CaptureFixture[str]) -> Done:
+    """Run the command line in this process: no second is lost with imports.
+
+    Args:
+        folder: The current folder meanwhile.
+        arguments: What follows `pairsim`.
+        capture: What takes the output, also that of compiled libraries.
+    """
+    from pairsim.cli.app import main
+
+    capture.readouterr()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setattr(sys, "argv", ["pairsim", *arguments])
+        with pytest.raises(SystemExit) as ended:
+            main()
+    out, err = capture.readouterr()
+    return subprocess.CompletedProcess(sys.argv, int(ended.value.code or 0), out, err)
+
+
+def apart(folder: Path, *arguments: str, ranks: int = 0, timeout: float = 600) -> Done:
+    """Run the command in a process of its own; `ranks` puts mpirun in front."""
+    mpirun = [str(Path(sys.executable).parent / "mpirun"), "-n", str(ranks)] if ranks else []
+    command = [*mpirun, *module_command("pairsim", *arguments)]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=timeout, check=False)
+
+
+def interrupted(words: list[str], table: Path, number: int) -> dict[str, Any]:
+    """run.json of a command that was sent a signal once its table had five lines or more; it ends in order."""
+    command = module_command("pairsim", *words)
+    process = subprocess.Popen(command, cwd=table.parents[1], stderr=subprocess.PIPE, text=True)
+    try:
+        while not table.exists() or table.read_text().count("\n") < 5:
+            assert process.poll() is None
+            time.sleep(0.1)
+        process.send_signal(number)
+        _, complaint = process.communicate(timeout=250)
+    finally:
+        process.kill()
+    assert process.returncode == 130
+    assert "Traceback" not in complaint
+    told: dict[str, Any] = json.loads((table.parent / "run.json").read_text())
+    assert told["status"] == "interrupted"
+    return told
+
+
+def words_of(pid: int) -> list[str]:
+    """Command line of a process, [""] if there is none."""
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_text().split("\0")
+    except OSError:
+        return [""]

@@ -1,0 +1,86 @@
+"""Particles in a tube, solved in process without files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from mpi4py import MPI
+
+from pairsim.fem.geometry import Geometry, MeshSettings, Reference
+from pairsim.fem.meshing import liquid_mesh, make_outlines
+from pairsim.fem.scene import Scene, make_bodies
+from pairsim.fem.scene_constraints import transient_constraints
+from pairsim.solvers.branch import Branch, Point
+from pairsim.solvers.curve import trace
+from pairsim.solvers.newton import Newton
+from pairsim.solvers.problems import Problem
+from pairsim.solvers.step_size import StepControl
+from pairsim.solvers.transient import Step, Transient
+
+
+@dataclass(frozen=True)
+class Rigid:
+    """Force-free rigid spheres in a Newtonian liquid."""
+
+    U: np.ndarray
+    dp_plus: float
+    m: float
+
+
+def solve_rigid(betas: tuple[float, ...], gaps: tuple[float, ...] = (), **mesh: float) -> Rigid:
+    """Velocities and extra pressure drop, periodic ends, L = 50 D_p."""
+    geometry = Geometry(betas, gaps, 50 * max(betas))
+    settings = MeshSettings(**mesh)
+    outlines = make_outlines(geometry, settings)
+    reference = Reference.spheres(geometry, outlines)
+    n = len(betas)
+    bodies = make_bodies(MPI.COMM_WORLD, [0.0] * n, outlines, [None] * n)
+    scene = Scene(MPI.COMM_WORLD, reference, liquid_mesh(reference, settings), bodies, periodic=True)
+    constraints = transient_constraints(scene)
+    newton = Newton(scene, constraints)
+    y, report = newton.solve(np.zeros(constraints.size), geometry.centres.copy(), 1e-3, 2 - 4 / 3 * betas[0] ** 2)
+    assert report.converged, report
+    _, x = newton.state(y)
+    newton.destroy()
+    return Rigid(y[constraints.fields["U_p"]], scene.pressure_drop(x) - 32 * geometry.length, float(x[scene.m]))
+
+
+def soft_pair(beta: float, d: float, Ca_e: float, **changes: object) -> Problem:
+    """Two equal soft spheres on the default mesh of a case in a Newtonian liquid."""
+    problem = Problem(
+        (beta, beta),
+        (Ca_e, Ca_e),
+        (d,),
+        50 * beta,
+        True,
+        MeshSettings(),
+        StepControl(3e-4, 1e-8, 2.0),
+        5e-4,
+        U_m=2 * (1 - 2 / 3 * beta**2),
+    )
+    return replace(problem, **changes)  # type: ignore[arg-type]
+
+
+def march(problem: Problem, times: list[float]) -> list[Step]:
+    """Every accepted step up to the last of the times, all of which are landed on."""
+    transient = Transient(MPI.COMM_WORLD, problem)
+    try:
+        return list(transient.steps(iter(times)))
+    finally:
+        transient.close()
+
+
+def at(steps: list[Step], t: float) -> Step:
+    """The step that ends at t."""
+    return next(s for s in steps if abs(s.t - t) < 1e-9 * max(1.0, t))
+
+
+def dU(step: Step) -> float:
+    """Relative velocity of a pair."""
+    return float(step.observation.dU[0])
+
+
+def traced(solver: Branch, places: list[tuple[float, ...]], tol: float, max_points: int) -> list[Point]:
+    """The points of a curve in ascending d."""
+    return sorted((point for point, _ in trace(solver, places, tol, max_points)), key=lambda point: point.d)
