@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, NoReturn
 
 import typer
 
-from pairsim import __version__
 from pairsim.cli import sweeps
 from pairsim.cli.options import CaseFile, Output, Overwrite, Quiet, Settings, print_table, rank
 from pairsim.runtime.errors import InputError, PairsimError, RunFailure, unexpected
+from pairsim.runtime.version import __version__
 
 if TYPE_CHECKING:
-    from pairsim.drivers.outcome import Outcome
-    from pairsim.drivers.session import Options
+    from pairsim.api.results import Result
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -79,10 +77,17 @@ def run(
         case = resume / "case.yaml"
     checked = load_case(case, tuple(set_ or ()))
     directory = resume or output or Path("runs") / checked.slug
-    options = _options(overwrite, quiet)
-    from pairsim.drivers.run import run_case
+    from pairsim.api import compute
 
-    _end(run_case(checked, directory, options, resume=resume is not None), directory, quiet, None)
+    result = compute.run(
+        checked,
+        folder=directory,
+        overwrite=overwrite,
+        resume=resume is not None,
+        progress=not quiet,
+        signals=True,
+    )
+    _end(result, directory, quiet, plot=False)
 
 
 @app.command(
@@ -107,12 +112,17 @@ def curve(
 
     checked = load_curve(case, tuple(set_ or ()))
     directory = output or Path("runs") / checked.slug
-    options = _options(overwrite, quiet)
-    from pairsim.drivers.curve import run_curve
-    from pairsim.results.curve_plots import plot_curve
+    from pairsim.api import compute
 
-    outcome = run_curve(checked, directory, options, sensitivities=sensitivities)
-    _end(outcome, directory, quiet, plot_curve)
+    result = compute.curve(
+        checked,
+        folder=directory,
+        overwrite=overwrite,
+        sensitivities=sensitivities,
+        progress=not quiet,
+        signals=True,
+    )
+    _end(result, directory, quiet, plot=True)
 
 
 @app.command(
@@ -131,41 +141,25 @@ def critical(
 
     checked = load_critical(case, tuple(set_ or ()))
     directory = output or Path("runs") / checked.slug
-    options = _options(overwrite, quiet)
-    from pairsim.drivers.critical import run_critical
-    from pairsim.results.critical_plots import plot_critical
+    from pairsim.api import compute
 
-    _end(run_critical(checked, directory, options), directory, quiet, plot_critical)
-
-
-def _options(overwrite: bool, quiet: bool) -> Options:
-    """How a command that computes is carried out."""
-    from pairsim.runtime.fenicsx import MPI  # before everything else that loads MPI or is compiled
-
-    # isort: split
-    from pairsim.drivers.progress import make_reporter
-    from pairsim.drivers.session import Options
-    from pairsim.runtime.launcher import check_launcher
-    from pairsim.runtime.locks import command_line
-
-    comm = MPI.COMM_WORLD
-    check_launcher(comm)
-    reporter = make_reporter(quiet, comm.rank)
-    return Options(comm, overwrite, reporter, command_line())
+    result = compute.critical(checked, folder=directory, overwrite=overwrite, progress=not quiet, signals=True)
+    _end(result, directory, quiet, plot=True)
 
 
-def _end(outcome: Outcome, directory: Path, quiet: bool, plot: Callable[[Path, Path], list[Path]] | None) -> NoReturn:
-    """Draw, say where the results are or what went wrong, and exit with the outcome's code."""
-    from mpi4py import MPI
+def _end(result: Result, directory: Path, quiet: bool, plot: bool) -> NoReturn:
+    """Draw, say where the results are or what went wrong, and exit with the code of the outcome."""
+    from pairsim.drivers.outcome import EXIT_CODES
 
-    if MPI.COMM_WORLD.rank == 0:
-        if outcome.exit_code == 0:
-            if plot is not None:
-                plot(directory, directory)
+    code = EXIT_CODES[result.status]
+    if rank() == 0:
+        if code == 0:
+            if plot:
+                result.plot(directory)
             typer.echo(str(directory))
         elif quiet:
-            typer.echo(outcome.message, err=True)
-    raise typer.Exit(outcome.exit_code)
+            typer.echo(result.message, err=True)
+    raise typer.Exit(code)
 
 
 @app.command(epilog="Example: pairsim mesh configs/quickstart.yaml -o meshes/pair.msh --png meshes/pair.png")

@@ -35,6 +35,7 @@ def sweep(
     fail_fast: Annotated[bool, typer.Option("--fail-fast", help="Stop when a case fails.")] = False,
     shard: Annotated[str | None, typer.Option(metavar="I/N", help="Do part I of N, counted from 1.")] = None,
     ranks_per_case: Annotated[int, typer.Option(min=1, help="MPI processes of each case.")] = 1,
+    workers: Annotated[int, typer.Option(min=1, help="Cases at the same time, without mpirun.")] = 1,
     cold: Annotated[bool, typer.Option("--cold", help="Start no curve from its neighbour's solutions.")] = False,
     case_timeout: Annotated[float | None, typer.Option(min=0.0, help="Wall time of a case, in seconds.")] = None,
     walltime: Annotated[
@@ -93,6 +94,7 @@ def sweep(
         seconds,
         cold,
         tuple(set_ or ()),
+        workers,
     )
     reporter = make_sweep_reporter(quiet, comm.rank if comm else 0)
     code, message = run_sweep(checked, directory, options, comm, reporter)

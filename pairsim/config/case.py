@@ -7,7 +7,7 @@ The models below are the only definition of keys, defaults, limits and their doc
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
@@ -124,6 +124,9 @@ class OutputOptions(_Options):
 
 class SceneCase(_Options):
     """What every command needs to know. beta, Ca_e: the same for all particles, or a list counted from upstream."""
+
+    kind: ClassVar[str]
+    """The command that the case is for."""
 
     beta: Diameter | tuple[Diameter, ...] | None = Field(None, description="blockage D_p/D_c, between 0 and 1")
     De: Number = Field(ge=0, description="Deborah number lambda U_av/D_c; 0 is a Newtonian liquid")
@@ -257,6 +260,8 @@ class SceneCase(_Options):
 
 class Case(SceneCase):
     """One case in time; d0 is one distance for all gaps or a list."""
+
+    kind: ClassVar[str] = "run"
 
     d0: Distance | tuple[Distance, ...] | None = Field(None, description="initial distance between surfaces [D_c]")
     time: TimeOptions = TimeOptions()

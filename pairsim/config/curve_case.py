@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
@@ -36,6 +36,8 @@ Values = Annotated[tuple[Positive, ...], Field(min_length=1, max_length=MOST_VAL
 
 class CurveCase(SceneCase):
     """A master curve: the same scene at many distances d."""
+
+    kind: ClassVar[str] = "curve"
 
     d: Gaps | None = Field(
         None, description="distances between surfaces [D_c]: a list (of numbers or lists of gaps), or a range"
@@ -78,6 +80,8 @@ class CurveCase(SceneCase):
 
 class CriticalCase(SceneCase):
     """Critical distances: zeros of dU, followed along one parameter."""
+
+    kind: ClassVar[str] = "critical"
 
     along: dict[str, Values] | None = Field(
         None, description="the parameter to follow them along: Ca_e or De, with its values (a list or a range)"

@@ -10,9 +10,12 @@ from dataclasses import dataclass
 from importlib import metadata
 from typing import Any
 
-from pairsim import __version__
-from pairsim.results.output import RunFolder
+from pairsim.results.output import FORMAT, RunFolder
+from pairsim.runtime.version import __version__
 from pairsim.solvers.newton import petsc_version
+
+EXIT_CODES = {"finished": 0, "failed": 3, "interrupted": 130}
+"""Exit codes of commands by status."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,7 @@ class Outcome:
     @property
     def exit_code(self) -> int:
         """0 finished, 3 typed failure, 130 interrupted."""
-        return {"finished": 0, "failed": 3, "interrupted": 130}[self.status]
+        return EXIT_CODES[self.status]
 
 
 def _versions() -> dict[str, str]:
@@ -57,13 +60,14 @@ class Record:
 
     Args:
         folder: The folder, None on all processes but the first.
+        kind: The command that the folder is of: run, curve or critical.
         command: The command line.
         processes: Size of the communicator.
         before: Seconds that the run took before it was stopped and resumed.
     """
 
-    def __init__(self, folder: RunFolder | None, command: str, processes: int, before: float = 0.0) -> None:
-        self._folder, self._command, self._processes = folder, command, processes
+    def __init__(self, folder: RunFolder | None, kind: str, command: str, processes: int, before: float = 0.0) -> None:
+        self._folder, self._kind, self._command, self._processes = folder, kind, command, processes
         self._begin = time.perf_counter() - before
         self._started = time.strftime("%Y-%m-%dT%H:%M:%S%z")
 
@@ -84,6 +88,8 @@ class Record:
             return
         wall = self.passed
         content = {
+            "format": FORMAT,
+            "kind": self._kind,
             "status": outcome.status if outcome else "running",
             "reason": outcome.reason if outcome else "",
             "message": outcome.message if outcome else "",

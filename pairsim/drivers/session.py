@@ -32,12 +32,14 @@ class Options:
         overwrite: Replace earlier results.
         reporter: Shows progress (quiet on all processes but the first).
         command: The command line, for the record and the lock.
+        signals: Whether SIGINT and SIGTERM end the work in order. Without, they do what they did before.
     """
 
     comm: MPI.Comm
     overwrite: bool
     reporter: Reporter
     command: str
+    signals: bool = False
 
 
 class Session:
@@ -57,8 +59,9 @@ class Session:
     ) -> None:
         self.comm, self.reporter = options.comm, options.reporter
         self.folder, self.checkpoint = folder, checkpoint
-        self.record = Record(folder, options.command, self.comm.size, checkpoint.wall if checkpoint else 0.0)
+        self.record = Record(folder, case.kind, options.command, self.comm.size, checkpoint.wall if checkpoint else 0.0)
         self.stopped_at_once = False
+        self._signals = options.signals
         self._title = case.name or case.slug
 
     def announce(self, goal: str, total: float, notes: Iterable[str] = ()) -> None:
@@ -78,7 +81,7 @@ class Session:
             The work's outcome, or that of a typed failure or a signal which ended it.
         """
         try:
-            with Signals(impatient=True) as signals:
+            with Signals(impatient=True, installed=self._signals) as signals:
                 return work(signals)
         except RunFailure as failure:
             return Outcome("failed", failure.reason, str(failure))

@@ -9,12 +9,16 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Column:
-    """One column of series.csv: its name, the paper's symbol (TeX), what it means, its unit (TeX, "" without one)."""
+    """One column: its name, the paper's symbol (TeX), what it means, its unit (TeX, "" without one).
+
+    `whole`: whether its numbers are whole.
+    """
 
     name: str
     symbol: str
     meaning: str
     unit: str
+    whole: bool = False
 
 
 RATE = r"U_{av}/D_c"
@@ -36,9 +40,9 @@ COLUMNS: tuple[Column, ...] = (
     Column("dp", r"\Delta p", "pressure drop over the length of the tube", STRESS),
     Column("dp_plus", r"\Delta p^+", "pressure drop in excess of that of the same tube without particles", STRESS),
     Column("dt", r"\Delta t", "size of the step that ends here", TIME),
-    Column("newton", r"n", "Newton iterations of the step, or on the way from the point before", ""),
-    Column("mesh", r"k", "remeshings before the step", ""),
-    Column("meshes", r"k", "meshes made so far", ""),
+    Column("newton", r"n", "Newton iterations of the step, or on the way from the point before", "", whole=True),
+    Column("mesh", r"k", "remeshings before the step", "", whole=True),
+    Column("meshes", r"k", "meshes made so far", "", whole=True),
     Column("slope", r"\mathrm{d}\Delta U/\mathrm{d}d", "slope of dU over d; at a zero, negative is stable", RATE),
     Column("slope_i", r"\mathrm{d}\Delta U_i/\mathrm{d}d", "slope of dU_i when all distances change together", RATE),
     Column("drift", r"\delta", "change of dU by the terms that a quasi-steady solution leaves out", VELOCITY),
@@ -58,12 +62,12 @@ COLUMNS: tuple[Column, ...] = (
     Column("d_cr", r"d_{cr}", "critical distance: the pair moves as one", LENGTH),
     Column("stable", "", "true: a pair that is displaced a little comes back", ""),
     Column("kind", "", "wanted, added; vanishes: a stable and an unstable zero meet; edge: d leaves the range", ""),
-    Column("branch", "", "number of the line of critical distances", ""),
+    Column("branch", "", "number of the line of critical distances", "", whole=True),
     Column("U", "U", "velocity of the pair", VELOCITY),
     Column("d_error", r"\epsilon_d", "error of d_cr by the mesh: mesh_error over slope", LENGTH),
     Column("mesh_error", r"\epsilon", "|dU - dU on a mesh with cells 2^0.5 times larger|", VELOCITY),
     Column("mesh_error_i", r"\epsilon_i", "|dU_i - dU_i on a mesh with cells 2^0.5 times larger|", VELOCITY),
-    Column("wanted", "", "1 at a point that was asked for, 0 at one that was added", ""),
+    Column("wanted", "", "1 at a point that was asked for, 0 at one that was added", "", whole=True),
     Column(
         "m", r"m", "uniform source in the liquid's continuity that the time scheme needs; a measure of its error", ""
     ),
@@ -78,6 +82,8 @@ COLUMNS: tuple[Column, ...] = (
     Column("s_jump", r"[s]", "largest change of s = log c within a cell", ""),
 )
 """What columns mean; `_i` stands for the number of a particle or gap. Labels of plots have symbol and unit."""
+WHOLE = frozenset({"points", "steps", "unknowns", *(entry.name for entry in COLUMNS if entry.whole)})
+"""The columns of all tables, results.csv included, whose numbers are whole."""
 HEALTH = ("dt", "newton", "mesh", "m", "volume_error", "distortion")
 """The columns that every series.csv has after those."""
 POLYMER_HEALTH = ("c_max", "c_max_z", "c_max_r", "c_min", "s_jump")

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
-from scipy.interpolate import CubicHermiteSpline
 
 from pairsim.results.output import read_series
 from pairsim.results.run_plots import axis_label, case_title, finish_axis, read_case
 from pairsim.runtime.errors import InputError
+from pairsim.solvers.curve_interpolant import curve_interpolant
 
 
 def plot_curve(directory: Path, out: Path) -> list[Path]:
@@ -45,7 +45,7 @@ def plot_curve(directory: Path, out: Path) -> list[Path]:
         gap, colour = name.removeprefix("dU"), f"C{i}"
         values = table[name]
         if len(d) > 1:
-            curve = CubicHermiteSpline(np.log(d), values, table["slope" + gap] * d)(np.log(fine))
+            curve = curve_interpolant(d, values, table["slope" + gap])(np.log(fine))
             left.plot(fine, curve, color=colour, linewidth=1.5, label=f"gap {i + 1}")
             if "mesh_error" + gap in table:
                 error = np.interp(np.log(fine), np.log(d), table["mesh_error" + gap])

@@ -23,6 +23,8 @@ from numpy.typing import NDArray
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import LOCK
 
+FORMAT = 1
+"""Number of the format of a folder of results, in run.json; folders from before it was written have the same tables."""
 SERIES, CHECKPOINT = "series.csv", "checkpoint.npz"
 OWN_FILES = (
     "case.yaml",

@@ -77,7 +77,7 @@ class FieldFrame:
                 raise ValueError(f"{name} is not finite at t = {self.t:g}")
 
 
-def _stored(values: NDArray[np.float64], name: str) -> dict[str, NDArray[np.float64]]:
+def components(values: NDArray[np.float64], name: str) -> dict[str, NDArray[np.float64]]:
     """What is stored of a point field, by name: see the head of this file."""
     values = np.asarray(values, dtype=np.float64)
     if values.ndim == 1:
@@ -200,7 +200,7 @@ class FieldsWriter:
         self._item(ElementTree.SubElement(grid, "Geometry", GeometryType="XYZ"), points)
         self._attribute(grid, "position", points)
         for name, values in frame.point_data.items():
-            for stored_name, stored in _stored(values, name).items():
+            for stored_name, stored in components(values, name).items():
                 self._attribute(grid, stored_name, _dataset(group, stored_name, stored))
         group.attrs["mesh_id"] = frame.mesh_id
         group.attrs["t"] = frame.t  # last: a frame without it is not finished

@@ -25,7 +25,7 @@ class PairsimError(Exception):
     """Base of every error that pairsim raises on purpose."""
 
 
-class InputError(PairsimError):
+class InputError(PairsimError, ValueError):
     """Something the user gave cannot be used; the command ends with exit code 2.
 
     Args:
@@ -119,6 +119,18 @@ class NoSteadyState(RunFailure):
     """A quasi-steady branch could not be followed farther: past a fold there is no steady shape."""
 
     reason = "no_steady_state"
+
+
+def failure_of(reason: str, message: str) -> RunFailure:
+    """The typed failure that a record in run.json is of.
+
+    Args:
+        reason: Its `reason`; a RunFailure for one that is not known here.
+        message: What it said.
+    """
+    failure = next((kind for kind in RunFailure.__subclasses__() if kind.reason == reason), RunFailure)(message)
+    failure.args = (message,)  # where and why are in it already
+    return failure
 
 
 def unexpected() -> int:

@@ -36,8 +36,11 @@ PATIENCE = 1.0  # seconds in which an owner that was killed just now has gone
 
 
 def command_line() -> str:
-    """The command line of this process."""
-    return shlex.join(["pairsim", *sys.argv[1:]])
+    """The command line of this process: `pairsim ...`, or that of another program which uses the Python interface."""
+    program = Path(sys.argv[0])
+    if program.name == "pairsim" or Path(__file__).parents[1] in program.resolve().parents:  # the script, or a module
+        return shlex.join(["pairsim", *sys.argv[1:]])
+    return shlex.join(["python", *sys.argv])
 
 
 @dataclass(frozen=True)

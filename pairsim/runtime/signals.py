@@ -20,14 +20,15 @@ class Signals:
 
     Args:
         impatient: A second signal does not wait for the step to end: it raises KeyboardInterrupt.
+        installed: Whether it does. Without, signals do what they did before: SIGINT raises KeyboardInterrupt.
 
     Attributes:
         number: The signal caught last, 0 before one.
     """
 
-    def __init__(self, *, impatient: bool = False) -> None:
+    def __init__(self, *, impatient: bool = False, installed: bool = True) -> None:
         self.number = 0
-        self._impatient = impatient
+        self._impatient, self._installed = impatient, installed
         self._old: dict[int, Any] = {}
 
     def _catch(self, number: int, _: FrameType | None) -> None:
@@ -36,7 +37,7 @@ class Signals:
         self.number = number
 
     def __enter__(self) -> Signals:
-        if threading.current_thread() is threading.main_thread():  # the only one that may
+        if self._installed and threading.current_thread() is threading.main_thread():  # the only one that may
             for number in (signal.SIGINT, signal.SIGTERM):
                 self._old[number] = signal.signal(number, self._catch)
         _entered.append(self)

@@ -13,6 +13,7 @@ from scipy.interpolate import CubicHermiteSpline
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.branch import Branch, Point
+from pairsim.solvers.curve_interpolant import curve_interpolant
 from pairsim.solvers.steady import Snapshot
 
 # Where Newton finds no zero between two points, points are added half-way this many times.
@@ -79,10 +80,10 @@ class Equilibrium:
 def interpolant(points: list[Point]) -> CubicHermiteSpline:
     """dU of every gap over log d, from values and slopes at points in ascending d; of a pair, a number."""
     d = np.array([p.d for p in points])
-    values, slopes = np.array([p.dUs for p in points]), np.array([p.slopes * p.d for p in points])
+    values, slopes = np.array([p.dUs for p in points]), np.array([p.slopes for p in points])
     if values.shape[1] == 1:
         values, slopes = values[:, 0], slopes[:, 0]
-    return CubicHermiteSpline(np.log(d), values, slopes)
+    return curve_interpolant(d, values, slopes)
 
 
 def _bend(a: Point, b: Point) -> Array:

@@ -38,7 +38,7 @@ def solve(pairs: list[tuple[Path, Path]]) -> Outcome:
         for file, directory in pairs:
             case = load_curve(file)
             command = shlex.join(["pairsim", "curve", str(file), "-o", str(directory)])
-            options = Options(comm, overwrite=True, reporter=Reporter(), command=command)
+            options = Options(comm, overwrite=True, reporter=Reporter(), command=command, signals=True)
             outcome = run_curve(case, directory, options, warm_start=warm_start)
             if outcome.status == "finished" and comm.rank == 0:
                 with suppress(OSError):  # a picture can be drawn again

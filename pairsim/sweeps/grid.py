@@ -11,15 +11,15 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from pairsim.config.case_file import apply_settings, read_yaml
+from pairsim.config.merging import merge
 from pairsim.config.ranges import RANGE, spelled_out
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.commands import COMMANDS, Checked, SweepCommand, read_told
 
 KEYS = ("name", "command", "base", "grid", "zip", "cases", "exclude")
-GROUPS = ("mesh", "time", "limits", "output")  # keys of a case that hold keys
 MOST_CASES = 100_000
 LONGEST_SLUG = 100
 
@@ -141,17 +141,11 @@ class _Reader:
 
     def _merge(self, target: dict[str, Any], changes: Mapping[str, Any], where: str) -> None:
         """Put changes (dotted keys allowed) into nested data; groups are merged, everything else is replaced."""
-        for dotted, value in changes.items():
-            *groups, last = dotted.split(".")
-            inner = target
-            for group in groups:
-                inner = inner.setdefault(group, {})
-                if not isinstance(inner, dict):
-                    self.refuse(f"{where}: {dotted}", value, f"{group} is not a group of keys")
-            if isinstance(value, dict) and isinstance(inner.get(last), dict) and last in GROUPS:
-                self._merge(inner[last], value, f"{where}: {dotted}")
-            else:
-                inner[last] = copy.deepcopy(value)
+
+        def refuse(key: str, value: Any, allowed: str) -> NoReturn:
+            raise InputError(str(self.path), f"{where}: {key}", value, allowed)
+
+        merge(target, changes, refuse)
 
     def _values(self, section: str, key: str, value: Any) -> list[Any]:
         """The values that a key takes: a list is one value an item, a range is spelled out."""

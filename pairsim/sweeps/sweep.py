@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
-from pairsim import __version__
 from pairsim.fem import form_cache
 from pairsim.results.output import plain, write_text
 from pairsim.runtime.child_process import DISK, TOO_LARGE, Child, module_command
@@ -26,6 +25,7 @@ from pairsim.runtime.collective import collectively
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import FolderLock, command_line
 from pairsim.runtime.signals import Signals
+from pairsim.runtime.version import __version__
 from pairsim.sweeps.grid import Grid, SweepCase
 from pairsim.sweeps.ledger import Ledger, Shard
 from pairsim.sweeps.progress import SweepReporter
@@ -54,6 +54,8 @@ class Options:
         walltime: Allowed wall time of the sweep in seconds.
         cold: Start every case from the beginning, none from its neighbour.
         settings: What --set has changed in every case, for the record.
+        workers: Cases that are computed at the same time without mpirun; under mpirun there is one worker a process.
+        signals: Whether SIGINT and SIGTERM end the sweep in order. Without, KeyboardInterrupt does.
     """
 
     limit: int | None = None
@@ -65,6 +67,8 @@ class Options:
     walltime: float | None = None
     cold: bool = False
     settings: tuple[str, ...] = ()
+    workers: int = 1
+    signals: bool = True
 
 
 def run_sweep(
@@ -89,7 +93,9 @@ def run_sweep(
     if size > 1 and options.ranks_per_case > size:
         allowed = f"at most {size}, the processes of this job"
         raise InputError("--ranks-per-case", "", options.ranks_per_case, allowed)
-    with Signals() as signals, ExitStack() as held:
+    if size > 1 and options.workers > 1:
+        raise InputError("--workers", "", options.workers, "1 under mpirun, whose processes are the workers")
+    with Signals(installed=options.signals) as signals, ExitStack() as held:
 
         def begin() -> _Root:
             _usable(directory)
@@ -106,11 +112,14 @@ def run_sweep(
             allowed = f"cannot be used as a folder ({error}); give another one"
             raise InputError(str(directory), "-o", None, allowed) from error
         _compile_forms(root.forms if root else (), comm, signals, reporter)
-        worker = CaseWorker(grid.command, options.ranks_per_case, options.case_timeout)
+        count = options.workers if root is not None else 1
+        workers = [CaseWorker(grid.command, options.ranks_per_case, options.case_timeout) for _ in range(count)]
+        for worker in workers:
+            held.callback(worker.close)
         if root is not None:
-            return root.run(comm, worker)
+            return root.run(comm, workers)
         assert comm is not None
-        return _serve(comm, worker, signals), ""
+        return _serve(comm, workers[0], signals), ""
 
 
 def _compile_forms(forms: tuple[str, ...], comm: MPI.Comm | None, signals: Signals, reporter: SweepReporter) -> None:
@@ -155,7 +164,15 @@ def _serve(comm: MPI.Comm, worker: CaseWorker, signals: Signals) -> int:
             comm.send(("signal", signals.number), dest=0)
         if (result := worker.poll()) is not None:
             comm.send(("result", result), dest=0)
+        _pause(signals)
+
+
+def _pause(signals: Signals) -> None:
+    """Wait for the next look; a KeyboardInterrupt, which comes here nearly always, counts as SIGINT."""
+    try:
         time.sleep(POLL)
+    except KeyboardInterrupt:
+        signals.number = signal.SIGINT
 
 
 class _Root:
@@ -182,7 +199,8 @@ class _Root:
         self.ledger = Ledger(directory, grid, cases, options.shard, about)
         self.ledger.recover()
         step = options.ranks_per_case if size > 1 else 1
-        self.idle = deque(rank for rank in range(0, size, step) if rank + step <= size)
+        ranks = [rank for rank in range(0, size, step) if rank + step <= size]
+        self.idle = deque(ranks if size > 1 else range(options.workers))
         self.workers = {rank: {"cases": 0, "busy": 0.0} for rank in self.idle}
         self.running: dict[int, list[str]] = {}
         neighbours = () if options.cold else grid.command.neighbours
@@ -225,8 +243,8 @@ class _Root:
         allowed = min(left)
         return self.begin + allowed - min(30.0, 0.1 * allowed)
 
-    def run(self, comm: MPI.Comm | None, worker: CaseWorker) -> tuple[int, str]:
-        """Hand out everything and wait for it."""
+    def run(self, comm: MPI.Comm | None, workers: list[CaseWorker]) -> tuple[int, str]:
+        """Hand out everything, to the workers of this process and to the other processes, and wait for it."""
         self.reporter.start(self.ledger, len(self.workers), sum(map(len, self.queue)))
         stopped = False
         while True:
@@ -239,19 +257,21 @@ class _Root:
                     self._result(status.Get_source(), value)
                 else:
                     self.signals.number = value
-            if (result := worker.poll()) is not None:
-                self._result(0, result)
+            for number, worker in enumerate(workers):
+                if (result := worker.poll()) is not None:
+                    self._result(number, result)
             self._look_around()
             if self.stopping and not stopped:
                 stopped = True
-                worker.stop()
+                for worker in workers:
+                    worker.stop()
                 self._send(comm, ("stop", None))
-            self._hand_out(comm, worker)
+            self._hand_out(comm, workers)
             self._write()
             self.reporter.tick(self.ledger, self.running)
             if not self.running and (self.stopping or not self.queue):
                 break
-            time.sleep(POLL)
+            _pause(self.signals)
         self._write(now=True)
         code, message = self._verdict()
         self._send(comm, ("leave", code))
@@ -276,13 +296,13 @@ class _Root:
             assert comm is not None
             comm.send(message, dest=rank)
 
-    def _hand_out(self, comm: MPI.Comm | None, worker: CaseWorker) -> None:
+    def _hand_out(self, comm: MPI.Comm | None, workers: list[CaseWorker]) -> None:
         while self.queue and self.idle and not self.stopping:
             rank, unit = self.idle.popleft(), self.queue.popleft()
             self.running[rank] = [task.folder for task in unit]
             self._started(rank)
-            if rank == 0:
-                worker.take(unit)
+            if rank < len(workers):
+                workers[rank].take(unit)
             else:
                 assert comm is not None
                 comm.send(("unit", unit), dest=rank)

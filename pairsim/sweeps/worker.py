@@ -103,6 +103,13 @@ class CaseWorker:
         if self._child is not None:
             self._child.ask_to_stop()
 
+    def close(self) -> None:
+        """End what is still running, for a sweep that an exception ends."""
+        if self._child is not None:
+            self._child.kill()
+        for lock in self._locks.values():
+            lock.release()
+
     def poll(self) -> Result | None:
         """Go on; the result of a case that has ended, None as long as none has."""
         if not self._unit:

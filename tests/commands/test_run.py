@@ -241,7 +241,7 @@ def test_sigterm_during_the_ordering_of_a_matrix_does_no_harm() -> None:
 
 @pytest.mark.parametrize(
     "first",
-    ["pairsim.sweeps.curve_worker, pairsim.drivers.curve", "pairsim.cli.app; pairsim.cli.app._options(0, 1)"],
+    ["pairsim.sweeps.curve_worker, pairsim.drivers.curve", "pairsim.api.compute"],
 )
 def test_no_other_thread_takes_sigterm(first: str) -> None:
     """Threads of MPI and of the BLAS of numpy and scipy are made while it is blocked."""

@@ -11,10 +11,11 @@ from support.inputs import ROOT, examples
 
 from pairsim.config.case import Case
 from pairsim.config.curve_case import CriticalCase, CurveCase
+from pairsim.config.merging import GROUPS
 from pairsim.config.ranges import spelled_out
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.commands import COMMANDS
-from pairsim.sweeps.grid import GROUPS, Grid, case_key, finished_in, read_grid
+from pairsim.sweeps.grid import Grid, case_key, finished_in, read_grid
 from pairsim.sweeps.queue import part_of, units
 from pairsim.sweeps.worker import Task
 

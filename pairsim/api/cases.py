@@ -1,0 +1,81 @@
+"""Cases from files, dicts and other cases."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+from typing import Any, Literal, NoReturn, cast, overload
+
+from pairsim.config.case import Case, SceneCase
+from pairsim.config.case_file import case_from_dict, critical_from_dict, curve_from_dict, read_yaml
+from pairsim.config.curve_case import CriticalCase, CurveCase
+from pairsim.config.merging import merge
+from pairsim.results.output import plain
+from pairsim.runtime.errors import InputError
+
+AnyCase = str | PathLike[str] | Mapping[str, Any] | SceneCase
+"""What stands for a case: the path of its file, its keys and values, or a case that `load` has returned."""
+
+PARSERS = {"run": case_from_dict, "curve": curve_from_dict, "critical": critical_from_dict}
+
+
+@overload
+def load(path_or_dict: AnyCase, *, kind: Literal["run"] = "run", **overrides: Any) -> Case: ...
+@overload
+def load(path_or_dict: AnyCase, *, kind: Literal["curve"], **overrides: Any) -> CurveCase: ...
+@overload
+def load(path_or_dict: AnyCase, *, kind: Literal["critical"], **overrides: Any) -> CriticalCase: ...
+
+
+def load(
+    path_or_dict: AnyCase, *, kind: Literal["run", "curve", "critical"] = "run", **overrides: Any
+) -> Case | CurveCase | CriticalCase:
+    """Check a case.
+
+    Args:
+        path_or_dict: A case file (YAML), a dict of its keys, or a case.
+        kind: What it is for: "run" (in time), "curve" (quasi-steady, over the distance) or "critical" (zeros of dU).
+        overrides: Keys to replace, such as `Ca_e=0.05`. Groups are merged: `mesh={"Np": 20}` changes this key of `mesh`
+            alone. Dotted keys are written as `**{"mesh.Np": 20}`.
+
+    Returns:
+        The checked case, with all defaults; it is not changed by anything that is done with it.
+
+    Raises:
+        InputError: A key, its value or the file is wrong; says what is allowed.
+
+    Example:
+        >>> pairsim.load({"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}, mesh={"Np": 20}).tube_length
+        20.0
+    """
+    if kind not in PARSERS:
+        raise InputError("pairsim.load", "kind", kind, " or ".join(PARSERS))
+    data, source = content_of(path_or_dict)
+
+    def refuse(key: str, value: Any, allowed: str) -> NoReturn:
+        raise InputError(source, key, value, allowed)
+
+    try:
+        merge(data, plain(overrides), refuse)
+    except (TypeError, ValueError) as error:
+        raise InputError(source, "", None, str(error)) from None
+    return cast(Case, PARSERS[kind](data, source))
+
+
+def content_of(given: AnyCase) -> tuple[dict[str, Any], str]:
+    """Keys and values of what stands for a case, and its name in messages.
+
+    Raises:
+        InputError: It stands for none.
+    """
+    if isinstance(given, SceneCase):
+        return given.model_dump(mode="json", exclude_unset=True), "case"
+    if isinstance(given, Mapping):
+        try:
+            return plain(given), "case"
+        except (TypeError, ValueError) as error:
+            raise InputError("case", "", None, str(error)) from None
+    if isinstance(given, str | PathLike):
+        return read_yaml(Path(given)), str(given)
+    raise InputError("case", "", type(given).__name__, "the path of a case file, a dict of its keys, or a case")

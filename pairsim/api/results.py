@@ -1,0 +1,309 @@
+"""What a computation has given: tables, fields and how it ended, from a folder or kept in memory."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from functools import cached_property
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Self, cast
+
+import numpy as np
+
+from pairsim.api.cases import load
+from pairsim.config.case import SceneCase
+from pairsim.results.output import SERIES
+from pairsim.results.xdmf import FieldFrame, read_frame, read_times
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import InputError, failure_of
+from pairsim.solvers.curve_interpolant import curve_interpolant
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import pyvista as pv
+
+SHOWN = 8  # rows of a table that a notebook shows
+
+
+class Result:
+    """What a computation has given; made by `run`, `curve`, `critical` and `open`.
+
+    What is on disk is read when it is first asked for, and not again: a new `open` shows what a running computation has
+    added meanwhile.
+
+    Args:
+        folder: The folder of the results.
+        ending: Status, reason and message where they are known already: a sweep also knows of crashes and timeouts.
+            None: as run.json has them.
+
+    Attributes:
+        folder: The folder; None for a result that is in memory only.
+    """
+
+    kind: ClassVar[str]
+    table_name: ClassVar[str]
+
+    def __init__(self, folder: Path, ending: Mapping[str, Any] | None = None) -> None:
+        self.folder: Path | None = folder
+        self._ending = ending
+
+    @property
+    def _path(self) -> Path:
+        assert self.folder is not None, "what is in memory has been read already"
+        return self.folder
+
+    @cached_property
+    def record(self) -> dict[str, Any]:
+        """run.json: how the computation went, by which versions, on which machine; empty if it is missing."""
+        try:
+            content = json.loads((self._path / "run.json").read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            return {}
+        except (OSError, ValueError) as error:
+            raise InputError(str(self._path / "run.json"), "", None, f"cannot be read ({error})") from error
+        return cast(dict[str, Any], content)
+
+    @cached_property
+    def table(self) -> pd.DataFrame:
+        """The main table with the columns of its CSV file (see the reference); whole numbers are integers."""
+        from pairsim.api.tables import read_table
+
+        return read_table(self._path / self.table_name)
+
+    @cached_property
+    def case(self) -> SceneCase:
+        """The case, with every default filled in.
+
+        Raises:
+            InputError: case.yaml is missing, or this version refuses it.
+        """
+        return cast(SceneCase, load(self._path / "case.yaml", kind=self.kind))  # type: ignore[call-overload]
+
+    def _ended(self, key: str) -> str:
+        return str((self.record if self._ending is None else self._ending).get(key, ""))
+
+    @property
+    def status(self) -> str:
+        """One of "finished", "failed", "interrupted", "timeout" (in a sweep), and "running", also if it was killed."""
+        return self._ended("status") or "running"
+
+    @property
+    def reason(self) -> str:
+        """Why it ended: "end", "contact", "max_gap", or the typed reason of a failure."""
+        return self._ended("reason")
+
+    @property
+    def message(self) -> str:
+        """One line on how it ended."""
+        return self._ended("message")
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the user should know of the results."""
+        return list(self.record.get("warnings", ()))
+
+    def check(self) -> Self:
+        """Make sure that the computation is finished.
+
+        Returns:
+            The result itself.
+
+        Raises:
+            RunFailure: It failed, of the type that its `reason` names.
+            KeyboardInterrupt: It was interrupted.
+        """
+        if self.status == "interrupted":
+            raise KeyboardInterrupt(self.message)
+        if self.status != "finished":
+            raise failure_of(self.reason, self.message or f"the computation is {self.status}")
+        return self
+
+    def plot(self, folder: Path | str) -> list[Path]:
+        """Draw the result as PNG files, as `pairsim plot` does.
+
+        Args:
+            folder: Where to, made if needed.
+
+        Returns:
+            The files.
+
+        Raises:
+            InputError: The result is in memory only, or there is nothing to draw yet.
+        """
+        if self.folder is None:
+            raise InputError("plot", "folder", None, "the result is in memory only; compute it with folder=...")
+        return self._plot(self.folder, Path(folder))
+
+    def _plot(self, directory: Path, out: Path) -> list[Path]:
+        raise NotImplementedError
+
+    @cached_property
+    def _frame_times(self) -> Array:
+        """What the frames of fields.xdmf belong to; empty without the file."""
+        return read_times(self._path) if (self._path / "fields.h5").is_file() else np.empty(0)
+
+    @cached_property
+    def _frames(self) -> list[FieldFrame]:
+        return [read_frame(self._path, i) for i in range(len(self._frame_times))]
+
+    def _fields(self, name: str, value: float) -> pv.UnstructuredGrid:
+        """The frame that belongs to a value."""
+        from pairsim.api.grids import grid_of
+
+        places = self._frame_times
+        hits = np.flatnonzero(np.isclose(places, value, rtol=1e-9, atol=1e-12))
+        if not hits.size:
+            listed = ", ".join(f"{place:g}" for place in places)
+            raise InputError("fields", name, value, f"one of {listed}" if listed else "no fields were written")
+        index = int(hits[0])
+        return grid_of(self._frames[index] if self.folder is None else read_frame(self._path, index))
+
+    def in_memory(self) -> Self:
+        """Read everything, so that the folder may go.
+
+        Returns:
+            The result itself, whose `folder` is None from now on.
+        """
+        for name in ("record", "case", "table", "_frame_times", "_frames"):
+            getattr(self, name)
+        self.folder = None
+        return self
+
+    def _headline(self) -> str:
+        reason = f" ({self.reason})" if self.reason not in ("", "end") else ""
+        where = f", {self.folder}" if self.folder is not None else ""
+        return f"pairsim {self.kind}: {self.status}{reason}, {len(self.table)} rows{where}"
+
+    def __repr__(self) -> str:
+        return f"<{self._headline()}>"
+
+    def _repr_html_(self) -> str:
+        warnings = "".join(f"<li>{escape(warning)}</li>" for warning in self.warnings)
+        notes = f"<ul>{warnings}</ul>" if warnings else ""
+        table = self.table.to_html(max_rows=SHOWN, index=False)
+        return f"<p><b>{escape(self._headline())}</b><br>{escape(self.message)}</p>{notes}{table}"
+
+
+class RunResult(Result):
+    """A run in time: `table` is series.csv, a row an accepted step."""
+
+    kind = "run"
+    table_name = SERIES
+
+    @property
+    def times(self) -> Array:
+        """Times at which there are fields, in D_c/U_av, shape (n,)."""
+        return self._frame_times
+
+    def fields(self, t: float) -> pv.UnstructuredGrid:
+        """Velocity, pressure, displacement and stresses on the deformed mesh.
+
+        Args:
+            t: One of `times`.
+
+        Raises:
+            InputError: There are no fields at this time.
+        """
+        return self._fields("t", t)
+
+    def _plot(self, directory: Path, out: Path) -> list[Path]:
+        from pairsim.results.run_plots import plot_run
+
+        return plot_run(directory, out)
+
+
+class CurveResult(Result):
+    """A master curve: `table` is curve.csv, a row a point."""
+
+    kind = "curve"
+    table_name = "curve.csv"
+
+    @cached_property
+    def zeros(self) -> pd.DataFrame:
+        """The zeros of dU (equilibria.csv): d, stable, slope, peak and, where it was estimated, d_error."""
+        from pairsim.api.tables import empty_table, read_table
+
+        path = self._path / "equilibria.csv"
+        return read_table(path) if path.is_file() else empty_table(("d", "stable", "slope", "peak"))
+
+    def dU(self, d: Any, gap: int = 1) -> Any:
+        """The relative velocity between the points of the curve: the cubic Hermite interpolant over log d.
+
+        Args:
+            d: Distance or distances, in D_c, any shape.
+            gap: Which gap, counted from upstream.
+
+        Returns:
+            dU in U_av; a number for a number, else an array of the shape of `d`.
+
+        Raises:
+            InputError: A distance lies outside the curve, or there is no curve over one distance.
+        """
+        name = "dU" if gap == 1 and "dU" in self.table else f"dU_{gap}"
+        slope = name.replace("dU", "slope")
+        if name not in self.table or slope not in self.table or len(self.table) < 2:
+            raise InputError("dU", "gap", gap, "a gap of a curve of two points or more over one distance")
+        places = self.table["d" if "d" in self.table else "d_1"].to_numpy()
+        wanted = np.asarray(d, dtype=float)
+        outside = wanted[~((wanted >= places[0]) & (wanted <= places[-1]))]
+        if outside.size:
+            raise InputError("dU", "d", float(outside.flat[0]), f"from {places[0]:g} to {places[-1]:g}, as the curve")
+        spline = curve_interpolant(places, self.table[name].to_numpy(), self.table[slope].to_numpy())
+        values = spline(np.log(wanted))
+        return float(values) if wanted.ndim == 0 else values
+
+    @property
+    def distances(self) -> Array:
+        """Distances at which there are fields (`fields` of the case), in D_c, shape (n,)."""
+        return self._frame_times
+
+    def fields(self, d: float) -> pv.UnstructuredGrid:
+        """Velocity, pressure, displacement and stresses on the deformed mesh.
+
+        Args:
+            d: One of `distances`.
+
+        Raises:
+            InputError: There are no fields at this distance.
+        """
+        return self._fields("d", d)
+
+    def in_memory(self) -> Self:
+        """As `Result.in_memory`."""
+        self.zeros  # noqa: B018 - reads it
+        return super().in_memory()
+
+    def _headline(self) -> str:
+        zeros = ", ".join(
+            f"{'stable' if row.stable else 'unstable'} zero at d = {row.d:.5g}" for row in self.zeros.itertuples()
+        )
+        return super()._headline() + (f"; {zeros}" if zeros else "")
+
+    def _plot(self, directory: Path, out: Path) -> list[Path]:
+        from pairsim.results.curve_plots import plot_curve
+
+        return plot_curve(directory, out)
+
+
+class CriticalResult(Result):
+    """Critical distances: `table` is critical.csv, a row a zero of dU."""
+
+    kind = "critical"
+    table_name = "critical.csv"
+
+    @property
+    def ends(self) -> list[dict[str, Any]]:
+        """Where the branches end, and why."""
+        return list(self.record.get("ends", ()))
+
+    def _plot(self, directory: Path, out: Path) -> list[Path]:
+        from pairsim.results.critical_plots import plot_critical
+
+        return plot_critical(directory, out)
+
+
+KINDS: dict[str, type[RunResult] | type[CurveResult] | type[CriticalResult]] = {
+    kind.kind: kind for kind in (RunResult, CurveResult, CriticalResult)
+}
+"""The results of single cases by the command that computes them."""

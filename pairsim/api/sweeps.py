@@ -1,0 +1,143 @@
+"""Many cases: `sweep`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from html import escape
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pairsim.api.results import KINDS, SHOWN, Result
+from pairsim.results.output import plain
+from pairsim.runtime.errors import InputError
+from pairsim.runtime.launcher import launcher_communicator
+from pairsim.runtime.locks import is_locked
+from pairsim.sweeps.grid import grid_from, read_grid
+from pairsim.sweeps.ledger import ENDED, read_sweep, table_of
+from pairsim.sweeps.progress import make_sweep_reporter
+from pairsim.sweeps.sweep import Options, run_sweep
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+class SweepResult:
+    """What a sweep has given; made by `sweep` and `open`, read from its folder when it is first asked for.
+
+    Args:
+        folder: The folder of the sweep.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    @cached_property
+    def record(self) -> dict[str, Any]:
+        """How every case stands, from sweep.json (of all shards)."""
+        return read_sweep(self.folder)
+
+    @cached_property
+    def table(self) -> pd.DataFrame:
+        """results.csv: a row a case that has ended, with its parameters and main results; lists are lists."""
+        from pairsim.api.tables import table_of_text
+
+        return table_of_text(table_of(self.record))
+
+    @cached_property
+    def cases(self) -> list[Result]:
+        """The results of the cases that have ended, in the order of the rows of `table`."""
+        kind = KINDS[self.record["command"]]
+        return [
+            kind(self.folder / entry["folder"], entry) for entry in self.record["cases"] if entry["status"] in ENDED
+        ]
+
+    @property
+    def status(self) -> str:
+        """The first that holds: "failed" if a case failed, "running" if one is to do, "finished"."""
+        counts = self.record["counts"]
+        if counts["failed"] + counts["timeout"]:
+            return "failed"
+        if not counts["pending"] + counts["running"]:
+            return "finished"
+        return "running" if is_locked(self.folder) else "interrupted"
+
+    @property
+    def reason(self) -> str:
+        """The reasons of the cases that failed."""
+        ended = self.record["cases"]
+        return ", ".join(sorted({entry["reason"] for entry in ended if entry["status"] in ("failed", "timeout")}))
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the user should know of the results, with the case that it concerns."""
+        return [f"{case.folder.name}: {warning}" for case in self.cases if case.folder for warning in case.warnings]
+
+    def plot(self, folder: Path | str | None = None, group: str | None = None) -> list[Path]:
+        """Draw the sweep as PNG files, as `pairsim plot` does.
+
+        Args:
+            folder: Where to; the sweep's folder by default.
+            group: Parameter that chooses the colours.
+
+        Returns:
+            The files.
+        """
+        from pairsim.sweeps.sweep_plots import plot_sweep
+
+        return plot_sweep(self.folder, Path(folder) if folder is not None else None, group)
+
+    def _headline(self) -> str:
+        counts = ", ".join(f"{count} {status}" for status, count in self.record["counts"].items() if count)
+        return f"pairsim sweep {self.record['name']}: {counts}, {self.folder}"
+
+    def __repr__(self) -> str:
+        return f"<{self._headline()}>"
+
+    def _repr_html_(self) -> str:
+        return f"<p><b>{escape(self._headline())}</b></p>{self.table.to_html(max_rows=SHOWN, index=False)}"
+
+
+def sweep(
+    grid: str | PathLike[str] | Mapping[str, Any],
+    *,
+    folder: str | PathLike[str],
+    workers: int = 1,
+    progress: bool = False,
+    signals: bool = False,
+    only_failed: bool = False,
+    limit: int | None = None,
+    case_timeout: float | None = None,
+) -> SweepResult:
+    """Compute every case of a grid that is not finished yet, each in a process of its own.
+
+    Under mpirun every process calls this and is a worker.
+
+    Args:
+        grid: Path of a grid file, or a dict of its keys: base, grid, zip, cases, exclude, command.
+        folder: Folder of the sweep; made, or continued.
+        workers: Cases that are computed at the same time, without mpirun.
+        progress: Show progress on stderr.
+        signals: End in order at SIGINT and SIGTERM, as the command line does. Without it no signal handler is
+            installed; a KeyboardInterrupt stops the running cases, and the same call continues later.
+        only_failed: Repeat the cases that failed or timed out, and nothing else.
+        limit: Cases to start at most.
+        case_timeout: Allowed wall time of a case, in seconds.
+
+    Returns:
+        The result, also where cases failed or the sweep was interrupted.
+
+    Raises:
+        InputError: The grid is wrong, the folder belongs to another grid, or another sweep is at work in it.
+    """
+    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
+        raise InputError("pairsim.sweep", "workers", workers, "a whole number of at least 1")
+    checked = grid_from(Path("grid"), plain(grid)) if isinstance(grid, Mapping) else read_grid(Path(grid))
+    comm = launcher_communicator()
+    reporter = make_sweep_reporter(not progress, comm.rank if comm else 0)
+    options = Options(limit=limit, only_failed=only_failed, case_timeout=case_timeout, workers=workers, signals=signals)
+    run_sweep(checked, Path(folder), options, comm, reporter)
+    if comm:
+        comm.Barrier()
+    return SweepResult(Path(folder))
