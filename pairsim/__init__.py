@@ -13,6 +13,7 @@ import os
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from pairsim import errors
 from pairsim.runtime.errors import InputError, PairsimError, RunFailure
 from pairsim.runtime.version import __version__
 
@@ -54,6 +55,7 @@ __all__ = [
     "__version__",
     "critical",
     "curve",
+    "errors",
     "load",
     "open",
     "run",

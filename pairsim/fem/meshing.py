@@ -25,6 +25,7 @@ from pairsim.fem.six_node_mesh import MIRRORED_CELL, SixNodeMesh, jacobians, sha
 from pairsim.physics.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure
+from pairsim.runtime.signals import callback
 
 SHORT_ROWS = 0.2  # rows that would be shorter are not worth it [D_c]
 STRAIGHT_ENOUGH = 0.3  # least Jacobian, against straight sides, of a mesh whose curved sides are left to themselves
@@ -276,7 +277,7 @@ def _run_gmsh(build: Callable[[], None], size: Callable[[float, float], float], 
         gmsh.model.add("pairsim")
         build()
         gmsh.model.geo.synchronize()
-        gmsh.model.mesh.setSizeCallback(lambda dim, tag, z, r, _, lc: size(z, r))
+        gmsh.model.mesh.setSizeCallback(callback(lambda dim, tag, z, r, _, lc: size(z, r)))
         gmsh.model.mesh.generate(2)
         gmsh.model.mesh.setOrder(2)
         tags, coordinates, _ = gmsh.model.mesh.getNodes()

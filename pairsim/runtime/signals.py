@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import wraps
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
@@ -60,6 +61,26 @@ def sigterm_waits() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def callback[**P, R](function: Callable[P, R]) -> Callable[P, R]:
+    """A function for gmsh and PETSc to call, in whose code an exception would be lost.
+
+    A KeyboardInterrupt, which ends the work where no handler is installed, is noted in its place, as a handler would
+    do, and the function is called again.
+    """
+
+    @wraps(function)
+    def call(*arguments: P.args, **named: P.kwargs) -> R:
+        try:
+            return function(*arguments, **named)
+        except KeyboardInterrupt:
+            if not _entered:
+                raise
+            _entered[-1].number = signal.SIGINT
+            return function(*arguments, **named)
+
+    return call
 
 
 def heed(comm: MPI.Comm) -> None:

@@ -19,7 +19,7 @@ from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.fenicsx import PETSc
-from pairsim.runtime.signals import sigterm_waits
+from pairsim.runtime.signals import callback, sigterm_waits
 from pairsim.solvers.kept_matrix import KeptMatrix
 from pairsim.solvers.matrix_state import MatrixState, Place
 from pairsim.solvers.newton_options import NewtonOptions
@@ -111,9 +111,9 @@ class Newton:
         self._relaxation = self.options.mumps.workspace
         self._snes = PETSc.SNES().create(comm)
         self._snes.setOptionsPrefix(prefix)
-        self._snes.setFunction(self._residual, self._r)
-        self._snes.setJacobian(self._jacobian, self._A)
-        self._snes.setConvergenceTest(self._converged)
+        self._snes.setFunction(callback(self._residual), self._r)
+        self._snes.setJacobian(callback(self._jacobian), self._A)
+        self._snes.setConvergenceTest(callback(self._converged))
         self._snes.setType("newtonls")
         self._snes.setMaxFunctionEvaluations(-1)
         ksp = self._snes.getKSP()

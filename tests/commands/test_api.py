@@ -1,0 +1,255 @@
+"""The Python interface, as somebody types it in a notebook."""
+
+from __future__ import annotations
+
+import _thread
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+from typing import Any
+
+import nbformat
+import numpy as np
+import pandas as pd
+import pytest
+from nbclient import NotebookClient
+from support.inputs import ROOT
+
+import pairsim
+from pairsim.results.output import read_series
+
+PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 3, "mesh": {"Np": 8, "max_size": 0.3}}
+CURVE = PAIR | {"d": [0.1, 0.3], "mesh_error": False, "fields": [0.1]}
+RUN = PAIR | {"d0": 0.1, "time": {"end": 0.01}}
+
+
+@pytest.fixture(scope="module")
+def curve() -> pairsim.CurveResult:
+    return pairsim.curve(CURVE)
+
+
+@pytest.fixture
+def empty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty current folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_importing_the_package_loads_nothing_that_is_slow() -> None:
+    script = "import sys, pairsim; print({'numpy', 'mpi4py', 'dolfinx', 'pandas'} & sys.modules.keys())"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set()"
+
+
+def test_a_computation_without_a_folder_prints_and_leaves_nothing(
+    empty: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scratch = empty / "scratch"
+    scratch.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(scratch))
+    before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
+    result = pairsim.run(RUN)
+    assert result.status == "finished"
+    assert result.folder is None
+    assert capfd.readouterr() == ("", "")
+    assert [*empty.iterdir(), *scratch.iterdir()] == [scratch]
+    assert [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)] == before
+    assert len(result.table) == result.record["steps"]
+    assert result.fields(0.01).n_points > 0
+
+
+def test_a_table_has_the_columns_of_its_file_and_whole_numbers_are_integers(empty: Path) -> None:
+    result = pairsim.run(RUN, folder="out")
+    file = read_series("out/series.csv")
+    assert list(result.table.columns) == list(file)
+    for name, values in file.items():
+        assert np.array_equal(result.table[name], values), name
+    integers = {name for name in file if result.table[name].dtype == np.int64}
+    assert integers == {"newton", "mesh"}
+
+
+def test_a_curve_is_its_interpolant_and_an_error_outside(curve: pairsim.CurveResult) -> None:
+    d, dU, slope = (curve.table[name].to_numpy() for name in ("d", "dU", "slope"))
+    assert curve.dU(d) == pytest.approx(dU)
+    assert isinstance(curve.dU(0.2), float)
+    assert curve.dU([[0.1, 0.2]]).shape == (1, 2)
+    assert (curve.dU(0.1 + 1e-6) - curve.dU(0.1)) / 1e-6 == pytest.approx(slope[0], rel=1e-3)
+    for outside in (0.09, 0.31, float("nan"), [0.2, 0.4]):
+        with pytest.raises(pairsim.InputError, match=r"from 0\.1 to 0\.3, as the curve"):
+            curve.dU(outside)
+    with pytest.raises(ValueError, match="gap"):
+        curve.dU(0.2, gap=2)
+
+
+def test_fields_are_those_of_the_file(empty: Path) -> None:
+    import pyvista as pv
+
+    result = pairsim.curve(CURVE, folder="out")
+    grid = result.fields(0.1)
+    reader = pv.get_reader("out/fields.xdmf")
+    reader.set_active_time_value(0.1)
+    read = reader.read()
+    read = read[0] if isinstance(read, pv.MultiBlock) else read
+    assert result.distances == pytest.approx([0.1])
+    assert np.array_equal(grid.points, read.points)
+    assert np.array_equal(grid.cell_data["region"], read.cell_data["region"])
+    assert set(grid.point_data.keys()) | {"position"} == set(read.point_data.keys())
+    for name in grid.point_data:
+        assert np.array_equal(grid.point_data[name], read.point_data[name]), name
+    with pytest.raises(pairsim.InputError, match=r"one of 0\.1"):
+        result.fields(0.2)
+
+
+def test_zeros_are_a_table_also_where_there_are_none(curve: pairsim.CurveResult) -> None:
+    assert list(curve.zeros.columns) == ["d", "stable", "slope", "peak"]
+    assert len(curve.zeros) == 0
+
+
+def test_critical_distances(empty: Path) -> None:
+    case = PAIR | {"De": 0.5, "Ca_e": 0.05, "d": [0.2, 0.3], "mesh_error": False}
+    result = pairsim.critical(case)
+    assert result.check().status == "finished"
+    assert result.table["stable"].dtype == bool
+    assert result.table["branch"].dtype == np.int64
+    zeros = pairsim.curve(case).zeros
+    assert len(zeros) == 1
+    assert zeros["d"].to_numpy() == pytest.approx(np.sort(result.table["d_cr"]), rel=1e-4)
+
+
+def test_overrides_change_keys_within_groups() -> None:
+    case = pairsim.load(RUN, Ca_e=np.float64(0.05), mesh={"Np": 10}, **{"time.end": 0.5})
+    assert (case.Ca_e, case.mesh.Np, case.mesh.max_size, case.time.end) == (0.05, 10, 0.3, 0.5)
+    again = pairsim.load(case, De=0.5)
+    assert (again.De, again.mesh.Np, again.Ca_e) == (0.5, 10, 0.05)
+    assert RUN["mesh"] == {"Np": 8, "max_size": 0.3}, "the given dict stays as it was"
+
+
+WRONG: dict[str, tuple[Any, dict[str, Any], str]] = {
+    "value": (RUN, {"beta": 2}, "beta: got 2"),
+    "key": (RUN, {"betta": 0.4}, "did you mean beta"),
+    "key in a group": (RUN, {"mesh": {"Nq": 3}}, "mesh.Nq"),
+    "path through a number": (RUN, {"De.x": 3}, "De is not a group of keys"),
+    "type": (3, {}, "the path of a case file, a dict of its keys, or a case"),
+    "file": ("missing.yaml", {}, "no such file"),
+    "object": (RUN, {"De": object()}, "cannot write a object"),
+    "nan": (RUN, {"De": float("nan")}, "nan"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_cases_are_typed_errors(name: str) -> None:
+    given, overrides, message = WRONG[name]
+    with pytest.raises(pairsim.InputError, match=message):
+        pairsim.load(given, **overrides)
+
+
+def test_a_failure_is_a_result_whose_check_raises_it() -> None:
+    result = pairsim.curve(CURVE, Ca_e=0.4)
+    assert (result.status, result.reason) == ("failed", "no_steady_state")
+    with pytest.raises(pairsim.errors.NoSteadyState) as caught:
+        result.check()
+    assert str(caught.value) == result.message
+
+
+@pytest.mark.parametrize("seconds", [0.3, 0.5, 0.7, 0.9])
+def test_a_keyboard_interrupt_leaves_a_partial_result(seconds: float) -> None:
+    """Wherever it comes: in Python, or in a function that PETSc has called, where an exception would be lost."""
+    threading.Timer(seconds, _thread.interrupt_main).start()
+    result = pairsim.run(RUN, time={"end": 1000.0, "tol": 1e-6})
+    assert result.status == "interrupted"
+    assert result.fields(result.times[0]).n_points > 0 if len(result.table) else result.times.size == 0
+    with pytest.raises(KeyboardInterrupt):
+        result.check()
+
+
+def test_open_gives_the_results_again(empty: Path) -> None:
+    computed = pairsim.run(RUN, folder="out")
+    opened = pairsim.open("out")
+    assert isinstance(opened, pairsim.RunResult)
+    pd.testing.assert_frame_equal(opened.table, computed.table)
+    assert opened.case == computed.case == pairsim.load(RUN, length=3.0)
+    assert (opened.status, opened.reason, opened.record["kind"], opened.record["format"]) == (
+        "finished",
+        "end",
+        "run",
+        1,
+    )
+
+
+def test_open_reads_folders_from_before_their_format_was_written(empty: Path) -> None:
+    pairsim.run(RUN, folder="out")
+    path = empty / "out" / "run.json"
+    record = json.loads(path.read_text())
+    del record["format"], record["kind"]
+    path.write_text(json.dumps(record))
+    assert pairsim.open("out").status == "finished"
+
+
+def test_open_refuses_what_it_does_not_know(empty: Path) -> None:
+    with pytest.raises(pairsim.InputError, match="no such folder"):
+        pairsim.open("missing")
+    with pytest.raises(pairsim.InputError, match="holds no results"):
+        pairsim.open(empty)
+    (empty / "run.json").write_text('{"format": 99, "kind": "run"}')
+    with pytest.raises(pairsim.InputError, match="a newer pairsim wrote this folder"):
+        pairsim.open(empty)
+    with pytest.raises(pairsim.InputError, match="not empty"):
+        pairsim.run(RUN, folder=empty)
+
+
+def test_a_sweep_with_two_workers(empty: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    grid = {"base": RUN, "grid": {"d0": [0.1, 0.2]}}
+    result = pairsim.sweep(grid, folder="out", workers=2)
+    assert capfd.readouterr() == ("", "")
+    assert result.status == "finished"
+    assert result.table["d0"].tolist() == [0.1, 0.2]
+    assert result.table["steps"].dtype == np.int64
+    assert [case.table["dU"].iloc[-1] for case in result.cases] == result.table["dU"].tolist()
+    assert {case["rank"] for case in result.record["cases"]} == {0, 1}
+    assert pairsim.open("out").table.equals(result.table)
+    with pytest.raises(pairsim.InputError, match="at least 1"):
+        pairsim.sweep(grid, folder="out", workers=0)
+
+
+def test_a_notebook_shows_results(curve: pairsim.CurveResult) -> None:
+    html = curve._repr_html_()
+    assert "<table" in html
+    assert "finished" in html
+    assert repr(curve).startswith("<pairsim curve: finished, 4 rows")
+
+
+def test_every_process_of_a_job_gets_the_result(empty: Path) -> None:
+    script = "\n".join(
+        [
+            "import pairsim, sys",
+            f"result = pairsim.curve({CURVE!r})",
+            "same = pairsim.curve(result.case, folder='out')",
+            "print(repr(result.dU(0.2)), repr(same.dU(0.2)), same.folder, result.fields(0.1).n_cells, flush=True)",
+        ]
+    )
+    mpirun = str(Path(sys.executable).parent / "mpirun")
+    done = subprocess.run(
+        [mpirun, "-n", "2", sys.executable, "-c", script],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+        env=os.environ,
+    )
+    assert done.returncode == 0, done.stderr
+    first, second = done.stdout.splitlines()
+    assert first == second
+    assert first.split()[2] == "out"
+    assert float(first.split()[0]) == pytest.approx(float(first.split()[1]), abs=1e-12)
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "docs").rglob("*.ipynb")), ids=lambda path: path.name)
+def test_notebooks_run(path: Path, empty: Path) -> None:
+    notebook = nbformat.read(path, as_version=4)
+    NotebookClient(notebook, timeout=300, kernel_name="python3", resources={"metadata": {"path": str(empty)}}).execute()
+    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
+    assert any("text/html" in output.get("data", {}) for output in outputs)
