@@ -51,7 +51,7 @@ class SweepCommand[C: SceneCase]:
 
     Attributes:
         name: The command's name; a case runs as `pairsim NAME CASE.yaml -o DIR --overwrite -q`.
-        parse: Validates merged keys; raises InputError that begins with the given source.
+        parse: Validates merged keys of a file; raises InputError that names the file and the entry in it.
         estimate: What a case will cost.
         parameters: Keys that results.csv shows also where they do not vary.
         columns: Columns of a case's results.
@@ -62,7 +62,7 @@ class SweepCommand[C: SceneCase]:
     """
 
     name: str
-    parse: Callable[[Mapping[str, Any], str], C]
+    parse: Callable[[Mapping[str, Any], str, str], C]
     estimate: Callable[[C], Estimate]
     parameters: tuple[str, ...]
     columns: Callable[[C], tuple[str, ...]]
@@ -71,13 +71,13 @@ class SweepCommand[C: SceneCase]:
     resumable: bool = False
     neighbours: tuple[str, ...] = ()
 
-    def check(self, data: Mapping[str, Any], source: str) -> Checked:
-        """Validate merged keys.
+    def check(self, data: Mapping[str, Any], source: str, entry: str = "") -> Checked:
+        """Validate merged keys of a file.
 
         Raises:
-            InputError: It begins with the given source.
+            InputError: It names the file and the entry in it.
         """
-        case = self.parse(data, source)
+        case = self.parse(data, source, entry)
         return Checked(
             case.slug, case.resolved(), identity_of(case), self.estimate(case), forms_of(case), self.columns(case)
         )
