@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 import yaml
 from conftest import ROOT, examples
-from pydantic import BaseModel
 from typer.testing import CliRunner
 
 from pairsim.cli.app import app
 from pairsim.config.case import Case
 from pairsim.config.curve_case import CriticalCase, CurveCase
 from pairsim.config.ranges import spelled_out
+from pairsim.config.wording import groups_of
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.commands import COMMANDS
 from pairsim.sweeps.grid import GROUPS, Grid, case_key, finished_in, read_grid
@@ -72,12 +72,7 @@ def test_a_range_takes_nothing_over_from_the_base(tmp_path: Path) -> None:
     grid = read_grid(tmp_path / "grid.yaml")
     assert [list(case.checked.resolved["d"]) for case in grid.cases[:2]] == [[0.1, 0.3, 0.5], [0.01, 0.1, 1]]
     assert grid.cases[2].checked.resolved["mesh"].items() >= {"Np": 10, "growth": 0.2}.items(), "groups are merged"
-    held = {
-        name
-        for model in (Case, CurveCase, CriticalCase)
-        for name, field in model.model_fields.items()
-        if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel)
-    }
+    held = {name for model in (Case, CurveCase, CriticalCase) for name in groups_of(model) if name}
     assert held == set(GROUPS)
 
 

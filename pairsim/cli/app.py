@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, NoReturn
 import typer
 
 from pairsim import __version__
-from pairsim.cli import sweeps
+from pairsim.cli import bench, sweeps
 from pairsim.cli.options import CaseFile, Output, Overwrite, Quiet, Settings, print_table, rank
 from pairsim.runtime.errors import InputError, PairsimError, RunFailure, unexpected
 
@@ -27,6 +27,7 @@ app = typer.Typer(
     epilog="Example: pairsim run configs/quickstart.yaml",
 )
 app.add_typer(sweeps.app)
+app.add_typer(bench.app)
 
 
 def _version(wanted: bool) -> None:

@@ -14,7 +14,9 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_valida
 
 from pairsim.config.accuracy import DEFAULT, LEAST_THINNING, PIPE_CELL, SETTINGS, Accuracy
 from pairsim.config.mistakes import Mistake, missing
+from pairsim.config.physical import Physical
 from pairsim.physics.materials.polymer import PARAMETERS, Law, Name, Polymer
+from pairsim.physics.scales import Scales
 
 
 def number(value: Any) -> Any:
@@ -155,6 +157,9 @@ class SceneCase(_Options):
         description="error of dU that mesh and steps are chosen for, as a part of the largest |dU| of the curve",
     )
     mesh: MeshOptions = MeshOptions()
+    physical: Physical | None = Field(
+        None, description="the case in units, in place of beta, De, Ca_e, xi, the distances and time.end"
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -194,6 +199,11 @@ class SceneCase(_Options):
         alpha = 0.2 if self.alpha is None else self.alpha
         alpha = alpha if name in PARAMETERS["alpha"] else 0.0
         return Law(name, self.xi, alpha, self.epsilon or 0.0, self.L2 or 0.0)
+
+    @property
+    def scales(self) -> Scales | None:
+        """The units of the case in SI units, None where it was given without units."""
+        return self.physical.scales if self.physical is not None else None
 
     @property
     def polymer(self) -> Polymer | None:
@@ -266,6 +276,8 @@ class SceneCase(_Options):
         if self.polymer is not None:
             data["liquid"] = self.polymer.name
             data["alpha"] = self.polymer.alpha if self.polymer.name in PARAMETERS["alpha"] else None
+        if self.physical is not None:
+            data["physical"] = self.physical.model_dump(mode="json", exclude_none=True)
         return {k: v for k, v in data.items() if v is not None}
 
 

@@ -14,6 +14,7 @@ from pairsim.config.cost import check_size
 from pairsim.config.curve_case import CriticalCase, CurveCase, check_critical, check_curve
 from pairsim.config.many_cases import StudyFile, SweepFile
 from pairsim.config.mistakes import Mistake, input_error
+from pairsim.config.physical import BLOCK, Translation, forget_numbers, tuples
 from pairsim.config.wording import allowed_in, groups_of, mistakes_of, unknown_key
 from pairsim.config.yaml_file import Section, apply_settings, read_yaml
 
@@ -53,6 +54,7 @@ def read_with(path: Path, overrides: tuple[str, ...]) -> Section:
         InputError: The file cannot be read or a setting is not understood.
     """
     data = read_yaml(path)
+    forget_numbers(data)
     apply_settings(data, overrides)
     return data
 
@@ -88,20 +90,23 @@ def _checked[T: SceneCase](
     data: Mapping[str, Any],
     where: tuple[str, str],
 ) -> T:
-    """The case, each key checked alone and then with the others."""
-    mistakes: Sequence[Mistake]
+    """The case, its units turned into numbers, each key checked alone and then with the others."""
+    translation = Translation(tuples(data), model.model_fields)
+    mistakes = list(translation.mistakes)
     try:
-        case = model.model_validate(_tuples(data))
+        case = model.model_validate(translation.data)
     except ValidationError as error:
-        mistakes = mistakes_of(error, groups_of(model))
         if (other := file_of_another_command(data, command)) is not None:
-            mistakes = [other]
+            raise input_error([other], data, *where) from None
+        mistakes += mistakes_of(error, groups_of(model))
+        if any(mistake.key.startswith(f"{BLOCK}.") for mistake in mistakes):
+            mistakes = [mistake for mistake in mistakes if mistake.key != "De" or not mistake.is_missing]
         else:
-            mistakes += _missing_besides(model, check, data, mistakes)
-        raise input_error(mistakes, data, *where) from None
-    mistakes = list(check(case)) or list(check_size(case))
+            mistakes += _missing_besides(model, check, translation.data, mistakes)
+    else:
+        mistakes = mistakes or list(check(case)) or list(check_size(case))
     if mistakes:
-        raise input_error(mistakes, data, *where)
+        raise input_error([translation.told(mistake) for mistake in mistakes], data, *where) from None
     return case
 
 
@@ -117,7 +122,7 @@ def _missing_besides[T: SceneCase](
             inner = inner[group]
         inner.pop(last, None)
     try:
-        case = model.model_validate(_tuples({"De": 0, **rest}))
+        case = model.model_validate({"De": 0, **rest})
     except ValidationError:
         return []
     named = {key for mistake in found for key in (mistake.key.partition("[")[0], mistake.meant)}
@@ -147,12 +152,6 @@ def check_keys(data: Mapping[str, Any], command: str, source: str) -> None:
     if wrong:
         other = file_of_another_command(data, command)
         raise input_error([other] if other is not None else wrong, data, source)
-
-
-def _tuples(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {k: _tuples(v) for k, v in value.items()}
-    return tuple(value) if isinstance(value, list) else value
 
 
 def schema_rows(command: str = "run") -> list[tuple[str, str, str, str]]:

@@ -9,6 +9,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from pairsim.config.mistakes import Mistake, missing
+from pairsim.config.physical import BLOCK
 
 Groups = dict[str, type[BaseModel]]
 LIST = "a list of which each is "
@@ -37,7 +38,7 @@ def dotted_keys(groups: Groups) -> list[str]:
 
 def meant(name: str, group: str, groups: Groups) -> str:
     """The key that was probably meant by an unknown one, looked for in its group first; "" if none is like it."""
-    keys = dotted_keys(groups)
+    keys = sorted(dotted_keys(groups), key=lambda key: key.startswith(f"{BLOCK}."))  # units are meant last
     own = [key for key in keys if key.rpartition(".")[0] == group]
     for wanted in (own, keys):
         if same := [key for key in wanted if key.rpartition(".")[2].lower() == name.lower()]:
@@ -68,7 +69,8 @@ def mistakes_of(error: ValidationError, groups: Groups) -> list[Mistake]:
         found.setdefault(mistake.key, mistake)
     # A key that takes a number or a list fails as both; where an entry of the list is named, that says more.
     detailed = {key.partition("[")[0] for key in found if "[" in key}
-    return [mistake for key, mistake in found.items() if key not in detailed]
+    intended = {mistake.meant for mistake in found.values()}
+    return [m for key, m in found.items() if key not in detailed and not (m.is_missing and key in intended)]
 
 
 def _mistake(problem: Any, groups: Groups) -> Mistake:
@@ -81,7 +83,8 @@ def _mistake(problem: Any, groups: Groups) -> Mistake:
     if kind == "extra_forbidden":
         return unknown_key(key, value, groups)
     if kind == "missing":
-        return missing(key, "the four numbers of a case are beta, De, Ca_e and d0")
+        needed = f"{group} needs it" if group else "the four numbers of a case are beta, De, Ca_e and d0"
+        return missing(key, needed)
     if kind in ("range", "quantity"):
         return Mistake(key, value, problem["msg"])
     if kind == "model_type":
@@ -107,6 +110,8 @@ def joined(choices: Iterable[str]) -> str:
 
 
 def _words(schema: Mapping[str, Any], models: Mapping[str, Any]) -> str:
+    if "words" in schema:
+        return str(schema["words"])
     limits = [
         f"{word} {schema[k]:g}"
         for k, word in (

@@ -11,6 +11,7 @@ from importlib import metadata
 from typing import Any
 
 from pairsim import __version__
+from pairsim.physics.scales import Scales
 from pairsim.results.output import RunFolder
 from pairsim.solvers.newton import petsc_version
 
@@ -60,10 +61,18 @@ class Record:
         command: The command line.
         processes: Size of the communicator.
         before: Seconds that the run took before it was stopped and resumed.
+        scales: The units of the case in SI units, None where it was given without units.
     """
 
-    def __init__(self, folder: RunFolder | None, command: str, processes: int, before: float = 0.0) -> None:
-        self._folder, self._command, self._processes = folder, command, processes
+    def __init__(
+        self,
+        folder: RunFolder | None,
+        command: str,
+        processes: int,
+        before: float = 0.0,
+        scales: Scales | None = None,
+    ) -> None:
+        self._folder, self._command, self._processes, self._scales = folder, command, processes, scales
         self._begin = time.perf_counter() - before
         self._started = time.strftime("%Y-%m-%dT%H:%M:%S%z")
 
@@ -96,6 +105,9 @@ class Record:
             "peak_memory": peak_memory(),  # of the first process
             **more,
         }
+        if (scales := self._scales) is not None:
+            names = ("length", "time", "velocity", "stress")
+            content["scales"] = {name: getattr(scales, name) for name in names} | {"units": "m, s, m/s, Pa"}
         if phases:
             content["wall_time_by_phase"] = {**phases, "other": wall - sum(phases.values())}
         self._folder.write_json("run.json", content)

@@ -57,7 +57,9 @@ class Session:
     ) -> None:
         self.comm, self.reporter = options.comm, options.reporter
         self.folder, self.checkpoint = folder, checkpoint
-        self.record = Record(folder, options.command, self.comm.size, checkpoint.wall if checkpoint else 0.0)
+        self.record = Record(
+            folder, options.command, self.comm.size, checkpoint.wall if checkpoint else 0.0, case.scales
+        )
         self.stopped_at_once = False
         self._title = case.name or case.slug
 

@@ -13,15 +13,18 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from pairsim.config.case_file import check_keys
+from pairsim.config.physical import BLOCK, forget_numbers
+from pairsim.config.quantities import quantity_range
 from pairsim.config.ranges import RANGE, spelled_out
 from pairsim.config.yaml_file import Place, Section, apply_settings, place_of, read_yaml
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.commands import COMMANDS, Checked, SweepCommand, read_told
 
-GROUPS = ("mesh", "time", "limits", "output")  # keys of a case that hold keys
+GROUPS = ("mesh", "time", "limits", "output", BLOCK)  # keys of a case that hold keys
 MOST_CASES = 100_000
 MOST_MISTAKES = 20  # that one message tells
 LONGEST_SLUG = 100
+NUMBERS = ("beta", "De", "Ca_e", "xi", "d0", "time.end")  # of a case, that a physical block can become
 
 
 @dataclass(frozen=True)
@@ -135,6 +138,7 @@ class _Reader:
             base = read_yaml(self.path.parent / base)
         if not isinstance(base, dict):
             self.refuse("base", base, "must be keys and values of a case, or the path of a case file")
+        forget_numbers(base)
         merged = Section()
         self._merge(merged, base, "base")
         return merged
@@ -167,7 +171,9 @@ class _Reader:
             choices = "a list of values or {start, stop, num, spacing: linear or log}"
             self.refuse(where, value, f"must be {choices}; write mesh.Np for a key in a group")
         try:
-            return spelled_out(value, MOST_CASES)
+            if key.startswith(f"{BLOCK}."):
+                return list(quantity_range(value, MOST_CASES))
+            return list(spelled_out(value, MOST_CASES))
         except ValueError as error:
             self.refuse(where, value, str(error))
 
@@ -276,6 +282,8 @@ class _Reader:
                 self.refuse(f"exclude[{i}]", exclusions[i], "matches no entry of the grid")
         if not found:
             self.refuse("exclude", None, "leaves no case")
+        if any(key.startswith(BLOCK) for key in varied):  # the numbers that it becomes vary with it
+            varied |= dict.fromkeys(NUMBERS)
         values = {
             key: [value_at(checked.resolved, key, value_at(merged, key)) for checked, merged in found.values()]
             for key in varied
