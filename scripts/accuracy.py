@@ -57,7 +57,8 @@ def plain(study: Path) -> list[float]:
     from mpi4py import MPI
 
     import pairsim.runtime.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
-    from pairsim.config.case_file import apply_settings, case_from_dict, read_yaml
+    from pairsim.config.case_file import case_from_dict
+    from pairsim.config.yaml_file import apply_settings, read_yaml
     from pairsim.drivers.problems import problem_of
     from pairsim.solvers.transient import Transient
 

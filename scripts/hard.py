@@ -21,9 +21,9 @@ from typing import Any
 
 import yaml
 
+from pairsim.results.folders import read_record
 from pairsim.results.output import write_text
 from pairsim.runtime.child_process import module_command
-from pairsim.sweeps.commands import read_told
 from pairsim.sweeps.ledger import read_sweep
 from pairsim.sweeps.worker import find_mpirun
 
@@ -76,7 +76,7 @@ def told(folder: Path) -> list[dict[str, Any]]:
     for case in read_sweep(folder)["cases"]:
         values = case["values"]
         row = {"case": case["folder"].rpartition("-")[0], "outcome": case["status"], "reason": case["reason"]}
-        said = read_told(folder / case["folder"])  # also of cases that an earlier sweep has computed
+        said = read_record(folder / case["folder"])  # also of cases that an earlier sweep has computed
         row |= {"count": values.get("steps", values.get("points")), "wall_time": said.get("wall_time", case["seconds"])}
         row |= health(folder / case["folder"])
         row["warnings"] = "; ".join(w.partition(",")[0].partition(":")[0] for w in said.get("warnings", []))

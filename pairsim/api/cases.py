@@ -8,9 +8,11 @@ from pathlib import Path
 from typing import Any, Literal, NoReturn, cast, overload
 
 from pairsim.config.case import Case, SceneCase
-from pairsim.config.case_file import case_from_dict, critical_from_dict, curve_from_dict, read_yaml
+from pairsim.config.case_file import case_from_dict, critical_from_dict, curve_from_dict
 from pairsim.config.curve_case import CriticalCase, CurveCase
-from pairsim.config.merging import merge
+from pairsim.config.merging import merge, section_of
+from pairsim.config.physical import forget_numbers
+from pairsim.config.yaml_file import Section, read_yaml
 from pairsim.results.output import plain
 from pairsim.runtime.errors import InputError
 
@@ -52,6 +54,7 @@ def load(
     if kind not in PARSERS:
         raise InputError("pairsim.load", "kind", kind, " or ".join(PARSERS))
     data, source = content_of(path_or_dict)
+    forget_numbers(data)
 
     def refuse(key: str, value: Any, allowed: str) -> NoReturn:
         raise InputError(source, key, value, allowed)
@@ -63,17 +66,17 @@ def load(
     return cast(Case, PARSERS[kind](data, source))
 
 
-def content_of(given: AnyCase) -> tuple[dict[str, Any], str]:
+def content_of(given: AnyCase) -> tuple[Section, str]:
     """Keys and values of what stands for a case, and its name in messages.
 
     Raises:
         InputError: It stands for none.
     """
     if isinstance(given, SceneCase):
-        return given.model_dump(mode="json", exclude_unset=True), "case"
+        return section_of(given.model_dump(mode="json", exclude_unset=True)), "case"
     if isinstance(given, Mapping):
         try:
-            return plain(given), "case"
+            return section_of(plain(given)), "case"
         except (TypeError, ValueError) as error:
             raise InputError("case", "", None, str(error)) from None
     if isinstance(given, str | PathLike):

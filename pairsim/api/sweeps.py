@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pairsim.api.results import KINDS, SHOWN, Result
+from pairsim.config.merging import section_of
 from pairsim.results.output import plain
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.launcher import launcher_communicator
@@ -133,7 +134,7 @@ def sweep(
     """
     if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
         raise InputError("pairsim.sweep", "workers", workers, "a whole number of at least 1")
-    checked = grid_from(Path("grid"), plain(grid)) if isinstance(grid, Mapping) else read_grid(Path(grid))
+    checked = grid_from(Path("grid"), section_of(plain(grid))) if isinstance(grid, Mapping) else read_grid(Path(grid))
     comm = launcher_communicator()
     reporter = make_sweep_reporter(not progress, comm.rank if comm else 0)
     options = Options(limit=limit, only_failed=only_failed, case_timeout=case_timeout, workers=workers, signals=signals)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, NoReturn
 
 import typer
 
-from pairsim.cli import sweeps
+from pairsim.cli import bench, sweeps
 from pairsim.cli.options import CaseFile, Output, Overwrite, Quiet, Settings, print_table, rank
 from pairsim.runtime.errors import InputError, PairsimError, RunFailure, unexpected
 from pairsim.runtime.version import __version__
@@ -25,6 +25,7 @@ app = typer.Typer(
     epilog="Example: pairsim run configs/quickstart.yaml",
 )
 app.add_typer(sweeps.app)
+app.add_typer(bench.app)
 
 
 def _version(wanted: bool) -> None:
@@ -178,7 +179,7 @@ def mesh(
         if path is not None and path.exists() and not overwrite:
             raise InputError(str(path), option, None, "the file exists; use --overwrite or another name")
     if output.suffix not in (".msh", ".vtu", ".xdmf"):
-        raise InputError(str(output), "-o", output.suffix, "a name ending in .msh, .vtu or .xdmf")
+        raise InputError(str(output), "-o", output.suffix, "must be a name ending in .msh, .vtu or .xdmf")
 
     from pairsim.drivers.mesh import write_mesh
 
@@ -203,19 +204,24 @@ def plot(
     and the last dU against each parameter; of curves and critical distances: dU against d, zeros of dU against each
     parameter; of each: a map of how the cases ended. A study: error against wall time.
     """
-    if any(directory.glob("sweep*.json")):
+    from pairsim.results.folders import kind_of
+
+    kind = kind_of(directory)
+    if group is not None and kind != "sweep":
+        raise InputError("--group", "", group, f"must be left out: it goes with a sweep, {directory} holds a {kind}")
+    if kind == "sweep":
         from pairsim.sweeps.sweep_plots import plot_sweep
 
         paths = plot_sweep(directory, output, group)
-    elif (directory / "study.csv").is_file():
+    elif kind == "study":
         from pairsim.sweeps.study_plots import plot_study
 
         paths = plot_study(directory, output)
-    elif (directory / "curve.csv").is_file():
+    elif kind == "curve":
         from pairsim.results.curve_plots import plot_curve
 
         paths = plot_curve(directory, output or directory)
-    elif (directory / "critical.csv").is_file():
+    elif kind == "critical":
         from pairsim.results.critical_plots import plot_critical
 
         paths = plot_critical(directory, output or directory)
@@ -267,4 +273,7 @@ def main() -> NoReturn:
 def _complain(error: Exception) -> None:
     """One message on stderr, by the first process only."""
     if rank() == 0:
-        typer.echo(f"pairsim: {error}", err=True)
+        lines = str(error).splitlines()
+        if isinstance(error, InputError) and len(error.mistakes) > 1:
+            lines.insert(0, f"{len(error.mistakes)} mistakes:")
+        typer.echo("pairsim: " + "\n  ".join(lines), err=True)

@@ -63,7 +63,7 @@ def sweep(
         from pairsim.sweeps.slurm import job_script
 
         if emit != "slurm":
-            raise InputError("--emit", "", emit, "slurm")
+            raise InputError("--emit", "", emit, "must be slurm")
         extra = [word for setting in set_ or () for word in ("--set", setting)]
         extra += ["--cold"] if cold else []
         extra += ["--case-timeout", f"{case_timeout:g}"] if case_timeout else []
@@ -133,7 +133,7 @@ def study(
 
     Works as a sweep: also under mpirun, and the same command continues what was stopped. Exit codes as those of sweep.
     """
-    from pairsim.config.case_file import read_yaml
+    from pairsim.config.yaml_file import read_yaml
     from pairsim.runtime.launcher import launcher_communicator
     from pairsim.sweeps.progress import make_sweep_reporter
     from pairsim.sweeps.study import run_study
@@ -147,24 +147,44 @@ def study(
     _end_sweep(code, message, directory, quiet)
 
 
-@app.command(epilog="Examples: pairsim status runs/sweep | pairsim status out --watch")
+@app.command(epilog="Examples: pairsim status runs/sweep | pairsim status out --watch | pairsim status runs/quickstart")
 def status(
-    directory: Annotated[Path, typer.Argument(help="Folder of a sweep.", show_default=False)],
-    watch: Annotated[bool, typer.Option("--watch", help="Repeat every two seconds until the sweep ends.")] = False,
+    directory: Annotated[Path, typer.Argument(help="Folder of results.", show_default=False)],
+    watch: Annotated[bool, typer.Option("--watch", help="Repeat every two seconds until the command ends.")] = False,
 ) -> None:
-    """Tell how a sweep stands: counts, rate, time left, and what failed for which reason."""
+    """Tell how a folder of results stands.
+
+    Of a sweep or study: counts, rate, time left, and what failed for which reason. Of a run, curve or critical: how it
+    ended, or that it is at work, and its warnings.
+    """
     import time
 
+    from pairsim.results.folders import kind_of
     from pairsim.runtime.locks import is_locked
-    from pairsim.sweeps.ledger import read_sweep
-    from pairsim.sweeps.progress import status_view
 
+    kind = kind_of(directory)
     while True:
         working = is_locked(directory)
-        view = status_view(read_sweep(directory), working)
+        view = _status_view(directory, kind, working)
         if watch and sys.stdout.isatty():
             typer.echo(CLEAR, nl=False)
         print_table(view)
         if not watch or not working:
             return
         time.sleep(2)
+
+
+def _status_view(directory: Path, kind: str, working: bool) -> object:
+    """What `status` shows of a folder of some kind."""
+    from pairsim.results.standing import standing_view
+    from pairsim.sweeps.ledger import read_sweep
+    from pairsim.sweeps.progress import status_view
+
+    if kind == "sweep":
+        return status_view(read_sweep(directory), working)
+    if kind == "study":
+        from rich.console import Group
+
+        sweeps = sorted(path.parent for path in directory.glob("*/sweep.json"))
+        return Group(*(status_view(read_sweep(sweep), working) for sweep in sweeps))
+    return standing_view(directory, working)

@@ -7,13 +7,16 @@ The models below are the only definition of keys, defaults, limits and their doc
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from pairsim.config.accuracy import DEFAULT, LEAST_THINNING, PIPE_CELL, SETTINGS, Accuracy
+from pairsim.config.mistakes import Mistake, missing
+from pairsim.config.physical import Physical
 from pairsim.physics.materials.polymer import PARAMETERS, Law, Name, Polymer
-from pairsim.runtime.errors import InputError
+from pairsim.physics.scales import Scales
 
 
 def number(value: Any) -> Any:
@@ -157,6 +160,9 @@ class SceneCase(_Options):
         description="error of dU that mesh and steps are chosen for, as a part of the largest |dU| of the curve",
     )
     mesh: MeshOptions = MeshOptions()
+    physical: Physical | None = Field(
+        None, description="the case in units, in place of beta, De, Ca_e, xi, the distances and time.end"
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -198,16 +204,34 @@ class SceneCase(_Options):
         return Law(name, self.xi, alpha, self.epsilon or 0.0, self.L2 or 0.0)
 
     @property
+    def scales(self) -> Scales | None:
+        """The units of the case in SI units, None where it was given without units."""
+        return self.physical.scales if self.physical is not None else None
+
+    @property
     def polymer(self) -> Polymer | None:
         """The viscoelastic part of the liquid, None for a Newtonian one."""
         return self.law.at(self.De) if self.law else None
 
     @property
     def notes(self) -> list[str]:
-        """What a user should know of the case as it was understood."""
-        if self.polymer is None and self.liquid not in (None, "newtonian"):
-            return [f"De = 0: the liquid is Newtonian with viscosity 1; liquid: {self.liquid} and xi are ignored"]
-        return []
+        """What a user should know of the case as it was understood: the keys that have no effect in it."""
+        idle = self._idle()
+        keys = {why: [key for key in idle if idle[key] == why] for why in idle.values()}
+        return [f"{', '.join(k)} {'has' if len(k) == 1 else 'have'} no effect: {why}" for why, k in keys.items()]
+
+    def _idle(self) -> dict[str, str]:
+        """Keys that were given although nothing depends on them, and why. A default that is spelled out is none."""
+        idle: dict[str, str] = {}
+        if self.polymer is None:
+            law = {} if self.liquid in (None, "newtonian") else {f"liquid: {self.liquid}": self.liquid}
+            unused = law | {key: getattr(self, key) for key in PARAMETERS}
+            unused |= {"xi": self.xi} if self.xi != SceneCase.model_fields["xi"].default else {}
+            why = "the liquid is Newtonian at De = 0" if self.De == 0 else "the liquid is Newtonian"
+            idle |= {key: why for key, value in unused.items() if value is not None}
+        if self.n == 0:
+            idle |= {key: "there are no particles" for key in ("beta", "Ca_e") if getattr(self, key) is not None}
+        return idle
 
     @property
     def tube_length(self) -> float:
@@ -255,6 +279,8 @@ class SceneCase(_Options):
         if self.polymer is not None:
             data["liquid"] = self.polymer.name
             data["alpha"] = self.polymer.alpha if self.polymer.name in PARAMETERS["alpha"] else None
+        if self.physical is not None:
+            data["physical"] = self.physical.model_dump(mode="json", exclude_none=True)
         return {k: v for k, v in data.items() if v is not None}
 
 
@@ -277,6 +303,19 @@ class Case(SceneCase):
         words = super()._words()
         return [*words, f"d{shown(self.d0)}"] if self.n > 1 else words
 
+    def _idle(self) -> dict[str, str]:
+        idle = super()._idle()
+        if self.n < 2:
+            limits = {
+                f"limits.{name}": value
+                for name in ("min_gap", "max_gap")
+                if (value := getattr(self.limits, name)) != Limits.model_fields[name].default
+            }
+            given = {"d0": self.d0, **limits}
+            why = "one particle has no distance" if self.n else "there are no particles"
+            idle |= {key: why for key, value in given.items() if value is not None}
+        return idle
+
 
 # Tube on each side of the particles with developed ends. The slowest disturbance of a Newtonian pipe flow decays as
 # exp(-8.93 z/D_c): 2 leaves 2e-8 of it. A viscoelastic one decays more slowly, for small particles most of all, as
@@ -298,74 +337,76 @@ def _each(value: float | tuple[float, ...] | None, count: int) -> tuple[float, .
     return value if isinstance(value, tuple) else (value,) * count
 
 
-def check_scene(case: SceneCase, source: str, counts: dict[str, int]) -> None:
+def check_scene(case: SceneCase, counts: dict[str, int]) -> Iterator[Mistake]:
     """What no key of a scene can say alone.
 
     Args:
         case: The case.
-        source: Where it came from.
         counts: Keys that take one value for each of so many particles or gaps.
 
-    Raises:
-        InputError: With the first key that does not fit the others.
+    Yields:
+        The keys that do not fit the others. Those that are missing come first and alone.
     """
-
-    def refuse(key: str, value: Any, allowed: str) -> None:
-        raise InputError(source, key, value, allowed)
-
+    counts = {"beta": case.n, "Ca_e": case.n, **counts}
+    absent = [
+        missing(key, f"{case.n} particles need it (a number or a list of {count})")
+        for key, count in counts.items()
+        if count > 0 and getattr(case, key) is None
+    ]
+    if absent:  # without them the rest has no meaning
+        yield from absent
+        return
     if case.liquid == "newtonian" and case.De > 0:
-        refuse("liquid", case.liquid, "another law, or De: 0: a Newtonian liquid has no relaxation time")
+        allowed = "must be another law, or left out with De: 0; a Newtonian liquid has no relaxation time"
+        yield Mistake("liquid", case.liquid, allowed)
     if case.law is not None:
-        law = case.law.name
-        if case.xi == 0:
-            refuse("xi", case.xi, "above 0 in a viscoelastic liquid")
-        for key, laws in PARAMETERS.items():
-            value = getattr(case, key)
-            if value is not None and law not in laws:
-                refuse(key, value, f"nothing: {key} belongs to {' and '.join(laws)}, the liquid is {law}")
-            if value is None and law in laws and key != "alpha":
-                refuse(key, None, f"is missing; liquid: {law} needs it")
-    for key, count in {"beta": case.n, "Ca_e": case.n, **counts}.items():
+        yield from _check_law(case, case.law.name)
+    fits = True
+    for key, count in counts.items():
         value = getattr(case, key)
-        if count > 0 and value is None:
-            refuse(key, None, f"is missing; {case.n} particles need it (a number or a list of {count})")
         if isinstance(value, tuple) and len(value) != max(count, 0):
             what = "gaps" if key == "d0" else "particles"
-            refuse(key, list(value), f"a number or a list of {max(count, 0)}, one for each of the {what}")
+            allowed = f"must be a number or a list of {max(count, 0)}, one for each of the {what}"
+            yield Mistake(key, list(value), allowed)
+            fits = False
     if case.length == "auto" and case.ends != "developed":
-        refuse("length", "auto", "auto goes with ends: developed; periodic ends need a number")
-    if case.n and case.tube_length < case.cluster + 2 * FREE_ENDS:
-        allowed = (
-            f"at least {case.cluster + 2 * FREE_ENDS:g}: the particles take {case.cluster:g}, each end {FREE_ENDS:g}"
-        )
-        refuse("length", case.tube_length, allowed)
+        yield Mistake("length", "auto", "must be a number with periodic ends; auto goes with ends: developed")
+    elif fits and case.n and case.tube_length < case.cluster + 2 * FREE_ENDS:
+        least = case.cluster + 2 * FREE_ENDS
+        allowed = f"must be at least {least:g}: the particles take {case.cluster:g}, each end {FREE_ENDS:g}"
+        yield Mistake("length", case.tube_length, allowed)
 
 
-def check_together(case: Case, source: str) -> None:
-    """What no key of a case in time can say alone.
+def _check_law(case: SceneCase, law: Name) -> Iterator[Mistake]:
+    """Parameters that belong to another constitutive law, or that this one lacks."""
+    if case.xi == 0:
+        yield Mistake("xi", case.xi, "must be above 0 in a viscoelastic liquid")
+    for key, laws in PARAMETERS.items():
+        value = getattr(case, key)
+        if value is not None and law not in laws:
+            allowed = f"must be left out: {key} belongs to {' and '.join(laws)}, the liquid is {law}"
+            yield Mistake(key, value, allowed)
+        if value is None and law in laws and key != "alpha":
+            yield missing(key, f"liquid: {law} needs it")
 
-    Raises:
-        InputError: With the first key that does not fit the others.
-    """
-    check_scene(case, source, {"d0": case.n - 1})
 
-    def refuse(key: str, value: Any, allowed: str) -> None:
-        raise InputError(source, key, value, allowed)
-
-    if case.time.first_step > case.time.end:
-        refuse("time.first_step", case.time.first_step, f"at most time.end = {case.time.end:g}")
+def check_together(case: Case) -> Iterator[Mistake]:
+    """What no key of a case in time can say alone; as `check_scene`."""
+    yield from check_scene(case, {"d0": case.n - 1})
+    end, every = case.time.end, case.output.every
+    if case.time.first_step > end:
+        yield Mistake("time.first_step", case.time.first_step, f"must be at most time.end = {end:g}")
     if case.time.max_step < case.time.first_step:
-        refuse("time.max_step", case.time.max_step, f"at least time.first_step = {case.time.first_step:g}")
-    if case.time.fixed_step is not None and case.time.fixed_step > case.time.end:
-        refuse("time.fixed_step", case.time.fixed_step, f"at most time.end = {case.time.end:g}")
-    if case.output.every is not None and case.time.end / case.output.every > MOST_OUTPUTS:
-        refuse(
-            "output.every", case.output.every, f"at least {case.time.end / MOST_OUTPUTS:g}: more outputs fill the disk"
-        )
-    late = [t for t in case.output.times if t > case.time.end]
-    if late:
-        refuse("output.times", late[0], f"at most time.end = {case.time.end:g}")
-    if case.limits.max_gap is not None and case.gaps and case.limits.max_gap <= max(case.gaps):
-        refuse("limits.max_gap", case.limits.max_gap, f"above the initial distance {max(case.gaps):g}")
-    if case.gaps and case.limits.min_gap >= min(case.gaps):
-        refuse("limits.min_gap", case.limits.min_gap, f"below the initial distance {min(case.gaps):g}")
+        allowed = f"must be at least time.first_step = {case.time.first_step:g}"
+        yield Mistake("time.max_step", case.time.max_step, allowed)
+    if case.time.fixed_step is not None and case.time.fixed_step > end:
+        yield Mistake("time.fixed_step", case.time.fixed_step, f"must be at most time.end = {end:g}")
+    if every is not None and end / every > MOST_OUTPUTS:
+        yield Mistake("output.every", every, f"must be at least {end / MOST_OUTPUTS:g}: more outputs fill the disk")
+    if late := [t for t in case.output.times if t > end]:
+        yield Mistake("output.times", late[0], f"must be at most time.end = {end:g}")
+    limits = case.limits
+    if limits.max_gap is not None and case.gaps and limits.max_gap <= max(case.gaps):
+        yield Mistake("limits.max_gap", limits.max_gap, f"must be above the initial distance {max(case.gaps):g}")
+    if case.gaps and limits.min_gap >= min(case.gaps):
+        yield Mistake("limits.min_gap", limits.min_gap, f"must be below the initial distance {min(case.gaps):g}")

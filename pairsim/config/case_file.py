@@ -2,67 +2,26 @@
 
 from __future__ import annotations
 
-import difflib
-import re
-from collections.abc import Mapping
+import copy
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import yaml
 from pydantic import BaseModel, ValidationError
 
 from pairsim.config.case import Case, SceneCase, check_together
 from pairsim.config.cost import check_size
 from pairsim.config.curve_case import CriticalCase, CurveCase, check_critical, check_curve
-from pairsim.runtime.errors import InputError
+from pairsim.config.many_cases import StudyFile, SweepFile
+from pairsim.config.mistakes import Mistake, input_error
+from pairsim.config.physical import BLOCK, Translation, forget_numbers, tuples
+from pairsim.config.wording import allowed_in, groups_of, mistakes_of, unknown_key
+from pairsim.config.yaml_file import Section, apply_settings, read_yaml
 
-
-class _Loader(yaml.SafeLoader):
-    """YAML in which 1e-3 is a number and a repeated key is an error."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        seen: set[Any] = set()
-        for key_node, _ in node.value:
-            key = self.construct_object(key_node, deep=True)
-            if not isinstance(key, str):
-                raise yaml.constructor.ConstructorError(None, None, f"key {key!r} is not a word", key_node.start_mark)
-            if key in seen:
-                raise yaml.constructor.ConstructorError(None, None, f"key {key!r} is given twice", key_node.start_mark)
-            seen.add(key)
-        return super().construct_mapping(node, deep)
-
-
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float", re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"), list("-+0123456789.")
-)
-
-
-def read_yaml(path: Path) -> dict[str, Any]:
-    """A YAML file whose top level is a mapping.
-
-    Raises:
-        InputError: It is missing, unreadable, broken, or something else.
-    """
-    name = str(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputError(name, "", None, "no such file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(name, "", None, f"cannot be read: {error}") from None
-    try:
-        data = yaml.load(text, _Loader)
-    except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark
-        where = f"line {mark.line + 1}, column {mark.column + 1}" if mark else "?"
-        raise InputError(name, where, None, f"not valid YAML: {error.problem}") from None
-    except yaml.YAMLError as error:
-        raise InputError(name, "", None, f"not valid YAML: {error}") from None
-    except ValueError as error:  # a date or a number that is none, such as 2020-13-45
-        raise InputError(name, "", None, f"holds a value that cannot be read: {error}") from None
-    if not isinstance(data, dict):
-        raise InputError(name, "", None, "the file must hold keys and values, such as beta: 0.4; see pairsim schema")
-    return data
+MODELS: dict[str, type[SceneCase]] = {"run": Case, "curve": CurveCase, "critical": CriticalCase}
+"""What the case file of each command is checked against."""
+FILES: dict[str, type[BaseModel]] = {**MODELS, "sweep": SweepFile, "study": StudyFile}
+"""The keys of every kind of file, by the command that reads it."""
 
 
 def load_case(path: Path, overrides: tuple[str, ...] = ()) -> Case:
@@ -73,7 +32,7 @@ def load_case(path: Path, overrides: tuple[str, ...] = ()) -> Case:
         overrides: key=value settings (dotted keys) that replace or add to what the file says.
 
     Raises:
-        InputError: With file, key, value and what is allowed.
+        InputError: With file, line, key, value and what must be, of every mistake.
     """
     return case_from_dict(read_with(path, overrides), str(path))
 
@@ -88,174 +47,117 @@ def load_critical(path: Path, overrides: tuple[str, ...] = ()) -> CriticalCase:
     return critical_from_dict(read_with(path, overrides), str(path))
 
 
-def read_with(path: Path, overrides: tuple[str, ...]) -> dict[str, Any]:
+def read_with(path: Path, overrides: tuple[str, ...]) -> Section:
     """A case file's content with key=value settings put in.
 
     Raises:
         InputError: The file cannot be read or a setting is not understood.
     """
     data = read_yaml(path)
+    forget_numbers(data)
     apply_settings(data, overrides)
     return data
 
 
-def apply_settings(data: dict[str, Any], overrides: tuple[str, ...]) -> None:
-    """Replace or add keys of plain data, in place.
-
-    Args:
-        data: Keys and values, groups nested.
-        overrides: key=value settings (dotted keys), as given to --set.
-
-    Raises:
-        InputError: A setting is not key=value, or its key goes through something that is no group.
-    """
-    for setting in overrides:
-        key, equals, text = setting.partition("=")
-        if not equals or not key:
-            raise InputError("--set", "", setting, "key=value, such as mesh.Np=20")
-        try:
-            value = yaml.load(text, _Loader)
-        except (yaml.YAMLError, ValueError):
-            raise InputError("--set", key, text, "a YAML value") from None
-        *groups, last = key.split(".")
-        target = data
-        for group in groups:
-            target = target.setdefault(group, {})
-            if not isinstance(target, dict):
-                raise InputError("--set", key, text, f"{group} is not a group of keys")
-        target[last] = value
-
-
-def case_from_dict(data: Mapping[str, Any], source: str) -> Case:
+def case_from_dict(data: Mapping[str, Any], source: str, entry: str = "") -> Case:
     """Check plain data.
 
+    Args:
+        data: Keys and values; those of `read_yaml` know their lines.
+        source: What messages name as the file.
+        entry: The case among those of the file, empty if it holds one.
+
     Raises:
-        InputError: With the first wrong key, its value and what is allowed.
+        InputError: With every wrong key, its value and what must be.
     """
-    case = _validated(Case, data, source)
-    check_together(case, source)
-    check_size(case, source)
-    return case
+    return _checked("run", Case, check_together, data, (source, entry))
 
 
-def curve_from_dict(data: Mapping[str, Any], source: str) -> CurveCase:
+def curve_from_dict(data: Mapping[str, Any], source: str, entry: str = "") -> CurveCase:
     """Check plain data; as `case_from_dict`."""
-    case = _validated(CurveCase, data, source)
-    check_curve(case, source)
-    check_size(case, source)
-    return case
+    return _checked("curve", CurveCase, check_curve, data, (source, entry))
 
 
-def critical_from_dict(data: Mapping[str, Any], source: str) -> CriticalCase:
+def critical_from_dict(data: Mapping[str, Any], source: str, entry: str = "") -> CriticalCase:
     """Check plain data; as `case_from_dict`."""
-    case = _validated(CriticalCase, data, source)
-    check_critical(case, source)
-    check_size(case, source)
-    return case
+    return _checked("critical", CriticalCase, check_critical, data, (source, entry))
 
 
-def _validated[T: SceneCase](model: type[T], data: Mapping[str, Any], source: str) -> T:
+def _checked[T: SceneCase](
+    command: str,
+    model: type[T],
+    check: Callable[[T], Iterator[Mistake]],
+    data: Mapping[str, Any],
+    where: tuple[str, str],
+) -> T:
+    """The case, its units turned into numbers, each key checked alone and then with the others."""
+    translation = Translation(tuples(data), model.model_fields)
+    mistakes = list(translation.mistakes)
     try:
-        return model.model_validate(_tuples(data))
+        case = model.model_validate(translation.data)
     except ValidationError as error:
-        raise _input_error(error, source, _groups(model)) from None
+        if (other := file_of_another_command(data, command)) is not None:
+            raise input_error([other], data, *where) from None
+        mistakes += mistakes_of(error, groups_of(model))
+        if any(mistake.key.startswith(f"{BLOCK}.") for mistake in mistakes):
+            mistakes = [mistake for mistake in mistakes if mistake.key != "De" or not mistake.is_missing]
+        else:
+            mistakes += _missing_besides(model, check, translation.data, mistakes)
+    else:
+        mistakes = mistakes or list(check(case)) or list(check_size(case))
+    if mistakes:
+        raise input_error([translation.told(mistake) for mistake in mistakes], data, *where) from None
+    return case
 
 
-def _tuples(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {k: _tuples(v) for k, v in value.items()}
-    return tuple(value) if isinstance(value, list) else value
+def _missing_besides[T: SceneCase](
+    model: type[T], check: Callable[[T], Iterator[Mistake]], data: Mapping[str, Any], found: Sequence[Mistake]
+) -> list[Mistake]:
+    """Keys that are missing in a case with wrong ones: asked of the case without what is wrong."""
+    rest = copy.deepcopy(dict(data))
+    for mistake in found:
+        *groups, last = mistake.key.partition("[")[0].split(".")
+        inner = rest
+        for group in groups:
+            inner = inner[group]
+        inner.pop(last, None)
+    try:
+        case = model.model_validate({"De": 0, **rest})
+    except ValidationError:
+        return []
+    named = {key for mistake in found for key in (mistake.key.partition("[")[0], mistake.meant)}
+    return [mistake for mistake in check(case) if mistake.is_missing and mistake.key not in named]
 
 
-Groups = dict[str, type[BaseModel]]
+def file_of_another_command(data: Mapping[str, Any], command: str) -> Mistake | None:
+    """That a file was written for another command, judged by its keys; None if it was not."""
+    unknown = {name: [key for key in data if key not in model.model_fields] for name, model in FILES.items()}
+    least = min(map(len, unknown.values()))
+    if len(unknown[command]) == least:
+        return None
+    fitting = [name for name, keys in unknown.items() if len(keys) == least]
+    telling = [key for key in unknown[command] if all(key not in unknown[name] for name in fitting)]
+    others = " or ".join(f"`pairsim {name}`" for name in fitting)
+    return Mistake("", None, f"this is a case for {others} (it has {', '.join(telling)}), not for `pairsim {command}`")
 
 
-def _groups(model: type[SceneCase]) -> Groups:
-    """The model itself under "", and its groups of keys."""
-    fields = {name: field.annotation for name, field in model.model_fields.items()}
-    return {"": model} | {k: v for k, v in fields.items() if isinstance(v, type) and issubclass(v, BaseModel)}
+def check_keys(data: Mapping[str, Any], command: str, source: str) -> None:
+    """The keys of a sweep or study file.
 
-
-def _names_an_entry(problem: Any) -> bool:
-    return any(isinstance(part, int) for part in problem["loc"])
-
-
-def _input_error(error: ValidationError, source: str, groups: Groups) -> InputError:
-    """The first problem that pydantic met, in the words of the case file."""
-    errors = error.errors()
-    # A key that takes a number or a list fails twice; the entry of the list says more.
-    first = max((e for e in errors if e["loc"][:1] == errors[0]["loc"][:1]), key=_names_an_entry)
-    location = [str(part) for part in first["loc"]]
-    group = location[0] if location and location[0] in groups else ""
-    depth = 2 if group and len(location) > 1 else 1
-    key = ".".join(location[:depth])
-    indices = [part for part in location[depth:] if part.isdigit()]
-    key += "".join(f"[{i}]" for i in indices)
-    value = first.get("input")
-    if isinstance(value, tuple):
-        value = list(value)
-    kind = first["type"]
-    if kind == "extra_forbidden":
-        known = list(groups[group].model_fields)
-        near = difflib.get_close_matches(location[-1], known, 1, 0.5)
-        hint = f"did you mean {near[0]}? " if near else ""
-        return InputError(source, key, value, f"unknown key; {hint}allowed: {', '.join(known)}")
-    if kind == "missing":
-        return InputError(source, key, None, "is missing; the four numbers of a case are beta, De, Ca_e and d0")
-    if kind == "range":
-        return InputError(source, key, value, first["msg"])
-    if kind == "model_type":
-        known = list(groups[group].model_fields)
-        return InputError(source, key, value, f"a group of keys; allowed: {', '.join(known)}")
-    name = location[depth - 1]
-    return InputError(source, key, value, _allowed(groups[group], name))
-
-
-def _allowed(model: type[BaseModel], name: str) -> str:
-    """What a key accepts, in words, from its own JSON schema."""
-    schema = model.model_json_schema()
-    field = schema["properties"][name]
-    return "; or ".join(_words(s) for s in field.get("anyOf", [field]) if s.get("type") != "null")
-
-
-def _words(schema: Mapping[str, Any]) -> str:
-    limits = [
-        f"{word} {schema[k]:g}"
-        for k, word in (
-            ("exclusiveMinimum", "above"),
-            ("minimum", "at least"),
-            ("exclusiveMaximum", "below"),
-            ("maximum", "at most"),
-        )
-        if k in schema
-    ]
-    kinds = {"number": "a finite number", "integer": "a whole number", "boolean": "true or false", "string": "a word"}
-    if "const" in schema:
-        return str(schema["const"])
-    if "enum" in schema:
-        return " or ".join(map(str, schema["enum"]))
-    if "anyOf" in schema:
-        return "; or ".join(_words(s) for s in schema["anyOf"])
-    if schema.get("type") == "object":
-        return "a name with " + _words(schema["additionalProperties"])
-    if "prefixItems" in schema:
-        return f"two numbers, each {_words(schema['prefixItems'][0])}"
-    if schema.get("type") == "array":
-        return f"a list of which each is {_words(schema['items'])}"
-    text = kinds.get(str(schema.get("type")), "a value")
-    if "pattern" in schema:
-        text += " of at most 100 letters, digits and . _ + -, not beginning with one of . + -"
-    return f"{text} {' and '.join(limits)}".strip() if limits else text
-
-
-MODELS: dict[str, type[SceneCase]] = {"run": Case, "curve": CurveCase, "critical": CriticalCase}
-"""What the case file of each command is checked against."""
+    Raises:
+        InputError: With every unknown one, or that the file is one for another command.
+    """
+    model = FILES[command]
+    wrong = [unknown_key(key, value, {"": model}) for key, value in data.items() if key not in model.model_fields]
+    if wrong:
+        other = file_of_another_command(data, command)
+        raise input_error([other] if other is not None else wrong, data, source)
 
 
 def schema_rows(command: str = "run") -> list[tuple[str, str, str, str]]:
     """Key, what is allowed, default and description of every key of a command's case file."""
     rows = []
-    groups = _groups(MODELS[command])
+    groups = groups_of(FILES[command])
     for group, model in groups.items():
         for name, field in model.model_fields.items():
             if not group and name in groups:
@@ -265,5 +167,5 @@ def schema_rows(command: str = "run") -> list[tuple[str, str, str, str]]:
             default = (
                 "" if default in (None, ()) else str(default).lower() if default in (True, False) else str(default)
             )
-            rows.append((key, _allowed(model, name), default, field.description or ""))
+            rows.append((key, allowed_in(model, name), default, field.description or ""))
     return rows

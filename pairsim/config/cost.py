@@ -8,11 +8,12 @@ soft pair, or one that touches, will fare.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from pairsim.config.case import Case, SceneCase
 from pairsim.config.curve_case import CriticalCase, CurveCase
-from pairsim.runtime.errors import InputError
+from pairsim.config.mistakes import Mistake
 
 STRIPS = 200  # of the tube's length, over which the density of cells is summed
 MOST_UNKNOWNS = 2e7  # beyond it gmsh alone would take days, or all memory
@@ -74,15 +75,11 @@ def unknowns(case: SceneCase) -> float:
     return liquid_cells(case) * per_cell + sum(2.2 * case.mesh.Np**1.4 * 4.5 for Ca_e in case.Ca_es if Ca_e > 0)
 
 
-def check_size(case: SceneCase, source: str) -> None:
-    """Refuse what no machine can mesh.
-
-    Raises:
-        InputError: The guess is beyond 2e7 unknowns.
-    """
+def check_size(case: SceneCase) -> Iterator[Mistake]:
+    """What no machine can mesh: the guess is beyond 2e7 unknowns."""
     if (size := unknowns(case)) > MOST_UNKNOWNS:
-        allowed = f"a scene of {MOST_UNKNOWNS:.0e} unknowns at most; mesh, length and beta give some {size:.0e}"
-        raise InputError(source, "mesh", None, allowed)
+        allowed = f"must give {MOST_UNKNOWNS:.0e} unknowns at most; mesh, length and beta give some {size:.0e}"
+        yield Mistake("mesh", None, allowed)
 
 
 def run_estimate(case: Case) -> Estimate:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, Field
@@ -9,8 +10,8 @@ from pydantic_core import PydanticCustomError
 
 from pairsim.config.accuracy import DEFAULT, SETTINGS
 from pairsim.config.case import Distance, Number, Positive, SceneCase, Whole, check_scene, number
+from pairsim.config.mistakes import Mistake, missing
 from pairsim.config.ranges import RANGE, spelled_out
-from pairsim.runtime.errors import InputError
 
 MOST_VALUES = 10_000
 _RANGE = "a list, or {start, stop, num, spacing: log or linear} with start and stop above 0 and num from 2 to 10000"
@@ -25,7 +26,7 @@ def expanded(value: Any) -> Any:
             raise ValueError
         return tuple(map(number, spelled_out(value, MOST_VALUES, "log")))
     except (ValueError, OverflowError):
-        raise PydanticCustomError("range", _RANGE) from None
+        raise PydanticCustomError("range", f"must be {_RANGE}") from None
 
 
 Gaps = Annotated[
@@ -103,50 +104,49 @@ class CriticalCase(SceneCase):
         return ["critical", *super()._words()]
 
 
-def check_curve(case: CurveCase, source: str) -> None:
-    """What no key of a curve can say alone.
-
-    Raises:
-        InputError: With the first key that does not fit the others.
-    """
+def check_curve(case: CurveCase) -> Iterator[Mistake]:
+    """What no key of a curve can say alone; as `check_scene`."""
     if case.n < 1:
-        raise InputError(source, "particles", case.n, "at least 1: a tube without particles has no curve")
+        yield Mistake("particles", case.n, "must be at least 1: a tube without particles has no curve")
+        return
     if case.n > 1 and case.d is None:
-        raise InputError(source, "d", None, f"is missing; {_RANGE}")
+        yield missing("d", f"must be {_RANGE}")
     if case.n == 1 and case.d is not None:
-        raise InputError(source, "d", list(case.d), "nothing: one particle has no distance")
-    for place in case.d or ():
-        if isinstance(place, tuple) and len(place) != case.n - 1:
-            raise InputError(source, "d", list(place), f"numbers, or lists of {case.n - 1}, one for each gap")
+        yield Mistake("d", list(case.d), "must be left out: one particle has no distance")
+    wrong = [place for place in case.d or () if isinstance(place, tuple) and len(place) != case.n - 1]
+    if wrong and case.n > 1:
+        yield Mistake("d", list(wrong[0]), f"must be numbers, or lists of {case.n - 1}, one for each gap")
+        return
     if case.fields and not case.common:
-        raise InputError(source, "fields", list(case.fields), "nothing, unless one distance holds for all gaps")
-    if case.fields:
+        yield Mistake("fields", list(case.fields), "must be left out, unless one distance holds for all gaps")
+    elif case.fields:
         lowest, highest = (f(place[0] for place in case.places) for f in (min, max))
         for d in case.fields:
             if not lowest <= d <= highest:
-                raise InputError(source, "fields", d, f"between the least and largest d, {lowest:g} and {highest:g}")
-    check_scene(case, source, {})
+                allowed = f"must be between the least and largest d, {lowest:g} and {highest:g}"
+                yield Mistake("fields", d, allowed)
+    yield from check_scene(case, {})
 
 
-def check_critical(case: CriticalCase, source: str) -> None:
-    """What no key of a search for critical distances can say alone.
-
-    Raises:
-        InputError: With the first key that does not fit the others.
-    """
+def check_critical(case: CriticalCase) -> Iterator[Mistake]:
+    """What no key of a search for critical distances can say alone; as `check_scene`."""
     if case.n != 2:
-        raise InputError(source, "particles", case.n, "2: critical distances are those of a pair")
+        yield Mistake("particles", case.n, "must be 2: critical distances are those of a pair")
+        return
     if case.d[0] >= case.d[1]:
-        raise InputError(source, "d", list(case.d), "[least, largest], ascending")
+        yield Mistake("d", list(case.d), "must be [least, largest], ascending")
     for key, values in (("along", case.along), ("lines", case.lines)):
         if values is None:
             continue
         if len(values) != 1 or next(iter(values)) not in ("Ca_e", "De"):
-            raise InputError(source, key, dict(values), f"one of Ca_e and De, such as {key}: {{Ca_e: [0.05, 0.1]}}")
-        if "Ca_e" in values and len({Ca_e for Ca_e in case.Ca_es if Ca_e}) != 1:
-            raise InputError(source, "Ca_e", list(case.Ca_es), f"one value above 0, which those of {key} replace")
+            allowed = f"must be one of Ca_e and De, such as {key}: {{Ca_e: [0.05, 0.1]}}"
+            yield Mistake(key, dict(values), allowed)
+            continue
+        if "Ca_e" in values and case.Ca_e is not None and len({Ca_e for Ca_e in case.Ca_es if Ca_e}) != 1:
+            yield Mistake("Ca_e", case.Ca_e, f"must be one value above 0, which those of {key} replace")
         if "De" in values and case.De == 0:
-            raise InputError(source, "De", 0, f"above 0; the values of {key} replace it")
+            yield Mistake("De", case.De, f"must be above 0; the values of {key} replace it")
     if case.lines is not None and (case.along is None or case.lines.keys() == case.along.keys()):
-        raise InputError(source, "lines", dict(case.lines), "the other parameter of along, which must be given too")
-    check_scene(case, source, {})
+        allowed = "must be the other parameter of along, which must be given too"
+        yield Mistake("lines", dict(case.lines), allowed)
+    yield from check_scene(case, {})

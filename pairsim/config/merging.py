@@ -6,11 +6,14 @@ import copy
 from collections.abc import Callable, Mapping
 from typing import Any, NoReturn
 
-GROUPS = ("mesh", "time", "limits", "output")  # keys of a case that hold keys
+from pairsim.config.physical import BLOCK
+from pairsim.config.yaml_file import Place, Section
+
+GROUPS = ("mesh", "time", "limits", "output", BLOCK)  # keys of a case that hold keys
 
 
 def merge(
-    target: dict[str, Any], changes: Mapping[str, Any], refuse: Callable[[str, Any, str], NoReturn], group: str = ""
+    target: Section, changes: Mapping[str, Any], refuse: Callable[[str, Any, str], NoReturn], group: str = ""
 ) -> None:
     """Put changes into nested data, in place.
 
@@ -20,14 +23,23 @@ def merge(
         refuse: Raises the error for a key, its value and what is wrong.
         group: What the keys begin with in an error.
     """
+    places: Mapping[str, Place] = changes.places if isinstance(changes, Section) else {}
     for dotted, value in changes.items():
         *groups, last = dotted.split(".")
-        inner = target
+        inner: Any = target
         for name in groups:
-            inner = inner.setdefault(name, {})
-            if not isinstance(inner, dict):
+            inner = inner.group(name)
+            if not isinstance(inner, Section):
                 refuse(f"{group}{dotted}", value, f"{name} is not a group of keys")
-        if isinstance(value, Mapping) and isinstance(inner.get(last), dict) and last in GROUPS:
+        if isinstance(value, Mapping) and isinstance(inner.get(last), Section) and last in GROUPS:
             merge(inner[last], value, refuse, f"{group}{dotted}.")
         else:
-            inner[last] = copy.deepcopy(value)
+            own = copy.deepcopy(value)
+            inner.put(last, section_of(own) if isinstance(own, Mapping) else own, places.get(dotted))
+
+
+def section_of(data: Mapping[str, Any]) -> Section:
+    """Nested keys and values as sections, which know no places unless they did before."""
+    if isinstance(data, Section):
+        return data
+    return Section({key: section_of(value) if isinstance(value, Mapping) else value for key, value in data.items()})

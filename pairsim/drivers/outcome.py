@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from importlib import metadata
 from typing import Any
 
+from pairsim.physics.scales import Scales
 from pairsim.results.output import FORMAT, RunFolder
 from pairsim.runtime.version import __version__
 from pairsim.solvers.newton import petsc_version
@@ -64,10 +65,20 @@ class Record:
         command: The command line.
         processes: Size of the communicator.
         before: Seconds that the run took before it was stopped and resumed.
+        scales: The units of the case in SI units, None where it was given without units.
     """
 
-    def __init__(self, folder: RunFolder | None, kind: str, command: str, processes: int, before: float = 0.0) -> None:
-        self._folder, self._kind, self._command, self._processes = folder, kind, command, processes
+    def __init__(
+        self,
+        folder: RunFolder | None,
+        kind: str,
+        command: str,
+        processes: int,
+        before: float = 0.0,
+        scales: Scales | None = None,
+    ) -> None:
+        self._folder, self._kind, self._scales = folder, kind, scales
+        self._command, self._processes = command, processes
         self._begin = time.perf_counter() - before
         self._started = time.strftime("%Y-%m-%dT%H:%M:%S%z")
 
@@ -102,6 +113,9 @@ class Record:
             "peak_memory": peak_memory(),  # of the first process
             **more,
         }
+        if (scales := self._scales) is not None:
+            names = ("length", "time", "velocity", "stress")
+            content["scales"] = {name: getattr(scales, name) for name in names} | {"units": "m, s, m/s, Pa"}
         if phases:
             content["wall_time_by_phase"] = {**phases, "other": wall - sum(phases.values())}
         self._folder.write_json("run.json", content)

@@ -59,7 +59,8 @@ class Session:
     ) -> None:
         self.comm, self.reporter = options.comm, options.reporter
         self.folder, self.checkpoint = folder, checkpoint
-        self.record = Record(folder, case.kind, options.command, self.comm.size, checkpoint.wall if checkpoint else 0.0)
+        wall = checkpoint.wall if checkpoint else 0.0
+        self.record = Record(folder, case.kind, options.command, self.comm.size, wall, case.scales)
         self.stopped_at_once = False
         self._signals = options.signals
         self._title = case.name or case.slug

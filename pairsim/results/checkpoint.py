@@ -24,7 +24,7 @@ from pairsim.solvers.history import Counts, History, State
 from pairsim.solvers.matrix_state import MatrixState, Place
 
 FORMAT = 3
-FREE = ("name", "time.end", "limits", "output")
+FREE = ("name", "time.end", "physical.end", "limits", "output")
 """Keys and groups of keys that may change when a run is resumed."""
 
 

@@ -64,12 +64,14 @@ COLUMNS: tuple[Column, ...] = (
     Column("kind", "", "wanted, added; vanishes: a stable and an unstable zero meet; edge: d leaves the range", ""),
     Column("branch", "", "number of the line of critical distances", "", whole=True),
     Column("U", "U", "velocity of the pair", VELOCITY),
+    Column("peak", "", "largest |dU| between a zero and the next, over that of the whole curve", ""),
+    Column("certain", "", "true: |dU| exceeds its mesh error on both sides of the zero", ""),
     Column("d_error", r"\epsilon_d", "error of d_cr by the mesh: mesh_error over slope", LENGTH),
     Column("mesh_error", r"\epsilon", "|dU - dU on a mesh with cells 2^0.5 times larger|", VELOCITY),
     Column("mesh_error_i", r"\epsilon_i", "|dU_i - dU_i on a mesh with cells 2^0.5 times larger|", VELOCITY),
     Column("wanted", "", "1 at a point that was asked for, 0 at one that was added", "", whole=True),
     Column(
-        "m", r"m", "uniform source in the liquid's continuity that the time scheme needs; a measure of its error", ""
+        "m", r"m", "uniform source in the liquid's continuity that the time scheme needs; a measure of its error", RATE
     ),
     Column("volume_error", r"\epsilon_V", "largest relative change of a particle's volume", ""),
     Column(

@@ -40,7 +40,7 @@ def plot_run(directory: Path, out: Path | None = None) -> list[Path]:
         InputError: The folder is not that of a run, or holds no results yet.
     """
     if not (directory / "series.csv").is_file():
-        raise InputError(str(directory), "", None, "is not the folder of a run: it has no series.csv")
+        raise InputError(str(directory), "", None, "is not the folder of a run that has begun: it has no series.csv")
     series = read_series(directory / "series.csv")
     if "t" not in series or not len(series["t"]):
         raise InputError(str(directory / "series.csv"), "", None, "has no rows yet; wait for the first step")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import traceback
+from collections.abc import Sequence
 from typing import Any
 
 __all__ = [
@@ -28,22 +29,49 @@ class PairsimError(Exception):
 class InputError(PairsimError, ValueError):
     """Something the user gave cannot be used; the command ends with exit code 2.
 
+    Its message has a line for each mistake: where it stands, the value as given and what must be.
+
     Args:
         file: Path or name of what was read (or the command-line option).
         key: Dotted key inside the file, empty if the file as a whole is meant.
         value: The offending value, as given.
         allowed: What would have been accepted, in words.
+        line: Line of the file on which the key stands, None where that is unknown.
+        entry: The case among those of the file, empty if it holds one.
+        others: Further mistakes of the same input.
     """
 
-    def __init__(self, file: str, key: str, value: Any, allowed: str) -> None:
+    def __init__(
+        self,
+        file: str,
+        key: str,
+        value: Any,
+        allowed: str,
+        *,
+        line: int | None = None,
+        entry: str = "",
+        others: Sequence[InputError] = (),
+    ) -> None:
         self.file, self.key, self.value, self.allowed = file, key, value, allowed
-        where = f"{file}: {key}: " if key else f"{file}: "
-        shown = "" if value is None else f"got {value!r}; "
-        super().__init__(f"{where}{shown}{allowed}")
+        self.line, self.entry, self.others = line, entry, tuple(others)
+        where = [file if line is None else f"{file}:{line}", *(part for part in (entry, key) if part)]
+        shown = "" if value is None else f"got {str(value).lower() if isinstance(value, bool) else repr(value)}; "
+        self.sentence = f"{': '.join(where)}: {shown}{allowed}"
+        super().__init__("\n".join(error.sentence for error in self.mistakes))
+
+    @property
+    def mistakes(self) -> tuple[InputError, ...]:
+        """Every mistake, this one first."""
+        return (self, *(mistake for error in self.others for mistake in error.mistakes))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Errors travel between processes."""
-        return type(self), (self.file, self.key, self.value, self.allowed)
+        named = {"line": self.line, "entry": self.entry, "others": self.others}
+        return _input_error, ((self.file, self.key, self.value, self.allowed), named)
+
+
+def _input_error(words: tuple[str, str, Any, str], named: dict[str, Any]) -> InputError:
+    return InputError(*words, **named)
 
 
 class RunFailure(PairsimError):

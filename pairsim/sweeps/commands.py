@@ -20,6 +20,7 @@ from pairsim.config.curve_case import CriticalCase, CurveCase
 from pairsim.config.form_kinds import forms_of
 from pairsim.physics.materials.polymer import PARAMETERS
 from pairsim.results.columns import gap_endings
+from pairsim.results.folders import read_record
 
 Value = float | int | str | None
 
@@ -51,7 +52,7 @@ class SweepCommand[C: SceneCase]:
 
     Attributes:
         name: The command's name; a case runs as `pairsim NAME CASE.yaml -o DIR --overwrite -q`.
-        parse: Validates merged keys; raises InputError that begins with the given source.
+        parse: Validates merged keys of a file; raises InputError that names the file and the entry in it.
         estimate: What a case will cost.
         parameters: Keys that results.csv shows also where they do not vary.
         columns: Columns of a case's results.
@@ -62,7 +63,7 @@ class SweepCommand[C: SceneCase]:
     """
 
     name: str
-    parse: Callable[[Mapping[str, Any], str], C]
+    parse: Callable[[Mapping[str, Any], str, str], C]
     estimate: Callable[[C], Estimate]
     parameters: tuple[str, ...]
     columns: Callable[[C], tuple[str, ...]]
@@ -71,30 +72,21 @@ class SweepCommand[C: SceneCase]:
     resumable: bool = False
     neighbours: tuple[str, ...] = ()
 
-    def check(self, data: Mapping[str, Any], source: str) -> Checked:
-        """Validate merged keys.
+    def check(self, data: Mapping[str, Any], source: str, entry: str = "") -> Checked:
+        """Validate merged keys of a file.
 
         Raises:
-            InputError: It begins with the given source.
+            InputError: It names the file and the entry in it.
         """
-        case = self.parse(data, source)
+        case = self.parse(data, source, entry)
         return Checked(
             case.slug, case.resolved(), identity_of(case), self.estimate(case), forms_of(case), self.columns(case)
         )
 
     def values(self, directory: Path) -> dict[str, Value]:
         """What a folder gives to results.csv."""
-        told = read_told(directory)
+        told = read_record(directory)
         return self.read(directory) | {key: told.get(key) for key in self.last}
-
-
-def read_told(directory: Path) -> dict[str, Any]:
-    """run.json of a folder; empty if there is none or it is broken."""
-    try:
-        told = json.loads((directory / "run.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    return told if isinstance(told, dict) else {}
 
 
 def identity_of(case: SceneCase) -> dict[str, Any]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import difflib
 import hashlib
 import json
 import math
@@ -13,15 +12,20 @@ from itertools import product
 from pathlib import Path
 from typing import Any, NoReturn
 
-from pairsim.config.case_file import apply_settings, read_yaml
+from pairsim.config.case_file import check_keys
 from pairsim.config.merging import merge
+from pairsim.config.physical import BLOCK, forget_numbers
+from pairsim.config.quantities import quantity_range
 from pairsim.config.ranges import RANGE, spelled_out
+from pairsim.config.yaml_file import Place, Section, apply_settings, place_of, read_yaml
+from pairsim.results.folders import read_record
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.commands import COMMANDS, Checked, SweepCommand, read_told
+from pairsim.sweeps.commands import COMMANDS, Checked, SweepCommand
 
-KEYS = ("name", "command", "base", "grid", "zip", "cases", "exclude")
 MOST_CASES = 100_000
+MOST_MISTAKES = 20  # that one message tells
 LONGEST_SLUG = 100
+NUMBERS = ("beta", "De", "Ca_e", "xi", "d0", "time.end")  # of a case, that a physical block can become
 
 
 @dataclass(frozen=True)
@@ -112,38 +116,39 @@ class _Reader:
 
     def __init__(self, path: Path, data: dict[str, Any]) -> None:
         self.path, self.data = path, data
-        for key in data:
-            if key not in KEYS:
-                near = difflib.get_close_matches(key, KEYS, 1, 0.5)
-                hint = f"did you mean {near[0]}? " if near else ""
-                self.refuse(key, data[key], f"unknown key; {hint}allowed: {', '.join(KEYS)}")
+        check_keys(data, "sweep", str(path))
         name = data.get("command", "run")
         if not isinstance(name, str) or name not in COMMANDS:
-            self.refuse("command", name, " or ".join(COMMANDS))
+            self.refuse("command", name, f"must be {' or '.join(COMMANDS)}")
         self.command = COMMANDS[name]
         self.name = data.get("name", path.stem)
         if not isinstance(self.name, str) or not self.name or "/" in self.name or self.name.startswith("."):
-            self.refuse("name", self.name, "a word that can name a folder")
+            self.refuse("name", self.name, "must be a word that can name a folder")
         self.base = self._base()
 
-    def refuse(self, key: str, value: Any, allowed: str) -> None:
-        raise InputError(str(self.path), key, value, allowed)
+    def refuse(self, key: str, value: Any, allowed: str) -> NoReturn:
+        section, _, name = key.partition(": ")  # a key of grid or zip is named with its section
+        inner = self.data.get(section)
+        place = place_of(inner, name) if isinstance(inner, Section) else None
+        place = place or place_of(self.data, section.split(",")[0])
+        raise InputError(str(self.path), key, value, allowed, line=place.line if place else None)
 
-    def _base(self) -> dict[str, Any]:
+    def _base(self) -> Section:
         base = self.data.get("base", {})
         if isinstance(base, str):
             base = read_yaml(self.path.parent / base)
         if not isinstance(base, dict):
-            self.refuse("base", base, "keys and values of a case, or the path of a case file")
-        merged: dict[str, Any] = {}
+            self.refuse("base", base, "must be keys and values of a case, or the path of a case file")
+        forget_numbers(base)
+        merged = Section()
         self._merge(merged, base, "base")
         return merged
 
-    def _merge(self, target: dict[str, Any], changes: Mapping[str, Any], where: str) -> None:
+    def _merge(self, target: Section, changes: Mapping[str, Any], where: str) -> None:
         """Put changes (dotted keys allowed) into nested data; groups are merged, everything else is replaced."""
 
         def refuse(key: str, value: Any, allowed: str) -> NoReturn:
-            raise InputError(str(self.path), f"{where}: {key}", value, allowed)
+            self.refuse(f"{where}: {key}", value, allowed)
 
         merge(target, changes, refuse)
 
@@ -152,61 +157,68 @@ class _Reader:
         where = f"{section}: {key}"
         if isinstance(value, list):
             if not value:
-                self.refuse(where, value, "at least one value")
+                self.refuse(where, value, "must have at least one value")
             return value
         if not isinstance(value, dict) or not set(value) <= set(RANGE):
-            allowed = (
-                "a list of values or {start, stop, num, spacing: linear or log}; write mesh.Np for a key in a group"
-            )
-            self.refuse(where, value, allowed)
+            choices = "a list of values or {start, stop, num, spacing: linear or log}"
+            self.refuse(where, value, f"must be {choices}; write mesh.Np for a key in a group")
         try:
-            return spelled_out(value, MOST_CASES)
+            if key.startswith(f"{BLOCK}."):
+                return list(quantity_range(value, MOST_CASES))
+            return list(spelled_out(value, MOST_CASES))
         except ValueError as error:
             self.refuse(where, value, str(error))
-        raise AssertionError
 
-    def _axes(self) -> list[list[dict[str, Any]]]:
+    def _axes(self) -> list[list[Section]]:
         """The factors of the product, each a list of changes."""
-        axes: list[list[dict[str, Any]]] = []
+        axes: list[list[Section]] = []
         grid, zips = self.data.get("grid", {}), self.data.get("zip", {})
         if not isinstance(grid, dict):
-            self.refuse("grid", grid, "keys with the values that each takes")
-        axes += [[{key: value} for value in self._values("grid", key, values)] for key, values in grid.items()]
+            self.refuse("grid", grid, "must be keys with the values that each takes")
+        axes += [
+            [Section({key: value}, _places(grid)) for value in self._values("grid", key, values)]
+            for key, values in grid.items()
+        ]
         for zipped in zips if isinstance(zips, list) else [zips] if zips else []:
             if not isinstance(zipped, dict) or not zipped:
-                self.refuse("zip", zipped, "keys with lists of one length, or a list of such groups")
+                self.refuse("zip", zipped, "must be keys with lists of one length, or a list of such groups")
             columns = {key: self._values("zip", key, values) for key, values in zipped.items()}
             lengths = {key: len(values) for key, values in columns.items()}
             if len(set(lengths.values())) > 1:
                 told = ", ".join(f"{key} has {count}" for key, count in lengths.items())
                 self.refuse("zip", None, f"all keys must have equally many values; {told}")
-            axes.append([dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)])
+            rows = zip(*columns.values(), strict=True)
+            axes.append([Section(dict(zip(columns, row, strict=True)), _places(zipped)) for row in rows])
         seen: set[str] = set()
         for axis in axes:
             if repeated := seen & set(axis[0]):
                 self.refuse(sorted(repeated)[0], None, "is varied twice in grid and zip")
             seen |= set(axis[0])
         if math.prod(map(len, axes)) > MOST_CASES:
-            self.refuse("grid", None, f"{math.prod(map(len, axes))} cases; at most {MOST_CASES} are allowed")
+            self.refuse("grid", None, f"must give at most {MOST_CASES} cases, not {math.prod(map(len, axes))}")
         return axes
 
-    def _entries(self) -> Iterator[tuple[str, dict[str, Any], dict[str, Any], bool]]:
+    def _entries(self) -> Iterator[tuple[str, dict[str, Any], Section, bool]]:
         """Every entry: where it stands, its changes, the merged keys, and whether `exclude` may drop it."""
         axes = self._axes()
         for row in product(*axes) if axes else ():
-            changes = {key: value for part in row for key, value in part.items()}
+            changes = Section()
+            for part in row:
+                for key, value in part.items():
+                    changes.put(key, value, part.places.get(key))
             where = "entry " + ", ".join(f"{key} = {value}" for key, value in changes.items())
             merged = copy.deepcopy(self.base)
             self._merge(merged, changes, where)
             yield where, changes, merged, True
         cases = self.data.get("cases", [])
         if not isinstance(cases, list) or not all(isinstance(entry, dict | str) for entry in cases):
-            allowed = "a list of keys and values, such as - {Ca_e: 0.2, d0: 0.1}, and paths of case files"
+            allowed = "must be a list of keys and values, such as - {Ca_e: 0.2, d0: 0.1}, and paths of case files"
             self.refuse("cases", cases, allowed)
         for i, entry in enumerate(cases):
             if isinstance(entry, str):
                 path = self.path.parent / entry
-                entry = {"name": path.stem, **read_yaml(path)}
+                content = read_yaml(path)
+                entry = Section({"name": path.stem, **content}, content.places)
             merged = copy.deepcopy(self.base)
             self._merge(merged, entry, f"cases[{i}]")
             yield f"cases[{i}]", flat(entry), merged, False
@@ -215,14 +227,14 @@ class _Reader:
 
     def _exclusions(self) -> list[dict[str, Any]]:
         entries = self.data.get("exclude", [])
-        allowed = "a list of keys and values, such as - {Ca_e: 0, De: {min: 1}}"
+        allowed = "must be a list of keys and values, such as - {Ca_e: 0, De: {min: 1}}"
         if not isinstance(entries, list) or not all(isinstance(entry, dict) and entry for entry in entries):
             self.refuse("exclude", entries, allowed)
         for i, entry in enumerate(entries):
             for key, value in entry.items():
                 bounds = value.values() if isinstance(value, dict) else ()
                 if any(isinstance(bound, bool) or not isinstance(bound, int | float) for bound in bounds):
-                    self.refuse(f"exclude[{i}]: {key}", value, "numbers for min and max")
+                    self.refuse(f"exclude[{i}]: {key}", value, "must have numbers for min and max")
         return entries
 
     def grid(self, settings: tuple[str, ...]) -> Grid:
@@ -231,6 +243,7 @@ class _Reader:
         used = [False] * len(exclusions)
         found: dict[str, tuple[Checked, dict[str, Any]]] = {}
         varied: dict[str, None] = {}
+        mistakes: dict[tuple[Any, ...], InputError] = {}
         duplicates = excluded = 0
         for where, changes, merged, optional in self._entries():
             varied |= dict.fromkeys(changes)
@@ -241,17 +254,28 @@ class _Reader:
                 excluded += 1
                 continue
             apply_settings(merged, settings)
-            checked = self.command.check(merged, f"{self.path}: {where}")
+            try:
+                checked = self.command.check(merged, str(self.path), where)
+            except InputError as error:
+                for mistake in error.mistakes:
+                    # What stands in the base is wrong in every entry, and told once.
+                    told = (mistake.file, mistake.line, mistake.key, repr(mistake.value), mistake.allowed)
+                    mistakes.setdefault(told, mistake)
+                continue
             key = case_key(self.command, checked)
             if key in found:
                 duplicates += 1
             else:
                 found[key] = (checked, merged)
+        if mistakes:
+            raise _together(list(mistakes.values()))
         for i, hit in enumerate(used):
             if not hit:
                 self.refuse(f"exclude[{i}]", exclusions[i], "matches no entry of the grid")
         if not found:
             self.refuse("exclude", None, "leaves no case")
+        if any(key.startswith(BLOCK) for key in varied):  # the numbers that it becomes vary with it
+            varied |= dict.fromkeys(NUMBERS)
         values = {
             key: [value_at(checked.resolved, key, value_at(merged, key)) for checked, merged in found.values()]
             for key in varied
@@ -268,6 +292,22 @@ class _Reader:
         return Grid(self.path, self.name, self.command, cases, varying, whole, duplicates, excluded, content)
 
 
+def _places(section: Mapping[str, Any]) -> Mapping[str, Place]:
+    return section.places if isinstance(section, Section) else {}
+
+
+def _together(mistakes: Sequence[InputError]) -> InputError:
+    """One error of many, of which it tells the first."""
+    first, *rest = (
+        InputError(m.file, m.key, m.value, m.allowed, line=m.line, entry=m.entry) for m in mistakes[:MOST_MISTAKES]
+    )
+    if len(mistakes) > MOST_MISTAKES:
+        rest.append(InputError(first.file, "", None, f"and {len(mistakes) - MOST_MISTAKES} mistakes more"))
+    return InputError(
+        first.file, first.key, first.value, first.allowed, line=first.line, entry=first.entry, others=rest
+    )
+
+
 def _whole_key(keys: Iterable[str]) -> str:
     """Hash of a set of cases."""
     return hashlib.sha256("\n".join(sorted(keys)).encode()).hexdigest()
@@ -281,7 +321,7 @@ def case_key(command: SweepCommand[Any], checked: Checked) -> str:
 
 def finished_in(directory: Path, command: SweepCommand[Any], key: str) -> bool:
     """Whether a folder holds a finished computation of the case with this key."""
-    if read_told(directory).get("status") != "finished":
+    if read_record(directory).get("status") != "finished":
         return False
     try:
         return case_key(command, command.check(read_yaml(directory / "case.yaml"), "case.yaml")) == key

@@ -14,9 +14,10 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from pairsim.results.folders import read_record
 from pairsim.results.output import plain, write_text
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.commands import Value, read_told
+from pairsim.sweeps.commands import Value
 from pairsim.sweeps.grid import Grid, SweepCase, finished_in
 
 STATUSES = ("pending", "running", "finished", "failed", "timeout")
@@ -115,7 +116,7 @@ class Ledger:
             old, directory = known.get(entry.folder, {}), self.directory / entry.folder
             for key in ("seconds", "attempts", "rank", "again"):
                 setattr(entry, key, old.get(key, getattr(entry, key)))
-            told = read_told(directory)
+            told = read_record(directory)
             if finished_in(directory, command, entry.key):
                 entry.status = "finished"
             elif old.get("status") in ("failed", "timeout"):

@@ -9,6 +9,7 @@ from collections import deque
 from itertools import groupby, pairwise
 from typing import Any
 
+from pairsim.config.physical import BLOCK
 from pairsim.sweeps.grid import SweepCase
 from pairsim.sweeps.ledger import Shard
 from pairsim.sweeps.worker import Task
@@ -38,7 +39,7 @@ def units(tasks: list[Task], neighbours: tuple[str, ...], workers: int) -> deque
     """
     alike: dict[str, list[Task]] = {}
     for task in tasks:
-        rest = {key: value for key, value in task.checked.identity.items() if key not in neighbours}
+        rest = {key: value for key, value in task.checked.identity.items() if key not in (*neighbours, BLOCK)}
         alike.setdefault(json.dumps(rest, sort_keys=True) if neighbours else task.key, []).append(task)
     longest = math.ceil(len(tasks) / (2 * workers))
     found = []

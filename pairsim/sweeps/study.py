@@ -17,12 +17,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from pairsim.results.folders import read_record
 from pairsim.results.output import read_series, write_text
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import command_line, sole_writer
 from pairsim.solvers.convergence import extrapolated, observed_order, pareto
-from pairsim.sweeps.commands import read_told
 from pairsim.sweeps.grid import SweepCase
 from pairsim.sweeps.ledger import cell, read_sweep
 from pairsim.sweeps.progress import SweepReporter
@@ -94,7 +94,7 @@ def _row(
 ) -> dict[str, Any]:
     """What one discretisation has left in its folders; nothing but how it ended where it failed in one of them."""
     directories = [sweep_folder(study, folder, command) / case.folder for folder in folders]
-    told = [read_told(directory) for directory in directories]
+    told = [read_record(directory) for directory in directories]
     standing = [_standing(t, note[command].get(case.folder, {})) for t, note in zip(told, notes, strict=True)]
     ill = [each for each in standing if each[0] in ("failed", "timeout")]
     done = [i for i, (status, _) in enumerate(standing) if status == "finished" and "unknowns" in told[i]]

@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import Any, Literal
 
 from pairsim.config.case import Case, SceneCase
+from pairsim.config.case_file import check_keys
 from pairsim.config.curve_case import CurveCase
+from pairsim.config.yaml_file import place_of
 from pairsim.results.columns import series_columns
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import Grid, SweepCase, flat, grid_from, read_base, value_at
 
-KEYS = ("name", "command", "base", "discretisations", "quantity", "over", "at", "exact", "reference", "repeat")
 OWN = ("command", "repeat")  # keys of a discretisation that are none of its case
 TABLE = "study.csv"  # what a study leaves behind and its picture is drawn from
 MODELS: dict[str, type[SceneCase]] = {"run": Case, "curve": CurveCase}
@@ -93,11 +94,10 @@ def read_study(path: Path, data: dict[str, Any], settings: tuple[str, ...] = ())
     """
 
     def refuse(key: str, value: Any, allowed: str) -> None:
-        raise InputError(str(path), key, value, allowed)
+        place = place_of(data, key.partition(":")[0])
+        raise InputError(str(path), key, value, allowed, line=place.line if place else None)
 
-    for key in data:
-        if key not in KEYS:
-            refuse(key, data[key], f"unknown key; allowed: {', '.join(KEYS)}")
+    check_keys(data, "study", str(path))
     commands = _commands(data, refuse)
     entries = data["discretisations"]
     base = read_base(path, {key: data[key] for key in ("name", "base") if key in data})
@@ -115,19 +115,19 @@ def read_study(path: Path, data: dict[str, Any], settings: tuple[str, ...] = ())
         allowed.append(ZERO)
     quantity = data.get("quantity", "dU" if "dU" in allowed else allowed[0])
     if quantity not in allowed:
-        refuse("quantity", quantity, f"one of {', '.join(allowed)}")
+        refuse("quantity", quantity, f"must be one of {', '.join(allowed)}")
     count = 1 if quantity == ZERO else max(len(at), 1)
     exact = None
     if "exact" in data:
-        wanted = f"{count} number{'s, one for each of at' if count > 1 else ''}"
+        wanted = f"must be {count} number{'s, one for each of at' if count > 1 else ''}"
         exact = _numbers(data["exact"], "exact", wanted, refuse)
         if len(exact) != count:
             refuse("exact", data["exact"], wanted)
     reference = data.get("reference", "finest")
     if "exact" in data and "reference" in data:
-        refuse("reference", reference, "nothing, beside exact")
+        refuse("reference", reference, "must be left out beside exact")
     if reference != "finest" and not (type(reference) is int and 0 <= reference < len(entries)):
-        refuse("reference", reference, f"finest, or the index of a discretisation from 0 to {len(entries) - 1}")
+        refuse("reference", reference, f"must be finest, or the index of a discretisation from 0 to {len(entries) - 1}")
     chosen = None if reference == "finest" else reference
     name = next(iter(grids.values())).name
     return Study(name, grids, tuple(order), tuple(varying), quantity, over, at, exact, chosen, _repeat(data, refuse))
@@ -137,14 +137,14 @@ def _commands(data: Mapping[str, Any], refuse: Refuse) -> list[str]:
     """The command of every discretisation."""
     default, entries = data.get("command", "run"), data.get("discretisations")
     if not isinstance(default, str) or default not in MODELS:
-        refuse("command", default, "run or curve")
+        refuse("command", default, "must be run or curve")
     if not isinstance(entries, list) or len(entries) < 2 or not all(isinstance(entry, dict) for entry in entries):
-        refuse("discretisations", entries, "a list of two or more, such as - {mesh.Np: 20, time.tol: 1e-4}")
+        refuse("discretisations", entries, "must be a list of two or more, such as - {mesh.Np: 20, time.tol: 1e-4}")
     assert isinstance(entries, list)
     for i, entry in enumerate(entries):
         own = entry.get("command", default)
         if not isinstance(own, str) or own not in MODELS:
-            refuse(f"discretisations[{i}]: command", entry["command"], "run or curve")
+            refuse(f"discretisations[{i}]: command", entry["command"], "must be run or curve")
     return [entry.get("command", default) for entry in entries]
 
 
@@ -154,7 +154,7 @@ def _repeat(data: Mapping[str, Any], refuse: Refuse) -> tuple[int, ...]:
     counts = [("repeat", data.get("repeat", 1)), *((key, n) for key, n in own if n is not None)]
     for key, count in counts:
         if type(count) is not int or not 1 <= count <= 100:
-            refuse(key, count, "a whole number from 1 to 100")
+            refuse(key, count, "must be a whole number from 1 to 100")
     return tuple(counts[0][1] if n is None else n for _, n in own)
 
 
@@ -162,17 +162,19 @@ def _over(data: Mapping[str, Any], commands: set[str], refuse: Refuse) -> Litera
     """Whether results are compared at times or at distances."""
     over = data.get("over", "d" if "curve" in commands else "t")
     if over not in ("t", "d") or (over == "t" and "curve" in commands):
-        refuse("over", over, "d" if "curve" in commands else "t (times) or d (distances that the run passes)")
+        refuse(
+            "over", over, f"must be {'d' if 'curve' in commands else 't (times) or d (distances that the run passes)'}"
+        )
     return "t" if over == "t" else "d"
 
 
 def _places(data: Mapping[str, Any], over: str, particles: Any, refuse: Refuse) -> tuple[float, ...]:
     """The times or distances of `at`."""
-    at = _numbers(data.get("at", []), "at", "a number above 0, or a list of them", refuse)
+    at = _numbers(data.get("at", []), "at", "must be a number above 0, or a list of them", refuse)
     if any(place <= 0 for place in at):
-        refuse("at", data["at"], "above 0")
+        refuse("at", data["at"], "must be above 0")
     if over == "d" and at and particles == 1:
-        refuse("at", data["at"], "nothing: one particle has no distance")
+        refuse("at", data["at"], "must be left out: one particle has no distance")
     if over == "d" and not at and particles != 1:
         refuse("at", None, "is missing; the distances at which dU is compared")
     return at
@@ -195,7 +197,7 @@ def _grids(
         given = [*flat(entry), *(setting.partition("=")[0].strip() for setting in settings)]
         for key in wanted:
             if any(name == key or name.startswith(f"{key}.") for name in given):
-                refuse(f"discretisations: {key}", None, "nothing: at says it")
+                refuse(f"discretisations: {key}", None, "must be left out: at says it")
         own = cases.setdefault(command, [])
         order.append((command, len(own)))
         own.append({**wanted, **{key: value for key, value in entry.items() if key not in OWN}})
@@ -207,7 +209,7 @@ def _grids(
         content = {"name": data.get("name", path.stem), "base": kept, "command": command, "cases": own}
         grids[command] = grid_from(path, content, settings)
         if grids[command].duplicates:
-            refuse("discretisations", None, f"all different; {grids[command].duplicates} are like an earlier one")
+            refuse("discretisations", None, f"must all differ; {grids[command].duplicates} are like an earlier one")
     return grids, order
 
 

@@ -24,7 +24,7 @@ def parse_time(text: str) -> float:
     if match := re.fullmatch(r"(\d+):([0-5]?\d)(?::([0-5]?\d))?", text):
         hours, minutes, seconds = (int(part or 0) for part in match.groups())
         return 3600.0 * hours + 60 * minutes + seconds
-    raise InputError("--walltime", "", text, "seconds, H:MM or H:MM:SS")
+    raise InputError("--walltime", "", text, "must be seconds, H:MM or H:MM:SS")
 
 
 def parse_shard(text: str) -> tuple[int, int]:
@@ -35,7 +35,7 @@ def parse_shard(text: str) -> tuple[int, int]:
     """
     match = re.fullmatch(r"(\d+)/(\d+)", text)
     if match is None or not 1 <= int(match[1]) <= int(match[2]):
-        raise InputError("--shard", "", text, "part/parts counted from 1, such as 2/8")
+        raise InputError("--shard", "", text, "must be part/parts counted from 1, such as 2/8")
     return int(match[1]), int(match[2])
 
 

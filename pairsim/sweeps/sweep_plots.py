@@ -134,7 +134,7 @@ def _read(directory: Path, group: str | None) -> _Sweep:
         raise InputError(str(directory), "", None, "has no finished case yet; pairsim status shows how it stands")
     varying: list[str] = content["varying"]
     if group is not None and group not in varying:
-        allowed = f"a parameter that varies: {', '.join(varying) or 'none does'}"
+        allowed = f"must be a parameter that varies: {', '.join(varying) or 'none does'}"
         raise InputError("--group", "", group, allowed)
 
     def is_number(value: Any) -> bool:

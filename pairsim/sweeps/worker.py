@@ -16,11 +16,12 @@ from typing import Any
 
 import yaml
 
+from pairsim.results.folders import read_record
 from pairsim.results.output import CHECKPOINT, plain, write_text
 from pairsim.runtime.child_process import DISK, GRACE, Child, module_command
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import FolderLock, command_line
-from pairsim.sweeps.commands import Checked, SweepCommand, Value, read_told
+from pairsim.sweeps.commands import Checked, SweepCommand, Value
 from pairsim.sweeps.grid import finished_in
 from pairsim.sweeps.verdict import judge
 
@@ -126,13 +127,13 @@ class CaseWorker:
         if not self._locked(task):
             return None
         if finished_in(task.directory, self.command, task.key):  # by a sweep that shares the folder
-            told = read_told(task.directory)
+            told = read_record(task.directory)
             return self._end(task, "finished", told["reason"], told["message"])
         self._start(task, resume=task.resume)
         return None
 
     def _watch(self, task: Task, child: Child) -> Result | None:
-        code, told = child.poll(), read_told(task.directory) if self._left > 1 else {}
+        code, told = child.poll(), read_record(task.directory) if self._left > 1 else {}
         if told.get("status") in ("finished", "failed"):  # the child has gone on to the next case
             self._left -= 1
             return self._end(task, *judge(0 if told["status"] == "finished" else 3, told, "", "", 0.0))
@@ -142,7 +143,7 @@ class CaseWorker:
                 child.ask_to_stop(min(GRACE, self.timeout))
             return None
         self._child = None
-        told = read_told(task.directory)
+        told = read_record(task.directory)
         if finished_in(task.directory, self.command, task.key):  # whatever befell it after that
             code = 0
         elif code == 2 and self._resumed and not self._stopped:  # a checkpoint that cannot be used

@@ -192,7 +192,7 @@ def test_open_reads_folders_from_before_their_format_was_written(empty: Path) ->
 def test_open_refuses_what_it_does_not_know(empty: Path) -> None:
     with pytest.raises(pairsim.InputError, match="no such folder"):
         pairsim.open("missing")
-    with pytest.raises(pairsim.InputError, match="holds no results"):
+    with pytest.raises(pairsim.InputError, match="empty folder"):
         pairsim.open(empty)
     (empty / "run.json").write_text('{"format": 99, "kind": "run"}')
     with pytest.raises(pairsim.InputError, match="a newer pairsim wrote this folder"):

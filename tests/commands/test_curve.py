@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import errno
 import json
+import re
 import signal
 from collections.abc import Iterator
 from pathlib import Path
@@ -183,7 +184,7 @@ def test_bad_case_is_refused(name: str, tmp_path: Path) -> None:
     path.write_text(yaml.safe_dump(plain | changed))
     with pytest.raises(InputError) as caught:
         (load_curve if command == "curve" else load_critical)(path)
-    assert f"{path}: {key}: " in str(caught.value)
+    assert re.match(rf"{path}(:\d+)?: {key}: ", str(caught.value))
     assert allowed in str(caught.value)
 
 

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 import yaml
-from pydantic import BaseModel
 from support.inputs import ROOT, examples
 
 from pairsim.config.case import Case
 from pairsim.config.curve_case import CriticalCase, CurveCase
 from pairsim.config.merging import GROUPS
 from pairsim.config.ranges import spelled_out
+from pairsim.config.wording import groups_of
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.commands import COMMANDS
 from pairsim.sweeps.grid import Grid, case_key, finished_in, read_grid
@@ -70,12 +70,7 @@ def test_a_range_takes_nothing_over_from_the_base(tmp_path: Path) -> None:
     grid = read_grid(tmp_path / "grid.yaml")
     assert [list(case.checked.resolved["d"]) for case in grid.cases[:2]] == [[0.1, 0.3, 0.5], [0.01, 0.1, 1]]
     assert grid.cases[2].checked.resolved["mesh"].items() >= {"Np": 10, "growth": 0.2}.items(), "groups are merged"
-    held = {
-        name
-        for model in (Case, CurveCase, CriticalCase)
-        for name, field in model.model_fields.items()
-        if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel)
-    }
+    held = {name for model in (Case, CurveCase, CriticalCase) for name in groups_of(model) if name}
     assert held == set(GROUPS)
 
 
@@ -205,7 +200,7 @@ BAD = {
     "unknown command": ("command: fly\ngrid: {d0: [0.1]}\n", "command", "run"),
     "a bad value": ("grid: {d0: [0.1, -0.2]}\n", "entry d0 = -0.2: d0", "at least 0.0001"),
     "a bad value in cases": ("cases: [{d0: 0.1}, {Ca_e: -1}]\n", "cases[1]: Ca_e", "at least 0"),
-    "a misspelt key": ("grid: {mesh.NP: [10]}\n", "mesh.NP", "did you mean Np"),
+    "a misspelt key": ("grid: {mesh.NP: [10]}\n", "mesh.NP", "did you mean mesh.Np?"),
     "what does not go together": ("grid: {length: [auto]}\n", "length", "developed"),
     "a lone value": ("grid: {d0: 0.1}\n", "grid: d0", "list of values"),
     "no values": ("grid: {d0: []}\n", "grid: d0", "at least one"),

@@ -80,7 +80,7 @@ def test_run_without_fields_has_a_series_and_one_row_is_enough(tmp_path: Path) -
 
 def test_folder_that_is_not_a_run_is_an_input_error(tmp_path: Path) -> None:
     for folder in (tmp_path, tmp_path / "missing"):
-        with pytest.raises(InputError, match="not the folder of a run"):
+        with pytest.raises(InputError, match="not the folder of a run that has begun"):
             plot_run(folder)
     (tmp_path / "series.csv").write_text("t,dp,dp_plus\n")
     with pytest.raises(InputError, match="no rows"):

@@ -55,7 +55,7 @@ def test_front_holds_what_no_other_beats() -> None:
 def test_times_are_said_by_at_alone(entry: str, settings: tuple[str, ...], tmp_path: Path) -> None:
     path = tmp_path / "study.yaml"
     path.write_text(STUDY.replace("{mesh.Np: 8}", f"{{mesh.Np: 8}}, {entry}" if entry else "{mesh.Np: 8}", 1))
-    with pytest.raises(InputError, match=r"discretisations: output\.times: nothing: at says it"):
+    with pytest.raises(InputError, match=r"discretisations: output\.times: must be left out: at says it"):
         read_study(path, read_yaml(path), settings)
 
 
@@ -69,22 +69,22 @@ def test_discretisation_may_be_repeated_less_often_than_the_others(tmp_path: Pat
     path = tmp_path / "again.yaml"
     assert grid_from(path, last.content).key == last.key, "its folder's grid.yaml is that sweep's"
     assert not study.repetition(3)
-    with pytest.raises(InputError, match=r"discretisations\[0\]: repeat: got 1.5; a whole number"):
+    with pytest.raises(InputError, match=r"discretisations\[0\]: repeat: got 1.5; must be a whole number"):
         checked(tmp_path, STUDY.replace("{mesh.Np: 8}", "{mesh.Np: 8, repeat: 1.5}", 1))
 
 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ("command: sweep", "command: got 'sweep'; run or curve"),
+        ("command: sweep", "command: got 'sweep'; must be run or curve"),
         ("colour: red", "colour: got 'red'; unknown key"),
-        ("quantity: U_3", "quantity: got 'U_3'; one of"),
+        ("quantity: U_3", "quantity: got 'U_3'; must be one of"),
         ("reference: 4", "index of a discretisation from 0 to 3"),
-        ("reference: 1\nexact: [0.1, 0.2]", "nothing, beside exact"),
+        ("reference: 1\nexact: [0.1, 0.2]", "must be left out beside exact"),
         ("exact: 0.1", "2 numbers, one for each of at"),
-        ("repeat: 0", "repeat: got 0; a whole number from 1 to 100"),
+        ("repeat: 0", "repeat: got 0; must be a whole number from 1 to 100"),
         ("exact: [.nan, 0.1]", "2 numbers, one for each of at"),
-        ("command: [run, curve]", "command: got ['run', 'curve']; run or curve"),
+        ("command: [run, curve]", "command: got ['run', 'curve']; must be run or curve"),
         ("over: x", "t (times) or d (distances that the run passes)"),
     ],
 )
@@ -100,9 +100,9 @@ def test_wrong_study_is_refused_with_key_and_value(changes: str, message: str, t
         ("[{mesh.Np: 8}]", "a list of two or more"),
         ("[{mesh.Np: 8}, {mesh.Np: 8}]", "1 are like an earlier one"),
         ("[{mesh.Np: 8}, {mesh.Np: 2}]", "mesh.Np: got 2"),
-        ("[{mesh.Np: 8}, {output.times: [0.01]}]", "nothing: at says it"),
-        ("[{mesh.Np: 8}, {command: sweep}]", "discretisations[1]: command: got 'sweep'; run or curve"),
-        ("[{mesh.Np: 8}, {command: curve}]\nover: t", "over: got 't'; d"),
+        ("[{mesh.Np: 8}, {output.times: [0.01]}]", "must be left out: at says it"),
+        ("[{mesh.Np: 8}, {command: sweep}]", "discretisations[1]: command: got 'sweep'; must be run or curve"),
+        ("[{mesh.Np: 8}, {command: curve}]\nover: t", "over: got 't'; must be d"),
     ],
 )
 def test_wrong_discretisations_are_refused(entries: str, message: str, tmp_path: Path) -> None:
@@ -137,7 +137,7 @@ def test_critical_distances_of_curves_are_compared(tmp_path: Path) -> None:
 
 def test_only_a_pair_has_one_critical_distance(tmp_path: Path) -> None:
     text = "command: curve\nquantity: d_cr\nbase: {particles: 3, beta: 0.4, De: 0.5, Ca_e: 0}\nat: [0.2, 0.3]\n"
-    with pytest.raises(InputError, match="quantity: got 'd_cr'; one of D_1"):
+    with pytest.raises(InputError, match="quantity: got 'd_cr'; must be one of D_1"):
         checked(tmp_path, text + "discretisations: [{mesh.Np: 8}, {mesh.Np: 10}]\n")
 
 

@@ -1,0 +1,200 @@
+"""Commands between the bench and pairsim's own units; everything heavy is imported inside them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from pairsim.cli.options import print_table
+from pairsim.runtime.errors import InputError
+
+if TYPE_CHECKING:
+    from pairsim.config.bench_report import BenchReport
+
+app = typer.Typer()
+
+Word = Annotated[str | None, typer.Option(show_default=False)]
+
+
+def _option(name: str, what: str, example: str, *more: str) -> Any:
+    return typer.Option(name, *more, metavar="QUANTITY", help=f"{what}, such as {example}.", show_default=False)
+
+
+@app.command(
+    epilog="Example: pairsim units --tube 50um --particle 20um --flow 1ul/min --modulus 5kPa --viscosity 1Pa.s "
+    "--relaxation 2ms -o case.yaml"
+)
+def units(
+    tube: Annotated[str, _option("--tube", "Inner diameter of the tube", "50um")],
+    particle: Annotated[
+        list[str], _option("--particle", "Diameter of the particles (given again: of each, from upstream)", "20um")
+    ],
+    viscosity: Annotated[str, _option("--viscosity", "Zero-shear viscosity, solvent included", "1Pa.s")],
+    flow: Annotated[str | None, _option("--flow", "Flow rate", "1ul/min")] = None,
+    velocity: Annotated[str | None, _option("--velocity", "Mean velocity, in place of --flow", "5mm/s")] = None,
+    modulus: Annotated[
+        list[str] | None, _option("--modulus", "Shear modulus G_p of the particles (default: rigid)", "5kPa")
+    ] = None,
+    young: Annotated[list[str] | None, _option("--young", "Young's modulus E = 3 G_p instead", "15kPa")] = None,
+    relaxation: Annotated[
+        str | None, _option("--relaxation", "Relaxation time (default: a Newtonian liquid)", "2ms")
+    ] = None,
+    solvent: Annotated[str | None, _option("--solvent", "Viscosity of the solvent", "1mPa.s")] = None,
+    density: Annotated[str | None, _option("--density", "Density (default: that of water)", "1000kg/m^3")] = None,
+    distance: Annotated[
+        str | None, _option("--distance", "Initial distance between the surfaces (default: 0.1 D_c)", "5um")
+    ] = None,
+    end: Annotated[str | None, _option("--end", "End time of the run (default: 2 D_c/U_av)", "0.1s")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Write a case file for pairsim run.")] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing case file.")] = False,
+) -> None:
+    """Turn what is on the bench into dimensionless numbers and scales; with -o into a case file.
+
+    Tells whether leaving out inertia is right, warns where no steady shape is expected, and names every default taken.
+    """
+    from pairsim.config.bench_report import DEFAULTS, bench_report
+    from pairsim.config.case_file import case_from_dict
+
+    if output is not None and output.exists() and not overwrite:
+        raise InputError(str(output), "-o", None, "the file exists; use --overwrite or another name")
+    quantities = {
+        **{"tube": tube, "particle": _one(particle), "flow_rate": flow, "velocity": velocity, "viscosity": viscosity},
+        **{"modulus": _one(modulus), "young": _one(young), "relaxation": relaxation, "solvent": solvent},
+        **{"density": density, "distance": distance, "end": end},
+    }
+    given = {key: value for key, value in quantities.items() if value is not None}
+    written: dict[str, Any] = {"physical": given}
+    if len(particle) != 1:
+        written["particles"] = len(particle)
+    if not modulus and not young:
+        written["Ca_e"] = 0
+    if distance is None:
+        written["d0"] = 0.1
+    try:
+        case = case_from_dict({**written, "physical": DEFAULTS | given}, "pairsim units")
+    except InputError as error:
+        raise _of_options(error) from None
+    report = bench_report(case, given)
+    _show(report)
+    if output is not None:
+        import yaml
+
+        from pairsim.results.output import write_text
+
+        body = yaml.safe_dump(written, sort_keys=False, allow_unicode=True)
+        write_text(output, "".join(f"# {line}\n" for line in _comments(report)) + body)
+        typer.echo(str(output))
+
+
+def _one(values: list[str] | None) -> Any:
+    return None if not values else values[0] if len(values) == 1 else list(values)
+
+
+def _of_options(error: InputError) -> InputError:
+    """Mistakes in the words of the options."""
+    first, *rest = (
+        InputError(m.file, m.key.replace("physical.", "--").replace("--flow_rate", "--flow"), m.value, m.allowed)
+        for m in error.mistakes
+    )
+    return InputError(first.file, first.key, first.value, first.allowed, others=rest)
+
+
+def _comments(report: BenchReport) -> list[str]:
+    numbers = ", ".join(f"{row.name} {row.value}" for row in report.numbers)
+    return ["Written by pairsim units; pairsim schema lists all keys.", numbers, *report.warnings]
+
+
+def _show(report: BenchReport) -> None:
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, show_header=False)
+    for row in (*report.numbers, *report.scales):
+        table.add_row(row.name, row.value, row.meaning)
+    print_table(table)
+    typer.echo(report.inertia)
+    for default in report.defaults:
+        typer.echo(f"default taken: {default}")
+    for warning in report.warnings:
+        typer.echo(f"warning: {warning}")
+
+
+@app.command(
+    epilog="Examples: pairsim table runs/quickstart | pairsim table runs/case --physical -o series.csv | "
+    "pairsim table runs/curve equilibria"
+)
+def table(
+    directory: Annotated[Path, typer.Argument(help="Folder of a run, curve or critical.", show_default=False)],
+    name: Annotated[
+        str | None, typer.Argument(help="Which table of it (default: series, curve or critical).", show_default=False)
+    ] = None,
+    physical: Annotated[
+        bool, typer.Option("--physical", help="In um, s, um/s and Pa; the case needs a physical block.")
+    ] = False,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="File (default: the terminal).")] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
+) -> None:
+    """Print a table as CSV with the units in its header, those of pairsim or physical ones."""
+    from pairsim.results.output import write_text
+    from pairsim.results.physical_table import table_of
+
+    if output is not None and output.exists() and not overwrite:
+        raise InputError(str(output), "-o", None, "the file exists; use --overwrite or another name")
+    text = table_of(directory, name, physical)
+    if output is None:
+        typer.echo(text, nl=False)
+        return
+    write_text(output, text)
+    typer.echo(str(output))
+
+
+@app.command(
+    epilog="Examples: pairsim travel runs/curve --from 0.1 --to 0.5 | pairsim travel runs/curve --from 5um --to 25um"
+)
+def travel(
+    directory: Annotated[Path, typer.Argument(help="Folder of a curve.", show_default=False)],
+    start: Annotated[str, typer.Option("--from", metavar="D", help="Distance at the beginning [D_c], or with a unit.")],
+    stop: Annotated[str, typer.Option("--to", metavar="D", help="Distance at the end.")],
+) -> None:
+    """Tell how long, and how much tube, a pair needs from one distance to another, by its quasi-steady curve.
+
+    Time is the integral of dd/dU, length that of U/dU dd with the pair's mean velocity U; refused across a zero of dU.
+    Also in seconds and millimetres where the case has a physical block.
+    """
+    from pairsim.results.folders import kind_of
+    from pairsim.results.physical_table import scales_of
+    from pairsim.results.standing import read_record
+    from pairsim.results.travel import travel_in
+
+    if (kind := kind_of(directory)) != "curve":
+        raise InputError(str(directory), "", None, f"holds a {kind}; must be the folder of a curve")
+    ends = [_distance(directory, option, text) for option, text in (("--from", start), ("--to", stop))]
+    way = travel_in(directory, *ends)
+    typer.echo(
+        f"from d = {ends[0]:g} to {ends[1]:g}: {way.time:.4g} D_c/U_av and {way.length:.4g} D_c of tube "
+        f"(mean velocity {way.length / way.time:.4g} U_av)"
+    )
+    if "scales" in read_record(directory):
+        scales = scales_of(directory)
+        typer.echo(f"in units: {way.time * scales.time:.4g} s and {1e3 * way.length * scales.length:.4g} mm of tube")
+    if way.drift is None:
+        typer.echo("warning: the terms that the curve leaves out (drift) exceed dU on the way")
+    else:
+        typer.echo(f"the terms that the curve leaves out (drift) change the time by {100 * way.drift:+.2g} %")
+
+
+def _distance(directory: Path, option: str, text: str) -> float:
+    """A distance in tube diameters, given so or with a unit."""
+    try:
+        return float(text)
+    except ValueError:
+        pass
+    from pairsim.config.quantities import LENGTH, si
+    from pairsim.results.physical_table import scales_of
+
+    try:
+        length = si(text, LENGTH)
+    except ValueError as error:
+        raise InputError(str(directory), option, text, f"{error}, or a number of tube diameters") from None
+    return length / scales_of(directory).length

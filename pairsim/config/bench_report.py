@@ -1,0 +1,133 @@
+"""What a case in units amounts to: its numbers, its scales, whether the model holds, and the defaults it takes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pairsim.config.case import Case, shown
+from pairsim.physics.materials.polymer import PARAMETERS
+
+WATER = "1000 kg/m^3"
+DEFAULTS = {"density": WATER}
+# Ca_e up to which pairs in a Newtonian liquid have steady shapes, by beta; docs/quasi-steady.md, "Limits".
+STEADY_SHAPES = {0.2: 0.33, 0.4: 0.155, 0.6: 0.085}
+SMALL_RE = 1.0
+SMALL_PART = 0.1  # inertia over softness or elasticity, below which it is left out without a doubt
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line: a name, its value with unit, what it is."""
+
+    name: str
+    value: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class BenchReport:
+    """What `pairsim units` shows.
+
+    Attributes:
+        numbers, scales: Lines of the two tables.
+        inertia: Whether leaving out inertia is right, in words.
+        defaults: What was not given, and what was taken for it.
+        warnings: Where the model, or a steady shape, is in doubt.
+    """
+
+    numbers: tuple[Row, ...]
+    scales: tuple[Row, ...]
+    inertia: str
+    defaults: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+
+def steady_limit(beta: float) -> float:
+    """Ca_e up to which pairs of this size were found to have steady shapes, between and beyond the measured sizes."""
+    sizes = sorted(STEADY_SHAPES)
+    beta = min(max(beta, sizes[0]), sizes[-1])
+    above = next(size for size in sizes if size >= beta)
+    below = max(size for size in sizes if size <= beta)
+    part = 0.0 if above == below else (beta - below) / (above - below)
+    return math.exp((1 - part) * math.log(STEADY_SHAPES[below]) + part * math.log(STEADY_SHAPES[above]))
+
+
+def bench_report(case: Case, given: Mapping[str, Any]) -> BenchReport:
+    """Describe a case that was given in units.
+
+    Args:
+        case: The checked case; its physical block has a density.
+        given: The keys of the physical block that the user gave.
+    """
+    assert case.physical is not None
+    assert case.scales is not None
+    assert case.physical.reynolds is not None
+    scales, Re = case.scales, case.physical.reynolds
+    beta, Ca_e = max(case.betas), max(case.Ca_es)
+    particle_Re = Re * beta**2
+    rows = [
+        Row("beta", shown(case.beta), "particle over tube diameter, D_p/D_c"),
+        Row("De", f"{case.De:.4g}", "Deborah number lambda U_av/D_c"),
+        Row("Ca_e", _list(case.Ca_e), "elastic capillary number eta_0 U_av/(D_c G_p)"),
+        *([Row("xi", f"{case.xi:.4g}", "solvent over total viscosity")] if case.polymer else []),
+        *([Row("d0", _list(case.d0), "initial distance over tube diameter")] if case.n > 1 else []),
+        Row("Re", f"{Re:.3g}", "Reynolds number rho U_av D_c/eta_0"),
+        Row("Re beta^2", f"{particle_Re:.3g}", "Reynolds number of a particle"),
+    ]
+    names = [
+        Row("length", f"{scales.length * 1e6:.4g} um", "tube diameter D_c"),
+        Row("velocity", f"{scales.velocity * 1e3:.4g} mm/s", "mean velocity U_av"),
+        Row("time", f"{scales.time * 1e3:.4g} ms", "D_c/U_av"),
+        Row("stress", f"{scales.stress:.4g} Pa", "eta_0 U_av/D_c"),
+    ]
+    drive = max(Ca_e, case.De)
+    small = Re <= SMALL_RE and particle_Re <= SMALL_PART * drive
+    comparison = f"Re beta^2 = {particle_Re:.2g} against {drive:.2g}, the larger of Ca_e and De"
+    inertia = f"leaving out inertia is {'right' if small else 'in doubt'}: Re = {Re:.2g}, {comparison}"
+    return BenchReport(tuple(rows), tuple(names), inertia, tuple(_defaults(case, given)), tuple(_warnings(case, small)))
+
+
+def _list(value: Any) -> str:
+    return ", ".join(f"{entry:.4g}" for entry in (value if isinstance(value, tuple) else (value,)))
+
+
+def _defaults(case: Case, given: Mapping[str, Any]) -> list[str]:
+    taken = []
+    if "relaxation" not in given:
+        taken.append("no relaxation time: the liquid is Newtonian (De = 0)")
+    elif case.law is not None:
+        parameters = ", ".join(
+            f"{k} = {getattr(case.law, k):g}" for k, laws in PARAMETERS.items() if case.law.name in laws
+        )
+        taken.append(f"liquid: {case.law.name}" + (f" with {parameters}" if parameters else ""))
+        if "solvent" not in given:
+            taken.append(f"solvent viscosity: xi = {case.xi:g} of the total")
+    if "modulus" not in given and "young" not in given:
+        taken.append("no modulus: the particles are rigid (Ca_e = 0)")
+    if "distance" not in given:
+        taken.append(f"distance between the surfaces: d0 = {shown(case.d0)} D_c")
+    if "end" not in given:
+        taken.append(f"end time: {case.time.end:g} D_c/U_av")
+    if "density" not in given:
+        taken.append(f"density: {WATER}")
+    return taken
+
+
+def _warnings(case: Case, small_inertia: bool) -> list[str]:
+    told = []
+    for beta, Ca_e in sorted(set(zip(case.betas, case.Ca_es, strict=True))):
+        if Ca_e > (limit := steady_limit(beta)):
+            told.append(
+                f"Ca_e = {Ca_e:.3g} is above about {limit:.2g}, up to which pairs of beta {beta:.3g} were found to "
+                "have steady shapes in a Newtonian liquid: particles may stretch without end"
+            )
+    if case.De == 0 and not any(case.Ca_es):
+        told.append(
+            "rigid particles in a Newtonian liquid keep their distance: only inertia, left out here, moves them"
+        )
+    elif not small_inertia:
+        told.append("inertia may move the particles as much as their softness and the liquid's elasticity do")
+    return told

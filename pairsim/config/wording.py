@@ -1,0 +1,144 @@
+"""Errors of pydantic in the words of the case file, and what its models allow, in words."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Mapping
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+
+from pairsim.config.mistakes import Mistake, missing
+from pairsim.config.physical import BLOCK
+
+Groups = dict[str, type[BaseModel]]
+LIST = "a list of which each is "
+CLOSE = 0.6  # difflib's ratio from which a key is taken for a misspelling of another
+
+
+def groups_of(model: type[BaseModel]) -> Groups:
+    """The model itself under "", and its groups of keys."""
+    groups: Groups = {"": model}
+    for name, field in model.model_fields.items():
+        for kind in (field.annotation, *get_args(field.annotation)):
+            if isinstance(kind, type) and issubclass(kind, BaseModel):
+                groups[name] = kind
+    return groups
+
+
+def dotted_keys(groups: Groups) -> list[str]:
+    """Every key, those in groups with the name of the group before them."""
+    return [
+        f"{group}.{name}" if group else name
+        for group, model in groups.items()
+        for name in model.model_fields
+        if group or name not in groups
+    ]
+
+
+def meant(name: str, group: str, groups: Groups) -> str:
+    """The key that was probably meant by an unknown one, looked for in its group first; "" if none is like it."""
+    keys = sorted(dotted_keys(groups), key=lambda key: key.startswith(f"{BLOCK}."))  # units are meant last
+    own = [key for key in keys if key.rpartition(".")[0] == group]
+    for wanted in (own, keys):
+        if same := [key for key in wanted if key.rpartition(".")[2].lower() == name.lower()]:
+            return same[0]
+    if not group and name in groups:
+        return name
+    for wanted in (own, keys):
+        leaves = {key.rpartition(".")[2]: key for key in reversed(wanted)}
+        if close := difflib.get_close_matches(name, leaves, 1, CLOSE):
+            return leaves[close[0]]
+    return ""
+
+
+def unknown_key(key: str, value: Any, groups: Groups) -> Mistake:
+    """A key that is none, with the one that was meant or those that there are."""
+    group, _, name = key.rpartition(".")
+    if hint := meant(name, group, groups):
+        return Mistake(key, value, f"unknown key; did you mean {hint}?", meant=hint)
+    known = groups.get(group, groups[""]).model_fields
+    return Mistake(key, value, f"unknown key; allowed: {', '.join(known)}")
+
+
+def mistakes_of(error: ValidationError, groups: Groups) -> list[Mistake]:
+    """Every problem that pydantic met, each key once."""
+    found: dict[str, Mistake] = {}
+    for problem in error.errors():
+        mistake = _mistake(problem, groups)
+        found.setdefault(mistake.key, mistake)
+    # A key that takes a number or a list fails as both; where an entry of the list is named, that says more.
+    detailed = {key.partition("[")[0] for key in found if "[" in key}
+    intended = {mistake.meant for mistake in found.values()}
+    return [m for key, m in found.items() if key not in detailed and not (m.is_missing and key in intended)]
+
+
+def _mistake(problem: Any, groups: Groups) -> Mistake:
+    location = [str(part) for part in problem["loc"]]
+    group = location[0] if location and location[0] in groups else ""
+    depth = 2 if group and len(location) > 1 else 1
+    key = ".".join(location[:depth]) + "".join(f"[{part}]" for part in location[depth:] if part.isdigit())
+    value, kind = problem.get("input"), problem["type"]
+    value = list(value) if isinstance(value, tuple) else value
+    if kind == "extra_forbidden":
+        return unknown_key(key, value, groups)
+    if kind == "missing":
+        needed = f"{group} needs it" if group else "the four numbers of a case are beta, De, Ca_e and d0"
+        return missing(key, needed)
+    if kind in ("range", "quantity"):
+        return Mistake(key, value, problem["msg"])
+    if kind == "model_type":
+        return Mistake(key, value, f"must be a group of keys; allowed: {', '.join(groups[group].model_fields)}")
+    return Mistake(key, value, f"must be {allowed_in(groups[group], location[depth - 1], entry='[' in key)}")
+
+
+def allowed_in(model: type[BaseModel], name: str, entry: bool = False) -> str:
+    """What a key accepts, or an entry of the list under it, in words, from its own JSON schema."""
+    schema = model.model_json_schema()
+    field = schema["properties"][name]
+    choices = [choice for choice in field.get("anyOf", [field]) if choice.get("type") != "null"]
+    if entry:
+        choices = [choice["items"] for choice in choices if "items" in choice] or choices
+    return joined(_words(choice, schema.get("$defs", {})) for choice in choices)
+
+
+def joined(choices: Iterable[str]) -> str:
+    """Choices, each once; a list of what another choice takes alone is a list of such."""
+    each = list(dict.fromkeys(choices))
+    told = ["a list of such" if c.startswith(LIST) and c.removeprefix(LIST) in each else c for c in each]
+    return ", or ".join(told)
+
+
+def _words(schema: Mapping[str, Any], models: Mapping[str, Any]) -> str:
+    if "words" in schema:
+        return str(schema["words"])
+    limits = [
+        f"{word} {schema[k]:g}"
+        for k, word in (
+            ("exclusiveMinimum", "above"),
+            ("minimum", "at least"),
+            ("exclusiveMaximum", "below"),
+            ("maximum", "at most"),
+        )
+        if k in schema
+    ]
+    kinds = {"number": "a finite number", "integer": "a whole number", "boolean": "true or false", "string": "a word"}
+    if "$ref" in schema:
+        return f"a group of keys: {', '.join(models[schema['$ref'].rpartition('/')[2]]['properties'])}"
+    if "const" in schema:
+        return str(schema["const"])
+    if "enum" in schema:
+        return " or ".join(map(str, schema["enum"]))
+    if "anyOf" in schema:
+        return joined(_words(s, models) for s in schema["anyOf"])
+    if schema.get("type") == "object":
+        values = schema.get("additionalProperties")
+        return f"a key with {_words(values, models)}" if isinstance(values, dict) else "keys with their values"
+    if "prefixItems" in schema:
+        return f"two numbers, each {_words(schema['prefixItems'][0], models)}"
+    if schema.get("type") == "array":
+        return f"{LIST}{_words(schema['items'], models)}"
+    text = kinds.get(str(schema.get("type")), "a value")
+    if "pattern" in schema:
+        text += " of at most 100 letters, digits and . _ + -, not beginning with one of . + -"
+    return f"{text} {' and '.join(limits)}".strip() if limits else text

@@ -1,0 +1,149 @@
+"""YAML files as plain data that remembers on which line of which file each key stands."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from pairsim.runtime.errors import InputError
+
+OPTION = "--set"
+
+
+class Place(NamedTuple):
+    """Where a key was given: a file (or `--set`) and the line in it, None where there are no lines."""
+
+    file: str
+    line: int | None
+
+
+class Section(dict[str, Any]):
+    """Keys and values of a file or of a group in it.
+
+    Attributes:
+        places: Where each key was given, as far as that is known.
+    """
+
+    def __init__(self, values: Mapping[str, Any] | None = None, places: Mapping[str, Place] | None = None) -> None:
+        super().__init__(values or {})
+        self.places = dict(places or {})
+
+    def put(self, key: str, value: Any, place: Place | None) -> None:
+        """Set a key, and where it was given."""
+        self[key] = value
+        self.places.pop(key, None)
+        if place is not None:
+            self.places[key] = place
+
+    def group(self, key: str) -> Any:
+        """What stands under a key, a new group where there is nothing."""
+        return self.setdefault(key, Section())
+
+
+yaml.SafeDumper.add_representer(Section, yaml.SafeDumper.represent_dict)
+
+
+def place_of(data: Mapping[str, Any], key: str) -> Place | None:
+    """Where a dotted key was given: its own place, else that of the group that should have it, else None."""
+    place = None
+    inner: Any = data
+    for name in re.sub(r"\[\d+\]", "", key).split("."):
+        if not isinstance(inner, Section):
+            break
+        place = inner.places.get(name, place)
+        inner = inner.get(name)
+    return place
+
+
+def _construct(loader: yaml.SafeLoader, node: yaml.MappingNode) -> Section:
+    """A mapping; keys are words, each given once."""
+    section = Section()
+    for key_node, value_node in node.value:
+        key = loader.construct_object(key_node, deep=True)
+        if not isinstance(key, str):
+            raise yaml.constructor.ConstructorError(None, None, f"key {key!r} is not a word", key_node.start_mark)
+        if key in section:
+            raise yaml.constructor.ConstructorError(None, None, f"key {key!r} is given twice", key_node.start_mark)
+        place = Place(str(loader.name), key_node.start_mark.line + 1)
+        section.put(key, loader.construct_object(value_node, deep=True), place)
+    return section
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML in which 1e-3 is a number and a repeated key is an error."""
+
+
+_Loader.add_constructor("tag:yaml.org,2002:map", _construct)
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"), list("-+0123456789.")
+)
+
+
+def _parse(text: str, name: str) -> Any:
+    """The content of a YAML text, whose places have this name as their file."""
+    loader = _Loader(text)
+    loader.name = name
+    try:
+        return loader.get_single_data()
+    finally:
+        loader.dispose()
+
+
+def read_yaml(path: Path) -> Section:
+    """A YAML file whose top level is a mapping.
+
+    Raises:
+        InputError: It is missing, unreadable, broken, or something else.
+    """
+    name = str(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise InputError(name, "", None, "no such file") from None
+    except IsADirectoryError:
+        raise InputError(name, "", None, "is a folder; give the file in it") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(name, "", None, f"cannot be read: {error}") from None
+    try:
+        data = _parse(text, name)
+    except yaml.MarkedYAMLError as error:
+        line = error.problem_mark.line + 1 if error.problem_mark else None
+        raise InputError(name, "", None, f"not valid YAML: {error.problem}", line=line) from None
+    except yaml.YAMLError as error:
+        raise InputError(name, "", None, f"not valid YAML: {error}") from None
+    except ValueError as error:  # a date or a number that is none, such as 2020-13-45
+        raise InputError(name, "", None, f"holds a value that cannot be read: {error}") from None
+    if not isinstance(data, Section):
+        raise InputError(name, "", None, "the file must hold keys and values, such as beta: 0.4; see pairsim schema")
+    return data
+
+
+def apply_settings(data: Section, overrides: tuple[str, ...]) -> None:
+    """Replace or add keys, in place.
+
+    Args:
+        data: Keys and values, groups nested.
+        overrides: key=value settings (dotted keys), as given to --set.
+
+    Raises:
+        InputError: A setting is not key=value, or its key goes through something that is no group.
+    """
+    for setting in overrides:
+        key, equals, text = setting.partition("=")
+        if not equals or not key:
+            raise InputError(OPTION, "", setting, "must be key=value, such as mesh.Np=20")
+        try:
+            value = _parse(text, OPTION)
+        except (yaml.YAMLError, ValueError):
+            raise InputError(OPTION, key, text, "must be a YAML value") from None
+        *groups, last = key.split(".")
+        target = data
+        for group in groups:
+            target = target.group(group)
+            if not isinstance(target, Section):
+                raise InputError(OPTION, key, text, f"{group} is not a group of keys")
+        target.put(last, value, Place(OPTION, None))

@@ -1,0 +1,54 @@
+"""How one run, curve or search for critical distances stands, from its run.json."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from rich.console import Group
+from rich.text import Text
+
+from pairsim.runtime.errors import InputError
+
+COLOURS = {"finished": "green", "failed": "red", "interrupted": "yellow", "running": "cyan"}
+
+
+def read_record(directory: Path) -> dict[str, Any]:
+    """run.json of a folder.
+
+    Raises:
+        InputError: There is none, or it cannot be read.
+    """
+    path = directory / "run.json"
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(str(path), "", None, f"cannot be read ({error})") from None
+    if not isinstance(record, dict):
+        raise InputError(str(path), "", None, "must be an object, as pairsim writes it")
+    return record
+
+
+def standing_view(directory: Path, working: bool) -> Group:
+    """How it ended or how far it is, and what its user should know.
+
+    Args:
+        directory: The folder.
+        working: Whether a command is at work there.
+
+    Raises:
+        InputError: It has no run.json that can be read.
+    """
+    record = read_record(directory)
+    status, reason, message = (str(record.get(key, "")) for key in ("status", "reason", "message"))
+    if status == "running" and not working:
+        status, message = "interrupted", "the command was killed; pairsim run --resume goes on with a run"
+    style = COLOURS.get(status, "")
+    parts = [
+        Text(f"{directory}: {status}" + (f" ({reason})" if reason else ""), style=style),
+        *([Text(message)] if message else []),
+        Text(f"{record.get('wall_time', 0.0):.3g} s of wall time, by: {record.get('command', '')}", style="dim"),
+        *(Text(f"warning: {warning}") for warning in record.get("warnings", [])),
+    ]
+    return Group(*parts)

@@ -1,0 +1,177 @@
+"""What a user gets wrong is told with its place, its value and what must be; exit code 2, no traceback."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from pairsim.cli.app import main
+
+RUN = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\n"
+CURVE = "beta: 0.4\nDe: 0.5\nCa_e: 0.1\nd: [0.1, 0.3]\n"
+CRITICAL = "beta: 0.4\nDe: 0.5\nCa_e: 0.1\nalong: {Ca_e: [0.05, 0.1]}\n"
+SWEEP = "base: {beta: 0.4, De: 0, Ca_e: 0.1}\ngrid:\n  d0: [0.1, 0.2]\n"
+STUDY = "base: {beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1}\ndiscretisations:\n  - {mesh.Np: 10}\n  - {mesh.Np: 20}\n"
+
+
+@dataclass(frozen=True)
+class Wrong:
+    """A file, the words of a command, and what its message must contain."""
+
+    text: str
+    words: str
+    told: tuple[str, ...]
+
+
+def run(text: str, *told: str) -> Wrong:
+    return Wrong(text, "run case.yaml", told)
+
+
+def curve(text: str, *told: str) -> Wrong:
+    return Wrong(text, "curve case.yaml", told)
+
+
+def critical(text: str, *told: str) -> Wrong:
+    return Wrong(text, "critical case.yaml", told)
+
+
+def sweep(text: str, *told: str) -> Wrong:
+    return Wrong(text, "sweep case.yaml", told)
+
+
+def study(text: str, *told: str) -> Wrong:
+    return Wrong(text, "study case.yaml", told)
+
+
+def line(words: str, *told: str) -> Wrong:
+    return Wrong(RUN, words, told)
+
+
+MISTAKES = {
+    "number out of range": run(RUN.replace("0.4", "1.2"), "case.yaml:1: beta: got 1.2; must be", "below 1"),
+    "word for a number": run(RUN.replace("De: 0", "De: high"), "case.yaml:2: De: got 'high'; must be a finite number"),
+    "truth for a number": run(RUN.replace("0.1\nd0", "yes\nd0"), "case.yaml:3: Ca_e: got true; must be"),
+    "entry of a list": run(RUN.replace("0.4", "[0.4, -1]"), "case.yaml:1: beta[1]: got -1.0; must be", "above 0"),
+    "misspelt key": run(RUN + "lenght: 3\n", "case.yaml:5: lenght: got 3; unknown key; did you mean length?"),
+    "key without its group": run(RUN + "end: 3\n", "case.yaml:5: end: got 3; unknown key; did you mean time.end?"),
+    "another one": run(RUN + "Np: 20\n", "Np: got 20; unknown key; did you mean mesh.Np?"),
+    "key in the wrong group": run(RUN + "mesh: {end: 2}\n", "mesh.end: got 2; unknown key; did you mean time.end?"),
+    "capital letters": run(RUN + "mesh:\n  NP: 20\n", "case.yaml:6: mesh.NP: ", "did you mean mesh.Np?"),
+    "key that is like no other": run(RUN + "gravity: 9.81\n", "gravity: got 9.81; unknown key; allowed: beta, De,"),
+    "missing number": run(RUN.replace("d0: 0.1\n", ""), "case.yaml: d0: is missing; 2 particles need it"),
+    "group that is a number": run(RUN + "time: 3\n", "case.yaml:5: time: got 3; must be a group of keys; allowed: end"),
+    "law's missing parameter": run(RUN.replace("De: 0", "De: 1\nliquid: fene-p"), "L2: is missing; liquid: fene-p"),
+    "another law's parameter": run(
+        RUN.replace("De: 0", "De: 1\nliquid: oldroyd-b\nalpha: 0.2"), "case.yaml:4: alpha: got 0.2; must be left out"
+    ),
+    "short tube": run(RUN + "length: 1\n", "case.yaml:5: length: got 1.0; must be at least 1.9"),
+    "list of another length": run(RUN.replace("0.4", "[0.4, 0.3, 0.2]"), "beta: got [0.4, 0.3, 0.2]; must be", "of 2"),
+    "steps beyond the end": run(RUN + "time: {end: 1.0e-4}\n", "time.first_step: got 0.0005; must be at most"),
+    "coarse mesh": run(RUN + "mesh:\n  growth: 0.2\n  Np: 2\n", "case.yaml:7: mesh.Np: got 2; must be", "at least 6"),
+    "mesh beyond all memory": run(RUN + "mesh: {gap_cells: 100000}\n", "case.yaml:5: mesh: must give 2e+07 unknowns"),
+    "several at once": run(
+        "beta: 2\nDe: -1\nlenght: 3\nmesh: {Np: 2}\n",
+        *("6 mistakes:", "case.yaml:1: beta: ", "case.yaml:2: De: ", "case.yaml:3: lenght: ", "case.yaml:4: mesh.Np: "),
+        *("case.yaml: d0: is missing", "case.yaml: Ca_e: is missing"),
+    ),
+    "several that do not go together": run(
+        RUN + "length: 1\nlimits: {min_gap: 0.2}\noutput: {times: [5]}\n",
+        *("3 mistakes:", "case.yaml:5: length: ", "case.yaml:6: limits.min_gap: ", "case.yaml:7: output.times: "),
+    ),
+    "repeated key": run(RUN + "beta: 0.3\n", "case.yaml:5: not valid YAML: key 'beta' is given twice"),
+    "broken YAML": run("beta: [0.4\nDe: 0\n", "case.yaml:2: not valid YAML"),
+    "empty file": run("", "case.yaml: the file must hold keys and values"),
+    "case of curve": run(CURVE, "case.yaml: this is a case for `pairsim curve` or `pairsim critical` (it has d)"),
+    "case of critical": run(CRITICAL, "this is a case for `pairsim critical` (it has along)"),
+    "case of run": curve(RUN, "this is a case for `pairsim run` (it has d0), not for `pairsim curve`"),
+    "grid given to run": run(SWEEP, "this is a case for `pairsim sweep` (it has base, grid)"),
+    "study given to sweep": sweep(STUDY, "this is a case for `pairsim study` (it has discretisations)"),
+    "case given to sweep": sweep(RUN, "this is a case for `pairsim run`"),
+    "curve without distances": curve(CURVE.replace("d: [0.1, 0.3]\n", ""), "case.yaml: d: is missing; must be a list"),
+    "range that is none": curve(CURVE.replace("[0.1, 0.3]", "{start: 0}"), "case.yaml:4: d: got {'start': 0}; must be"),
+    "fields outside the curve": curve(CURVE + "fields: [0.9]\n", "case.yaml:5: fields: got 0.9; must be between"),
+    "critical distances of three": critical(CRITICAL + "particles: 3\n", "particles: got 3; must be 2"),
+    "unknown parameter to follow": critical(
+        CRITICAL.replace("{Ca_e", "{beta"), "case.yaml:4: along: ", "must be one of"
+    ),
+    "misspelt section": sweep(
+        SWEEP + "exlude: []\n", "case.yaml:4: exlude: got []; unknown key; did you mean exclude?"
+    ),
+    "wrong entry": sweep(SWEEP.replace("0.2]", "-2]"), "case.yaml:3: entry d0 = -2: d0: got -2.0; must be"),
+    "wrong base, told once": sweep(SWEEP.replace("0.4", "4"), "case.yaml:1: entry d0 = 0.1: beta: got 4.0; must be"),
+    "no range": sweep(SWEEP.replace("[0.1, 0.2]", "{start: 1, stop: 2}"), "case.yaml:3: grid: d0: ", "num is missing"),
+    "study of one": study(STUDY.replace("  - {mesh.Np: 20}\n", ""), "case.yaml:2: discretisations: ", "two or more"),
+    "study's misspelt key": study(
+        STUDY + "repeet: 2\n", "case.yaml:5: repeet: got 2; unknown key; did you mean repeat?"
+    ),
+    "setting without a value": line("run case.yaml --set mesh.Np", "--set: got 'mesh.Np'; must be key=value"),
+    "wrong setting": line("run case.yaml --set mesh.Np=2", "--set: mesh.Np: got 2; must be a whole number at least 6"),
+    "setting through a number": line("run case.yaml --set beta.x=1", "--set: beta.x: got '1'; beta is not a group"),
+    "no such file": line("run nowhere.yaml", "nowhere.yaml: no such file"),
+    "folder for a file": line("run folder", "folder: is a folder"),
+    "folder in use": line("run case.yaml -o full", "full: -o: ", "--overwrite"),
+    "options at odds": line("run case.yaml --resume full --overwrite", "--overwrite: does not go with --resume"),
+    "mesh of another format": line("mesh case.yaml -o mesh.stl", "mesh.stl: -o: got '.stl'; must be a name ending in"),
+    "picture of nothing": line("plot nowhere", "nowhere: no such folder"),
+    "picture of a file": line("plot case.yaml", "case.yaml: is a file; must be a folder of results"),
+    "picture of an empty folder": line("plot folder", "folder: is an empty folder"),
+    "picture of something else": line("plot full", "full: holds no results of pairsim"),
+    "picture of the folder above": line("plot .", "holds no results of pairsim", "folders in it do: ran"),
+    "colours of a run": line("plot ran --group Ca_e", "--group: got 'Ca_e'; must be left out", "ran holds a run"),
+    "status of nothing": line("status nowhere", "nowhere: no such folder"),
+    "status of something else": line("status full", "full: holds no results of pairsim"),
+    "unknown time": line("sweep grid.yaml --walltime soon", "--walltime: got 'soon'; must be seconds, H:MM"),
+    "unknown shard": line("sweep grid.yaml --shard 3/2", "--shard: got '3/2'; must be part/parts"),
+}
+
+
+@pytest.fixture
+def complaint(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., str]:
+    """What a command says that ends with exit code 2, given beside some folders."""
+    monkeypatch.chdir(tmp_path)
+    for name, file in (("folder", ""), ("full", "notes.txt"), ("ran", "run.json"), ("ran", "series.csv")):
+        (tmp_path / name).mkdir(exist_ok=True)
+        if file:
+            (tmp_path / name / file).write_text(json.dumps({"status": "finished"}))
+    (tmp_path / "grid.yaml").write_text(SWEEP)
+
+    def run(text: str, words: str) -> str:
+        (tmp_path / "case.yaml").write_text(text)
+        before = sorted(path for path in tmp_path.rglob("*") if not path.name.startswith("."))
+        monkeypatch.setattr(sys, "argv", ["pairsim", *words.split()])
+        with pytest.raises(SystemExit) as end:
+            main()
+        assert end.value.code == 2
+        assert sorted(path for path in tmp_path.rglob("*") if not path.name.startswith(".")) == before
+        said = capsys.readouterr()
+        assert said.out == ""
+        assert "Traceback" not in said.err
+        return said.err
+
+    return run
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_mistake_is_told_with_its_place_value_and_what_must_be(name: str, complaint: Callable[..., str]) -> None:
+    wrong = MISTAKES[name]
+    message = complaint(wrong.text, wrong.words)
+    assert message.startswith("pairsim: ")
+    for part in wrong.told:
+        assert message.count(part) == 1, message
+
+
+def test_forty_mistakes_or_more() -> None:
+    assert len(MISTAKES) >= 40
+
+
+def test_mistakes_stand_in_the_order_of_the_file(complaint: Callable[..., str]) -> None:
+    message = complaint("De: x\nmesh: {Np: 1}\nbeta: 7\nends: open\n", "run case.yaml")
+    assert re.findall(r"case\.yaml:(\d)", message) == ["1", "2", "3", "4"]

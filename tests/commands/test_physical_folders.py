@@ -1,0 +1,83 @@
+"""A case in units from its file to tables in units and to the length of a tube."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from pairsim.results.output import read_series
+from pairsim.results.travel import travel_in
+
+Pairsim = Callable[..., subprocess.CompletedProcess[str]]
+BEADS = "physical: {{tube: 1 mm, particle: 0.4 mm, velocity: 5 mm/s, young: 1.5 kPa, viscosity: 10 Pa.s, {}}}\n"
+MESH = "ends: developed\nlength: auto\nmesh: {Np: 20}\n"
+RUN = BEADS.format("distance: 90 um, end: 20 s") + MESH + "limits: {max_gap: 0.16}\noutput: {fields: false}\n"
+CURVE = BEADS.format("distance: {start: 80 um, stop: 180 um, num: 3}") + MESH + "mesh_error: false\n"
+
+
+def header_and_rows(text: str) -> tuple[list[str], np.ndarray]:
+    header, *rows = csv.reader(text.splitlines())
+    return header, np.array(rows, dtype=float)
+
+
+def test_run_and_curve_in_units(tmp_path: Path, pairsim: Pairsim) -> None:
+    (tmp_path / "run.yaml").write_text(RUN)
+    (tmp_path / "curve.yaml").write_text(CURVE)
+    for command in ("run", "curve"):
+        done = pairsim(command, f"{command}.yaml", "-o", command)
+        assert done.returncode == 0, done.stderr
+
+    kept = yaml.safe_load((tmp_path / "run" / "case.yaml").read_text())
+    assert kept["physical"] == yaml.safe_load(RUN)["physical"]
+    assert (kept["beta"], kept["Ca_e"], kept["d0"], kept["time"]["end"]) == pytest.approx((0.4, 0.1, 0.09, 100))
+    scales = json.loads((tmp_path / "run" / "run.json").read_text())["scales"]
+    assert scales == {
+        **{"length": pytest.approx(1e-3), "time": pytest.approx(0.2), "velocity": pytest.approx(5e-3)},
+        **{"stress": pytest.approx(50), "units": "m, s, m/s, Pa"},
+    }
+
+    plain, converted = (header_and_rows(pairsim("table", "run", *more).stdout) for more in ([], ["--physical"]))
+    assert plain[0][:5] == ["t [D_c/U_av]", "d [D_c]", "U_L [U_av]", "U_T [U_av]", "dU [U_av]"]
+    assert converted[0][:8] == ["t [s]", "d [um]", "U_L [um/s]", "U_T [um/s]", "dU [um/s]", "D_L", "D_T", "dp [Pa]"]
+    assert converted[1][:, :8] == pytest.approx(plain[1][:, :8] * [0.2, 1e3, 5e3, 5e3, 5e3, 1, 1, 50])
+    assert pairsim("table", "curve", "equilibria", "--physical", "-o", "zeros.csv").returncode == 0
+    assert (tmp_path / "zeros.csv").read_text().startswith("d [um],stable,slope [1/s],peak")
+
+    way = pairsim("travel", "curve", "--from", "110um", "--to", "0.15")
+    assert way.returncode == 0, way.stderr
+    t, z, seconds, mm = (float(value) for value in re.findall(r"([\d.]+) (?:D_c/U_av|D_c of|s and|mm of)", way.stdout))
+    assert (seconds, mm) == pytest.approx((0.2 * t, z), rel=1e-3)
+
+    # The run passes the same distances once its particles have taken their shapes: N_p 20 leaves two percent.
+    series, quick = read_series(tmp_path / "run" / "series.csv"), travel_in(tmp_path / "curve", 0.11, 0.15)
+    grows = slice(int(np.argmin(series["d"])), None)
+    U = (series["U_L"] + series["U_T"]) / 2
+    moved = np.concatenate([[0.0], np.cumsum(np.diff(series["t"]) * (U[1:] + U[:-1]) / 2)])
+    for values, expected in ((series["t"], quick.time), (moved, quick.length)):
+        start, stop = np.interp([0.11, 0.15], series["d"][grows], values[grows])
+        assert quick.drift is not None
+        assert expected * (1 + quick.drift) == pytest.approx(stop - start, rel=0.03)
+
+
+def test_table_and_travel_need_what_they_read(tmp_path: Path, pairsim: Pairsim) -> None:
+    (tmp_path / "ran").mkdir()
+    (tmp_path / "ran" / "run.json").write_text('{"status": "finished"}')
+    (tmp_path / "ran" / "series.csv").write_text("t,d\n0.1,0.2\n")
+    for words, message in (
+        (("table", "ran", "--physical"), "ran: has no units: its case has no physical block"),
+        (("table", "ran", "zeros"), "got 'zeros'; must be series, the tables of a run"),
+        (("travel", "ran", "--from", "0.1", "--to", "0.2"), "ran: holds a run; must be the folder of a curve"),
+    ):
+        done = pairsim(*words)
+        assert done.returncode == 2
+        assert message in done.stderr
+        assert "Traceback" not in done.stderr
+    assert pairsim("table", "ran").stdout == "t [D_c/U_av],d [D_c]\n0.1,0.2\n"

@@ -1,0 +1,38 @@
+"""Keys that have no effect in a case are named; those that only spell out a default are not."""
+
+from __future__ import annotations
+
+import pytest
+
+from pairsim.config.case_file import case_from_dict, curve_from_dict
+
+PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}
+
+
+@pytest.mark.parametrize(
+    ("changes", "notes"),
+    [
+        ({}, []),
+        ({"De": 1, "alpha": 0.3, "xi": 0.5}, []),
+        ({"xi": 0.09}, []),
+        ({"alpha": 0.3, "xi": 0.5}, ["alpha, xi have no effect: the liquid is Newtonian at De = 0"]),
+        ({"epsilon": 0.1, "L2": 50}, ["epsilon, L2 have no effect: the liquid is Newtonian at De = 0"]),
+        ({"particles": 1}, ["d0 has no effect: one particle has no distance"]),
+        (
+            {"particles": 0, "limits": {"max_gap": 1, "min_gap": 0.002}},
+            ["beta, Ca_e, d0, limits.max_gap have no effect: there are no particles"],
+        ),
+    ],
+)
+def test_keys_without_effect_are_named(changes: dict[str, object], notes: list[str]) -> None:
+    assert case_from_dict(PAIR | changes, "test").notes == notes
+
+
+def test_curves_name_them_too() -> None:
+    case = curve_from_dict({"beta": 0.4, "De": 0, "Ca_e": 0.1, "d": [0.1], "alpha": 0.1}, "test")
+    assert case.notes == ["alpha has no effect: the liquid is Newtonian at De = 0"]
+
+
+def test_a_case_read_from_its_folder_names_none() -> None:
+    case = case_from_dict(PAIR, "test")
+    assert case_from_dict(case.resolved(), "test").notes == []

@@ -1,0 +1,78 @@
+"""Time and tube between two distances, against cases with exact integrals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pairsim.results.travel import travel
+from pairsim.runtime.errors import InputError
+
+D = np.geomspace(0.05, 1, 12)
+
+
+def table(dU: np.ndarray, slope: np.ndarray, U: np.ndarray | float = 1.8, drift: float = 0.0) -> dict[str, np.ndarray]:
+    U = np.broadcast_to(U, D.shape)
+    return {"d": D, "dU": dU, "slope": slope, "U_L": U + dU / 2, "U_T": U - dU / 2, "drift": drift * dU}
+
+
+LINEAR = table(0.01 * D, np.full_like(D, 0.01))
+
+
+def test_velocity_proportional_to_distance_gives_a_logarithm() -> None:
+    """dU = k d: t = ln(b/a)/k. The cubic in log d between twelve points leaves 1e-5."""
+    way = travel(LINEAR, 0.1, 0.5, "test")
+    assert way.time == pytest.approx(np.log(5) / 0.01, rel=1e-5)
+    assert way.length == pytest.approx(1.8 * np.log(5) / 0.01, rel=1e-5)
+    assert way.drift == pytest.approx(0, abs=1e-12)
+
+
+def test_cubic_in_log_d_is_integrated_exactly() -> None:
+    """dU = -k (1 + x^2), x = ln d, approaching: t = integral of e^x dx/(k (1 + x^2)), U = e^-x: an arctangent."""
+    x = np.log(D)
+    way = travel(table(-0.02 * (1 + x**2), -0.04 * x / D, U=1.0), 0.8, 0.2, "test")
+    fine = np.linspace(np.log(0.2), np.log(0.8), 200_001)
+    expected = np.trapezoid(np.exp(fine) / (1 + fine**2), fine) / 0.02
+    assert way.time == pytest.approx(expected, rel=1e-9)
+    assert way.length == pytest.approx(expected, rel=1e-9)
+
+
+def test_way_is_the_sum_of_its_parts() -> None:
+    parts = [travel(LINEAR, a, b, "test") for a, b in ((0.07, 0.2), (0.2, 0.9))]
+    whole = travel(LINEAR, 0.07, 0.9, "test")
+    assert whole.time == pytest.approx(sum(part.time for part in parts), rel=1e-9)
+    assert whole.length == pytest.approx(sum(part.length for part in parts), rel=1e-9)
+
+
+def test_drift_changes_the_time() -> None:
+    assert travel(table(0.01 * D, np.full_like(D, 0.01), drift=0.25), 0.1, 0.5, "test").drift == pytest.approx(
+        -0.2, rel=1e-4
+    )
+    assert travel(table(0.01 * D, np.full_like(D, 0.01), drift=-1.5), 0.1, 0.5, "test").drift is None
+
+
+ZERO = table(0.01 * (D - 0.3), np.full_like(D, 0.01))
+
+
+@pytest.mark.parametrize(
+    ("start", "stop", "key", "message"),
+    [
+        (0.1, 0.5, "--to", r"never reached from d = 0.1: dU = 0 at d = 0.3"),
+        (0.5, 0.1, "--to", r"never reached"),
+        (0.01, 0.1, "--from", "between d = 0.05 and 1"),
+        (0.4, 2.0, "--to", "between d = 0.05 and 1"),
+        (0.4, 0.35, "--to", "the pair separates there"),
+        (0.1, 0.2, "--to", "the pair approaches there"),
+        (0.4, 0.4, "--to", "must differ"),
+        (float("nan"), 0.4, "--from", "between"),
+    ],
+)
+def test_what_cannot_be_reached_is_refused(start: float, stop: float, key: str, message: str) -> None:
+    with pytest.raises(InputError, match=message) as caught:
+        travel(ZERO, start, stop, "test")
+    assert caught.value.key == key
+
+
+def test_curve_of_one_particle_has_no_way() -> None:
+    with pytest.raises(InputError, match="curve of a pair"):
+        travel({"U_1": D}, 0.1, 0.2, "test")
