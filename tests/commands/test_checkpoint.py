@@ -37,7 +37,7 @@ SOFT: dict[str, Any] = {
     "d0": 0.1,
     "ends": "developed",
     "length": 3,
-    "mesh": {"Np": 8},
+    "mesh": {"Np": 8, "max_size": 0.15},
     "time": {"end": 0.02, "first_step": 0.001},
     "output": {"every": 0.004},
 }
@@ -81,7 +81,7 @@ def assert_same(one: Path, other: Path, tolerance: float = 1e-10) -> None:
         assert np.abs(a[name] - b[name]).max() <= tolerance * np.abs(a[name]).max(), name
 
 
-@pytest.fixture(scope="module", params=[0, 1], ids=["newtonian", "viscoelastic"])
+@pytest.fixture(scope="module", params=[0, pytest.param(1, marks=pytest.mark.slow)], ids=["newtonian", "viscoelastic"])
 def stopped(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Case, Path, Path]:
     """A case, its whole run, and one that was stopped after five steps and went on."""
     base, case = tmp_path_factory.mktemp("runs"), soft(De=request.param)
@@ -226,7 +226,7 @@ def short(tmp_path_factory: pytest.TempPathFactory) -> Path:
     [
         ({"Ca_e": 0.2}, "Ca_e", ("0.2", "0.1")),
         ({"De": 1}, "De", ("1", "0")),
-        ({"mesh": {"Np": 10}}, "mesh.Np", ("10", "8")),
+        ({"mesh": {"Np": 10, "max_size": 0.15}}, "mesh.Np", ("10", "8")),
         ({"time": {"end": 0.02, "first_step": 0.001, "tol": 1e-3}}, "time.tol", ("0.001", "0.0003")),
         ({"alpha": 0.1}, "alpha", ("0.1", "nothing")),
     ],
@@ -337,6 +337,7 @@ def test_fields_that_outgrow_the_disk_end_a_run_that_can_go_on(tmp_path: Path) -
     assert np.array_equal(read_times(tmp_path / "run"), read_times(tmp_path / "whole"))
 
 
+@pytest.mark.slow
 def test_the_command_goes_on_with_any_number_of_processes(tmp_path: Path, pairsim: Pairsim) -> None:
     text = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\nends: developed\nlength: 3\nmesh: {Np: 8}\n"
     (tmp_path / "case.yaml").write_text(text + "time: {end: 0.02, first_step: 0.001}\n")
@@ -351,6 +352,7 @@ def test_the_command_goes_on_with_any_number_of_processes(tmp_path: Path, pairsi
         assert_same(tmp_path / "whole", tmp_path / name, 1e-8)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_resumed_is_an_input_error(short: Path, tmp_path: Path, pairsim: Pairsim) -> None:
     shutil.copytree(short, tmp_path / "run")
     done = pairsim("run", "--resume", "run", "--set", "Ca_e=0.3", ranks=2)

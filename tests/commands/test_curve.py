@@ -48,11 +48,13 @@ def test_curve_command(tmp_path: Path, pairsim: Pairsim) -> None:
     assert pairsim("curve", "case.yaml", "-o", "out").returncode == 2  # nothing is overwritten unasked
 
 
+@pytest.mark.slow
 def test_critical_command_follows_the_zero_of_the_curve(tmp_path: Path, pairsim: Pairsim) -> None:
     """At De .5, beta .4 there is an unstable distance, smaller for larger Ca_e; it is the zero of a curve there."""
-    keys = "beta: 0.4\nDe: 0.5\nCa_e: 0.1\nends: developed\nlength: 5\nmesh: {Np: 10}\nmesh_error: false\n"
-    (tmp_path / "critical.yaml").write_text(keys + "along: {Ca_e: [0.05, 0.1]}\nd: [0.1, 0.5]\n")
-    (tmp_path / "curve.yaml").write_text(keys + "d: {start: 0.1, stop: 0.5, num: 6}\ntol: 1.0e-3\n")
+    mesh = "mesh: {Np: 8, max_size: 0.1}\nmesh_error: false\n"  # 0.1 is that of `accuracy: 5%`: no warning of it
+    keys = f"beta: 0.4\nDe: 0.5\nCa_e: 0.1\nends: developed\nlength: 4.2\n{mesh}"
+    (tmp_path / "critical.yaml").write_text(keys + "along: {Ca_e: [0.05, 0.1]}\nd: [0.2, 0.35]\n")
+    (tmp_path / "curve.yaml").write_text(keys + "d: {start: 0.2, stop: 0.35, num: 3}\ntol: 1.0e-3\n")
     done = pairsim("critical", "critical.yaml", "-o", "critical")
     assert done.returncode == 0, done.stderr
     with (tmp_path / "critical" / "critical.csv").open() as file:
@@ -71,10 +73,11 @@ def test_critical_command_follows_the_zero_of_the_curve(tmp_path: Path, pairsim:
     assert (tmp_path / "critical" / "critical.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_critical_follows_lines_over_De_with_their_errors(tmp_path: Path, pairsim: Pairsim) -> None:
     """Two lines over De: the softer pair has the smaller distance, as in Fig. 11."""
-    keys = "beta: 0.4\nDe: 0.5\nCa_e: 0.1\nends: developed\nlength: 3\nmesh: {Np: 8}\n"
-    (tmp_path / "case.yaml").write_text(keys + "along: {De: [0.4, 0.5]}\nlines: {Ca_e: [0.02, 0.05]}\nd: [0.15, 0.5]\n")
+    keys = "beta: 0.4\nDe: 0.5\nCa_e: 0.1\nends: developed\nlength: 3\nmesh: {Np: 8, max_size: 0.15}\n"
+    (tmp_path / "case.yaml").write_text(keys + "along: {De: [0.4, 0.5]}\nlines: {Ca_e: [0.02, 0.05]}\nd: [0.2, 0.35]\n")
     done = pairsim("critical", "case.yaml", "-o", "out")
     assert done.returncode == 0, done.stderr
     with (tmp_path / "out" / "critical.csv").open() as file:
@@ -123,7 +126,8 @@ def test_a_curve_whose_first_place_is_walked_to_has_the_stresses_of_that_place(
 
 def last_fields(folder: Path, warm_start: WarmStart | None = None, **changes: float) -> FieldFrame:
     """The fields of a pair at d .3 in a Giesekus liquid."""
-    keys = {"De": 0.5, "Ca_e": 0.05, "length": 3.0, "mesh": {"Np": 8}, "mesh_error": False, "d": [0.3], "fields": [0.3]}
+    keys = {"De": 0.5, "Ca_e": 0.05, "length": 3.0, "mesh_error": False, "d": [0.3], "fields": [0.3]}
+    keys["mesh"] = {"Np": 8, "max_size": 0.15}
     made = curve_from_dict(yaml.safe_load(CURVE) | keys | changes, "test")
     assert run_curve(made, folder / "out", OPTIONS, warm_start=warm_start).status == "finished"
     return read_frame(folder / "out")
@@ -135,6 +139,7 @@ def assert_same_fields(a: FieldFrame, b: FieldFrame) -> None:
         assert a.point_data[name] == pytest.approx(values, abs=1e-6 * np.abs(values).max()), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_curve_keeps_its_points(number: int, tmp_path: Path) -> None:
     (tmp_path / "case.yaml").write_text(CURVE.replace("[0.3, 0.1]", "{start: 0.02, stop: 1, num: 400}"))
@@ -144,14 +149,16 @@ def test_an_interrupted_curve_keeps_its_points(number: int, tmp_path: Path) -> N
 
 
 SHORT = {
-    "curve": ["mesh.Np=8", "mesh_error=false", "d=[0.3, 0.1]", "max_points=2"],
-    "critical": ["mesh.Np=8", "mesh_error=false", "d=[0.1, 0.6]", "along={Ca_e: [0.05]}", "lines={De: [0.25]}"],
+    "curve": ["d=[0.3, 0.1]", "max_points=2"],
+    "critical": ["d=[0.15, 0.4]", "along={Ca_e: [0.05]}", "lines={De: [0.25]}"],
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", SHORT)
 def test_shipped_case_runs(command: str, tmp_path: Path, pairsim: Pairsim) -> None:
-    settings = [word for setting in SHORT[command] for word in ("--set", setting)]
+    coarse = ["mesh.Np=8", "mesh.max_size=0.2", "mesh_error=false"]
+    settings = [word for setting in [*coarse, *SHORT[command]] for word in ("--set", setting)]
     done = pairsim(command, str(ROOT / "configs" / f"{command}.yaml"), "-o", "out", *settings)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "out" / f"{command}.png").stat().st_size > 10_000
@@ -188,10 +195,12 @@ def test_bad_case_is_refused(name: str, tmp_path: Path) -> None:
     assert allowed in str(caught.value)
 
 
+@pytest.mark.slow
 def test_ranks_give_the_same_curve(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(CURVE + "mesh_error: false\nmax_points: 3\ntol: 1e-3\n")
+    settings = ["--set", "De=0.3", "--set", "mesh={Np: 8, max_size: 0.15}", "--set", "length=3"]
     for ranks in (1, 2):
-        done = pairsim("curve", "case.yaml", "-o", f"n{ranks}", "--set", "De=0.3", ranks=ranks)
+        done = pairsim("curve", "case.yaml", "-o", f"n{ranks}", *settings, ranks=ranks)
         assert done.returncode == 0, done.stderr
     one, two = (read_series(tmp_path / f"n{ranks}" / "curve.csv") for ranks in (1, 2))
     assert one["d"] == pytest.approx(two["d"])
@@ -203,9 +212,12 @@ def test_ranks_give_the_same_curve(tmp_path: Path, pairsim: Pairsim) -> None:
         assert one[name] == pytest.approx(two[name], abs=1e-8), name
 
 
+@pytest.mark.slow
 def test_no_steady_state_is_a_typed_failure(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(CURVE)
-    done = pairsim("curve", "case.yaml", "-o", "out", "--set", "Ca_e=0.4", "--set", "mesh_error=false")
+    done = pairsim(
+        "curve", "case.yaml", "-o", "out", "--set", "Ca_e=0.4", "--set", "mesh_error=false", "--set", "length=3"
+    )
     assert done.returncode == 3, done.stderr
     assert "Traceback" not in done.stderr
     assert json.loads((tmp_path / "out" / "run.json").read_text())["reason"] == "no_steady_state"

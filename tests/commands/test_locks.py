@@ -46,6 +46,7 @@ def refused(done: Done, owner: subprocess.Popen[str]) -> None:
     assert f"process {owner.pid} on {platform.node()}: pairsim {owner.args[3]}" in done.stderr  # type: ignore[index]
 
 
+@pytest.mark.slow
 def test_second_run_is_refused_and_the_first_one_is_whole(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(ENDLESS)
     out = tmp_path / "out"
@@ -63,6 +64,7 @@ def test_second_run_is_refused_and_the_first_one_is_whole(tmp_path: Path, pairsi
     assert not list(out.glob(f"{LOCK}*"))
 
 
+@pytest.mark.slow
 def test_second_curve_is_refused(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "curve.yaml").write_text(CURVE)
     with at_work(tmp_path, "curve", "curve.yaml", "-o", "out", table=tmp_path / "out" / "curve.csv") as first:
@@ -80,6 +82,7 @@ def test_killed_run_keeps_nobody_out(tmp_path: Path, pairsim: Pairsim) -> None:
     assert read_series(out / "series.csv")["t"][-1] == pytest.approx(0.1)
 
 
+@pytest.mark.slow
 def test_case_of_a_sweep_belongs_to_it(tmp_path: Path, pairsim: Pairsim) -> None:
     """The case's process is not kept out by the lock that the sweep holds for it; all others are."""
     (tmp_path / "grid.yaml").write_text(f"base: {ENDLESS}grid: {{d0: [0.1]}}\n")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
+import pytest
 from matplotlib import image
 from support.commands import Pairsim
 from support.inputs import STUDY
@@ -12,6 +13,7 @@ from support.inputs import STUDY
 from pairsim.results.output import read_series
 
 
+@pytest.mark.slow
 def test_quasi_steady_is_compared_with_the_transient(tmp_path: Path, pairsim: Pairsim) -> None:
     text = """
 base: {beta: 0.4, De: 0, Ca_e: 0.02, d0: 0.1, ends: developed, length: 3, mesh: {Np: 8}, time: {end: 1}, tol: 1}
@@ -30,6 +32,7 @@ reference: 0
     assert float(other["relative_error"]) > float(same["relative_error"])
 
 
+@pytest.mark.slow
 def test_study_runs_resumes_and_draws(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "study.yaml").write_text(STUDY)
     done = pairsim("study", "study.yaml", "-o", "out", "-q", ranks=2)

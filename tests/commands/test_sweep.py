@@ -15,11 +15,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-from matplotlib import image
 from support.commands import Pairsim, words_of
 from support.inputs import ROOT, TINY
+from support.pictures import colours
 from typer.testing import CliRunner
 
 from pairsim.cli.app import app
@@ -69,6 +68,7 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_table_has_a_row_a_case_and_the_promised_columns(swept: Path) -> None:
     rows = table(swept / "out")
     assert ",".join(rows[0]) == ("folder,status,reason,d0,beta,De,Ca_e,t,d,dU,U_L,U_T,D_L,D_T,dp,steps,unknowns")
@@ -80,6 +80,7 @@ def test_table_has_a_row_a_case_and_the_promised_columns(swept: Path) -> None:
         assert all(last[name] == row[name] for name in ("d", "dU", "U_L", "U_T", "D_L", "D_T", "dp"))
 
 
+@pytest.mark.slow
 def test_both_ranks_compute_and_every_folder_says_how(swept: Path) -> None:
     assert {case["rank"] for case in ledger(swept / "out").values()} == {0, 1}
     for text in told(swept / "out").values():
@@ -88,6 +89,7 @@ def test_both_ranks_compute_and_every_folder_says_how(swept: Path) -> None:
     assert {"versions", "machine", "command_line"} <= set(json.loads((swept / "out" / "sweep.json").read_text()))
 
 
+@pytest.mark.slow
 def test_the_same_command_again_computes_nothing(swept: Path) -> None:
     before, rows = told(swept / "out"), table(swept / "out")
     (swept / "out" / "sweep.json").unlink()  # the folders are the truth
@@ -97,6 +99,7 @@ def test_the_same_command_again_computes_nothing(swept: Path) -> None:
     assert table(swept / "out") == rows
 
 
+@pytest.mark.slow
 def test_another_grid_is_refused(swept: Path) -> None:
     other = subprocess.run(command("--set", "mesh.Np=9"), cwd=swept, capture_output=True, text=True, check=False)
     assert other.returncode == 2
@@ -123,6 +126,7 @@ def test_sweep_beside_a_shard_of_itself_says_so_and_leaves(tmp_path: Path) -> No
     lock.release()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("victim", ["all", "a rank"])
 def test_killed_sweep_is_finished_by_the_same_command(victim: str, swept: Path, tmp_path: Path) -> None:
     """kill -9: nothing goes on writing, no file is torn, no finished case is computed again, the table is the same."""
@@ -151,6 +155,7 @@ def test_killed_sweep_is_finished_by_the_same_command(victim: str, swept: Path, 
     assert table(out) == table(swept / "out")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("how", "ranks"), [("SIGTERM", 2), ("--walltime", 0)])
 def test_stopped_sweep_keeps_its_cases_pending(how: str, ranks: int, tmp_path: Path) -> None:
     (tmp_path / "grid.yaml").write_text(TINY.replace("time: {end: 0.01}", ENDLESS) + "grid: {d0: [0.1, 0.2, 0.3]}\n")
@@ -174,6 +179,7 @@ def test_stopped_sweep_keeps_its_cases_pending(how: str, ranks: int, tmp_path: P
         assert [json.loads(text)["status"] for text in told(tmp_path / "out").values()] == ["interrupted"] * 2
 
 
+@pytest.mark.slow
 def test_failures_stay_alone_and_are_repeated_only_when_asked(tmp_path: Path, pairsim: Pairsim) -> None:
     hopeless = ["{d0: 0.4, limits.max_steps: 2}", "{d0: 0.6, limits.wall_time: 1e-3}"]
     (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1]}\ncases: [" + ", ".join(hopeless) + "]\n")
@@ -208,6 +214,7 @@ def test_failures_stay_alone_and_are_repeated_only_when_asked(tmp_path: Path, pa
     assert [case["attempts"] for case in ledger(tmp_path / "out").values()] == [1, 4, 4]
 
 
+@pytest.mark.slow
 def test_case_that_takes_too_long_is_stopped(tmp_path: Path) -> None:
     (tmp_path / "grid.yaml").write_text(TINY + f"cases: [{{{ENDLESS}}}]\n".replace("{time", "{d0: 0.1, time"))
     done = subprocess.run(command("--case-timeout", "2"), cwd=tmp_path, capture_output=True, check=False, timeout=200)
@@ -226,6 +233,7 @@ def test_fail_fast_stops(tmp_path: Path) -> None:
     assert counts(tmp_path / "out") == {"failed": 1, "pending": 2}  # the dearest comes first
 
 
+@pytest.mark.slow
 def test_files_that_cannot_be_written_are_tried_again(tmp_path: Path) -> None:
     """A file-size limit, as a full disk: no case is lost by it."""
     (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1]}\n")
@@ -244,6 +252,7 @@ def test_files_that_cannot_be_written_are_tried_again(tmp_path: Path) -> None:
     assert counts(tmp_path / "out") == {"finished": 1}
 
 
+@pytest.mark.slow
 def test_run_that_could_not_write_goes_on_with_the_next_command(tmp_path: Path, pairsim: Pairsim) -> None:
     """The sweep was stopped before it heard of the full disk from its case, whose run.json tells of it."""
     (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1]}\n")
@@ -276,6 +285,7 @@ def test_ledger_that_cannot_be_written_stops_the_sweep(tmp_path: Path) -> None:
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 def test_useless_checkpoint_does_not_make_a_case_hopeless(tmp_path: Path) -> None:
     (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1]}\n")
     (case,) = read_grid(tmp_path / "grid.yaml").cases
@@ -288,6 +298,7 @@ def test_useless_checkpoint_does_not_make_a_case_hopeless(tmp_path: Path) -> Non
     assert json.loads((folder / "run.json").read_text())["status"] == "finished"
 
 
+@pytest.mark.slow
 def test_shards_share_a_folder_and_a_last_command_makes_one_table(
     swept: Path, tmp_path: Path, pairsim: Pairsim
 ) -> None:
@@ -303,6 +314,7 @@ def test_shards_share_a_folder_and_a_last_command_makes_one_table(
     assert [row.items() <= alone[row["folder"]].items() for row in table(tmp_path / "out")] == [True, True]
 
 
+@pytest.mark.slow
 def test_two_ranks_a_case_give_the_same_table(swept: Path, tmp_path: Path) -> None:
     (tmp_path / "grid.yaml").write_text(THREE)
     done = subprocess.run(
@@ -318,6 +330,7 @@ def test_two_ranks_a_case_give_the_same_table(swept: Path, tmp_path: Path) -> No
             assert float(row[name]) == pytest.approx(float(alone[row["folder"]][name]), rel=1e-8, abs=1e-8)
 
 
+@pytest.mark.slow
 def test_curves_are_swept_too(tmp_path: Path) -> None:
     """Points, zeros and the peak of every curve, as its folder has them; pictures of all of them."""
     base = TINY.replace("Ca_e: 0, ", "d: [0.1, 0.3, 0.6], tol: 1, ").replace(", time: {end: 0.01}", "")
@@ -367,14 +380,14 @@ def test_shipped_sweep_runs(tmp_path: Path, pairsim: Pairsim) -> None:
     assert counts(tmp_path / "runs" / "sweep") == {"finished": 1, "pending": 23}
 
 
+@pytest.mark.slow
 def test_pictures_of_a_sweep(swept: Path, tmp_path: Path) -> None:
     done = CliRunner().invoke(app, ["plot", str(swept / "out"), "-o", str(tmp_path / "pictures"), "--group", "beta"])
     assert done.exit_code == 0, done.output
     names = ["sweep_series.png", "sweep_parameters.png", "sweep_map.png"]
     assert [Path(line).name for line in done.output.split()] == names
     for name in names:
-        pixels = (image.imread(tmp_path / "pictures" / name)[..., :3] * 255).astype(np.uint8).reshape(-1, 3)
-        assert len(np.unique(pixels, axis=0)) > 50
+        assert colours(tmp_path / "pictures" / name) > 50
     with pytest.raises(InputError, match="a parameter that varies: d0, beta"):
         plot_sweep(swept / "out", tmp_path, "xi")
 

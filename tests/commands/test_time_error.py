@@ -28,6 +28,7 @@ def test_long_steps_are_reported(setting: str, warned: bool, tmp_path: Path, pai
     assert ("time steps may leave" in done.stderr) == warned
 
 
+@pytest.mark.slow
 def test_long_steps_before_a_stop_are_reported_after_it(tmp_path: Path, pairsim: Pairsim) -> None:
     text = "{beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1, ends: developed, length: auto, mesh: {Np: 12}"
     (tmp_path / "case.yaml").write_text(f"{text}, time: {{fixed_step: 0.1, end: 0.8}}}}\n")

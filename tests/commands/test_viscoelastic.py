@@ -11,6 +11,7 @@ from support.commands import Pairsim
 from pairsim.results.output import read_series
 
 
+@pytest.mark.slow
 def test_ranks_give_the_same_viscoelastic_series(tmp_path, pairsim: Pairsim) -> None:
     """A difference of one digit between processes, left to itself, would have grown to order one by t = .08."""
     case = (
@@ -26,6 +27,7 @@ def test_ranks_give_the_same_viscoelastic_series(tmp_path, pairsim: Pairsim) -> 
         assert series[1][name] == pytest.approx(series[0][name], rel=1e-8, abs=1e-8), name
 
 
+@pytest.mark.slow
 def test_a_stress_that_cells_do_not_resolve_is_told(tmp_path: Path, pairsim: Pairsim) -> None:
     """At the wall of a pipe whose cells are half as large as its radius c changes by more than e^2 within a cell."""
     case = "particles: 0\nDe: 10\nends: developed\nlength: 3\nmesh: {max_size: 0.25}\noutput: {fields: false}\n"

@@ -9,6 +9,7 @@ import pytest
 from support.commands import Pairsim
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ends", ["developed", "periodic"])
 @pytest.mark.parametrize(
     ("command", "place"),

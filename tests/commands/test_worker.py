@@ -29,6 +29,7 @@ CURVES = "command: curve\n" + TINY.replace("Ca_e: 0, ", "d: [0.1, 0.3], tol: 1, 
 """The base of grids of curves that take a second or two."""
 
 
+@pytest.mark.slow
 def test_sequence_of_curves_survives_its_process(tmp_path: Path) -> None:
     """Each curve starts from the one before; when the process dies, its curve fails and the rest goes on."""
     worker, tasks = curves(tmp_path, "0.02, 0.04, 0.06, 0.08")
@@ -76,6 +77,7 @@ def curve_process() -> int:
     return child
 
 
+@pytest.mark.slow
 def test_a_timeout_that_comes_as_a_curve_ends_is_not_the_next_ones(tmp_path: Path) -> None:
     """The case that it was meant for has finished all the same; the one behind it is begun anew."""
     worker, tasks = curves(tmp_path, "0.02, 0.04")
@@ -88,6 +90,7 @@ def test_a_timeout_that_comes_as_a_curve_ends_is_not_the_next_ones(tmp_path: Pat
     assert [(result.folder, result.status) for result in results] == [(task.folder, "finished") for task in tasks]
 
 
+@pytest.mark.slow
 def test_what_befalls_a_case_after_it_has_said_that_it_finished_does_not_matter(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -122,6 +125,7 @@ def test_child_dies_with_its_parent() -> None:
         time.sleep(0.02)
 
 
+@pytest.mark.slow
 def test_warming_up_compiles_all_that_a_case_needs_after_a_killed_compilation(tmp_path: Path) -> None:
     """A cache in which a killed process has begun a module: it is cleared, and a run then compiles nothing more."""
     environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
@@ -153,6 +157,7 @@ def test_warming_up_compiles_all_that_a_case_needs_after_a_killed_compilation(tm
     subprocess.run([sys.executable, "-c", known, *kinds], env=environment, check=True)  # by its stamps
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("grid", [TINY + "grid: {d0: [0.1, 0.2]}\n", CURVES + "grid: {Ca_e: [0.02, 0.04]}\n"])
 def test_cases_do_not_import_what_lies_in_the_current_folder(
     grid: str, decoys: Path, tmp_path: Path, pairsim_apart: Pairsim

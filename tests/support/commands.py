@@ -34,8 +34,10 @@ def in_process(folder: Path, arguments: tuple[str, ...], capture: pytest.Capture
         patch.setattr(sys, "argv", ["pairsim", *arguments])
         with pytest.raises(SystemExit) as ended:
             main()
-    out, err = capture.readouterr()
-    return subprocess.CompletedProcess(sys.argv, int(ended.value.code or 0), out, err)
+    code, (out, err) = int(ended.value.code or 0), capture.readouterr()
+    if code == 130:
+        raise KeyboardInterrupt  # the signal was meant for pytest; the command has caught it
+    return subprocess.CompletedProcess(["pairsim", *arguments], code, out, err)
 
 
 def apart(folder: Path, *arguments: str, ranks: int = 0, timeout: float = 600) -> Done:

@@ -9,6 +9,7 @@ import pytest
 import yaml
 from matplotlib import image
 from support.field_samples import scene
+from support.pictures import colours
 
 from pairsim.results.columns import named_row, series_columns
 from pairsim.results.meridional_section import outlines, tessellate
@@ -34,12 +35,6 @@ def make_run(folder: Path, n: int, frames: list[FieldFrame], rows: int = 12) -> 
     for frame in frames:
         writer.write(frame)
     return folder
-
-
-def colours(file: Path) -> int:
-    """Number of different colours of a picture: a blank one has a single one."""
-    pixels = (image.imread(file)[..., :3] * 255).astype(np.uint8).reshape(-1, 3)
-    return len(np.unique(pixels, axis=0))
 
 
 CASES = {

@@ -49,7 +49,8 @@ def points(**keys: object) -> list[Point]:
 @pytest.fixture(scope="module")
 def viscoelastic() -> Iterator[Branch]:
     """A soft behind a softer, smaller sphere in a Giesekus liquid."""
-    made = branch(case(De=0.5, Ca_e=(0.05, 0.1), beta=(0.4, 0.35), mesh={"Np": 8}), sensitivities=True)
+    mesh = {"Np": 8, "max_size": 0.12}
+    made = branch(case(De=0.5, Ca_e=(0.05, 0.1), beta=(0.4, 0.35), mesh=mesh), sensitivities=True)
     yield made
     made.close()
 
@@ -177,12 +178,14 @@ def test_a_new_mesh_on_the_way_changes_little(viscoelastic: Branch) -> None:
     assert _solved(viscoelastic, before.parameters) == pytest.approx(value, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_the_first_solution_does_not_depend_on_the_way_to_it() -> None:
     """It comes from that of larger cells in a few iterations, and is the one that many small steps lead to."""
-    made = case(De=0.5, Ca_e=(0.05, 0.1), beta=(0.4, 0.35), mesh={"Np": 10})
+    made = case(De=0.5, Ca_e=(0.05, 0.1), beta=(0.4, 0.35), mesh={"Np": 10, "max_size": 0.1})
     start = Parameters((0.1,), made.Ca_es, made.De)
     problem = replace(steady_problem(made, 0.1), newton=replace(STEADY, tolerance=1e-11))
-    scout = walked(MPI.COMM_WORLD, steady_problem(case(De=0.5, beta=(0.4, 0.35), mesh={"Np": 8}), 0.1), start)
+    larger = case(De=0.5, beta=(0.4, 0.35), mesh={"Np": 8, "max_size": 0.1})
+    scout = walked(MPI.COMM_WORLD, steady_problem(larger, 0.1), start)
     short, long = started(MPI.COMM_WORLD, problem, start, scout), walked(MPI.COMM_WORLD, problem, start)
     assert short.iterations <= 4 < long.iterations
     for name, unknowns in short.constraints.fields.items():
@@ -196,12 +199,14 @@ def test_a_first_solution_is_found_between_narrow_gaps() -> None:
     assert point.dU / 0.01 == pytest.approx(stiffer.dU / 0.001, rel=0.3)
 
 
+@pytest.mark.slow
 def test_values_do_not_depend_on_the_way_to_a_place() -> None:
     """Every distance has a mesh of its own, unless shapes ask for one around themselves."""
     (first, _, _), (_, _, last) = points(d=(0.3, 0.12, 0.9), Ca_e=0.02), points(d=(0.12, 0.9, 0.3), Ca_e=0.02)
     assert last.dU == pytest.approx(first.dU, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_an_accuracy_is_kept() -> None:
     """With the settings that `accuracy` stands for, dU is as near as it says to a finer mesh's."""
     keys = {"beta": 0.2, "mesh": {}, "length": "auto", "d": (0.02, 0.2)}
@@ -253,6 +258,7 @@ def test_a_bad_mesh_at_one_place_does_not_excuse_the_others() -> None:
     assert sum(p.d < 0.05 for p in found) == 1, "there the mesh is worse than the bend"
 
 
+@pytest.mark.slow
 def test_the_softest_shapes_end_and_the_place_is_told() -> None:
     """Beyond a Ca_e near .16 two spheres of beta .4 at d .1 find no steady shape; the mesh tells where rims buckle."""
     solver = branch(case(mesh={"Np": 16}))
@@ -294,6 +300,7 @@ def test_a_problem_remembers_its_narrowest_distance() -> None:
     assert arcs[1] > arcs[0]
 
 
+@pytest.mark.slow
 def test_dU_does_not_depend_on_where_the_cells_of_a_long_tube_happen_to_lie() -> None:
     """Rows of cells have the same error of the tube's own stress everywhere, which acts on no particle."""
     keys = {"De": 1, "Ca_e": 0, "ends": "developed", "d": [0.4]}

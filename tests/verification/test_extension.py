@@ -87,6 +87,7 @@ def test_relaxation_without_flow_follows_the_exact_solution() -> None:
     assert found == pytest.approx(list(RELAXATION.values()), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_below_the_fold_it_settles_and_past_it_it_goes_on() -> None:
     """Past l = 2.25 the poles are compressed below 2/3, where a neo-Hookean surface wrinkles: l stays below."""
     times = [2.0, 4.0, 5.0, 6.0]
@@ -151,6 +152,7 @@ def monomials(X: Array, degree: int, odd: int) -> Array:
     return np.column_stack([X[:, 0] ** i * X[:, 1] ** j for i, j in powers])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("Np", "degree"), [(20, 3), (40, 3), (40, 5)])
 def test_arc_length_finds_the_fold_of_steady_extension(Np: int, degree: int) -> None:
     """At l = 4.1, where the wall is 12 half-lengths away."""

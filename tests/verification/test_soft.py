@@ -31,11 +31,14 @@ def slope(beta: float, d: float, Np: int = 40) -> float:
     return dU(march(problem, [60 * Ca])[-1]) / Ca
 
 
-@pytest.mark.parametrize(("beta", "d"), SLOPE)
+@pytest.mark.parametrize(
+    ("beta", "d"), [(0.4, 0.1), *(pytest.param(*pair, marks=pytest.mark.slow) for pair in ((0.4, 0.3), (0.2, 0.1)))]
+)
 def test_nearly_rigid_pair_separates_as_first_order_theory(beta: float, d: float) -> None:
     assert slope(beta, d) == pytest.approx(SLOPE[beta, d], rel=5e-3)
 
 
+@pytest.mark.slow
 def test_relative_velocity_converges_at_third_order_at_least() -> None:
     error = [abs(slope(0.4, 0.1, Np) - SLOPE[0.4, 0.1]) for Np in (10, 20, 40)]
     assert np.log2(error[0] / error[2]) / 2 > 3
@@ -67,6 +70,7 @@ def single_sphere_modes(Ca: float) -> np.ndarray:
     return found
 
 
+@pytest.mark.slow
 def test_single_sphere_becomes_a_bullet() -> None:
     assert single_sphere_modes(0.01)[3] == pytest.approx(F_3, rel=3e-3)
     small = single_sphere_modes(1e-3)
@@ -74,6 +78,7 @@ def test_single_sphere_becomes_a_bullet() -> None:
     assert abs(small[2]) < 0.01
 
 
+@pytest.mark.slow
 def test_softness_gives_a_dip_and_then_a_separation_that_grows_with_it() -> None:
     """Fig. 6a: a negative relative velocity at first, then a positive one that grows with Ca_e."""
     late = []
@@ -91,17 +96,19 @@ def test_volumes_stay() -> None:
     assert max(s.observation.volume_error for s in steps) < 1e-6
 
 
-def test_remeshing_leaves_no_jump() -> None:
+@pytest.mark.parametrize(("Np", "end", "jump"), [(20, 1.6, 1e-2), pytest.param(40, 5.0, 2e-3, marks=pytest.mark.slow)])
+def test_remeshing_leaves_no_jump(Np: int, end: float, jump: float) -> None:
     """dU on the new mesh continues the parabola through the three steps before it."""
-    problem = soft_pair(0.4, 0.1, 0.15, control=StepControl(3e-4, 1e-9, 0.3))
-    steps = march(problem, [5.0])
+    settings = MeshSettings(Np=Np)
+    problem = soft_pair(0.4, 0.1, 0.15, mesh=settings, control=StepControl(3e-4, 1e-9, 0.3))
+    steps = march(problem, [end])
     peak = max(abs(dU(s)) for s in steps)
     new = [k for k in range(3, len(steps)) if steps[k].mesh_id != steps[k - 1].mesh_id]
     assert new
     for k in new:
         before = steps[k - 3 : k]
         parabola = np.polyfit([s.t for s in before], [dU(s) for s in before], 2)
-        assert abs(np.polyval(parabola, steps[k].t) - dU(steps[k])) < 2e-3 * peak
+        assert abs(np.polyval(parabola, steps[k].t) - dU(steps[k])) < jump * peak
 
 
 def test_fixed_steps_leave_an_error_of_second_order_by_the_first_one() -> None:
@@ -112,7 +119,7 @@ def test_fixed_steps_leave_an_error_of_second_order_by_the_first_one() -> None:
     def states(dt: float) -> tuple[np.ndarray, float]:
         control = StepControl(1.0, 1e-12, 1.0, fixed=dt)
         problem = soft_pair(
-            0.4, 0.1, 0.1, mesh=MeshSettings(Np=12), control=control, newton=replace(TRANSIENT, tolerance=1e-11)
+            0.4, 0.1, 0.1, mesh=MeshSettings(Np=8), control=control, newton=replace(TRANSIENT, tolerance=1e-11)
         )
         step = march(problem, [0.2])[-1]
         return np.array([dU(step), *step.observation.D]), step.observation.m

@@ -1,0 +1,80 @@
+"""The shipped cases at full length show what `configs/README.md` says of them."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.commands import Pairsim
+from support.inputs import CONFIGS, ROOT
+
+from pairsim.results.output import read_series
+from pairsim.runtime.arrays import Array
+
+pytestmark = [pytest.mark.long, pytest.mark.timeout(3600)]
+
+SHOWN: dict[str, Callable[[dict[str, Array]], bool]] = {
+    "quickstart": lambda series: series["dU"].min() < 0 < series["dU"][-1],
+    "pipe": lambda series: np.abs(series["dp_plus"]).max() < 1e-9,
+    "single_soft": lambda series: abs(series["D_1"][-1] / series["D_1"][-2] - 1) < 1e-3,
+    "rigid_pair": lambda series: np.abs(series["dU"]).max() < 1e-9,
+    "unequal": lambda series: series["dU"].min() > 0,
+    "triplet": lambda series: series["dU_1"][-1] != pytest.approx(series["dU_2"][-1], rel=0.01),
+    "separation": lambda series: (
+        series["d"][-2] < 0.6 <= series["d"][-1] and series["t"][-1] == pytest.approx(194, rel=0.01)
+    ),
+    "viscoelastic": lambda series: series["dU"].max() > 0 > series["dU"][-1],
+}
+
+
+@pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)
+def test_shipped_run(path: Path, tmp_path: Path, pairsim: Pairsim) -> None:
+    done = pairsim("run", str(path), "-o", "out", "-q")
+    assert done.returncode == 0, done.stderr
+    assert SHOWN[path.stem](read_series(tmp_path / "out" / "series.csv"))
+
+
+def test_shipped_curve_has_the_zero_of_the_critical_distances(tmp_path: Path, pairsim: Pairsim) -> None:
+    done = pairsim("curve", str(ROOT / "configs" / "curve.yaml"), "-o", "out", "-q")
+    assert done.returncode == 0, done.stderr
+    one = ["--set", "along={Ca_e: [0.1]}", "--set", "lines={De: [0.5]}", "--set", "mesh_error=false"]
+    done = pairsim("critical", str(ROOT / "configs" / "critical.yaml"), "-o", "critical", "-q", *one)
+    assert done.returncode == 0, done.stderr
+    (critical,), zeros = (rows(tmp_path / name) for name in ("critical/critical.csv", "out/equilibria.csv"))
+    d_cr = float(critical["d_cr"])
+    curve = min(zeros, key=lambda zero: abs(float(zero["d"]) - d_cr))
+    assert float(curve["d"]) == pytest.approx(d_cr, rel=1e-3)
+    assert (curve["stable"], critical["stable"]) == ("false", "false")
+
+
+def test_shipped_critical_distances_are_those_of_the_docs(tmp_path: Path, pairsim: Pairsim) -> None:
+    """Fig. 11 of the paper, as in docs/quasi-steady.md."""
+    done = pairsim("critical", str(ROOT / "configs" / "critical.yaml"), "-o", "out", "-q")
+    assert done.returncode == 0, done.stderr
+    found = {
+        (row["De"], row["Ca_e"]): float(row["d_cr"])
+        for row in rows(tmp_path / "out" / "critical.csv")
+        if row["kind"] == "wanted"
+    }
+    told = {("0.125", "0.005"): 0.284, ("0.125", "0.04"): 0.138, ("0.25", "0.005"): 0.274, ("0.25", "0.15"): 0.077}
+    told |= {("0.5", "0.005"): 0.249, ("0.5", "0.15"): 0.229}
+    assert {place: found[place] for place in told} == pytest.approx(told, rel=0.01)
+    assert all(0.178 < d_cr < 0.192 for (De, _), d_cr in found.items() if float(De) == 1)
+
+
+@pytest.mark.parametrize(("command", "count"), [("sweep", 24), ("study", 9)])
+def test_shipped_cases_of_many_all_finish(command: str, count: int, tmp_path: Path, pairsim: Pairsim) -> None:
+    done = pairsim(command, str(ROOT / "configs" / f"{command}.yaml"), "-o", "out", "-q")
+    assert done.returncode == 0, done.stderr
+    records = [json.loads(path.read_text()) for path in (tmp_path / "out").rglob("run.json")]
+    assert len(records) == count
+    assert {record["status"] for record in records} == {"finished"}
+
+
+def rows(table: Path) -> list[dict[str, str]]:
+    with table.open() as file:
+        return list(csv.DictReader(file))
