@@ -58,8 +58,8 @@ def exact(flow: Flow) -> dict[str, Field]:
     u = sympy.Matrix([2 * A + r * A.diff(r), -r * A.diff(z)])
     hoop_rate = -A.diff(z)
     common = sympy.Rational(4, 5) + sympy.sin(2 * z + t) / 4  # c_rr and c_tt agree on the axis
-    zz = 2 + sympy.cos(2 * z + 3 * t) / 2 + 4 * r**2 * (1 + sympy.sin(t) / 2)
-    zr = r * (1 + sympy.cos(z + 2 * t))
+    zz = 1 + sympy.cos(2 * z + 3 * t) / 2 + 8 * r**2 * (1 + sympy.sin(t) / 2)  # c is isotropic at places of the axis
+    zr = r * (1 + sympy.cos(z + 2 * t)) / 2
     c = sympy.Matrix([[zz, zr], [zr, common + r**2 * sympy.cos(z + t)]])
     c_tt = common + r**2 * sympy.sin(z - 2 * t)
 
@@ -105,11 +105,10 @@ def of_logarithm(c: Array, change: Array) -> Array:
     block = [[0, 1], [1, 2]]
     values, vectors = np.linalg.eigh(c[:, block])
     rotated = np.swapaxes(vectors, 1, 2) @ change[:, block] @ vectors
-    logarithms = np.log(values)
-    distance = values[:, 1] - values[:, 0]
-    slope = np.empty_like(rotated)
-    slope[:, 0, 0], slope[:, 1, 1] = 1 / values.T
-    slope[:, 0, 1] = slope[:, 1, 0] = (logarithms[:, 1] - logarithms[:, 0]) / distance
+    # Divided differences of the logarithm: its derivative where two eigenvalues are one.
+    slope, distance = 2 / (values[:, :, None] + values[:, None, :]), values[:, 1] - values[:, 0]
+    apart = distance > 1e-8
+    slope[apart, 0, 1] = slope[apart, 1, 0] = np.diff(np.log(values[apart]))[:, 0] / distance[apart]
     back = vectors @ (slope * rotated) @ np.swapaxes(vectors, 1, 2)
     return np.column_stack([back[:, 0, 0], back[:, 0, 1], back[:, 1, 1], change[:, 3] / c[:, 3]])
 
@@ -318,9 +317,9 @@ def check(coarse: dict[str, float], fine: dict[str, float], expected: dict[str, 
     ("flow", "n", "bounds"),
     [
         ("general", 4, [1.8e-4, 3.8e-3, 6e-4]),
-        ("parabolic", 4, [3.8e-7, 5e-6, 3e-5]),
+        ("parabolic", 4, [7e-7, 1e-5, 7.5e-5]),
         pytest.param("general", 8, [2.3e-5, 9e-4, 1.1e-4], marks=pytest.mark.slow),
-        pytest.param("parabolic", 8, [2.6e-8, 7e-7, 4.5e-6], marks=pytest.mark.slow),
+        pytest.param("parabolic", 8, [5e-8, 1.3e-6, 1.3e-5], marks=pytest.mark.slow),
         pytest.param("general", 16, [2.9e-6, 2.3e-4, 2e-5], marks=pytest.mark.long),
     ],
 )
@@ -343,4 +342,4 @@ def test_order_in_time() -> None:
         times = 0.5 * np.concatenate([[0.0], np.cumsum(steps)]) / steps.sum()
         return errors("general", 4, list(times), discrete=True)
 
-    check(in_steps(24), in_steps(48), {"u": 3.0, "p": 3.0, "s": 3.0}, [4.5e-8, 1.1e-6, 1.5e-6])
+    check(in_steps(24), in_steps(48), {"u": 3.0, "p": 3.0, "s": 3.0}, [4.5e-8, 1.5e-6, 1.8e-6])
