@@ -45,25 +45,6 @@ def test_jacobian_matches_differences(name: str) -> None:
     transient.close()
 
 
-def test_newton_converges_quadratically() -> None:
-    """With a matrix in every iteration the steps square; with the one kept a step needs few iterations all the same."""
-    transient = Transient(MPI.COMM_WORLD, soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=10)))
-    newton = transient.newton
-    y, report = newton.solve(transient._first_guess(1.8), transient.history.h[0], 1e-3, 1.8)
-    assert report.converged
-    assert report.iterations <= 6
-    y = y * (1 + 0.05 * np.random.default_rng(0).standard_normal(y.size))
-    sizes = []
-    for _ in range(4):
-        assert newton.factor_at(y)
-        step = newton.linear_solve(newton.residual_at(y))
-        y = y - step
-        sizes.append(np.linalg.norm(step))
-    order = np.log(sizes[2] / sizes[1]) / np.log(sizes[1] / sizes[0])
-    assert order > 1.8, sizes
-    transient.close()
-
-
 def test_small_steps_share_a_matrix() -> None:
     """Two or three iterations each; one that has once contracted badly is made anew once, not at every step."""
     control = StepControl(1e-3, 1e-8, 2.0, fixed=7.5e-4)

@@ -1,0 +1,87 @@
+"""With the exact matrix in every iteration Newton's method converges quadratically, in time and quasi-steady."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+from support.scenes import soft_pair
+
+from pairsim.fem.geometry import MeshSettings
+from pairsim.physics.materials.polymer import Law
+from pairsim.runtime.arrays import Array
+from pairsim.solvers.newton import Newton, Report
+from pairsim.solvers.newton_options import MatrixPolicy, NewtonOptions
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.problems import SteadyProblem
+from pairsim.solvers.steady import Steady
+from pairsim.solvers.transient import Transient
+
+EXACT = NewtonOptions(tolerance=1e-13, matrix=MatrixPolicy(slow=0.0, other_step=-1.0, far=0.0))
+"""Never takes over a matrix, and goes on to rounding."""
+GIESEKUS = Law("giesekus", 0.09, 0.2)
+
+
+def residuals(newton: Newton, solve: Callable[[], Report]) -> list[float]:
+    """Norms of the residual before and after each iteration of a solve."""
+    norms: list[float] = []
+    newton._snes.setMonitor(lambda snes, iteration, norm: norms.append(norm))
+    report = solve()
+    newton._snes.cancelMonitor()
+    assert report.converged, report
+    assert report.factorisations == report.iterations == len(norms) - 1
+    return norms
+
+
+def observed_orders(newton: Newton, solution: Array, away: Array, solve: Callable[[Array], Report]) -> list[float]:
+    """Orders by which the residual falls in each iteration that rounding does not show in.
+
+    One sequence of norms tells the order badly, as the part of the error that the next iteration leaves differs from
+    one to the next. So the solve begins twice, the second time at half the distance from the solution: where the norms
+    of an iteration have the ratio q, those of the next one have q^2.
+    """
+    far, near = (residuals(newton, lambda guess=solution + part * away: solve(guess)) for part in (0.5, 0.25))
+    known = [(a, b) for a, b in zip(far, near, strict=False) if min(a, b) > 100 * min(*far, *near)]
+    ratios = [np.log(a / b) for a, b in known]
+    return [float(b / a) for a, b in pairwise(ratios)]
+
+
+@pytest.mark.parametrize("law", [None, pytest.param(GIESEKUS, marks=pytest.mark.slow)], ids=["newtonian", "giesekus"])
+def test_newton_converges_quadratically_in_time(law: Law | None) -> None:
+    """From the velocities and stresses before a step."""
+    polymer = law and law.at(1.0)
+    pair = soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=8), length=4.0, periodic=False, polymer=polymer, t_end=1.0)
+    transient = Transient(MPI.COMM_WORLD, replace(pair, newton=EXACT))
+    try:
+        *_, last = transient.steps(iter([0.01]))
+        before, U_m = transient.history.y[0], float(last.observation.U.mean())
+        solution, _ = transient._solved(before.copy(), 0.04, U_m)
+        orders = observed_orders(
+            transient.newton, solution, before - solution, lambda guess: transient._solved(guess, 0.04, U_m)[1]
+        )
+    finally:
+        transient.close()
+    assert len(orders) >= 2, orders
+    assert min(orders) > 1.8, orders
+
+
+@pytest.mark.parametrize("law", [None, GIESEKUS], ids=["newtonian", "giesekus"])
+def test_newton_converges_quadratically_on_a_curve(law: Law | None) -> None:
+    """From a place with stiffer particles and, in a viscoelastic liquid, of a smaller De."""
+    problem = SteadyProblem((0.4, 0.4), 4.0, False, MeshSettings(Np=8), law, newton=EXACT)
+    start, end = (Parameters((0.1,), (Ca_e,) * 2, De if law else 0.0) for Ca_e, De in ((0.05, 0.3), (0.08, 0.6)))
+    steady = Steady(MPI.COMM_WORLD, problem, start)
+    try:
+        assert steady.solve(start).converged
+        before = steady.y
+        assert steady.solve(end).converged
+        solution = steady.y
+        orders = observed_orders(steady.newton, solution, before - solution, lambda guess: steady.solve(end, guess))
+    finally:
+        steady.close()
+    assert len(orders) >= 2, orders
+    assert min(orders) > 1.8, orders
