@@ -19,7 +19,18 @@ from pairsim.config.ranges import RANGE, spelled_out
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.commands import COMMANDS, Checked, SweepCommand, read_told
 
-KEYS = ("name", "command", "base", "grid", "zip", "cases", "exclude")
+KEYS = {
+    "name": "name of the sweep's folder (default: that of the file)",
+    "command": "what is computed for every case: run (default), curve or critical",
+    "base": "keys that all cases share, or the path of a case file; may be incomplete",
+    "grid": "keys with the values of each, a list or {start, stop, num, spacing: linear or log}; every combination "
+    "is a case",
+    "zip": "keys with lists of one length, whose entries go together; a list of such groups multiplies",
+    "cases": "further cases, each a mapping of keys or the path of a case file; they are not filtered by exclude",
+    "exclude": "a list of mappings from keys to a value or {min, max}; combinations that match one of them are left "
+    "out, and each of them must match one",
+}
+"""The keys of a grid file and what they mean."""
 MOST_CASES = 100_000
 LONGEST_SLUG = 100
 

@@ -14,7 +14,19 @@ from pairsim.results.columns import series_columns
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import Grid, SweepCase, flat, grid_from, read_base, value_at
 
-KEYS = ("name", "command", "base", "discretisations", "quantity", "over", "at", "exact", "reference", "repeat")
+KEYS = {
+    "name": "name of the study's folder (default: that of the file)",
+    "command": "run (default) or curve, unless a discretisation says otherwise",
+    "base": "keys that all discretisations share, or the path of a case file",
+    "discretisations": "a list of two or more mappings of keys; each may have its own command and repeat",
+    "quantity": "what is compared: a column of series.csv or curve.csv, or d_cr of a curve (default: dU)",
+    "over": "t or d: whether `at` holds times or distances (default: t, with a curve d)",
+    "at": "times or distances at which results are compared (default: the end of the run)",
+    "exact": "exact values, one for each entry of `at`; in place of reference",
+    "reference": "finest (default: most unknowns), or the index of a discretisation from 0",
+    "repeat": "how often each discretisation is computed, 1 to 100; times are medians (default: 1)",
+}
+"""The keys of a study file and what they mean."""
 OWN = ("command", "repeat")  # keys of a discretisation that are none of its case
 TABLE = "study.csv"  # what a study leaves behind and its picture is drawn from
 MODELS: dict[str, type[SceneCase]] = {"run": Case, "curve": CurveCase}
