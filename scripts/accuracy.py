@@ -1,10 +1,11 @@
-"""Speed against error: the tables and the picture of docs/accuracy.md.
+"""Speed against error: the tables and the picture of docs/notebook/accuracy.md.
 
 usage: scripts/accuracy [-o runs/accuracy] [--only WORD] [--hard DIR] [--peers CSV] [--table]
 
 Runs every study of configs/accuracy, one process at a time since times are wanted (some two hours), a stretch of the
-published way by plain Newton, and factorisations of growing size. The same command goes on after any kind of end; with
---table it computes nothing. What scripts/hard and scripts/peers have left is put in where --hard and --peers tell.
+paper's discretisation (fixed steps of 7.5e-4 on 1e4 triangles) by Newton's method with a new matrix in every iteration,
+and factorisations of growing size. The same command goes on after any kind of end; with --table it computes nothing.
+--hard and --peers name the results of scripts/hard and scripts/peers, which are put in.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ def compute(output: Path, only: str) -> None:
 
 
 def plain(study: Path) -> list[float]:
-    """Seconds an iteration of plain Newton, with a matrix in each, in PLAIN_COUNTED steps of the published way."""
+    """Seconds per iteration with a new matrix in each, in PLAIN_COUNTED steps of the paper's discretisation."""
     from mpi4py import MPI
 
     import pairsim.runtime.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled

@@ -1,4 +1,4 @@
-"""The tables and the picture of docs/accuracy.md, made of what `scripts/accuracy` has computed."""
+"""The tables and the picture of docs/notebook/accuracy.md, made of what `scripts/accuracy` has computed."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ from pairsim.results.output import write_text
 
 ROOT = Path(__file__).resolve().parent.parent
 STUDIES = ROOT / "configs" / "accuracy"
-PAGE, PICTURE = ROOT / "docs" / "accuracy.md", ROOT / "docs" / "accuracy.png"
+NOTEBOOK = ROOT / "docs" / "notebook"
+PAGE, PICTURE = NOTEBOOK / "accuracy.md", NOTEBOOK / "accuracy.png"
 SCENES = {
     "newtonian": "Newtonian, soft",
     "De1": "De 1, soft",
@@ -146,7 +147,7 @@ def settings(output: Path) -> str:
 
 
 def scenes(output: Path) -> str:
-    """Error against time: the picture, and how many times cheaper than the published way."""
+    """Error against time: the picture, and how many times cheaper than the discretisation of the paper."""
     known = [
         scene
         for scene in SCENES
@@ -176,8 +177,9 @@ def scenes(output: Path) -> str:
         for rows, marker, label in ((own, "o", "transient"), (steady, "s", "quasi-steady point")):
             t, e = [number(row, "wall_time") for row in rows], [100 * number(row, "part") for row in rows]
             axis.loglog(t, e, marker, label=label)
-        for marker, x, label in zip(("*", "P"), whole, ("one matrix a step", "factors kept"), strict=True):
-            axis.loglog([x], [100 * error], marker, markersize=10, label=f"the published way, {label}")
+        labels = ("one factorisation per step", "factorisation reused")
+        for marker, x, label in zip(("*", "P"), whole, labels, strict=True):
+            axis.loglog([x], [100 * error], marker, markersize=10, label=f"discretisation of the paper, {label}")
         axis.set(title=title, xlabel="wall time [s]", ylabel="error of $\\Delta U$ [% of its largest]")
         lines.append(
             [
@@ -199,8 +201,8 @@ def scenes(output: Path) -> str:
         "unknowns",
         "steps",
         "iterations, factorisations",
-        "s with factors kept",
-        "one matrix a step: s each (spread), s",
+        "s, factorisation reused",
+        "one factorisation per step: s each (spread), s in all",
         "error, %",
         "our transient",
         "our quasi-steady point",

@@ -1,11 +1,11 @@
-"""The figures of docs/newtonian.md, viscoelastic.md and quasi-steady.md, and what made runs faster.
+"""The figures of docs/notebook: newtonian.md, viscoelastic.md and quasi-steady.md, and what made runs faster.
 
 Without arguments it makes fig6.
 
 usage: scripts/benchmark [fig6] [fig3] [ends] [curve] [drift] [savings]
 
-fig6   beta .4, d_0 .1, Ca_e 0 to .15 as in Fig. 6 of the paper; draws docs/fig6.png
-fig3   beta .4, d_0 .1, Ca_e .1, De 1 on four meshes and with four tolerances as in Fig. 3; draws docs/fig3.png
+fig6   beta .4, d_0 .1, Ca_e 0 to .15 as in Fig. 6 of the paper; draws docs/notebook/fig6.png
+fig3   beta .4, d_0 .1, Ca_e .1, De 1 on four meshes and with four tolerances as in Fig. 3; draws docs/notebook/fig3.png
 ends   that pair with the default cells, developed ends beside periodic ones
 curve  20 quasi-steady points, Newtonian and De 1, in units of one factorisation with its assembly; a first point
 drift  quasi-steady dU and its drift against transients in nineteen cases
@@ -39,7 +39,7 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.transient import Step, Transient
 
-DOCS = Path(__file__).resolve().parent.parent / "docs"
+NOTEBOOK = Path(__file__).resolve().parent.parent / "docs" / "notebook"
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}
 
 
@@ -95,7 +95,7 @@ def fig6() -> None:
         axis.axhline(0, color="0.7", linewidth=0.8, zorder=0)
         axis.legend(title=r"$\mathrm{Ca}_e$", frameon=False)
     figure.tight_layout()
-    figure.savefig(DOCS / "fig6.png", dpi=130)
+    figure.savefig(NOTEBOOK / "fig6.png", dpi=130)
 
 
 def extremum(t: np.ndarray, values: np.ndarray) -> float:
@@ -156,7 +156,7 @@ def fig3() -> None:
         axis.axhline(0, color="0.7", linewidth=0.8, zorder=0)
         axis.legend(frameon=False)
     figure.tight_layout()
-    figure.savefig(DOCS / "fig3.png", dpi=110)
+    figure.savefig(NOTEBOOK / "fig3.png", dpi=110)
 
 
 def ends() -> None:

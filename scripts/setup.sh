@@ -20,20 +20,29 @@ find_python() {
     return 1
 }
 
+includes() { # whether the list $1 has all entries of the list $2
+    local entry
+    for entry in ${2//,/ }; do
+        case ",$1," in *",$entry,"*) ;; *) return 1 ;; esac
+    done
+}
+
 setup_venv() {
-    local extras=$1 python options=() wanted
+    local extras=$1 python options=() wanted state installed
     exec 9>"$root/.venv.lock"
     if ! flock -n 9; then
         say "another set-up is running; waiting for it"
         flock 9
     fi
-    wanted="$extras $(sha256sum "$root/pyproject.toml" | cut -d' ' -f1) $root"
-    # An install with more extras serves one that asks for fewer.
+    state="$(sha256sum "$root/pyproject.toml" | cut -d' ' -f1) $root"
+    # The commands of this folder ask for different extras; what one of them has installed, another keeps.
     if [ -f "$venv/.pairsim-ready" ]; then
-        case "$(cat "$venv/.pairsim-ready")" in
-            "$wanted" | "${extras},dev ${wanted#* }") exec 9>&-; return 0 ;;
-        esac
+        wanted=$(cat "$venv/.pairsim-ready")
+        installed=${wanted%% *}
+        if [ "${wanted#* }" = "$state" ] && includes "$installed" "$extras"; then exec 9>&-; return 0; fi
+        extras=$(printf '%s\n' ${installed//,/ } ${extras//,/ } | sort -u | paste -sd,)
     fi
+    wanted="$extras $state"
     if ! command -v cc >/dev/null && ! command -v gcc >/dev/null; then
         say "no C compiler (cc or gcc) was found; forms are compiled when first used. On Debian: apt install gcc"
         exit 1

@@ -1,6 +1,6 @@
 """What `accuracy:` stands for: cells and tolerances for an error of dU, as a part of the curve's peak.
 
-docs/accuracy.md has what was measured with them.
+docs/notebook/accuracy.md has what was measured with them.
 """
 
 from __future__ import annotations

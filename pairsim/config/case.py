@@ -319,7 +319,7 @@ class Case(SceneCase):
 
 # Tube on each side of the particles with developed ends. The slowest disturbance of a Newtonian pipe flow decays as
 # exp(-8.93 z/D_c): 2 leaves 2e-8 of it. A viscoelastic one decays more slowly, for small particles most of all, as
-# measured in docs/viscoelastic.md; De hardly matters.
+# measured in docs/notebook/viscoelastic.md; De hardly matters.
 NEWTONIAN_MARGIN = 2.0
 ELASTIC_MARGINS = 3.0, 6.0
 FREE_ENDS = 0.5

@@ -11,7 +11,7 @@ import numpy as np
 from pairsim.config.curve_case import CurveCase
 from pairsim.drivers.quasi_steady import health_columns, point_row
 from pairsim.drivers.session import Session
-from pairsim.results.columns import curve_columns
+from pairsim.results.columns import EQUILIBRIA_COLUMNS, EQUILIBRIA_ERRORS, curve_columns
 from pairsim.results.fields import SteadyMoment, frame
 from pairsim.results.xdmf import FieldFrame, FieldsWriter
 from pairsim.solvers.branch import Point
@@ -90,7 +90,7 @@ class CurveOutput:
             if z.d_error is not None and z.certain is not None:
                 row |= {"d_error": z.d_error, "certain": words[z.certain]}
             rows.append(row)
-        columns = ["d", "stable", "slope", "peak", *(["d_error", "certain"] if self.case.mesh_error else [])]
+        columns = [*EQUILIBRIA_COLUMNS, *(EQUILIBRIA_ERRORS if self.case.mesh_error else ())]
         self.session.write_table("equilibria.csv", columns, rows)
 
     def finish(self) -> None:

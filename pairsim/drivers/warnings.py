@@ -44,8 +44,8 @@ def unresolved_stress(case: SceneCase, s_jump: float) -> list[str]:
         return []
     return [
         f"s = log c changes by {s_jump:.2g} within one cell: the polymer's stress is not resolved there. Above "
-        f"{allowed:g}, dU may be more than {case.accuracy} of its largest value off (docs/accuracy.md); compare with a "
-        "finer mesh (mesh.Np near the particles, mesh.max_size elsewhere)"
+        f"{allowed:g}, dU may be more than {case.accuracy} of its largest value off (docs/how-to/accuracy.md); compare "
+        "with a finer mesh (mesh.Np near the particles, mesh.max_size elsewhere)"
     ]
 
 
@@ -62,7 +62,7 @@ def narrow_gap(gap: float, arc: float) -> list[str]:
 def near_ends(case: SceneCase, span: float) -> list[str]:
     """Of a row of particles, so long at its longest, that is near the ends of the tube.
 
-    Figures: "Length of the tube" and "Periodic ends" in docs/viscoelastic.md.
+    Figures: "Length of the tube" and "Periodic ends" in docs/notebook/viscoelastic.md.
     """
     part = NEAR_ENDS[case.ends if case.polymer else "developed"]
     left, least = (case.tube_length - span) / 2, part * case.margin

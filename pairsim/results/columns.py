@@ -69,6 +69,8 @@ COLUMNS: tuple[Column, ...] = (
     Column("d_error", r"\epsilon_d", "error of d_cr by the mesh: mesh_error over slope", LENGTH),
     Column("mesh_error", r"\epsilon", "|dU - dU on a mesh with cells 2^0.5 times larger|", VELOCITY),
     Column("mesh_error_i", r"\epsilon_i", "|dU_i - dU_i on a mesh with cells 2^0.5 times larger|", VELOCITY),
+    Column("peak", "", "largest |dU| between this zero and the next, as a part of that of the curve", ""),
+    Column("certain", "", "whether |dU| exceeds mesh_error on both sides of the zero", ""),
     Column("wanted", "", "1 at a point that was asked for, 0 at one that was added", "", whole=True),
     Column(
         "m", r"m", "uniform source in the liquid's continuity that the time scheme needs; a measure of its error", RATE
@@ -92,6 +94,53 @@ POLYMER_HEALTH = ("c_max", "c_max_z", "c_max_r", "c_min", "s_jump")
 """The columns that follow in a viscoelastic liquid."""
 CURVE_HEALTH = ("meshes", "m", "volume_error", "distortion")
 """The columns that every curve.csv ends with, before those of a viscoelastic liquid."""
+
+
+EQUILIBRIA_COLUMNS = ("d", "stable", "slope", "peak")
+"""The columns of equilibria.csv."""
+EQUILIBRIA_ERRORS = ("d_error", "certain")
+"""The columns that follow where curves were solved on a coarser mesh too."""
+SWEEP_COLUMNS = (
+    Column("folder", "", "folder of the case in that of the sweep", ""),
+    Column("status", "", "pending, finished, failed or timeout", ""),
+    Column("reason", "", "why the case ended", ""),
+    Column("points", "", "points of the curve or of the lines of critical distances", ""),
+    Column("zeros", "", "zeros of dU from the smallest d on, or the critical distances asked for (a list in JSON)", ""),
+    Column("stable", "", "whether each of them is stable (a list in JSON)", ""),
+    Column("d_peak", "", "distance of the largest |dU| of the curve", LENGTH),
+    Column("dU_peak", "", "dU there", VELOCITY),
+    Column("mesh_error", "", "mesh_error there", VELOCITY),
+    Column("steps", "", "accepted time steps", ""),
+    Column("unknowns", "", "unknowns of the largest linear system", ""),
+    Column("wall_time", "", "seconds, without the start of Python", "s"),
+)
+"""What columns of results.csv mean that are those of no other table; the rest is in `COLUMNS`."""
+STUDY_COLUMNS = (
+    Column("status", "", "pending, finished, failed or timeout: of all repetitions, the worst", ""),
+    Column("reason", "", "why the case ended", ""),
+    Column("unknowns", "", "unknowns of the largest linear system", ""),
+    Column("steps", "", "accepted time steps of a run", ""),
+    Column("points", "", "points of a curve", ""),
+    Column("newton_iterations", "", "Newton iterations in all", ""),
+    Column("factorisations", "", "factorisations of Newton's matrix in all", ""),
+    Column("remeshings", "", "remeshings of a run", ""),
+    Column("meshes", "", "meshes that were made for a curve", ""),
+    Column("wall_time", "", "median of all repetitions, without the start of Python", "s"),
+    Column("wall_time_spread", "", "largest less smallest of them", "s"),
+    Column("wall_*", "", "median time of a phase, such as wall_assembly", "s"),
+    Column("peak_memory", "", "largest memory of the first process, Python and its libraries included", "bytes"),
+    Column("*@*", "", "the compared column at each entry of `at`, such as dU@0.5", ""),
+    Column("d_cr", "", "zero of dU of a curve, the one with the largest peak", LENGTH),
+    Column("error", "", "largest difference from the reference or the exact values over `at`", ""),
+    Column("relative_error", "", "error over the largest of these values", ""),
+    Column("reference", "", "whether this row is the reference", ""),
+    Column("order_space", "", "slope of log error over log 1/sqrt(unknowns), from the next coarser mesh", ""),
+    Column("order_time", "", "slope of log error over log 1/steps, from the next longer steps", ""),
+    Column("richardson_*", "", "limit that three neighbours in space or time extrapolate to, at the last of `at`", ""),
+    Column("richardson_order_*", "", "order that these three neighbours show", ""),
+    Column("pareto", "", "whether no other row takes less time without a larger error", ""),
+)
+"""What columns of study.csv mean that are those of no other table; `*` stands for a part that varies."""
 
 
 def gap_endings(n: int) -> list[str]:

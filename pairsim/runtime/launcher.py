@@ -31,7 +31,8 @@ def check_launcher(comm: MPI.Comm, advice: str = "") -> None:
     """
     if _size() > comm.size == 1:
         problem = f"the launcher started {_size()} processes that do not see each other: its MPI is not that of mpi4py"
-        raise InputError("mpirun", "", None, f"{problem}. Use the mpirun beside this Python{advice}; docs/sweep.md")
+        cure = f"Use the mpirun beside this Python{advice}; docs/how-to/cluster.md"
+        raise InputError("mpirun", "", None, f"{problem}. {cure}")
 
 
 def launcher_communicator() -> MPI.Comm | None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from pairsim.runtime.arrays import Array
 
-# Measured against fine steps (docs/accuracy.md, "Steps").
+# Measured against fine steps (docs/notebook/accuracy.md, "Steps").
 SAFETY = 1.1
 FEW, FEW_FACTOR = 3, 3.0  # of the first steps less is known: no row before them tells how fast stresses set in
 SET_IN = 5e-3  # time in which stresses set in whatever the steps; dU there is not what a run is read for

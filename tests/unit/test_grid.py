@@ -233,7 +233,7 @@ def test_shipped_grid_has_24_cases() -> None:
 
 
 def test_examples_of_the_docs_are_grids(tmp_path: Path) -> None:
-    (text,) = examples("sweep.md")
+    (text,) = examples("how-to/sweep.md")
     (tmp_path / "other.yaml").write_text("{beta: 0.3, De: 0, Ca_e: 0, d0: 0.5}")
     (tmp_path / "grid.yaml").write_text(text)
     assert len(read_grid(tmp_path / "grid.yaml").cases) == 2 * 6 * 2 - 2 + 2

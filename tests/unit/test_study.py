@@ -234,6 +234,6 @@ def test_shipped_studies_are_valid(path: Path) -> None:
     assert len(read_study(path, told).cases) == len(told["discretisations"])
 
 
-@pytest.mark.parametrize("text", examples("study.md"))
+@pytest.mark.parametrize("text", examples("how-to/study.md"))
 def test_examples_of_the_docs_are_studies(text: str, tmp_path: Path) -> None:
     assert len(checked(tmp_path, text).cases) == 4

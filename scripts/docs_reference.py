@@ -1,0 +1,166 @@
+"""The pages of docs/reference that are made from the code whenever the site is built (a script of mkdocs-gen-files)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import mkdocs_gen_files
+import typer
+from typer.cli import get_docs_for_click
+
+import pairsim
+from pairsim.cli.app import app
+from pairsim.config.case_file import FILES, schema_rows
+from pairsim.results import columns as tables
+from pairsim.results.columns import Column, column
+from pairsim.runtime.errors import RunFailure
+from pairsim.sweeps.commands import COMMANDS
+
+ROOT = Path(__file__).resolve().parent.parent
+CASE: dict[str, Any] = {"beta": 0.4, "De": 1, "Ca_e": 0.1}
+PLACES: dict[str, dict[str, Any]] = {"run": {"d0": 0.1}, "curve": {"d": [0.1]}, "critical": {}}
+"""What the smallest case of each command has beside them."""
+
+
+def escaped(text: str) -> str:
+    """Text that Markdown and HTML leave as it is."""
+    for special in ("\\", "<", ">", "|", "*", "_", "[", "`"):
+        text = text.replace(special, "\\" + special)
+    return text
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table in Markdown."""
+    return "\n".join("| " + " | ".join(row) + " |" for row in [head, ["---"] * len(head), *rows]) + "\n"
+
+
+def code(text: str) -> str:
+    """Text as code in a cell of a table, nothing for nothing."""
+    return f"`{text}`" if text else ""
+
+
+def case_files() -> str:
+    """Keys of the files of all commands."""
+    parts = [
+        "# Case files\n",
+        "Keys of the YAML files that each command reads. Dotted keys are nested: `mesh.Np` is the key `Np` in the "
+        "group `mesh`. Units are in brackets; quantities without one are dimensionless "
+        "([definitions](../explanation/physics.md#dimensionless-numbers)).\n",
+    ]
+    for command in FILES:
+        rows = [
+            (code(key), escaped(allowed), code(default), escaped(meaning))
+            for key, allowed, default, meaning in schema_rows(command)
+        ]
+        parts += [f"## pairsim {command}\n", table(("key", "allowed", "default", "meaning"), rows)]
+    return "\n".join(parts)
+
+
+def described(entries: Iterable[Column]) -> str:
+    """Table of columns."""
+    rows = []
+    for entry in entries:
+        unit = entry.unit if entry.unit in ("", "s", "bytes") else f"${entry.unit}$"
+        rows.append((code(entry.name), f"${entry.symbol}$" if entry.symbol else "", escaped(entry.meaning), unit))
+    return table(("column", "symbol", "meaning", "unit"), rows)
+
+
+def column_pages() -> str:
+    """Columns of all tables, in their order."""
+    liquid = "\nIn a viscoelastic liquid these follow:\n"
+    polymer = described(map(column, tables.POLYMER_HEALTH))
+    many = [tables.COLUMNS[i] for i in range(len(tables.COLUMNS)) if tables.COLUMNS[i].name.endswith("_i")]
+    curve = tables.curve_columns(2, True, True, ("Ca_e", "De", "beta"))
+    critical = [*tables.CRITICAL_COLUMNS, "mesh_error", "d_error"]
+    parts = [
+        "# Columns of the tables\n",
+        "All tables are CSV with one line of column names. Units: lengths in tube diameters $D_c$, velocities in the "
+        "mean velocity $U_{av}$, times in $D_c/U_{av}$, stresses in $\\eta_0 U_{av}/D_c$.\n",
+        "## series.csv\n",
+        "Of `pairsim run`: one row for each accepted time step, on disk as soon as it is computed. There is no row at "
+        "t = 0, where an undeformed elastic particle has no unique velocity field.\n",
+        described(map(column, [*tables.series_columns(2), *tables.HEALTH])) + liquid,
+        polymer,
+        "With one particle, or more than two, columns are numbered from upstream, such as `d_1`, `d_2`, `U_3`:\n",
+        described(many),
+        "## curve.csv\n",
+        "Of `pairsim curve`: one row for each distance. `mesh_error` is there unless `mesh_error: false`, the columns "
+        "`by_...` with `--sensitivities`.\n",
+        described(map(column, [*curve, *tables.CURVE_HEALTH])) + liquid,
+        polymer,
+        "## equilibria.csv\n",
+        "Of `pairsim curve`: one row for each zero of dU.\n",
+        described(map(column, [*tables.EQUILIBRIA_COLUMNS, *tables.EQUILIBRIA_ERRORS])),
+        "## critical.csv\n",
+        "Of `pairsim critical`: one row for each critical distance on each branch.\n",
+        described(map(column, [*critical, *tables.CURVE_HEALTH])) + liquid,
+        polymer,
+        "## results.csv\n",
+        "Of `pairsim sweep`: one row for each case that has ended, with `folder`, `status`, `reason`, the parameters "
+        "that the grid varies, and",
+        *(f"\n- of `{name}`: {listed(name)}" for name, command in COMMANDS.items()),
+        "\nColumns of a run are those of the last row of its series.csv. The others:\n",
+        described(tables.SWEEP_COLUMNS),
+        "## study.csv\n",
+        "Of `pairsim study`: one row for each discretisation, with the keys that vary, dU and D at the last entry of "
+        "`at`, and the columns below. Cells are empty where nothing is known.\n",
+        described(tables.STUDY_COLUMNS),
+    ]
+    return "\n".join(parts)
+
+
+def listed(name: str) -> str:
+    """The columns that a case of a command gives to results.csv, for a pair."""
+    command = COMMANDS[name]
+    checked = command.check(CASE | PLACES[name], "")
+    return ", ".join(code(entry) for entry in (*command.parameters, *checked.columns, *command.last))
+
+
+def cli() -> str:
+    """All commands with their arguments and options, and the reasons of failures."""
+    command = typer.main.get_command(app)
+    text = get_docs_for_click(obj=command, ctx=typer.Context(command), name="pairsim", title="Command line")
+    lines = [line if line.startswith(("```", "$")) else line.replace("<", "&lt;") for line in text.splitlines()]
+    reasons = [
+        (code(kind.reason), escaped((kind.__doc__ or "").strip().splitlines()[0]))
+        for kind in RunFailure.__subclasses__()
+    ]
+    end = [
+        "",
+        "## Reasons of failures",
+        "",
+        "A command that ends with exit code 3 writes one of these into run.json:",
+        "",
+    ]
+    return "\n".join([*lines, *end, table(("reason", "meaning"), reasons)])
+
+
+def api() -> str:
+    """The public names of the package."""
+    names = [f"pairsim.{name}" for name in getattr(pairsim, "__all__", ())]
+    names.append("pairsim.errors")
+    head = "# Python API\n\nWhat `import pairsim` offers. A first use is in [From Python](../tutorials/python.md).\n\n"
+    return head + "\n\n".join(f"::: {name}" for name in names) + "\n"
+
+
+def examples() -> str:
+    """The shipped case files."""
+    parts = ["# Examples\n", "The files of `configs/`, as they are shipped.\n"]
+    for path in sorted((ROOT / "configs").glob("*.yaml")):
+        parts += [f"## {path.name}\n", f"```yaml\n{path.read_text()}```\n"]
+    return "\n".join(parts)
+
+
+PAGES: dict[str, Callable[[], str]] = {
+    "case-files.md": case_files,
+    "columns.md": column_pages,
+    "cli.md": cli,
+    "api.md": api,
+    "examples.md": examples,
+}
+
+for page, make in PAGES.items():
+    with mkdocs_gen_files.open(f"reference/{page}", "w") as file:
+        file.write(make())

@@ -1,0 +1,130 @@
+"""The tutorials of the documentation, executed: files are written, commands and programs run in an empty folder.
+
+A block of `text` is what the commands before it print: each of its lines must follow, in this order, numbers to 2 %;
+`...` stands for anything.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import math
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+from support.inputs import ROOT
+
+TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
+BLOCK = re.compile(
+    r"(?:<!-- (?P<note>[^>]*) -->\n\n)?^```(?P<language>\w+)(?: title=\"(?P<title>[^\"]+)\")?\n(?P<text>.*?)^```$",
+    re.DOTALL | re.MULTILINE,
+)
+NOTES = {None: 0, "ends with exit code 2": 2}
+
+
+class Block(NamedTuple):
+    """A fenced block: its language, the file that it is, what the comment before it says, its text."""
+
+    language: str
+    title: str | None
+    note: str | None
+    text: str
+
+
+def blocks(page: Path) -> Iterator[Block]:
+    """All fenced blocks of a page."""
+    for match in BLOCK.finditer(page.read_text()):
+        yield Block(match["language"], match["title"], match["note"], match["text"])
+
+
+def shell(text: str, folder: Path, code: int) -> str:
+    """Output of the commands of a block, which ends at the first that fails."""
+    path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
+    environment = os.environ | {"PATH": path, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        ["bash", "-euo", "pipefail", "-c", text],
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=600,
+        check=False,
+    )
+    assert done.returncode == code, done.stdout
+    return done.stdout
+
+
+def python(text: str, names: dict[str, Any]) -> str:
+    """What a block prints; `names` are shared by the blocks of a page."""
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        exec(compile(text, "tutorial", "exec"), names)
+    return printed.getvalue()
+
+
+def alike(expected: str, found: str) -> bool:
+    """Whether a line is the expected one."""
+    wanted, given = (re.findall(r"[^\s,]+", line) for line in (expected, found))
+    for i, word in enumerate(wanted):
+        if word == "...":
+            return i == len(wanted) - 1 or alike(" ".join(wanted[i + 1 :]), " ".join(given[i + 1 :]))
+        if i >= len(given) or not (word == given[i] or close(word, given[i])):
+            return False
+    return len(wanted) == len(given)
+
+
+def close(expected: str, found: str) -> bool:
+    try:
+        return math.isclose(float(expected), float(found), rel_tol=0.02)
+    except ValueError:
+        return False
+
+
+def shows(expected: str, output: str) -> bool:
+    """Whether the expected lines follow one another in the output."""
+    lines = iter(output.splitlines())
+    return all(any(alike(line, found) for found in lines) for line in expected.splitlines())
+
+
+@pytest.mark.parametrize(
+    ("expected", "output", "right"),
+    [
+        ("t,d\n0.5,0.1038", "t,d\n0.5,0.10378", True),
+        ("t,d\n0.5,0.11", "t,d\n0.5,0.10378", False),
+        ("a\nb", "b\na", False),
+        ("4 cases, about ... s", "note\n4 cases, about 17 s", True),
+        ("note: ...", "error: 3", False),
+        ("finished", "finished end", False),
+    ],
+)
+def test_outputs_are_compared(expected: str, output: str, right: bool) -> None:
+    assert shows(expected, output) == right
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
+def test_tutorial(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {"__name__": "tutorial"}
+    output, executed = "", 0
+    for block in blocks(page):
+        if block.note == "is not executed":
+            continue
+        if block.title is not None:
+            (tmp_path / block.title).write_text(block.text)
+        elif block.language == "sh":
+            output, executed = shell(block.text, tmp_path, NOTES[block.note]), executed + 1
+        elif block.language == "python":
+            output, executed = python(block.text, names), executed + 1
+        elif block.language == "text":
+            assert shows(block.text, output), f"expected\n{block.text}\nfound\n{output}"
+        else:
+            assert block.language == "yaml", block
+    assert executed >= 2
