@@ -119,24 +119,24 @@ class Result:
             raise failure_of(self.reason, self.message or f"the computation is {self.status}")
         return self
 
-    def plot(self, folder: Path | str) -> list[Path]:
-        """Draw the result as PNG files, as `pairsim plot` does.
+    def plot(self, folder: Path | str, **options: Any) -> list[Path]:
+        """Draw the result, as `pairsim plot` does.
 
         Args:
             folder: Where to, made if needed.
+            options: `formats`, `width`, `field` and `animate` of `pairsim.plot`.
 
         Returns:
             The files.
 
         Raises:
-            InputError: The result is in memory only, or there is nothing to draw yet.
+            InputError: The result is in memory only, there is nothing to draw yet, or an option is wrong.
         """
+        from pairsim.api.pictures import plot
+
         if self.folder is None:
             raise InputError("plot", "folder", None, "the result is in memory only; compute it with folder=...")
-        return self._plot(self.folder, Path(folder))
-
-    def _plot(self, directory: Path, out: Path) -> list[Path]:
-        raise NotImplementedError
+        return plot(self.folder, out=folder, **options)
 
     @cached_property
     def _frame_times(self) -> Array:
@@ -207,11 +207,6 @@ class RunResult(Result):
         """
         return self._fields("t", t)
 
-    def _plot(self, directory: Path, out: Path) -> list[Path]:
-        from pairsim.results.run_plots import plot_run
-
-        return plot_run(directory, out)
-
 
 class CurveResult(Result):
     """A master curve: `table` is curve.csv, a row a point."""
@@ -280,11 +275,6 @@ class CurveResult(Result):
         )
         return super()._headline() + (f"; {zeros}" if zeros else "")
 
-    def _plot(self, directory: Path, out: Path) -> list[Path]:
-        from pairsim.results.curve_plots import plot_curve
-
-        return plot_curve(directory, out)
-
 
 class CriticalResult(Result):
     """Critical distances: `table` is critical.csv, a row a zero of dU."""
@@ -296,11 +286,6 @@ class CriticalResult(Result):
     def ends(self) -> list[dict[str, Any]]:
         """Where the branches end, and why."""
         return list(self.record.get("ends", ()))
-
-    def _plot(self, directory: Path, out: Path) -> list[Path]:
-        from pairsim.results.critical_plots import plot_critical
-
-        return plot_critical(directory, out)
 
 
 KINDS: dict[str, type[RunResult] | type[CurveResult] | type[CriticalResult]] = {

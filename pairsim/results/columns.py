@@ -148,6 +148,22 @@ def gap_endings(n: int) -> list[str]:
     return [""] if n == 2 else [f"_{i}" for i in range(1, n)]
 
 
+def relative_velocities(names: Iterable[str]) -> list[str]:
+    """Those among the names of columns that are a relative velocity: dU, or dU_1, dU_2, ..."""
+    return [name for name in names if re.fullmatch(r"dU(_\d+)?", name)]
+
+
+def error_column(names: Iterable[str], gap: str = "") -> str | None:
+    """The column that holds the error of dU, an estimate of its largest size; None if there is none.
+
+    Args:
+        names: Columns of a table.
+        gap: What the names of the columns of the gap end with.
+    """
+    there = set(names)
+    return next((name for name in (f"dU_error{gap}", f"mesh_error{gap}") if name in there), None)
+
+
 def curve_columns(n: int, common: bool, mesh_error: bool, sensitivities: Sequence[str]) -> list[str]:
     """The columns that curve.csv begins with.
 
