@@ -12,7 +12,8 @@ from typer.cli import get_docs_for_click
 
 import pairsim
 from pairsim.cli.app import app
-from pairsim.config.case_file import FILES, schema_rows
+from pairsim.config.case_file import FILES
+from pairsim.config.schema import schema_rows
 from pairsim.results import columns as tables
 from pairsim.results.columns import Column, column
 from pairsim.runtime.errors import RunFailure

@@ -15,7 +15,7 @@ from pairsim.config.curve_case import CriticalCase, CurveCase, check_critical, c
 from pairsim.config.many_cases import StudyFile, SweepFile
 from pairsim.config.mistakes import Mistake, input_error
 from pairsim.config.physical import BLOCK, Translation, forget_numbers, tuples
-from pairsim.config.wording import allowed_in, groups_of, mistakes_of, unknown_key
+from pairsim.config.wording import groups_of, mistakes_of, unknown_key
 from pairsim.config.yaml_file import Section, apply_settings, read_yaml
 
 MODELS: dict[str, type[SceneCase]] = {"run": Case, "curve": CurveCase, "critical": CriticalCase}
@@ -154,18 +154,9 @@ def check_keys(data: Mapping[str, Any], command: str, source: str) -> None:
         raise input_error([other] if other is not None else wrong, data, source)
 
 
-def schema_rows(command: str = "run") -> list[tuple[str, str, str, str]]:
-    """Key, what is allowed, default and description of every key of a command's case file."""
-    rows = []
-    groups = groups_of(FILES[command])
-    for group, model in groups.items():
-        for name, field in model.model_fields.items():
-            if not group and name in groups:
-                continue
-            key = f"{group}.{name}" if group else name
-            default = "required" if field.is_required() else field.default
-            default = (
-                "" if default in (None, ()) else str(default).lower() if default in (True, False) else str(default)
-            )
-            rows.append((key, allowed_in(model, name), default, field.description or ""))
-    return rows
+LOADERS: dict[str, Callable[[Path, tuple[str, ...]], SceneCase]] = {
+    "run": load_case,
+    "curve": load_curve,
+    "critical": load_critical,
+}
+"""How the case file of each command is read."""

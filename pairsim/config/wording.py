@@ -98,7 +98,8 @@ def allowed_in(model: type[BaseModel], name: str, entry: bool = False) -> str:
     field = schema["properties"][name]
     choices = [choice for choice in field.get("anyOf", [field]) if choice.get("type") != "null"]
     if entry:
-        choices = [choice["items"] for choice in choices if "items" in choice] or choices
+        listed = [inner for choice in choices for inner in choice.get("anyOf", [choice]) if "items" in inner]
+        choices = [inner["items"] for inner in listed] or choices
     return joined(_words(choice, schema.get("$defs", {})) for choice in choices)
 
 
