@@ -31,7 +31,7 @@ setup_venv() {
     # An install with more extras serves one that asks for fewer.
     if [ -f "$venv/.pairsim-ready" ]; then
         case "$(cat "$venv/.pairsim-ready")" in
-            "$wanted" | "${extras},dev ${wanted#* }") exec 9>&-; return 0 ;;
+            "$wanted" | "$extras,dev ${wanted#* }" | "$extras,mutation ${wanted#* }" | "$extras,dev,mutation ${wanted#* }") exec 9>&-; return 0 ;;
         esac
     fi
     if ! command -v cc >/dev/null && ! command -v gcc >/dev/null; then
