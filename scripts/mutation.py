@@ -197,6 +197,8 @@ class Tree:
             self.python("-P", "-c", STAMPS, limit=limit)
             for commands in (False, True):
                 files = [file for file in order if file.startswith("tests/commands/") == commands]
+                if not files:  # without any, pytest would run them all
+                    continue
                 if commands:
                     for stamp in self._stamps() - before:
                         stamp.unlink()
