@@ -14,7 +14,7 @@ from support.browser import chromium, screenshot
 from support.inputs import ROOT
 
 from pairsim.cli.app import app
-from pairsim.config.case_file import MODELS, schema_rows
+from pairsim.config.case_file import FILES, schema_rows
 
 SHOWN = ("index", "tutorials/first-pair", "explanation/physics", "reference/case-files")
 
@@ -34,7 +34,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.slow
 def test_reference_has_every_key_and_command(site: Path) -> None:
     keys = (site / "reference" / "case-files.html").read_text()
-    for command in MODELS:
+    for command in FILES:
         assert not [row[0] for row in schema_rows(command) if f"<code>{row[0]}</code>" not in keys]
     commands = (site / "reference" / "cli.html").read_text()
     names = [info.name or getattr(info.callback, "__name__", "") for info in app.registered_commands]
