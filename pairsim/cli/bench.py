@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
 app = typer.Typer()
 
-Word = Annotated[str | None, typer.Option(show_default=False)]
-
 
 def _option(name: str, what: str, example: str, *more: str) -> Any:
     return typer.Option(name, *more, metavar="QUANTITY", help=f"{what}, such as {example}.", show_default=False)
@@ -94,10 +92,11 @@ def _one(values: list[str] | None) -> Any:
 
 def _of_options(error: InputError) -> InputError:
     """Mistakes in the words of the options."""
-    first, *rest = (
-        InputError(m.file, m.key.replace("physical.", "--").replace("--flow_rate", "--flow"), m.value, m.allowed)
-        for m in error.mistakes
-    )
+
+    def words(text: str) -> str:
+        return text.replace("physical.", "--").replace("--flow_rate", "--flow")
+
+    first, *rest = (InputError(m.file, words(m.key), m.value, words(m.allowed)) for m in error.mistakes)
     return InputError(first.file, first.key, first.value, first.allowed, others=rest)
 
 

@@ -49,6 +49,8 @@ yaml.SafeDumper.add_representer(Section, yaml.SafeDumper.represent_dict)
 
 def place_of(data: Mapping[str, Any], key: str) -> Place | None:
     """Where a dotted key was given: its own place, else that of the group that should have it, else None."""
+    if isinstance(data, Section) and key in data.places:  # a key with a point in it, which is none
+        return data.places[key]
     place = None
     inner: Any = data
     for name in re.sub(r"\[\d+\]", "", key).split("."):
