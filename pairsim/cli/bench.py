@@ -55,8 +55,7 @@ def units(
     from pairsim.config.bench_report import DEFAULTS, bench_report
     from pairsim.config.case_file import case_from_dict
 
-    if output is not None and output.exists() and not overwrite:
-        raise InputError(str(output), "-o", None, "the file exists; use --overwrite or another name")
+    _check_free(output, overwrite)
     quantities = {
         **{"tube": tube, "particle": _one(particle), "flow_rate": flow, "velocity": velocity, "viscosity": viscosity},
         **{"modulus": _one(modulus), "young": _one(young), "relaxation": relaxation, "solvent": solvent},
@@ -79,11 +78,24 @@ def units(
     if output is not None:
         import yaml
 
-        from pairsim.results.output import write_text
-
         body = yaml.safe_dump(written, sort_keys=False, allow_unicode=True)
-        write_text(output, "".join(f"# {line}\n" for line in _comments(report)) + body)
-        typer.echo(str(output))
+        _write(output, "".join(f"# {line}\n" for line in _comments(report)) + body)
+
+
+def _check_free(output: Path | None, overwrite: bool) -> None:
+    if output is not None and output.exists() and not overwrite:
+        raise InputError(str(output), "-o", None, "the file exists; use --overwrite or another name")
+
+
+def _write(output: Path, text: str) -> None:
+    """Write a file whole, and say where it is."""
+    from pairsim.results.output import write_text
+
+    try:
+        write_text(output, text)
+    except OSError as error:
+        raise InputError(str(output), "-o", None, f"cannot be written ({error.strerror})") from None
+    typer.echo(str(output))
 
 
 def _one(values: list[str] | None) -> Any:
@@ -135,17 +147,14 @@ def table(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
 ) -> None:
     """Print a table as CSV with the units in its header, those of pairsim or physical ones."""
-    from pairsim.results.output import write_text
     from pairsim.results.physical_table import table_of
 
-    if output is not None and output.exists() and not overwrite:
-        raise InputError(str(output), "-o", None, "the file exists; use --overwrite or another name")
+    _check_free(output, overwrite)
     text = table_of(directory, name, physical)
     if output is None:
         typer.echo(text, nl=False)
         return
-    write_text(output, text)
-    typer.echo(str(output))
+    _write(output, text)
 
 
 @app.command(
