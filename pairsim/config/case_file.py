@@ -9,7 +9,8 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from pairsim.config.case import Case, SceneCase, check_together
+from pairsim.config.case import Case, SceneCase
+from pairsim.config.case_checks import check_together
 from pairsim.config.cost import check_size
 from pairsim.config.curve_case import CriticalCase, CurveCase, check_critical, check_curve
 from pairsim.config.many_cases import StudyFile, SweepFile
@@ -102,7 +103,7 @@ def _checked[T: SceneCase](
         if any(mistake.key.startswith(f"{BLOCK}.") for mistake in mistakes):
             mistakes = [mistake for mistake in mistakes if mistake.key != "De" or not mistake.is_missing]
         else:
-            mistakes += _missing_besides(model, check, translation.data, mistakes)
+            mistakes += _besides(model, check, translation.data, mistakes)
     else:
         mistakes = mistakes or list(check(case)) or list(check_size(case))
     if mistakes:
@@ -110,23 +111,27 @@ def _checked[T: SceneCase](
     return case
 
 
-def _missing_besides[T: SceneCase](
+def _besides[T: SceneCase](
     model: type[T], check: Callable[[T], Iterator[Mistake]], data: Mapping[str, Any], found: Sequence[Mistake]
 ) -> list[Mistake]:
-    """Keys that are missing in a case with wrong ones: asked of the case without what is wrong."""
+    """Further mistakes of a case with wrong keys, asked of what is left without them.
+
+    Where values are wrong, what goes together is unknown: only keys that are missing are told.
+    """
     rest = copy.deepcopy(dict(data))
     for mistake in found:
         *groups, last = mistake.key.partition("[")[0].split(".")
         inner = rest
-        for group in groups:
+        for group in groups if mistake.key not in rest else ():
             inner = inner[group]
-        inner.pop(last, None)
+        inner.pop(last if inner is not rest else mistake.key.partition("[")[0], None)
     try:
         case = model.model_validate({"De": 0, **rest})
     except ValidationError:
         return []
     named = {key for mistake in found for key in (mistake.key.partition("[")[0], mistake.meant)}
-    return [mistake for mistake in check(case) if mistake.is_missing and mistake.key not in named]
+    whole = all(mistake.is_unknown for mistake in found)
+    return [mistake for mistake in check(case) if (whole or mistake.is_missing) and mistake.key not in named]
 
 
 def file_of_another_command(data: Mapping[str, Any], command: str) -> Mistake | None:

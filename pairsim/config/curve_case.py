@@ -9,7 +9,8 @@ from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from pairsim.config.accuracy import DEFAULT, SETTINGS
-from pairsim.config.case import Distance, Number, Positive, SceneCase, Whole, check_scene, number
+from pairsim.config.case import Distance, Number, Positive, SceneCase, Whole, number
+from pairsim.config.case_checks import check_scene
 from pairsim.config.mistakes import Mistake, missing
 from pairsim.config.ranges import RANGE, spelled_out
 
