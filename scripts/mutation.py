@@ -204,7 +204,7 @@ class Tree:
                         stamp.unlink()
                 code, output = self.pytest(*files, limit=max(begin + limit - time.monotonic(), 1.0))
                 if code not in (0, 5):  # 5: no test was left to run
-                    failed = re.search(r"^(?:FAILED|ERROR) (\S+)", output, re.MULTILINE)
+                    failed = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - |$)", output, re.MULTILINE)
                     outcome = "timeout" if code is None else "killed"
                     by = failed[1] if failed else output.strip()[-200:]
                     break
