@@ -52,7 +52,7 @@ def test_shipped_curve_has_the_zero_of_the_critical_distances(tmp_path: Path, pa
 
 
 def test_shipped_critical_distances_are_those_of_the_docs(tmp_path: Path, pairsim: Pairsim) -> None:
-    """Fig. 11 of the paper, as in docs/quasi-steady.md."""
+    """Fig. 11 of the paper, as in docs/notebook/quasi-steady.md."""
     done = pairsim("critical", str(ROOT / "configs" / "critical.yaml"), "-o", "out", "-q")
     assert done.returncode == 0, done.stderr
     found = {

@@ -54,3 +54,12 @@ def test_columns_of_sweeps_are_described(name: str, places: dict[str, object]) -
 
 def test_counts_of_studies_are_described() -> None:
     assert not set(COUNTS) - {column.name for column in STUDY_COLUMNS}
+
+
+def test_pages_that_files_name_exist() -> None:
+    """Code, tests and README name pages of docs, which move."""
+    parts = ("*.md", "configs/*.md", "pairsim/**/*.py", "scripts/*", "tests/**/*.py")
+    files = [path for part in parts for path in ROOT.glob(part) if path.is_file()]
+    named = {(path, page) for path in files for page in re.findall(r"\bdocs/[\w/.-]+\.(?:md|png)\b", path.read_text())}
+    assert named
+    assert not [f"{path}: {page}" for path, page in named if not (ROOT / page).exists()]
