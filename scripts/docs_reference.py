@@ -12,9 +12,11 @@ from typer.cli import get_docs_for_click
 
 import pairsim
 from pairsim.cli.app import app
-from pairsim.config.case_file import FILES, schema_rows
+from pairsim.config.case_file import FILES
+from pairsim.config.schema import schema_rows
 from pairsim.results import columns as tables
 from pairsim.results.columns import Column, column
+from pairsim.runtime import errors
 from pairsim.runtime.errors import RunFailure
 from pairsim.sweeps.commands import COMMANDS
 
@@ -139,8 +141,9 @@ def cli() -> str:
 
 def api() -> str:
     """The public names of the package."""
-    names = [f"pairsim.{name}" for name in getattr(pairsim, "__all__", ())]
-    names.append("pairsim.errors")
+    names = [f"pairsim.{name}" for name in pairsim.__all__ if callable(getattr(pairsim, name))]
+    names += [f"pairsim.errors.{name}" for name in errors.__all__ if f"pairsim.{name}" not in names]
+    names.sort(key=lambda name: (name.startswith("pairsim.errors"), name.rpartition(".")[2][0].isupper()))
     head = "# Python API\n\nWhat `import pairsim` offers. A first use is in [From Python](../tutorials/python.md).\n\n"
     return head + "\n\n".join(f"::: {name}" for name in names) + "\n"
 

@@ -16,6 +16,7 @@ LAWS = ("giesekus", "oldroyd-b", "ptt-linear", "ptt-exp", "fene-p")
 FORMS = [
     *("neo-hookean", "newtonian:moving", "newtonian:fixed", "giesekus:moving", "giesekus:moving:steady"),
     *(f"{law}:fixed" for law in LAWS),
+    "fene-p:moving",
 ]
 """Kinds of forms that the tests solve with."""
 

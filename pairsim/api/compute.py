@@ -82,15 +82,10 @@ def curve(
 ) -> CurveResult:
     """Solve the quasi-steady master curve dU(d) of a case, and its zeros.
 
+    The case has `d` in place of `d0`. Arguments, result and errors are those of `run`, but for one.
+
     Args:
-        case, folder, overwrite, progress, signals, overrides: As for `run`; the case has `d` in place of `d0`.
         sensitivities: Add the derivatives of dU by Ca_e, De and beta at the same d.
-
-    Returns:
-        The result, as for `run`.
-
-    Raises:
-        InputError, WriteFailure, KeyboardInterrupt: As for `run`.
     """
     checked = load(case, kind="curve", **overrides)
 
@@ -111,15 +106,8 @@ def critical(
 ) -> CriticalResult:
     """Find the distances at which a pair neither separates nor collides, and follow them over Ca_e or De.
 
-    Args:
-        case, folder, overwrite, progress, signals, overrides: As for `run`; the case has `along`, and `d` as the
-            least and the largest distance.
-
-    Returns:
-        The result, as for `run`.
-
-    Raises:
-        InputError, WriteFailure, KeyboardInterrupt: As for `run`.
+    The case has `along`, and `d` as the least and the largest distance. Arguments, result and errors are those of
+    `run`.
     """
     checked = load(case, kind="critical", **overrides)
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from pairsim.cli import bench, pictures, sweeps
-from pairsim.cli.options import CaseFile, Output, Overwrite, Quiet, Settings, print_table, rank
+from pairsim.cli import bench, first_steps, pictures, sweeps
+from pairsim.cli.options import CaseFile, DryRun, Output, Overwrite, Quiet, Settings, rank, show_estimate
 from pairsim.runtime.errors import InputError, PairsimError, RunFailure, unexpected
 from pairsim.runtime.version import __version__
 
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     no_args_is_help=True,
-    add_completion=False,
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
     help="Soft and rigid spheres on the axis of a tube: do they separate or collide, and how fast?",
@@ -26,6 +25,7 @@ app = typer.Typer(
 )
 app.add_typer(sweeps.app)
 app.add_typer(bench.app)
+app.add_typer(first_steps.app)
 app.add_typer(pictures.app)
 
 
@@ -61,6 +61,7 @@ def run(
             show_default=False,
         ),
     ] = None,
+    dry_run: DryRun = False,
     quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
@@ -69,6 +70,8 @@ def run(
     Exit code 0: finished (also at contact and max_gap); 2: bad input; 3: a typed failure; 130: interrupted.
     """
     from pairsim.config.case_file import load_case
+    from pairsim.config.cost import run_estimate
+    from pairsim.config.identity import default_folder
 
     if resume is not None and (overwrite or output is not None):
         option = "--overwrite" if overwrite else "-o"
@@ -78,7 +81,10 @@ def run(
             raise typer.BadParameter("missing; give a case file, or --resume DIR", param_hint="CASE")
         case = resume / "case.yaml"
     checked = load_case(case, tuple(set_ or ()))
-    directory = resume or output or Path("runs") / checked.slug
+    directory = resume or output or default_folder("run", checked)
+    if dry_run:
+        show_estimate(checked, directory, run_estimate(checked))
+        return
     from pairsim.api import compute
 
     result = compute.run(
@@ -103,6 +109,7 @@ def curve(
     sensitivities: Annotated[
         bool, typer.Option("--sensitivities", help="Add the derivatives of dU by Ca_e, De and beta at the same d.")
     ] = False,
+    dry_run: DryRun = False,
     quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
@@ -111,9 +118,14 @@ def curve(
     The case file has d (a list, or {start, stop, num, spacing}) in place of d0. Exit codes as those of run.
     """
     from pairsim.config.case_file import load_curve
+    from pairsim.config.cost import curve_estimate
+    from pairsim.config.identity import default_folder
 
     checked = load_curve(case, tuple(set_ or ()))
-    directory = output or Path("runs") / checked.slug
+    directory = output or default_folder("curve", checked)
+    if dry_run:
+        show_estimate(checked, directory, curve_estimate(checked))
+        return
     from pairsim.api import compute
 
     result = compute.curve(
@@ -132,17 +144,27 @@ def curve(
     "pairsim critical case.yaml --set 'along={Ca_e: [0.02, 0.05, 0.1]}'"
 )
 def critical(
-    case: CaseFile, output: Output = None, overwrite: Overwrite = False, quiet: Quiet = False, set_: Settings = None
+    case: CaseFile,
+    output: Output = None,
+    overwrite: Overwrite = False,
+    dry_run: DryRun = False,
+    quiet: Quiet = False,
+    set_: Settings = None,
 ) -> None:
     """Find the distances at which a pair neither separates nor collides, and follow them: critical.csv, critical.png.
 
     The case file has along: {Ca_e: ...} or {De: ...} (values, or {start, stop, num, spacing}), perhaps lines: with the
-    other of the two, and d: [least, most], the distances that are looked at. Exit codes as those of run.
+    other of the two, and d: \\[least, most], the distances that are looked at. Exit codes as those of run.
     """
     from pairsim.config.case_file import load_critical
+    from pairsim.config.cost import critical_estimate
+    from pairsim.config.identity import default_folder
 
     checked = load_critical(case, tuple(set_ or ()))
-    directory = output or Path("runs") / checked.slug
+    directory = output or default_folder("critical", checked)
+    if dry_run:
+        show_estimate(checked, directory, critical_estimate(checked))
+        return
     from pairsim.api import compute
 
     result = compute.critical(checked, folder=directory, overwrite=overwrite, progress=not quiet, signals=True)
@@ -186,23 +208,6 @@ def mesh(
 
     for name, count in write_mesh(checked, output, png).items():
         typer.echo(f"{name}: {count}")
-
-
-@app.command(epilog="Example: pairsim schema curve")
-def schema(
-    command: Annotated[
-        Literal["run", "curve", "critical"], typer.Argument(help="The command that the case file is for.")
-    ] = "run",
-) -> None:
-    """List every key of a case file with what it accepts, its default and its meaning."""
-    from rich.table import Table
-
-    from pairsim.config.case_file import schema_rows
-
-    table = Table("key", "allowed", "default", "meaning", box=None, pad_edge=False)
-    for row in schema_rows(command):
-        table.add_row(*row)
-    print_table(table)
 
 
 def main() -> NoReturn:

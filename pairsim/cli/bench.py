@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
 app = typer.Typer()
 
-Word = Annotated[str | None, typer.Option(show_default=False)]
-
 
 def _option(name: str, what: str, example: str, *more: str) -> Any:
     return typer.Option(name, *more, metavar="QUANTITY", help=f"{what}, such as {example}.", show_default=False)
@@ -57,8 +55,7 @@ def units(
     from pairsim.config.bench_report import DEFAULTS, bench_report
     from pairsim.config.case_file import case_from_dict
 
-    if output is not None and output.exists() and not overwrite:
-        raise InputError(str(output), "-o", None, "the file exists; use --overwrite or another name")
+    _check_free(output, overwrite)
     quantities = {
         **{"tube": tube, "particle": _one(particle), "flow_rate": flow, "velocity": velocity, "viscosity": viscosity},
         **{"modulus": _one(modulus), "young": _one(young), "relaxation": relaxation, "solvent": solvent},
@@ -81,11 +78,24 @@ def units(
     if output is not None:
         import yaml
 
-        from pairsim.results.output import write_text
-
         body = yaml.safe_dump(written, sort_keys=False, allow_unicode=True)
-        write_text(output, "".join(f"# {line}\n" for line in _comments(report)) + body)
-        typer.echo(str(output))
+        _write(output, "".join(f"# {line}\n" for line in _comments(report)) + body)
+
+
+def _check_free(output: Path | None, overwrite: bool) -> None:
+    if output is not None and output.exists() and not overwrite:
+        raise InputError(str(output), "-o", None, "the file exists; use --overwrite or another name")
+
+
+def _write(output: Path, text: str) -> None:
+    """Write a file whole, and say where it is."""
+    from pairsim.results.output import write_text
+
+    try:
+        write_text(output, text)
+    except OSError as error:
+        raise InputError(str(output), "-o", None, f"cannot be written ({error.strerror})") from None
+    typer.echo(str(output))
 
 
 def _one(values: list[str] | None) -> Any:
@@ -94,10 +104,11 @@ def _one(values: list[str] | None) -> Any:
 
 def _of_options(error: InputError) -> InputError:
     """Mistakes in the words of the options."""
-    first, *rest = (
-        InputError(m.file, m.key.replace("physical.", "--").replace("--flow_rate", "--flow"), m.value, m.allowed)
-        for m in error.mistakes
-    )
+
+    def words(text: str) -> str:
+        return text.replace("physical.", "--").replace("--flow_rate", "--flow")
+
+    first, *rest = (InputError(m.file, words(m.key), m.value, words(m.allowed)) for m in error.mistakes)
     return InputError(first.file, first.key, first.value, first.allowed, others=rest)
 
 
@@ -136,17 +147,14 @@ def table(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
 ) -> None:
     """Print a table as CSV with the units in its header, those of pairsim or physical ones."""
-    from pairsim.results.output import write_text
     from pairsim.results.physical_table import table_of
 
-    if output is not None and output.exists() and not overwrite:
-        raise InputError(str(output), "-o", None, "the file exists; use --overwrite or another name")
+    _check_free(output, overwrite)
     text = table_of(directory, name, physical)
     if output is None:
         typer.echo(text, nl=False)
         return
-    write_text(output, text)
-    typer.echo(str(output))
+    _write(output, text)
 
 
 @app.command(

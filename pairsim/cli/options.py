@@ -5,15 +5,27 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from pairsim.config.case import SceneCase
+    from pairsim.config.cost import Estimate
 
 CaseFile = Annotated[Path, typer.Argument(help="Case file (YAML); pairsim schema lists its keys.", show_default=False)]
 Settings = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Replace a key, such as mesh.Np=20.")
 ]
-Output = Annotated[Path | None, typer.Option("-o", "--output", help="Folder of the results (default: runs/<name>).")]
+Output = Annotated[
+    Path | None,
+    typer.Option(
+        "-o", "--output", help="Folder of the results (default: runs/<name>; without a name runs/<parameters>-<hash>)."
+    ),
+]
+DryRun = Annotated[
+    bool, typer.Option("--dry-run", help="Check the case, tell unknowns, time and memory; compute nothing.")
+]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace the results in an existing folder.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")]
 
@@ -23,6 +35,19 @@ def print_table(view: object) -> None:
     from rich.console import Console
 
     Console(width=None if sys.stdout.isatty() else 160, markup=False, highlight=False).print(view)
+
+
+def show_estimate(case: SceneCase, directory: Path, estimate: Estimate) -> None:
+    """What a case will cost, where its results will go, and what its user should know of it."""
+    from pairsim.sweeps.summary import duration
+
+    if rank() == 0:
+        typer.echo(
+            f"{directory}: about {estimate.unknowns:,} unknowns, {duration(estimate.seconds)} on one core, "
+            f"{estimate.memory / 1e6:.0f} MB"
+        )
+        for note in case.notes:
+            typer.echo(f"note: {note}")
 
 
 def rank() -> int:

@@ -12,7 +12,7 @@ from pairsim.physics.materials.polymer import PARAMETERS
 
 WATER = "1000 kg/m^3"
 DEFAULTS = {"density": WATER}
-# Ca_e up to which pairs in a Newtonian liquid have steady shapes, by beta; docs/quasi-steady.md, "Limits".
+# Ca_e up to which pairs in a Newtonian liquid have steady shapes, by beta; docs/notebook/quasi-steady.md, "Limits".
 STEADY_SHAPES = {0.2: 0.33, 0.4: 0.155, 0.6: 0.085}
 SMALL_RE = 1.0
 SMALL_PART = 0.1  # inertia over softness or elasticity, below which it is left out without a doubt

@@ -9,13 +9,14 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from pairsim.config.case import Case, SceneCase, check_together
+from pairsim.config.case import Case, SceneCase
+from pairsim.config.case_checks import check_together
 from pairsim.config.cost import check_size
 from pairsim.config.curve_case import CriticalCase, CurveCase, check_critical, check_curve
 from pairsim.config.many_cases import StudyFile, SweepFile
 from pairsim.config.mistakes import Mistake, input_error
 from pairsim.config.physical import BLOCK, Translation, forget_numbers, tuples
-from pairsim.config.wording import allowed_in, groups_of, mistakes_of, unknown_key
+from pairsim.config.wording import groups_of, mistakes_of, unknown_key
 from pairsim.config.yaml_file import Section, apply_settings, read_yaml
 
 MODELS: dict[str, type[SceneCase]] = {"run": Case, "curve": CurveCase, "critical": CriticalCase}
@@ -102,7 +103,7 @@ def _checked[T: SceneCase](
         if any(mistake.key.startswith(f"{BLOCK}.") for mistake in mistakes):
             mistakes = [mistake for mistake in mistakes if mistake.key != "De" or not mistake.is_missing]
         else:
-            mistakes += _missing_besides(model, check, translation.data, mistakes)
+            mistakes += _besides(model, check, translation.data, mistakes)
     else:
         mistakes = mistakes or list(check(case)) or list(check_size(case))
     if mistakes:
@@ -110,23 +111,27 @@ def _checked[T: SceneCase](
     return case
 
 
-def _missing_besides[T: SceneCase](
+def _besides[T: SceneCase](
     model: type[T], check: Callable[[T], Iterator[Mistake]], data: Mapping[str, Any], found: Sequence[Mistake]
 ) -> list[Mistake]:
-    """Keys that are missing in a case with wrong ones: asked of the case without what is wrong."""
+    """Further mistakes of a case with wrong keys, asked of what is left without them.
+
+    Where values are wrong, what goes together is unknown: only keys that are missing are told.
+    """
     rest = copy.deepcopy(dict(data))
     for mistake in found:
         *groups, last = mistake.key.partition("[")[0].split(".")
         inner = rest
-        for group in groups:
+        for group in groups if mistake.key not in rest else ():
             inner = inner[group]
-        inner.pop(last, None)
+        inner.pop(last if inner is not rest else mistake.key.partition("[")[0], None)
     try:
         case = model.model_validate({"De": 0, **rest})
     except ValidationError:
         return []
     named = {key for mistake in found for key in (mistake.key.partition("[")[0], mistake.meant)}
-    return [mistake for mistake in check(case) if mistake.is_missing and mistake.key not in named]
+    whole = all(mistake.is_unknown for mistake in found)
+    return [mistake for mistake in check(case) if (whole or mistake.is_missing) and mistake.key not in named]
 
 
 def file_of_another_command(data: Mapping[str, Any], command: str) -> Mistake | None:
@@ -154,18 +159,9 @@ def check_keys(data: Mapping[str, Any], command: str, source: str) -> None:
         raise input_error([other] if other is not None else wrong, data, source)
 
 
-def schema_rows(command: str = "run") -> list[tuple[str, str, str, str]]:
-    """Key, what is allowed, default and description of every key of a command's case file."""
-    rows = []
-    groups = groups_of(FILES[command])
-    for group, model in groups.items():
-        for name, field in model.model_fields.items():
-            if not group and name in groups:
-                continue
-            key = f"{group}.{name}" if group else name
-            default = "required" if field.is_required() else field.default
-            default = (
-                "" if default in (None, ()) else str(default).lower() if default in (True, False) else str(default)
-            )
-            rows.append((key, allowed_in(model, name), default, field.description or ""))
-    return rows
+LOADERS: dict[str, Callable[[Path, tuple[str, ...]], SceneCase]] = {
+    "run": load_case,
+    "curve": load_curve,
+    "critical": load_critical,
+}
+"""How the case file of each command is read."""

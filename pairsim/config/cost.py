@@ -2,7 +2,7 @@
 
 The guess orders a sweep (dearest cases first) and gives `--dry-run` its figures. Unknowns were within 25 % in 20 cases
 with N_p up to 40, and a third too few at N_p 80; seconds within a factor of 2, but nobody knows beforehand how a very
-soft pair, or one that touches, will fare.
+soft pair, or one that touches, will fare. Memory was within 15 % for the examples in configs.
 """
 
 from __future__ import annotations
@@ -18,6 +18,12 @@ from pairsim.config.mistakes import Mistake
 STRIPS = 200  # of the tube's length, over which the density of cells is summed
 MOST_UNKNOWNS = 2e7  # beyond it gmsh alone would take days, or all memory
 START = 1.2  # seconds until a process has imported everything and made its first mesh
+LIBRARIES = 230e6  # bytes of a process that has imported everything
+# Bytes an unknown of a run at 15,000 unknowns, Newtonian and viscoelastic; factors
+# grow a little faster than their number.
+RUN_BYTES, STEADY_BYTES = (11e3, 15e3), (19e3, 28e3)
+USUAL, GROWTH = 15e3, 0.1
+COARSE_TOO = 1.3  # a second, coarser scene beside the first
 
 
 @dataclass(frozen=True)
@@ -27,10 +33,12 @@ class Estimate:
     Attributes:
         unknowns: Unknowns of one Newton solve.
         seconds: Wall time on one core.
+        memory: Largest memory of one process, all libraries included [bytes].
     """
 
     unknowns: int
     seconds: float
+    memory: float
 
 
 def liquid_cells(case: SceneCase) -> float:
@@ -82,6 +90,10 @@ def check_size(case: SceneCase) -> Iterator[Mistake]:
         yield Mistake("mesh", None, allowed)
 
 
+def _memory(size: float, per_unknown: tuple[float, float], polymer: bool) -> float:
+    return LIBRARIES + size * per_unknown[polymer] * (size / USUAL) ** GROWTH
+
+
 def run_estimate(case: Case) -> Estimate:
     """The guess for a run in time."""
     size, polymer = unknowns(case), case.polymer is not None
@@ -91,14 +103,15 @@ def run_estimate(case: Case) -> Estimate:
     else:
         pace = (3e-4 / case.time.tol) ** 0.45 if any(case.Ca_es) or polymer else 0.25
         steps = 10 * pace * math.log(1 + end / first) * (3 if polymer else 1) + end / case.time.max_step
-    return Estimate(round(size), START + steps * 1.6e-6 * size**1.15)
+    return Estimate(round(size), START + steps * 1.6e-6 * size**1.15, _memory(size, RUN_BYTES, polymer))
 
 
 def _steady_estimate(case: CurveCase | CriticalCase, points: int) -> Estimate:
     """The way to a first quasi-steady solution, then so many points."""
     size, polymer = unknowns(case), case.polymer is not None
     each = 0.8e-6 * size**1.15 * (3 if polymer else 1) * (1.5 if case.mesh_error else 1)
-    return Estimate(round(size), START + (40 + 8 * points) * each)
+    memory = _memory(size * (COARSE_TOO if case.mesh_error else 1.0), STEADY_BYTES, polymer)
+    return Estimate(round(size), START + (40 + 8 * points) * each, memory)
 
 
 def curve_estimate(case: CurveCase) -> Estimate:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from pairsim.config.accuracy import DEFAULT, SETTINGS
-from pairsim.config.case import Distance, Number, Positive, SceneCase, Whole, check_scene, number
+from pairsim.config.case import Distance, Number, Positive, SceneCase, Whole, number
+from pairsim.config.case_checks import check_scene
 from pairsim.config.mistakes import Mistake, missing
 from pairsim.config.ranges import RANGE, spelled_out
 
@@ -29,10 +30,45 @@ def expanded(value: Any) -> Any:
         raise PydanticCustomError("range", f"must be {_RANGE}") from None
 
 
+_SHORT = "{start, stop, num, spacing: log or linear}"
+_NUMBER = {"type": "number", "exclusiveMinimum": 0}
+_RANGE_SCHEMA = {
+    "type": "object",
+    "properties": {
+        "start": _NUMBER,
+        "stop": _NUMBER,
+        "num": {"type": "integer", "minimum": 2, "maximum": MOST_VALUES},
+        "spacing": {"enum": ["log", "linear"]},
+    },
+    "required": ["start", "stop", "num"],
+    "additionalProperties": False,
+}
+
+
+def _or_range(each: str) -> Callable[[dict[str, Any]], None]:
+    """Adds to the schema of a list what `expanded` takes besides: one value, or a range."""
+
+    def extend(schema: dict[str, Any]) -> None:
+        listed = {key: schema.pop(key) for key in ("type", "items", "minItems", "maxItems")}
+        schema |= {"anyOf": [listed, listed["items"], _RANGE_SCHEMA], "words": f"{each}, a list of such, or {_SHORT}"}
+
+    return extend
+
+
 Gaps = Annotated[
-    tuple[Distance | tuple[Distance, ...], ...], Field(min_length=1, max_length=MOST_VALUES), BeforeValidator(expanded)
+    tuple[Distance | tuple[Distance, ...], ...],
+    Field(
+        min_length=1,
+        max_length=MOST_VALUES,
+        json_schema_extra=_or_range("a finite number at least 0.0001 (or a list, one for each gap)"),
+    ),
+    BeforeValidator(expanded),
 ]
-Values = Annotated[tuple[Positive, ...], Field(min_length=1, max_length=MOST_VALUES), BeforeValidator(expanded)]
+Values = Annotated[
+    tuple[Positive, ...],
+    Field(min_length=1, max_length=MOST_VALUES, json_schema_extra=_or_range("a finite number above 0")),
+    BeforeValidator(expanded),
+]
 
 
 class CurveCase(SceneCase):

@@ -31,8 +31,14 @@ class Mistake:
         """Whether the key is needed and not given."""
         return self.value is None and self.allowed.startswith(_MISSING)
 
+    @property
+    def is_unknown(self) -> bool:
+        """Whether there is no such key."""
+        return self.allowed.startswith(UNKNOWN)
+
 
 _MISSING = "is missing; "
+UNKNOWN = "unknown key; "
 
 
 def missing(key: str, needed: str) -> Mistake:

@@ -47,6 +47,9 @@ TIME = Kind("a time", "s", "2 ms")
 DENSITY = Kind("a density", "kg/m^3", "1000 kg/m^3")
 
 
+QUANTITY = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d_].*)")  # a number and the rest
+
+
 @cache
 def _registry() -> pint.UnitRegistry:
     import pint  # takes half a second, and most cases have no units
@@ -54,25 +57,28 @@ def _registry() -> pint.UnitRegistry:
     return pint.UnitRegistry()
 
 
-def _parsed(text: str) -> pint.Quantity:
-    """The quantity that a text stands for. Products of units may be written with a point, as in Pa.s.
+def _parsed(text: str) -> tuple[float, pint.Unit]:
+    """Number and unit of a text. Products of units may be written with a point, as in Pa.s.
 
     Raises:
         ValueError: In words, why it is none.
     """
-    import pint
-
-    product = re.sub(r"(?<=[A-Za-z])[.·](?=[A-Za-z])", "*", text)
+    match = QUANTITY.fullmatch(text.strip()) if isinstance(text, str) else None
+    if match is None:
+        raise ValueError("has no unit" if _is_number(text) else "is no number with a unit")
+    number, unit = match.groups()
     try:
-        quantity = _registry().Quantity(product)
-    except pint.UndefinedUnitError as error:
-        names = error.unit_names
-        raise ValueError(f"unknown unit {names if isinstance(names, str) else ', '.join(names)}") from None
+        return float(number), _registry().parse_units(re.sub(r"(?<=[^\W\d_])[.·](?=[^\W\d_])", "*", unit))
     except Exception:  # the parser of pint raises whatever tokenize, its operators and its numbers do
-        raise ValueError("no number with a unit") from None
-    if not isinstance(quantity.magnitude, int | float):
-        raise ValueError("no number with a unit")
-    return quantity
+        raise ValueError(f"has the unknown unit {unit}") from None
+
+
+def _is_number(value: Any) -> bool:
+    try:
+        float(value)
+    except (TypeError, ValueError):
+        return False
+    return True
 
 
 def si(text: str, kind: Kind) -> float:
@@ -81,20 +87,14 @@ def si(text: str, kind: Kind) -> float:
     Raises:
         ValueError: In words, what is wrong and what must be.
     """
-    if not isinstance(text, str):
-        raise ValueError(f"has no unit; must be {kind.words}")
     try:
-        quantity = _parsed(text)
+        number, unit = _parsed(text)
     except ValueError as error:
         raise ValueError(f"{error}; must be {kind.words}") from None
-    if quantity.dimensionless and not quantity.unitless:
-        raise ValueError(f"must be {kind.words}")
-    if quantity.unitless:
-        raise ValueError(f"has no unit; must be {kind.words}")
-    if not quantity.is_compatible_with(kind.unit):
-        raise ValueError(f"is not {kind.name} but has the unit {quantity.units:~C}; must be {kind.words}")
+    if not unit.is_compatible_with(kind.unit):
+        raise ValueError(f"is not {kind.name} but has the unit {unit:~C}; must be {kind.words}")
     # Fifteen digits: 50 um is 5e-05 m, not 4.9999999999999996e-05.
-    value = float(f"{quantity.to(kind.unit).magnitude:.15g}")
+    value = float(f"{_registry().Quantity(number, unit).to(kind.unit).magnitude:.15g}")
     if not (math.isfinite(value) and value > 0):
         raise ValueError(f"must be {kind.words}")
     return value
@@ -106,11 +106,18 @@ def quantity_range(described: Mapping[str, Any], most: int, spacing: str = "line
     Raises:
         ValueError: In words, what is wrong with it.
     """
-    start, stop = (_parsed(str(described.get(key, ""))) for key in ("start", "stop"))
-    if not stop.is_compatible_with(start.units):
-        raise ValueError("start and stop have the same kind of unit")
-    plain = {**described, "start": float(start.magnitude), "stop": float(stop.to(start.units).magnitude)}
-    return [f"{value:.12g} {start.units:~C}" for value in spelled_out(plain, most, spacing)]
+    ends = {}
+    for key in ("start", "stop"):
+        try:
+            ends[key] = _parsed(described.get(key, ""))
+        except ValueError as error:
+            raise ValueError(f"{key} {error}") from None
+    (start, unit), (stop, other) = ends["start"], ends["stop"]
+    if not other.is_compatible_with(unit):
+        raise ValueError("start and stop have units of different kinds")
+    converted = float(f"{_registry().Quantity(stop, other).to(unit).magnitude:.15g}")
+    values = spelled_out({**described, "start": start, "stop": converted}, most, spacing)
+    return [f"{value:.12g} {unit:~C}" for value in values]
 
 
 def _checker(kind: Kind) -> BeforeValidator:
@@ -144,7 +151,8 @@ def _distances(value: Any) -> Any:
             for each in text if isinstance(text, tuple) else (text,):
                 si(each, LENGTH)
     except ValueError as error:
-        said = f"{error}, a list of such, or {{start: 5 um, stop: 40 um, num: 9}}"
+        said = str(error) if "must be" in str(error) else f"{error}; must be {LENGTH.words}"
+        said += ", a list of such, or {start: 5 um, stop: 40 um, num: 9}"
         raise PydanticCustomError("quantity", "{said}", {"said": said}) from None
     return value
 

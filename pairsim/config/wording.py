@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable, Mapping
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from pairsim.config.mistakes import Mistake, missing
+from pairsim.config.mistakes import UNKNOWN, Mistake, missing
 from pairsim.config.physical import BLOCK
 
 Groups = dict[str, type[BaseModel]]
 LIST = "a list of which each is "
-CLOSE = 0.6  # difflib's ratio from which a key is taken for a misspelling of another
+CLOSE = 0.7  # difflib's ratio from which a key is taken for a misspelling of another
 
 
 def groups_of(model: type[BaseModel]) -> Groups:
@@ -55,10 +56,12 @@ def meant(name: str, group: str, groups: Groups) -> str:
 def unknown_key(key: str, value: Any, groups: Groups) -> Mistake:
     """A key that is none, with the one that was meant or those that there are."""
     group, _, name = key.rpartition(".")
+    if key in dotted_keys(groups):
+        return Mistake(key, value, f"{UNKNOWN}write it in its group, as {group}: {{{name}: {value}}}", meant=key)
     if hint := meant(name, group, groups):
-        return Mistake(key, value, f"unknown key; did you mean {hint}?", meant=hint)
+        return Mistake(key, value, f"{UNKNOWN}did you mean {hint}?", meant=hint)
     known = groups.get(group, groups[""]).model_fields
-    return Mistake(key, value, f"unknown key; allowed: {', '.join(known)}")
+    return Mistake(key, value, f"{UNKNOWN}allowed: {', '.join(known)}")
 
 
 def mistakes_of(error: ValidationError, groups: Groups) -> list[Mistake]:
@@ -68,7 +71,7 @@ def mistakes_of(error: ValidationError, groups: Groups) -> list[Mistake]:
         mistake = _mistake(problem, groups)
         found.setdefault(mistake.key, mistake)
     # A key that takes a number or a list fails as both; where an entry of the list is named, that says more.
-    detailed = {key.partition("[")[0] for key in found if "[" in key}
+    detailed = {key[: place.start()] for key in found for place in re.finditer(r"\[", key)}
     intended = {mistake.meant for mistake in found.values()}
     return [m for key, m in found.items() if key not in detailed and not (m.is_missing and key in intended)]
 
@@ -98,7 +101,9 @@ def allowed_in(model: type[BaseModel], name: str, entry: bool = False) -> str:
     field = schema["properties"][name]
     choices = [choice for choice in field.get("anyOf", [field]) if choice.get("type") != "null"]
     if entry:
-        choices = [choice["items"] for choice in choices if "items" in choice] or choices
+        values = [choice.get("additionalProperties", choice) for choice in choices]
+        listed = [inner for value in values for inner in value.get("anyOf", [value]) if "items" in inner]
+        choices = [inner["items"] for inner in listed] or choices
     return joined(_words(choice, schema.get("$defs", {})) for choice in choices)
 
 

@@ -12,6 +12,7 @@ import yaml
 from pairsim.runtime.errors import InputError
 
 OPTION = "--set"
+MERGE = "tag:yaml.org,2002:merge"  # of the key <<
 
 
 class Place(NamedTuple):
@@ -49,6 +50,8 @@ yaml.SafeDumper.add_representer(Section, yaml.SafeDumper.represent_dict)
 
 def place_of(data: Mapping[str, Any], key: str) -> Place | None:
     """Where a dotted key was given: its own place, else that of the group that should have it, else None."""
+    if isinstance(data, Section) and key in data.places:  # a key with a point in it, which is none
+        return data.places[key]
     place = None
     inner: Any = data
     for name in re.sub(r"\[\d+\]", "", key).split("."):
@@ -60,16 +63,22 @@ def place_of(data: Mapping[str, Any], key: str) -> Place | None:
 
 
 def _construct(loader: yaml.SafeLoader, node: yaml.MappingNode) -> Section:
-    """A mapping; keys are words, each given once."""
-    section = Section()
-    for key_node, value_node in node.value:
+    """A mapping; keys are words, each given once, but that they may replace what << brings."""
+    seen: set[str] = set()
+    for key_node, _ in node.value:
+        if key_node.tag == MERGE:
+            continue
         key = loader.construct_object(key_node, deep=True)
         if not isinstance(key, str):
             raise yaml.constructor.ConstructorError(None, None, f"key {key!r} is not a word", key_node.start_mark)
-        if key in section:
+        if key in seen:
             raise yaml.constructor.ConstructorError(None, None, f"key {key!r} is given twice", key_node.start_mark)
+        seen.add(key)
+    loader.flatten_mapping(node)
+    section = Section()
+    for key_node, value_node in node.value:
         place = Place(str(loader.name), key_node.start_mark.line + 1)
-        section.put(key, loader.construct_object(value_node, deep=True), place)
+        section.put(loader.construct_object(key_node, deep=True), loader.construct_object(value_node, deep=True), place)
     return section
 
 

@@ -69,8 +69,6 @@ COLUMNS: tuple[Column, ...] = (
     Column("d_error", r"\epsilon_d", "error of d_cr by the mesh: mesh_error over slope", LENGTH),
     Column("mesh_error", r"\epsilon", "|dU - dU on a mesh with cells 2^0.5 times larger|", VELOCITY),
     Column("mesh_error_i", r"\epsilon_i", "|dU_i - dU_i on a mesh with cells 2^0.5 times larger|", VELOCITY),
-    Column("peak", "", "largest |dU| between this zero and the next, as a part of that of the curve", ""),
-    Column("certain", "", "whether |dU| exceeds mesh_error on both sides of the zero", ""),
     Column("wanted", "", "1 at a point that was asked for, 0 at one that was added", "", whole=True),
     Column(
         "m", r"m", "uniform source in the liquid's continuity that the time scheme needs; a measure of its error", RATE

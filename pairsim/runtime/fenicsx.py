@@ -20,10 +20,17 @@ os.environ["PETSC_OPTIONS"] = f"{os.environ.get('PETSC_OPTIONS', '')} -no_signal
 # with the mask of the one that makes it. Commands import this module first, therefore, and MPI from here.
 with sigterm_waits():
     # Each has a BLAS of its own.
-    import gmsh  # noqa: F401
+    try:
+        import gmsh  # noqa: F401
+    except OSError as error:
+        raise PairsimError(
+            f"gmsh cannot be loaded ({error}); on Debian: apt install libglu1-mesa libxrender1 libxcursor1 libxft2 "
+            "libxinerama1"
+        ) from error
     import numpy  # noqa: F401
     import scipy.linalg  # noqa: F401
-    from mpi4py import MPI
+
+    from pairsim.runtime.mpi import INSTALL, MPI
 
 with contextlib.suppress(ModuleNotFoundError):
     import dolfinx_solver  # noqa: F401
@@ -33,10 +40,7 @@ try:
     import dolfinx.mesh
     import petsc4py.PETSc
 except ImportError as error:
-    raise PairsimError(
-        f"FEniCSx cannot be imported ({error}); install the wheel with pip install 'pairsim[wheel]' "
-        "or use a Python that has DOLFINx 0.11"
-    ) from error
+    raise PairsimError(f"FEniCSx cannot be imported ({error}); {INSTALL}") from error
 
 # Both come with stubs that miss half of what they have.
 dolfinx: Any = dolfinx

@@ -43,7 +43,7 @@ def launcher_communicator() -> MPI.Comm | None:
     """
     if _size() == 1 and "PMIX_RANK" not in os.environ:
         return None
-    from mpi4py import MPI
+    from pairsim.runtime.mpi import MPI
 
     check_launcher(MPI.COMM_WORLD, ", or --shard")
     return MPI.COMM_WORLD if MPI.COMM_WORLD.size > 1 else None

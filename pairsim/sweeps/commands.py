@@ -18,7 +18,7 @@ from pairsim.config.case_file import case_from_dict, critical_from_dict, curve_f
 from pairsim.config.cost import Estimate, critical_estimate, curve_estimate, run_estimate
 from pairsim.config.curve_case import CriticalCase, CurveCase
 from pairsim.config.form_kinds import forms_of
-from pairsim.physics.materials.polymer import PARAMETERS
+from pairsim.config.identity import identity_of
 from pairsim.results.columns import gap_endings
 from pairsim.results.folders import read_record
 
@@ -87,24 +87,6 @@ class SweepCommand[C: SceneCase]:
         """What a folder gives to results.csv."""
         told = read_record(directory)
         return self.read(directory) | {key: told.get(key) for key in self.last}
-
-
-def identity_of(case: SceneCase) -> dict[str, Any]:
-    """What makes two cases the same: all that changes a file of the folder, so everything but the name.
-
-    Equal entries of a list are one number, and a Newtonian liquid has no parameters of a polymer. The outputs do count:
-    steps land on their times, and a folder without the fields that were asked for is not that case.
-    """
-    identity = case.resolved()
-    identity.pop("name", None)
-    if case.polymer is None:
-        for key in ("liquid", "xi", *PARAMETERS):
-            identity.pop(key, None)
-    for key in ("beta", "Ca_e", "d0"):
-        value = identity.get(key)
-        if isinstance(value, list) and value and all(entry == value[0] for entry in value):
-            identity[key] = value[0]
-    return identity
 
 
 def run_result_columns(case: Case) -> tuple[str, ...]:

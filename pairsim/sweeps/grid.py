@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import hashlib
-import json
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -13,6 +12,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from pairsim.config.case_file import check_keys
+from pairsim.config.identity import folder_name, key_of
 from pairsim.config.merging import merge
 from pairsim.config.physical import BLOCK, forget_numbers
 from pairsim.config.quantities import quantity_range
@@ -24,7 +24,6 @@ from pairsim.sweeps.commands import COMMANDS, Checked, SweepCommand
 
 MOST_CASES = 100_000
 MOST_MISTAKES = 20  # that one message tells
-LONGEST_SLUG = 100
 NUMBERS = ("beta", "De", "Ca_e", "xi", "d0", "time.end")  # of a case, that a physical block can become
 
 
@@ -282,9 +281,7 @@ class _Reader:
         }
         varying = tuple(key for key, column in values.items() if any(value != column[0] for value in column))
         cases = tuple(
-            SweepCase(
-                f"{checked.slug[:LONGEST_SLUG]}-{key[:10]}", key, checked, {name: values[name][i] for name in varying}
-            )
+            SweepCase(folder_name(checked.slug, key), key, checked, {name: values[name][i] for name in varying})
             for i, (key, (checked, _)) in enumerate(found.items())
         )
         whole = _whole_key(found)
@@ -315,8 +312,7 @@ def _whole_key(keys: Iterable[str]) -> str:
 
 def case_key(command: SweepCommand[Any], checked: Checked) -> str:
     """Hash of what a case computes."""
-    text = json.dumps({"command": command.name, **checked.identity}, sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()
+    return key_of(command.name, checked.identity)
 
 
 def finished_in(directory: Path, command: SweepCommand[Any], key: str) -> bool:

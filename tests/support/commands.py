@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 import subprocess
 import sys
 import time
@@ -25,9 +27,13 @@ def in_process(folder: Path, arguments: tuple[str, ...], capture: pytest.Capture
         folder: The current folder meanwhile.
         arguments: What follows `pairsim`.
         capture: What takes the output, also that of compiled libraries.
+
+    Raises:
+        KeyboardInterrupt: It was interrupted.
     """
     from pairsim.cli.app import main
 
+    before = process_state()
     capture.readouterr()
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
@@ -37,7 +43,14 @@ def in_process(folder: Path, arguments: tuple[str, ...], capture: pytest.Capture
     code, (out, err) = int(ended.value.code or 0), capture.readouterr()
     if code == 130:
         raise KeyboardInterrupt  # the signal was meant for pytest; the command has caught it
+    assert process_state() == before, "the next test would begin otherwise"
     return subprocess.CompletedProcess(["pairsim", *arguments], code, out, err)
+
+
+def process_state() -> tuple[object, ...]:
+    """What a command might leave changed behind it: current folder, environment, signal handlers."""
+    handlers = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
+    return Path.cwd(), dict(os.environ), handlers
 
 
 def apart(folder: Path, *arguments: str, ranks: int = 0, timeout: float = 600) -> Done:

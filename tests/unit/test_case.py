@@ -13,7 +13,8 @@ from typer.testing import CliRunner
 from pairsim.cli.app import app
 from pairsim.config.accuracy import SETTINGS
 from pairsim.config.case import SceneCase
-from pairsim.config.case_file import case_from_dict, curve_from_dict, load_case, load_critical, load_curve, schema_rows
+from pairsim.config.case_file import case_from_dict, curve_from_dict, load_case, load_critical, load_curve
+from pairsim.config.schema import schema_rows
 
 MINIMAL = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}
 

@@ -86,10 +86,19 @@ def test_without_relaxation_time_the_liquid_is_newtonian_and_rigid_particles_nee
 WRONG = {
     "no unit": ({"tube": "50"}, "physical.tube: got '50'; has no unit; must be a length"),
     "a bare number": ({"tube": 50}, "physical.tube: got 50; has no unit; must be a length"),
-    "unknown unit": ({"tube": "50 foos"}, "physical.tube: got '50 foos'; unknown unit foos; must be a length"),
-    "no quantity": ({"tube": "wide"}, "physical.tube: got 'wide'; "),
-    "nonsense": ({"tube": "5 ** ) um"}, "no number with a unit; must be a length above 0"),
+    "unknown unit": ({"tube": "50 foos"}, "physical.tube: got '50 foos'; has the unknown unit foos; must be a length"),
+    "no quantity": ({"tube": "wide"}, "physical.tube: got 'wide'; is no number with a unit"),
+    "nonsense": (
+        {"tube": "5 ** ) um"},
+        "physical.tube: got '5 ** ) um'; is no number with a unit; must be a length above 0",
+    ),
     "another dimension": ({"viscosity": "3 m/s"}, "is not a viscosity but has the unit m/s; must be a viscosity"),
+    "arithmetic": ({"tube": "9**9**9 um"}, "physical.tube: got '9**9**9 um'; is no number with a unit"),
+    "broken unit": ({"tube": "5 um**"}, "physical.tube: got '5 um**'; has the unknown unit um**"),
+    "half a range": (
+        {"distance": {"start": "5 um", "stop": "9 um"}},
+        "num is missing; must be a length above 0 with its unit, such as 50 um, a list of such, or {start: 5 um",
+    ),
     "below zero": ({"modulus": "-5 kPa"}, "physical.modulus: got '-5 kPa'; must be a modulus above 0"),
     "one of a list": ({"particle": ["20 um", "1 s"]}, "physical.particle[1]: got '1 s'; is not a length"),
     "misspelt": (
@@ -155,7 +164,7 @@ def test_ranges_of_quantities_may_change_their_unit() -> None:
     assert [si(text, LENGTH) for text in quantity_range({"start": "1 um", "stop": "0.01 mm", "num": 4}, 10)] == (
         pytest.approx([1e-6, 4e-6, 7e-6, 1e-5])
     )
-    with pytest.raises(ValueError, match="same kind"):
+    with pytest.raises(ValueError, match="different kinds"):
         quantity_range({"start": "1 um", "stop": "1 s", "num": 2}, 10)
 
 
@@ -229,3 +238,18 @@ def test_units_writes_a_case_only_when_asked_and_replaces_none(tmp_path: Path, m
     refused = CliRunner().invoke(app, words)
     assert isinstance(refused.exception, InputError)
     assert CliRunner().invoke(app, [*words, "--overwrite"]).exit_code == 0
+
+
+def test_block_that_is_none_is_refused() -> None:
+    with pytest.raises(InputError, match=r"physical: got 3; must be a group of keys; allowed: tube, viscosity"):
+        case_from_dict({"physical": 3, "De": 0, "beta": 0.4, "Ca_e": 0, "d0": 0.1}, "test")
+
+
+def test_units_tells_mistakes_in_the_words_of_its_options() -> None:
+    refused = CliRunner().invoke(app, [*UNITS, "--modulus", "5", "--solvent", "3Pa.s"])
+    assert str(refused.exception).splitlines() == [
+        "pairsim units: --modulus: got '5'; has no unit; must be a modulus above 0 with its unit, such as 5 kPa",
+    ]
+    refused = CliRunner().invoke(app, [*UNITS, "--solvent", "3Pa.s"])
+    assert "--flow: is missing; give it, or --velocity" in str(refused.exception)
+    assert "--solvent: got '3Pa.s'; must be at most --viscosity" in str(refused.exception)

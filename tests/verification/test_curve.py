@@ -181,10 +181,10 @@ def test_a_new_mesh_on_the_way_changes_little(viscoelastic: Branch) -> None:
 @pytest.mark.slow
 def test_the_first_solution_does_not_depend_on_the_way_to_it() -> None:
     """It comes from that of larger cells in a few iterations, and is the one that many small steps lead to."""
-    made = case(De=0.5, Ca_e=(0.05, 0.1), beta=(0.4, 0.35), mesh={"Np": 10, "max_size": 0.1})
+    keys = {"De": 0.5, "Ca_e": (0.05, 0.1), "beta": (0.4, 0.35), "length": 3.0}
+    made, larger = (case(**keys, mesh={"Np": Np, "max_size": 0.08}) for Np in (12, 10))
     start = Parameters((0.1,), made.Ca_es, made.De)
     problem = replace(steady_problem(made, 0.1), newton=replace(STEADY, tolerance=1e-11))
-    larger = case(De=0.5, beta=(0.4, 0.35), mesh={"Np": 8, "max_size": 0.1})
     scout = walked(MPI.COMM_WORLD, steady_problem(larger, 0.1), start)
     short, long = started(MPI.COMM_WORLD, problem, start, scout), walked(MPI.COMM_WORLD, problem, start)
     assert short.iterations <= 4 < long.iterations

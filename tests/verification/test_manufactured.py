@@ -4,7 +4,8 @@ Forms, constraints, Newton's method and time scheme are those of a run; only the
 are given. Velocity, pressure and conformation c are smooth functions of place and time in a frame that moves along the
 axis, and so is the displacement of the mesh. The sources follow from the axisymmetric equations for c in the current
 configuration, by symbolic differentiation; that of s = log c is theirs times the derivative of the logarithm, by
-eigenvectors. So nothing in the sources shares a formula with the forms.
+eigenvectors. So nothing in the sources shares a formula with the forms. The order in time is that of the equations in
+space, whose sources are the forms at exact nodal values and rates: no error but that of the time scheme is left.
 """
 
 from __future__ import annotations

@@ -83,7 +83,8 @@ def test_softness_gives_a_dip_and_then_a_separation_that_grows_with_it() -> None
     """Fig. 6a: a negative relative velocity at first, then a positive one that grows with Ca_e."""
     late = []
     for Ca in (0.01, 0.05, 0.1, 0.15):
-        problem = soft_pair(0.4, 0.1, Ca, mesh=MeshSettings(Np=20), first_step=min(5e-4, Ca / 100))
+        scene = {"mesh": MeshSettings(Np=20), "length": 4.9, "periodic": False}
+        problem = soft_pair(0.4, 0.1, Ca, first_step=min(5e-4, Ca / 100), **scene)
         steps = march(problem, [2.0])
         assert min(dU(s) for s in steps) < -0.03 * Ca
         late.append(dU(steps[-1]))
@@ -99,8 +100,8 @@ def test_volumes_stay() -> None:
 @pytest.mark.parametrize(("Np", "end", "jump"), [(20, 1.6, 1e-2), pytest.param(40, 5.0, 2e-3, marks=pytest.mark.slow)])
 def test_remeshing_leaves_no_jump(Np: int, end: float, jump: float) -> None:
     """dU on the new mesh continues the parabola through the three steps before it."""
-    settings = MeshSettings(Np=Np)
-    problem = soft_pair(0.4, 0.1, 0.15, mesh=settings, control=StepControl(3e-4, 1e-9, 0.3))
+    scene = {"mesh": MeshSettings(Np=Np), "length": 4.9, "periodic": False}
+    problem = soft_pair(0.4, 0.1, 0.15, control=StepControl(3e-4, 1e-9, 0.3), **scene)
     steps = march(problem, [end])
     peak = max(abs(dU(s)) for s in steps)
     new = [k for k in range(3, len(steps)) if steps[k].mesh_id != steps[k - 1].mesh_id]
@@ -118,9 +119,8 @@ def test_fixed_steps_leave_an_error_of_second_order_by_the_first_one() -> None:
 
     def states(dt: float) -> tuple[np.ndarray, float]:
         control = StepControl(1.0, 1e-12, 1.0, fixed=dt)
-        problem = soft_pair(
-            0.4, 0.1, 0.1, mesh=MeshSettings(Np=8), control=control, newton=replace(TRANSIENT, tolerance=1e-11)
-        )
+        scene = {"mesh": MeshSettings(Np=8), "length": 4.9, "periodic": False}
+        problem = soft_pair(0.4, 0.1, 0.1, control=control, newton=replace(TRANSIENT, tolerance=1e-11), **scene)
         step = march(problem, [0.2])[-1]
         return np.array([dU(step), *step.observation.D]), step.observation.m
 

@@ -1,0 +1,67 @@
+"""Commands to begin with: an example of every kind of file, and its keys."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from pairsim.cli.options import Settings, print_table
+from pairsim.runtime.errors import InputError
+
+app = typer.Typer()
+
+
+@app.command(epilog="Examples: pairsim init | pairsim init beads --kind curve")
+def init(
+    name: Annotated[
+        str | None, typer.Argument(help="Name of the case and of its file (default: that of the kind).")
+    ] = None,
+    kind: Annotated[
+        Literal["run", "curve", "critical", "sweep"], typer.Option("--kind", help="The command that it is for.")
+    ] = "run",
+) -> None:
+    """Write a commented example into NAME.yaml; an existing file is never replaced."""
+    from pairsim.config.example import write_example
+
+    path = write_example(kind, name or kind, Path())
+    typer.echo(str(path))
+    typer.echo(f"next: pairsim {kind} {path} --dry-run", err=True)
+
+
+@app.command(
+    epilog="Examples: pairsim schema curve | pairsim schema run --case case.yaml | "
+    "pairsim schema run --json > run.schema.json"
+)
+def schema(
+    command: Annotated[
+        Literal["run", "curve", "critical", "sweep", "study"], typer.Argument(help="The command that the file is for.")
+    ] = "run",
+    case: Annotated[
+        Path | None,
+        typer.Option("--case", help="Show what each key is in this case, its defaults included.", show_default=False),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print a JSON Schema, by which editors check files.")] = False,
+    set_: Settings = None,
+) -> None:
+    """List every key of a file with what it accepts, its default and its meaning.
+
+    Some defaults depend on the liquid and on the particles: --case (with --set) shows those that hold in a case.
+    """
+    from rich.table import Table
+
+    from pairsim.config.schema import json_schema, schema_rows, values_in
+
+    if set_ and case is None:
+        raise InputError("pairsim schema", "--set", None, "must go with --case, whose keys it replaces")
+    if as_json and case is not None:
+        raise InputError("pairsim schema", "--json", None, "must be left out with --case")
+    if as_json:
+        typer.echo(json_schema(command))
+        return
+    here = values_in(command, case, tuple(set_ or ())) if case is not None else None
+    table = Table("key", "allowed", "default" if here is None else "here", "meaning", box=None, pad_edge=False)
+    for key, allowed, default, meaning in schema_rows(command):
+        table.add_row(key, allowed, default if here is None else here.get(key, ""), meaning)
+    print_table(table)

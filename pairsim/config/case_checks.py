@@ -1,0 +1,86 @@
+"""What no key of a case can say alone: keys that must be given, and those that do not fit together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from pairsim.config.case import FREE_ENDS, Case, SceneCase
+from pairsim.config.mistakes import Mistake, missing
+from pairsim.physics.materials.polymer import PARAMETERS, Name
+
+MOST_OUTPUTS = 10_000
+
+
+def check_scene(case: SceneCase, counts: dict[str, int]) -> Iterator[Mistake]:
+    """What no key of a scene can say alone.
+
+    Args:
+        case: The case.
+        counts: Keys that take one value for each of so many particles or gaps.
+
+    Yields:
+        The keys that do not fit the others. Those that are missing come first and alone.
+    """
+    counts = {"beta": case.n, "Ca_e": case.n, **counts}
+    absent = [
+        missing(key, f"{case.n} particles need it (a number or a list of {count})")
+        for key, count in counts.items()
+        if count > 0 and getattr(case, key) is None
+    ]
+    if absent:  # without them the rest has no meaning
+        yield from absent
+        return
+    if case.liquid == "newtonian" and case.De > 0:
+        allowed = "must be another law, or left out with De: 0; a Newtonian liquid has no relaxation time"
+        yield Mistake("liquid", case.liquid, allowed)
+    if case.law is not None:
+        yield from _check_law(case, case.law.name)
+    fits = True
+    for key, count in counts.items():
+        value = getattr(case, key)
+        if isinstance(value, tuple) and len(value) != max(count, 0):
+            what = "gaps" if key == "d0" else "particles"
+            allowed = f"must be a number or a list of {max(count, 0)}, one for each of the {what}"
+            yield Mistake(key, list(value), allowed)
+            fits = False
+    if case.length == "auto" and case.ends != "developed":
+        yield Mistake("length", "auto", "must be a number with periodic ends; auto goes with ends: developed")
+    elif fits and case.n and case.tube_length < case.cluster + 2 * FREE_ENDS:
+        least = case.cluster + 2 * FREE_ENDS
+        allowed = f"must be at least {least:g}: the particles take {case.cluster:g}, each end {FREE_ENDS:g}"
+        yield Mistake("length", case.tube_length, allowed)
+
+
+def _check_law(case: SceneCase, law: Name) -> Iterator[Mistake]:
+    """Parameters that belong to another constitutive law, or that this one lacks."""
+    if case.xi == 0:
+        yield Mistake("xi", case.xi, "must be above 0 in a viscoelastic liquid")
+    for key, laws in PARAMETERS.items():
+        value = getattr(case, key)
+        if value is not None and law not in laws:
+            allowed = f"must be left out: {key} belongs to {' and '.join(laws)}, the liquid is {law}"
+            yield Mistake(key, value, allowed)
+        if value is None and law in laws and key != "alpha":
+            yield missing(key, f"liquid: {law} needs it")
+
+
+def check_together(case: Case) -> Iterator[Mistake]:
+    """What no key of a case in time can say alone; as `check_scene`."""
+    yield from check_scene(case, {"d0": case.n - 1})
+    end, every = case.time.end, case.output.every
+    if case.time.first_step > end:
+        yield Mistake("time.first_step", case.time.first_step, f"must be at most time.end = {end:g}")
+    if case.time.max_step < case.time.first_step:
+        allowed = f"must be at least time.first_step = {case.time.first_step:g}"
+        yield Mistake("time.max_step", case.time.max_step, allowed)
+    if case.time.fixed_step is not None and case.time.fixed_step > end:
+        yield Mistake("time.fixed_step", case.time.fixed_step, f"must be at most time.end = {end:g}")
+    if every is not None and end / every > MOST_OUTPUTS:
+        yield Mistake("output.every", every, f"must be at least {end / MOST_OUTPUTS:g}: more outputs fill the disk")
+    if late := [t for t in case.output.times if t > end]:
+        yield Mistake("output.times", late[0], f"must be at most time.end = {end:g}")
+    limits = case.limits
+    if limits.max_gap is not None and case.gaps and limits.max_gap <= max(case.gaps):
+        yield Mistake("limits.max_gap", limits.max_gap, f"must be above the initial distance {max(case.gaps):g}")
+    if case.gaps and limits.min_gap >= min(case.gaps):
+        yield Mistake("limits.min_gap", limits.min_gap, f"must be below the initial distance {min(case.gaps):g}")

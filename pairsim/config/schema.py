@@ -1,0 +1,68 @@
+"""What may stand in each kind of file: as rows of a table, and as a JSON Schema."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pairsim.config.case_file import FILES, LOADERS
+from pairsim.config.physical import BLOCK
+from pairsim.config.wording import allowed_in, groups_of
+from pairsim.runtime.errors import InputError
+
+
+def schema_rows(command: str = "run") -> list[tuple[str, str, str, str]]:
+    """Key, what is allowed, default and description of every key of a command's file."""
+    rows = []
+    groups = groups_of(FILES[command])
+    for group, model in groups.items():
+        for name, field in model.model_fields.items():
+            if not group and name in groups:
+                continue
+            key = f"{group}.{name}" if group else name
+            default = f"required{f' in {group}' if group else ''}" if field.is_required() else _text(field.default)
+            rows.append((key, allowed_in(model, name), default, field.description or ""))
+    return rows
+
+
+def values_in(command: str, path: Path, settings: tuple[str, ...]) -> dict[str, str]:
+    """What each key is in a case, defaults included.
+
+    Raises:
+        InputError: The case is wrong, or the command has no cases of its own.
+    """
+    if command not in LOADERS:
+        raise InputError("pairsim schema", "--case", command, f"must be left out, or go with {', '.join(LOADERS)}")
+    resolved = LOADERS[command](path, settings).resolved()
+    values: dict[str, str] = {}
+    for key, value in resolved.items():
+        inner = value if isinstance(value, Mapping) and key in groups_of(FILES[command]) else {"": value}
+        values |= {f"{key}.{name}" if name else key: _text(entry) for name, entry in inner.items()}
+    return values
+
+
+def _text(value: Any) -> str:
+    """A value as it would stand in a file; nothing for what is not given."""
+    if value is None or value == () or value == [] or value == {}:
+        return ""
+    return value if isinstance(value, str) else json.dumps(value, default=str)
+
+
+def json_schema(command: str) -> str:
+    """The JSON Schema of a command's file; De may be replaced by a block of units."""
+    model = FILES[command]
+    schema = model.model_json_schema()
+    schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": f"pairsim {command}"}
+    if BLOCK in model.model_fields:
+        required = schema.pop("required")
+        schema["anyOf"] = [{"required": required}, {"required": [BLOCK]}]
+    return json.dumps(_plain(schema), indent=2)
+
+
+def _plain(schema: Any) -> Any:
+    """Without the words that are for messages alone."""
+    if isinstance(schema, Mapping):
+        return {key: _plain(value) for key, value in schema.items() if key != "words" or not isinstance(value, str)}
+    return list(map(_plain, schema)) if isinstance(schema, list) else schema

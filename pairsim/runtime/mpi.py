@@ -1,0 +1,18 @@
+"""MPI, or one line that says how to get it: mpi4py comes from PyPI without a library."""
+
+from __future__ import annotations
+
+from pairsim.runtime.errors import PairsimError
+
+INSTALL = (
+    "install the wheel of FEniCSx with pip install 'pairsim[wheel]', or install pairsim into the Python of a FEniCSx "
+    "with DOLFINx 0.11"
+)
+
+try:
+    from mpi4py import MPI
+except (ImportError, RuntimeError) as error:
+    reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+    raise PairsimError(f"MPI cannot be loaded ({reason}); {INSTALL}") from error
+
+__all__ = ["INSTALL", "MPI"]

@@ -1,0 +1,77 @@
+"""`pairsim status` tells how a folder of any command stands."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from pairsim.cli.app import app
+from pairsim.results.folders import kind_of
+
+TABLES = {"run": "series.csv", "curve": "curve.csv", "critical": "critical.csv"}
+
+
+def make(folder: Path, table: str, **record: object) -> Path:
+    folder.mkdir()
+    (folder / table).write_text("t\n0.1\n")
+    content = {"status": "finished", "reason": "end", "message": "finished at t = 2", "wall_time": 5.25} | record
+    (folder / "run.json").write_text(json.dumps(content))
+    return folder
+
+
+def status(folder: Path) -> list[str]:
+    result = CliRunner().invoke(app, ["status", str(folder)])
+    assert result.exit_code == 0, result.exception
+    return [line.rstrip() for line in result.output.splitlines()]
+
+
+@pytest.mark.parametrize("kind", TABLES)
+def test_one_case_tells_how_it_ended_and_its_warnings(kind: str, tmp_path: Path) -> None:
+    folder = make(tmp_path / "out", TABLES[kind], warnings=["the mesh is coarse"], command=f"pairsim {kind} case.yaml")
+    assert kind_of(folder) == kind
+    lines = status(folder)
+    assert lines[0].endswith("out: finished (end)")
+    assert lines[1:] == [
+        "finished at t = 2",
+        f"5.25 s of wall time, by: pairsim {kind} case.yaml",
+        "warning: the mesh is coarse",
+    ]
+
+
+def test_run_that_was_killed_is_said_to_be(tmp_path: Path) -> None:
+    folder = make(tmp_path / "out", "series.csv", status="running", reason="", message="")
+    assert status(folder)[0].endswith("out: interrupted")
+    assert "--resume" in status(folder)[1]
+
+
+def test_case_that_failed_before_its_table_is_found_by_its_record(tmp_path: Path) -> None:
+    folder = make(tmp_path / "out", "series.csv", status="failed", reason="mesh_failed", message="no mesh")
+    (folder / "series.csv").unlink()
+    assert status(folder)[:2] == [f"{folder}: failed (mesh_failed)", "no mesh"]
+
+
+def ledger(folder: Path, name: str) -> None:
+    folder.mkdir(parents=True)
+    counts = {"pending": 1, "running": 0, "finished": 0, "failed": 1, "timeout": 0}
+    cases = [
+        {"folder": "a-1", "status": "failed", "reason": "mesh_failed", "message": "no mesh", "attempts": 1},
+        {"folder": "b-2", "status": "pending", "reason": "", "message": "", "attempts": 0},
+    ]
+    content = {"name": name, "command": "run", "updated": 1.0, "counts": counts, "cases": cases}
+    (folder / "sweep.json").write_text(json.dumps(content))
+
+
+def test_sweep_and_study_tell_their_cases(tmp_path: Path) -> None:
+    ledger(tmp_path / "sweep", "many")
+    for i in (1, 2):
+        ledger(tmp_path / "study" / f"sweep-{i}", f"repetition {i}")
+    assert (kind_of(tmp_path / "sweep"), kind_of(tmp_path / "study")) == ("sweep", "study")
+    shown = "\n".join(status(tmp_path / "sweep"))
+    assert "many: 2 cases of pairsim run" in shown
+    assert "mesh_failed" in shown
+    assert [line for line in status(tmp_path / "study") if "cases of" in line] == [
+        f"repetition {i}: 2 cases of pairsim run" for i in (1, 2)
+    ]

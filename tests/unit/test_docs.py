@@ -1,0 +1,65 @@
+"""What the documentation promises about itself: lines that wrap, and files and columns that it does not forget."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from support.inputs import ROOT
+
+from pairsim.config.case import Case
+from pairsim.results.columns import COLUMNS, STUDY_COLUMNS, SWEEP_COLUMNS
+from pairsim.results.output import OWN_FILES
+from pairsim.sweeps.commands import COMMANDS
+from pairsim.sweeps.study import COUNTS
+
+WIDTH = 100
+PAGES = sorted(
+    [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("configs/*.md"), *ROOT.glob("scripts/**/*.md")]
+)
+CASE = {"beta": 0.4, "De": 1, "Ca_e": 0.1}
+
+
+def prose(text: str) -> str:
+    """A page with its tables, fenced blocks and HTML comments left blank."""
+    for pattern in (r"^ *```.*?^ *```$", r"<!--.*?-->", r"^ *\|.*?$"):
+        text = re.sub(pattern, lambda match: "\n" * match[0].count("\n"), text, flags=re.DOTALL | re.MULTILINE)
+    return text
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_prose_wraps(page: Path) -> None:
+    long = [n for n, line in enumerate(prose(page.read_text()).splitlines(), 1) if len(line) > WIDTH and " " in line]
+    assert not long, f"lines {long} are longer than {WIDTH} characters"
+
+
+def test_tables_and_code_may_be_wider() -> None:
+    text = "a\n```sh\n" + "b " * 80 + "\n```\n| " + "c " * 80 + "|\n" + "d " * 80 + "\n"
+    assert [n for n, line in enumerate(prose(text).splitlines(), 1) if len(line) > WIDTH] == [6]
+
+
+def test_every_file_is_described() -> None:
+    page = (ROOT / "docs" / "reference" / "files.md").read_text()
+    assert not [name for name in OWN_FILES if f"`{name}`" not in page]
+
+
+@pytest.mark.parametrize(("name", "places"), [("run", {"d0": 0.1}), ("curve", {"d": [0.1]}), ("critical", {})])
+def test_columns_of_sweeps_are_described(name: str, places: dict[str, object]) -> None:
+    known = {column.name for column in (*COLUMNS, *SWEEP_COLUMNS)} | Case.model_fields.keys()
+    command = COMMANDS[name]
+    columns = command.check(CASE | places, "").columns
+    assert not [column for column in (*command.parameters, *columns, *command.last) if column not in known]
+
+
+def test_counts_of_studies_are_described() -> None:
+    assert not set(COUNTS) - {column.name for column in STUDY_COLUMNS}
+
+
+def test_pages_that_files_name_exist() -> None:
+    """Code, tests and README name pages of docs, which move."""
+    parts = ("*.md", "configs/*.md", "pairsim/**/*.py", "scripts/*", "tests/**/*.py")
+    files = [path for part in parts for path in ROOT.glob(part) if path.is_file()]
+    named = {(path, page) for path in files for page in re.findall(r"\bdocs/[\w/.-]+\.(?:md|png)\b", path.read_text())}
+    assert named
+    assert not [f"{path}: {page}" for path, page in named if not (ROOT / page).exists()]

@@ -1,0 +1,168 @@
+"""What a new user meets first: an example of every kind, its keys, completion, and what a case will cost."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import jsonschema
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+from pairsim.cli.app import app
+from pairsim.config.case_file import FILES, LOADERS, load_case, load_curve
+from pairsim.config.cost import curve_estimate, run_estimate
+from pairsim.config.identity import default_folder
+from pairsim.config.schema import schema_rows
+from pairsim.runtime.errors import InputError
+from pairsim.sweeps.grid import read_grid
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+KINDS = ("run", "curve", "critical", "sweep")
+
+
+def say(*words: str) -> str:
+    result = CliRunner().invoke(app, list(words))
+    assert result.exit_code == 0, result.exception
+    return result.output
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_example_of_each_kind_is_a_case_that_can_be_computed(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    said = say("init", "beads", "--kind", kind)
+    assert said.splitlines()[0] == "beads.yaml"
+    text = (tmp_path / "beads.yaml").read_text()
+    assert text.startswith("# ")
+    assert "{{" not in text
+    assert f"pairsim {kind} beads.yaml" in text
+    shown = say(kind, "beads.yaml", "--dry-run")
+    assert "beads" in shown or kind == "sweep"
+    assert [path.name for path in tmp_path.iterdir()] == ["beads.yaml"]
+
+
+def test_keys_of_an_example_that_are_commented_out_are_right(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for kind in KINDS:
+        say("init", kind, "--kind", kind)
+        text = (tmp_path / f"{kind}.yaml").read_text()
+        for key, rest in re.findall(r"^# (\w+): ([^#\n]*)", text, re.MULTILINE):
+            assert key in FILES[kind].model_fields, key
+            own = yaml.safe_load(text) | {key: yaml.safe_load(rest)}
+            if key == "physical":
+                own = {name: value for name, value in own.items() if name not in ("beta", "De", "Ca_e", "d0")}
+            (tmp_path / "changed.yaml").write_text(yaml.safe_dump(own))
+            if kind == "sweep":
+                assert read_grid(tmp_path / "changed.yaml").cases
+            else:
+                LOADERS[kind](tmp_path / "changed.yaml", ())
+
+
+def test_example_replaces_no_file_and_has_a_sound_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "run.yaml").write_text("precious")
+    for words, message in ((["init"], "the file exists and is kept"), (["init", "../x"], "must be letters")):
+        result = CliRunner().invoke(app, words)
+        assert isinstance(result.exception, InputError)
+        assert message in str(result.exception)
+    assert (tmp_path / "run.yaml").read_text() == "precious"
+
+
+@pytest.mark.parametrize("command", FILES)
+def test_schema_lists_every_kind_of_file(command: str) -> None:
+    shown = say("schema", command)
+    for key, allowed, _, meaning in schema_rows(command):
+        assert key in shown
+        assert allowed
+        assert meaning
+
+
+@pytest.mark.parametrize("path", sorted(CONFIGS.glob("*.yaml")), ids=lambda path: path.stem)
+def test_shipped_files_pass_the_json_schema_of_their_command(path: Path) -> None:
+    command = path.stem if path.stem in FILES else "run"
+    schema = json.loads(say("schema", command, "--json"))
+    jsonschema.Draft202012Validator.check_schema(schema)
+    content = yaml.safe_load(path.read_text())
+    jsonschema.validate(content, schema)
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate({**content, "lenght": 3}, schema)
+
+
+def test_json_schema_takes_units_in_place_of_De() -> None:
+    schema = json.loads(say("schema", "run", "--json"))
+    jsonschema.validate({"physical": {"tube": "50 um", "viscosity": "1 Pa.s", "flow_rate": "1 ul/min"}}, schema)
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate({"beta": 0.4}, schema)
+
+
+@pytest.mark.parametrize(("De", "Np", "size"), [("0", "40", "0.2"), ("1", "28", "0.05")])
+def test_schema_shows_the_defaults_that_hold_in_a_case(De: str, Np: str, size: str, tmp_path: Path) -> None:
+    (tmp_path / "case.yaml").write_text("beta: 0.4\nDe: 5\nCa_e: 0.1\nd0: 0.1\n")
+    shown = say("schema", "run", "--case", str(tmp_path / "case.yaml"), "--set", f"De={De}")
+    assert re.search(rf"^mesh\.Np .* {Np}  +", shown, re.MULTILINE)
+    assert re.search(rf"^mesh\.max_size .* {re.escape(size)}  +", shown, re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    ("line", "offered"), [("pairsim cri", "critical"), ("pairsim run --re", "--resume"), ("pairsim schema st", "study")]
+)
+def test_shell_completion_offers_commands_options_and_choices(line: str, offered: str) -> None:
+    environment = {
+        "_PAIRSIM_COMPLETE": "complete_bash",
+        "COMP_WORDS": line,
+        "COMP_CWORD": str(len(line.split()) - 1),
+    }
+    done = CliRunner().invoke(app, [], prog_name="pairsim", env=environment)
+    assert offered in done.output.split()
+    assert "--install-completion" in say("--help")
+
+
+@pytest.mark.parametrize("kind", ["run", "curve", "critical"])
+def test_dry_run_tells_the_cost_and_writes_nothing(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    config = CONFIGS / ("quickstart.yaml" if kind == "run" else f"{kind}.yaml")
+    told = say(kind, str(config), "--dry-run")
+    assert re.search(r"^runs/\S+: about [\d,]+ unknowns, .+ on one core, \d+ MB$", told, re.MULTILINE)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_dry_run_names_keys_without_effect(tmp_path: Path) -> None:
+    (tmp_path / "case.yaml").write_text("beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\nalpha: 0.1\n")
+    assert "note: alpha has no effect" in say("run", str(tmp_path / "case.yaml"), "--dry-run")
+
+
+@pytest.mark.parametrize(
+    ("name", "megabytes"),
+    [("pipe", 230), ("rigid_pair", 390), ("quickstart", 390), ("triplet", 440), ("viscoelastic", 590)],
+)
+def test_guessed_memory_is_near_what_was_measured(name: str, megabytes: float) -> None:
+    """Measured with one thread; configs/README.md has the table."""
+    assert run_estimate(load_case(CONFIGS / f"{name}.yaml")).memory == pytest.approx(1e6 * megabytes, rel=0.15)
+
+
+def test_guessed_memory_of_a_curve_is_near_what_was_measured() -> None:
+    assert curve_estimate(load_curve(CONFIGS / "curve.yaml")).memory == pytest.approx(1.21e9, rel=0.15)
+
+
+def test_default_folders_of_different_cases_differ(tmp_path: Path) -> None:
+    """Beta, De, Ca_e and d0 are in the slug; mesh, steps and units are not."""
+    text = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\n"
+    (tmp_path / "case.yaml").write_text(text)
+    settings = [(), ("mesh.Np=20",), ("time.end=3",), ("ends=developed",), ("particles=3",)]
+    cases = [load_case(tmp_path / "case.yaml", each) for each in settings]
+    folders = [default_folder("run", case) for case in cases]
+    assert len(set(folders)) == len(folders)
+    assert len({case.slug for case in cases}) == 2
+    assert default_folder("run", load_case(tmp_path / "case.yaml", ("d0=[0.1]",))) == folders[0]
+    assert default_folder("run", load_case(tmp_path / "case.yaml", ("name=mine",))) == Path("runs/mine")
+
+
+def test_a_sweep_finds_its_folders_by_the_same_hash(tmp_path: Path) -> None:
+    (tmp_path / "grid.yaml").write_text("base: {beta: 0.4, De: 0, Ca_e: 0.1}\ngrid: {d0: [0.1, 0.2]}\n")
+    (tmp_path / "case.yaml").write_text("beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.2\n")
+    folder = read_grid(tmp_path / "grid.yaml").cases[1].folder
+    assert default_folder("run", load_case(tmp_path / "case.yaml")).name == folder
