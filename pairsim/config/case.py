@@ -50,6 +50,9 @@ Positive = Annotated[float, Field(gt=0), BeforeValidator(number)]
 Distance = Annotated[float, Field(ge=1e-4), BeforeValidator(number)]
 
 
+MOST_OUTPUTS = 10_000
+
+
 class _Options(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -115,10 +118,16 @@ class Limits(_Options):
 
 
 class OutputOptions(_Options):
-    """When files are written. Steps land on the times of the fields; the first and last step's are always written."""
+    """When files are written. Steps land on `times` and `every`; the first and last step's fields are always there."""
 
     times: tuple[Positive, ...] = Field((), description="times of fields.xdmf [D_c/U_av]")
     every: Positive | None = Field(None, description="interval of fields.xdmf [D_c/U_av]")
+    frames: Whole = Field(
+        20,
+        ge=0,
+        le=MOST_OUTPUTS,
+        description="fields.xdmf has about so many times, at steps as they come, where times and every say nothing",
+    )
     fields: bool = Field(True, strict=True, description="write fields.xdmf at all")
     checkpoint: Number = Field(60.0, ge=0, description="interval of checkpoint.npz, for run --resume [s of wall time]")
 
