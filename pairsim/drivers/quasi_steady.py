@@ -63,7 +63,7 @@ def conclude(
     warnings: Sequence[str],
     summary: dict[str, Any],
 ) -> Outcome:
-    """Write and show the end: the outcome, the costs, and the warnings, those of mesh, stresses and tube added.
+    """Write the end: the outcome, the costs, and the warnings, those of mesh, stresses and tube added.
 
     Args:
         case: The case.
@@ -81,8 +81,6 @@ def conclude(
     seen = [c.s_jump for p in points if (c := p.observation.conformation) is not None]
     stress = unresolved_stress(case, max(seen, default=0.0))
     warnings = [*warnings, *coarse_mesh(case), *stress, *near_ends(case, case.cluster)]
-    for warning in warnings:
-        session.reporter.note(warning)
     try:
         session.record.write(outcome, {**summary, **counts, "warnings": warnings}, phases)
     except OSError as error:

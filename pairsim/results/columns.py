@@ -102,6 +102,7 @@ SWEEP_COLUMNS = (
     Column("folder", "", "folder of the case in that of the sweep", ""),
     Column("status", "", "pending, finished, failed or timeout", ""),
     Column("reason", "", "why the case ended", ""),
+    Column("warnings", "", "what run.json of the case warns of, separated by semicolons", ""),
     Column("points", "", "points of the curve or of the lines of critical distances", ""),
     Column("zeros", "", "zeros of dU from the smallest d on, or the critical distances asked for (a list in JSON)", ""),
     Column("stable", "", "whether each of them is stable (a list in JSON)", ""),

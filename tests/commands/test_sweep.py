@@ -71,7 +71,9 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.slow
 def test_table_has_a_row_a_case_and_the_promised_columns(swept: Path) -> None:
     rows = table(swept / "out")
-    assert ",".join(rows[0]) == ("folder,status,reason,d0,beta,De,Ca_e,t,d,dU,U_L,U_T,D_L,D_T,dp,steps,unknowns")
+    assert ",".join(rows[0]) == (
+        "folder,status,reason,d0,beta,De,Ca_e,t,d,dU,U_L,U_T,D_L,D_T,dp,steps,unknowns,warnings"
+    )
     assert [(row["d0"], row["beta"]) for row in rows] == [("0.1", "0.4"), ("0.2", "0.4"), ("0.2", "0.3")]
     for row in rows:
         assert (row["status"], row["reason"], row["t"]) == ("finished", "end", "0.01")
@@ -339,7 +341,7 @@ def test_curves_are_swept_too(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     rigid, soft = table(tmp_path / "out")
     assert ",".join(soft) == (
-        "folder,status,reason,Ca_e,beta,De,points,zeros,stable,d_peak,dU_peak,mesh_error,unknowns"
+        "folder,status,reason,Ca_e,beta,De,points,zeros,stable,d_peak,dU_peak,mesh_error,unknowns,warnings"
     )
     assert (soft["status"], soft["points"], soft["zeros"], soft["stable"]) == ("finished", "3", "[]", "[]")
     with (tmp_path / "out" / soft["folder"] / "curve.csv").open() as file:
