@@ -99,7 +99,8 @@ def dU(step: Step) -> float:
 
 def pytest_sessionstart() -> None:
     """Compile what most tests need, under the lock that keeps two compilers apart, and outside their time limits."""
-    compile_missing(["newtonian:moving", "neo-hookean", "giesekus:moving", "giesekus:moving:steady"])
+    steady = [f"{kind}:enriched" for kind in ("newtonian:moving", "neo-hookean", "giesekus:moving:steady")]
+    compile_missing(["newtonian:moving", "neo-hookean", "giesekus:moving", "giesekus:moving:steady", *steady])
 
 
 @pytest.fixture
