@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from pairsim.fem.diagnostics import Observation
 from pairsim.fem.enriched_residual import EnrichedResidual, nodes_of
 from pairsim.fem.patch_recovery import PatchRecovery
 from pairsim.fem.six_node_mesh import shape_values
+from pairsim.results.output import read_series
 from pairsim.solvers.branch import walked
 from pairsim.solvers.error_estimate import ErrorEstimate, ErrorEstimator
 from pairsim.solvers.parameters import Parameters
@@ -120,3 +122,21 @@ def test_flow_rate_of_interpolated_ends() -> None:
     reference, last = solved(SINGLE, Np=28, max_size=0.05, rows=0.5)
     found, estimate = solved(SINGLE, Np=14, max_size=0.1, rows=0.5)
     assert 0.5 < estimate.U[0] / (reference.U + last.U - found.U)[0] < 1.6
+
+
+def test_estimates_do_not_depend_on_the_number_of_processes(  # type: ignore[no-untyped-def]
+    pairsim, tmp_path: Path
+) -> None:
+    """Soft and rigid, with all that the tables say of the error, on one and on two processes."""
+    keys = "beta: 0.4\nDe: 0.5\nCa_e: [0.05, 0]\nends: developed\nlength: 4\nd: [0.3]\nmesh: {Np: 8, max_size: 0.1}\n"
+    (tmp_path / "case.yaml").write_text(keys)
+    tables = []
+    for ranks in (1, 2):
+        done = pairsim("curve", "case.yaml", "-o", f"out{ranks}", ranks=ranks)
+        assert done.returncode == 0, done.stderr
+        tables.append(read_series(tmp_path / f"out{ranks}" / "curve.csv"))
+    one, two = tables
+    for name in ("dU_correction", "dU_error", "U_correction_L", "U_correction_T"):
+        assert one[name][0] != 0
+        assert two[name][0] == pytest.approx(one[name][0], rel=1e-5)
+    assert one["dU_correction"][0] == pytest.approx(one["U_correction_L"][0] - one["U_correction_T"][0], rel=1e-9)

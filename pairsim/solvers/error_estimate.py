@@ -17,10 +17,13 @@ from pairsim.physics.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.steady import Steady
 
+# The half-width to quote is this times the estimate. Fixed by scripts/error_bars.
+SAFETY = 2.5
+
 
 @dataclass(frozen=True)
 class ErrorEstimate:
-    """Signed estimates of exact minus discrete values.
+    """Signed estimates of exact minus discrete values, and the error to quote.
 
     Attributes:
         U: Of the particles' velocities, (N,).
@@ -37,6 +40,11 @@ class ErrorEstimate:
     def dU(self) -> Array:
         """Of the relative velocity over every gap, (N-1,)."""
         return np.diff(self.U)
+
+    @property
+    def dU_error(self) -> Array:
+        """Half-width of the interval around dU that should hold the exact one, (N-1,)."""
+        return np.asarray(SAFETY * np.abs(self.dU) + np.abs(self.newton_dU))
 
 
 class ErrorEstimator:
