@@ -15,9 +15,10 @@ from scipy import sparse
 from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.runtime.arrays import Array, Indices
 
-# Patches with fewer nodes than this take in the next ring of cells, by degree of the recovered field. Twice the number
-# of coefficients: with 15 nodes for a cubic, what was fitted at boundaries gave half to two thirds of the estimate.
-FEWEST_NODES = {2: 9, 3: 20}
+# Patches with fewer nodes than this take in the next ring of cells, by degree of the recovered field: two rings inside
+# the mesh. Fewer nodes (9 and 15) gave estimates of .3 to .9 of the error of Newtonian pairs, a third ring at boundaries
+# (18 and 40) 1.1 to 1.9 on cells where two rings gave 1.05 to 1.4.
+FEWEST_NODES = {2: 14, 3: 25}
 # Ridge of the normal equations over their mean diagonal, for patches whose nodes do not settle all coefficients.
 RIDGE = 1e-13
 
