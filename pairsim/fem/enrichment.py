@@ -24,11 +24,13 @@ class Enrichment:
 
     Args:
         scene: The scene.
+        before: Those of the same particles in a liquid of another mesh: soft particles keep theirs.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, before: Enrichment | None = None) -> None:
         self.scene = scene
-        self._phases = [_EnrichedPhase(phase) for phase in scene.phases]
+        kept = {id(enriched.phase): enriched for enriched in (before._phases if before else ())}
+        self._phases = [kept.get(id(phase)) or _EnrichedPhase(phase) for phase in scene.phases]
 
     def tested(self, weights: Array) -> Array:
         """The residual at the phases' present unknowns, tested with what the recovery adds to weights.

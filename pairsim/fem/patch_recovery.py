@@ -16,8 +16,8 @@ from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.runtime.arrays import Array, Indices
 
 # Patches with fewer nodes than this take in the next ring of cells, by degree of the recovered field: two rings inside
-# the mesh. Fewer nodes (9 and 15) gave estimates of .3 to .9 of the error of Newtonian pairs, a third ring at boundaries
-# (18 and 40) 1.1 to 1.9 on cells where two rings gave 1.05 to 1.4.
+# the mesh. Fewer nodes (9 and 15) gave estimates of .3 to .9 of the errors of Newtonian pairs, a third ring at
+# boundaries (18 and 40) 1.1 to 1.9 on cells where two rings gave 1.05 to 1.4.
 FEWEST_NODES = {2: 14, 3: 25}
 # Ridge of the normal equations over their mean diagonal, for patches whose nodes do not settle all coefficients.
 RIDGE = 1e-13
@@ -56,26 +56,20 @@ class PatchRecovery:
         x = (mesh.points[self._nodes] - self._centres[:, None]) * inside[..., None]
         self._scales = np.sqrt((x**2).sum(axis=1) / count[:, None])
         basis = _monomials(x / self._scales[:, None], degree) * inside[..., None]
-        self._fits = [self._fit(basis, odd) for odd in (False, True)]
-
-    def _fit(self, basis: Array, odd: bool) -> Array:
-        """Matrices from the nodal values of every patch to its coefficients, (n_vertices, coefficients, nodes).
-
-        On the axis a field is odd or even in r, and so is its polynomial, as if the patch had its mirror image.
-        """
-        on_axis = np.flatnonzero(self._centres[:, 1] < 1e-12)
-        wrong = np.flatnonzero([j % 2 != odd for _, j in _powers(self._degree)])
-        basis = basis.copy()
-        basis[np.ix_(on_axis, np.arange(basis.shape[1]), wrong)] = 0.0
-        transposed = np.swapaxes(basis, 1, 2)
-        normal = transposed @ basis
-        size = normal.shape[1]
-        ridge = RIDGE * np.trace(normal, axis1=1, axis2=2) / size
-        return np.asarray(np.linalg.solve(normal + ridge[:, None, None] * np.eye(size), transposed))
+        self._basis, self._inverse = basis, _inverse_normal(basis)
+        # On the axis a field is odd or even in r, and so is its polynomial, as if the patch had its mirror image.
+        self._on_axis = np.flatnonzero(self._centres[:, 1] < 1e-12)
+        self._of_parity = []
+        for odd in (False, True):
+            part = basis[self._on_axis] * [j % 2 == odd for _, j in _powers(degree)]
+            self._of_parity.append((part, _inverse_normal(part)))
 
     def coefficients(self, values: Array, odd: bool) -> Array:
         """Polynomials around all vertices for nodal values (n_nodes, k) of fields of one parity in r."""
-        return np.asarray(self._fits[odd] @ values[self._nodes])
+        at_nodes, (part, inverse) = values[self._nodes], self._of_parity[odd]
+        found = self._inverse @ (np.swapaxes(self._basis, 1, 2) @ at_nodes)
+        found[self._on_axis] = inverse @ (np.swapaxes(part, 1, 2) @ at_nodes[self._on_axis])
+        return np.asarray(found)
 
     def blended(self, coefficients: Array, vertices: Indices, barycentric: Array, x: Array) -> Array:
         """The recovered fields at points of cells or edges.
@@ -95,6 +89,14 @@ class PatchRecovery:
             local = (x - self._centres[at][:, None]) / self._scales[at][:, None]
             total += weight[:, None] * (_monomials(local, self._degree) @ coefficients[at])
         return total
+
+
+def _inverse_normal(basis: Array) -> Array:
+    """Inverse of the normal equations of a least-squares fit on every patch, (n_vertices, k, k)."""
+    normal = np.swapaxes(basis, 1, 2) @ basis
+    size = normal.shape[1]
+    ridge = RIDGE * np.trace(normal, axis1=1, axis2=2) / size
+    return np.asarray(np.linalg.inv(normal + ridge[:, None, None] * np.eye(size)))
 
 
 def _patches(mesh: SixNodeMesh, fewest: int, carriers: Indices) -> sparse.csr_matrix:

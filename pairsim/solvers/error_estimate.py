@@ -66,7 +66,7 @@ class ErrorEstimator:
         scene, constraints = steady.scene, steady.constraints
         with steady.clock("jit"):
             if self._enrichment is None or self._enrichment.scene is not scene:
-                self._enrichment = Enrichment(scene)
+                self._enrichment = Enrichment(scene, self._enrichment)
         velocities = constraints.fields["U_p"]
         rows = np.zeros((len(velocities) + (scene.polymer is None), constraints.size))
         rows[np.arange(len(velocities)), velocities] = 1.0
