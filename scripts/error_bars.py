@@ -29,7 +29,7 @@ from measuring import with_one_thread
 from pairsim.results.output import write_table, write_text
 
 SCENES = Path(__file__).resolve().parent.parent / "configs" / "error_bars" / "scenes.yaml"
-COLUMNS = ["scene", "mesh", "gap", "unknowns", "seconds", "dU", "dU_correction", "cancelled_dU", "newton_dU"]
+COLUMNS = ["scene", "mesh", "gap", "unknowns", "seconds", "dU", "dU_correction", "spread_dU", "newton_dU"]
 COLUMNS += ["mesh_error", "reason"]
 # Meshes that are judged, and the two that give the truth; cells near the ends of the latter's ranges differ in kind.
 NEWTONIAN = {
@@ -98,7 +98,7 @@ def solve(name: str, scene: dict[str, Any], mesh: str) -> list[Row]:
         row = {"scene": name, "mesh": mesh, "gap": gap + 1, "unknowns": unknowns, "seconds": round(seconds, 2)}
         estimate = largest.estimate
         values = {"dU": largest.dUs, "dU_correction": estimate.dU, "newton_dU": estimate.newton_dU}
-        values["cancelled_dU"] = estimate.cancelled_dU
+        values["spread_dU"] = estimate.spread_dU
         if largest.mesh_errors is not None:
             values["mesh_error"] = largest.mesh_errors
         rows.append(row | {key: float(value[gap]) for key, value in values.items()})
@@ -132,7 +132,7 @@ class Judged:
     Attributes:
         scene, mesh, gap: Where.
         error: Exact minus discrete dU.
-        correction, cancelled, newton, mesh_error: What is said of it.
+        correction, spread, newton, mesh_error: What is said of it.
     """
 
     scene: str
@@ -140,7 +140,7 @@ class Judged:
     gap: int
     error: float
     correction: float
-    cancelled: float
+    spread: float
     newton: float
     mesh_error: float
 
@@ -160,10 +160,10 @@ def judged(rows: list[Row]) -> tuple[list[Judged], list[str], list[str]]:
         elif abs(first - second) > KNOWN * abs(error):
             undecided.append(f"{where}: error {error:.1e}, truth known to {abs(first - second):.1e}")
         else:
-            correction, cancelled, newton, coarser = (
-                float(row[key]) for key in ("dU_correction", "cancelled_dU", "newton_dU", "mesh_error")
+            correction, spread, newton, coarser = (
+                float(row[key]) for key in ("dU_correction", "spread_dU", "newton_dU", "mesh_error")
             )
-            known.append(Judged(scene, mesh, gap, error, correction, cancelled, abs(newton), coarser))
+            known.append(Judged(scene, mesh, gap, error, correction, spread, abs(newton), coarser))
     return known, undecided, negligible
 
 
@@ -194,7 +194,7 @@ def page(scenes: Iterable[str], rows: list[Row]) -> str:
     lines += ["|---|---|---|---|---|---|---|---|"]
     bars: dict[str, Callable[[Judged], float]] = {
         "dU_correction": lambda e: abs(e.correction),
-        "dU_correction and cancelled_dU": lambda e: abs(e.correction) + e.cancelled,
+        "dU_correction and spread_dU": lambda e: abs(e.correction) + abs(e.spread),
         "mesh_error": lambda e: e.mesh_error,
     }
     for name, bar in bars.items():

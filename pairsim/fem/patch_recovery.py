@@ -15,10 +15,6 @@ from scipy import sparse
 from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.runtime.arrays import Array, Indices
 
-# Patches with fewer nodes than this take in the next ring of cells, by degree of the recovered field: two rings inside
-# the mesh. Fewer nodes (9 and 15) gave estimates of .3 to .9 of the errors of Newtonian pairs, a third ring at
-# boundaries (18 and 40) 1.1 to 1.9 on cells where two rings gave 1.05 to 1.4.
-FEWEST_NODES = {2: 14, 3: 25}
 # Ridge of the normal equations over their mean diagonal, for patches whose nodes do not settle all coefficients.
 RIDGE = 1e-13
 
@@ -41,13 +37,14 @@ class PatchRecovery:
     Args:
         mesh: The mesh.
         degree: Degree of the recovered fields, 2 (from values at the vertices) or 3 (from values at all nodes).
+        fewest: Patches with fewer nodes than this take in the next ring of cells.
     """
 
-    def __init__(self, mesh: SixNodeMesh, degree: int) -> None:
+    def __init__(self, mesh: SixNodeMesh, degree: int, fewest: int) -> None:
         self._mesh, self._degree = mesh, degree
         self._number = np.full(len(mesh.points), -1)
         self._number[mesh.vertices] = np.arange(len(mesh.vertices))
-        patches = _patches(mesh, FEWEST_NODES[degree], mesh.cells if degree == 3 else mesh.cells[:, :3])
+        patches = _patches(mesh, fewest, mesh.cells if degree == 3 else mesh.cells[:, :3])
         count = np.diff(patches.indptr)
         inside = np.arange(count.max()) < count[:, None]
         self._nodes = np.zeros(inside.shape, dtype=np.int64)

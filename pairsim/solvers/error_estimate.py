@@ -17,10 +17,8 @@ from pairsim.physics.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.steady import Steady
 
-# The half-width to quote is SAFETY times the estimate, to which a viscoelastic liquid adds CANCELLATION times that of
-# the velocities: dU is their difference, and what is left of estimates that cancel may be far too small. Both from
-# scripts/error_bars.
-SAFETY, CANCELLATION = 2.0, 0.05
+# The half-width to quote is this times the estimate and what two estimates differ by. From scripts/error_bars.
+SAFETY = 2.0
 
 
 @dataclass(frozen=True)
@@ -32,13 +30,13 @@ class ErrorEstimate:
         dp_plus: Of the pressure drop that the particles cause, None in a viscoelastic liquid: pressure is read off on
             the ends, where it follows the prescribed stress too closely for its adjoint to be smooth.
         newton_dU: What Newton's method has left in every dU, to first order, (N-1,).
-        cancelled_dU: What may be missing from the estimates of dU where those of the velocities cancel, (N-1,).
+        spread_dU: By how much another recovery of the adjoint pressures changes the estimates of dU, (N-1,).
     """
 
     U: Array
     dp_plus: float | None
     newton_dU: Array
-    cancelled_dU: Array
+    spread_dU: Array
 
     @property
     def dU(self) -> Array:
@@ -48,7 +46,7 @@ class ErrorEstimate:
     @property
     def dU_error(self) -> Array:
         """Half-width of the interval around dU that should hold the exact one, (N-1,)."""
-        return np.asarray(SAFETY * (np.abs(self.dU) + self.cancelled_dU) + np.abs(self.newton_dU))
+        return np.asarray(SAFETY * (np.abs(self.dU) + np.abs(self.spread_dU)) + np.abs(self.newton_dU))
 
 
 class ErrorEstimator:
@@ -80,12 +78,10 @@ class ErrorEstimator:
         changes = -adjoints @ _flow_rate_defect(steady)
         with steady.clock("assembly"):
             scene.set(steady.state()[1])
-            changes -= self._enrichment.tested((constraints.T.T @ adjoints.T).T)
-        U, newton_dU = changes[: len(velocities)], np.diff(left[: len(velocities)])
-        if scene.polymer is None:
-            return ErrorEstimate(U, float(changes[-1]), newton_dU, np.zeros_like(newton_dU))
-        size = np.abs(U)
-        return ErrorEstimate(U, None, newton_dU, CANCELLATION * np.maximum(size[1:], size[:-1]))
+            tested, spread = self._enrichment.tested((constraints.T.T @ adjoints.T).T)
+        changes, count = changes - tested, len(velocities)
+        dp_plus = float(changes[-1]) if scene.polymer is None else None
+        return ErrorEstimate(changes[:count], dp_plus, np.diff(left[:count]), np.diff(spread[:count]))
 
 
 def _flow_rate_defect(steady: Steady) -> Array:
