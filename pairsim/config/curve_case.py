@@ -91,7 +91,7 @@ class CurveCase(SceneCase):
     )
     fields: tuple[Positive, ...] = Field((), description="distances at which fields.xdmf is written [D_c]")
     mesh_error: bool = Field(
-        True, strict=True, description="solve every point on a coarser mesh too and estimate the error of dU from it"
+        False, strict=True, description="solve every point on a coarser mesh too, as a check of dU_error"
     )
 
     @property
@@ -128,7 +128,7 @@ class CriticalCase(SceneCase):
     )
     d: tuple[Distance, Distance] = Field((0.02, 0.8), description="distances between which zeros are looked for [D_c]")
     mesh_error: bool = Field(
-        True, strict=True, description="solve on a coarser mesh too and estimate the error of every distance from it"
+        False, strict=True, description="solve on a coarser mesh too, as a check of the error of every distance"
     )
 
     @property

@@ -13,4 +13,6 @@ def forms_of(case: SceneCase) -> tuple[str, ...]:
     moving = mesh_moves(case.n, soft=soft, viscoelastic=case.law is not None, steady=steady)
     words = [case.law.name if case.law else "newtonian", "moving" if moving else "fixed"]
     words += ["steady"] if case.law and steady else []
-    return (":".join(words), *(("neo-hookean",) if soft else ()))
+    kinds = (":".join(words), *(("neo-hookean",) if soft else ()))
+    # Quasi-steady solutions come with an estimate of their error.
+    return tuple(f"{kind}:enriched" for kind in kinds) if steady else kinds

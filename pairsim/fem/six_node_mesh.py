@@ -12,6 +12,8 @@ from pairsim.runtime.arrays import Array, Indices
 # Local node numbers of gmsh's 6-node triangle: swapping the first two vertices' neighbours mirrors a cell.
 MIRRORED_CELL = np.array([0, 2, 1, 5, 4, 3])
 _MIDSIDE_PARENTS = {3: (0, 1), 4: (1, 2), 5: (2, 0)}
+# Local number of the mid-side opposite each vertex.
+MIDSIDE_OPPOSITE = (4, 5, 3)
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
+from pairsim.results.columns import relative_velocities
 from pairsim.results.output import read_series
 from pairsim.results.run_plots import axis_label, case_title, finish_axis, read_case
 from pairsim.runtime.errors import InputError
@@ -16,7 +17,7 @@ from pairsim.solvers.curve_interpolant import curve_interpolant
 
 
 def plot_curve(directory: Path, out: Path) -> list[Path]:
-    """Draw curve.png: dU over d with the mesh error as a band and the zeros, and D of the particles.
+    """Draw curve.png: dU over d with its error as a band and the zeros, and D of the particles.
 
     Args:
         directory: Folder of a curve, finished or not.
@@ -39,7 +40,7 @@ def plot_curve(directory: Path, out: Path) -> list[Path]:
     fine = np.geomspace(d[0], d[-1], 400)
     figure = Figure(figsize=(10.5, 4.2), layout="constrained")
     left, right = figure.subplots(1, 2)
-    relative = [name for name in table if name == "dU" or name.startswith("dU_")]
+    relative = relative_velocities(table)
     shown = []
     for i, name in enumerate(relative):
         gap, colour = name.removeprefix("dU"), f"C{i}"
@@ -47,8 +48,8 @@ def plot_curve(directory: Path, out: Path) -> list[Path]:
         if len(d) > 1:
             curve = curve_interpolant(d, values, table["slope" + gap])(np.log(fine))
             left.plot(fine, curve, color=colour, linewidth=1.5, label=f"gap {i + 1}")
-            if "mesh_error" + gap in table:
-                error = np.interp(np.log(fine), np.log(d), table["mesh_error" + gap])
+            if "dU_error" + gap in table:  # not in folders of earlier versions
+                error = np.interp(np.log(fine), np.log(d), table["dU_error" + gap])
                 left.fill_between(fine, curve - error, curve + error, color=colour, alpha=0.25, linewidth=0)
         left.plot(d, values, ".", color=colour, markersize=5)
         shown.append(values)
@@ -65,7 +66,7 @@ def plot_curve(directory: Path, out: Path) -> list[Path]:
             axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
             axis.xaxis.set_major_formatter("{x:g}")
             axis.xaxis.set_minor_formatter("")
-    note = "band: mesh error;  filled circle: stable zero, open circle: unstable"
+    note = "band: error of dU by the mesh;  filled circle: stable zero, open circle: unstable"
     figure.suptitle(f"{case_title(read_case(directory / 'case.yaml'))}\n{note}", fontsize=10)
     path = out / "curve.png"
     figure.savefig(path, dpi=160)

@@ -88,7 +88,7 @@ def test_critical_follows_lines_over_De_with_their_errors(tmp_path: Path, pairsi
         assert float(by_place["0.05", De]["d_cr"]) < float(by_place["0.02", De]["d_cr"])
     assert len({row["branch"] for row in rows}) == 2
     for row in rows:
-        error = float(row["mesh_error"]) / abs(float(row["slope"]))
+        error = float(row["dU_error"]) / abs(float(row["slope"]))
         assert float(row["d_error"]) == pytest.approx(error, rel=1e-6)
         assert error > 0
 

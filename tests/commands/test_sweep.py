@@ -341,14 +341,14 @@ def test_curves_are_swept_too(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     rigid, soft = table(tmp_path / "out")
     assert ",".join(soft) == (
-        "folder,status,reason,Ca_e,beta,De,points,zeros,stable,d_peak,dU_peak,mesh_error,unknowns,warnings"
+        "folder,status,reason,Ca_e,beta,De,points,zeros,stable,d_peak,dU_peak,dU_error,mesh_error,unknowns,warnings"
     )
     assert (soft["status"], soft["points"], soft["zeros"], soft["stable"]) == ("finished", "3", "[]", "[]")
     with (tmp_path / "out" / soft["folder"] / "curve.csv").open() as file:
         points = [{name: float(text) for name, text in row.items()} for row in csv.DictReader(file)]
     peak = max(points, key=lambda point: point["dU"])
-    assert [float(soft[name]) for name in ("d_peak", "dU_peak", "mesh_error")] == [
-        peak["d"], peak["dU"], peak["mesh_error"],
+    assert [float(soft[name]) for name in ("d_peak", "dU_peak", "dU_error", "mesh_error")] == [
+        peak["d"], peak["dU"], peak["dU_error"], peak["mesh_error"],
     ]  # fmt: skip
     assert abs(float(rigid["dU_peak"])) < 1e-9 < float(soft["dU_peak"])
     assert plot_sweep(tmp_path / "out") == [tmp_path / "out" / "sweep_curves.png"], "there is no zero to draw"
