@@ -17,7 +17,8 @@ from pairsim.physics.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.steady import Steady
 
-# The half-width to quote is this times the estimate and what two estimates differ by. From scripts/error_bars.
+# The half-width to quote is this times the estimate and what two estimates differ by: it covers 32 of the 33 errors
+# that scripts/error_bars has judged so far (docs/error-estimate.md).
 SAFETY = 2.0
 
 
