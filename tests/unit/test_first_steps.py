@@ -145,7 +145,9 @@ def test_guessed_memory_is_near_what_was_measured(name: str, megabytes: float) -
 
 
 def test_guessed_memory_of_a_curve_is_near_what_was_measured() -> None:
-    assert curve_estimate(load_curve(CONFIGS / "curve.yaml", ("mesh_error=true",))).memory == pytest.approx(1.21e9, rel=0.15)
+    assert curve_estimate(load_curve(CONFIGS / "curve.yaml", ("mesh_error=true",))).memory == pytest.approx(
+        1.21e9, rel=0.15
+    )
 
 
 def test_default_folders_of_different_cases_differ(tmp_path: Path) -> None:
