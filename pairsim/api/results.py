@@ -135,24 +135,24 @@ class Result:
         """The columns of the table whose values are numbers."""
         return {str(name): self.table[name].to_numpy() for name in self.table if self.table[name].dtype.kind in "fi"}
 
-    def plot(self, folder: Path | str) -> list[Path]:
-        """Draw the result as PNG files, as `pairsim plot` does.
+    def plot(self, folder: Path | str, **options: Any) -> list[Path]:
+        """Draw the result, as `pairsim plot` does.
 
         Args:
             folder: Where to, made if needed.
+            options: `formats`, `width`, `field` and `animate` of `pairsim.plot`.
 
         Returns:
             The files.
 
         Raises:
-            InputError: The result is in memory only, or there is nothing to draw yet.
+            InputError: The result is in memory only, there is nothing to draw yet, or an option is wrong.
         """
+        from pairsim.api.pictures import plot
+
         if self.folder is None:
             raise InputError("plot", "folder", None, "the result is in memory only; compute it with folder=...")
-        return self._plot(self.folder, Path(folder))
-
-    def _plot(self, directory: Path, out: Path) -> list[Path]:
-        raise NotImplementedError
+        return plot(self.folder, out=folder, **options)
 
     @cached_property
     def _frame_times(self) -> Array:
@@ -225,11 +225,6 @@ class RunResult(Result):
 
     def _answer(self) -> list[str]:
         return answer_of_run(self._columns(), self.record) if len(self.table) else ["No step was completed."]
-
-    def _plot(self, directory: Path, out: Path) -> list[Path]:
-        from pairsim.results.run_plots import plot_run
-
-        return plot_run(directory, out)
 
 
 class CurveResult(Result):
@@ -304,11 +299,6 @@ class CurveResult(Result):
         zeros = [Zero(row["d"], bool(row["stable"]), row.get("d_error")) for row in rows]
         return answer_of_curve(self._columns(), zeros) if len(self.table) else ["No point was solved."]
 
-    def _plot(self, directory: Path, out: Path) -> list[Path]:
-        from pairsim.results.curve_plots import plot_curve
-
-        return plot_curve(directory, out)
-
 
 class CriticalResult(Result):
     """Critical distances: `table` is critical.csv, a row a zero of dU."""
@@ -324,11 +314,6 @@ class CriticalResult(Result):
     def _answer(self) -> list[str]:
         rows = self.table.to_dict("records")
         return answer_of_critical([Zero(row["d_cr"], bool(row["stable"])) for row in rows], self.record)
-
-    def _plot(self, directory: Path, out: Path) -> list[Path]:
-        from pairsim.results.critical_plots import plot_critical
-
-        return plot_critical(directory, out)
 
 
 KINDS: dict[str, type[RunResult] | type[CurveResult] | type[CriticalResult]] = {

@@ -76,19 +76,19 @@ class SweepResult:
         """What the user should know of the results, with the case that it concerns."""
         return [f"{case.folder.name}: {warning}" for case in self.cases if case.folder for warning in case.warnings]
 
-    def plot(self, folder: Path | str | None = None, group: str | None = None) -> list[Path]:
-        """Draw the sweep as PNG files, as `pairsim plot` does.
+    def plot(self, folder: Path | str | None = None, **options: Any) -> list[Path]:
+        """Draw the sweep, as `pairsim plot` does.
 
         Args:
             folder: Where to; the sweep's folder by default.
-            group: Parameter that chooses the colours.
+            options: `formats`, `width` and `group` of `pairsim.plot`.
 
         Returns:
             The files.
         """
-        from pairsim.sweeps.sweep_plots import plot_sweep
+        from pairsim.api.pictures import plot
 
-        return plot_sweep(self.folder, Path(folder) if folder is not None else None, group)
+        return plot(self.folder, out=folder, **options)
 
     def _headline(self) -> str:
         counts = ", ".join(f"{count} {status}" for status, count in self.record["counts"].items() if count)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from pairsim.cli import bench, first_steps, sweeps
+from pairsim.cli import bench, first_steps, pictures, sweeps
 from pairsim.cli.options import CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings, rank, show_estimate
 from pairsim.runtime.errors import InputError, PairsimError, RunFailure, unexpected
 from pairsim.runtime.version import __version__
@@ -28,6 +28,7 @@ app = typer.Typer(
 app.add_typer(sweeps.app)
 app.add_typer(bench.app)
 app.add_typer(first_steps.app)
+app.add_typer(pictures.app)
 
 
 def _version(wanted: bool) -> None:
@@ -221,52 +222,6 @@ def mesh(
 
     for name, count in write_mesh(checked, output, png).items():
         typer.echo(f"{name}: {count}")
-
-
-@app.command(epilog="Examples: pairsim plot runs/quickstart | pairsim plot runs/sweep --group Ca_e")
-def plot(
-    directory: Annotated[Path, typer.Argument(help="Folder of results.", show_default=False)],
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Where the pictures go (default: the folder itself).")
-    ] = None,
-    group: Annotated[
-        str | None, typer.Option(metavar="KEY", help="Parameter of a sweep that chooses the colours.")
-    ] = None,
-) -> None:
-    """Draw the results of run, curve, critical, sweep or study as PNG.
-
-    A run: dU and D against time and distance, and the deformed particles in the flow. A curve: dU and D against d.
-    Critical distances: over the parameter that was followed. A sweep of runs: dU of all cases against time and distance
-    and the last dU against each parameter; of curves and critical distances: dU against d, zeros of dU against each
-    parameter; of each: a map of how the cases ended. A study: error against wall time.
-    """
-    from pairsim.results.folders import kind_of
-
-    kind = kind_of(directory)
-    if group is not None and kind != "sweep":
-        raise InputError("--group", "", group, f"must be left out: it goes with a sweep, {directory} holds a {kind}")
-    if kind == "sweep":
-        from pairsim.sweeps.sweep_plots import plot_sweep
-
-        paths = plot_sweep(directory, output, group)
-    elif kind == "study":
-        from pairsim.sweeps.study_plots import plot_study
-
-        paths = plot_study(directory, output)
-    elif kind == "curve":
-        from pairsim.results.curve_plots import plot_curve
-
-        paths = plot_curve(directory, output or directory)
-    elif kind == "critical":
-        from pairsim.results.critical_plots import plot_critical
-
-        paths = plot_critical(directory, output or directory)
-    else:
-        from pairsim.results.run_plots import plot_run
-
-        paths = plot_run(directory, output)
-    for path in paths:
-        typer.echo(str(path))
 
 
 def main() -> NoReturn:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.results.error_column import error_of_dU
+from pairsim.results.columns import error_column, relative_velocities
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.duration import duration
 
@@ -62,8 +62,8 @@ def answer_of_run(series: Table, record: Mapping[str, Any]) -> list[str]:
     for name in gaps:
         ending = name.removeprefix("d")
         d, dU = series[name], series[f"dU{ending}"]
-        errors = error_of_dU(series, ending)
-        error = float(errors[-1]) if errors is not None else None
+        column = error_column(series, ending)
+        error = float(series[column][-1]) if column is not None else None
         who = "The pair" if len(gaps) == 1 else f"Gap {ending.removeprefix('_')}"
         way = f"from d = {d[0]:.5g} at t = {series['t'][0]:.3g} to d = {d[-1]:.5g} at t = {series['t'][-1]:.4g}"
         lines.append(f"{who} {_motion(d, dU, error, record)}: {way}, dU = {with_error(dU[-1], error, '+')} at the end.")
@@ -98,13 +98,11 @@ def answer_of_curve(table: Table, zeros: Sequence[Zero]) -> list[str]:
     lines = []
     if "dU" in table:
         lines.append(_regions(table["d"], table["dU"], zeros))
-    for name in [name for name in table if name == "dU" or name.startswith("dU_")]:
+    for name in relative_velocities(table):
         ending = name.removeprefix("dU")
-        if ending.startswith("_") and not ending[1:].isdigit():
-            continue
         largest = int(np.argmax(np.abs(table[name])))
-        errors = error_of_dU(table, ending)
-        error = float(errors[largest]) if errors is not None else None
+        column = error_column(table, ending)
+        error = float(table[column][largest]) if column is not None else None
         place = table.get(f"d{ending}", table[gaps[0]])[largest]
         lines.append(f"Largest |dU{ending}|: {with_error(table[name][largest], error, '+')} at d = {place:.4g}.")
     shapes = [name for name in table if name.startswith("D_")]

@@ -163,6 +163,17 @@ def particle_endings(n: int) -> list[str]:
     return ["_T", "_L"] if n == 2 else [f"_{i}" for i in range(1, n + 1)]
 
 
+def error_column(names: Iterable[str], gap: str = "") -> str | None:
+    """The column that holds the error of dU, the half-width of an interval; None if there is none.
+
+    Args:
+        names: Columns of a table.
+        gap: What the names of the columns of the gap end with.
+    """
+    there = set(names)
+    return next((name for name in (f"dU_error{gap}", f"mesh_error{gap}") if name in there), None)
+
+
 def curve_columns(n: int, common: bool, newtonian: bool, mesh_error: bool, sensitivities: Sequence[str]) -> list[str]:
     """The columns that curve.csv begins with.
 
