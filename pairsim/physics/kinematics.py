@@ -1,8 +1,8 @@
 """Axisymmetric kinematics on a fixed reference mesh.
 
 Coordinates are x[0] = z along the tube and x[1] = r. The current position is x = X + eta(X), with the displacement eta
-of the solid's material or of the liquid's mesh ("Formulation" in docs/explanation/numerics.md). Volume elements contain the
-factor 2 pi; forms do not repeat it.
+of the solid's material or of the liquid's mesh; see "Formulation" in docs/explanation/numerics.md. Volume elements
+contain the factor 2 pi; forms do not repeat it.
 """
 
 from __future__ import annotations
