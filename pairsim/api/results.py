@@ -13,6 +13,7 @@ import numpy as np
 
 from pairsim.api.cases import load
 from pairsim.config.case import SceneCase
+from pairsim.results.answer import Zero, answer_of_critical, answer_of_curve, answer_of_run, cost_line
 from pairsim.results.output import SERIES
 from pairsim.results.xdmf import FieldFrame, read_frame, read_times
 from pairsim.runtime.arrays import Array
@@ -119,6 +120,21 @@ class Result:
             raise failure_of(self.reason, self.message or f"the computation is {self.status}")
         return self
 
+    @property
+    def answer(self) -> str:
+        """The answer in words, a line or more: what the particles do, how fast, the cost and the warnings."""
+        warnings = [f"Warning: {warning}" for warning in self.warnings]
+        ended = [] if self.status == "finished" else [f"{self.status.capitalize()}: {self.message}"]
+        cost = [cost_line(self.record)] if self.record else []
+        return "\n".join([*ended, *self._answer(), *warnings, *cost])
+
+    def _answer(self) -> list[str]:
+        raise NotImplementedError
+
+    def _columns(self) -> dict[str, Array]:
+        """The columns of the table whose values are numbers."""
+        return {str(name): self.table[name].to_numpy() for name in self.table if self.table[name].dtype.kind in "fi"}
+
     def plot(self, folder: Path | str, **options: Any) -> list[Path]:
         """Draw the result, as `pairsim plot` does.
 
@@ -207,6 +223,9 @@ class RunResult(Result):
         """
         return self._fields("t", t)
 
+    def _answer(self) -> list[str]:
+        return answer_of_run(self._columns(), self.record) if len(self.table) else ["No step was completed."]
+
 
 class CurveResult(Result):
     """A master curve: `table` is curve.csv, a row a point."""
@@ -275,6 +294,11 @@ class CurveResult(Result):
         )
         return super()._headline() + (f"; {zeros}" if zeros else "")
 
+    def _answer(self) -> list[str]:
+        rows = self.zeros.to_dict("records")
+        zeros = [Zero(row["d"], bool(row["stable"]), row.get("d_error")) for row in rows]
+        return answer_of_curve(self._columns(), zeros) if len(self.table) else ["No point was solved."]
+
 
 class CriticalResult(Result):
     """Critical distances: `table` is critical.csv, a row a zero of dU."""
@@ -286,6 +310,10 @@ class CriticalResult(Result):
     def ends(self) -> list[dict[str, Any]]:
         """Where the branches end, and why."""
         return list(self.record.get("ends", ()))
+
+    def _answer(self) -> list[str]:
+        rows = self.table.to_dict("records")
+        return answer_of_critical([Zero(row["d_cr"], bool(row["stable"])) for row in rows], self.record)
 
 
 KINDS: dict[str, type[RunResult] | type[CurveResult] | type[CriticalResult]] = {

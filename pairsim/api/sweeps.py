@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from pairsim.api.results import KINDS, SHOWN, Result
 from pairsim.config.merging import section_of
+from pairsim.drivers.progress import Style, style_of
 from pairsim.results.output import plain
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.launcher import launcher_communicator
@@ -105,7 +106,7 @@ def sweep(
     *,
     folder: str | PathLike[str],
     workers: int = 1,
-    progress: bool = False,
+    progress: bool | Style = False,
     signals: bool = False,
     only_failed: bool = False,
     limit: int | None = None,
@@ -119,7 +120,7 @@ def sweep(
         grid: Path of a grid file, or a dict of its keys: base, grid, zip, cases, exclude, command.
         folder: Folder of the sweep; made, or continued.
         workers: Cases that are computed at the same time, without mpirun.
-        progress: Show progress on stderr.
+        progress: Show progress on stderr: True, or one of "bar", "lines" and "json".
         signals: End in order at SIGINT and SIGTERM, as the command line does. Without it no signal handler is
             installed; a KeyboardInterrupt stops the running cases, and the same call continues later.
         only_failed: Repeat the cases that failed or timed out, and nothing else.
@@ -136,7 +137,7 @@ def sweep(
         raise InputError("pairsim.sweep", "workers", workers, "a whole number of at least 1")
     checked = grid_from(Path("grid"), section_of(plain(grid))) if isinstance(grid, Mapping) else read_grid(Path(grid))
     comm = launcher_communicator()
-    reporter = make_sweep_reporter(not progress, comm.rank if comm else 0)
+    reporter = make_sweep_reporter(style_of(progress), comm.rank if comm else 0)
     options = Options(limit=limit, only_failed=only_failed, case_timeout=case_timeout, workers=workers, signals=signals)
     run_sweep(checked, Path(folder), options, comm, reporter)
     if comm:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
@@ -9,12 +10,13 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 from pairsim.cli import bench, first_steps, pictures, sweeps
-from pairsim.cli.options import CaseFile, DryRun, Output, Overwrite, Quiet, Settings, rank, show_estimate
+from pairsim.cli.options import CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings, rank, show_estimate
 from pairsim.runtime.errors import InputError, PairsimError, RunFailure, unexpected
 from pairsim.runtime.version import __version__
 
 if TYPE_CHECKING:
     from pairsim.api.results import Result
+    from pairsim.drivers.progress import Style
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -62,6 +64,7 @@ def run(
         ),
     ] = None,
     dry_run: DryRun = False,
+    progress: Progress = "auto",
     quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
@@ -87,15 +90,16 @@ def run(
         return
     from pairsim.api import compute
 
+    shown: Style = "none" if quiet else progress
     result = compute.run(
         checked,
         folder=directory,
         overwrite=overwrite,
         resume=resume is not None,
-        progress=not quiet,
+        progress=shown,
         signals=True,
     )
-    _end(result, directory, quiet, plot=False)
+    _end(result, directory, shown, plot=False)
 
 
 @app.command(
@@ -110,6 +114,7 @@ def curve(
         bool, typer.Option("--sensitivities", help="Add the derivatives of dU by Ca_e, De and beta at the same d.")
     ] = False,
     dry_run: DryRun = False,
+    progress: Progress = "auto",
     quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
@@ -128,15 +133,16 @@ def curve(
         return
     from pairsim.api import compute
 
+    shown: Style = "none" if quiet else progress
     result = compute.curve(
         checked,
         folder=directory,
         overwrite=overwrite,
         sensitivities=sensitivities,
-        progress=not quiet,
+        progress=shown,
         signals=True,
     )
-    _end(result, directory, quiet, plot=True)
+    _end(result, directory, shown, plot=True)
 
 
 @app.command(
@@ -148,6 +154,7 @@ def critical(
     output: Output = None,
     overwrite: Overwrite = False,
     dry_run: DryRun = False,
+    progress: Progress = "auto",
     quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
@@ -167,13 +174,15 @@ def critical(
         return
     from pairsim.api import compute
 
-    result = compute.critical(checked, folder=directory, overwrite=overwrite, progress=not quiet, signals=True)
-    _end(result, directory, quiet, plot=True)
+    shown: Style = "none" if quiet else progress
+    result = compute.critical(checked, folder=directory, overwrite=overwrite, progress=shown, signals=True)
+    _end(result, directory, shown, plot=True)
 
 
-def _end(result: Result, directory: Path, quiet: bool, plot: bool) -> NoReturn:
-    """Draw, say where the results are or what went wrong, and exit with the code of the outcome."""
+def _end(result: Result, directory: Path, shown: Style, plot: bool) -> NoReturn:
+    """Draw, give the folder (stdout) and the answer in words (stderr), and exit with the code of the outcome."""
     from pairsim.drivers.outcome import EXIT_CODES
+    from pairsim.results.answer import advice
 
     code = EXIT_CODES[result.status]
     if rank() == 0:
@@ -181,7 +190,12 @@ def _end(result: Result, directory: Path, quiet: bool, plot: bool) -> NoReturn:
             if plot:
                 result.plot(directory)
             typer.echo(str(directory))
-        elif quiet:
+        if shown == "json":
+            content = {"event": "answer", "status": result.status, "reason": result.reason, "folder": str(directory)}
+            typer.echo(json.dumps({**content, "text": result.answer, "warnings": result.warnings}), err=True)
+        elif shown != "none":
+            typer.echo(f"{result.answer}\n{advice(result.kind, result.status, directory)}", err=True)
+        elif code:
             typer.echo(result.message, err=True)
     raise typer.Exit(code)
 
