@@ -11,7 +11,18 @@ from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 
 from pairsim.plots.field_values import FIELDS, chosen_fields
 from pairsim.plots.labels import case_parts, read_case
-from pairsim.plots.sections import Layer, View, add_bar, draw_sections, draw_view, layer_of, scale_of, views_of
+from pairsim.plots.sections import (
+    Layer,
+    View,
+    add_bar,
+    bar_height,
+    draw_sections,
+    draw_view,
+    layer_of,
+    scale_of,
+    view_height,
+    views_of,
+)
 from pairsim.plots.style import Page, printing, small_print
 from pairsim.results.columns import LENGTH, STRESS, TIME
 from pairsim.results.output import make_folder, part_of
@@ -103,9 +114,7 @@ def _save(
 
 def _perturbation(page: Page, views: list[View], layers: list[Layer]) -> Any:
     """What the particles change in the liquid's axial stress and pressure, as in the paper's Figs. 14 and 15."""
-    z_min, z_max, r_min, r_max = views[0].window
-    height = (page.width - 12) * (r_max - r_min) / (z_max - z_min)
-    figure = page.figure((height + 19) * len(layers) + 6)
+    figure = page.figure((view_height(page, views[0]) + bar_height(page) + 6.5) * len(layers) + 6)
     axes = list(figure.subplots(len(layers), 1))
     for axis, layer in zip(axes, layers, strict=True):
         scale = scale_of(layer, views)
@@ -152,8 +161,7 @@ def _animate(
     path = out / f"{stem}.{'mp4' if movie else 'gif'}"
     part = part_of(path).with_suffix(path.suffix)  # writers go by the ending
     writer: AbstractMovieWriter = (FFMpegWriter if movie else PillowWriter)(fps=max(2, round(len(views) / SECONDS)))
-    z_min, z_max, r_min, r_max = views[0].window
-    figure = page.figure((page.width - 12) * (r_max - r_min) / (z_max - z_min) + 15.5 + 12.5 * len(layers))
+    figure = page.figure(view_height(page, views[0]) + bar_height(page) * len(layers) + 15.5)
     axis = figure.subplots()
     scaled = [(layer, scale_of(layer, views)) for layer in layers]
     for layer, scale in scaled:

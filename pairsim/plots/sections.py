@@ -167,6 +167,17 @@ def _streamlines(axis: Axes, view: View) -> None:
         axis.contour(z, side * r, psi, levels=levels, **look)
 
 
+def view_height(page: Page, view: View) -> float:
+    """Height of a view without its labels, in mm."""
+    z_min, z_max, r_min, r_max = view.window
+    return (page.width - 12) * (r_max - r_min) / (z_max - z_min)
+
+
+def bar_height(page: Page) -> float:
+    """Height that a colour bar takes with its labels, in mm."""
+    return 9.5 + 0.04 * page.width
+
+
 def draw_sections(page: Page, views: Sequence[View], layers: Sequence[Layer], titles: Sequence[str]) -> Figure:
     """Views below each other, with a colour bar for each layer.
 
@@ -176,9 +187,7 @@ def draw_sections(page: Page, views: Sequence[View], layers: Sequence[Layer], ti
         layers: What is drawn in them.
         titles: One a view.
     """
-    z_min, z_max, r_min, r_max = views[0].window
-    height = (page.width - 12) * (r_max - r_min) / (z_max - z_min)
-    figure = page.figure((height + 6.5) * len(views) + 12.5 * len(layers) + 12)
+    figure = page.figure((view_height(page, views[0]) + 6.5) * len(views) + bar_height(page) * len(layers) + 12)
     axes = list(figure.subplots(len(views), 1, squeeze=False)[:, 0])
     scaled = [(layer, scale_of(layer, views)) for layer in layers]
     for place, (axis, view, title) in enumerate(zip(axes, views, titles, strict=True)):
