@@ -128,19 +128,26 @@ def _computed[R: Result](
     """Compute into a folder; without one into a temporary folder which is read and removed."""
     comm = MPI.COMM_WORLD
     check_launcher(comm)
-    options = Options(comm, overwrite, make_reporter(style_of(progress), comm.rank), command_line(), signals)
-    if folder is not None:
-        outcome = work(Path(folder), options)
-        _wait_for_all(outcome, options)
-        return kind(Path(folder), asdict(outcome))
-    directory = comm.bcast(Path(tempfile.mkdtemp(prefix="pairsim-")) if comm.rank == 0 else None)
+    reporter = make_reporter(style_of(progress), comm.rank)
+    options = Options(comm, overwrite, reporter, command_line(), signals)
+    directory = comm.bcast(_temporary(folder) if comm.rank == 0 else None)
     try:
         outcome = work(directory, options)
         _wait_for_all(outcome, options)
-        return comm.bcast(kind(directory, asdict(outcome)).in_memory() if comm.rank == 0 else None)
+        result = kind(directory, asdict(outcome))
+        if comm.rank == 0 and style_of(progress) != "none":
+            reporter.answer(result.answer, result.status, result.warnings)
+        if folder is not None:
+            return result
+        return comm.bcast(result.in_memory() if comm.rank == 0 else None)
     finally:
-        if comm.rank == 0:
+        if comm.rank == 0 and folder is None:
             shutil.rmtree(directory, ignore_errors=True)
+
+
+def _temporary(folder: Folder) -> Path:
+    """The folder, a new temporary one where none is given."""
+    return Path(tempfile.mkdtemp(prefix="pairsim-") if folder is None else folder)
 
 
 def _wait_for_all(outcome: Outcome, options: Options) -> None:

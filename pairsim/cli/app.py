@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
@@ -180,7 +179,7 @@ def critical(
 
 
 def _end(result: Result, directory: Path, shown: Style, plot: bool) -> NoReturn:
-    """Draw, give the folder (stdout) and the answer in words (stderr), and exit with the code of the outcome."""
+    """Draw, give the folder (stdout) and what to do next (stderr), and exit with the code of the outcome."""
     from pairsim.drivers.outcome import EXIT_CODES
     from pairsim.results.answer import advice
 
@@ -190,13 +189,10 @@ def _end(result: Result, directory: Path, shown: Style, plot: bool) -> NoReturn:
             if plot:
                 result.plot(directory)
             typer.echo(str(directory))
-        if shown == "json":
-            content = {"event": "answer", "status": result.status, "reason": result.reason, "folder": str(directory)}
-            typer.echo(json.dumps({**content, "text": result.answer, "warnings": result.warnings}), err=True)
-        elif shown != "none":
-            typer.echo(f"{result.answer}\n{advice(result.kind, result.status, directory)}", err=True)
-        elif code:
+        if shown == "none" and code:
             typer.echo(result.message, err=True)
+        elif shown not in ("none", "json"):
+            typer.echo(advice(result.kind, result.status, directory), err=True)
     raise typer.Exit(code)
 
 

@@ -105,7 +105,7 @@ def test_fields_are_those_of_the_file(empty: Path) -> None:
 
 
 def test_zeros_are_a_table_also_where_there_are_none(curve: pairsim.CurveResult) -> None:
-    assert list(curve.zeros.columns) == ["d", "stable", "slope", "peak"]
+    assert list(curve.zeros.columns) == ["d", "stable", "slope", "peak", "d_error", "certain"]
     assert len(curve.zeros) == 0
 
 
@@ -219,7 +219,7 @@ def test_a_notebook_shows_results(curve: pairsim.CurveResult) -> None:
     html = curve._repr_html_()
     assert "<table" in html
     assert "finished" in html
-    assert repr(curve).startswith("<pairsim curve: finished, 4 rows")
+    assert repr(curve).startswith(f"<pairsim curve: finished, {len(curve.table)} rows")
 
 
 def test_every_process_of_a_job_gets_the_result(empty: Path) -> None:

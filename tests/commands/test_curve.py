@@ -167,12 +167,17 @@ BAD = {
     "no distances": ("curve", "d: null", "d", "is missing"),
     "a range that is none": ("curve", "d: {start: 0, stop: 1, num: 3}", "d", "start, stop, num"),
     "a list for another number of gaps": ("curve", "d: [[0.1, 0.2]]", "d", "numbers, or lists of 1"),
-    "fields outside the curve": ("curve", "fields: [0.9]", "fields", "between the least and largest d"),
+    "fields outside the curve": ("curve", "fields: [0.9]", "fields", "between the smallest and the largest d"),
     "a key of run": ("curve", "d0: 0.1", "d0", "unknown key"),
-    "no parameter": ("critical", "along: {beta: [0.1, 0.2]}", "along", "one of Ca_e and De"),
-    "the same parameter twice": ("critical", "along: {De: [1]}\nlines: {De: [1]}", "lines", "the other parameter"),
-    "softness of rigid particles": ("critical", "Ca_e: 0\nalong: {Ca_e: [0.1]}", "Ca_e", "one value above 0"),
-    "three particles": ("critical", "particles: 3", "particles", "2: critical"),
+    "no parameter": ("critical", "along: {beta: [0.1, 0.2]}", "along", "must be Ca_e or De"),
+    "the same parameter twice": (
+        "critical",
+        "along: {De: [1]}\nlines: {De: [1]}",
+        "lines",
+        "the parameter that along does not have",
+    ),
+    "softness of rigid particles": ("critical", "Ca_e: 0\nalong: {Ca_e: [0.1]}", "Ca_e", "a single value above 0"),
+    "three particles": ("critical", "particles: 3", "particles", "must be 2: a critical distance"),
 }
 
 
