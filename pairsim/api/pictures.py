@@ -25,6 +25,7 @@ def plot(
     formats: str | Sequence[str] = "png",
     width: str | float = 170.0,
     group: str | None = None,
+    panels: str | None = None,
     field: str | None = None,
     animate: bool = False,
 ) -> list[Path]:
@@ -36,6 +37,7 @@ def plot(
         formats: "png", "pdf", "svg", or several of them.
         width: Of the pictures, such as "85mm"; a number is in mm.
         group: Parameter that chooses the colours, of a sweep or of several folders.
+        panels: Parameter whose values have a panel each, of a sweep or of several folders.
         field: Fields of a run or a curve to draw, separated by commas, or "all"; nothing else is drawn then.
         animate: Make a run's fields, or a curve's, an animation; nothing else is drawn then.
 
@@ -54,11 +56,12 @@ def plot(
             raise InputError("pairsim plot", "-o", None, "must name a folder for the picture of several folders")
         if field is not None or animate:
             raise InputError("pairsim plot", "--field, --animate", None, "must be left out with several folders")
-        return overlay(places, target, page, group)
+        return overlay(places, target, page, group, panels)
     (directory,), kind = places, kind_of(places[0])
-    if group is not None and kind != "sweep":
-        allowed = f"must be left out: it goes with a sweep or several folders, {directory} holds a {kind}"
-        raise InputError("--group", "", group, allowed)
+    for option, key in (("--group", group), ("--panels", panels)):
+        if key is not None and kind != "sweep":
+            allowed = f"must be left out: it goes with a sweep or several folders, {directory} holds a {kind}"
+            raise InputError(option, "", key, allowed)
     if kind not in ("run", "curve") and (field is not None or animate):
         option, value = ("--field", field) if field is not None else ("--animate", None)
         raise InputError(option, "", value, f"must be left out: it goes with a run or a curve, not with a {kind}")
@@ -67,7 +70,7 @@ def plot(
     if field is not None:
         return draw_fields(directory, target, page, curve=kind == "curve", field=field)
     if kind == "sweep":
-        return plot_sweep(directory, target, group, page)
+        return plot_sweep(directory, target, group, page, panels)
     if kind == "study":
         return plot_study(directory, target, page)
     if kind == "critical":

@@ -81,7 +81,7 @@ class SweepResult:
 
         Args:
             folder: Where to; the sweep's folder by default.
-            options: `formats`, `width` and `group` of `pairsim.plot`.
+            options: `formats`, `width`, `group` and `panels` of `pairsim.plot`.
 
         Returns:
             The files.

@@ -40,6 +40,9 @@ def plot(
     group: Annotated[
         str | None, typer.Option(metavar="KEY", help="Parameter of a sweep, or of several folders, for the colours.")
     ] = None,
+    panels: Annotated[
+        str | None, typer.Option(metavar="KEY", help="Such a parameter whose values have a panel each.")
+    ] = None,
 ) -> None:
     """Draw the results of run, curve, critical, sweep or study, or several runs or curves in one picture.
 
@@ -50,6 +53,8 @@ def plot(
     """
     from pairsim.api.pictures import plot
 
-    paths = plot(*folders, out=output, formats=formats, width=width, group=group, field=field, animate=animate)
+    paths = plot(
+        *folders, out=output, formats=formats, width=width, group=group, panels=panels, field=field, animate=animate
+    )
     for path in paths:
         typer.echo(str(path))

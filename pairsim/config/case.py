@@ -58,6 +58,9 @@ Positive = Annotated[float, Field(gt=0), BeforeValidator(number)]
 Distance = Annotated[float, Field(ge=1e-4), BeforeValidator(number)]
 
 
+MOST_OUTPUTS = 10_000
+
+
 class _Options(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -125,10 +128,16 @@ class Limits(_Options):
 
 
 class OutputOptions(_Options):
-    """When files are written. Steps land on the output times; fields of the first and last step are always written."""
+    """When files are written. Steps land on `times` and `every`; fields of the first and last step are always written."""
 
     times: tuple[Positive, ...] = Field((), description="times at which fields are written to fields.xdmf [D_c/U_av]")
     every: Positive | None = Field(None, description="interval between fields in fields.xdmf [D_c/U_av]")
+    frames: Whole = Field(
+        20,
+        ge=0,
+        le=MOST_OUTPUTS,
+        description="number of times in fields.xdmf, about, at time steps as they come, where times and every are unset",
+    )
     fields: bool = Field(True, strict=True, description="whether fields.xdmf is written")
     checkpoint: Number = Field(
         60.0, ge=0, description="interval between checkpoints (checkpoint.npz, for run --resume) [s of wall time]"

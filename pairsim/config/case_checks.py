@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from pairsim.config.case import FREE_ENDS, Case, SceneCase
+from pairsim.config.case import FREE_ENDS, MOST_OUTPUTS, Case, SceneCase
 from pairsim.config.mistakes import Mistake, missing
 from pairsim.physics.materials.polymer import PARAMETERS, Name
-
-MOST_OUTPUTS = 10_000
 
 
 def check_scene(case: SceneCase, counts: dict[str, int]) -> Iterator[Mistake]:

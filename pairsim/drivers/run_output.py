@@ -33,6 +33,23 @@ def milestones(case: Case) -> list[float]:
     return [*sorted(times), end]
 
 
+def passes_frame(case: Case, t: float, dt: float) -> bool:
+    """Whether a step passes one of the `output.frames` times, which are spread evenly up to the end.
+
+    Unlike `milestones` they cost no steps. Where a run was stopped makes no difference to them.
+
+    Args:
+        case: The case.
+        t: End of the step.
+        dt: Its size.
+    """
+    output = case.output
+    if output.times or output.every is not None:
+        return False
+    rate = output.frames / case.time.end
+    return int(t * rate) > int((t - dt) * rate)
+
+
 def span(case: Case, gaps: Sequence[Any]) -> float:
     """Length of the row of particles with these gaps, each a number or a column; the largest."""
     return sum(case.betas) + float(np.max(np.sum(gaps, axis=0), initial=0.0) if len(gaps) else 0.0)
@@ -115,7 +132,7 @@ class RunOutput:
         self._row(step)
         at_output = any(abs(step.t - t) <= 1e-9 * max(1.0, t) for t in self.wanted)
         self._pending = step
-        if at_output or self.transient.counts.steps == 1:
+        if at_output or self.transient.counts.steps == 1 or passes_frame(self.case, step.t, step.dt):
             self._field()
         # Without a frame that waits for the end: a run that goes on from here may not have one at this time.
         frames = self.fields.frames if self.fields is not None else self.old.frames if self.old else 0

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import axis_label, case_parts, finish, read_case, spread
-from pairsim.plots.lines import draw_line, lines_of, notes
+from pairsim.plots.lines import BAND, draw_line, lines_of, notes
 from pairsim.plots.style import LINES, MARKERS, Page, key, printing, small_print
 from pairsim.results.columns import column
 from pairsim.results.output import read_series
@@ -43,14 +43,14 @@ def draw_curve(directory: Path, out: Path, page: Page) -> list[Path]:
     for line in lines:
         case = line.parameters
         look: dict[str, Any] = {"color": encoding.colour_of(case), "linestyle": encoding.line_of(case)}
-        draw_line(left, line, line.d, look | {"marker": encoding.marker_of(case)})
+        draw_line(left, line, line.d, look | {"marker": encoding.marker_of(case), "band": BAND})
     d = lines[0].table[lines[0].d]
     spread(left, "x", d)
     names = [line.y for line in lines]
     finish(left, axis_label([lines[0].d]), axis_label(names), [table[name] for name in names])
     shapes = [name for name in table if name.startswith("D_")]
     _draw_shapes(right, table, lines[0].d, shapes)
-    key(figure, [*encoding.handles(), *notes(lines)])
+    key(figure, [*encoding.handles(points=True), *notes(lines)])
     small_print(figure, case_parts(read_case(directory / "case.yaml")))
     return page.save(figure, out, "curve")
 

@@ -47,25 +47,32 @@ class Encoding:
     untold: tuple[str, ...] = ()
 
     @staticmethod
-    def of(cases: Sequence[Mapping[str, Any]], keys: Sequence[str], group: str | None = None) -> Encoding:
+    def of(
+        cases: Sequence[Mapping[str, Any]], keys: Sequence[str], group: str | None = None, panels: str | None = None
+    ) -> Encoding:
         """Share the keys out: the first one chooses colours.
 
         Args:
             cases: The parameters of each case.
             keys: Those that vary.
             group: The one that chooses colours instead.
+            panels: The one whose values have a panel each; by default one that styles do not suffice for.
 
         Raises:
-            InputError: `group` does not vary.
+            InputError: `group` or `panels` does not vary, or both are the same.
         """
-        if group is not None and group not in keys:
-            raise InputError("--group", "", group, f"must be a parameter that varies: {', '.join(keys) or 'none does'}")
+        for option, wanted in (("--group", group), ("--panels", panels)):
+            if wanted is not None and wanted not in keys:
+                allowed = f"must be a parameter that varies: {', '.join(keys) or 'none does'}"
+                raise InputError(option, "", wanted, allowed)
+        if group is not None and group == panels:
+            raise InputError("--panels", "", panels, "must be another parameter than that of --group")
         values = {key: _values([case.get(key) for case in cases]) for key in keys}
         rest = [key for key in keys if len(values[key]) > 1]
-        first = group or (rest[0] if rest else "")
+        first = group or next((key for key in rest if key != panels), "")
         others = sorted((key for key in rest if key != first), key=lambda key: len(values[key]))
-        line = next((key for key in others if len(values[key]) <= len(LINES)), "")
-        panel = next((key for key in others if key != line and len(values[key]) <= MOST_PANELS), "")
+        line = next((key for key in others if len(values[key]) <= len(LINES) and key != panels), "")
+        panel = panels or next((key for key in others if key != line and len(values[key]) <= MOST_PANELS), "")
         untold = tuple(key for key in others if key not in (line, panel))
         return Encoding(first, line, panel, values, untold)
 
@@ -111,16 +118,18 @@ class Encoding:
         """Whether a case lies in the panel of a value."""
         return not self.panel or hashable(case.get(self.panel)) == value
 
-    def handles(self) -> list[Line2D]:
-        """Entries of the legend."""
+    def handles(self, *, lines: bool = True, points: bool = False) -> list[Line2D]:
+        """Entries of the legend; what is drawn has lines, points or both."""
+        plain: dict[str, Any] = {} if lines else {"linestyle": "", "marker": "o"}
         entries = []
         if self.colour and not self._many:
             for value, colour in zip(self.values[self.colour], COLOURS, strict=False):
-                entries.append(Line2D([], [], color=colour, label=equation(self.colour, value)))
+                entries.append(Line2D([], [], color=colour, label=equation(self.colour, value), **plain))
         if self.line:
             for value, style, marker in zip(self.values[self.line], LINES, MARKERS, strict=False):
                 label = equation(self.line, value)
-                entries.append(Line2D([], [], color="0.2", linestyle=style, marker=marker, label=label))
+                look: dict[str, Any] = {"linestyle": style if lines else "", "marker": marker if points else ""}
+                entries.append(Line2D([], [], color="0.2", label=label, **look))
         return entries
 
     def bar(self, figure: Figure, axes: list[Axes]) -> None:

@@ -101,11 +101,11 @@ def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = ()) -> list
     return parts
 
 
-def axis_label(names: list[str]) -> str:
-    """Axis label of some columns, which share their unit."""
+def axis_label(names: list[str], more: str = "") -> str:
+    """Axis label of some columns, which share their unit, with more words between symbols and unit."""
     entries = [column(name) for name in names]
     symbols = ", ".join(f"${entry.symbol}$" for entry in entries[:3]) + (", ..." if len(entries) > 3 else "")
-    return f"{symbols}  [${entries[0].unit or '-'}$]"
+    return f"{symbols}{more}  [${entries[0].unit or '-'}$]"
 
 
 def parameter_label(key: str) -> str:

@@ -23,7 +23,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.solvers.curve_interpolant import curve_interpolant
 
 FINE = 400  # points of a smooth line
-BAND = 0.22  # opacity
+BAND, TOGETHER = 0.22, 6  # opacity of a band; so many bands over each other are still told apart
 ZERO = 4.5  # size of the marker, points
 
 
@@ -108,7 +108,7 @@ def draw_line(axis: Axes, line: Line, x: str, look: Mapping[str, Any]) -> None:
         axis: The panel.
         line: The line.
         x: Column of the abscissa.
-        look: `color`, `linestyle` and `marker`.
+        look: `color`, `linestyle`, `marker`, and the opacity of its `band`.
     """
     plain = {name: look[name] for name in ("color", "linestyle")}
     points, values = line.table[x], line.table[line.y]
@@ -116,7 +116,7 @@ def draw_line(axis: Axes, line: Line, x: str, look: Mapping[str, Any]) -> None:
         fine, curve, error = line.smooth()
         axis.plot(fine, curve, **plain)
         if error is not None:
-            axis.fill_between(fine, curve - error, curve + error, color=look["color"], alpha=BAND, linewidth=0)
+            axis.fill_between(fine, curve - error, curve + error, color=look["color"], alpha=look["band"], linewidth=0)
     if line.curve or len(points) == 1:
         axis.plot(points, values, look["marker"], color=look["color"], markersize=2.5 if look["marker"] != "." else 3.5)
     if not line.curve:
@@ -177,13 +177,13 @@ def draw_lines(page: Page, lines: Sequence[Line], encoding: Encoding, parts: Seq
         for line in inside:
             case = line.parameters
             look: dict[str, Any] = {"color": encoding.colour_of(case), "linestyle": encoding.line_of(case)}
-            column = x if x == "t" else line.d
-            draw_line(axis, line, column, look | {"marker": encoding.marker_of(case)})
+            look |= {"marker": encoding.marker_of(case), "band": BAND * min(1.0, TOGETHER / len(inside))}
+            draw_line(axis, line, x if x == "t" else line.d, look)
         _finish(axis, inside, x)
         if encoding.panel:
             axis.set_title(equation(encoding.panel, value))
     encoding.bar(figure, axes)
-    key(figure, [*encoding.handles(), *notes(lines)])
+    key(figure, [*encoding.handles(points=lines[0].curve), *notes(lines)])
     small_print(figure, parts)
     return figure
 

@@ -42,7 +42,9 @@ def varying_keys(cases: Sequence[dict[str, Any]]) -> list[str]:
     return chosen
 
 
-def overlay(folders: Sequence[Path], out: Path, page: Page, group: str | None = None) -> list[Path]:
+def overlay(
+    folders: Sequence[Path], out: Path, page: Page, group: str | None = None, panels: str | None = None
+) -> list[Path]:
     """Draw `runs` or `curves`: dU of all folders in the same panels; what differs is in the legend.
 
     Args:
@@ -50,6 +52,7 @@ def overlay(folders: Sequence[Path], out: Path, page: Page, group: str | None = 
         out: Folder of the picture.
         page: What it is drawn for.
         group: The key that chooses colours, the first that differs by default.
+        panels: The key whose values have a panel each.
 
     Raises:
         InputError: A folder is of another kind, or has nothing to draw yet.
@@ -66,7 +69,7 @@ def overlay(folders: Sequence[Path], out: Path, page: Page, group: str | None = 
     if len(set(names)) < len(names):
         raise InputError("pairsim plot", "", names[0], "must be named once")
     told_apart = len({tuple(hashable(case.get(key)) for key in keys) for case in cases}) == len(cases)
-    if not told_apart or Encoding.of(cases, keys, group).untold:
+    if not told_apart or Encoding.of(cases, keys, group, panels).untold:
         cases, keys = [case | {FOLDER: name} for case, name in zip(cases, names, strict=True)], [FOLDER]
     lines: list[Line] = []
     curve = kinds[folders[0]] == "curve"
@@ -76,7 +79,7 @@ def overlay(folders: Sequence[Path], out: Path, page: Page, group: str | None = 
             raise InputError(str(folder), "", None, "has no line to draw: no rows yet, or no curve over one distance")
         lines += found
     fullest = max(cases, key=lambda case: float(case.get("De", 0)))  # a Newtonian one has no law to name
-    return draw_overlay(lines, keys, fullest, out, page, "curves" if curve else "runs", group)
+    return draw_overlay(lines, keys, fullest, out, page, "curves" if curve else "runs", group, panels)
 
 
 @printing()
@@ -88,6 +91,7 @@ def draw_overlay(
     page: Page,
     stem: str,
     group: str | None = None,
+    panels: str | None = None,
 ) -> list[Path]:
     """Draw lines whose cases differ in some keys.
 
@@ -99,12 +103,13 @@ def draw_overlay(
         page: What it is drawn for.
         stem: Name of the files without their endings.
         group: The key that chooses colours.
+        panels: The key whose values have a panel each.
 
     Raises:
-        InputError: `group` does not differ.
+        InputError: `group` or `panels` does not differ.
     """
     gaps = ["gap"] if any("gap" in line.parameters for line in lines) else []
-    encoding = Encoding.of([line.parameters for line in lines], [*keys, *gaps], group)
+    encoding = Encoding.of([line.parameters for line in lines], [*keys, *gaps], group, panels)
     unseen = [f"all values of {symbol(name)}" for name in encoding.untold]
     figure = draw_lines(page, lines, encoding, [*case_parts(case, keys), *unseen])
     return page.save(figure, out, stem)

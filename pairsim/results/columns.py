@@ -54,10 +54,10 @@ COLUMNS: tuple[Column, ...] = (
             f"derivative of dU{i} by {name} at fixed d",
             VELOCITY,
         )
-        for name, symbol in (("Ca_e", "Ca_e"), ("De", r"\mathrm{De}"), ("beta", r"\beta"))
+        for name, symbol in (("Ca_e", r"\mathrm{Ca}_e"), ("De", r"\mathrm{De}"), ("beta", r"\beta"))
         for i, s in (("", ""), ("_i", "_i"))
     ),
-    Column("Ca_e", "Ca_e", "elastic capillary number of the soft particles", ""),
+    Column("Ca_e", r"\mathrm{Ca}_e", "elastic capillary number of the soft particles", ""),
     Column("De", r"\mathrm{De}", "Deborah number", ""),
     Column("d_cr", r"d_{cr}", "critical distance: the pair moves as one", LENGTH),
     Column("stable", "", "true: a pair that is displaced a little comes back", ""),

@@ -65,8 +65,7 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
     compared = column(next((name.partition("@")[0] for name in table[0] if "@" in name), "d_cr"))
     label = f"error of ${compared.symbol}$  [${compared.unit or '-'}$]"
     axes.set(xscale="log", yscale="log", xlabel="wall time  [s]", ylabel=label)
-    for direction in (axes.xaxis, axes.yaxis):
-        direction.set_minor_formatter(NullFormatter())
+    axes.xaxis.set_minor_formatter(NullFormatter())
     axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axes.xaxis.set_major_formatter("{x:g}")
     axes.margins(0.14)

@@ -40,7 +40,7 @@ class _Sweep:
         varying: Keys that vary.
         numeric: Those whose values are all numbers.
         quantity: Column that is drawn.
-        group: Key that chooses colours, None where it was not chosen.
+        group, panels: Keys that choose colours and panels, None where they were not chosen.
     """
 
     directory: Path
@@ -50,6 +50,7 @@ class _Sweep:
     numeric: list[str]
     quantity: str
     group: str | None
+    panels: str | None
 
     @property
     def case(self) -> dict[str, Any]:
@@ -66,7 +67,11 @@ class _Sweep:
 
 
 def plot_sweep(
-    directory: Path, out: Path | None = None, group: str | None = None, page: Page | None = None
+    directory: Path,
+    out: Path | None = None,
+    group: str | None = None,
+    page: Page | None = None,
+    panels: str | None = None,
 ) -> list[Path]:
     """Draw a sweep, finished or not.
 
@@ -75,6 +80,7 @@ def plot_sweep(
         out: Folder of the pictures, made if needed; the sweep's own by default.
         group: Varying key that chooses the colours; the first one by default.
         page: What they are drawn for.
+        panels: Varying key whose values have a panel each in the picture of all lines.
 
     Returns:
         The files written: of runs `sweep_series` (every case against t and d), of curves `sweep_curves` (all of them);
@@ -82,9 +88,9 @@ def plot_sweep(
         critical distances (the zeros of dU); and `sweep_map` where two or more do.
 
     Raises:
-        InputError: The folder is not that of a sweep, has nothing to draw, or `group` does not vary.
+        InputError: The folder is not that of a sweep, has nothing to draw, or `group` or `panels` does not vary.
     """
-    sweep, target, page = _read(directory, group), out or directory, page or Page()
+    sweep, target, page = _read(directory, group, panels), out or directory, page or Page()
     written: list[Path] = []
     if sweep.command in ("run", "curve"):
         written += _draw_lines(sweep, target, page)
@@ -99,19 +105,19 @@ def plot_sweep(
     return written
 
 
-def _read(directory: Path, group: str | None) -> _Sweep:
+def _read(directory: Path, group: str | None, panels: str | None) -> _Sweep:
     content = read_sweep(directory)
     cases = [case for case in content["cases"] if case["status"] in ("finished", "failed", "timeout")]
     if not any(case["status"] == "finished" for case in cases):
         raise InputError(str(directory), "", None, "has no finished case yet; pairsim status shows how it stands")
     varying: list[str] = content["varying"]
-    Encoding.of([case["parameters"] for case in cases], varying, group)  # refuses a group that does not vary
+    Encoding.of([case["parameters"] for case in cases], varying, group, panels)  # refuses keys that do not vary
     numeric = [name for name in varying if all(is_number(case["parameters"].get(name)) for case in cases)]
     numeric = [name for name in numeric if len({case["parameters"][name] for case in cases}) > 1]
     quantity = next(
         (name for name in QUANTITIES if any({name, f"{name}_peak"} & set(case["values"]) for case in cases)), "dU"
     )
-    return _Sweep(directory, content["command"], cases, varying, numeric, quantity, group)
+    return _Sweep(directory, content["command"], cases, varying, numeric, quantity, group, panels)
 
 
 def _draw_lines(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
@@ -127,7 +133,7 @@ def _draw_lines(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
     if not lines:
         return []
     stem = "sweep_curves" if curve else "sweep_series"
-    return draw_overlay(lines, sweep.varying, sweep.case, out, page, stem, sweep.group)
+    return draw_overlay(lines, sweep.varying, sweep.case, out, page, stem, sweep.group, sweep.panels)
 
 
 def _over_parameters(
@@ -136,6 +142,8 @@ def _over_parameters(
     y: str,
     draw: Callable[[Axes, str, Encoding], None],
     more: list[Any],
+    *,
+    joined: bool,
 ) -> Any:
     """A panel for each numeric parameter; the other parameters choose colours and styles.
 
@@ -145,6 +153,7 @@ def _over_parameters(
         y: Label of the ordinate.
         draw: Draws over a parameter.
         more: Further entries of the legend.
+        joined: Whether points are joined by lines.
     """
     if len(sweep.numeric) == 1:
         page = page.alone()
@@ -157,7 +166,7 @@ def _over_parameters(
         spread(axis, "x", [case[name] for case in parameters])
         finish(axis, parameter_label(name), y, [])
         encoding.bar(figure, [axis])
-        key_above(figure, axis, encoding.handles(), page)
+        key_above(figure, axis, encoding.handles(lines=joined, points=True), page)
     key(figure, more)
     small_print(figure, sweep.parts)
     return figure
@@ -181,7 +190,7 @@ def _draw_parameters(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
             marker = encoding.marker_of(parameters)
             axis.plot([case["parameters"][name] for case in line], y, marker=marker, markersize=3, **look)
 
-    figure = _over_parameters(sweep, page, f"{axis_label([sweep.quantity])} at the end", draw, [])
+    figure = _over_parameters(sweep, page, axis_label([sweep.quantity], " at the end"), draw, [], joined=True)
     return page.save(figure, out, "sweep_parameters")
 
 
@@ -203,9 +212,8 @@ def _draw_zeros(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
                 face = colour if stable else "white"
                 axis.plot(parameters[name], zero, marker, color=colour, markerfacecolor=face, markersize=4.5)
 
-    figure = _over_parameters(
-        sweep, page, axis_label(["d_cr"]), draw, zero_notes([z for found in zeros.values() for z in found])
-    )
+    notes = zero_notes([zero for found in zeros.values() for zero in found])
+    figure = _over_parameters(sweep, page, axis_label(["d_cr"]), draw, notes, joined=False)
     return page.save(figure, out, "sweep_zeros")
 
 
@@ -248,7 +256,8 @@ def _draw_map(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
         axis.margins(0.08)
         if third:
             axis.set_title(equation(third, value))
-    key(figure, [Line2D([], [], linestyle="", color=c, marker=m, label=kind) for kind, (c, m) in looks.items()])
+    words = {kind: kind.replace("dU", r"$\Delta U$") for kind in kinds}
+    key(figure, [Line2D([], [], linestyle="", color=c, marker=m, label=words[k]) for k, (c, m) in looks.items()])
     unseen = [f"all values of {name}" for name in (*more[1:], *(k for k in sweep.varying if k not in sweep.numeric))]
     small_print(figure, [*sweep.parts, *unseen])
     return page.save(figure, out, "sweep_map")

@@ -22,7 +22,7 @@ from support.inputs import CONFIGS
 import pairsim
 from pairsim.fem.diagnostics import extents
 from pairsim.results.output import read_series
-from pairsim.results.xdmf import read_frame
+from pairsim.results.xdmf import read_frame, read_times
 from pairsim.runtime.child_process import module_command
 
 SOFT = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\nmesh: {Np: 12}\ntime: {end: 0.1}\noutput: {times: [0.02, 0.05]}\n"
@@ -104,6 +104,21 @@ def test_solid_stress_is_that_of_the_shape(soft_run: Path) -> None:
     assert 0 < means[0] < 0.1 * means[1]
     liquid = np.setdiff1d(np.unique(frame.cells[frame.region == 0]), inside)
     assert np.all(frame.point_data["tau_s"][liquid] == 0)
+
+
+def test_frames_are_written_at_steps_as_they_come(tmp_path: Path, pairsim: Pairsim) -> None:
+    """About as many as asked for, spread over the run, without a step that is there for them."""
+    (tmp_path / "case.yaml").write_text(SOFT.replace("Np: 12", "Np: 8").replace("times: [0.02, 0.05]", "frames: 6"))
+    for name, frames in (("some", 6), ("none", 0)):
+        settings = ("--set", f"output.frames={frames}", "--set", "time.first_step=0.001")
+        assert pairsim("run", "case.yaml", "-o", name, *settings).returncode == 0
+    some, none = (read_series(tmp_path / name / "series.csv")["t"] for name in ("some", "none"))
+    assert np.array_equal(some, none)
+    times = read_times(tmp_path / "some")
+    assert set(times) <= set(some)
+    assert len(read_times(tmp_path / "none")) == 2
+    due = [min(t for t in some if t >= 0.1 * k / 6 - 1e-12) for k in range(1, 7)]
+    assert list(times) == sorted({some[0], *due})
 
 
 def test_pictures_are_drawn(soft_run: Path, pairsim: Pairsim) -> None:
