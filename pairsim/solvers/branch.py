@@ -1,4 +1,4 @@
-"""A branch of quasi-steady solutions: its meshes, points and zeros, reached from wherever it is."""
+"""A branch of quasi-steady solutions: its meshes, points and zeros."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ class Point:
     """A quasi-steady solution.
 
     Attributes:
-        parameters: Where it is.
-        observation: What is read off it.
-        slopes: d(dU)/dd of every gap when all distances change together.
-        drifts: Change of every dU by the terms that a quasi-steady scene leaves out, to first order.
-        sensitivities: Derivatives of every dU by Ca_e, De and beta where the scene has them; empty when not asked for.
+        parameters: Parameters of the solution.
+        observation: Quantities evaluated from the solution.
+        slopes: d(dU)/dd of every gap when all distances change equally, shape (N-1,).
+        drifts: Change of every dU by the terms that the quasi-steady equations neglect, to first order, shape (N-1,).
+        sensitivities: Derivatives of every dU with respect to Ca_e, De and beta; empty unless requested.
         mesh_errors: |dU - dU on a mesh with cells 2^0.5 times larger|, None without that mesh.
-        newton: Newton iterations on the way from the point before.
-        meshes: Meshes made so far.
+        newton: Newton iterations since the previous point.
+        meshes: Number of meshes generated so far.
         distortion: Smallest ratio of a liquid cell's current to its reference Jacobian.
     """
 
@@ -57,27 +57,27 @@ class Point:
 
     @property
     def gaps(self) -> tuple[float, ...]:
-        """Distances, one a gap."""
+        """Distances between facing surfaces, N-1 values."""
         return self.parameters.gaps
 
     @property
     def d(self) -> float:
-        """The distance of a curve over one distance."""
+        """First distance; for a curve all distances are equal."""
         return self.gaps[0]
 
     @property
     def dUs(self) -> Array:
-        """Relative velocities over the gaps, (N-1,)."""
+        """Relative velocities of neighbouring particles, shape (N-1,)."""
         return self.observation.dU
 
     @property
     def dU(self) -> float:
-        """That of a pair."""
+        """First relative velocity, that of a pair."""
         return float(self.dUs[0])
 
 
 def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -> SteadyProblem:
-    """The same on cells larger by a factor, but with no fewer on a half-circle than `fewest`."""
+    """The same problem on cells larger by a factor, with at least `fewest` cells on each half-circle."""
     mesh = problem.mesh
     return replace(
         problem,
@@ -93,10 +93,11 @@ def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -
 
 
 def walked(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters) -> Steady:
-    """A scene carried to its first place from one that hardly deforms.
+    """Create a scene at given parameters by continuation from a small De and nearly rigid particles.
 
     Raises:
-        NoSteadyState: The way ends before it.
+        NoSteadyState: The continuation did not reach the parameters.
+        MeshFailure: A mesh could not be generated.
     """
     scene = Steady(comm, problem, cold_start(parameters))
     try:
@@ -169,7 +170,7 @@ class Branch:
 
     @property
     def fine(self) -> Steady:
-        """The scene on the wanted mesh."""
+        """The scene on the mesh of the problem, as opposed to the coarser one."""
         return self.scenes[0]
 
     def move(self, parameters: Parameters) -> None:
@@ -188,10 +189,10 @@ class Branch:
         self._known = [[scene.snapshot] for scene in self.scenes]
 
     def at(self, parameters: Parameters) -> Point:
-        """The solution at a place.
+        """The solution at given parameters.
 
         Raises:
-            NoSteadyState: The way there ends before it.
+            NoSteadyState: The continuation did not reach the parameters.
         """
         before = self.fine.iterations
         self._nearest(parameters)
@@ -201,17 +202,22 @@ class Branch:
         return self._read(before)
 
     def _follow(self, parameters: Parameters) -> None:
-        """Carry the solutions on all meshes to a place."""
+        """Continue the solutions on all meshes to given parameters."""
         follow(self.fine, parameters)
         with _for_the_error():
             for scene in self.scenes[1:]:
                 follow(scene, parameters)
 
     def zero(self, left: float, right: float, guess: float) -> Point:
-        """The distance between two others at which dU vanishes, with dU = 0 as one of the equations.
+        """Solve for a distance between two others at which dU vanishes, with dU = 0 as additional equation.
+
+        Args:
+            left: Smaller distance.
+            right: Larger distance.
+            guess: First guess of the zero.
 
         Raises:
-            NoSteadyState: It was not found; the branch is where it was.
+            NoSteadyState: No zero was found; the previous solutions are restored.
         """
         fine, old = self.fine, self.snapshots
         before = fine.iterations
@@ -223,7 +229,7 @@ class Branch:
             follow(fine, along(start))
             point = self.zero_on(along, start, fine.y, settled=True)
             if point is None or not left / BESIDE < point.d < right * BESIDE:
-                raise NoSteadyState(f"the zero of dU near d = {guess:.5g} was lost")
+                raise NoSteadyState(f"the zero of dU near d = {guess:.5g} was not found")
         except (NoSteadyState, MeshFailure):
             self.recall(old)
             raise
@@ -269,16 +275,16 @@ class Branch:
 
     @property
     def snapshots(self) -> tuple[Snapshot, ...]:
-        """The present solution on every mesh."""
+        """Present solutions on all meshes."""
         return tuple(scene.snapshot for scene in self.scenes)
 
     def recall(self, snapshots: Sequence[Snapshot]) -> None:
-        """Go back to a solution."""
+        """Restore stored solutions on all meshes."""
         for scene, snapshot in zip(self.scenes, snapshots, strict=True):
             scene.recall(snapshot)
 
     def _nearest(self, parameters: Parameters, margin: float = float(np.log(GAP_RATIO))) -> None:
-        """Start from the known solution that is nearest to a place, where it is nearer than the present one."""
+        """Restore the known solution nearest to given parameters if it is nearer than the present one."""
         for scene, known in zip(self.scenes, self._known, strict=True):
             nearest = min(known, key=lambda snapshot: _apart(snapshot.parameters, parameters))
             if _apart(scene.parameters, parameters) > margin + _apart(nearest.parameters, parameters):
@@ -311,7 +317,7 @@ class Branch:
         )
 
     def close(self) -> None:
-        """Give the solvers' memory back."""
+        """Free the memory of the solvers."""
         for scene in self.scenes:
             scene.close()
 
@@ -327,6 +333,6 @@ def _for_the_error() -> Iterator[None]:
 
 
 def _apart(a: Parameters, b: Parameters) -> float:
-    """How far two places are from each other: the largest ratio of a parameter, as a logarithm."""
+    """Distance between two sets of parameters: logarithm of the largest ratio of a parameter."""
     pairs = [*zip(a.gaps, b.gaps, strict=True), *zip(a.Ca_es, b.Ca_es, strict=True), (a.De, b.De)]
     return max((abs(float(np.log(x / y))) for x, y in pairs if x and y), default=0.0)

@@ -30,7 +30,7 @@ CLOSE = 0.1
 
 @dataclass(frozen=True)
 class Zero:
-    """A point at which dU vanishes, with what it takes to come back to it: a snapshot of every scene."""
+    """A point at which dU vanishes, with snapshots of the solutions on all meshes."""
 
     point: Point
     snapshots: tuple[Snapshot, ...]
@@ -38,24 +38,24 @@ class Zero:
 
 @dataclass(frozen=True)
 class Jump:
-    """A change of sign that is no zero: between two points dU jumps from one mesh to another."""
+    """A change of sign without a zero: between two points dU jumps because the mesh changes."""
 
     left: Point
     right: Point
 
     @property
     def message(self) -> str:
-        """What it means, for people."""
+        """Description for log and results."""
         a, b = self.left, self.right
         return (
             f"dU jumps from {a.dU:.2g} to {b.dU:.2g} between d = {a.d:.5g} and {b.d:.5g}, where the mesh changes: "
-            "its sign is within the error of the mesh there; a larger mesh.Np tells"
+            "the sign of dU is uncertain by the mesh error there; a larger mesh.Np resolves it"
         )
 
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """A distance at which the pair moves as one.
+    """An equilibrium distance, at which both particles have the same velocity.
 
     Attributes:
         d: The distance.
@@ -73,7 +73,7 @@ class Equilibrium:
 
     @property
     def stable(self) -> bool:
-        """Whether a pair that is displaced a little comes back."""
+        """Whether the pair returns to this distance after a small displacement."""
         return self.slope < 0
 
 
@@ -189,7 +189,7 @@ def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Jump:
         point = branch.at(a.parameters.with_gap(float(np.exp(roots[0])) if len(roots) else middle))
         if abs(point.dU) < ALMOST * max(abs(a.dU), abs(b.dU)):
             return Zero(point, branch.snapshots)
-        raise NoSteadyState(f"the zero of dU between d = {a.d:.5g} and {b.d:.5g} was lost")
+        raise NoSteadyState(f"the zero of dU between d = {a.d:.5g} and {b.d:.5g} was not found")
     return Jump(a, b)
 
 
