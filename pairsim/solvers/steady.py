@@ -35,8 +35,8 @@ from pairsim.solvers.problems import SteadyProblem
 # Step of the central differences that approximate derivatives with respect to parameters. Chosen; sensitivities agree
 # with neighbouring solutions to 1e-3.
 DIFFERENCE = 1e-5
-# Distortions at which a mesh is replaced and a mesh around spheres is accepted; stricter than in time, since near the end
-# of a branch distorted cells let rims buckle too early: at Ca_e 0.14 instead of 0.16 (beta 0.4, d 0.1).
+# Distortions at which a mesh is replaced and a mesh around spheres is accepted; stricter than in time, since near the
+# end of a branch distorted cells let rims buckle too early: at Ca_e 0.14 instead of 0.16 (beta 0.4, d 0.1).
 LEAST_STEADY, FRESH_STEADY = 0.6, 0.75
 
 
