@@ -22,10 +22,11 @@ from pairsim.solvers.steady import Snapshot, Steady
 
 # The mesh that tells the error of the wanted one: its cells are larger by this factor.
 COARSER = 2**0.5
-FEWEST_CELLS = 4
-# The first place is walked to on cells larger by this factor: the way costs many solutions, and they are thrown away.
+FEWEST_CELLS = 4  # on a half-circle; chosen
+# The continuation to the first parameters takes many solutions that are not reported. It is done on cells larger by
+# this factor, with at least SCOUT_CELLS cells on a half-circle; both were chosen.
 SCOUT, SCOUT_CELLS = 2.0, 8
-# A zero may lie beside the two points that it was looked for between, by this factor.
+# Factor by which a zero may lie outside the interval between two points of opposite sign; chosen.
 BESIDE = 1.05
 
 
@@ -38,7 +39,7 @@ class Point:
         observation: Quantities evaluated from the solution.
         slopes: d(dU)/dd of every gap when all distances change equally, shape (N-1,).
         drifts: Change of every dU by the terms that the quasi-steady equations neglect, to first order, shape (N-1,).
-        sensitivities: Derivatives of every dU with respect to Ca_e, De and beta; empty unless requested.
+        sensitivities: Derivatives of every dU by Ca_e, De and beta where the scene has them; empty when not asked for.
         mesh_errors: |dU - dU on a mesh with cells 2^0.5 times larger|, None without that mesh.
         newton: Newton iterations since the previous point.
         meshes: Number of meshes generated so far.
@@ -110,10 +111,17 @@ def walked(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters) -> St
 
 
 def started(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters, scout: Steady | None) -> Steady:
-    """A scene at its first place: from the solution of a scout on other cells, or walked where that does not do.
+    """Create a scene at given parameters, from a solution on a coarser mesh or else by continuation (see `walked`).
+
+    Args:
+        comm: Communicator of the case.
+        problem: The problem.
+        parameters: Parameters at which to solve.
+        scout: The same scene on a coarser mesh, at a solution for these parameters; None without one.
 
     Raises:
-        NoSteadyState: There is no solution at the first place.
+        NoSteadyState: No solution was found.
+        MeshFailure: A mesh could not be generated.
     """
     if scout is not None:
         scene = Steady(comm, problem, parameters)
@@ -126,17 +134,18 @@ def started(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters, scou
 
 
 class Branch:
-    """Solutions of one scene at any distances, each from its nearest neighbour.
+    """Solutions of one scene at any parameters, each continued from the nearest known solution.
 
     Args:
         comm: Communicator of the case.
-        problem: What stays.
+        problem: The problem.
         parameters: The first place.
         mesh_error: Solve on a coarser mesh too.
         sensitivities: Find the derivatives by the parameters too.
 
     Raises:
-        NoSteadyState: There is no solution at the first place.
+        NoSteadyState: No solution was found at the first parameters.
+        MeshFailure: A mesh could not be generated.
     """
 
     def __init__(
@@ -174,17 +183,17 @@ class Branch:
         return self.scenes[0]
 
     def move(self, parameters: Parameters) -> None:
-        """Go to the first place of another curve; counts and times begin anew, the solutions on the way are forgotten.
+        """Continue to the first parameters of another curve; resets counters, times and the list of known solutions.
 
         Raises:
-            NoSteadyState: The way there ends before it.
+            NoSteadyState: The continuation did not reach the parameters.
         """
         for scene in self.scenes:
             scene.forget_costs()
         self._nearest(parameters, 0.0)
         self._follow(parameters)
         for scene in self.scenes:
-            if scene.scene.reference.deformed:  # a cold start would try spheres first
+            if scene.scene.reference.deformed:  # as for a curve that is computed on its own, try spheres first
                 new_mesh(scene, afresh=True)
         self._known = [[scene.snapshot] for scene in self.scenes]
 
@@ -236,12 +245,14 @@ class Branch:
         return replace(point, newton=fine.iterations - before)
 
     def zero_on(self, along: Callable[[float], Parameters], tau: float, y: Array, *, settled: bool) -> Point | None:
-        """The place on a line of parameters at which dU vanishes, None where Newton finds none.
+        """Solve for the point on a line of parameters at which dU vanishes; None if Newton's method fails.
 
         Args:
-            along: The line.
-            tau, y: First guess of the place and of the unknowns, on the scene's present mesh.
-            settled: Solve again on a mesh made for this place, which does not depend on the way here.
+            along: Parameters as a function of tau.
+            tau: First guess of tau.
+            y: First guess of the unknowns, on the present mesh of the scene, shape (n_y,).
+            settled: Whether to solve again on the mesh for the distance of the zero, so that the result does not depend
+                on the previous solutions.
         """
         fine = self.fine
         before = fine.iterations
@@ -254,9 +265,9 @@ class Branch:
         return self._read(before)
 
     def _settled(self, along: Callable[[float], Parameters], tau: float) -> float | None:
-        """Solve a zero again on the mesh of its own distance, until the mesh and the distance belong together.
+        """Solve for a zero again on the mesh for its distance, until the zero does not change the mesh.
 
-        Of two meshes that each lead to the other's distance, that of the smaller one is taken.
+        If two meshes lead alternately to the distance of the other one, the mesh for the smaller distance is used.
         """
         fine, found = self.fine, tau
         made: set[tuple[float, ...]] = set()
@@ -324,11 +335,11 @@ class Branch:
 
 @contextmanager
 def _for_the_error() -> Iterator[None]:
-    """Say of a failure that it is that of the mesh which tells the error, not of the wanted one."""
+    """Context that marks failures as those of the coarser mesh, which serves to estimate the error."""
     try:
         yield
     except (NoSteadyState, MeshFailure) as failure:
-        message = f"on the coarser mesh that tells mesh_error, {failure.message}"
+        message = f"on the coarser mesh from which mesh_error is estimated: {failure.message}"
         raise NoSteadyState(message, advice="mesh_error: false, or a larger mesh.Np") from failure
 
 
