@@ -333,12 +333,12 @@ class Follower:
                 if point is not None and (np.log(point.d) - fold[0]) * (at[0] - fold[0]) > 0:
                     found.append(Critical(point, number, "wanted"))
                 else:
-                    yield Missed(f"d_cr at {where(self._place(*at))}, next to the fold at which two zeros meet, was not found")
+                    yield Missed(f"d_cr at {where(self._place(*at))}, next to the fold of two zeros, was not found")
         self.branch.recall(after.snapshots)
         yield from (*ahead, *back)
 
     def _beside(self, start: _Pose, at: Array, kind: Kind, most: float) -> Point | None:
-        """The zero near `at`, from the neighbouring zero `start`: at the same parameter or, at a fold, the same distance."""
+        """The zero near `at`, from the zero `start`, at the parameter of `at` or, for a fold, at its distance."""
         self.branch.recall(start.snapshots)
         line = np.array([1.0, 0.0] if kind == "wanted" else [0.0, 1.0])
         point = None
