@@ -4,8 +4,8 @@ usage: scripts/accuracy [-o runs/accuracy] [--only WORD] [--hard DIR] [--peers C
 
 Runs every study of configs/accuracy in one process after the other, so that wall times are comparable (about two
 hours); some steps of the discretisation of the paper (fixed steps of 7.5e-4 on 1e4 triangles) with a new matrix in
-every Newton iteration; and factorisations of increasing size. After an interruption the same command continues. With --table
-nothing is computed. --hard and --peers insert the results of scripts/hard and scripts/peers into the page.
+every Newton iteration; and factorisations of increasing size. After an interruption the same command continues. With
+--table nothing is computed. --hard and --peers insert the results of scripts/hard and scripts/peers into the page.
 """
 
 from __future__ import annotations

@@ -6,11 +6,12 @@ usage: scripts/mutation [-n 150] [--seed 1] [-o runs/mutation] [--jobs 1] [--lim
 Draws random positions in the modules listed in `mutants.py: TARGETS`, changes one at a time with an operator of
 cosmic-ray (a number by one, + to -, < to <=, ...) and runs the tests until the first one fails. Each of these mutants
 is tested in a separate process, with its own copy of the source and its own cache of compiled forms; the checkout is
-not changed. After an interruption the same command continues, and a larger -n extends the sample. Writes mutants.jsonl and
-survivors.md, with the diff of each mutant that no test has detected.
+not changed. After an interruption the same command continues, and a larger -n extends the sample. Writes mutants.jsonl
+and survivors.md, with the diff of each mutant that no test has detected.
 
 Compiled forms cannot hide a mutant: the name of a module of FFCx contains the signature of its form, including
-constants and quadrature. The initial cache is a copy of the user's cache; a changed form is compiled when a test first needs it.
+constants and quadrature. The initial cache is a copy of the user's cache; a changed form is compiled when a test first
+needs it.
 
 Exit code 0: no mutant survived; 1: some survived; 2: the input is invalid, or the tests fail without any change.
 """
