@@ -74,8 +74,8 @@ def column_pages() -> str:
     liquid = "\nIn a viscoelastic liquid these follow:\n"
     polymer = described(map(column, tables.POLYMER_HEALTH))
     many = [tables.COLUMNS[i] for i in range(len(tables.COLUMNS)) if tables.COLUMNS[i].name.endswith("_i")]
-    curve = tables.curve_columns(2, True, True, ("Ca_e", "De", "beta"))
-    critical = [*tables.CRITICAL_COLUMNS, "mesh_error", "d_error"]
+    curve = tables.curve_columns(2, True, True, True, ("Ca_e", "De", "beta"))
+    critical = [*tables.CRITICAL_COLUMNS, "mesh_error"]
     parts = [
         "# Columns of the tables\n",
         "All tables are CSV with one line of column names. Units: lengths in tube diameters $D_c$, velocities in the "
@@ -94,7 +94,7 @@ def column_pages() -> str:
         polymer,
         "## equilibria.csv\n",
         "Of `pairsim curve`: one row for each zero of dU.\n",
-        described(map(column, [*tables.EQUILIBRIA_COLUMNS, *tables.EQUILIBRIA_ERRORS])),
+        described(map(column, tables.EQUILIBRIA_COLUMNS)),
         "## critical.csv\n",
         "Of `pairsim critical`: one row for each critical distance on each branch.\n",
         described(map(column, [*critical, *tables.CURVE_HEALTH])) + liquid,

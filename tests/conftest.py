@@ -17,6 +17,7 @@ FORMS = [
     *("neo-hookean", "newtonian:moving", "newtonian:fixed", "giesekus:moving", "giesekus:moving:steady"),
     *(f"{law}:fixed" for law in LAWS),
     "fene-p:moving",
+    *(f"{kind}:enriched" for kind in ("newtonian:moving", "neo-hookean", "giesekus:moving:steady")),
 ]
 """Kinds of forms that the tests solve with."""
 

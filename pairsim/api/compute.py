@@ -18,7 +18,7 @@ from pairsim.api.results import CriticalResult, CurveResult, Result, RunResult
 from pairsim.drivers.critical import run_critical
 from pairsim.drivers.curve import run_curve
 from pairsim.drivers.outcome import Outcome
-from pairsim.drivers.progress import make_reporter
+from pairsim.drivers.progress import Style, make_reporter, style_of
 from pairsim.drivers.run import run_case
 from pairsim.drivers.session import Options
 from pairsim.runtime.errors import InputError
@@ -34,7 +34,7 @@ def run(
     folder: Folder = None,
     overwrite: bool = False,
     resume: bool = False,
-    progress: bool = False,
+    progress: bool | Style = False,
     signals: bool = False,
     **overrides: Any,
 ) -> RunResult:
@@ -47,7 +47,7 @@ def run(
         folder: Where series.csv, fields.xdmf, case.yaml and run.json go; None: nothing is written.
         overwrite: Replace earlier results in the folder.
         resume: Continue from the folder's checkpoint, or begin where there is none.
-        progress: Show progress on stderr.
+        progress: Show progress on stderr: True, or one of "bar", "lines" and "json".
         signals: End in order at SIGINT and SIGTERM, as the command line does. Without it no signal handler is
             installed; a KeyboardInterrupt ends the computation, and what was computed until then is returned.
         overrides: Keys to replace, as for `load`.
@@ -76,7 +76,7 @@ def curve(
     folder: Folder = None,
     overwrite: bool = False,
     sensitivities: bool = False,
-    progress: bool = False,
+    progress: bool | Style = False,
     signals: bool = False,
     **overrides: Any,
 ) -> CurveResult:
@@ -100,7 +100,7 @@ def critical(
     *,
     folder: Folder = None,
     overwrite: bool = False,
-    progress: bool = False,
+    progress: bool | Style = False,
     signals: bool = False,
     **overrides: Any,
 ) -> CriticalResult:
@@ -122,13 +122,13 @@ def _computed[R: Result](
     work: Callable[[Path, Options], Outcome],
     folder: Folder,
     overwrite: bool,
-    progress: bool,
+    progress: bool | Style,
     signals: bool,
 ) -> R:
     """Compute into a folder; without one into a temporary folder which is read and removed."""
     comm = MPI.COMM_WORLD
     check_launcher(comm)
-    options = Options(comm, overwrite, make_reporter(not progress, comm.rank), command_line(), signals)
+    options = Options(comm, overwrite, make_reporter(style_of(progress), comm.rank), command_line(), signals)
     if folder is not None:
         outcome = work(Path(folder), options)
         _wait_for_all(outcome, options)

@@ -13,6 +13,7 @@ import numpy as np
 
 from pairsim.api.cases import load
 from pairsim.config.case import SceneCase
+from pairsim.results.answer import Zero, answer_of_critical, answer_of_curve, answer_of_run, cost_line
 from pairsim.results.output import SERIES
 from pairsim.results.xdmf import FieldFrame, read_frame, read_times
 from pairsim.runtime.arrays import Array
@@ -119,24 +120,39 @@ class Result:
             raise failure_of(self.reason, self.message or f"the computation is {self.status}")
         return self
 
-    def plot(self, folder: Path | str) -> list[Path]:
-        """Draw the result as PNG files, as `pairsim plot` does.
+    @property
+    def answer(self) -> str:
+        """The answer in words, a line or more: what the particles do, how fast, the cost and the warnings."""
+        warnings = [f"Warning: {warning}" for warning in self.warnings]
+        ended = [] if self.status == "finished" else [f"{self.status.capitalize()}: {self.message}"]
+        cost = [cost_line(self.record)] if self.record else []
+        return "\n".join([*ended, *self._answer(), *warnings, *cost])
+
+    def _answer(self) -> list[str]:
+        raise NotImplementedError
+
+    def _columns(self) -> dict[str, Array]:
+        """The columns of the table whose values are numbers."""
+        return {str(name): self.table[name].to_numpy() for name in self.table if self.table[name].dtype.kind in "fi"}
+
+    def plot(self, folder: Path | str, **options: Any) -> list[Path]:
+        """Draw the result, as `pairsim plot` does.
 
         Args:
             folder: Where to, made if needed.
+            options: `formats`, `width`, `field` and `animate` of `pairsim.plot`.
 
         Returns:
             The files.
 
         Raises:
-            InputError: The result is in memory only, or there is nothing to draw yet.
+            InputError: The result is in memory only, there is nothing to draw yet, or an option is wrong.
         """
+        from pairsim.api.pictures import plot
+
         if self.folder is None:
             raise InputError("plot", "folder", None, "the result is in memory only; compute it with folder=...")
-        return self._plot(self.folder, Path(folder))
-
-    def _plot(self, directory: Path, out: Path) -> list[Path]:
-        raise NotImplementedError
+        return plot(self.folder, out=folder, **options)
 
     @cached_property
     def _frame_times(self) -> Array:
@@ -207,10 +223,8 @@ class RunResult(Result):
         """
         return self._fields("t", t)
 
-    def _plot(self, directory: Path, out: Path) -> list[Path]:
-        from pairsim.results.run_plots import plot_run
-
-        return plot_run(directory, out)
+    def _answer(self) -> list[str]:
+        return answer_of_run(self._columns(), self.record) if len(self.table) else ["No step was completed."]
 
 
 class CurveResult(Result):
@@ -280,10 +294,10 @@ class CurveResult(Result):
         )
         return super()._headline() + (f"; {zeros}" if zeros else "")
 
-    def _plot(self, directory: Path, out: Path) -> list[Path]:
-        from pairsim.results.curve_plots import plot_curve
-
-        return plot_curve(directory, out)
+    def _answer(self) -> list[str]:
+        rows = self.zeros.to_dict("records")
+        zeros = [Zero(row["d"], bool(row["stable"]), row.get("d_error")) for row in rows]
+        return answer_of_curve(self._columns(), zeros) if len(self.table) else ["No point was solved."]
 
 
 class CriticalResult(Result):
@@ -297,10 +311,9 @@ class CriticalResult(Result):
         """Where the branches end, and why."""
         return list(self.record.get("ends", ()))
 
-    def _plot(self, directory: Path, out: Path) -> list[Path]:
-        from pairsim.results.critical_plots import plot_critical
-
-        return plot_critical(directory, out)
+    def _answer(self) -> list[str]:
+        rows = self.table.to_dict("records")
+        return answer_of_critical([Zero(row["d_cr"], bool(row["stable"])) for row in rows], self.record)
 
 
 KINDS: dict[str, type[RunResult] | type[CurveResult] | type[CriticalResult]] = {

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from pairsim.api.results import KINDS, SHOWN, Result
 from pairsim.config.merging import section_of
+from pairsim.drivers.progress import Style, style_of
 from pairsim.results.output import plain
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.launcher import launcher_communicator
@@ -75,19 +76,19 @@ class SweepResult:
         """What the user should know of the results, with the case that it concerns."""
         return [f"{case.folder.name}: {warning}" for case in self.cases if case.folder for warning in case.warnings]
 
-    def plot(self, folder: Path | str | None = None, group: str | None = None) -> list[Path]:
-        """Draw the sweep as PNG files, as `pairsim plot` does.
+    def plot(self, folder: Path | str | None = None, **options: Any) -> list[Path]:
+        """Draw the sweep, as `pairsim plot` does.
 
         Args:
             folder: Where to; the sweep's folder by default.
-            group: Parameter that chooses the colours.
+            options: `formats`, `width` and `group` of `pairsim.plot`.
 
         Returns:
             The files.
         """
-        from pairsim.sweeps.sweep_plots import plot_sweep
+        from pairsim.api.pictures import plot
 
-        return plot_sweep(self.folder, Path(folder) if folder is not None else None, group)
+        return plot(self.folder, out=folder, **options)
 
     def _headline(self) -> str:
         counts = ", ".join(f"{count} {status}" for status, count in self.record["counts"].items() if count)
@@ -105,7 +106,7 @@ def sweep(
     *,
     folder: str | PathLike[str],
     workers: int = 1,
-    progress: bool = False,
+    progress: bool | Style = False,
     signals: bool = False,
     only_failed: bool = False,
     limit: int | None = None,
@@ -119,7 +120,7 @@ def sweep(
         grid: Path of a grid file, or a dict of its keys: base, grid, zip, cases, exclude, command.
         folder: Folder of the sweep; made, or continued.
         workers: Cases that are computed at the same time, without mpirun.
-        progress: Show progress on stderr.
+        progress: Show progress on stderr: True, or one of "bar", "lines" and "json".
         signals: End in order at SIGINT and SIGTERM, as the command line does. Without it no signal handler is
             installed; a KeyboardInterrupt stops the running cases, and the same call continues later.
         only_failed: Repeat the cases that failed or timed out, and nothing else.
@@ -136,7 +137,7 @@ def sweep(
         raise InputError("pairsim.sweep", "workers", workers, "a whole number of at least 1")
     checked = grid_from(Path("grid"), section_of(plain(grid))) if isinstance(grid, Mapping) else read_grid(Path(grid))
     comm = launcher_communicator()
-    reporter = make_sweep_reporter(not progress, comm.rank if comm else 0)
+    reporter = make_sweep_reporter(style_of(progress), comm.rank if comm else 0)
     options = Options(limit=limit, only_failed=only_failed, case_timeout=case_timeout, workers=workers, signals=signals)
     run_sweep(checked, Path(folder), options, comm, reporter)
     if comm:

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from pairsim.cli import bench, first_steps, sweeps
-from pairsim.cli.options import CaseFile, DryRun, Output, Overwrite, Quiet, Settings, rank, show_estimate
+from pairsim.cli import bench, first_steps, pictures, sweeps
+from pairsim.cli.options import CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings, rank, show_estimate
 from pairsim.runtime.errors import InputError, PairsimError, RunFailure, unexpected
 from pairsim.runtime.version import __version__
 
 if TYPE_CHECKING:
     from pairsim.api.results import Result
+    from pairsim.drivers.progress import Style
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -26,6 +28,7 @@ app = typer.Typer(
 app.add_typer(sweeps.app)
 app.add_typer(bench.app)
 app.add_typer(first_steps.app)
+app.add_typer(pictures.app)
 
 
 def _version(wanted: bool) -> None:
@@ -61,6 +64,7 @@ def run(
         ),
     ] = None,
     dry_run: DryRun = False,
+    progress: Progress = "auto",
     quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
@@ -86,15 +90,16 @@ def run(
         return
     from pairsim.api import compute
 
+    shown: Style = "none" if quiet else progress
     result = compute.run(
         checked,
         folder=directory,
         overwrite=overwrite,
         resume=resume is not None,
-        progress=not quiet,
+        progress=shown,
         signals=True,
     )
-    _end(result, directory, quiet, plot=False)
+    _end(result, directory, shown, plot=False)
 
 
 @app.command(
@@ -109,6 +114,7 @@ def curve(
         bool, typer.Option("--sensitivities", help="Add the derivatives of dU by Ca_e, De and beta at the same d.")
     ] = False,
     dry_run: DryRun = False,
+    progress: Progress = "auto",
     quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
@@ -127,15 +133,16 @@ def curve(
         return
     from pairsim.api import compute
 
+    shown: Style = "none" if quiet else progress
     result = compute.curve(
         checked,
         folder=directory,
         overwrite=overwrite,
         sensitivities=sensitivities,
-        progress=not quiet,
+        progress=shown,
         signals=True,
     )
-    _end(result, directory, quiet, plot=True)
+    _end(result, directory, shown, plot=True)
 
 
 @app.command(
@@ -147,6 +154,7 @@ def critical(
     output: Output = None,
     overwrite: Overwrite = False,
     dry_run: DryRun = False,
+    progress: Progress = "auto",
     quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
@@ -166,13 +174,15 @@ def critical(
         return
     from pairsim.api import compute
 
-    result = compute.critical(checked, folder=directory, overwrite=overwrite, progress=not quiet, signals=True)
-    _end(result, directory, quiet, plot=True)
+    shown: Style = "none" if quiet else progress
+    result = compute.critical(checked, folder=directory, overwrite=overwrite, progress=shown, signals=True)
+    _end(result, directory, shown, plot=True)
 
 
-def _end(result: Result, directory: Path, quiet: bool, plot: bool) -> NoReturn:
-    """Draw, say where the results are or what went wrong, and exit with the code of the outcome."""
+def _end(result: Result, directory: Path, shown: Style, plot: bool) -> NoReturn:
+    """Draw, give the folder (stdout) and the answer in words (stderr), and exit with the code of the outcome."""
     from pairsim.drivers.outcome import EXIT_CODES
+    from pairsim.results.answer import advice
 
     code = EXIT_CODES[result.status]
     if rank() == 0:
@@ -180,7 +190,12 @@ def _end(result: Result, directory: Path, quiet: bool, plot: bool) -> NoReturn:
             if plot:
                 result.plot(directory)
             typer.echo(str(directory))
-        elif quiet:
+        if shown == "json":
+            content = {"event": "answer", "status": result.status, "reason": result.reason, "folder": str(directory)}
+            typer.echo(json.dumps({**content, "text": result.answer, "warnings": result.warnings}), err=True)
+        elif shown != "none":
+            typer.echo(f"{result.answer}\n{advice(result.kind, result.status, directory)}", err=True)
+        elif code:
             typer.echo(result.message, err=True)
     raise typer.Exit(code)
 
@@ -207,52 +222,6 @@ def mesh(
 
     for name, count in write_mesh(checked, output, png).items():
         typer.echo(f"{name}: {count}")
-
-
-@app.command(epilog="Examples: pairsim plot runs/quickstart | pairsim plot runs/sweep --group Ca_e")
-def plot(
-    directory: Annotated[Path, typer.Argument(help="Folder of results.", show_default=False)],
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Where the pictures go (default: the folder itself).")
-    ] = None,
-    group: Annotated[
-        str | None, typer.Option(metavar="KEY", help="Parameter of a sweep that chooses the colours.")
-    ] = None,
-) -> None:
-    """Draw the results of run, curve, critical, sweep or study as PNG.
-
-    A run: dU and D against time and distance, and the deformed particles in the flow. A curve: dU and D against d.
-    Critical distances: over the parameter that was followed. A sweep of runs: dU of all cases against time and distance
-    and the last dU against each parameter; of curves and critical distances: dU against d, zeros of dU against each
-    parameter; of each: a map of how the cases ended. A study: error against wall time.
-    """
-    from pairsim.results.folders import kind_of
-
-    kind = kind_of(directory)
-    if group is not None and kind != "sweep":
-        raise InputError("--group", "", group, f"must be left out: it goes with a sweep, {directory} holds a {kind}")
-    if kind == "sweep":
-        from pairsim.sweeps.sweep_plots import plot_sweep
-
-        paths = plot_sweep(directory, output, group)
-    elif kind == "study":
-        from pairsim.sweeps.study_plots import plot_study
-
-        paths = plot_study(directory, output)
-    elif kind == "curve":
-        from pairsim.results.curve_plots import plot_curve
-
-        paths = plot_curve(directory, output or directory)
-    elif kind == "critical":
-        from pairsim.results.critical_plots import plot_critical
-
-        paths = plot_critical(directory, output or directory)
-    else:
-        from pairsim.results.run_plots import plot_run
-
-        paths = plot_run(directory, output)
-    for path in paths:
-        typer.echo(str(path))
 
 
 def main() -> NoReturn:

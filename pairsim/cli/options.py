@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -27,7 +27,11 @@ DryRun = Annotated[
     bool, typer.Option("--dry-run", help="Check the case, tell unknowns, time and memory; compute nothing.")
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace the results in an existing folder.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress and no answer, only the folder.")]
+Progress = Annotated[
+    Literal["auto", "bar", "lines", "json"],
+    typer.Option(help="Progress on stderr: a live bar, lines, or a JSON object a line; auto: a bar on a terminal."),
+]
 
 
 def print_table(view: object) -> None:
@@ -39,7 +43,7 @@ def print_table(view: object) -> None:
 
 def show_estimate(case: SceneCase, directory: Path, estimate: Estimate) -> None:
     """What a case will cost, where its results will go, and what its user should know of it."""
-    from pairsim.sweeps.summary import duration
+    from pairsim.runtime.duration import duration
 
     if rank() == 0:
         typer.echo(

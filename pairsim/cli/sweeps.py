@@ -8,7 +8,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from pairsim.cli.options import Quiet, Settings, print_table, rank
+from pairsim.cli.options import Progress, Quiet, Settings, print_table, rank
 from pairsim.runtime.errors import InputError
 
 app = typer.Typer()
@@ -44,7 +44,8 @@ def sweep(
     emit: Annotated[
         str | None, typer.Option(metavar="slurm", help="Print a job-array script; compute nothing.")
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
+    progress: Progress = "auto",
+    quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
     """Run every case of a grid, also under mpirun or srun; the same command continues what was stopped.
@@ -96,7 +97,7 @@ def sweep(
         tuple(set_ or ()),
         workers,
     )
-    reporter = make_sweep_reporter(quiet, comm.rank if comm else 0)
+    reporter = make_sweep_reporter("none" if quiet else progress, comm.rank if comm else 0)
     code, message = run_sweep(checked, directory, options, comm, reporter)
     _end_sweep(code, message, directory, quiet)
 
@@ -126,6 +127,7 @@ def study(
         Path | None, typer.Option("-o", "--output", help="Folder of the study (default: runs/<name>).")
     ] = None,
     case_timeout: Annotated[float | None, typer.Option(min=0.0, help="Wall time of a case, in seconds.")] = None,
+    progress: Progress = "auto",
     quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
@@ -142,7 +144,7 @@ def study(
     checked = read_study(file, read_yaml(file), tuple(set_ or ()))
     directory = output or Path("runs") / checked.name
     comm = launcher_communicator()
-    reporter = make_sweep_reporter(quiet, comm.rank if comm else 0)
+    reporter = make_sweep_reporter("none" if quiet else progress, comm.rank if comm else 0)
     code, message = run_study(checked, directory, case_timeout, comm, reporter)
     _end_sweep(code, message, directory, quiet)
 

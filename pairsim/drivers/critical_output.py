@@ -30,8 +30,7 @@ class CriticalOutput:
 
     def __init__(self, case: CriticalCase, session: Session) -> None:
         self.session = session
-        errors = ["mesh_error", "d_error"] if case.mesh_error else []
-        self._columns = [*CRITICAL_COLUMNS, *errors, *health_columns(case)]
+        self._columns = [*CRITICAL_COLUMNS, *(["mesh_error"] if case.mesh_error else []), *health_columns(case)]
         self.rows: list[dict[str, Any]] = []
         self.points: list[Point] = []
         self.ends: list[dict[str, Any]] = []
@@ -77,8 +76,11 @@ class CriticalOutput:
         place = point.parameters
         row |= {"Ca_e": max(place.Ca_es), "De": place.De, "d_cr": point.d, "U": row["U_T"]}
         row |= {"kind": critical.kind, "branch": number, "stable": "true" if row["slope"] < 0 else "false"}
-        if "mesh_error" in row:
-            row["d_error"] = row["mesh_error"] / abs(row["slope"])
+        row |= {"d_error": "", "parameter_error": ""}
+        if critical.by_parameter is None:
+            row["d_error"] = row["dU_error"] / abs(row["slope"])
+        else:  # where two zeros meet, the slope vanishes
+            row["parameter_error"] = row["dU_error"] / abs(critical.by_parameter)
         self.rows.append({name: row[name] for name in self._columns})
         text = f"Ca_e = {row['Ca_e']:.5g}  De = {place.De:.5g}  d_cr = {point.d:.5f}  {critical.kind}"
         self.session.reporter.update(self._wanted, text, self._solved)

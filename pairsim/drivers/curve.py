@@ -147,6 +147,5 @@ def _find_zeros(branch: Branch, output: CurveOutput) -> str:
     result = equilibria(zeros, points)
     output.take_zeros(result)
     return ", ".join(
-        f"{'stable' if z.stable else 'unstable'} at d = {z.d:.5g}{' (uncertain)' if z.certain is False else ''}"
-        for z in result
+        f"{'stable' if z.stable else 'unstable'} at d = {z.d:.5g}{'' if z.certain else ' (uncertain)'}" for z in result
     )

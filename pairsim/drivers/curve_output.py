@@ -11,7 +11,7 @@ import numpy as np
 from pairsim.config.curve_case import CurveCase
 from pairsim.drivers.quasi_steady import health_columns, point_row
 from pairsim.drivers.session import Session
-from pairsim.results.columns import EQUILIBRIA_COLUMNS, EQUILIBRIA_ERRORS, curve_columns
+from pairsim.results.columns import EQUILIBRIA_COLUMNS, curve_columns
 from pairsim.results.fields import SteadyMoment, frame
 from pairsim.results.xdmf import FieldFrame, FieldsWriter
 from pairsim.solvers.branch import Point
@@ -47,7 +47,9 @@ class CurveOutput:
         self.points: list[tuple[Point, bool]] = []
         self.warnings: list[str] = []
         parameters = [name for name, value in (("Ca_e", max(case.Ca_es)), ("De", case.De), ("beta", 1.0)) if value]
-        columns = curve_columns(case.n, case.common, case.mesh_error, parameters if sensitivities else [])
+        columns = curve_columns(
+            case.n, case.common, case.polymer is None, case.mesh_error, parameters if sensitivities else []
+        )
         self._columns = [*columns, *health_columns(case)]
         self._frames: list[FieldFrame] = []
 
@@ -87,11 +89,8 @@ class CurveOutput:
         rows = []
         for z in zeros:
             row: dict[str, Any] = {"d": z.d, "stable": words[z.stable], "slope": z.slope, "peak": z.peak}
-            if z.d_error is not None and z.certain is not None:
-                row |= {"d_error": z.d_error, "certain": words[z.certain]}
-            rows.append(row)
-        columns = [*EQUILIBRIA_COLUMNS, *(EQUILIBRIA_ERRORS if self.case.mesh_error else ())]
-        self.session.write_table("equilibria.csv", columns, rows)
+            rows.append(row | {"d_error": z.d_error, "certain": words[z.certain]})
+        self.session.write_table("equilibria.csv", EQUILIBRIA_COLUMNS, rows)
 
     def finish(self) -> None:
         """Write the fields: in ascending distance, which is not the order in which they were solved.

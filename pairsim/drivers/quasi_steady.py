@@ -10,7 +10,7 @@ from pairsim.config.case import SceneCase
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.session import Session
 from pairsim.drivers.warnings import coarse_mesh, near_ends, unresolved_stress
-from pairsim.results.columns import CURVE_HEALTH, POLYMER_HEALTH, gap_endings, named_row
+from pairsim.results.columns import CURVE_HEALTH, POLYMER_HEALTH, gap_endings, named_row, particle_endings
 from pairsim.solvers.branch import Branch, Point
 
 INTERRUPTED = "stopped by a signal; what was written so far stands"
@@ -26,10 +26,15 @@ def point_row(point: Point) -> dict[str, float]:
     o = point.observation
     row = named_row(0.0, point.gaps, o.U, o.dU, o.D, o.dp, o.dp_plus)
     gaps = gap_endings(o.d.size + 1)
+    estimate = point.estimate
     values = {"slope": point.slopes, "drift": point.drifts, "mesh_error": point.mesh_errors}
+    values |= {"dU_correction": estimate.dU, "dU_error": point.dU_errors}
     values |= {f"by_{name}": change for name, change in point.sensitivities.items()}
     for name, each in values.items():
         row |= {name + gap: value for gap, value in zip(gaps, each if each is not None else (), strict=False)}
+    row |= {f"U_correction{each}": value for each, value in zip(particle_endings(o.U.size), estimate.U, strict=True)}
+    if estimate.dp_plus is not None:
+        row["dp_plus_correction"] = estimate.dp_plus
     row |= {"newton": point.newton, "meshes": point.meshes, "m": o.m}
     row |= {"volume_error": o.volume_error, "distortion": point.distortion}
     if o.conformation is not None:
@@ -63,7 +68,7 @@ def conclude(
     warnings: Sequence[str],
     summary: dict[str, Any],
 ) -> Outcome:
-    """Write and show the end: the outcome, the costs, and the warnings, those of mesh, stresses and tube added.
+    """Write the end: the outcome, the costs, and the warnings, those of mesh, stresses and tube added.
 
     Args:
         case: The case.
@@ -81,8 +86,6 @@ def conclude(
     seen = [c.s_jump for p in points if (c := p.observation.conformation) is not None]
     stress = unresolved_stress(case, max(seen, default=0.0))
     warnings = [*warnings, *coarse_mesh(case), *stress, *near_ends(case, case.cluster)]
-    for warning in warnings:
-        session.reporter.note(warning)
     try:
         session.record.write(outcome, {**summary, **counts, "warnings": warnings}, phases)
     except OSError as error:

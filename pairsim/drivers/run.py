@@ -138,8 +138,6 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
                 raise
             finally:
                 session.record.write(ended, summary | {"warnings": output.warnings}, dict(seconds))
-                for warning in output.warnings:
-                    session.reporter.note(warning)
 
     try:
         if session.stopped_at_once:

@@ -13,7 +13,7 @@ import numpy as np
 from pairsim.config.case import Case
 from pairsim.drivers.warnings import coarse_mesh, long_steps, narrow_gap, near_ends, unresolved_stress
 from pairsim.results.checkpoint import Checkpoint
-from pairsim.results.columns import HEALTH, POLYMER_HEALTH, named_row, series_columns
+from pairsim.results.columns import HEALTH, POLYMER_HEALTH, named_row, relative_velocities, series_columns
 from pairsim.results.fields import frame
 from pairsim.results.output import SERIES, RunFolder, SeriesWriter, plain, read_series
 from pairsim.results.xdmf import FieldsWriter
@@ -65,7 +65,7 @@ class RunWarnings:
         gaps = [series[name] for name in series if name == "d" or name.startswith("d_")]
         s_jump = float(np.max(series.get("s_jump", [0.0]), initial=0.0))
         worst = RunWarnings(case, s_jump, span(case, gaps), narrowest)
-        relative = [series[name] for name in series if name == "dU" or name.startswith("dU_")]
+        relative = [series[name] for name in relative_velocities(series)]
         for t, mesh, *dU in zip(series["t"], series["mesh"], *relative, strict=True):
             worst.steps.add(float(t), int(mesh), dU)
         return worst

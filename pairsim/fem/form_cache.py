@@ -45,7 +45,8 @@ def _stamp(form: str) -> Path:
             digest.update(str(spec and spec.origin).encode())
     physics = Path(__file__).parents[1] / "physics"
     sources = [physics / "kinematics.py", *physics.glob("forms/*.py"), *physics.glob("materials/*.py")]
-    for file in sorted([Path(__file__).with_name("phases.py"), *sources]):
+    sources += [Path(__file__).with_name(name) for name in ("phases.py", "enriched_residual.py")]
+    for file in sorted(sources):
         digest.update(file.read_bytes())
     return _cache() / f"compiled-{form.replace(':', '-')}-{digest.hexdigest()[:16]}"
 
@@ -59,7 +60,8 @@ def compile_missing(forms: Iterable[str]) -> None:
     """Compile the kinds of forms that are missing.
 
     Args:
-        forms: Names `<law>:moving`, `<law>:fixed`, `<law>:moving:steady`, `<law>:fixed:steady` or `neo-hookean`.
+        forms: Names `<law>:moving`, `<law>:fixed`, `<law>:moving:steady`, `<law>:fixed:steady` or `neo-hookean`; with
+            `:enriched` appended, the residual of the error estimate is compiled, too.
     """
     _cache().mkdir(parents=True, exist_ok=True)
     with (_cache() / "compile.lock").open("a+") as lock:
@@ -104,15 +106,18 @@ def ensure_compiled(comm: MPI.Comm, forms: Iterable[str]) -> None:
 def _compile(form: str) -> None:
     from mpi4py import MPI
 
+    from pairsim.fem.enriched_residual import enriched_form
     from pairsim.fem.phases import neo_hookean_solid, newtonian_liquid, viscoelastic_liquid
 
     law, *words = form.split(":")
     if law == "neo-hookean":
-        neo_hookean_solid(MPI.COMM_SELF)
+        phase = neo_hookean_solid(MPI.COMM_SELF)
     elif law == "newtonian":
-        newtonian_liquid(MPI.COMM_SELF, "moving" in words)
+        phase = newtonian_liquid(MPI.COMM_SELF, "moving" in words)
     else:
-        viscoelastic_liquid(MPI.COMM_SELF, law, "moving" in words, "steady" in words)  # type: ignore[arg-type]
+        phase = viscoelastic_liquid(MPI.COMM_SELF, law, "moving" in words, "steady" in words)  # type: ignore[arg-type]
+    if "enriched" in words:
+        enriched_form(MPI.COMM_SELF, phase)
 
 
 def _compile_patiently(form: str) -> None:

@@ -35,23 +35,31 @@ QUADRATURE_DEGREE = 5
 # Factor of the SUPG parameter, chosen: factors from 0.1 to 2 change dU by 0.3 % at De 2.
 UPWIND_SCALE = 0.5
 # basix numbers mid-side nodes by the opposite vertex, gmsh by the first vertex of the side.
-_TO_BASIX = np.array([0, 1, 2, 4, 5, 3])
+TO_BASIX = np.array([0, 1, 2, 4, 5, 3])
 
 
 @dataclass(frozen=True)
 class FieldSpec:
-    """One field of a phase: its name, Lagrange degree and number of components."""
+    """One field of a phase.
+
+    Attributes:
+        name: Its symbol.
+        degree: Lagrange degree.
+        components: Their number.
+        odd: Components that are odd functions of r; the others are even.
+    """
 
     name: str
     degree: int
     components: int
+    odd: tuple[int, ...] = ()
 
 
-VELOCITY = FieldSpec("u", 2, 2)
-DISPLACEMENT = FieldSpec("eta", 2, 2)
+VELOCITY = FieldSpec("u", 2, 2, odd=(1,))
+DISPLACEMENT = FieldSpec("eta", 2, 2, odd=(1,))
 PRESSURE = FieldSpec("p", 1, 1)
-LOG_CONFORMATION = FieldSpec("s", 2, 4)
-MESH_VELOCITY = FieldSpec("w", 1, 2)
+LOG_CONFORMATION = FieldSpec("s", 2, 4, odd=(1,))
+MESH_VELOCITY = FieldSpec("w", 1, 2, odd=(1,))
 
 
 @dataclass(frozen=True)
@@ -59,6 +67,7 @@ class CompiledPhase:
     """Forms of one kind of phase, compiled without a mesh.
 
     Attributes:
+        kind: Key of the kind of phase.
         fields: Fields of the phase, in the order of the mixed element.
         element: Mixed element.
         residual: Compiled residual.
@@ -67,8 +76,10 @@ class CompiledPhase:
         x: Coefficient of the unknowns.
         star: Coefficient of the part of the unknowns that the time scheme fixes.
         constants: Constants of the forms by name.
+        build: Makes the residual for any test functions.
     """
 
+    kind: tuple[str | bool, ...]
     fields: tuple[FieldSpec, ...]
     element: basix.ufl._ElementBase
     residual: Any
@@ -77,11 +88,15 @@ class CompiledPhase:
     x: ufl.Coefficient
     star: ufl.Coefficient
     constants: dict[str, ufl.Constant]
+    build: Callable[[Terms], ufl.Form]
 
 
 @dataclass(frozen=True)
-class _Terms:
-    """Ingredients of a form: the unknowns x, their part `star` fixed by the time scheme, test functions, constants."""
+class Terms:
+    """Ingredients of a form: the unknowns x, their part `star` fixed by the time scheme, test functions, constants.
+
+    A field without a test function has no equation in the form.
+    """
 
     mesh: ufl.Mesh
     x: dict[str, Expr]
@@ -91,7 +106,12 @@ class _Terms:
     dX: ufl.Measure
 
 
-def _components(space: Any, i: int, field: FieldSpec) -> list[Any]:
+def split(function: Any, fields: tuple[FieldSpec, ...]) -> dict[str, Expr]:
+    """The fields of a mixed function by name."""
+    return dict(zip((f.name for f in fields), ufl.split(function), strict=True))
+
+
+def components(space: Any, i: int, field: FieldSpec) -> list[Any]:
     """Scalar subspaces of field i of a mixed space."""
     return [space.sub(i).sub(c) for c in range(field.components)] if field.components > 1 else [space.sub(i)]
 
@@ -109,7 +129,7 @@ def _coupled(element: basix.ufl._ElementBase, fields: tuple[FieldSpec, ...], cre
     random = np.random.default_rng(0)
     form = create(space, lambda: random.uniform(0.2, 0.8))
     dense = fem.assemble_matrix(form).to_dense()
-    blocks = [np.ravel([part.dofmap.list[0] for part in _components(space, i, f)]) for i, f in enumerate(fields)]
+    blocks = [np.ravel([part.dofmap.list[0] for part in components(space, i, f)]) for i, f in enumerate(fields)]
     return np.array([[bool(np.any(dense[np.ix_(i, j)] != 0)) for j in blocks] for i in blocks])
 
 
@@ -121,7 +141,7 @@ def _compile(
     kind: tuple[str | bool, ...],
     fields: tuple[FieldSpec, ...],
     constant_names: tuple[str, ...],
-    build: Callable[[_Terms], ufl.Form],
+    build: Callable[[Terms], ufl.Form],
 ) -> CompiledPhase:
     """Compile the forms of a kind of phase, or return them if they were compiled before; collective."""
     if kind in _COMPILED:
@@ -136,9 +156,9 @@ def _compile(
     space = ufl.FunctionSpace(mesh, element)
     x, star, test = ufl.Coefficient(space), ufl.Coefficient(space), ufl.TestFunction(space)
     constants = {name: ufl.Constant(mesh) for name in constant_names}
-    named = [dict(zip((f.name for f in fields), ufl.split(function), strict=True)) for function in (x, star, test)]
+    named = [split(function, fields) for function in (x, star, test)]
     dX = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE})
-    residual = build(_Terms(mesh, named[0], named[1], named[2], constants, dX))
+    residual = build(Terms(mesh, named[0], named[1], named[2], constants, dX))
     jacobian = ufl.derivative(residual, x, ufl.TrialFunction(space))
 
     def compiled(form: ufl.Form) -> Any:
@@ -154,19 +174,21 @@ def _compile(
         return fem.create_form(compiled_jacobian, [space, space], space.mesh, {}, functions, values)
 
     coupled = _coupled(element, fields, on_one_cell)
-    _COMPILED[kind] = CompiledPhase(fields, element, compiled(residual), compiled_jacobian, coupled, x, star, constants)
+    _COMPILED[kind] = CompiledPhase(
+        kind, fields, element, compiled(residual), compiled_jacobian, coupled, x, star, constants, build
+    )
     return _COMPILED[kind]
 
 
 def newtonian_liquid(comm: MPI.Comm, moving: bool) -> CompiledPhase:
     """Newtonian liquid with the fields u, p and, if the mesh moves, eta; collective."""
 
-    def build(terms: _Terms) -> ufl.Form:
+    def build(terms: Terms) -> ufl.Form:
         x, test, dX = terms.x, terms.test, terms.dX
         kin = Kinematics.of(terms.mesh, x.get("eta"))
         form = momentum(kin, newtonian.extra_stress(kin, x["u"], 1.0), x["p"], test["u"], dX)
         form += continuity.liquid(kin, x["u"], test["p"], dX)
-        if moving:
+        if "eta" in test:
             form += mesh_motion.elastic_extension(terms.mesh, x["eta"], test["eta"], dX)
         return form
 
@@ -188,7 +210,7 @@ def viscoelastic_liquid(comm: MPI.Comm, law: polymer.Name, moving: bool, steady:
         steady: Whether the problem is quasi-steady.
     """
 
-    def build(terms: _Terms) -> ufl.Form:
+    def build(terms: Terms) -> ufl.Form:
         x, star, test, k, dX = terms.x, terms.star, terms.test, terms.constants, terms.dX
         kin = Kinematics.of(terms.mesh, x.get("eta"))
         s = LogConformation.of(x["s"])
@@ -196,7 +218,7 @@ def viscoelastic_liquid(comm: MPI.Comm, law: polymer.Name, moving: bool, steady:
         tau = constitutive.stress(law, s, k["xi"], k["De"], k["L2"])
         form = momentum(kin, (solvent[0] + tau[0], solvent[1] + tau[1]), x["p"], test["u"], dX)
         form += continuity.liquid(kin, x["u"], test["p"], dX)
-        if moving:
+        if "eta" in test:
             form += mesh_motion.elastic_extension(terms.mesh, x["eta"], test["eta"], dX)
         if steady:
             v, change = x["u"] - x["w"], (x["s"] - star["s"]) * k["rate"]
@@ -220,7 +242,7 @@ def viscoelastic_liquid(comm: MPI.Comm, law: polymer.Name, moving: bool, steady:
 def neo_hookean_solid(comm: MPI.Comm) -> CompiledPhase:
     """Neo-Hookean solid with the fields eta and p and the constant Ca_e; collective."""
 
-    def build(terms: _Terms) -> ufl.Form:
+    def build(terms: Terms) -> ufl.Form:
         x, test, dX = terms.x, terms.test, terms.dX
         kin = Kinematics.of(terms.mesh, x["eta"])
         stress = neo_hookean.extra_stress(kin, terms.constants["Ca_e"])
@@ -250,7 +272,7 @@ class Phase:
     ) -> None:
         self.comm, self.compiled, self.six_node_mesh = comm, compiled, mesh
         coordinate = basix.ufl.element("Lagrange", "triangle", 2, shape=(2,))
-        cells = mesh.cells[:, _TO_BASIX] if comm.rank == 0 else np.empty((0, 6), dtype=np.int64)
+        cells = mesh.cells[:, TO_BASIX] if comm.rank == 0 else np.empty((0, 6), dtype=np.int64)
         points = mesh.points if comm.rank == 0 else np.empty((0, 2))
         self.mesh = dolfinx.mesh.create_mesh(comm, cells, coordinate, points)
         self.space = fem.functionspace(self.mesh, compiled.element)
@@ -299,7 +321,7 @@ class Phase:
         node = self.mesh.geometry.input_global_indices[self.mesh.geometry.dofmap]
         canonical = np.full(len(self.x.x.array), -1, dtype=np.int64)
         for i, f in enumerate(self.compiled.fields):
-            for c, part in enumerate(_components(self.space, i, f)):
+            for c, part in enumerate(components(self.space, i, f)):
                 dofs = part.dofmap.list
                 canonical[dofs] = self.index(f.name, node[:, : dofs.shape[1]], c)
         return canonical

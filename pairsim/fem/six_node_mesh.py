@@ -12,6 +12,8 @@ from pairsim.runtime.arrays import Array, Indices
 # Permutation of the nodes of gmsh's six-node triangle that restores the orientation of a mirrored cell.
 MIRRORED_CELL = np.array([0, 2, 1, 5, 4, 3])
 _MIDSIDE_PARENTS = {3: (0, 1), 4: (1, 2), 5: (2, 0)}
+# Local number of the mid-side opposite each vertex.
+MIDSIDE_OPPOSITE = (4, 5, 3)
 
 
 @dataclass(frozen=True)

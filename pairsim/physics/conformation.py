@@ -60,3 +60,9 @@ def polymer_stress(liquid: Polymer, c: Array) -> Array:
     """
     F = polymer.spring(liquid.name, c[:, 0] + c[:, 2] + c[:, 3], liquid.L2)
     return np.asarray((1 - liquid.xi) / liquid.De * ((F * c.T).T - [1.0, 0.0, 1.0, 1.0]))
+
+
+def trace_of(liquid: Polymer, tau: Array) -> Array:
+    """tr c from the polymer's stress tau (zz, zr, rr, tt): the inverse of `polymer_stress`, (n, 4) -> (n,)."""
+    stretch = liquid.De / (1 - liquid.xi) * (tau[:, 0] + tau[:, 2] + tau[:, 3])  # F tr c - 3
+    return np.asarray((stretch + 3) * liquid.L2 / (liquid.L2 + stretch) if liquid.name == "fene-p" else stretch + 3)

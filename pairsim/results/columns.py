@@ -65,8 +65,17 @@ COLUMNS: tuple[Column, ...] = (
     Column("branch", "", "number of the line of critical distances", "", whole=True),
     Column("U", "U", "velocity of the pair", VELOCITY),
     Column("peak", "", "largest |dU| between a zero and the next, over that of the whole curve", ""),
-    Column("certain", "", "true: |dU| exceeds its mesh error on both sides of the zero", ""),
-    Column("d_error", r"\epsilon_d", "error of d_cr by the mesh: mesh_error over slope", LENGTH),
+    Column("certain", "", "true: |dU| exceeds its error on both sides of the zero", ""),
+    Column("d_error", r"\epsilon_d", "error of the distance, dU_error/|slope|; empty where two zeros meet", LENGTH),
+    Column("parameter_error", r"\epsilon", "error of the followed parameter where two zeros meet; empty elsewhere", ""),
+    Column("dU_correction", r"\delta^h", "estimate of exact minus discrete dU", VELOCITY),
+    Column("dU_correction_i", r"\delta^h_i", "estimate of exact minus discrete dU_i", VELOCITY),
+    Column("dU_error", r"\epsilon", "error of dU by mesh and Newton's method, half-width of an interval", VELOCITY),
+    Column("dU_error_i", r"\epsilon_i", "error of dU_i by mesh and Newton's method, half-width", VELOCITY),
+    Column("U_correction_L", r"\delta^h_L", "estimate of exact minus discrete U_L", VELOCITY),
+    Column("U_correction_T", r"\delta^h_T", "estimate of exact minus discrete U_T", VELOCITY),
+    Column("U_correction_i", r"\delta^h_i", "estimate of exact minus discrete U_i", VELOCITY),
+    Column("dp_plus_correction", r"\delta^h", "estimate of exact minus discrete dp_plus", STRESS),
     Column("mesh_error", r"\epsilon", "|dU - dU on a mesh with cells 2^0.5 times larger|", VELOCITY),
     Column("mesh_error_i", r"\epsilon_i", "|dU_i - dU_i on a mesh with cells 2^0.5 times larger|", VELOCITY),
     Column("wanted", "", "1 at a point that was asked for, 0 at one that was added", "", whole=True),
@@ -94,19 +103,17 @@ CURVE_HEALTH = ("meshes", "m", "volume_error", "distortion")
 """The columns that every curve.csv ends with, before those of a viscoelastic liquid."""
 
 
-EQUILIBRIA_COLUMNS = ("d", "stable", "slope", "peak")
-"""The columns of equilibria.csv."""
-EQUILIBRIA_ERRORS = ("d_error", "certain")
-"""The columns that follow where curves were solved on a coarser mesh too."""
 SWEEP_COLUMNS = (
     Column("folder", "", "folder of the case in that of the sweep", ""),
     Column("status", "", "pending, finished, failed or timeout", ""),
     Column("reason", "", "why the case ended", ""),
+    Column("warnings", "", "what run.json of the case warns of, separated by semicolons", ""),
     Column("points", "", "points of the curve or of the lines of critical distances", ""),
     Column("zeros", "", "zeros of dU from the smallest d on, or the critical distances asked for (a list in JSON)", ""),
     Column("stable", "", "whether each of them is stable (a list in JSON)", ""),
     Column("d_peak", "", "distance of the largest |dU| of the curve", LENGTH),
     Column("dU_peak", "", "dU there", VELOCITY),
+    Column("dU_error", "", "dU_error there", VELOCITY),
     Column("mesh_error", "", "mesh_error there", VELOCITY),
     Column("steps", "", "accepted time steps", ""),
     Column("unknowns", "", "unknowns of the largest linear system", ""),
@@ -146,25 +153,51 @@ def gap_endings(n: int) -> list[str]:
     return [""] if n == 2 else [f"_{i}" for i in range(1, n)]
 
 
-def curve_columns(n: int, common: bool, mesh_error: bool, sensitivities: Sequence[str]) -> list[str]:
+def relative_velocities(names: Iterable[str]) -> list[str]:
+    """Those among the names of columns that are a relative velocity: dU, or dU_1, dU_2, ..."""
+    return [name for name in names if re.fullmatch(r"dU(_\d+)?", name)]
+
+
+def particle_endings(n: int) -> list[str]:
+    """What the names of the columns of every particle end with, from upstream."""
+    return ["_T", "_L"] if n == 2 else [f"_{i}" for i in range(1, n + 1)]
+
+
+def error_column(names: Iterable[str], gap: str = "") -> str | None:
+    """The column that holds the error of dU, the half-width of an interval; None if there is none.
+
+    Args:
+        names: Columns of a table.
+        gap: What the names of the columns of the gap end with.
+    """
+    there = set(names)
+    return next((name for name in (f"dU_error{gap}", f"mesh_error{gap}") if name in there), None)
+
+
+def curve_columns(n: int, common: bool, newtonian: bool, mesh_error: bool, sensitivities: Sequence[str]) -> list[str]:
     """The columns that curve.csv begins with.
 
     Args:
         n: Number of particles.
         common: Whether there is a curve over one distance, which has slopes.
+        newtonian: Kind of the liquid; in a viscoelastic one the error of dp_plus is not estimated.
         mesh_error: Whether points were solved on a coarser mesh too.
         sensitivities: Parameters by which dU was differentiated.
     """
-    names = ["drift", *(["mesh_error"] if mesh_error else []), *(["slope"] if common else [])]
-    names += [f"by_{name}" for name in sensitivities]
-    return [*series_columns(n)[1:], "newton", *(name + gap for name in names for gap in gap_endings(n)), "wanted"]
+    names = ["drift", "dU_correction", "dU_error", *(["mesh_error"] if mesh_error else [])]
+    names += [*(["slope"] if common else []), *(f"by_{name}" for name in sensitivities)]
+    by_gap = (name + gap for name in names for gap in gap_endings(n))
+    corrections = [f"U_correction{each}" for each in particle_endings(n)] + ["dp_plus_correction"] * newtonian
+    return [*series_columns(n)[1:], "newton", *by_gap, *corrections, "wanted"]
 
 
 CRITICAL_COLUMNS = (
     *("Ca_e", "De", "d_cr", "stable", "kind", "branch", "slope", "U", "D_L", "D_T", "dp", "dp_plus"),
-    *("newton", "drift"),
+    *("newton", "drift", "dU_correction", "dU_error", "d_error", "parameter_error"),
 )
 """The columns that critical.csv begins with."""
+EQUILIBRIA_COLUMNS = ("d", "stable", "slope", "peak", "d_error", "certain")
+"""The columns of equilibria.csv."""
 
 
 def column(name: str) -> Column:

@@ -26,27 +26,39 @@ from pairsim.runtime.locks import LOCK
 FORMAT = 1
 """Number of the format of a folder of results, in run.json; folders from before it was written have the same tables."""
 SERIES, CHECKPOINT = "series.csv", "checkpoint.npz"
+PICTURES = ("series", "curve", "critical", "fields", "perturbation", "runs", "curves")
+FIELD_NAMES = (*("velocity", "streamlines", "tr_c", "N1", "tau_zz", "tau_zz_extra", "pressure", "pressure_extra"),)
+PICTURE_ENDINGS = ("png", "pdf", "svg", "gif", "mp4")
 OWN_FILES = (
     "case.yaml",
     "run.json",
     SERIES,
     CHECKPOINT,
-    "series.png",
     "fields.xdmf",
     "fields_last.xdmf",
     "fields.h5",
-    "fields.png",
-    "perturbation.png",
     "curve.csv",
     "equilibria.csv",
-    "curve.png",
     "critical.csv",
-    "critical.png",
+    "report.html",
+    *(f"{stem}.{end}" for stem in (*PICTURES, *(f"field-{n}" for n in FIELD_NAMES)) for end in PICTURE_ENDINGS),
 )
 """Every file that pairsim writes into a run folder; `--overwrite` removes these and nothing else."""
 
 
-def _part(path: Path) -> Path:
+def make_folder(path: Path) -> None:
+    """Make a folder for pictures and the like, where it is not there yet.
+
+    Raises:
+        InputError: It cannot be used.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(str(path), "-o", None, f"cannot be used as a folder ({error.strerror})") from error
+
+
+def part_of(path: Path) -> Path:
     """The temporary name under which `path` is written; fixed, so that what a killed run left behind is found again."""
     return path.with_name(f".{path.name}.part")
 
@@ -58,7 +70,7 @@ def write_text(path: Path, text: str) -> None:
 
 def write_bytes(path: Path, content: bytes) -> None:
     """Write a file as `write_text` does."""
-    part = _part(path)
+    part = part_of(path)
     try:
         with part.open("wb") as file:
             file.write(content)
@@ -125,7 +137,7 @@ class RunFolder:
             if present and not overwrite:
                 raise refuse("the folder exists and is not empty; give another, or use --overwrite to replace the run")
             folder.mkdir(parents=True, exist_ok=True)
-            old = [file for name in OWN_FILES for file in (folder / name, _part(folder / name))]
+            old = [file for name in OWN_FILES for file in (folder / name, part_of(folder / name))]
             for file in old:
                 if file.is_dir() and not file.is_symlink():
                     raise refuse(f"{file.name} is a folder, where pairsim writes a file; give another folder")

@@ -15,12 +15,13 @@ from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.bordered import solve_with
 from pairsim.solvers.continuation import begin, cold_start, follow, new_mesh, prepared, towards
+from pairsim.solvers.error_estimate import ErrorEstimate, ErrorEstimator
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.perturbation import drift, sensitivities
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady import Snapshot, Steady
 
-# The mesh that tells the error of the wanted one: its cells are larger by this factor.
+# The mesh that checks the error of the wanted one: its cells are larger by this factor.
 COARSER = 2**0.5
 FEWEST_CELLS = 4  # on a half-circle; chosen
 # The continuation to the first parameters takes many solutions that are not reported. It is done on cells larger by
@@ -40,6 +41,7 @@ class Point:
         slopes: d(dU)/dd of every gap when all distances change equally, shape (N-1,).
         drifts: Change of every dU by the terms that the quasi-steady equations neglect, to first order, shape (N-1,).
         sensitivities: Derivatives of every dU by Ca_e, De and beta where the scene has them; empty when not asked for.
+        estimate: Of the discretisation errors.
         mesh_errors: |dU - dU on a mesh with cells 2^0.5 times larger|, None without that mesh.
         newton: Newton iterations since the previous point.
         meshes: Number of meshes generated so far.
@@ -51,6 +53,7 @@ class Point:
     slopes: Array
     drifts: Array
     sensitivities: dict[str, Array]
+    estimate: ErrorEstimate
     mesh_errors: Array | None
     newton: int
     meshes: int
@@ -75,6 +78,11 @@ class Point:
     def dU(self) -> float:
         """First relative velocity, that of a pair."""
         return float(self.dUs[0])
+
+    @property
+    def dU_errors(self) -> Array:
+        """Errors of the relative velocities, half-widths of intervals, (N-1,)."""
+        return self.estimate.dU_error
 
 
 def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -> SteadyProblem:
@@ -140,7 +148,7 @@ class Branch:
         comm: Communicator of the case.
         problem: The problem.
         parameters: The first place.
-        mesh_error: Solve on a coarser mesh too.
+        mesh_error: Solve on a coarser mesh too, as a check of the estimated error.
         sensitivities: Find the derivatives by the parameters too.
 
     Raises:
@@ -156,7 +164,7 @@ class Branch:
         mesh_error: bool,
         sensitivities: bool = False,
     ) -> None:
-        self._sensitivities = sensitivities
+        self._sensitivities, self._estimator = sensitivities, ErrorEstimator()
         scout = None
         if cold_start(parameters) != parameters:
             with suppress(NoSteadyState, MeshFailure):
@@ -321,6 +329,7 @@ class Branch:
             slopes,
             np.diff(drift(fine)),
             sensitivities(fine) if self._sensitivities else {},
+            self._estimator.estimate(fine),
             errors,
             fine.iterations - iterations_before,
             fine.meshes,

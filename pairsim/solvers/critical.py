@@ -63,11 +63,14 @@ class Critical:
         branch: Number of the line of zeros.
         kind: "wanted": at a value that was asked for; "added": on the way; "vanishes": two zeros, a stable and an
             unstable one, meet here and end; "edge": d leaves the distances that are looked at.
+        by_parameter: Where two zeros meet, the derivative of dU by the parameter, which settles how well it is known
+            there; None elsewhere.
     """
 
     point: Point
     branch: int
     kind: Kind
+    by_parameter: float | None = None
 
 
 @dataclass(frozen=True)
@@ -318,11 +321,12 @@ class Follower:
         top = int(np.argmax(q))
         fold = way(along[top])
         vanishes = self._beside(after, fold, "vanishes", length)
+        by_parameter = None if vanishes is None else self._by_parameter()
         sides = (before, slice(top + 1)), (after, slice(None, top - 1 if top else None, -1))
         if vanishes is None:
             yield Missed(f"the fold at which two zeros meet, near {where(self._place(*fold))}, was not found")
         ahead: list[Critical] = []
-        back = [] if vanishes is None else [Critical(vanishes, number, "vanishes")]
+        back = [] if vanishes is None else [Critical(vanishes, number, "vanishes", by_parameter)]
         for found, (start, part) in zip((ahead, back), sides, strict=True):
             for value in sorted(self.values, key=lambda v: v * sign, reverse=found is back):
                 if not q[part][0] + 1e-9 < value * sign < q[top]:
@@ -336,6 +340,13 @@ class Follower:
                     yield Missed(f"d_cr at {where(self._place(*at))}, next to the fold of two zeros, was not found")
         self.branch.recall(after.snapshots)
         yield from (*ahead, *back)
+
+    def _by_parameter(self) -> float:
+        """Derivative of dU by the parameter at the present zero."""
+        fine, here = self.branch.fine, self._here()
+        fine.factor()
+        change = fine.tangent(self._line(here, np.array([0.0, 1.0])))
+        return float(change @ fine.velocity_row() / np.exp(here[1]))
 
     def _beside(self, start: _Pose, at: Array, kind: Kind, most: float) -> Point | None:
         """The zero near `at`, from the zero `start`, at the parameter of `at` or, for a fold, at its distance."""

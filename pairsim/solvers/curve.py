@@ -57,15 +57,15 @@ class Equilibrium:
         d: The distance.
         slope: d(dU)/dd there; negative is stable.
         peak: Largest |dU| between this zero and the next one or the end, over that of the whole curve.
-        d_error: Error of d by the mesh, None without a coarser mesh.
-        certain: Whether |dU| exceeds its mesh error somewhere on both sides, up to the next zeros; None without one.
+        d_error: Error of d by the mesh.
+        certain: Whether |dU| exceeds its error somewhere on both sides, up to the next zeros.
     """
 
     d: float
     slope: float
     peak: float
-    d_error: float | None
-    certain: bool | None
+    d_error: float
+    certain: bool
 
     @property
     def stable(self) -> bool:
@@ -98,8 +98,7 @@ def _wanted(points: list[Point], tol: float) -> float:
 
 def _excess(a: Point, b: Point, wanted: float) -> np.ndarray:
     """Which dU may be off between two points by more than is wanted and by more than the error of the mesh there."""
-    errors = [p.mesh_errors for p in (a, b) if p.mesh_errors is not None]
-    return np.asarray(_bend(a, b) > np.maximum(wanted, np.max(errors, axis=0) if errors else 0.0))
+    return np.asarray(_bend(a, b) > np.maximum(wanted, np.maximum(a.dU_errors, b.dU_errors)))
 
 
 def _unresolved(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
@@ -212,11 +211,8 @@ def equilibria(zeros: list[Zero], points: list[Point]) -> list[Equilibrium]:
     result = []
     for before, zero, end, peak in zip(ends, (z.point for z in zeros), ends[2:], peaks[1:], strict=False):
         left, right = ([p for p in points if a <= p.d <= b] for a, b in ((before, zero.d), (zero.d, end)))
-        slope, error, certain = float(zero.slopes[0]), None, None
-        if zero.mesh_errors is not None:
-            error = float(zero.mesh_errors[0]) / abs(slope)
-            certain = all(
-                any(p.mesh_errors is not None and abs(p.dU) > p.mesh_errors[0] for p in side) for side in (left, right)
-            )
+        slope = float(zero.slopes[0])
+        error = float(zero.dU_errors[0]) / abs(slope)
+        certain = all(any(abs(p.dU) > p.dU_errors[0] for p in side) for side in (left, right))
         result.append(Equilibrium(zero.d, slope, peak / max(peaks), error, certain))
     return result

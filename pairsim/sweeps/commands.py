@@ -19,7 +19,7 @@ from pairsim.config.cost import Estimate, critical_estimate, curve_estimate, run
 from pairsim.config.curve_case import CriticalCase, CurveCase
 from pairsim.config.form_kinds import forms_of
 from pairsim.config.identity import identity_of
-from pairsim.results.columns import gap_endings
+from pairsim.results.columns import gap_endings, relative_velocities
 from pairsim.results.folders import read_record
 
 Value = float | int | str | None
@@ -117,8 +117,8 @@ def read_run(directory: Path) -> dict[str, Value]:
 
 
 def curve_result_columns(case: CurveCase) -> tuple[str, ...]:
-    """Points, zeros, and by gap the largest |dU| with its distance and mesh error."""
-    names = ["d_peak{}", "dU_peak{}", *(["mesh_error{}"] if case.mesh_error else [])]
+    """Points, zeros, and by gap the largest |dU| with its distance and errors."""
+    names = ["d_peak{}", "dU_peak{}", "dU_error{}", *(["mesh_error{}"] if case.mesh_error else [])]
     zeros = ["zeros", "stable"] if case.n == 2 else []
     return ("points", *zeros, *(name.format(gap) for gap in gap_endings(case.n) for name in names))
 
@@ -129,9 +129,10 @@ def read_curve(directory: Path) -> dict[str, Value]:
     try:
         points = _rows(directory / "curve.csv")
         values["points"] = len(points)
-        for name in [name for name in points[0] if name == "dU" or name.startswith("dU_")]:
+        for name in relative_velocities(points[0]):
             gap, peak = name.removeprefix("dU"), max(points, key=lambda point: abs(float(point[name])))
-            for column, source in (("d_peak", "d"), ("dU_peak", "dU"), ("mesh_error", "mesh_error")):
+            sources = {"d_peak": "d", "dU_peak": "dU", "dU_error": "dU_error", "mesh_error": "mesh_error"}
+            for column, source in sources.items():
                 if source + gap in peak:
                     values[column + gap] = float(peak[source + gap])
         zeros = _rows(directory / "equilibria.csv")

@@ -19,7 +19,8 @@ from pairsim.drivers.curve import WarmStart, run_curve
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.progress import Reporter
 from pairsim.drivers.session import Options
-from pairsim.results.curve_plots import plot_curve
+from pairsim.plots.curves import draw_curve
+from pairsim.plots.style import Page
 from pairsim.runtime.errors import unexpected
 from pairsim.runtime.signals import Signals
 
@@ -42,7 +43,7 @@ def solve(pairs: list[tuple[Path, Path]]) -> Outcome:
             outcome = run_curve(case, directory, options, warm_start=warm_start)
             if outcome.status == "finished" and comm.rank == 0:
                 with suppress(OSError):  # a picture can be drawn again
-                    plot_curve(directory, directory)
+                    draw_curve(directory, directory, Page())
             if any(comm.allgather(signals.number)):
                 break
     warm_start.close()

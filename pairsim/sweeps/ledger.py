@@ -39,6 +39,7 @@ class Entry:
         again: Whether its last attempt repeats one that failed, and has not ended.
         rank: Worker that has or had it.
         values: What its folder gives to results.csv.
+        warnings: What its run.json warns of.
     """
 
     folder: str
@@ -54,6 +55,7 @@ class Entry:
     again: bool = False
     rank: int | None = None
     values: dict[str, Value] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -128,6 +130,7 @@ class Ledger:
                 continue
             entry.reason, entry.message = told.get("reason", ""), told.get("message", "")
             entry.values = command.values(directory)
+            entry.warnings = list(read_record(directory).get("warnings", ()))
             if told is old:
                 entry.values["wall_time"] = entry.seconds  # its own account stops where it did
 
@@ -174,11 +177,12 @@ def table_of(content: dict[str, Any]) -> str:
     parameters, columns = content["parameters"], content["columns"]
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["folder", "status", "reason", *parameters, *columns])
+    writer.writerow(["folder", "status", "reason", *parameters, *columns, "warnings"])
     for case in content["cases"]:
         if case["status"] in ENDED:
             values = [case["parameters"].get(key) for key in parameters] + [case["values"].get(key) for key in columns]
-            writer.writerow([case["folder"], case["status"], case["reason"], *map(cell, values)])
+            warnings = "; ".join(case.get("warnings", ()))
+            writer.writerow([case["folder"], case["status"], case["reason"], *map(cell, values), warnings])
     return text.getvalue()
 
 

@@ -9,6 +9,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from pairsim.runtime.duration import duration
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import Grid
 
@@ -37,16 +38,6 @@ def parse_shard(text: str) -> tuple[int, int]:
     if match is None or not 1 <= int(match[1]) <= int(match[2]):
         raise InputError("--shard", "", text, "must be part/parts counted from 1, such as 2/8")
     return int(match[1]), int(match[2])
-
-
-def duration(seconds: float) -> str:
-    """Seconds in words: 42 s, 3 min 20 s, 2 h 05 min."""
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60} min {whole % 60:02d} s"
-    return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
 
 
 def shown(value: Any) -> str:

@@ -12,7 +12,7 @@ import signal
 import time
 from collections import deque
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +28,7 @@ from pairsim.runtime.signals import Signals
 from pairsim.runtime.version import __version__
 from pairsim.sweeps.grid import Grid, SweepCase
 from pairsim.sweeps.ledger import Ledger, Shard
-from pairsim.sweeps.progress import SweepReporter
+from pairsim.sweeps.progress import SweepReporter, summarised
 from pairsim.sweeps.queue import part_of, units
 from pairsim.sweeps.worker import CaseWorker, Result, Task
 
@@ -275,6 +275,8 @@ class _Root:
         self._write(now=True)
         code, message = self._verdict()
         self._send(comm, ("leave", code))
+        for warning in summarised([asdict(entry) for entry in self.ledger.entries.values()]):
+            self.reporter.note(f"warning: {warning}")
         self.reporter.finish(message)
         return code, message
 
@@ -311,7 +313,7 @@ class _Root:
         folder = self.running[rank][0]
         entry = self.ledger.entries[folder]
         again, attempts = entry.again or entry.status in ("failed", "timeout"), entry.attempts + 1
-        news = {"rank": rank, "attempts": attempts, "again": again, "values": {}}
+        news = {"rank": rank, "attempts": attempts, "again": again, "values": {}, "warnings": []}
         self.ledger.change(folder, status="running", reason="", message="", **news)
 
     def _result(self, rank: int, result: Result) -> None:
@@ -322,6 +324,7 @@ class _Root:
             message=result.message,
             seconds=result.seconds,
             values=result.values,
+            warnings=list(result.warnings),
         )
         if result.status != "pending":
             self.ledger.change(result.folder, again=False)

@@ -66,6 +66,7 @@ class Result:
         message: For people.
         seconds: Wall time as the sweep saw it.
         values: What it gives to results.csv.
+        warnings: What its run.json warns of.
     """
 
     folder: str
@@ -74,6 +75,7 @@ class Result:
     message: str
     seconds: float
     values: dict[str, Value] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
 
 
 class CaseWorker:
@@ -213,4 +215,5 @@ class CaseWorker:
             self._locks.pop(task.folder).release()
         self._begun = time.monotonic() if self._child is not None else 0.0
         self._unit.pop(0)
-        return Result(task.folder, status, reason, message, seconds, values)
+        warnings = read_record(task.directory).get("warnings", ()) if status != "pending" else ()
+        return Result(task.folder, status, reason, message, seconds, values, tuple(warnings))

@@ -226,7 +226,7 @@ def test_every_process_of_a_job_gets_the_result(empty: Path) -> None:
     script = "\n".join(
         [
             "import pairsim, sys",
-            f"result = pairsim.curve({CURVE!r})",
+            f"result = pairsim.curve({CURVE | {'beta': [0.4, 0.3], 'Ca_e': 0}!r})",
             "same = pairsim.curve(result.case, folder='out')",
             "print(repr(result.dU(0.2)), repr(same.dU(0.2)), same.folder, result.fields(0.1).n_cells, flush=True)",
         ]

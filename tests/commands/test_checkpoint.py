@@ -16,12 +16,9 @@ from mpi4py import MPI
 from support.commands import Pairsim
 from support.scenes import dU, soft_pair
 
+import pairsim
 from pairsim.config.case import Case
-from pairsim.config.case_file import case_from_dict
-from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.progress import Reporter
-from pairsim.drivers.run import run_case
-from pairsim.drivers.session import Options
 from pairsim.fem.geometry import MeshSettings
 from pairsim.results.checkpoint import Checkpoint, load
 from pairsim.results.output import RunFolder, SeriesWriter, read_series
@@ -61,13 +58,14 @@ class Stops(Reporter):
 
 
 def soft(**changes: Any) -> Case:
-    return case_from_dict({**SOFT, **changes}, "test")
+    return pairsim.load({**SOFT, **changes})
 
 
-def run(case: Case, folder: Path, reporter: Reporter | None = None, *, resume: bool = False) -> Outcome:
-    show = reporter or Reporter()
-    options = Options(MPI.COMM_WORLD, overwrite=False, reporter=show, command="pairsim run")
-    return run_case(case, folder, options, resume=resume)
+def run(case: Case, folder: Path, reporter: Reporter | None = None, *, resume: bool = False) -> pairsim.RunResult:
+    """Run or continue a case with the signal handlers of the command line; what is told goes to the reporter."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("pairsim.api.compute.make_reporter", lambda *_: reporter or Reporter())
+        return pairsim.run(case, folder=folder, resume=resume, signals=True)
 
 
 def assert_same(one: Path, other: Path, tolerance: float = 1e-10) -> None:
@@ -86,8 +84,7 @@ def stopped(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     """A case, its whole run, and one that was stopped after five steps and went on."""
     base, case = tmp_path_factory.mktemp("runs"), soft(De=request.param)
     assert run(case, base / "whole").status == "finished"
-    outcome = run(case, base / "cut", Stops(5))
-    assert (outcome.status, outcome.exit_code) == ("interrupted", 130)
+    assert run(case, base / "cut", Stops(5)).status == "interrupted"
     assert len(read_series(base / "cut" / "series.csv")["t"]) == 5
     with (base / "cut" / "series.csv").open("a") as file:
         file.write((base / "cut" / "series.csv").read_text().splitlines()[-1] + "\n0.1,0.2")  # beyond the checkpoint
@@ -124,7 +121,7 @@ def test_a_finished_run_has_nothing_to_do(stopped: tuple[Case, Path, Path]) -> N
     case, _, cut = stopped
     before = {path.name: path.read_bytes() for path in cut.iterdir()}
     show = Stops()
-    assert run(case, cut, show, resume=True).exit_code == 0
+    assert run(case, cut, show, resume=True).status == "finished"
     assert show.told.startswith("nothing to do: finished at t = 0.02")
     assert {path.name: path.read_bytes() for path in cut.iterdir()} == before
 
@@ -327,10 +324,10 @@ def test_fields_that_outgrow_the_disk_end_a_run_that_can_go_on(tmp_path: Path) -
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (allowed, limits[1]))
     try:
-        outcome = run(case, tmp_path / "run")
+        result = run(case, tmp_path / "run")
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-    assert (outcome.status, outcome.reason, outcome.exit_code) == ("failed", "write_failed", 3)
+    assert (result.status, result.reason) == ("failed", "write_failed")
     assert json.loads((tmp_path / "run" / "run.json").read_text())["reason"] == "write_failed"
     assert run(case, tmp_path / "run", resume=True).status == "finished"
     assert_same(tmp_path / "whole", tmp_path / "run")

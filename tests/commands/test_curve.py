@@ -1,4 +1,4 @@
-"""`pairsim curve` and `pairsim critical` as their users meet them: files, refusals, ranks, typed ends."""
+"""`pairsim.curve` and `pairsim.critical`, and their commands: files, refusals, ranks, typed ends."""
 
 from __future__ import annotations
 
@@ -18,18 +18,24 @@ from mpi4py import MPI
 from support.commands import Pairsim, interrupted
 from support.inputs import ROOT
 
-from pairsim.config.case_file import curve_from_dict, load_critical, load_curve
+import pairsim
+from pairsim.api.results import Result
+from pairsim.config.case_file import load_critical, load_curve
 from pairsim.drivers.curve import WarmStart, run_curve
 from pairsim.drivers.progress import Reporter
 from pairsim.drivers.session import Options
 from pairsim.results.output import read_series
-from pairsim.results.xdmf import FieldFrame, read_frame
+from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError, NoSteadyState
 from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.curve import Zero
 
 CURVE = "beta: 0.4\nDe: 0\nCa_e: 0.1\nends: developed\nlength: auto\nmesh: {Np: 10}\nd: [0.3, 0.1]\n"
-OPTIONS = Options(MPI.COMM_WORLD, overwrite=False, reporter=Reporter(), command="test")
+PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": "auto", "mesh": {"Np": 8}}
+PAIR |= {"mesh_error": False}
+GIESEKUS = PAIR | {"De": 0.5, "Ca_e": 0.05, "length": 3.0, "mesh": {"Np": 8, "max_size": 0.15}}
+GIESEKUS |= {"d": [0.3], "fields": [0.3]}
+Fields = dict[str, Array]
 
 
 def test_curve_command(tmp_path: Path, pairsim: Pairsim) -> None:
@@ -49,71 +55,61 @@ def test_curve_command(tmp_path: Path, pairsim: Pairsim) -> None:
 
 
 @pytest.mark.slow
-def test_critical_command_follows_the_zero_of_the_curve(tmp_path: Path, pairsim: Pairsim) -> None:
+def test_critical_distances_follow_the_zero_of_the_curve(tmp_path: Path) -> None:
     """At De .5, beta .4 there is an unstable distance, smaller for larger Ca_e; it is the zero of a curve there."""
-    mesh = "mesh: {Np: 8, max_size: 0.1}\nmesh_error: false\n"  # 0.1 is that of `accuracy: 5%`: no warning of it
-    keys = f"beta: 0.4\nDe: 0.5\nCa_e: 0.1\nends: developed\nlength: 4.2\n{mesh}"
-    (tmp_path / "critical.yaml").write_text(keys + "along: {Ca_e: [0.05, 0.1]}\nd: [0.2, 0.35]\n")
-    (tmp_path / "curve.yaml").write_text(keys + "d: {start: 0.2, stop: 0.35, num: 3}\ntol: 1.0e-3\n")
-    done = pairsim("critical", "critical.yaml", "-o", "critical")
-    assert done.returncode == 0, done.stderr
-    with (tmp_path / "critical" / "critical.csv").open() as file:
-        rows = [row for row in csv.DictReader(file) if row["kind"] == "wanted"]
-    assert [float(row["Ca_e"]) for row in rows] == pytest.approx([0.05, 0.1])
-    assert [row["stable"] for row in rows] == ["false", "false"]
-    assert float(rows[1]["d_cr"]) < float(rows[0]["d_cr"])
-    assert pairsim("curve", "curve.yaml", "-o", "curve").returncode == 0
-    with (tmp_path / "curve" / "equilibria.csv").open() as file:
-        (zero,) = csv.DictReader(file)
-    assert float(zero["d"]) == pytest.approx(float(rows[1]["d_cr"]), abs=1e-4)
-    assert zero["stable"] == "false"
-    told = json.loads((tmp_path / "critical" / "run.json").read_text())
-    assert told["ends"][0]["reason"] == "range"
-    assert ["not resolved" in warning for warning in told["warnings"]] == [False]  # only that the mesh is coarse
-    assert (tmp_path / "critical" / "critical.png").stat().st_size > 10_000
+    mesh = {"Np": 8, "max_size": 0.1}  # 0.1 is that of `accuracy: 5%`: no warning of it
+    pair = {"beta": 0.4, "De": 0.5, "Ca_e": 0.1, "ends": "developed", "length": 4.2, "mesh": mesh, "mesh_error": False}
+    critical = pairsim.critical(pair, along={"Ca_e": [0.05, 0.1]}, d=[0.2, 0.35], folder=tmp_path / "out").check()
+    rows = critical.table[critical.table["kind"] == "wanted"]
+    assert rows["Ca_e"].tolist() == pytest.approx([0.05, 0.1])
+    assert rows["stable"].tolist() == [False, False]
+    assert rows["d_cr"].iloc[1] < rows["d_cr"].iloc[0]
+    zeros = pairsim.curve(pair, d={"start": 0.2, "stop": 0.35, "num": 3}, tol=1e-3).check().zeros
+    assert zeros["d"].tolist() == pytest.approx([rows["d_cr"].iloc[1]], abs=1e-4)
+    assert zeros["stable"].tolist() == [False]
+    assert critical.ends[0]["reason"] == "range"
+    assert ["not resolved" in warning for warning in critical.warnings] == [False]  # only that the mesh is coarse
+    (picture,) = critical.plot(tmp_path)
+    assert picture.stat().st_size > 10_000
 
 
 @pytest.mark.slow
-def test_critical_follows_lines_over_De_with_their_errors(tmp_path: Path, pairsim: Pairsim) -> None:
+def test_critical_follows_lines_over_De_with_their_errors() -> None:
     """Two lines over De: the softer pair has the smaller distance, as in Fig. 11."""
-    keys = "beta: 0.4\nDe: 0.5\nCa_e: 0.1\nends: developed\nlength: 3\nmesh: {Np: 8, max_size: 0.15}\n"
-    (tmp_path / "case.yaml").write_text(keys + "along: {De: [0.4, 0.5]}\nlines: {Ca_e: [0.02, 0.05]}\nd: [0.2, 0.35]\n")
-    done = pairsim("critical", "case.yaml", "-o", "out")
-    assert done.returncode == 0, done.stderr
-    with (tmp_path / "out" / "critical.csv").open() as file:
-        rows = [row for row in csv.DictReader(file) if row["kind"] == "wanted"]
-    assert {(row["Ca_e"], row["De"]) for row in rows} == {(c, d) for c in ("0.02", "0.05") for d in ("0.4", "0.5")}
-    by_place = {(row["Ca_e"], row["De"]): row for row in rows}
-    for De in ("0.4", "0.5"):
-        assert float(by_place["0.05", De]["d_cr"]) < float(by_place["0.02", De]["d_cr"])
-    assert len({row["branch"] for row in rows}) == 2
-    for row in rows:
-        error = float(row["mesh_error"]) / abs(float(row["slope"]))
-        assert float(row["d_error"]) == pytest.approx(error, rel=1e-6)
-        assert error > 0
+    pair = {"beta": 0.4, "De": 0.5, "Ca_e": 0.1, "ends": "developed", "length": 3, "mesh": {"Np": 8, "max_size": 0.15}}
+    found = pairsim.critical(pair, along={"De": [0.4, 0.5]}, lines={"Ca_e": [0.02, 0.05]}, d=[0.2, 0.35]).check().table
+    rows = found[found["kind"] == "wanted"]
+    assert sorted(zip(rows["Ca_e"], rows["De"], strict=True)) == [(c, d) for c in (0.02, 0.05) for d in (0.4, 0.5)]
+    by_place = rows.set_index(["Ca_e", "De"])["d_cr"]
+    for De in (0.4, 0.5):
+        assert by_place[0.05, De] < by_place[0.02, De]
+    assert rows["branch"].nunique() == 2
+    assert rows["d_error"].to_numpy() == pytest.approx((rows["dU_error"] / rows["slope"].abs()).to_numpy(), rel=1e-6)
+    assert (rows["d_error"] > 0).all()
 
 
 @pytest.fixture(scope="module")
-def cold(tmp_path_factory: pytest.TempPathFactory) -> FieldFrame:
+def cold() -> Fields:
     """The fields of a curve on its own."""
-    return last_fields(tmp_path_factory.mktemp("cold"))
+    return fields_of(pairsim.curve(GIESEKUS))
 
 
 @pytest.mark.parametrize("first", [{"Ca_e": 0.005}, {"De": 0.25}])
 def test_a_curve_that_starts_from_its_neighbour_has_the_stresses_of_its_own_parameters(
-    first: dict[str, float], cold: FieldFrame, tmp_path: Path
+    first: dict[str, float], cold: Fields, tmp_path: Path
 ) -> None:
-    warm_start = WarmStart()
-    last_fields(tmp_path / "neighbour", warm_start, **first)
+    """As a sweep of curves does it."""
+    warm_start, options = WarmStart(), Options(MPI.COMM_WORLD, overwrite=False, reporter=Reporter(), command="test")
+    run_curve(pairsim.load(GIESEKUS, kind="curve", **first), tmp_path / "neighbour", options, warm_start=warm_start)
     branch = warm_start._branch
-    warm = last_fields(tmp_path / "warm", warm_start)
+    run_curve(pairsim.load(GIESEKUS, kind="curve"), tmp_path / "warm", options, warm_start=warm_start)
     assert warm_start._branch is branch is not None, "the second curve must have started from the first"
     warm_start.close()
-    assert_same_fields(warm, cold)
+    assert_same_fields(fields_of(pairsim.open(tmp_path / "warm")), cold)
 
 
 def test_a_curve_whose_first_place_is_walked_to_has_the_stresses_of_that_place(
-    cold: FieldFrame, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    cold: Fields, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Without a solution on larger cells the way begins at a small Ca_e and De, on the cells of the curve."""
 
@@ -121,22 +117,20 @@ def test_a_curve_whose_first_place_is_walked_to_has_the_stresses_of_that_place(
         raise NoSteadyState("there is no solution on larger cells")
 
     monkeypatch.setattr("pairsim.solvers.branch.coarser", none)
-    assert_same_fields(last_fields(tmp_path / "walked"), cold)
+    assert_same_fields(fields_of(pairsim.curve(GIESEKUS)), cold)
 
 
-def last_fields(folder: Path, warm_start: WarmStart | None = None, **changes: float) -> FieldFrame:
-    """The fields of a pair at d .3 in a Giesekus liquid."""
-    keys = {"De": 0.5, "Ca_e": 0.05, "length": 3.0, "mesh_error": False, "d": [0.3], "fields": [0.3]}
-    keys["mesh"] = {"Np": 8, "max_size": 0.15}
-    made = curve_from_dict(yaml.safe_load(CURVE) | keys | changes, "test")
-    assert run_curve(made, folder / "out", OPTIONS, warm_start=warm_start).status == "finished"
-    return read_frame(folder / "out")
+def fields_of(result: Result) -> Fields:
+    """The fields at d .3 of a finished curve."""
+    assert isinstance(result, pairsim.CurveResult)
+    grid = result.check().fields(0.3)
+    return {name: np.asarray(grid.point_data[name]) for name in grid.point_data.keys()}  # noqa: SIM118 - no mapping
 
 
-def assert_same_fields(a: FieldFrame, b: FieldFrame) -> None:
-    assert {"displacement", "tau_s", "tau_p", "tau_p_zz_extra", "pressure_extra"} < a.point_data.keys()
-    for name, values in b.point_data.items():
-        assert a.point_data[name] == pytest.approx(values, abs=1e-6 * np.abs(values).max()), name
+def assert_same_fields(a: Fields, b: Fields) -> None:
+    assert {"displacement", "tau_s_zz", "tau_p_zz", "tau_p_zz_extra", "pressure_extra"} < a.keys()
+    for name, values in b.items():
+        assert a[name] == pytest.approx(values, abs=1e-6 * np.abs(values).max()), name
 
 
 @pytest.mark.slow
@@ -223,16 +217,15 @@ def test_no_steady_state_is_a_typed_failure(tmp_path: Path, pairsim: Pairsim) ->
     assert json.loads((tmp_path / "out" / "run.json").read_text())["reason"] == "no_steady_state"
 
 
-def test_zeros_before_one_that_was_lost_are_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_zeros_before_one_that_was_lost_are_written(monkeypatch: pytest.MonkeyPatch) -> None:
     def zeros(branch: Branch, points: list[Point]) -> Iterator[Zero]:
         yield Zero(points[1], branch.snapshots)
         raise NoSteadyState("the second one was lost")
 
     monkeypatch.setattr("pairsim.drivers.curve.find_zeros", zeros)
-    keys = {"mesh": {"Np": 8}, "mesh_error": False, "d": [0.1, 0.2, 0.3], "tol": 1}
-    outcome = run_curve(curve_from_dict(yaml.safe_load(CURVE) | keys, "test"), tmp_path / "out", OPTIONS)
-    assert (outcome.status, outcome.reason) == ("failed", "no_steady_state")
-    assert len((tmp_path / "out" / "equilibria.csv").read_text().splitlines()) == 2
+    result = pairsim.curve(PAIR, d=[0.1, 0.2, 0.3], tol=1)
+    assert (result.status, result.reason) == ("failed", "no_steady_state")
+    assert len(result.zeros) == 1
 
 
 def test_a_curve_that_cannot_be_written_ends_typed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -240,20 +233,14 @@ def test_a_curve_that_cannot_be_written_ends_typed(tmp_path: Path, monkeypatch: 
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr("pairsim.drivers.session.write_table", full)
-    made = curve_from_dict(yaml.safe_load(CURVE) | {"mesh": {"Np": 8}, "mesh_error": False}, "test")
-    outcome = run_curve(made, tmp_path / "out", OPTIONS)
-    assert (outcome.status, outcome.reason) == ("failed", "write_failed")
+    result = pairsim.curve(PAIR, d=[0.3], folder=tmp_path / "out")
+    assert (result.status, result.reason) == ("failed", "write_failed")
     assert json.loads((tmp_path / "out" / "run.json").read_text())["reason"] == "write_failed"
 
 
-def test_a_change_of_sign_between_two_meshes_is_no_zero_and_is_told(tmp_path: Path, pairsim: Pairsim) -> None:
+def test_a_change_of_sign_between_two_meshes_is_no_zero_and_is_told() -> None:
     """On ten cells dU at d = .8 has the wrong sign; its neighbour .7 lies on a mesh made for another distance."""
-    keys = "beta: 0.4\nDe: 0\nCa_e: 0.1\nends: developed\nlength: auto\nmesh: {Np: 10, max_size: 0.2}\n"
-    (tmp_path / "case.yaml").write_text(keys + "tol: 1\nmesh_error: false\nd: [0.7, 0.8]\n")
-    done = pairsim("curve", "case.yaml", "-o", "out")
-    assert done.returncode == 0, done.stderr
-    dU = read_series(tmp_path / "out" / "curve.csv")["dU"]
-    assert dU[0] > 0 > dU[-1]
-    assert len((tmp_path / "out" / "equilibria.csv").read_text().splitlines()) == 1
-    warnings = json.loads((tmp_path / "out" / "run.json").read_text())["warnings"]
-    assert sum("within the error of the mesh" in warning for warning in warnings) == 1
+    result = pairsim.curve(PAIR, mesh={"Np": 10, "max_size": 0.2}, tol=1, d=[0.7, 0.8]).check()
+    assert result.table["dU"].iloc[0] > 0 > result.table["dU"].iloc[-1]
+    assert len(result.zeros) == 0
+    assert sum("within the error of the mesh" in warning for warning in result.warnings) == 1

@@ -5,18 +5,17 @@ from __future__ import annotations
 import csv
 import json
 import re
-import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
+from support.commands import Pairsim
 
+from pairsim.api import compute
 from pairsim.results.output import read_series
 from pairsim.results.travel import travel_in
 
-Pairsim = Callable[..., subprocess.CompletedProcess[str]]
 BEADS = "physical: {{tube: 1 mm, particle: 0.4 mm, velocity: 5 mm/s, young: 1.5 kPa, viscosity: 10 Pa.s, {}}}\n"
 MESH = "ends: developed\nlength: auto\nmesh: {Np: 20}\n"
 RUN = BEADS.format("distance: 90 um, end: 20 s") + MESH + "limits: {max_gap: 0.16}\noutput: {fields: false}\n"
@@ -29,11 +28,8 @@ def header_and_rows(text: str) -> tuple[list[str], np.ndarray]:
 
 
 def test_run_and_curve_in_units(tmp_path: Path, pairsim: Pairsim) -> None:
-    (tmp_path / "run.yaml").write_text(RUN)
-    (tmp_path / "curve.yaml").write_text(CURVE)
-    for command in ("run", "curve"):
-        done = pairsim(command, f"{command}.yaml", "-o", command)
-        assert done.returncode == 0, done.stderr
+    compute.run(yaml.safe_load(RUN), folder=tmp_path / "run").check()
+    compute.curve(yaml.safe_load(CURVE), folder=tmp_path / "curve").check()
 
     kept = yaml.safe_load((tmp_path / "run" / "case.yaml").read_text())
     assert kept["physical"] == yaml.safe_load(RUN)["physical"]

@@ -12,12 +12,14 @@ from pathlib import Path
 
 import meshio
 import numpy as np
+import pandas as pd
 import pytest
 import pyvista as pv
 import yaml
 from support.commands import Pairsim, interrupted
 from support.inputs import CONFIGS
 
+import pairsim
 from pairsim.fem.diagnostics import extents
 from pairsim.results.output import read_series
 from pairsim.results.xdmf import read_frame
@@ -111,19 +113,26 @@ def test_pictures_are_drawn(soft_run: Path, pairsim: Pairsim) -> None:
     assert "fields.png" in done.stdout
 
 
+SHORT = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "length": 4, "mesh": {"Np": 8}}
+SHORT |= {"time": {"end": 0.01, "first_step": 0.001}}
+
+
+@pytest.fixture(scope="module")
+def alone() -> pd.DataFrame:
+    """The series of a short run on one process."""
+    return pairsim.run(SHORT).check().table
+
+
 @pytest.mark.slow
-def test_ranks_give_the_same_series(tmp_path: Path, pairsim: Pairsim) -> None:
-    short = "mesh: {Np: 8}\ntime: {end: 0.02, first_step: 0.001}\n"
-    (tmp_path / "case.yaml").write_text("beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\n" + short)
-    assert pairsim("run", "case.yaml", "-o", "alone").returncode == 0
-    alone = read_series(tmp_path / "alone" / "series.csv")
+def test_ranks_give_the_same_series(alone: pd.DataFrame, tmp_path: Path, pairsim: Pairsim) -> None:
+    (tmp_path / "case.yaml").write_text(yaml.safe_dump(SHORT))
     for ranks in (2, 3):  # one is compared with two in `test_ranks_give_the_same_curve`
         done = pairsim("run", "case.yaml", "-o", f"out{ranks}", ranks=ranks)
         assert done.returncode == 0, done.stderr
         together = read_series(tmp_path / f"out{ranks}" / "series.csv")
         assert len(together["t"]) > 5
         for name in ("t", "d", "U_L", "U_T", "dU", "D_L", "D_T", "dp", "dp_plus"):
-            assert together[name] == pytest.approx(alone[name], abs=1e-8)
+            assert together[name] == pytest.approx(alone[name].to_numpy(), abs=1e-8)
 
 
 @pytest.mark.parametrize("path", CONFIGS, ids=lambda p: p.stem)
@@ -150,35 +159,26 @@ def test_existing_results_are_replaced_only_when_asked(soft_run: Path, tmp_path:
     assert (tmp_path / "out" / "notes.txt").read_text() == "mine"
 
 
-def test_poiseuille_flow_is_exact(tmp_path: Path, pairsim: Pairsim) -> None:
-    (tmp_path / "case.yaml").write_text("particles: 0\nDe: 0\nlength: 4\n")
-    for ends in ("periodic", "developed"):
-        assert pairsim("run", "case.yaml", "-o", ends, "--set", f"ends={ends}").returncode == 0
-        series = read_series(tmp_path / ends / "series.csv")
-        assert list(series)[:3] == ["t", "dp", "dp_plus"]
-        assert np.abs(series["dp"] - 32 * 4).max() < 1e-9
+@pytest.mark.parametrize("ends", ["periodic", "developed"])
+def test_poiseuille_flow_is_exact(ends: str) -> None:
+    series = pairsim.run({"particles": 0, "De": 0, "length": 4, "ends": ends}).check().table
+    assert list(series)[:3] == ["t", "dp", "dp_plus"]
+    assert np.abs(series["dp"] - 32 * 4).max() < 1e-9
 
 
-def test_ends_of_both_kinds_agree(tmp_path: Path, pairsim: Pairsim) -> None:
-    (tmp_path / "case.yaml").write_text(SOFT)
-    short = ["--set", "ends=developed", "--set", "length=auto"]
-    assert pairsim("run", "case.yaml", "-o", "long").returncode == 0
-    assert pairsim("run", "case.yaml", "-o", "short", *short).returncode == 0
-    long, cut = (read_series(tmp_path / name / "series.csv") for name in ("long", "short"))
-    assert abs(long["dU"][-1] - cut["dU"][-1]) < 5e-3 * np.abs(long["dU"]).max()
-    assert abs(long["dp_plus"][-1] - cut["dp_plus"][-1]) < 1e-3
+def test_ends_of_both_kinds_agree(soft_run: Path) -> None:
+    long = pairsim.open(soft_run).table
+    cut = pairsim.run(soft_run / "case.yaml", ends="developed", length="auto").check().table
+    assert abs(long["dU"].iloc[-1] - cut["dU"].iloc[-1]) < 5e-3 * long["dU"].abs().max()
+    assert abs(long["dp_plus"].iloc[-1] - cut["dp_plus"].iloc[-1]) < 1e-3
 
 
-def test_unequal_pair_runs_into_contact(tmp_path: Path, pairsim: Pairsim) -> None:
+def test_unequal_pair_runs_into_contact() -> None:
     """A smaller, faster rigid sphere behind a larger one catches up; the run ends by itself."""
-    text = "beta: [0.3, 0.4]\nDe: 0\nCa_e: 0\nd0: 0.1\nmesh: {Np: 12}\ntime: {end: 50}\nlimits: {min_gap: 0.02}\n"
-    (tmp_path / "case.yaml").write_text(text)
-    done = pairsim("run", "case.yaml", "-o", "out")
-    assert done.returncode == 0, done.stderr
-    told = json.loads((tmp_path / "out" / "run.json").read_text())
-    assert (told["status"], told["reason"]) == ("finished", "contact")
-    series = read_series(tmp_path / "out" / "series.csv")
-    assert series["d"][-1] < 0.02 < series["d"][-2]
+    pair = {"beta": [0.3, 0.4], "De": 0, "Ca_e": 0, "d0": 0.1, "mesh": {"Np": 12}}
+    result = pairsim.run(pair, time={"end": 50}, limits={"min_gap": 0.02})
+    assert (result.status, result.reason) == ("finished", "contact")
+    assert result.table["d"].iloc[-1] < 0.02 < result.table["d"].iloc[-2]
 
 
 @pytest.mark.parametrize(

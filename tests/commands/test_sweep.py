@@ -21,6 +21,7 @@ from support.inputs import ROOT, TINY
 from support.pictures import colours
 from typer.testing import CliRunner
 
+from pairsim import sweep as swept_into
 from pairsim.cli.app import app
 from pairsim.runtime.child_process import descendants, module_command
 from pairsim.runtime.errors import InputError
@@ -71,7 +72,9 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.slow
 def test_table_has_a_row_a_case_and_the_promised_columns(swept: Path) -> None:
     rows = table(swept / "out")
-    assert ",".join(rows[0]) == ("folder,status,reason,d0,beta,De,Ca_e,t,d,dU,U_L,U_T,D_L,D_T,dp,steps,unknowns")
+    assert ",".join(rows[0]) == (
+        "folder,status,reason,d0,beta,De,Ca_e,t,d,dU,U_L,U_T,D_L,D_T,dp,steps,unknowns,warnings"
+    )
     assert [(row["d0"], row["beta"]) for row in rows] == [("0.1", "0.4"), ("0.2", "0.4"), ("0.2", "0.3")]
     for row in rows:
         assert (row["status"], row["reason"], row["t"]) == ("finished", "end", "0.01")
@@ -183,8 +186,7 @@ def test_stopped_sweep_keeps_its_cases_pending(how: str, ranks: int, tmp_path: P
 def test_failures_stay_alone_and_are_repeated_only_when_asked(tmp_path: Path, pairsim: Pairsim) -> None:
     hopeless = ["{d0: 0.4, limits.max_steps: 2}", "{d0: 0.6, limits.wall_time: 1e-3}"]
     (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1]}\ncases: [" + ", ".join(hopeless) + "]\n")
-    sweep = ["sweep", "grid.yaml", "-o", "out", "-q"]
-    done = pairsim(*sweep, ranks=2)
+    done = pairsim("sweep", "grid.yaml", "-o", "out", "-q", ranks=2)
     assert done.returncode == 3
     assert "1 of 3 cases finished, 2 failed" in done.stderr
     ends = [(case["status"], case["reason"]) for case in ledger(tmp_path / "out").values()]
@@ -192,26 +194,24 @@ def test_failures_stay_alone_and_are_repeated_only_when_asked(tmp_path: Path, pa
     assert [(row["status"], row["reason"]) for row in table(tmp_path / "out")] == ends
     shown = CliRunner().invoke(app, ["status", str(tmp_path / "out")]).output
     assert all(reason in shown for reason in ("max_steps", "wall_time"))
-    assert pairsim(*sweep).returncode == 3
-    assert [case["attempts"] for case in ledger(tmp_path / "out").values()] == [1, 1, 1]
-    assert pairsim(*sweep, "--only-failed", ranks=2).returncode == 3
-    assert [case["attempts"] for case in ledger(tmp_path / "out").values()] == [1, 2, 2]
-    # Killed while it repeats one of them: the same command goes on with that.
+    assert repeated(tmp_path) == [1, 1, 1]
+    assert repeated(tmp_path, only_failed=True) == [1, 2, 2]
     told = json.loads((tmp_path / "out" / "sweep.json").read_text())
-    (case,) = (case for case in told["cases"] if case["reason"] == "max_steps")
-    case["status"], case["again"] = "running", True
+    first = told["cases"][0]  # one that was stopped at its first attempt has not failed
+    first["status"] = "pending"
+    (tmp_path / "out" / first["folder"] / "run.json").write_text('{"status": "interrupted"}')
+    (failed,) = (case for case in told["cases"] if case["reason"] == "max_steps")
+    failed["status"], failed["again"] = "running", True  # killed while it repeats one of them: it goes on with that
+    (tmp_path / "out" / failed["folder"] / "run.json").unlink()
     (tmp_path / "out" / "sweep.json").write_text(json.dumps(told))
-    (tmp_path / "out" / case["folder"] / "run.json").unlink()
-    assert pairsim(*sweep, "--only-failed").returncode == 3
-    assert [case["attempts"] for case in ledger(tmp_path / "out").values()] == [1, 3, 3]
-    # One that was stopped at its first attempt has not failed.
-    told = json.loads((tmp_path / "out" / "sweep.json").read_text())
-    case = told["cases"][0]
-    case["status"] = "pending"
-    (tmp_path / "out" / "sweep.json").write_text(json.dumps(told))
-    (tmp_path / "out" / case["folder"] / "run.json").write_text('{"status": "interrupted"}')
-    assert pairsim(*sweep, "--only-failed").returncode == 3
-    assert [case["attempts"] for case in ledger(tmp_path / "out").values()] == [1, 4, 4]
+    assert repeated(tmp_path, only_failed=True) == [1, 3, 3]
+
+
+def repeated(folder: Path, *, only_failed: bool = False) -> list[int]:
+    """How often each case of the sweep has been begun after the same sweep again, in which some fail."""
+    result = swept_into(folder / "grid.yaml", folder=folder / "out", only_failed=only_failed)
+    assert result.status == "failed"
+    return [case["attempts"] for case in result.record["cases"]]
 
 
 @pytest.mark.slow
@@ -253,10 +253,10 @@ def test_files_that_cannot_be_written_are_tried_again(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_run_that_could_not_write_goes_on_with_the_next_command(tmp_path: Path, pairsim: Pairsim) -> None:
+def test_run_that_could_not_write_goes_on_with_the_next_command(tmp_path: Path) -> None:
     """The sweep was stopped before it heard of the full disk from its case, whose run.json tells of it."""
     (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1]}\n")
-    assert pairsim("sweep", "grid.yaml", "-o", "out", "-q").returncode == 0
+    assert swept_into(tmp_path / "grid.yaml", folder=tmp_path / "out").status == "finished"
     (run,) = (tmp_path / "out").glob("*/run.json")
     for path, old, new in (
         (run, '"finished"', '"failed"'),
@@ -266,7 +266,7 @@ def test_run_that_could_not_write_goes_on_with_the_next_command(tmp_path: Path, 
         text = path.read_text()
         assert old in text
         path.write_text(text.replace(old, new))
-    assert pairsim("sweep", "grid.yaml", "-o", "out", "-q").returncode == 0
+    assert swept_into(tmp_path / "grid.yaml", folder=tmp_path / "out").status == "finished"
     assert counts(tmp_path / "out") == {"finished": 1}
 
 
@@ -294,21 +294,19 @@ def test_useless_checkpoint_does_not_make_a_case_hopeless(tmp_path: Path) -> Non
     (tmp_path / "out" / "grid.yaml").touch()
     (folder / "run.json").write_text('{"status": "running"}')
     (folder / "checkpoint.npz").write_bytes(b"torn")
-    assert subprocess.run(command(), cwd=tmp_path, capture_output=True, check=False).returncode == 0
+    assert swept_into(tmp_path / "grid.yaml", folder=tmp_path / "out").status == "finished"
     assert json.loads((folder / "run.json").read_text())["status"] == "finished"
 
 
 @pytest.mark.slow
-def test_shards_share_a_folder_and_a_last_command_makes_one_table(
-    swept: Path, tmp_path: Path, pairsim: Pairsim
-) -> None:
+def test_shards_share_a_folder_and_a_last_command_makes_one_table(swept: Path, tmp_path: Path) -> None:
     (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1, 0.2]}\n")
     jobs = [subprocess.Popen(command("--shard", f"{i}/2"), cwd=tmp_path) for i in (1, 2)]
     assert [job.wait(timeout=200) for job in jobs] == [0, 0]
     assert [len(table(tmp_path / "out", f"results-{i}-of-2.csv")) for i in (1, 2)] == [1, 1]
     assert "2 finished" in CliRunner().invoke(app, ["status", str(tmp_path / "out")]).output
     before = told(tmp_path / "out")
-    assert pairsim("sweep", "grid.yaml", "-o", "out", "-q").returncode == 0
+    assert swept_into(tmp_path / "grid.yaml", folder=tmp_path / "out").status == "finished"
     assert told(tmp_path / "out") == before
     alone = {row["folder"]: row for row in table(swept / "out")}
     assert [row.items() <= alone[row["folder"]].items() for row in table(tmp_path / "out")] == [True, True]
@@ -335,20 +333,20 @@ def test_curves_are_swept_too(tmp_path: Path) -> None:
     """Points, zeros and the peak of every curve, as its folder has them; pictures of all of them."""
     base = TINY.replace("Ca_e: 0, ", "d: [0.1, 0.3, 0.6], tol: 1, ").replace(", time: {end: 0.01}", "")
     (tmp_path / "grid.yaml").write_text("command: curve\n" + base + "grid: {Ca_e: [0, 0.05], mesh_error: [true]}\n")
-    done = subprocess.run(command(ranks=2), cwd=tmp_path, capture_output=True, text=True, timeout=200, check=False)
-    assert done.returncode == 0, done.stderr
-    rigid, soft = table(tmp_path / "out")
-    assert ",".join(soft) == (
-        "folder,status,reason,Ca_e,beta,De,points,zeros,stable,d_peak,dU_peak,mesh_error,unknowns"
+    result = swept_into(tmp_path / "grid.yaml", folder=tmp_path / "out", workers=2)
+    assert result.status == "finished"
+    assert ",".join(name for name in result.table if name != "wall_time") == (
+        "folder,status,reason,Ca_e,beta,De,points,zeros,stable,d_peak,dU_peak,dU_error,mesh_error,unknowns,warnings"
     )
-    assert (soft["status"], soft["points"], soft["zeros"], soft["stable"]) == ("finished", "3", "[]", "[]")
-    with (tmp_path / "out" / soft["folder"] / "curve.csv").open() as file:
-        points = [{name: float(text) for name, text in row.items()} for row in csv.DictReader(file)]
-    peak = max(points, key=lambda point: point["dU"])
-    assert [float(soft[name]) for name in ("d_peak", "dU_peak", "mesh_error")] == [
-        peak["d"], peak["dU"], peak["mesh_error"],
-    ]  # fmt: skip
-    assert abs(float(rigid["dU_peak"])) < 1e-9 < float(soft["dU_peak"])
+    rigid, soft = (row for _, row in result.table.iterrows())
+    assert (soft["status"], soft["points"], soft["zeros"], soft["stable"]) == ("finished", 3, [], [])
+    points = result.cases[1].table
+    peak = points.loc[points["dU"].idxmax()]
+    assert (
+        soft[["d_peak", "dU_peak", "dU_error", "mesh_error"]].tolist()
+        == peak[["d", "dU", "dU_error", "mesh_error"]].tolist()
+    )
+    assert abs(rigid["dU_peak"]) < 1e-9 < soft["dU_peak"]
     assert plot_sweep(tmp_path / "out") == [tmp_path / "out" / "sweep_curves.png"], "there is no zero to draw"
 
 

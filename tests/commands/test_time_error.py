@@ -2,37 +2,34 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
+from typing import Any
 
 import pytest
-from support.commands import Pairsim
+
+import pairsim
+
+PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": "auto", "mesh": {"Np": 12}}
+PAIR |= {"output": {"fields": False}}
 
 
-def warnings(folder: Path) -> list[str]:
-    """What run.json tells of time steps."""
-    told: list[str] = json.loads((folder / "run.json").read_text())["warnings"]
-    return [warning for warning in told if "time steps" in warning]
+def warnings(result: Any) -> list[str]:
+    """What a result tells of time steps."""
+    return [warning for warning in result.check().warnings if "time steps" in warning]
 
 
 @pytest.mark.parametrize(
     ("setting", "warned"),
-    [("tol: 3.0e-4", False), ("tol: 0.1", True), ("fixed_step: 0.1", True), ("fixed_step: 0.02", True)],
+    [({"tol": 3e-4}, False), ({"tol": 0.1}, True), ({"fixed_step": 0.1}, True), ({"fixed_step": 0.02}, True)],
 )
-def test_long_steps_are_reported(setting: str, warned: bool, tmp_path: Path, pairsim: Pairsim) -> None:
-    text = f"{{beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1, ends: developed, length: auto, mesh: {{Np: 12}}, time: {{{setting}"
-    (tmp_path / "case.yaml").write_text(f"{text}, end: 1}}}}\n")
-    done = pairsim("run", "case.yaml", "-o", "out")
-    assert done.returncode == 0, done.stderr
-    assert bool(warnings(tmp_path / "out")) == warned
-    assert ("time steps may leave" in done.stderr) == warned
+def test_long_steps_are_reported(setting: dict[str, float], warned: bool, capfd: pytest.CaptureFixture[str]) -> None:
+    assert bool(warnings(pairsim.run(PAIR, time={"end": 1, **setting}, progress=True))) == warned
+    assert ("time steps may leave" in capfd.readouterr().err) == warned
 
 
-@pytest.mark.slow
-def test_long_steps_before_a_stop_are_reported_after_it(tmp_path: Path, pairsim: Pairsim) -> None:
-    text = "{beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1, ends: developed, length: auto, mesh: {Np: 12}"
-    (tmp_path / "case.yaml").write_text(f"{text}, time: {{fixed_step: 0.1, end: 0.8}}}}\n")
-    assert pairsim("run", "case.yaml", "-o", "whole", "-q").returncode == 0
-    assert pairsim("run", "case.yaml", "-o", "parts", "-q", "--set", "time.end=0.2").returncode == 0
-    assert pairsim("run", "case.yaml", "--resume", "parts", "-q").returncode == 0
-    assert warnings(tmp_path / "parts") == warnings(tmp_path / "whole") != []
+def test_long_steps_before_a_stop_are_reported_after_it(tmp_path: Path) -> None:
+    long_steps = PAIR | {"time": {"fixed_step": 0.1, "end": 0.8}}
+    whole = pairsim.run(long_steps)
+    pairsim.run(long_steps, time={"end": 0.2}, folder=tmp_path).check()
+    resumed = pairsim.run(long_steps, folder=tmp_path, resume=True)
+    assert warnings(resumed) == warnings(whole) != []

@@ -2,38 +2,42 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
+import pandas as pd
 import pytest
+import yaml
 from support.commands import Pairsim
 
-from pairsim.results.output import read_series
+import pairsim
+
+PAIR = {"beta": 0.4, "De": 1, "Ca_e": [0.1, 0], "d0": 0.1, "ends": "developed", "length": 4.9, "mesh": {"Np": 10}}
+PAIR |= {"time": {"end": 0.09}}
+
+
+@pytest.fixture(scope="module")
+def alone() -> pd.DataFrame:
+    """The series of one process."""
+    return pairsim.run(PAIR).check().table
 
 
 @pytest.mark.slow
-def test_ranks_give_the_same_viscoelastic_series(tmp_path: Path, pairsim: Pairsim) -> None:
+def test_ranks_give_the_same_viscoelastic_series(alone: pd.DataFrame, tmp_path: Path, pairsim: Pairsim) -> None:
     """A difference of one digit between processes, left to itself, would have grown to order one by t = .08."""
-    case = (
-        "{beta: 0.4, De: 1, Ca_e: [0.1, 0], d0: 0.1, ends: developed, length: 4.9, mesh: {Np: 10}, time: {end: 0.09}}"
-    )
-    (tmp_path / "case.yaml").write_text(case)
-    series = []
-    for ranks in (0, 2):
-        done = pairsim("run", "case.yaml", "-q", "-o", f"out{ranks}", ranks=ranks)
-        assert done.returncode == 0, done.stderr
-        series.append(read_series(tmp_path / f"out{ranks}" / "series.csv"))
-    for name in series[0]:
-        assert series[1][name] == pytest.approx(series[0][name], rel=1e-8, abs=1e-8), name
+    (tmp_path / "case.yaml").write_text(yaml.safe_dump(PAIR))
+    done = pairsim("run", "case.yaml", "-q", "-o", "out", ranks=2)
+    assert done.returncode == 0, done.stderr
+    together = pd.read_csv(tmp_path / "out" / "series.csv")
+    assert list(together) == list(alone)
+    for name in alone:
+        assert together[name].to_numpy() == pytest.approx(alone[name].to_numpy(), rel=1e-8, abs=1e-8), name
 
 
 @pytest.mark.slow
-def test_a_stress_that_cells_do_not_resolve_is_told(tmp_path: Path, pairsim: Pairsim) -> None:
+def test_a_stress_that_cells_do_not_resolve_is_told(capfd: pytest.CaptureFixture[str]) -> None:
     """At the wall of a pipe whose cells are half as large as its radius c changes by more than e^2 within a cell."""
-    case = "particles: 0\nDe: 10\nends: developed\nlength: 3\nmesh: {max_size: 0.25}\noutput: {fields: false}\n"
-    (tmp_path / "case.yaml").write_text(case)
-    for end, told in (("0.001", 0), ("2", 1)):
-        done = pairsim("run", "case.yaml", "-o", "out", "--overwrite", "--set", f"time.end={end}")
-        assert done.returncode == 0, done.stderr
-        assert len(json.loads((tmp_path / "out" / "run.json").read_text())["warnings"]) == told
-        assert ("is not resolved" in done.stderr) == bool(told)
+    pipe = {"particles": 0, "De": 10, "ends": "developed", "length": 3, "mesh": {"max_size": 0.25}}
+    for end, told in ((0.001, 0), (2, 1)):
+        result = pairsim.run(pipe, time={"end": end}, output={"fields": False}, progress=True).check()
+        assert len(result.warnings) == told
+        assert ("is not resolved" in capfd.readouterr().err) == bool(told)

@@ -1,52 +1,47 @@
-"""Warnings of short tubes in every command, and refusals to resume another command's folder."""
+"""Warnings of short tubes in every computation, and refusals to resume another command's folder."""
 
 from __future__ import annotations
 
-import json
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from support.commands import Pairsim
+
+import pairsim
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("ends", ["developed", "periodic"])
 @pytest.mark.parametrize(
-    ("command", "place"),
+    ("compute", "place"),
     [
-        ("run", "d0: 0.5\ntime: {end: 0.002}\noutput: {fields: false}\n"),
-        ("curve", "d: [0.5]\n"),
-        ("critical", "d: [0.45, 0.5]\n"),
+        (pairsim.run, {"d0": 0.5, "time": {"end": 0.002}, "output": {"fields": False}}),
+        (pairsim.curve, {"d": [0.5], "mesh_error": False}),
+        (pairsim.critical, {"d": [0.45, 0.5], "mesh_error": False}),
     ],
+    ids=["run", "curve", "critical"],
 )
-def test_every_command_tells_of_a_short_tube(
-    command: str, place: str, ends: str, tmp_path: Path, pairsim: Pairsim
+def test_every_computation_tells_of_a_short_tube(
+    compute: Callable[..., pairsim.Result], place: dict[str, Any], ends: str
 ) -> None:
     """With 2.4 D_c dU is 16 % (developed ends) and 44 % (periodic ends) off at De 2."""
-    keys = f"beta: 0.4\nDe: 2\nCa_e: 0\nends: {ends}\nmesh: {{Np: 8, max_size: 0.25, rows: 0.5}}\n"
-    keys += "" if command == "run" else "mesh_error: false\n"
-    (tmp_path / "case.yaml").write_text(keys + place)
-    done = pairsim(command, "case.yaml", "-o", "out", "-q", "--set", "length=2.4")
-    assert done.returncode == 0, done.stderr
-    told = json.loads((tmp_path / "out" / "run.json").read_text())["warnings"]
-    assert sum("the ends act on them" in warning for warning in told) == 1
+    mesh = {"Np": 8, "max_size": 0.25, "rows": 0.5}
+    result = compute({"beta": 0.4, "De": 2, "Ca_e": 0, "ends": ends, "length": 2.4, "mesh": mesh}, **place).check()
+    assert sum("the ends act on them" in warning for warning in result.warnings) == 1
 
 
-def test_pair_that_outgrows_its_tube_ends_typed(tmp_path: Path, pairsim: Pairsim) -> None:
-    keys = "beta: [0.4, 0.3]\nDe: 0\nCa_e: 0\nd0: 0.1\nends: developed\nlength: 1.95\nmesh: {Np: 8}\n"
-    (tmp_path / "case.yaml").write_text(keys + "time: {end: 20}\noutput: {fields: false}\n")
-    done = pairsim("run", "case.yaml", "-o", "out", "-q")
-    assert done.returncode == 3, done.stderr
-    told = json.loads((tmp_path / "out" / "run.json").read_text())
-    assert told["reason"] == "tube_too_short"
-    assert any("the ends act on them" in warning for warning in told["warnings"])
+def test_pair_that_outgrows_its_tube_ends_typed() -> None:
+    pair = {"beta": [0.4, 0.3], "De": 0, "Ca_e": 0, "d0": 0.1, "ends": "developed", "length": 1.95, "mesh": {"Np": 8}}
+    result = pairsim.run(pair, time={"end": 20}, output={"fields": False})
+    assert (result.status, result.reason) == ("failed", "tube_too_short")
+    assert any("the ends act on them" in warning for warning in result.warnings)
 
 
-def test_lone_rigid_sphere_takes_ever_larger_steps(tmp_path: Path, pairsim: Pairsim) -> None:
-    keys = "particles: 1\nbeta: 0.4\nDe: 0\nCa_e: 0\nends: developed\nlength: 3\nmesh: {Np: 8}\ntime: {end: 2}\n"
-    (tmp_path / "case.yaml").write_text(keys)
-    assert pairsim("run", "case.yaml", "-o", "out", "-q").returncode == 0
-    assert json.loads((tmp_path / "out" / "run.json").read_text())["steps"] < 40
+def test_lone_rigid_sphere_takes_ever_larger_steps() -> None:
+    sphere = {"particles": 1, "beta": 0.4, "De": 0, "Ca_e": 0, "ends": "developed", "length": 3, "mesh": {"Np": 8}}
+    assert pairsim.run(sphere, time={"end": 2}).check().record["steps"] < 40
 
 
 @pytest.mark.parametrize("name", ["curve.csv", "study.csv"])

@@ -71,11 +71,6 @@ def march(problem: Problem, times: list[float]) -> list[Step]:
         transient.close()
 
 
-def at(steps: list[Step], t: float) -> Step:
-    """The step that ends at t."""
-    return next(s for s in steps if abs(s.t - t) < 1e-9 * max(1.0, t))
-
-
 def dU(step: Step) -> float:
     """Relative velocity of a pair."""
     return float(step.observation.dU[0])

@@ -1,4 +1,4 @@
-"""Quasi-steady solutions: exact values, the transient they are the limit of, derivatives, and the commands."""
+"""Quasi-steady solutions: exact values, the transient they are the limit of, and derivatives."""
 
 from __future__ import annotations
 
@@ -9,14 +9,15 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from mpi4py import MPI
-from support.scenes import dU, march, soft_pair, traced
+from support.scenes import traced
 
+import pairsim
 from pairsim.config.case_file import curve_from_dict
 from pairsim.config.curve_case import CurveCase
 from pairsim.drivers.problems import steady_problem
-from pairsim.fem.geometry import MeshSettings
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.branch import Branch, Point, started, walked
 from pairsim.solvers.continuation import follow
@@ -25,10 +26,16 @@ from pairsim.solvers.newton_options import STEADY
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.pseudo_time import relax
 
+PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 5.0, "mesh": {"Np": 12}}
+
+
+def curve(**keys: Any) -> pd.DataFrame:
+    """The table of a curve at d alone, .1 unless told: no points are added, no errors estimated."""
+    return pairsim.curve({**PAIR, "d": [0.1], "mesh_error": False, "tol": 1, **keys}).check().table
+
 
 def case(**keys: object) -> CurveCase:
-    plain = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 5.0, "mesh": {"Np": 12}, "d": (0.1,)}
-    return curve_from_dict({**plain, **keys}, "test")
+    return curve_from_dict({**PAIR, "d": (0.1,), **keys}, "test")
 
 
 def branch(made: CurveCase, *, mesh_error: bool = False, sensitivities: bool = False) -> Branch:
@@ -39,6 +46,7 @@ def branch(made: CurveCase, *, mesh_error: bool = False, sensitivities: bool = F
 
 
 def points(**keys: object) -> list[Point]:
+    """The points of one branch in the order of their distances, which a curve does not keep."""
     made = case(**keys)
     solver = branch(made)
     found = [solver.at(replace(solver.fine.parameters, gaps=place)) for place in made.places]
@@ -59,14 +67,16 @@ def viscoelastic() -> Iterator[Branch]:
     ("beta", "d", "slope"), [(0.4, 0.1, 5.475377e-2), (0.4, 0.3, 1.965724e-2), (0.2, 0.1, -9.88438e-4)]
 )
 def test_nearly_rigid_pairs_have_the_exact_slope(beta: float, d: float, slope: float) -> None:
-    (point,) = points(beta=beta, d=(d,), Ca_e=1e-4, mesh={"Np": 40}, length="auto")
-    assert point.dU / 1e-4 == pytest.approx(slope, rel=3e-3)
+    found = curve(beta=beta, d=[d], Ca_e=1e-4, mesh={"Np": 40}, length="auto")
+    assert found["dU"].item() / 1e-4 == pytest.approx(slope, rel=3e-3)
 
 
 def test_equal_rigid_spheres_in_a_newtonian_liquid_keep_their_distance() -> None:
     """At any distance: meshes exist for some of them only, and are squeezed by up to a fifth."""
-    places = (0.4, 0.318, 0.2006, 0.1265, 0.1, 0.0798, 0.0317, 0.02)
-    assert all(abs(point.dU) < 1e-9 for point in points(Ca_e=0, d=places))
+    places = [0.4, 0.318, 0.2006, 0.1265, 0.1, 0.0798, 0.0317, 0.02]
+    found = curve(Ca_e=0, d=places)
+    assert len(found) == len(places)
+    assert found["dU"].abs().max() < 1e-9
 
 
 def test_rounding_has_neither_zeros_nor_bends() -> None:
@@ -78,17 +88,17 @@ def test_rounding_has_neither_zeros_nor_bends() -> None:
 
 
 def test_periodic_and_developed_ends_give_the_same_curve() -> None:
-    (long,), (cut,) = points(ends="periodic", length=20.0), points(length="auto")
-    assert cut.dU == pytest.approx(long.dU, rel=5e-3)
+    long, cut = curve(ends="periodic", length=20.0), curve(length="auto")
+    assert cut["dU"].item() == pytest.approx(long["dU"].item(), rel=5e-3)
 
 
 def test_the_drift_is_what_the_transient_has_more(monkeypatch: pytest.MonkeyPatch) -> None:
     """Once shapes have relaxed, dU(t) is the quasi-steady dU at the same d and its drift, to second order."""
     monkeypatch.setattr("pairsim.solvers.steady.LEAST_STEADY", 0.3)  # both on the mesh that was made for .1
-    settings = MeshSettings(Np=24)  # the transient's pair lies further downstream: cells of N_p 12 would tell
-    steps = march(soft_pair(0.4, 0.1, 0.1, length=5.0, periodic=False, mesh=settings), [3.5])
-    d, moving = float(steps[-1].observation.d[0]), dU(steps[-1])
-    _, still = points(d=(0.1, d), mesh={"Np": 24})
+    mesh = {"Np": 24}  # the transient's pair lies further downstream: cells of N_p 12 would tell
+    run = pairsim.run({**PAIR, "d0": 0.1, "mesh": mesh, "time": {"end": 3.5}, "output": {"fields": False}})
+    d, moving = run.check().table[["d", "dU"]].iloc[-1]
+    _, still = points(d=(0.1, d), mesh=mesh)
     difference = moving - still.dU
     assert abs(difference) < 1e-2 * abs(still.dU)
     assert difference == pytest.approx(float(still.drifts[0]), rel=0.05)
@@ -96,21 +106,21 @@ def test_the_drift_is_what_the_transient_has_more(monkeypatch: pytest.MonkeyPatc
 
 def test_one_particle_has_a_shape_and_a_velocity() -> None:
     """A soft sphere on the axis lags a rigid one by second order in Ca_e: to first order it only becomes an egg."""
-    rigid, little, more = (points(particles=1, Ca_e=Ca_e, d=None)[0].observation for Ca_e in (0, 0.02, 0.04))
-    assert rigid.U[0] == pytest.approx(1.79081169, rel=2e-4)
-    gains = [(o.U[0] - rigid.U[0]) for o in (little, more)]
+    rigid, little, more = (curve(particles=1, Ca_e=Ca_e, d=None).iloc[0] for Ca_e in (0, 0.02, 0.04))
+    assert rigid["U_1"] == pytest.approx(1.79081169, rel=2e-4)
+    gains = [point["U_1"] - rigid["U_1"] for point in (little, more)]
     assert gains[1] / gains[0] == pytest.approx(4, rel=0.05)
-    assert more.D[0] / little.D[0] == pytest.approx(4, rel=0.05)
+    assert more["D_1"] / little["D_1"] == pytest.approx(4, rel=0.05)
 
 
 def test_three_particles_with_their_own_gaps() -> None:
     """A third one far upstream hardly changes the pair, which is slower than a lone particle and comes closer to it."""
-    (three,) = points(particles=3, d=((0.8, 0.1),), Ca_e=0.05)
-    (pair,) = points(Ca_e=0.05)
-    (alone,) = points(particles=1, d=None, Ca_e=0.05)
-    assert three.gaps == (0.8, 0.1)
-    assert three.dUs[1] == pytest.approx(pair.dU, rel=0.02)
-    assert three.dUs[0] == pytest.approx(pair.observation.U[0] - alone.observation.U[0], rel=0.05)
+    three = curve(particles=3, d=[[0.8, 0.1]], Ca_e=0.05).iloc[0]
+    pair = curve(Ca_e=0.05).iloc[0]
+    alone = curve(particles=1, d=None, Ca_e=0.05).iloc[0]
+    assert three[["d_1", "d_2"]].tolist() == [0.8, 0.1]
+    assert three["dU_2"] == pytest.approx(pair["dU"], rel=0.02)
+    assert three["dU_1"] == pytest.approx(pair["U_T"] - alone["U_1"], rel=0.05)
 
 
 def test_the_matrix_is_the_derivative_of_the_residual(viscoelastic: Branch) -> None:
@@ -145,10 +155,8 @@ def test_sensitivities_are_differences_of_neighbouring_solutions(viscoelastic: B
 
 def test_sensitivity_to_beta_is_the_difference_of_other_spheres() -> None:
     """On meshes of their own: nothing here knows that a diameter can be multiplied."""
-    solver = branch(case(mesh={"Np": 20}), sensitivities=True)
-    told = float(solver.at(solver.fine.parameters).sensitivities["beta"][0])
-    solver.close()
-    low, high = (points(beta=beta, mesh={"Np": 20})[0].dU for beta in (0.396, 0.404))
+    told = pairsim.curve(case(mesh={"Np": 20}, mesh_error=False), sensitivities=True).check().table["by_beta"].item()
+    low, high = (curve(beta=beta, mesh={"Np": 20})["dU"].item() for beta in (0.396, 0.404))
     assert told == pytest.approx((high - low) / 0.008, rel=0.02)
 
 
@@ -194,9 +202,8 @@ def test_the_first_solution_does_not_depend_on_the_way_to_it() -> None:
 
 def test_a_first_solution_is_found_between_narrow_gaps() -> None:
     """Undeformed spheres that nearly fill the tube are no guess for soft ones, but they are for stiff ones."""
-    (point,) = points(beta=0.7, d=(0.02,), Ca_e=0.01, mesh={"Np": 10})
-    (stiffer,) = points(beta=0.7, d=(0.02,), Ca_e=0.001, mesh={"Np": 10})
-    assert point.dU / 0.01 == pytest.approx(stiffer.dU / 0.001, rel=0.3)
+    softer, stiffer = (curve(beta=0.7, d=[0.02], Ca_e=Ca_e, mesh={"Np": 10})["dU"].item() for Ca_e in (0.01, 0.001))
+    assert softer / 0.01 == pytest.approx(stiffer / 0.001, rel=0.3)
 
 
 @pytest.mark.slow
@@ -206,14 +213,24 @@ def test_values_do_not_depend_on_the_way_to_a_place() -> None:
     assert last.dU == pytest.approx(first.dU, rel=1e-7)
 
 
+def accuracy_error(accuracy: str) -> float:
+    """Largest error of dU at two distances, as a part of its peak, against N_p 80 with cells of .1."""
+    fine = np.array([6.84027e-5, -9.65350e-5])
+    found = curve(beta=0.2, mesh={}, length="auto", d=[0.02, 0.2], accuracy=accuracy)["dU"].to_numpy()
+    return float(np.abs(found - fine).max() / np.abs(fine).max())
+
+
 @pytest.mark.slow
 def test_an_accuracy_is_kept() -> None:
     """With the settings that `accuracy` stands for, dU is as near as it says to a finer mesh's."""
-    keys = {"beta": 0.2, "mesh": {}, "length": "auto", "d": (0.02, 0.2)}
-    fine, default, coarse = (np.array([point.dU for point in points(accuracy=a, **keys)]) for a in ("0.1%", "1%", "5%"))
-    peak = np.abs(fine).max()
-    assert np.abs(default - fine).max() < 0.01 * peak
-    assert np.abs(default - fine).max() < np.abs(coarse - fine).max() < 0.05 * peak
+    default = accuracy_error("1%")
+    assert default < 0.01
+    assert default < accuracy_error("5%") < 0.05
+
+
+@pytest.mark.long
+def test_the_finest_accuracy_is_kept() -> None:
+    assert accuracy_error("0.1%") < 1e-3
 
 
 def test_pseudo_time_reaches_the_steady_solution(viscoelastic: Branch) -> None:
@@ -231,14 +248,14 @@ def test_pseudo_time_reaches_the_steady_solution(viscoelastic: Branch) -> None:
 def test_small_spheres_have_a_stable_distance(Ca_e: float, d: float) -> None:
     """Closer they separate, farther apart they attract; distances: N_p 40, docs/notebook/quasi-steady.md."""
     solver = branch(case(beta=0.2, Ca_e=Ca_e, length=3.0, d=(0.15, 0.03)))
-    curve = traced(solver, [(0.15,), (0.06,), (0.03,)], 0.02, 20)
-    (zero,) = find_zeros(solver, curve)
+    found = traced(solver, [(0.15,), (0.06,), (0.03,)], 0.02, 20)
+    (zero,) = find_zeros(solver, found)
     solver.close()
     assert isinstance(zero, Zero)
     assert abs(zero.point.dU) < 1e-9
     assert zero.point.d == pytest.approx(d, rel=0.1)
     assert zero.point.slopes[0] < 0
-    assert curve[0].dU > 0 > curve[-1].dU
+    assert found[0].dU > 0 > found[-1].dU
 
 
 def test_a_bad_mesh_at_one_place_does_not_excuse_the_others() -> None:
@@ -248,13 +265,13 @@ def test_a_bad_mesh_at_one_place_does_not_excuse_the_others() -> None:
         x = np.log(d / 0.1)
         error = np.array([0.5 if d < 0.06 else 1e-6])
         keys = {"slopes": np.array([np.cos(2 * x) * 2 / d]), "parameters": Parameters((d,), (0.1, 0.1))}
-        return SimpleNamespace(d=d, dU=np.sin(2 * x), dUs=np.array([np.sin(2 * x)]), mesh_errors=error, **keys)
+        return SimpleNamespace(d=d, dU=np.sin(2 * x), dUs=np.array([np.sin(2 * x)]), dU_errors=error, **keys)
 
     fine: Any = SimpleNamespace(parameters=Parameters((0.8,), (0.1, 0.1)))
     stub: Any = SimpleNamespace(fine=fine, at=lambda parameters: point(parameters.gaps[0]))
     found = traced(stub, [(0.8,), (0.2,), (0.05,), (0.02,)], 2e-3, 100)
-    curve, x = interpolant(found), np.linspace(np.log(0.2), np.log(0.8), 500)
-    assert np.abs(curve(x) - np.sin(2 * (x - np.log(0.1)))).max() < 2e-3
+    spline, x = interpolant(found), np.linspace(np.log(0.2), np.log(0.8), 500)
+    assert np.abs(spline(x) - np.sin(2 * (x - np.log(0.1)))).max() < 2e-3
     assert sum(p.d < 0.05 for p in found) == 1, "there the mesh is worse than the bend"
 
 
@@ -277,15 +294,11 @@ def test_a_matrix_that_cannot_be_factored_ends_the_branch() -> None:
 
 
 def test_the_mesh_error_is_that_of_a_coarser_mesh() -> None:
-    made = case(mesh={"Np": 20})
-    solver = branch(made, mesh_error=True)
-    told = solver.at(solver.fine.parameters)
-    solver.close()
-    (finest,) = points(mesh={"Np": 40})
-    (coarse,) = points(mesh={"Np": 14, "growth": 0.15 * 2**0.5, "max_size": 0.2 * 2**0.5})
-    assert told.mesh_errors is not None
-    assert told.mesh_errors[0] == pytest.approx(abs(told.dU - coarse.dU), rel=1e-6)
-    assert abs(told.dU - finest.dU) < told.mesh_errors[0]
+    told = curve(mesh={"Np": 20}, mesh_error=True).iloc[0]
+    finest = curve(mesh={"Np": 40})["dU"].item()
+    coarse = curve(mesh={"Np": 14, "growth": 0.15 * 2**0.5, "max_size": 0.2 * 2**0.5})["dU"].item()
+    assert told["mesh_error"] == pytest.approx(abs(told["dU"] - coarse), rel=1e-6)
+    assert abs(told["dU"] - finest) < min(told["mesh_error"], told["dU_error"])
 
 
 def test_a_problem_remembers_its_narrowest_distance() -> None:
@@ -307,7 +320,7 @@ def test_dU_does_not_depend_on_where_the_cells_of_a_long_tube_happen_to_lie() ->
 
     def spread(rows: float) -> float:
         mesh = {"Np": 8, "max_size": 0.12, "rows": rows}
-        found = [points(**keys, length=length, mesh=mesh)[0].dU for length in (5.2, 5.28, 5.37)]
+        found = [curve(**keys, length=length, mesh=mesh)["dU"].item() for length in (5.2, 5.28, 5.37)]
         return float(np.ptp(found))
 
     assert spread(0.5) < 0.3 * spread(0.0)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from mpi4py import MPI
 from numpy.polynomial import legendre
 from scipy.interpolate import CubicSpline
-from support.scenes import at, dU, march, soft_pair
+from support.scenes import dU, march, soft_pair
 
-from pairsim.config.accuracy import SETTINGS
+import pairsim
 from pairsim.fem.geometry import MeshSettings
 from pairsim.fem.scene import Body
 from pairsim.solvers.newton_options import TRANSIENT
@@ -22,13 +24,20 @@ SLOPE = {(0.4, 0.1): 5.475377e-2, (0.4, 0.3): 1.965724e-2, (0.2, 0.1): -9.88438e
 F_3, F_5 = 1.4454685, -0.0059043
 
 
+PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": 4.9, "output": {"fields": False}}
+
+
+def run(**keys: Any) -> pd.DataFrame:
+    """The table of a run of the pair."""
+    return pairsim.run({**PAIR, **keys}).check().table
+
+
 def slope(beta: float, d: float, Np: int = 40) -> float:
     """dU/Ca_e at Ca_e 1e-3, when the stresses have developed and d has not moved."""
     Ca = 1e-3
-    problem = soft_pair(
-        beta, d, Ca, mesh=MeshSettings(Np=Np), control=StepControl(3e-4, 1e-9, 3 * Ca), first_step=Ca / 100
-    )
-    return dU(march(problem, [60 * Ca])[-1]) / Ca
+    time = {"end": 60 * Ca, "max_step": 3 * Ca, "first_step": Ca / 100}
+    series = run(beta=beta, d0=d, Ca_e=Ca, ends="periodic", length=None, mesh={"Np": Np}, time=time)
+    return float(series["dU"].iloc[-1]) / Ca
 
 
 @pytest.mark.parametrize(
@@ -83,33 +92,28 @@ def test_softness_gives_a_dip_and_then_a_separation_that_grows_with_it() -> None
     """Fig. 6a: a negative relative velocity at first, then a positive one that grows with Ca_e."""
     late = []
     for Ca in (0.01, 0.05, 0.1, 0.15):
-        scene = {"mesh": MeshSettings(Np=20), "length": 4.9, "periodic": False}
-        problem = soft_pair(0.4, 0.1, Ca, first_step=min(5e-4, Ca / 100), **scene)
-        steps = march(problem, [2.0])
-        assert min(dU(s) for s in steps) < -0.03 * Ca
-        late.append(dU(steps[-1]))
+        series = run(Ca_e=Ca, mesh={"Np": 20}, time={"end": 2.0, "first_step": min(5e-4, Ca / 100)})
+        assert series["dU"].min() < -0.03 * Ca
+        late.append(series["dU"].iloc[-1])
     assert all(late[i] < late[i + 1] for i in range(3))
     assert late[0] > 0
 
 
 def test_volumes_stay() -> None:
-    steps = march(soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=20)), [1.0])
-    assert max(s.observation.volume_error for s in steps) < 1e-6
+    series = run(ends="periodic", length=None, mesh={"Np": 20}, time={"end": 1.0})
+    assert series["volume_error"].max() < 1e-6
 
 
 @pytest.mark.parametrize(("Np", "end", "jump"), [(20, 1.6, 1e-2), pytest.param(40, 5.0, 2e-3, marks=pytest.mark.slow)])
 def test_remeshing_leaves_no_jump(Np: int, end: float, jump: float) -> None:
     """dU on the new mesh continues the parabola through the three steps before it."""
-    scene = {"mesh": MeshSettings(Np=Np), "length": 4.9, "periodic": False}
-    problem = soft_pair(0.4, 0.1, 0.15, control=StepControl(3e-4, 1e-9, 0.3), **scene)
-    steps = march(problem, [end])
-    peak = max(abs(dU(s)) for s in steps)
-    new = [k for k in range(3, len(steps)) if steps[k].mesh_id != steps[k - 1].mesh_id]
+    series = run(Ca_e=0.15, mesh={"Np": Np}, time={"end": end, "max_step": 0.3})
+    t, found, mesh = (series[name].to_numpy() for name in ("t", "dU", "mesh"))
+    new = [k for k in range(3, len(t)) if mesh[k] != mesh[k - 1]]
     assert new
     for k in new:
-        before = steps[k - 3 : k]
-        parabola = np.polyfit([s.t for s in before], [dU(s) for s in before], 2)
-        assert abs(np.polyval(parabola, steps[k].t) - dU(steps[k])) < jump * peak
+        parabola = np.polyfit(t[k - 3 : k], found[k - 3 : k], 2)
+        assert abs(np.polyval(parabola, t[k]) - found[k]) < jump * np.abs(found).max()
 
 
 def test_fixed_steps_leave_an_error_of_second_order_by_the_first_one() -> None:
@@ -136,11 +140,11 @@ def test_default_steps_keep_one_percent_of_small_particles() -> None:
     """The tolerance is one of velocities, and dU is small at beta .2: 1e-3 would leave 1.2 % of its peak."""
     times = [0.1, 0.5, 1.0, 1.5]
 
-    def marched(tolerance: float) -> np.ndarray:
-        control = StepControl(tolerance, 1e-8, 2.0)
-        pair = soft_pair(0.2, 0.2, 0.1, length=4.4, periodic=False, mesh=MeshSettings(Np=14), control=control)
-        steps = march(pair, times)
-        return np.array([dU(at(steps, t)) for t in times])
+    def found(**time: float) -> np.ndarray:
+        keys = {"time": {"end": times[-1], **time}, "output": {"times": times}}
+        series = run(beta=0.2, d0=0.2, length=4.4, mesh={"Np": 14}, **keys)
+        return series["dU"][np.isin(series["t"].round(9), times)].to_numpy()
 
-    fine = marched(1e-5)
-    assert np.abs(marched(SETTINGS["1%"].time_tol) - fine).max() < 0.01 * np.abs(fine).max()
+    fine = found(tol=1e-5)
+    assert len(fine) == len(times)
+    assert np.abs(found() - fine).max() < 0.01 * np.abs(fine).max()

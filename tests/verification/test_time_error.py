@@ -2,34 +2,38 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import numpy as np
 import pytest
-from support.scenes import dU, march, soft_pair
 
-from pairsim.fem.geometry import MeshSettings
-from pairsim.runtime.errors import NewtonFailure
-from pairsim.solvers.step_size import StepControl
+import pairsim
+from pairsim.errors import NewtonFailure
 
-COARSE = MeshSettings(Np=12)
+PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "mesh": {"Np": 12}, "output": {"fields": False}}
 
 
-def fixed(step: float) -> StepControl:
-    return StepControl(3e-4, 1e-8, 2.0, fixed=step)
+def fixed(step: float, end: float, **keys: Any) -> pairsim.RunResult:
+    """A run with a fixed step."""
+    return pairsim.run({**PAIR, "time": {"fixed_step": step, "end": end}, **keys})
+
+
+def steps(result: pairsim.RunResult) -> list[float]:
+    """The sizes of the steps of a finished run."""
+    return list(np.diff(result.check().table["t"], prepend=0.0))
 
 
 def test_fixed_step_is_kept_from_the_first_one_on() -> None:
-    steps = march(soft_pair(0.4, 0.1, 0.1, mesh=COARSE, control=fixed(0.1)), [0.5])
-    assert [step.dt for step in steps] == pytest.approx([0.1] * 5)
-    assert steps[0].report.iterations < 40
-    fine = march(soft_pair(0.4, 0.1, 0.1, mesh=COARSE, control=fixed(0.01)), [0.5])
-    assert dU(steps[-1]) == pytest.approx(dU(fine[-1]), rel=0.1)
+    coarse, fine = fixed(0.1, 0.5), fixed(0.01, 0.5)
+    assert steps(coarse) == pytest.approx([0.1] * 5)
+    assert coarse.table["newton"].iloc[0] < 40
+    assert coarse.table["dU"].iloc[-1] == pytest.approx(fine.check().table["dU"].iloc[-1], rel=0.1)
 
 
 def test_fixed_step_is_shortened_to_land_on_an_output_alone() -> None:
-    steps = march(soft_pair(0.4, 0.1, 0.1, mesh=COARSE, control=fixed(0.02)), [0.05, 0.1])
-    assert [step.dt for step in steps] == pytest.approx([0.02, 0.015, 0.015] * 2)
+    assert steps(fixed(0.02, 0.1, output={"times": [0.05]})) == pytest.approx([0.02, 0.015, 0.015] * 2)
 
 
 def test_fixed_step_that_cannot_be_solved_ends_the_run() -> None:
-    problem = soft_pair(0.4, 0.1, 0.1, mesh=COARSE, control=fixed(20.0))
     with pytest.raises(NewtonFailure, match=r"fixed_step = 20 failed at t = 0: .*smaller time.fixed_step"):
-        march(problem, [40.0])
+        fixed(20.0, 40.0).check()
