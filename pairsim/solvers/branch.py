@@ -21,7 +21,7 @@ from pairsim.solvers.perturbation import drift, sensitivities
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady import Snapshot, Steady
 
-# The mesh that checks the error of the wanted one: its cells are larger by this factor.
+# Factor by which the cells of the coarser mesh are larger, on which the error estimate is checked; chosen.
 COARSER = 2**0.5
 FEWEST_CELLS = 4  # on a half-circle; chosen
 # The continuation to the first parameters takes many solutions that are not reported. It is done on cells larger by
@@ -40,8 +40,8 @@ class Point:
         observation: Quantities evaluated from the solution.
         slopes: d(dU)/dd of every gap when all distances change equally, shape (N-1,).
         drifts: Change of every dU by the terms that the quasi-steady equations neglect, to first order, shape (N-1,).
-        sensitivities: Derivatives of every dU by Ca_e, De and beta where the scene has them; empty when not asked for.
-        estimate: Of the discretisation errors.
+        sensitivities: Derivatives of every dU with respect to Ca_e, De and beta; empty unless requested.
+        estimate: Estimate of the discretisation errors.
         mesh_errors: |dU - dU on a mesh with cells 2^0.5 times larger|, None without that mesh.
         newton: Newton iterations since the previous point.
         meshes: Number of meshes generated so far.
@@ -147,9 +147,9 @@ class Branch:
     Args:
         comm: Communicator of the case.
         problem: The problem.
-        parameters: The first place.
-        mesh_error: Solve on a coarser mesh too, as a check of the estimated error.
-        sensitivities: Find the derivatives by the parameters too.
+        parameters: Parameters of the first solution.
+        mesh_error: Whether to solve on a coarser mesh too, as a check of the estimated error.
+        sensitivities: Whether to compute derivatives with respect to Ca_e, De and beta.
 
     Raises:
         NoSteadyState: No solution was found at the first parameters.

@@ -1,8 +1,7 @@
 """Critical distances: zeros of dU(d) as functions of a parameter, by pseudo-arclength continuation through folds.
 
-In the plane of log d and the logarithm of the parameter, dU = 0 is a curve. The predictor is along its tangent, which
-follows from the two derivatives of dU. The corrector moves at right angles to the tangent, and the zero on this line is
-solved for together with the scene.
+In the plane of log d and the logarithm of the parameter, dU = 0 is a curve. The predictor follows its tangent; the
+corrector moves at right angles to it, and the zero on this line is solved for together with the scene.
 """
 
 from __future__ import annotations
@@ -61,10 +60,10 @@ class Critical:
     Attributes:
         point: The solution.
         branch: Number of the line of zeros.
-        kind: "wanted": at a value that was asked for; "added": on the way; "vanishes": two zeros, a stable and an
-            unstable one, meet here and end; "edge": d leaves the distances that are looked at.
-        by_parameter: Where two zeros meet, the derivative of dU by the parameter, which settles how well it is known
-            there; None elsewhere.
+        kind: "wanted": at a requested value; "added": between requested values; "vanishes": at a fold, where a stable
+            and an unstable zero meet and end; "edge": at the smallest or largest distance.
+        by_parameter: At a fold, the derivative of dU with respect to the parameter, from which the error of the
+            parameter follows; None elsewhere.
     """
 
     point: Point
@@ -79,8 +78,7 @@ class End:
 
     Attributes:
         branch: Number of the line.
-        reason: "range": the last value of the parameter was passed; "edge": the smallest or largest distance was
-            reached; "no_steady_state": no further solution was found.
+        reason: "range": last value of the parameter passed; "edge": as for `Critical`; "no_steady_state".
         message: Description for log and results.
     """
 
@@ -91,11 +89,7 @@ class End:
 
 @dataclass(frozen=True)
 class Missed:
-    """A critical distance that exists but was not found.
-
-    Attributes:
-        message: Description for log and results.
-    """
+    """A critical distance that exists but was not found; the message is for log and results."""
 
     message: str
 
@@ -240,13 +234,7 @@ class Follower:
         yield End(number, "no_steady_state", message)
 
     def _step(self, number: int, pose: _Pose, change: Array, step: float) -> End | tuple[Point, Kind, float]:
-        """Take one step of the arc length.
-
-        Args:
-            number: Number of the line of zeros.
-            pose: The present zero.
-            change: Derivative of y along the tangent, shape (n_y,).
-            step: Length of the step.
+        """Take one step from a zero, with `change` the derivative of y along the tangent, shape (n_y,).
 
         Returns:
             The end of the line, or the new point with its kind and the length of the next step.
@@ -286,8 +274,7 @@ class Follower:
     def _landed(self, here: Array, change: Array, before: tuple[Snapshot, ...]) -> Point | None:
         """The critical distance at the first requested value that the step from `here` has passed, None without one.
 
-        Where the distance changes much faster than the parameter, a step cannot be shortened in advance to end at a
-        requested value.
+        Steps along which the distance changes much faster than the parameter cannot end at requested values.
         """
         there, snapshots = self._here(), self.branch.snapshots
         passed = self.values[(self.values - here[1]) * (there[1] - self.values) > 0]
@@ -342,7 +329,7 @@ class Follower:
         yield from (*ahead, *back)
 
     def _by_parameter(self) -> float:
-        """Derivative of dU by the parameter at the present zero."""
+        """Derivative of dU with respect to the parameter at the present zero."""
         fine, here = self.branch.fine, self._here()
         fine.factor()
         change = fine.tangent(self._line(here, np.array([0.0, 1.0])))

@@ -57,8 +57,8 @@ class Equilibrium:
         d: The distance.
         slope: d(dU)/dd there; negative is stable.
         peak: Largest |dU| between this zero and the next one or the end, over that of the whole curve.
-        d_error: Error of d by the mesh.
-        certain: Whether |dU| exceeds its error somewhere on both sides, up to the next zeros.
+        d_error: Discretisation error of d.
+        certain: Whether |dU| exceeds its error somewhere between this zero and the next ones, on both sides.
     """
 
     d: float
@@ -97,7 +97,7 @@ def _wanted(points: list[Point], tol: float) -> float:
 
 
 def _excess(a: Point, b: Point, wanted: float) -> np.ndarray:
-    """Which dU may be off between two points by more than is wanted and by more than the error of the mesh there."""
+    """Gaps whose interpolation error exceeds the tolerance `wanted` and the error of dU, boolean, shape (N-1,)."""
     return np.asarray(_bend(a, b) > np.maximum(wanted, np.maximum(a.dU_errors, b.dU_errors)))
 
 
