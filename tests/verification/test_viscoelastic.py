@@ -273,6 +273,6 @@ def test_solution_past_the_pole_of_fene_p_is_none() -> None:
         y = np.zeros(transient.constraints.size)
         assert newton.overstretched(y) == ""
         y[transient.constraints.fields["s"]] = 1.0
-        assert re.fullmatch(r"tr c = .+ at z = .+, r = .+ is past L2 = 10", newton.overstretched(y))
+        assert re.fullmatch(r"tr c = .+ at z = .+, r = .+ exceeds L2 = 10", newton.overstretched(y))
     finally:
         transient.close()
