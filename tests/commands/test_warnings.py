@@ -29,7 +29,7 @@ def test_every_command_tells_of_a_short_tube(
     done = pairsim(command, "case.yaml", "-o", "out", "-q", "--set", "length=2.4")
     assert done.returncode == 0, done.stderr
     told = json.loads((tmp_path / "out" / "run.json").read_text())["warnings"]
-    assert sum("the ends act on them" in warning for warning in told) == 1
+    assert sum("the ends affect dU" in warning for warning in told) == 1
 
 
 def test_pair_that_outgrows_its_tube_ends_typed(tmp_path: Path, pairsim: Pairsim) -> None:
@@ -39,7 +39,7 @@ def test_pair_that_outgrows_its_tube_ends_typed(tmp_path: Path, pairsim: Pairsim
     assert done.returncode == 3, done.stderr
     told = json.loads((tmp_path / "out" / "run.json").read_text())
     assert told["reason"] == "tube_too_short"
-    assert any("the ends act on them" in warning for warning in told["warnings"])
+    assert any("the ends affect dU" in warning for warning in told["warnings"])
 
 
 def test_lone_rigid_sphere_takes_ever_larger_steps(tmp_path: Path, pairsim: Pairsim) -> None:
