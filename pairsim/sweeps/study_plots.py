@@ -1,4 +1,4 @@
-"""The picture of a study: error against wall time, with the discretisations that no other beats."""
+"""Plot a study: error against wall time, with the Pareto front."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ def plot_study(directory: Path, out: Path | None = None) -> list[Path]:
 
     Args:
         directory: Folder of a study, finished or not.
-        out: Folder of the picture, made if needed; the study's own by default.
+        out: Folder for the picture, created if needed; default: that of the study.
 
     Returns:
-        The file written; none while no error is known.
+        Path of the picture; empty while no error is known.
 
     Raises:
         InputError: The folder is not that of a study.
@@ -31,7 +31,7 @@ def plot_study(directory: Path, out: Path | None = None) -> list[Path]:
         with (directory / TABLE).open(encoding="utf-8", newline="") as file:
             table = list(csv.DictReader(file))
     except OSError as error:
-        raise InputError(str(directory), "", None, f"is not the folder of a study ({error})") from error
+        raise InputError(str(directory), "", None, f"must be the folder of a study ({error})") from error
     settings = list(table[0])[: list(table[0]).index("status")]
     points = [row for row in table if float(row.get("error") or 0) > 0 and row.get("wall_time")]
     if not points:
@@ -41,15 +41,15 @@ def plot_study(directory: Path, out: Path | None = None) -> list[Path]:
     time_settings = [key for key in settings if key == "command" or key.startswith("time.")]
     series: dict[str, list[dict[str, Any]]] = {}
     for row in points:
-        series.setdefault(_words(row, time_settings), []).append(row)
+        series.setdefault(_label(row, time_settings), []).append(row)
     others = [key for key in settings if key not in time_settings]
     for i, (label, rows) in enumerate(series.items()):
         x, y = [float(row["wall_time"]) for row in rows], [float(row["error"]) for row in rows]
         axes.plot(x, y, MARKERS[i % len(MARKERS)], color=f"C{i % 10}", label=label or None, markersize=7)
         for row, place in zip(rows, zip(x, y, strict=True), strict=True):
-            axes.annotate(_words(row, others), place, (6, 4), textcoords="offset points", fontsize=7, color="0.3")
+            axes.annotate(_label(row, others), place, (6, 4), textcoords="offset points", fontsize=7, color="0.3")
     front = sorted((float(row["wall_time"]), float(row["error"])) for row in points if row["pareto"] == "true")
-    if front:  # a row without any error beats all, and has no place on a logarithmic axis
+    if front:  # empty if the only row in front has no error, which a logarithmic axis cannot show
         axes.step(
             *zip(*front, strict=True), where="post", color="0.4", linewidth=1, zorder=0, label="cheapest for its error"
         )
@@ -64,6 +64,6 @@ def plot_study(directory: Path, out: Path | None = None) -> list[Path]:
     return [path]
 
 
-def _words(row: dict[str, Any], keys: list[str]) -> str:
-    """Settings in short: Np 20, tol 0.0003."""
+def _label(row: dict[str, Any], keys: list[str]) -> str:
+    """Label of some settings, such as Np 20, tol 0.0003."""
     return ", ".join(f"{key.rpartition('.')[2]} {row[key]}" for key in keys if row[key])
