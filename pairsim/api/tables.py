@@ -1,4 +1,4 @@
-"""CSV tables as pandas DataFrames."""
+"""Read CSV tables as pandas DataFrames."""
 
 from __future__ import annotations
 
@@ -15,28 +15,31 @@ from pairsim.runtime.errors import InputError
 
 
 def read_table(path: Path) -> pd.DataFrame:
-    """A table that pairsim wrote, perhaps is writing: a last line that is not finished is left out.
+    """Read a table of pairsim, also while it is being written: an incomplete last line is skipped.
+
+    Args:
+        path: The CSV file.
 
     Returns:
-        The table; counts and flags are integers, `stable` and `certain` are truths, lists in JSON are lists. A table
-        that does not exist yet has no columns and no rows.
+        The table. Counts are integers, `stable` and `certain` are booleans, JSON lists are parsed. If the file does not
+        exist yet, the table has no columns and no rows.
 
     Raises:
-        InputError: It cannot be read.
+        InputError: The file is not a table of pairsim.
     """
     try:
         return table_of_text(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         return pd.DataFrame()
     except (OSError, ValueError) as error:
-        raise InputError(str(path), "", None, f"cannot be read as a table that pairsim wrote ({error})") from error
+        raise InputError(str(path), "", None, f"must be a table of pairsim ({error})") from error
 
 
 def table_of_text(text: str) -> pd.DataFrame:
     """As `read_table`, from the text of the file.
 
     Raises:
-        ValueError: It is no table.
+        ValueError: The text is not a table.
     """
     whole_lines = text[: text.rfind("\n") + 1]
     if not whole_lines:
@@ -51,7 +54,7 @@ def table_of_text(text: str) -> pd.DataFrame:
 
 
 def _parsed(cell: Any) -> Any:
-    """A list or group that was written as JSON; everything else as it is."""
+    """Parse a list or object written as JSON; other values are returned unchanged."""
     if isinstance(cell, str) and cell[:1] in ("[", "{"):
         try:
             return json.loads(cell)
@@ -61,5 +64,5 @@ def _parsed(cell: Any) -> Any:
 
 
 def empty_table(columns: Sequence[str]) -> pd.DataFrame:
-    """A table without rows."""
+    """A table with these columns and no rows."""
     return pd.DataFrame(columns=list(columns))

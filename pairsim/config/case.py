@@ -339,7 +339,7 @@ class Case(SceneCase):
                 if (value := getattr(self.limits, name)) != Limits.model_fields[name].default
             }
             given = {"d0": self.d0, **limits}
-            why = "one particle has no distance" if self.n else "there are no particles"
+            why = "there is only one particle" if self.n else "there are no particles"
             idle |= {key: why for key, value in given.items() if value is not None}
         return idle
 

@@ -1,4 +1,4 @@
-"""The picture of a study: error against wall time, with the discretisations that no other beats."""
+"""Plot a study: error against wall time, with the Pareto front."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
         with (directory / TABLE).open(encoding="utf-8", newline="") as file:
             table = list(csv.DictReader(file))
     except OSError as error:
-        raise InputError(str(directory), "", None, f"is not the folder of a study ({error})") from error
+        raise InputError(str(directory), "", None, f"must be the folder of a study ({error})") from error
     settings = list(table[0])[: list(table[0]).index("status")]
     points = [row for row in table if float(row.get("error") or 0) > 0 and row.get("wall_time")]
     if not points:
@@ -80,6 +80,6 @@ def _shared(directory: Path) -> list[str]:
     return case_parts(read_case(found[0])) if found else []
 
 
-def _words(row: dict[str, Any], keys: list[str]) -> str:
-    """Settings in short: Np 20, tol 0.0003."""
+def _label(row: dict[str, Any], keys: list[str]) -> str:
+    """Label of some settings, such as Np 20, tol 0.0003."""
     return ", ".join(f"{key.rpartition('.')[2]} {row[key]}" for key in keys if row[key])

@@ -79,7 +79,7 @@ def test_a_curve_is_its_interpolant_and_an_error_outside(curve: pairsim.CurveRes
     assert curve.dU([[0.1, 0.2]]).shape == (1, 2)
     assert (curve.dU(0.1 + 1e-6) - curve.dU(0.1)) / 1e-6 == pytest.approx(slope[0], rel=1e-3)
     for outside in (0.09, 0.31, float("nan"), [0.2, 0.4]):
-        with pytest.raises(pairsim.InputError, match=r"from 0\.1 to 0\.3, as the curve"):
+        with pytest.raises(pairsim.InputError, match=r"must be from 0\.1 to 0\.3"):
             curve.dU(outside)
     with pytest.raises(ValueError, match="gap"):
         curve.dU(0.2, gap=2)
@@ -192,12 +192,12 @@ def test_open_reads_folders_from_before_their_format_was_written(empty: Path) ->
 def test_open_refuses_what_it_does_not_know(empty: Path) -> None:
     with pytest.raises(pairsim.InputError, match="no such folder"):
         pairsim.open("missing")
-    with pytest.raises(pairsim.InputError, match="empty folder"):
+    with pytest.raises(pairsim.InputError, match="but is empty"):
         pairsim.open(empty)
     (empty / "run.json").write_text('{"format": 99, "kind": "run"}')
     with pytest.raises(pairsim.InputError, match="a newer pairsim wrote this folder"):
         pairsim.open(empty)
-    with pytest.raises(pairsim.InputError, match="not empty"):
+    with pytest.raises(pairsim.InputError, match="new or empty folder"):
         pairsim.run(RUN, folder=empty)
 
 

@@ -1,4 +1,4 @@
-"""A stopped run goes on from its checkpoint as if it had not been stopped."""
+"""A stopped run resumes from its checkpoint with the same results as an uninterrupted one."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def stopped(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
         file.write((base / "cut" / "series.csv").read_text().splitlines()[-1] + "\n0.1,0.2")  # beyond the checkpoint
     show = Stops()
     assert run(case, base / "cut", show, resume=True).status == "finished"
-    assert "goes on from t = " in show.told
+    assert "resuming from t = " in show.told
     assert "(step 5)" in show.told
     return case, base / "whole", base / "cut"
 
@@ -271,7 +271,7 @@ def test_a_series_that_does_not_fit_is_refused(short: Path, tmp_path: Path) -> N
     shutil.copytree(short, tmp_path, dirs_exist_ok=True)
     lines = (tmp_path / "series.csv").read_text().splitlines(keepends=True)
     (tmp_path / "series.csv").write_text("".join(lines[:-1]))
-    with pytest.raises(InputError, match=r"series\.csv.*2 rows"):
+    with pytest.raises(InputError, match=r"series\.csv.*at least 2 rows"):
         run(soft(), tmp_path, resume=True)
 
 
@@ -289,12 +289,12 @@ def test_without_a_checkpoint_a_run_begins_afresh_unless_rows_would_be_lost(shor
     case = soft(limits={"max_steps": 2})
     assert run(case, tmp_path / "new", resume=True).reason == "max_steps"
     (tmp_path / "new" / "checkpoint.npz").unlink()
-    with pytest.raises(InputError, match="no checkpoint"):
+    with pytest.raises(InputError, match=r"must have a checkpoint\.npz"):
         run(case, tmp_path / "new", resume=True)
     (tmp_path / "new" / "series.csv").unlink()
     show = Stops()
     assert run(case, tmp_path / "new", show, resume=True).reason == "max_steps"
-    assert "begins afresh" in show.told
+    assert "starting at t = 0" in show.told
     assert (tmp_path / "new" / "series.csv").read_text() == (short / "series.csv").read_text()
 
 

@@ -68,9 +68,12 @@ def test_table_and_travel_need_what_they_read(tmp_path: Path, pairsim: Pairsim) 
     (tmp_path / "ran" / "run.json").write_text('{"status": "finished"}')
     (tmp_path / "ran" / "series.csv").write_text("t,d\n0.1,0.2\n")
     for words, message in (
-        (("table", "ran", "--physical"), "ran: has no units: its case has no physical block"),
-        (("table", "ran", "zeros"), "got 'zeros'; must be series, the tables of a run"),
-        (("travel", "ran", "--from", "0.1", "--to", "0.2"), "ran: holds a run; must be the folder of a curve"),
+        (("table", "ran", "--physical"), "ran: must be the result of a case with a physical block"),
+        (("table", "ran", "zeros"), "got 'zeros'; must be series, a table of `pairsim run`"),
+        (
+            ("travel", "ran", "--from", "0.1", "--to", "0.2"),
+            "ran: must be a folder of `pairsim curve`, not of `pairsim run`",
+        ),
     ):
         done = pairsim(*words)
         assert done.returncode == 2

@@ -55,7 +55,7 @@ def test_front_holds_what_no_other_beats() -> None:
 def test_times_are_said_by_at_alone(entry: str, settings: tuple[str, ...], tmp_path: Path) -> None:
     path = tmp_path / "study.yaml"
     path.write_text(STUDY.replace("{mesh.Np: 8}", f"{{mesh.Np: 8}}, {entry}" if entry else "{mesh.Np: 8}", 1))
-    with pytest.raises(InputError, match=r"discretisations: output\.times: must be left out: at says it"):
+    with pytest.raises(InputError, match=r"discretisations: output\.times: must be left out: it follows from at"):
         read_study(path, read_yaml(path), settings)
 
 
@@ -80,7 +80,7 @@ def test_discretisation_may_be_repeated_less_often_than_the_others(tmp_path: Pat
         ("colour: red", "colour: got 'red'; unknown key"),
         ("quantity: U_3", "quantity: got 'U_3'; must be one of"),
         ("reference: 4", "index of a discretisation from 0 to 3"),
-        ("reference: 1\nexact: [0.1, 0.2]", "must be left out beside exact"),
+        ("reference: 1\nexact: [0.1, 0.2]", "must be left out if exact is given"),
         ("exact: 0.1", "2 numbers, one for each of at"),
         ("repeat: 0", "repeat: got 0; must be a whole number from 1 to 100"),
         ("exact: [.nan, 0.1]", "2 numbers, one for each of at"),
@@ -98,9 +98,9 @@ def test_wrong_study_is_refused_with_key_and_value(changes: str, message: str, t
     ("entries", "message"),
     [
         ("[{mesh.Np: 8}]", "a list of two or more"),
-        ("[{mesh.Np: 8}, {mesh.Np: 8}]", "1 are like an earlier one"),
+        ("[{mesh.Np: 8}, {mesh.Np: 8}]", "1 are equal to an earlier one"),
         ("[{mesh.Np: 8}, {mesh.Np: 2}]", "mesh.Np: got 2"),
-        ("[{mesh.Np: 8}, {output.times: [0.01]}]", "must be left out: at says it"),
+        ("[{mesh.Np: 8}, {output.times: [0.01]}]", "must be left out: it follows from at"),
         ("[{mesh.Np: 8}, {command: sweep}]", "discretisations[1]: command: got 'sweep'; must be run or curve"),
         ("[{mesh.Np: 8}, {command: curve}]\nover: t", "over: got 't'; must be d"),
     ],
@@ -145,7 +145,7 @@ def test_one_particle_has_no_distances_to_be_compared_at(tmp_path: Path) -> None
     text = "command: curve\nbase: {particles: 1, beta: 0.4, De: 0.5, Ca_e: 0.1}\n"
     text += "discretisations: [{mesh.Np: 8}, {mesh.Np: 10}]\n"
     assert checked(tmp_path, text + "quantity: U_1\n").at == ()
-    with pytest.raises(InputError, match="one particle has no distance"):
+    with pytest.raises(InputError, match="there is only one particle"):
         checked(tmp_path, text + "at: 0.1\n")
 
 

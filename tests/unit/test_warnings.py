@@ -59,7 +59,7 @@ def test_particles_near_the_ends_are_told_and_at_last_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    ("beta", "De", "ends", "told", "quiet"),
+    ("beta", "De", "ends", "short", "enough"),
     [
         (0.4, 0, "developed", 0.9, 1.1),
         (0.4, 0, "periodic", 0.9, 1.1),
@@ -69,14 +69,14 @@ def test_particles_near_the_ends_are_told_and_at_last_refused() -> None:
         (0.2, 2, "periodic", 3.2, 3.3),
     ],
 )
-def test_tube_on_each_side_that_is_too_little(beta: float, De: float, ends: str, told: float, quiet: float) -> None:
+def test_short_tube_gives_a_warning(beta: float, De: float, ends: str, short: float, enough: float) -> None:
     def warnings(free: float) -> list[str]:
         pair = case(beta=beta, De=De, ends=ends, length=2 * beta + 0.1 + 2 * free)
         return near_ends(pair, pair.cluster)
 
-    (warning,) = warnings(told)
+    (warning,) = warnings(short)
     assert ("% of the largest |dU|" in warning) == (De > 0)
-    assert not warnings(quiet)
+    assert not warnings(enough)
 
 
 def test_default_tubes_are_long_enough() -> None:
