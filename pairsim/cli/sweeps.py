@@ -146,7 +146,6 @@ def study(
     case_timeout: Annotated[
         float | None, typer.Option(min=0.0, help="Largest wall time of a case, in seconds.")
     ] = None,
-    case_timeout: Annotated[float | None, typer.Option(min=0.0, help="Wall time of a case, in seconds.")] = None,
     progress: Progress = "auto",
     quiet: Quiet = False,
     set_: Settings = None,

@@ -128,7 +128,7 @@ class Limits(_Options):
 
 
 class OutputOptions(_Options):
-    """When files are written. Steps land on `times` and `every`; fields of the first and last step are always written."""
+    """When files are written. Steps land on `times` and `every`; the first and the last step are always written."""
 
     times: tuple[Positive, ...] = Field((), description="times at which fields are written to fields.xdmf [D_c/U_av]")
     every: Positive | None = Field(None, description="interval between fields in fields.xdmf [D_c/U_av]")
@@ -136,7 +136,7 @@ class OutputOptions(_Options):
         20,
         ge=0,
         le=MOST_OUTPUTS,
-        description="number of times in fields.xdmf, about, at time steps as they come, where times and every are unset",
+        description="approximate number of times in fields.xdmf, at steps as they come; if times and every are unset",
     )
     fields: bool = Field(True, strict=True, description="whether fields.xdmf is written")
     checkpoint: Number = Field(

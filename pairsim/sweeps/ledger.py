@@ -131,8 +131,8 @@ class Ledger:
             entry.reason, entry.message = record.get("reason", ""), record.get("message", "")
             entry.values = command.values(directory)
             entry.warnings = list(read_record(directory).get("warnings", ()))
-            if told is old:
-                entry.values["wall_time"] = entry.seconds  # its own account stops where it did
+            if record is old:
+                entry.values["wall_time"] = entry.seconds  # run.json ends where the case was stopped
 
     def count(self, *statuses: str) -> int:
         """Number of cases with one of these statuses."""

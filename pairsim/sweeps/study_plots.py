@@ -45,7 +45,7 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
     time_settings = [name for name in settings if name == "command" or name.startswith("time.")]
     series: dict[str, list[dict[str, Any]]] = {}
     for row in points:
-        series.setdefault(_words(row, time_settings), []).append(row)
+        series.setdefault(_label(row, time_settings), []).append(row)
     others = [name for name in settings if name not in time_settings]
     handles: list[Any] = []
     for i, (label, rows) in enumerate(series.items()):
@@ -57,7 +57,7 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
         }
         handles += axes.plot(x, y, label=label or "as in the file", markersize=4.5, **look)
         for row, place in zip(rows, zip(x, y, strict=True), strict=True):
-            axes.annotate(_words(row, others), place, (4, 3), textcoords="offset points", fontsize=SMALL, color="0.25")
+            axes.annotate(_label(row, others), place, (4, 3), textcoords="offset points", fontsize=SMALL, color="0.25")
     front = sorted((float(row["wall_time"]), float(row["error"])) for row in points if row["pareto"] == "true")
     if front:  # a row without any error beats all, and has no place on a logarithmic axis
         label = "cheapest for its error"
