@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,7 @@ def run(**keys: Any) -> pd.DataFrame:
     return pairsim.run({**PAIR, **keys}).check().table
 
 
+@cache
 def slope(beta: float, d: float, Np: int = 40) -> float:
     """dU/Ca_e at Ca_e 1e-3, when the stresses have developed and d has not moved."""
     Ca = 1e-3

@@ -196,7 +196,7 @@ def test_parabolas_are_carried_exactly_to_other_points() -> None:
 
 def pair_until(end: float, De: float) -> pd.DataFrame:
     """The series of a soft pair, in a Giesekus liquid where De is above 0."""
-    mesh = {"Np": 12, "max_size": 0.2, "rows": 0}
+    mesh = {"Np": 8, "max_size": 0.2, "rows": 0}
     case = {"beta": 0.4, "De": De, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": 4.0, "mesh": mesh}
     return pairsim.run(case, time={"end": end}, output={"fields": False}).check().table
 
