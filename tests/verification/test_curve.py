@@ -244,7 +244,7 @@ def test_pseudo_time_reaches_the_steady_solution(viscoelastic: Branch) -> None:
     scene.recall(before)
 
 
-@pytest.mark.parametrize(("Ca_e", "d"), [(0.02, 0.0474), (0.1, 0.0554)])
+@pytest.mark.parametrize(("Ca_e", "d"), [pytest.param(0.02, 0.0474, marks=pytest.mark.slow), (0.1, 0.0554)])
 def test_small_spheres_have_a_stable_distance(Ca_e: float, d: float) -> None:
     """Closer they separate, farther apart they attract; distances: N_p 40, docs/notebook/quasi-steady.md."""
     solver = branch(case(beta=0.2, Ca_e=Ca_e, length=3.0, d=(0.15, 0.03)))
