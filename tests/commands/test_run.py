@@ -134,7 +134,8 @@ def test_ranks_give_the_same_series(alone: pd.DataFrame, tmp_path: Path, pairsim
         assert together[name] == pytest.approx(alone[name].to_numpy(), abs=1e-8)
 
 
-SHIPPED = [pytest.param(path, marks=pytest.mark.slow if path.stem == "viscoelastic" else ()) for path in CONFIGS]
+QUICK = ("pipe", "quickstart")  # the others take a second or two each: together too long for `--quick`
+SHIPPED = [pytest.param(path, marks=() if path.stem in QUICK else pytest.mark.slow) for path in CONFIGS]
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=[path.stem for path in CONFIGS])
