@@ -26,7 +26,8 @@ from measuring import every_matrix, with_one_thread
 from mpi4py import MPI
 from scipy.interpolate import CubicSpline
 
-import pairsim.runtime.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
+import pairsim
+import pairsim.runtime.fenicsx  # orders MPI ahead of everything compiled
 from pairsim.config.case_file import case_from_dict, curve_from_dict
 from pairsim.drivers.problems import problem_of, steady_problem
 from pairsim.fem import phases
@@ -70,6 +71,11 @@ def dU(step: Step) -> float:
     return float(step.observation.dU[0])
 
 
+def run(**changes: object) -> pairsim.RunResult:
+    """The pair as a user computes it."""
+    return pairsim.run({**PAIR, "output": {"fields": False}, **changes}).check()
+
+
 def fig6() -> None:
     matplotlib.use("Agg")
     from matplotlib import pyplot
@@ -78,19 +84,16 @@ def fig6() -> None:
     print("Ca_e    dU least at t    dU least    D_T first peak at t    dU at t = 3")
     for Ca in (0, 0.01, 0.05, 0.1, 0.15):
         first = min(5e-4, Ca / 100) if Ca else 5e-4
-        steps, transient, _ = march([3.0], Ca_e=Ca, time={"end": 3.0, "first_step": first, "tol": 1e-4})
-        t = np.array([s.t for s in steps])
-        u = np.array([dU(s) for s in steps])
-        D = np.array([s.observation.D for s in steps])
+        series = run(Ca_e=Ca, time={"end": 3.0, "first_step": first, "tol": 1e-4}).table
+        t, u, leading, trailing = (series[name].to_numpy() for name in ("t", "dU", "D_L", "D_T"))
         axes[0].plot(t, u, label=f"{Ca:g}")
         if Ca >= 0.1:
-            line = axes[1].plot(t, D[:, 1], label=f"{Ca:g}, leading")
-            axes[1].plot(t, D[:, 0], "--", color=line[0].get_color(), label=f"{Ca:g}, trailing")
+            line = axes[1].plot(t, leading, label=f"{Ca:g}, leading")
+            axes[1].plot(t, trailing, "--", color=line[0].get_color(), label=f"{Ca:g}, trailing")
         if Ca:
-            print(f"{Ca:<5g}{extremum(t, u):13.4f}{u.min():16.4e}{extremum(t, -D[:, 0]):17.4f}{u[-1]:21.5e}")
+            print(f"{Ca:<5g}{extremum(t, u):13.4f}{u.min():16.4e}{extremum(t, -trailing):17.4f}{u[-1]:21.5e}")
         else:
             print(f"{Ca:<5g}  largest |dU| {np.abs(u).max():.1e}")
-        transient.close()
     for axis, label in zip(axes, (r"$\Delta U$ [$U_{av}$]", "$D$"), strict=True):
         axis.set(xlabel="$t$ [$D_c/U_{av}$]", ylabel=label)
         axis.axhline(0, color="0.7", linewidth=0.8, zorder=0)
@@ -113,11 +116,14 @@ FINE = {"Np": 56, "max_size": 0.035}
 
 def curve(mesh: dict[str, float], tol: float, end: float = 6.0) -> CubicSpline:
     """Interpolant of dU(t) of the viscoelastic pair; prints the cost."""
-    steps, transient, seconds = march([end], mesh=mesh, time={"end": end, "tol": tol}, **VISCOELASTIC)
-    counts, unknowns = transient.counts, transient.constraints.size
-    transient.close()
-    print(f"{mesh} tol {tol:.0e}: {unknowns} unknowns, {counts.steps} steps, {seconds:.0f} s", flush=True)
-    return CubicSpline([s.t for s in steps], [dU(s) for s in steps])
+    return reported(f"{mesh} tol {tol:.0e}", run(mesh=mesh, time={"end": end, "tol": tol}, **VISCOELASTIC))
+
+
+def reported(title: str, result: pairsim.RunResult) -> CubicSpline:
+    """Interpolant of dU(t) of a run; prints the cost."""
+    record = result.record
+    print(f"{title}: {record['unknowns']} unknowns, {record['steps']} steps, {record['wall_time']:.1f} s", flush=True)
+    return CubicSpline(result.table["t"], result.table["dU"])
 
 
 def off(found: CubicSpline, exact: CubicSpline) -> tuple[float, float]:
@@ -161,14 +167,9 @@ def fig3() -> None:
 
 
 def ends() -> None:
-    def run(title: str, **changes: Any) -> CubicSpline:
-        steps, transient, seconds = march([6.0], De=1.0, time={"end": 6.0, "tol": 1e-3}, **changes)
-        unknowns = transient.constraints.size
-        transient.close()
-        print(f"{title}: {unknowns} unknowns, {len(steps)} steps to t = 6 in {seconds:.1f} s", flush=True)
-        return CubicSpline([s.t for s in steps], [dU(s) for s in steps])
-
-    developed, periodic = run("developed ends", ends="developed", length="auto"), run("periodic, L = 50 D_p")
+    time = {"end": 6.0, "tol": 1e-3}
+    developed = reported("developed ends, to t = 6", run(time=time, **VISCOELASTIC))
+    periodic = reported("periodic, L = 50 D_p, to t = 6", run(time=time, De=1.0))
     largest, average = off(developed, periodic)
     print(f"difference of both, % of the largest |dU|: largest {largest:.3f}, average {average:.3f}")
 
@@ -221,12 +222,12 @@ def curve_cost() -> None:
                 flush=True,
             )
             branch.close()
-    steps, transient, seconds = march([2.0], **short, time={"end": 2.0, "tol": 1e-3})
-    transient.close()
-    print(f"Newtonian transient to t = 2, developed ends: {len(steps)} steps, {seconds:.1f} s for one point")
-    steps, transient, seconds = march([6.0], **short, De=1.0, time={"end": 6.0, "tol": 1e-3})
-    transient.close()
-    print(f"De 1 transient to t = 6, developed ends: {len(steps)} steps, {seconds:.1f} s for one point")
+    reported(
+        "one point by a Newtonian transient to t = 2, developed ends", run(**short, time={"end": 2.0, "tol": 1e-3})
+    )
+    reported(
+        "one point by a De 1 transient to t = 6, developed ends", run(**VISCOELASTIC, time={"end": 6.0, "tol": 1e-3})
+    )
 
 
 # beta, De, Ca_e, d_0, t: ten pairs whose distance hardly changes while they relax, and nine whose distance does.
@@ -254,18 +255,14 @@ def drift() -> None:
             "length": "auto",
             "mesh": {"Np": 28},
         }
-        steps, transient, _ = march([t], **same, d0=d_0, time={"end": t})
-        transient.close()
-        d, moving = float(steps[-1].observation.d[0]), dU(steps[-1])
-        branch = branch_of(d, True, **same)
-        point = branch.at(branch.fine.parameters)
-        assert point.mesh_errors is not None
-        peak = max(abs(branch.at(point.parameters.with_gap(other)).dU) for other in (d, 0.05, 0.1, 0.2, 0.3, 0.5))
-        branch.close()
-        off, left = moving - point.dU, moving - point.dU - point.drifts[0]
+        d, moving = run(**same, d0=d_0, time={"end": t}).table[["d", "dU"]].iloc[-1]
+        points = pairsim.curve(same, d=sorted({d, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5}), tol=1).check().table
+        point = points.loc[(points["d"] - d).abs().idxmin()]
+        peak = points.loc[points["d"] >= min(d, 0.05), "dU"].abs().max()
+        off, left = moving - point["dU"], moving - point["dU"] - point["drift"]
         print(
-            f"| {beta:g} | {De:g} | {Ca_e:g} | {d_0:g} | {t:g} | {d:.4f} | {moving:.4e} | {point.dU:.4e} | "
-            f"{point.drifts[0]:.1e} | {point.mesh_errors[0]:.1e} | {off / peak * 100:.2f} | {left / peak * 100:.2f} |",
+            f"| {beta:g} | {De:g} | {Ca_e:g} | {d_0:g} | {t:g} | {d:.4f} | {moving:.4e} | {point['dU']:.4e} | "
+            f"{point['drift']:.1e} | {point['mesh_error']:.1e} | {off / peak * 100:.2f} | {left / peak * 100:.2f} |",
             flush=True,
         )
 

@@ -109,6 +109,7 @@ def test_zeros_are_a_table_also_where_there_are_none(curve: pairsim.CurveResult)
     assert len(curve.zeros) == 0
 
 
+@pytest.mark.slow
 def test_critical_distances(empty: Path) -> None:
     case = PAIR | {"De": 0.5, "Ca_e": 0.05, "d": [0.2, 0.3], "mesh_error": False}
     result = pairsim.critical(case)
@@ -148,7 +149,7 @@ def test_wrong_cases_are_typed_errors(name: str) -> None:
 
 
 def test_a_failure_is_a_result_whose_check_raises_it() -> None:
-    result = pairsim.curve(CURVE, Ca_e=0.4)
+    result = pairsim.curve(CURVE, Ca_e=3, d=[0.05], fields=[])
     assert (result.status, result.reason) == ("failed", "no_steady_state")
     with pytest.raises(pairsim.errors.NoSteadyState) as caught:
         result.check()
@@ -201,6 +202,7 @@ def test_open_refuses_what_it_does_not_know(empty: Path) -> None:
         pairsim.run(RUN, folder=empty)
 
 
+@pytest.mark.slow
 def test_a_sweep_with_two_workers(empty: Path, capfd: pytest.CaptureFixture[str]) -> None:
     grid = {"base": RUN, "grid": {"d0": [0.1, 0.2]}}
     result = pairsim.sweep(grid, folder="out", workers=2)
@@ -222,6 +224,7 @@ def test_a_notebook_shows_results(curve: pairsim.CurveResult) -> None:
     assert repr(curve).startswith(f"<pairsim curve: finished, {len(curve.table)} rows")
 
 
+@pytest.mark.slow
 def test_every_process_of_a_job_gets_the_result(empty: Path) -> None:
     script = "\n".join(
         [
@@ -247,6 +250,7 @@ def test_every_process_of_a_job_gets_the_result(empty: Path) -> None:
     assert float(first.split()[0]) == pytest.approx(float(first.split()[1]), abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", sorted((ROOT / "docs").rglob("*.ipynb")), ids=lambda path: path.name)
 def test_notebooks_run(path: Path, empty: Path) -> None:
     notebook = nbformat.read(path, as_version=4)

@@ -337,9 +337,9 @@ def test_fields_that_outgrow_the_disk_end_a_run_that_can_go_on(tmp_path: Path) -
 @pytest.mark.slow
 def test_the_command_goes_on_with_any_number_of_processes(tmp_path: Path, pairsim: Pairsim) -> None:
     text = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\nends: developed\nlength: 3\nmesh: {Np: 8}\n"
-    (tmp_path / "case.yaml").write_text(text + "time: {end: 0.02, first_step: 0.001}\n")
+    (tmp_path / "case.yaml").write_text(text + "time: {end: 0.01, first_step: 0.001}\n")
     assert pairsim("run", "case.yaml", "-o", "whole").returncode == 0
-    done = pairsim("run", "case.yaml", "-o", "two", "--set", "limits.max_steps=6", ranks=2)
+    done = pairsim("run", "case.yaml", "-o", "two", "--set", "limits.max_steps=3", ranks=2)
     assert done.returncode == 3, done.stderr
     shutil.copytree(tmp_path / "two", tmp_path / "one")
     for name, ranks in (("two", 2), ("one", 0)):

@@ -214,9 +214,8 @@ def test_ranks_give_the_same_curve(tmp_path: Path, pairsim: Pairsim) -> None:
 @pytest.mark.slow
 def test_no_steady_state_is_a_typed_failure(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(CURVE)
-    done = pairsim(
-        "curve", "case.yaml", "-o", "out", "--set", "Ca_e=0.4", "--set", "mesh_error=false", "--set", "length=3"
-    )
+    settings = ["Ca_e=0.4", "d=[0.1]", "mesh.Np=8", "mesh_error=false", "length=3"]
+    done = pairsim("curve", "case.yaml", "-o", "out", *(word for each in settings for word in ("--set", each)))
     assert done.returncode == 3, done.stderr
     assert "Traceback" not in done.stderr
     assert json.loads((tmp_path / "out" / "run.json").read_text())["reason"] == "no_steady_state"

@@ -27,6 +27,7 @@ def header_and_rows(text: str) -> tuple[list[str], np.ndarray]:
     return header, np.array(rows, dtype=float)
 
 
+@pytest.mark.slow
 def test_run_and_curve_in_units(tmp_path: Path, pairsim: Pairsim) -> None:
     compute.run(yaml.safe_load(RUN), folder=tmp_path / "run").check()
     compute.curve(yaml.safe_load(CURVE), folder=tmp_path / "curve").check()

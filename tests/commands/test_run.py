@@ -141,16 +141,19 @@ def alone() -> pd.DataFrame:
 @pytest.mark.slow
 def test_ranks_give_the_same_series(alone: pd.DataFrame, tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(yaml.safe_dump(SHORT))
-    for ranks in (2, 3):  # one is compared with two in `test_ranks_give_the_same_curve`
-        done = pairsim("run", "case.yaml", "-o", f"out{ranks}", ranks=ranks)
-        assert done.returncode == 0, done.stderr
-        together = read_series(tmp_path / f"out{ranks}" / "series.csv")
-        assert len(together["t"]) > 5
-        for name in ("t", "d", "U_L", "U_T", "dU", "D_L", "D_T", "dp", "dp_plus"):
-            assert together[name] == pytest.approx(alone[name].to_numpy(), abs=1e-8)
+    done = pairsim("run", "case.yaml", "-o", "out", ranks=3)  # tests of resumed runs and of curves have two and one
+    assert done.returncode == 0, done.stderr
+    together = read_series(tmp_path / "out" / "series.csv")
+    assert len(together["t"]) > 5
+    for name in ("t", "d", "U_L", "U_T", "dU", "D_L", "D_T", "dp", "dp_plus"):
+        assert together[name] == pytest.approx(alone[name].to_numpy(), abs=1e-8)
 
 
-@pytest.mark.parametrize("path", CONFIGS, ids=lambda p: p.stem)
+QUICK = ("pipe", "quickstart")  # the others take a second or two each: together too long for `--quick`
+SHIPPED = [pytest.param(path, marks=() if path.stem in QUICK else pytest.mark.slow) for path in CONFIGS]
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=[path.stem for path in CONFIGS])
 def test_shipped_case_runs(path: Path, tmp_path: Path, pairsim: Pairsim) -> None:
     short = ["mesh.Np=10", "mesh.max_size=0.2", "time.end=0.01", "output.times=[]", "output.every=0.005"]
     done = pairsim("run", str(path), "-o", "out", *(word for s in short for word in ("--set", s)))
