@@ -17,7 +17,7 @@ from pairsim.runtime.errors import InputError
 from pairsim.runtime.launcher import launcher_communicator
 from pairsim.runtime.locks import is_locked
 from pairsim.sweeps.grid import grid_from, read_grid
-from pairsim.sweeps.ledger import ENDED, read_sweep, table_of
+from pairsim.sweeps.ledger import ENDED, read_sweep, rows_of
 from pairsim.sweeps.progress import make_sweep_reporter
 from pairsim.sweeps.sweep import Options, run_sweep
 
@@ -42,10 +42,13 @@ class SweepResult:
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """results.csv: a row for each case that has ended, with parameters and main results; JSON lists are parsed."""
-        from pairsim.api.tables import table_of_text
+        """results.csv: a row for each case that has ended, with parameters and main results; lists are lists."""
+        import pandas as pd
 
-        return table_of_text(table_of(self.record))
+        from pairsim.api.tables import whole_numbers
+
+        header, rows = rows_of(self.record)
+        return whole_numbers(pd.DataFrame(rows, columns=header))
 
     @cached_property
     def cases(self) -> list[Result]:

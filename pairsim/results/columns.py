@@ -136,8 +136,10 @@ SWEEP_COLUMNS = (
     Column("reason", "", "why the case ended", ""),
     Column("warnings", "", "what run.json of the case warns of, separated by semicolons", ""),
     Column("points", "", "points of the curve or of the lines of critical distances", ""),
-    Column("zeros", "", "zeros of dU from the smallest d on, or the critical distances asked for (a list in JSON)", ""),
-    Column("stable", "", "whether each of them is stable (a list in JSON)", ""),
+    Column(
+        "zeros", "", "zeros of dU from the smallest d on, or the critical distances asked for, with spaces between", ""
+    ),
+    Column("stable", "", "whether each of them is stable: true or false", ""),
     Column("d_peak", "", "distance of the largest |dU| of the curve", LENGTH),
     Column("dU_peak", "", "dU there", VELOCITY),
     Column("dU_error", "", "dU_error there", VELOCITY),

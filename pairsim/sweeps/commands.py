@@ -7,7 +7,6 @@ does not depend on which command it runs.
 from __future__ import annotations
 
 import csv
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +21,7 @@ from pairsim.config.identity import identity_of
 from pairsim.results.columns import gap_endings, relative_velocities
 from pairsim.results.folders import read_record
 
-Value = float | int | str | None
+Value = float | int | str | list[float] | list[bool] | None
 
 
 @dataclass(frozen=True)
@@ -129,7 +128,7 @@ def curve_result_columns(case: CurveCase) -> tuple[str, ...]:
 
 
 def read_curve(directory: Path) -> dict[str, Value]:
-    """Read the result columns of a curve; `zeros` and `stable` are JSON lists in ascending d."""
+    """Read the result columns of a curve; `zeros` and `stable` are lists in ascending d."""
     values: dict[str, Value] = {}
     try:
         points = _rows(directory / "curve.csv")
@@ -141,8 +140,8 @@ def read_curve(directory: Path) -> dict[str, Value]:
                 if source + gap in peak:
                     values[column + gap] = float(peak[source + gap])
         zeros = _rows(directory / "equilibria.csv")
-        values["zeros"] = json.dumps([float(row["d"]) for row in zeros])
-        values["stable"] = json.dumps([row["stable"] == "true" for row in zeros])
+        values["zeros"] = [float(row["d"]) for row in zeros]
+        values["stable"] = [row["stable"] == "true" for row in zeros]
     except (OSError, ValueError, KeyError, IndexError):  # the case failed before the files were complete
         pass
     return values
@@ -160,8 +159,8 @@ def read_critical(directory: Path) -> dict[str, Value]:
         wanted = [row for row in points if row["kind"] == "wanted"]
         return {
             "points": len(points),
-            "zeros": json.dumps([float(row["d_cr"]) for row in wanted]),
-            "stable": json.dumps([row["stable"] == "true" for row in wanted]),
+            "zeros": [float(row["d_cr"]) for row in wanted],
+            "stable": [row["stable"] == "true" for row in wanted],
         }
     except (OSError, ValueError, KeyError):
         return {}

@@ -10,6 +10,7 @@ import csv
 import io
 import json
 import time
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -172,23 +173,39 @@ class Ledger:
         self._written, self._changed = time.monotonic(), False
 
 
-def table_of(content: dict[str, Any]) -> str:
-    """The text of results.csv: a row for each case that has ended, in the order of the grid."""
+def rows_of(content: Mapping[str, Any]) -> tuple[list[str], list[list[Any]]]:
+    """Columns and rows of results.csv: a row for each case that has ended, in the order of the grid.
+
+    Args:
+        content: Content of sweep.json.
+    """
     parameters, columns = content["parameters"], content["columns"]
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["folder", "status", "reason", *parameters, *columns, "warnings"])
+    rows = []
     for case in content["cases"]:
         if case["status"] in ENDED:
             values = [case["parameters"].get(key) for key in parameters] + [case["values"].get(key) for key in columns]
             warnings = "; ".join(case.get("warnings", ()))
-            writer.writerow([case["folder"], case["status"], case["reason"], *map(cell, values), warnings])
+            rows.append([case["folder"], case["status"], case["reason"], *values, warnings])
+    return ["folder", "status", "reason", *parameters, *columns, "warnings"], rows
+
+
+def table_of(content: Mapping[str, Any]) -> str:
+    """The text of results.csv; see `rows_of`."""
+    header, rows = rows_of(content)
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(map(cell, row) for row in rows)
     return text.getvalue()
 
 
 def cell(value: Any) -> Any:
-    """Format a value for a table: lists, dicts and booleans as JSON, numbers with full precision."""
-    if isinstance(value, list | dict | bool):
+    """Format a value for a table: numbers with full precision, lists with spaces between their entries."""
+    if isinstance(value, list):
+        return " ".join(str(cell(entry)) for entry in value)
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
         return json.dumps(value)
     return repr(value) if isinstance(value, float) else value
 

@@ -362,7 +362,7 @@ def test_pictures_of_critical_distances_show_the_zeros(tmp_path: Path) -> None:
             "values": values,
         }
 
-    cases = [case(0.1, 0.25, "[0.18]", "[false]"), case(0.02, 0.25, "[0.25]", "[false]"), case(0.1, 0.0, "[]", "[]")]
+    cases = [case(0.1, 0.25, [0.18], [False]), case(0.02, 0.25, "[0.25]", "[false]"), case(0.1, 0.0, [], [])]
     told = {"name": "zeros", "command": "critical", "varying": ["Ca_e", "De"], "updated": 0, "cases": cases}
     (tmp_path / "sweep.json").write_text(json.dumps(told))
     assert [path.name for path in plot_sweep(tmp_path)] == ["sweep_zeros.png", "sweep_map.png"]
