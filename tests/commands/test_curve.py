@@ -1,4 +1,4 @@
-"""`pairsim curve` and `pairsim critical` as their users meet them: files, refusals, ranks, typed ends."""
+"""`pairsim curve` and `pairsim critical` as commands: files, input errors, MPI ranks, failures."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ def test_curve_command(tmp_path: Path, pairsim: Pairsim) -> None:
     table = read_series(tmp_path / "out" / "curve.csv")
     assert set(table["d"][table["wanted"] == 1]) == {0.1, 0.3}
     assert np.array_equal(table["d"], np.sort(table["d"]))
-    assert (table["wanted"] == 0).any()  # dU bends between .1 and .3
+    assert (table["wanted"] == 0).any()  # points are added where dU(d) is curved
     assert {"by_Ca_e", "by_beta"} < set(table)
     assert (tmp_path / "out" / "equilibria.csv").read_text().splitlines()[0].startswith("d,stable,slope,peak")
     assert {"fields.xdmf", "curve.png", "run.json"} < {p.name for p in (tmp_path / "out").iterdir()}
-    assert pairsim("curve", "case.yaml", "-o", "out").returncode == 2  # nothing is overwritten unasked
+    assert pairsim("curve", "case.yaml", "-o", "out").returncode == 2  # results are not overwritten without --overwrite
 
 
 @pytest.mark.slow
@@ -67,9 +67,11 @@ def test_critical_command_follows_the_zero_of_the_curve(tmp_path: Path, pairsim:
         (zero,) = csv.DictReader(file)
     assert float(zero["d"]) == pytest.approx(float(rows[1]["d_cr"]), abs=1e-4)
     assert zero["stable"] == "false"
-    told = json.loads((tmp_path / "critical" / "run.json").read_text())
-    assert told["ends"][0]["reason"] == "range"
-    assert ["not resolved" in warning for warning in told["warnings"]] == [False]  # only that the mesh is coarse
+    record = json.loads((tmp_path / "critical" / "run.json").read_text())
+    assert record["ends"][0]["reason"] == "range"
+    assert ["not resolved" in warning for warning in record["warnings"]] == [
+        False
+    ]  # the only warning is that of a coarse mesh
     assert (tmp_path / "critical" / "critical.png").stat().st_size > 10_000
 
 
@@ -115,7 +117,7 @@ def test_a_curve_that_starts_from_its_neighbour_has_the_stresses_of_its_own_para
 def test_a_curve_whose_first_place_is_walked_to_has_the_stresses_of_that_place(
     cold: FieldFrame, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Without a solution on larger cells the way begins at a small Ca_e and De, on the cells of the curve."""
+    """Without a solution on larger cells, the continuation starts at small Ca_e and De on the cells of the curve."""
 
     def none(*_: object) -> None:
         raise NoSteadyState("there is no solution on larger cells")
@@ -144,8 +146,8 @@ def assert_same_fields(a: FieldFrame, b: FieldFrame) -> None:
 def test_an_interrupted_curve_keeps_its_points(number: int, tmp_path: Path) -> None:
     (tmp_path / "case.yaml").write_text(CURVE.replace("[0.3, 0.1]", "{start: 0.02, stop: 1, num: 400}"))
     curve = tmp_path / "out" / "curve.csv"
-    told = interrupted(["curve", "case.yaml", "-o", "out"], curve, number)
-    assert told["points"] >= len(read_series(curve)["d"]) >= 4
+    record = interrupted(["curve", "case.yaml", "-o", "out"], curve, number)
+    assert record["points"] >= len(read_series(curve)["d"]) >= 4
 
 
 SHORT = {
@@ -223,7 +225,7 @@ def test_no_steady_state_is_a_typed_failure(tmp_path: Path, pairsim: Pairsim) ->
     assert json.loads((tmp_path / "out" / "run.json").read_text())["reason"] == "no_steady_state"
 
 
-def test_zeros_before_one_that_was_lost_are_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_zeros_found_before_a_failure_are_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def zeros(branch: Branch, points: list[Point]) -> Iterator[Zero]:
         yield Zero(points[1], branch.snapshots)
         raise NoSteadyState("the second one was lost")
@@ -235,7 +237,7 @@ def test_zeros_before_one_that_was_lost_are_written(tmp_path: Path, monkeypatch:
     assert len((tmp_path / "out" / "equilibria.csv").read_text().splitlines()) == 2
 
 
-def test_a_curve_that_cannot_be_written_ends_typed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_curve_that_cannot_be_written_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
@@ -246,7 +248,7 @@ def test_a_curve_that_cannot_be_written_ends_typed(tmp_path: Path, monkeypatch: 
     assert json.loads((tmp_path / "out" / "run.json").read_text())["reason"] == "write_failed"
 
 
-def test_a_change_of_sign_between_two_meshes_is_no_zero_and_is_told(tmp_path: Path, pairsim: Pairsim) -> None:
+def test_change_of_sign_between_two_meshes_gives_a_warning_instead_of_a_zero(tmp_path: Path, pairsim: Pairsim) -> None:
     """On ten cells dU at d = .8 has the wrong sign; its neighbour .7 lies on a mesh made for another distance."""
     keys = "beta: 0.4\nDe: 0\nCa_e: 0.1\nends: developed\nlength: auto\nmesh: {Np: 10, max_size: 0.2}\n"
     (tmp_path / "case.yaml").write_text(keys + "tol: 1\nmesh_error: false\nd: [0.7, 0.8]\n")

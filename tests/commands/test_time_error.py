@@ -1,4 +1,4 @@
-"""Time steps that leave more than the accuracy asked for are reported."""
+"""Time steps with an estimated error above the requested accuracy give a warning."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from support.commands import Pairsim
 
 
 def warnings(folder: Path) -> list[str]:
-    """What run.json tells of time steps."""
-    told: list[str] = json.loads((folder / "run.json").read_text())["warnings"]
-    return [warning for warning in told if "time steps" in warning]
+    """Warnings about time steps in run.json."""
+    warnings: list[str] = json.loads((folder / "run.json").read_text())["warnings"]
+    return [warning for warning in warnings if "time steps" in warning]
 
 
 @pytest.mark.parametrize(

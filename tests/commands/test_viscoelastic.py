@@ -1,4 +1,4 @@
-"""Runs in viscoelastic liquids: ranks agree, and a stress that cells do not resolve is reported."""
+"""Runs in viscoelastic liquids: ranks agree, and an unresolved stress gives a warning."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pairsim.results.output import read_series
 
 @pytest.mark.slow
 def test_ranks_give_the_same_viscoelastic_series(tmp_path: Path, pairsim: Pairsim) -> None:
-    """A difference of one digit between processes, left to itself, would have grown to order one by t = .08."""
+    """A rounding difference between processes would grow to order one by t = 0.08."""
     case = (
         "{beta: 0.4, De: 1, Ca_e: [0.1, 0], d0: 0.1, ends: developed, length: 4.9, mesh: {Np: 10}, time: {end: 0.09}}"
     )
@@ -32,8 +32,8 @@ def test_a_stress_that_cells_do_not_resolve_is_told(tmp_path: Path, pairsim: Pai
     """At the wall of a pipe whose cells are half as large as its radius c changes by more than e^2 within a cell."""
     case = "particles: 0\nDe: 10\nends: developed\nlength: 3\nmesh: {max_size: 0.25}\noutput: {fields: false}\n"
     (tmp_path / "case.yaml").write_text(case)
-    for end, told in (("0.001", 0), ("2", 1)):
+    for end, count in (("0.001", 0), ("2", 1)):
         done = pairsim("run", "case.yaml", "-o", "out", "--overwrite", "--set", f"time.end={end}")
         assert done.returncode == 0, done.stderr
-        assert len(json.loads((tmp_path / "out" / "run.json").read_text())["warnings"]) == told
-        assert ("is not resolved" in done.stderr) == bool(told)
+        assert len(json.loads((tmp_path / "out" / "run.json").read_text())["warnings"]) == count
+        assert ("is not resolved" in done.stderr) == bool(count)

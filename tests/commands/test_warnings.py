@@ -28,8 +28,8 @@ def test_every_command_tells_of_a_short_tube(
     (tmp_path / "case.yaml").write_text(keys + place)
     done = pairsim(command, "case.yaml", "-o", "out", "-q", "--set", "length=2.4")
     assert done.returncode == 0, done.stderr
-    told = json.loads((tmp_path / "out" / "run.json").read_text())["warnings"]
-    assert sum("the ends affect dU" in warning for warning in told) == 1
+    warnings = json.loads((tmp_path / "out" / "run.json").read_text())["warnings"]
+    assert sum("the ends affect dU" in warning for warning in warnings) == 1
 
 
 def test_pair_that_outgrows_its_tube_ends_typed(tmp_path: Path, pairsim: Pairsim) -> None:
@@ -37,9 +37,9 @@ def test_pair_that_outgrows_its_tube_ends_typed(tmp_path: Path, pairsim: Pairsim
     (tmp_path / "case.yaml").write_text(keys + "time: {end: 20}\noutput: {fields: false}\n")
     done = pairsim("run", "case.yaml", "-o", "out", "-q")
     assert done.returncode == 3, done.stderr
-    told = json.loads((tmp_path / "out" / "run.json").read_text())
-    assert told["reason"] == "tube_too_short"
-    assert any("the ends affect dU" in warning for warning in told["warnings"])
+    record = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert record["reason"] == "tube_too_short"
+    assert any("the ends affect dU" in warning for warning in record["warnings"])
 
 
 def test_lone_rigid_sphere_takes_ever_larger_steps(tmp_path: Path, pairsim: Pairsim) -> None:

@@ -146,10 +146,10 @@ def test_sensitivities_are_differences_of_neighbouring_solutions(viscoelastic: B
 def test_sensitivity_to_beta_is_the_difference_of_other_spheres() -> None:
     """On meshes of their own: nothing here knows that a diameter can be multiplied."""
     solver = branch(case(mesh={"Np": 20}), sensitivities=True)
-    told = float(solver.at(solver.fine.parameters).sensitivities["beta"][0])
+    derivative = float(solver.at(solver.fine.parameters).sensitivities["beta"][0])
     solver.close()
     low, high = (points(beta=beta, mesh={"Np": 20})[0].dU for beta in (0.396, 0.404))
-    assert told == pytest.approx((high - low) / 0.008, rel=0.02)
+    assert derivative == pytest.approx((high - low) / 0.008, rel=0.02)
 
 
 def _solved(solver: Branch, place: Parameters) -> float:
@@ -279,13 +279,13 @@ def test_a_matrix_that_cannot_be_factored_ends_the_branch() -> None:
 def test_the_mesh_error_is_that_of_a_coarser_mesh() -> None:
     made = case(mesh={"Np": 20})
     solver = branch(made, mesh_error=True)
-    told = solver.at(solver.fine.parameters)
+    point = solver.at(solver.fine.parameters)
     solver.close()
     (finest,) = points(mesh={"Np": 40})
     (coarse,) = points(mesh={"Np": 14, "growth": 0.15 * 2**0.5, "max_size": 0.2 * 2**0.5})
-    assert told.mesh_errors is not None
-    assert told.mesh_errors[0] == pytest.approx(abs(told.dU - coarse.dU), rel=1e-6)
-    assert abs(told.dU - finest.dU) < told.mesh_errors[0]
+    assert point.mesh_errors is not None
+    assert point.mesh_errors[0] == pytest.approx(abs(point.dU - coarse.dU), rel=1e-6)
+    assert abs(point.dU - finest.dU) < point.mesh_errors[0]
 
 
 def test_a_problem_remembers_its_narrowest_distance() -> None:
