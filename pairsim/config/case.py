@@ -157,7 +157,7 @@ class SceneCase(_Options):
     Ca_e: Capillary | tuple[Capillary, ...] | None = Field(
         None, description="elastic capillary number eta_0 U_av/(D_c G_p); 0 is a rigid particle"
     )
-    name: str | None = Field(None, pattern=r"^\w[\w.+-]{0,99}$", description="name of the run's folder")
+    name: str | None = Field(None, pattern=r"^\w[\w.+-]{0,99}$", description="name of the folder for the results")
     particles: Whole = Field(2, ge=0, le=50, description="number of particles on the axis")
     xi: Number = Field(0.09, ge=0, le=1, description="solvent viscosity over eta_0 (De > 0)")
     liquid: Literal["newtonian", Name] | None = Field(
@@ -175,7 +175,7 @@ class SceneCase(_Options):
     length: Positive | Literal["auto"] | None = Field(
         None,
         description="tube length [D_c]; default: 50 times the largest beta, 10 without particles; auto (with developed "
-        "ends): the length at which the ends no longer affect dU",
+        "ends): long enough that the ends hardly affect dU",
     )
     ends: Literal["periodic", "developed"] = Field(
         "periodic", description="ends of the tube: periodic with imposed flow rate, or with the developed flow profile"

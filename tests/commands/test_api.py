@@ -1,4 +1,4 @@
-"""The Python interface, as somebody types it in a notebook."""
+"""The Python interface, as used in a notebook."""
 
 from __future__ import annotations
 
@@ -158,7 +158,7 @@ def test_a_failure_is_a_result_whose_check_raises_it() -> None:
 
 @pytest.mark.parametrize("seconds", [0.3, 0.5, 0.7, 0.9])
 def test_a_keyboard_interrupt_leaves_a_partial_result(seconds: float) -> None:
-    """Wherever it comes: in Python, or in a function that PETSc has called, where an exception would be lost."""
+    """At any time: in Python code, or in a callback of PETSc, where an exception would be lost."""
     threading.Timer(seconds, _thread.interrupt_main).start()
     result = pairsim.run(RUN, time={"end": 1000.0, "tol": 1e-6})
     assert result.status == "interrupted"

@@ -1,4 +1,4 @@
-"""The command line itself: version, examples in the help, and nothing heavy before it is needed."""
+"""The command line itself: version, examples in the help, and no import of large libraries before they are needed."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_help_shows_an_example(command: str) -> None:
 
 
 @pytest.mark.parametrize("command", ["run", "sweep", "study", "curve", "critical"])
-def test_help_tells_where_results_go(command: str) -> None:
+def test_help_names_the_default_folder(command: str) -> None:
     shown = CliRunner().invoke(app, [command, "--help"]).output
     assert "runs/<name>" in shown
 

@@ -1,4 +1,4 @@
-"""What a user gets wrong is told with its place, its value and what must be; exit code 2, no traceback."""
+"""Input errors name place, value and what is allowed, and end with exit code 2 without a traceback."""
 
 from __future__ import annotations
 

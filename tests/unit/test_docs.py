@@ -1,4 +1,4 @@
-"""What the documentation promises about itself: lines that wrap, and files and columns that it does not forget."""
+"""The documentation: line lengths, and completeness of the lists of files and columns."""
 
 from __future__ import annotations
 

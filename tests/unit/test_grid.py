@@ -1,4 +1,4 @@
-"""Grid files: what they expand to, what they refuse, and how cases are told apart."""
+"""Grid files: expansion into cases, input errors, and the identity of cases."""
 
 from __future__ import annotations
 
@@ -137,7 +137,7 @@ def test_folders_are_slug_and_hash(tmp_path: Path) -> None:
     "changes", ["{}", "{De: 1}", "{De: 1, liquid: fene-p, L2: 50}", "{ends: developed, length: auto}"]
 )
 def test_a_case_is_recognised_by_the_file_in_its_folder(changes: str, tmp_path: Path) -> None:
-    """case.yaml holds the resolved case, and resolving that once more changes nothing."""
+    """Resolving a resolved case, as in case.yaml, changes nothing."""
     (case,) = grid_of(tmp_path, f"cases: [{changes}]\n").cases
     command = COMMANDS["run"]
     assert case_key(command, command.check(case.checked.resolved, "again")) == case.key

@@ -1,4 +1,4 @@
-"""A fixed step is kept or ends the run; time steps that leave more than the accuracy asked for are reported."""
+"""A fixed step is kept or ends the run; time steps with an error above the requested accuracy give a warning."""
 
 from __future__ import annotations
 

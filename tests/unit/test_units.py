@@ -1,4 +1,4 @@
-"""Cases in units become the dimensionless numbers of their definitions; what is wrong with them is said."""
+"""The physical block: dimensionless numbers by their definitions, and input errors."""
 
 from __future__ import annotations
 
