@@ -1,4 +1,4 @@
-"""Commands that show results: plot."""
+"""Commands that show results: plot and report."""
 
 from __future__ import annotations
 
@@ -58,3 +58,17 @@ def plot(
     )
     for path in paths:
         typer.echo(str(path))
+
+
+@app.command(epilog="Examples: pairsim report runs/quickstart | pairsim report runs/sweep")
+def report(
+    directory: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of results.", show_default=False)],
+) -> None:
+    """Write DIR/report.html: the answer, pictures, a table that sorts and filters, failures, warnings and provenance.
+
+    One file that needs no network, to send around; of run, curve, critical, sweep or study, finished or not. It is
+    replaced where it exists.
+    """
+    from pairsim.api.report import report
+
+    typer.echo(str(report(directory)))

@@ -67,7 +67,6 @@ PRINT: Any = {
     "xtick.major.width": 0.6,
     "ytick.major.width": 0.6,
     "image.cmap": SEQUENTIAL,
-    "savefig.dpi": 300,
     "figure.dpi": 300,
     "pdf.fonttype": 42,  # TrueType: journals refuse the default, Type 3
     "svg.fonttype": "path",  # looks the same where the fonts are missing
@@ -88,10 +87,12 @@ class Page:
     Attributes:
         formats: Kinds of files.
         width: Width in mm.
+        dpi: Pixels by inch, of PNG and of what is made of pixels in PDF and SVG.
     """
 
     formats: tuple[Format, ...] = ("png",)
     width: float = 170.0
+    dpi: float = 300.0
 
     @staticmethod
     def parse(formats: str | Sequence[str] = "png", width: str | float = 170.0) -> Page:
@@ -159,7 +160,9 @@ class Page:
             path = folder / f"{stem}.{name}"
             part = part_of(path)
             try:
-                figure.savefig(part, format=name, metadata=None if name == "png" else {date_key(name): None})
+                figure.savefig(
+                    part, format=name, dpi=self.dpi, metadata=None if name == "png" else {date_key(name): None}
+                )
                 part.replace(path)
             except OSError as error:
                 raise InputError(str(path), "-o", None, f"cannot be written ({error.strerror or error})") from error

@@ -25,7 +25,7 @@ from pairsim.runtime.locks import LOCK
 
 FORMAT = 1
 """Format number of a folder of results, in run.json. Earlier folders without the number have the same tables."""
-SERIES, CHECKPOINT = "series.csv", "checkpoint.npz"
+SERIES, CHECKPOINT, REPORT = "series.csv", "checkpoint.npz", "report.html"
 PICTURES = ("series", "curve", "critical", "fields", "perturbation", "runs", "curves")
 FIELD_NAMES = (*("velocity", "streamlines", "tr_c", "N1", "tau_zz", "tau_zz_extra", "pressure", "pressure_extra"),)
 PICTURE_ENDINGS = ("png", "pdf", "svg", "gif", "mp4")
@@ -40,7 +40,7 @@ OWN_FILES = (
     "curve.csv",
     "equilibria.csv",
     "critical.csv",
-    "report.html",
+    REPORT,
     *(f"{stem}.{end}" for stem in (*PICTURES, *(f"field-{n}" for n in FIELD_NAMES)) for end in PICTURE_ENDINGS),
 )
 """All files that pairsim writes into a folder of results; `--overwrite` removes only these."""

@@ -114,10 +114,14 @@ def _read(directory: Path, group: str | None, panels: str | None) -> _Sweep:
     Encoding.of([case["parameters"] for case in cases], varying, group, panels)  # refuses keys that do not vary
     numeric = [name for name in varying if all(is_number(case["parameters"].get(name)) for case in cases)]
     numeric = [name for name in numeric if len({case["parameters"][name] for case in cases}) > 1]
-    quantity = next(
+    return _Sweep(directory, content["command"], cases, varying, numeric, quantity_of(cases), group, panels)
+
+
+def quantity_of(cases: list[dict[str, Any]]) -> str:
+    """The column of results.csv that tells best what cases do."""
+    return next(
         (name for name in QUANTITIES if any({name, f"{name}_peak"} & set(case["values"]) for case in cases)), "dU"
     )
-    return _Sweep(directory, content["command"], cases, varying, numeric, quantity, group, panels)
 
 
 def _draw_lines(sweep: _Sweep, out: Path, page: Page) -> list[Path]:

@@ -196,14 +196,14 @@ def test_failures_stay_alone_and_are_repeated_only_when_asked(tmp_path: Path, pa
     assert all(reason in shown for reason in ("max_steps", "wall_time"))
     assert repeated(tmp_path) == [1, 1, 1]
     assert repeated(tmp_path, only_failed=True) == [1, 2, 2]
-    told = json.loads((tmp_path / "out" / "sweep.json").read_text())
-    first = told["cases"][0]  # one that was stopped at its first attempt has not failed
+    content = json.loads((tmp_path / "out" / "sweep.json").read_text())
+    first = content["cases"][0]  # one that was stopped at its first attempt has not failed
     first["status"] = "pending"
     (tmp_path / "out" / first["folder"] / "run.json").write_text('{"status": "interrupted"}')
-    (failed,) = (case for case in told["cases"] if case["reason"] == "max_steps")
+    (failed,) = (case for case in content["cases"] if case["reason"] == "max_steps")
     failed["status"], failed["again"] = "running", True  # killed while it repeats one of them: it goes on with that
     (tmp_path / "out" / failed["folder"] / "run.json").unlink()
-    (tmp_path / "out" / "sweep.json").write_text(json.dumps(told))
+    (tmp_path / "out" / "sweep.json").write_text(json.dumps(content))
     assert repeated(tmp_path, only_failed=True) == [1, 3, 3]
 
 
@@ -305,9 +305,9 @@ def test_shards_share_a_folder_and_a_last_command_makes_one_table(swept: Path, t
     assert [job.wait(timeout=200) for job in jobs] == [0, 0]
     assert [len(table(tmp_path / "out", f"results-{i}-of-2.csv")) for i in (1, 2)] == [1, 1]
     assert "2 finished" in CliRunner().invoke(app, ["status", str(tmp_path / "out")]).output
-    before = told(tmp_path / "out")
+    before = run_records(tmp_path / "out")
     assert swept_into(tmp_path / "grid.yaml", folder=tmp_path / "out").status == "finished"
-    assert told(tmp_path / "out") == before
+    assert run_records(tmp_path / "out") == before
     alone = {row["folder"]: row for row in table(swept / "out")}
     assert [row.items() <= alone[row["folder"]].items() for row in table(tmp_path / "out")] == [True, True]
 
@@ -363,8 +363,8 @@ def test_pictures_of_critical_distances_show_the_zeros(tmp_path: Path) -> None:
         }
 
     cases = [case(0.1, 0.25, [0.18], [False]), case(0.02, 0.25, "[0.25]", "[false]"), case(0.1, 0.0, [], [])]
-    told = {"name": "zeros", "command": "critical", "varying": ["Ca_e", "De"], "updated": 0, "cases": cases}
-    (tmp_path / "sweep.json").write_text(json.dumps(told))
+    content = {"name": "zeros", "command": "critical", "varying": ["Ca_e", "De"], "updated": 0, "cases": cases}
+    (tmp_path / "sweep.json").write_text(json.dumps(content))
     assert [path.name for path in plot_sweep(tmp_path)] == ["sweep_zeros.png", "sweep_map.png"]
     (tmp_path / "sweep.json").write_text(json.dumps(content | {"varying": ["Ca_e"], "cases": cases[2:]}))
     with pytest.raises(InputError, match="no zero of dU"):

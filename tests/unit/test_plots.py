@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 from matplotlib import image
 from PIL import Image
-from support.field_samples import scene
+from support.field_samples import PAIR, scene
 from support.pictures import colours, drawn_figures, overlapping
+from support.result_folders import make_curve, make_run
 
 from pairsim.api.pictures import plot
 from pairsim.physics.conformation import polymer_stress, trace_of
@@ -20,30 +20,9 @@ from pairsim.plots.field_values import FIELDS
 from pairsim.plots.lines import Line
 from pairsim.plots.meridional_section import outlines, tessellate
 from pairsim.plots.overlay import varying_keys
-from pairsim.plots.style import GREY, MM, PRINT, Page
-from pairsim.results.columns import named_row, series_columns
-from pairsim.results.output import FIELD_NAMES, SeriesWriter
-from pairsim.results.xdmf import FieldFrame, FieldsWriter
+from pairsim.plots.style import GREY, MM, Page
+from pairsim.results.output import FIELD_NAMES
 from pairsim.runtime.errors import InputError
-
-PAIR = [(-0.3, 0.22, 0.19), (0.3, 0.21, 0.2)]
-
-
-def make_run(folder: Path, n: int, frames: list[FieldFrame], rows: int = 12) -> Path:
-    folder.mkdir()
-    case = {"name": "sample", "particles": n, "beta": 0.4, "De": 0, "Ca_e": [0.1] * n, "d0": 0.1}
-    (folder / "case.yaml").write_text(yaml.safe_dump(case))
-    with SeriesWriter(folder / "series.csv", [*series_columns(n), "dt"]) as series:
-        for t in np.linspace(0.1, 1, rows):
-            gaps, order = np.full(max(n - 1, 0), 0.1 + 0.1 * t), np.arange(n)
-            U = 1.5 + 0.01 * order * t
-            row = named_row(t, gaps, U, np.diff(U), 0.01 * t * (order + 1), 640.0, 2.0)
-            series.row(row | {"dt": 0.1})
-    writer = FieldsWriter(folder)
-    for frame in frames:
-        writer.write(frame)
-    return folder
-
 
 CASES = {
     "pipe": (0, [scene(0.5, [])]),
@@ -113,20 +92,6 @@ def test_tessellation_follows_the_curves_and_keeps_quadratic_values(kind: int) -
     a, b, c = (surface.points[surface.triangles[:, i]] for i in range(3))
     (x, y), (u, v) = (b - a).T, (c - a).T
     assert np.abs(x * v - y * u).sum() / 2 == pytest.approx(np.pi * 0.22 * 0.19 / 2, rel=2e-3)
-
-
-def make_curve(folder: Path, Ca_e: float, De: float = 0.5, errors: tuple[str, ...] = ("mesh_error",)) -> Path:
-    folder.mkdir(parents=True)
-    d = np.array([0.05, 0.1, 0.2, 0.4, 0.6])
-    table = {"d": d, "dU": Ca_e * np.log(d / 0.2), "slope": Ca_e / d, "D_L": d / 9, "D_T": -d / 9}
-    table |= {name: np.full(5, 1e-3 * (i + 1)) for i, name in enumerate(errors)}
-    rows = [",".join(map(repr, map(float, row))) for row in np.column_stack(list(table.values()))]
-    (folder / "curve.csv").write_text("\n".join([",".join(table), *rows, ""]))
-    (folder / "equilibria.csv").write_text("d,stable,slope,peak\n0.2,false,0.5,1\n")
-    case = {"beta": 0.4, "De": De, "Ca_e": Ca_e, "particles": 2, "d": d.tolist()}
-    case |= {"liquid": "giesekus", "xi": 0.09, "alpha": 0.2} if De else {}
-    (folder / "case.yaml").write_text(yaml.safe_dump(case | {"mesh": {"Np": 8 if De else 10}}))
-    return folder
 
 
 def test_twelve_curves_of_two_parameters_are_told_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -201,7 +166,7 @@ def test_files_are_fit_for_print(tmp_path: Path) -> None:
     files = plot(folder, out=tmp_path / "a", formats="svg,pdf, png", width="85mm")
     assert [file.name for file in files] == ["curve.png", "curve.pdf", "curve.svg"]
     with Image.open(files[0]) as picture:
-        assert abs(picture.width - 85 * MM * PRINT["savefig.dpi"]) <= 1
+        assert abs(picture.width - 85 * MM * Page().dpi) <= 1
     assert b"/TrueType" in files[1].read_bytes() or b"/CIDFontType2" in files[1].read_bytes()
     assert b"/Type3" not in files[1].read_bytes()
     again = plot(folder, out=tmp_path / "b", formats=["png", "pdf", "svg"], width=85)
