@@ -1,4 +1,4 @@
-"""Fixtures and hooks of the tests; what they share otherwise is in `support`."""
+"""Fixtures and hooks of the tests; shared functions are in `support`."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def pairsim(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> Pairsim:
 
 @pytest.fixture
 def pairsim_apart(tmp_path: Path) -> Pairsim:
-    """Runs the command in an empty folder, in a process of its own: for what is about processes."""
+    """Runs the command in an empty folder, in its own process, for tests about processes."""
 
     def run(*arguments: str, timeout: float = 600) -> Done:
         return apart(tmp_path, *arguments, timeout=timeout)

@@ -1,8 +1,10 @@
-"""Commands for one case; everything heavy is imported inside them: --help and input errors are immediate."""
+"""Commands for one case.
+
+Large libraries are imported inside the commands, so that --help and input errors are printed at once.
+"""
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
@@ -39,7 +41,9 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def _common(
-    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print it.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
 ) -> None:
     pass
 
@@ -58,7 +62,7 @@ def run(
         Path | None,
         typer.Option(
             metavar="DIR",
-            help="Go on with the run in this folder from its checkpoint. "
+            help="Continue the run in this folder from its checkpoint. "
             "A case file or --set may change name, time.end, limits and output.",
             show_default=False,
         ),
@@ -68,9 +72,14 @@ def run(
     quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
-    """Run one case in time: series.csv, fields.xdmf, case.yaml, run.json and checkpoint.npz.
+    """Compute one case in time.
 
-    Exit code 0: finished (also at contact and max_gap); 2: bad input; 3: a typed failure; 130: interrupted.
+    Writes series.csv, fields.xdmf, case.yaml, run.json and checkpoint.npz.
+    Lengths are in tube diameters D_c, velocities in the mean velocity U_av, times
+    in D_c/U_av.
+
+    Exit codes: 0 finished (also at contact or max_gap), 2 wrong input, 3
+    computation failed, 130 interrupted.
     """
     from pairsim.config.case_file import load_case
     from pairsim.config.cost import run_estimate
@@ -78,10 +87,10 @@ def run(
 
     if resume is not None and (overwrite or output is not None):
         option = "--overwrite" if overwrite else "-o"
-        raise InputError("pairsim run", option, None, "does not go with --resume, which names the folder")
+        raise InputError("pairsim run", option, None, "must be left out with --resume, which gives the folder")
     if case is None:
         if resume is None:
-            raise typer.BadParameter("missing; give a case file, or --resume DIR", param_hint="CASE")
+            raise typer.BadParameter("must be given, or else --resume DIR", param_hint="CASE")
         case = resume / "case.yaml"
     checked = load_case(case, tuple(set_ or ()))
     directory = resume or output or default_folder("run", checked)
@@ -111,16 +120,21 @@ def curve(
     output: Output = None,
     overwrite: Overwrite = False,
     sensitivities: Annotated[
-        bool, typer.Option("--sensitivities", help="Add the derivatives of dU by Ca_e, De and beta at the same d.")
+        bool,
+        typer.Option("--sensitivities", help="Add the derivatives of dU with respect to Ca_e, De and beta at fixed d."),
     ] = False,
     dry_run: DryRun = False,
     progress: Progress = "auto",
     quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
-    """Solve the quasi-steady master curve dU(d) and its zeros: curve.csv, equilibria.csv, curve.png, run.json.
+    """Compute the quasi-steady master curve dU(d) and its zeros.
 
-    The case file has d (a list, or {start, stop, num, spacing}) in place of d0. Exit codes as those of run.
+    The case file has d (distances in tube diameters D_c: a list, or {start, stop,
+    num, spacing}) in place of d0. Writes curve.csv (dU in U_av), equilibria.csv,
+    curve.png, case.yaml and run.json.
+
+    Exit codes: 0 finished, 2 wrong input, 3 computation failed, 130 interrupted.
     """
     from pairsim.config.case_file import load_curve
     from pairsim.config.cost import curve_estimate
@@ -158,10 +172,14 @@ def critical(
     quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
-    """Find the distances at which a pair neither separates nor collides, and follow them: critical.csv, critical.png.
+    """Find the distances at which dU = 0, and follow them over a parameter.
 
-    The case file has along: {Ca_e: ...} or {De: ...} (values, or {start, stop, num, spacing}), perhaps lines: with the
-    other of the two, and d: \\[least, most], the distances that are looked at. Exit codes as those of run.
+    The case file has along: {Ca_e: ...} or {De: ...} with values or {start, stop,
+    num, spacing}, optionally lines: with values of the other parameter, and d:
+    \\[least, largest], the range of distances in tube diameters D_c. Writes
+    critical.csv, critical.png, case.yaml and run.json.
+
+    Exit codes: 0 finished, 2 wrong input, 3 computation failed, 130 interrupted.
     """
     from pairsim.config.case_file import load_critical
     from pairsim.config.cost import critical_estimate
@@ -180,7 +198,7 @@ def critical(
 
 
 def _end(result: Result, directory: Path, shown: Style, plot: bool) -> NoReturn:
-    """Draw, give the folder (stdout) and the answer in words (stderr), and exit with the code of the outcome."""
+    """Draw, give the folder (stdout) and what to do next (stderr), and exit with the code of the outcome."""
     from pairsim.drivers.outcome import EXIT_CODES
     from pairsim.results.answer import advice
 
@@ -190,25 +208,26 @@ def _end(result: Result, directory: Path, shown: Style, plot: bool) -> NoReturn:
             if plot:
                 result.plot(directory)
             typer.echo(str(directory))
-        if shown == "json":
-            content = {"event": "answer", "status": result.status, "reason": result.reason, "folder": str(directory)}
-            typer.echo(json.dumps({**content, "text": result.answer, "warnings": result.warnings}), err=True)
-        elif shown != "none":
-            typer.echo(f"{result.answer}\n{advice(result.kind, result.status, directory)}", err=True)
-        elif code:
+        if shown == "none" and code:
             typer.echo(result.message, err=True)
+        elif shown not in ("none", "json"):
+            typer.echo(advice(result.kind, result.status, directory), err=True)
     raise typer.Exit(code)
 
 
 @app.command(epilog="Example: pairsim mesh configs/quickstart.yaml -o meshes/pair.msh --png meshes/pair.png")
 def mesh(
     case: CaseFile,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Mesh file for gmsh and meshio.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Mesh file: .msh (gmsh), .vtu or .xdmf.")],
     png: Annotated[Path | None, typer.Option("--png", help="Picture of the mesh around the particles.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")] = False,
     set_: Settings = None,
 ) -> None:
-    """Make the reference mesh of a case and write it."""
+    """Write the mesh with which a run of a case begins.
+
+    Lengths are in tube diameters D_c. Prints the numbers of cells, nodes and
+    arcs.
+    """
     from pairsim.config.case_file import load_case
 
     checked = load_case(case, tuple(set_ or ()))
@@ -225,7 +244,7 @@ def mesh(
 
 
 def main() -> NoReturn:
-    """Entry point: errors that pairsim means become one message and an exit code, never a traceback."""
+    """Entry point: every `PairsimError` is printed as one message, without a traceback, and sets the exit code."""
     try:
         app(standalone_mode=True)
     except InputError as error:
@@ -245,7 +264,7 @@ def main() -> NoReturn:
 
 
 def _complain(error: Exception) -> None:
-    """One message on stderr, by the first process only."""
+    """Print an error to stderr, on the first process only."""
     if rank() == 0:
         lines = str(error).splitlines()
         if isinstance(error, InputError) and len(error.mistakes) > 1:

@@ -128,7 +128,7 @@ class Limits(_Options):
 
 
 class OutputOptions(_Options):
-    """When files are written. Steps land on `times` and `every`; the first and last step's are always there."""
+    """When files are written. Steps land on `times` and `every`; the first and the last step are always written."""
 
     times: tuple[Positive, ...] = Field((), description="times at which fields are written to fields.xdmf [D_c/U_av]")
     every: Positive | None = Field(None, description="interval between fields in fields.xdmf [D_c/U_av]")
@@ -136,7 +136,7 @@ class OutputOptions(_Options):
         20,
         ge=0,
         le=MOST_OUTPUTS,
-        description="about how many times fields.xdmf has, at steps as they come, where times and every are unset",
+        description="approximate number of times in fields.xdmf, at steps as they come; if times and every are unset",
     )
     fields: bool = Field(True, strict=True, description="whether fields.xdmf is written")
     checkpoint: Number = Field(
@@ -157,7 +157,7 @@ class SceneCase(_Options):
     Ca_e: Capillary | tuple[Capillary, ...] | None = Field(
         None, description="elastic capillary number eta_0 U_av/(D_c G_p); 0 is a rigid particle"
     )
-    name: str | None = Field(None, pattern=r"^\w[\w.+-]{0,99}$", description="name of the run's folder")
+    name: str | None = Field(None, pattern=r"^\w[\w.+-]{0,99}$", description="name of the folder for the results")
     particles: Whole = Field(2, ge=0, le=50, description="number of particles on the axis")
     xi: Number = Field(0.09, ge=0, le=1, description="solvent viscosity over eta_0 (De > 0)")
     liquid: Literal["newtonian", Name] | None = Field(
@@ -175,7 +175,7 @@ class SceneCase(_Options):
     length: Positive | Literal["auto"] | None = Field(
         None,
         description="tube length [D_c]; default: 50 times the largest beta, 10 without particles; auto (with developed "
-        "ends): the length at which the ends no longer affect dU",
+        "ends): long enough that the ends hardly affect dU",
     )
     ends: Literal["periodic", "developed"] = Field(
         "periodic", description="ends of the tube: periodic with imposed flow rate, or with the developed flow profile"
@@ -339,7 +339,7 @@ class Case(SceneCase):
                 if (value := getattr(self.limits, name)) != Limits.model_fields[name].default
             }
             given = {"d0": self.d0, **limits}
-            why = "one particle has no distance" if self.n else "there are no particles"
+            why = "there is only one particle" if self.n else "there are no particles"
             idle |= {key: why for key, value in given.items() if value is not None}
         return idle
 

@@ -36,5 +36,5 @@ def write_example(kind: str, name: str, directory: Path) -> Path:
     except FileExistsError:
         raise InputError(str(path), "NAME", None, "must be another name: the file exists") from None
     except OSError as error:
-        raise InputError(str(path), "NAME", None, f"cannot be written ({error.strerror})") from None
+        raise InputError(str(path), "NAME", None, f"must be a writable file ({error.strerror})") from None
     return path

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import time
+from collections.abc import Sequence
 from typing import Any, Literal, get_args
 
 from rich.console import Console, Group
@@ -43,6 +44,9 @@ class Reporter:
     def finish(self, text: str) -> None:
         """End with a line."""
 
+    def answer(self, text: str, status: str, warnings: Sequence[str]) -> None:
+        """Show the answer, which has the warnings in its text."""
+
 
 class LineReporter(Reporter):
     """A line now and then on stderr, for logs: percent done, the state of the solution, seconds, and those left."""
@@ -72,6 +76,9 @@ class LineReporter(Reporter):
     def _say(self, text: str) -> None:
         print(text, file=sys.stderr, flush=True)
 
+    def answer(self, text: str, status: str, warnings: Sequence[str]) -> None:
+        self._say(text)
+
 
 class JsonReporter(Reporter):
     """A JSON object a line on stderr, for programs: `event` is start, progress, note or finish."""
@@ -93,6 +100,9 @@ class JsonReporter(Reporter):
     def _say(self, event: str, **more: Any) -> None:
         content = {"event": event, "title": self._title, "seconds": round(time.monotonic() - self._begin, 3), **more}
         print(json.dumps(content), file=sys.stderr, flush=True)
+
+    def answer(self, text: str, status: str, warnings: Sequence[str]) -> None:
+        self._say("answer", status=status, text=text, warnings=list(warnings))
 
 
 class BarReporter(Reporter):
@@ -128,6 +138,9 @@ class BarReporter(Reporter):
     def finish(self, text: str) -> None:
         self._live.stop()
         Console(stderr=True).print(f"{self._title}: {text}", highlight=False, markup=False)
+
+    def answer(self, text: str, status: str, warnings: Sequence[str]) -> None:
+        Console(stderr=True).print(text, highlight=False, markup=False)
 
 
 def style_of(progress: bool | Style) -> Style:

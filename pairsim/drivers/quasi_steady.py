@@ -1,4 +1,4 @@
-"""What curve and critical share: the row of a quasi-steady solution, the costs of a branch, the end of run.json."""
+"""Shared by curve and critical: rows of quasi-steady solutions, cost of a branch, and the final run.json."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from pairsim.drivers.warnings import coarse_mesh, near_ends, unresolved_stress
 from pairsim.results.columns import CURVE_HEALTH, POLYMER_HEALTH, gap_endings, named_row, particle_endings
 from pairsim.solvers.branch import Branch, Point
 
-INTERRUPTED = "stopped by a signal; what was written so far stands"
+INTERRUPTED = "stopped by a signal; the results written so far are kept"
 
 
 def health_columns(case: SceneCase) -> tuple[str, ...]:
-    """The columns of a table of quasi-steady solutions that say how sound they are."""
+    """Diagnostic columns in a table of quasi-steady solutions."""
     return CURVE_HEALTH + (POLYMER_HEALTH if case.polymer else ())
 
 
 def point_row(point: Point) -> dict[str, float]:
-    """Everything known of a quasi-steady solution, under the names of its columns."""
+    """All values of a quasi-steady solution by the names of their columns."""
     o = point.observation
     row = named_row(0.0, point.gaps, o.U, o.dU, o.D, o.dp, o.dp_plus)
     gaps = gap_endings(o.d.size + 1)
@@ -43,7 +43,7 @@ def point_row(point: Point) -> dict[str, float]:
 
 
 def costs(branch: Branch | None) -> tuple[dict[str, Any], dict[str, float]]:
-    """What a branch has cost: counts, and seconds by phase."""
+    """Cost of a branch: counts, and the wall time of each phase [s]."""
     if branch is None:
         return {}, {}
     counts = {
@@ -72,15 +72,15 @@ def conclude(
 
     Args:
         case: The case.
-        session: Of the command.
-        outcome: How its work ended.
-        branch: What it solved with, None if it did not come so far.
-        points: What it solved.
-        warnings: What there is to say besides.
-        summary: Entries of run.json besides.
+        session: The open session of the command.
+        outcome: How the computation ended.
+        branch: The solvers, None if they were not created.
+        points: The points solved.
+        warnings: Further warnings.
+        summary: Further entries of run.json.
 
     Returns:
-        The outcome, on the first process that of a failure where run.json cannot be written.
+        The outcome; on the first process a failure if run.json cannot be written.
     """
     counts, phases = costs(branch)
     seen = [c.s_jump for p in points if (c := p.observation.conformation) is not None]

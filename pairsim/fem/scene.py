@@ -327,7 +327,7 @@ class Scene:
         if largest < polymer.L2:
             return ""
         z, r = self.comm.bcast(self.positions(x)[top].tolist())
-        return f"tr c = {largest:.4g} at z = {z:.3f}, r = {r:.3f} is past L2 = {polymer.L2:g}"
+        return f"tr c = {largest:.4g} at z = {z:.3f}, r = {r:.3f} exceeds L2 = {polymer.L2:g}"
 
     def pressure_drop(self, x: Array) -> float:
         """Pressure drop dp over the length of the tube [eta_0 U_av/D_c]."""

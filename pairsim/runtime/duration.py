@@ -1,8 +1,8 @@
-"""Seconds in words."""
+"""Formatting of durations."""
 
 
 def duration(seconds: float) -> str:
-    """Seconds in words: 42 s, 3 min 20 s, 2 h 05 min."""
+    """Format a duration in seconds as text: 42 s, 3 min 20 s, 2 h 05 min."""
     whole = round(seconds)
     if whole < 60:
         return f"{whole} s"

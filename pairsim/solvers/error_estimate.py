@@ -18,7 +18,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.solvers.steady import Steady
 
 # The half-width to quote is this times the estimate and what two estimates differ by: it covers 32 of the 33 errors
-# that scripts/error_bars has judged so far (docs/error-estimate.md).
+# that scripts/error_bars has judged so far (docs/explanation/error-estimate.md).
 SAFETY = 2.0
 
 

@@ -1,4 +1,4 @@
-"""The picture of a study: error against wall time, with the discretisations that no other beats."""
+"""Plot a study: error against wall time, with the Pareto front."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
         with (directory / TABLE).open(encoding="utf-8", newline="") as file:
             table = list(csv.DictReader(file))
     except OSError as error:
-        raise InputError(str(directory), "", None, f"is not the folder of a study ({error})") from error
+        raise InputError(str(directory), "", None, f"must be the folder of a study ({error})") from error
     settings = list(table[0])[: list(table[0]).index("status")]
     points = [row for row in table if float(row.get("error") or 0) > 0 and row.get("wall_time")]
     if not points:
@@ -45,7 +45,7 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
     time_settings = [name for name in settings if name == "command" or name.startswith("time.")]
     series: dict[str, list[dict[str, Any]]] = {}
     for row in points:
-        series.setdefault(_words(row, time_settings), []).append(row)
+        series.setdefault(_label(row, time_settings), []).append(row)
     others = [name for name in settings if name not in time_settings]
     handles: list[Any] = []
     for i, (label, rows) in enumerate(series.items()):
@@ -57,7 +57,7 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
         }
         handles += axes.plot(x, y, label=label or "as in the file", markersize=4.5, **look)
         for row, place in zip(rows, zip(x, y, strict=True), strict=True):
-            axes.annotate(_words(row, others), place, (4, 3), textcoords="offset points", fontsize=SMALL, color="0.25")
+            axes.annotate(_label(row, others), place, (4, 3), textcoords="offset points", fontsize=SMALL, color="0.25")
     front = sorted((float(row["wall_time"]), float(row["error"])) for row in points if row["pareto"] == "true")
     if front:  # a row without any error beats all, and has no place on a logarithmic axis
         label = "cheapest for its error"
@@ -80,6 +80,6 @@ def _shared(directory: Path) -> list[str]:
     return case_parts(read_case(found[0])) if found else []
 
 
-def _words(row: dict[str, Any], keys: list[str]) -> str:
-    """Settings in short: Np 20, tol 0.0003."""
+def _label(row: dict[str, Any], keys: list[str]) -> str:
+    """Label of some settings, such as Np 20, tol 0.0003."""
     return ", ".join(f"{key.rpartition('.')[2]} {row[key]}" for key in keys if row[key])

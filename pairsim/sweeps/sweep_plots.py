@@ -199,7 +199,8 @@ def _draw_parameters(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
 
 
 def _zeros(case: dict[str, Any]) -> list[tuple[float, bool]]:
-    zeros, stable = (json.loads(case["values"].get(kind) or "[]") for kind in ("zeros", "stable"))
+    found = (case["values"].get(kind) or [] for kind in ("zeros", "stable"))
+    zeros, stable = (json.loads(each) if isinstance(each, str) else each for each in found)  # text in early versions
     return list(zip(zeros, stable, strict=True))
 
 

@@ -105,7 +105,7 @@ def test_missing_file_is_named(pairsim: Pairsim) -> None:
     assert "Traceback" not in result.stderr
 
 
-@pytest.mark.parametrize("ranks", [0, 2])
+@pytest.mark.parametrize("ranks", [0, pytest.param(2, marks=pytest.mark.slow)])
 def test_existing_folder_is_left_alone(ranks: int, tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(GOOD)
     out = tmp_path / "out"

@@ -1,4 +1,4 @@
-"""What a user gets wrong is told with its place, its value and what must be; exit code 2, no traceback."""
+"""Input errors name place, value and what is allowed, and end with exit code 2 without a traceback."""
 
 from __future__ import annotations
 
@@ -144,23 +144,27 @@ MISTAKES = {
     "no such file": line("run nowhere.yaml", "nowhere.yaml: no such file"),
     "folder for a file": line("run folder", "folder: must be a file"),
     "folder in use": line("run case.yaml -o full", "full: -o: ", "--overwrite"),
-    "contradicting options": line("run case.yaml --resume full --overwrite", "--overwrite: does not go with --resume"),
+    "contradicting options": line(
+        "run case.yaml --resume full --overwrite", "--overwrite: must be left out with --resume"
+    ),
     "mesh of another format": line("mesh case.yaml -o mesh.stl", "mesh.stl: -o: got '.stl'; must be a name ending in"),
     "picture of nothing": line("plot nowhere", "nowhere: no such folder"),
-    "picture of a file": line("plot case.yaml", "case.yaml: is a file; must be a folder of results"),
-    "picture of an empty folder": line("plot folder", "folder: is an empty folder"),
-    "picture of something else": line("plot full", "full: holds no results of pairsim"),
-    "picture of the folder above": line("plot .", "holds no results of pairsim", "folders in it do: ran"),
-    "colours of a run": line("plot ran --group Ca_e", "--group: got 'Ca_e'; must be left out", "ran holds a run"),
+    "picture of a file": line("plot case.yaml", "case.yaml: must be a folder of results"),
+    "picture of an empty folder": line("plot folder", "folder: must be a folder of results, but is empty"),
+    "picture of something else": line("plot full", "full: must be a folder of results, but has none"),
+    "picture of the folder above": line("plot .", "must be a folder of results", "results in its folders ran"),
+    "colours of a run": line(
+        "plot ran --group Ca_e", "--group: got 'Ca_e'; must be left out", "ran is a folder of `pairsim run`"
+    ),
     "status of nothing": line("status nowhere", "nowhere: no such folder"),
-    "status of something else": line("status full", "full: holds no results of pairsim"),
+    "status of something else": line("status full", "full: must be a folder of results, but has none"),
     "case into a missing folder": line(
         "units --tube 50um --particle 20um --viscosity 1Pa.s --flow 1ul/min -o nowhere/case.yaml",
-        "nowhere/case.yaml: -o: cannot be written (No such file or directory)",
+        "nowhere/case.yaml: -o: must be a writable file (No such file or directory)",
     ),
-    "travel time of a run": line("travel ran --from 0.1 --to 0.2", "ran: holds a run; must be the folder of a curve"),
+    "travel time of a run": line("travel ran --from 0.1 --to 0.2", "ran: must be a folder of `pairsim curve`, not"),
     "name with a folder": line("init ../x", "NAME: got '../x'; must be a name of letters"),
-    "setting without a case": line("schema run --set De=1", "--set: must go with --case"),
+    "setting without a case": line("schema run --set De=1", "--set: must be used with --case"),
     "unknown time": line("sweep grid.yaml --walltime soon", "--walltime: got 'soon'; must be seconds, H:MM"),
     "unknown shard": line("sweep grid.yaml --shard 3/2", "--shard: got '3/2'; must be part/parts"),
 }

@@ -1,4 +1,4 @@
-"""What a picture shows."""
+"""Check pictures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ways that have no end are given up, and told; scenes without cells, so that only the continuation is tested."""
+"""A continuation that does not reach its end fails; scenes without a mesh test the continuation alone."""
 
 from __future__ import annotations
 

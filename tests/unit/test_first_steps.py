@@ -1,4 +1,4 @@
-"""What a new user meets first: an example of every kind, its keys, completion, and what a case will cost."""
+"""First steps: example files, their keys, completion, and the estimated cost of a case."""
 
 from __future__ import annotations
 
@@ -128,8 +128,8 @@ def test_shell_completion_offers_commands_options_and_choices(line: str, offered
 def test_dry_run_tells_the_cost_and_writes_nothing(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     config = CONFIGS / ("quickstart.yaml" if kind == "run" else f"{kind}.yaml")
-    told = say(kind, str(config), "--dry-run")
-    assert re.search(r"^runs/\S+: about [\d,]+ unknowns, .+ on one core, \d+ MB$", told, re.MULTILINE)
+    printed = say(kind, str(config), "--dry-run")
+    assert re.search(r"^runs/\S+: about [\d,]+ unknowns, .+ on one core, \d+ MB$", printed, re.MULTILINE)
     assert list(tmp_path.iterdir()) == []
 
 

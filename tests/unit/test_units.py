@@ -1,4 +1,4 @@
-"""Cases in units become the dimensionless numbers of their definitions; what is wrong with them is said."""
+"""The physical block: dimensionless numbers by their definitions, and input errors."""
 
 from __future__ import annotations
 
@@ -203,14 +203,14 @@ def test_examples_of_the_page_are_those_worked_by_hand(i: int, tmp_path: Path) -
 UNITS = ["units", "--tube", "50um", "--particle", "20um", "--viscosity", "1Pa.s"]
 
 
-def test_units_names_the_defaults_that_it_took() -> None:
+def test_units_prints_the_defaults_used() -> None:
     shown = CliRunner().invoke(app, [*UNITS, "--flow", "1ul/min"]).output
-    taken = re.findall("default taken: (.*)", shown)
+    taken = re.findall("default used: (.*)", shown)
     words = ("liquid is Newtonian", "particles are rigid", "d0 = 0.1", "end time: 2", "density: 1000 kg/m^3")
     assert all(word in default for word, default in zip(words, taken, strict=True))
     given = ["--relaxation", "2ms", "--modulus", "5kPa", "--distance", "5um", "--end", "1s", "--density", "1g/ml"]
     shown = CliRunner().invoke(app, [*UNITS, "--flow", "1ul/min", *given, "--solvent", "0.1Pa.s"]).output
-    assert re.findall("default taken: (.*)", shown) == ["liquid: giesekus with alpha = 0.2"]
+    assert re.findall("default used: (.*)", shown) == ["liquid: giesekus with alpha = 0.2"]
 
 
 @pytest.mark.parametrize(

@@ -92,6 +92,7 @@ def test_periodic_and_developed_ends_give_the_same_curve() -> None:
     assert cut["dU"].item() == pytest.approx(long["dU"].item(), rel=5e-3)
 
 
+@pytest.mark.slow
 def test_the_drift_is_what_the_transient_has_more(monkeypatch: pytest.MonkeyPatch) -> None:
     """Once shapes have relaxed, dU(t) is the quasi-steady dU at the same d and its drift, to second order."""
     monkeypatch.setattr("pairsim.solvers.steady.LEAST_STEADY", 0.3)  # both on the mesh that was made for .1
@@ -244,6 +245,7 @@ def test_pseudo_time_reaches_the_steady_solution(viscoelastic: Branch) -> None:
     scene.recall(before)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("Ca_e", "d"), [(0.02, 0.0474), (0.1, 0.0554)])
 def test_small_spheres_have_a_stable_distance(Ca_e: float, d: float) -> None:
     """Closer they separate, farther apart they attract; distances: N_p 40, docs/notebook/quasi-steady.md."""

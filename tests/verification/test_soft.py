@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,7 @@ def run(**keys: Any) -> pd.DataFrame:
     return pairsim.run({**PAIR, **keys}).check().table
 
 
+@cache
 def slope(beta: float, d: float, Np: int = 40) -> float:
     """dU/Ca_e at Ca_e 1e-3, when the stresses have developed and d has not moved."""
     Ca = 1e-3
@@ -136,6 +138,7 @@ def test_fixed_steps_leave_an_error_of_second_order_by_the_first_one() -> None:
     assert np.log2(m_2 / m_3) > 2.8
 
 
+@pytest.mark.slow
 def test_default_steps_keep_one_percent_of_small_particles() -> None:
     """The tolerance is one of velocities, and dU is small at beta .2: 1e-3 would leave 1.2 % of its peak."""
     times = [0.1, 0.5, 1.0, 1.5]

@@ -104,7 +104,7 @@ def test_start_up_on_the_mesh_follows_the_exact_one() -> None:
         assert found[t][0] == pytest.approx(gradient, rel=3e-3)
 
 
-@pytest.mark.parametrize("De", STEADY)
+@pytest.mark.parametrize("De", [pytest.param(0.5, marks=pytest.mark.slow), 1.0])
 def test_steady_flow_on_a_fine_mesh_is_exact(De: float) -> None:
     found = pipe_in_two_dimensions(GIESEKUS[De], [20 * De], max_size=0.05)[20 * De]
     assert found[0] == pytest.approx(STEADY[De][0], rel=1e-4)
@@ -196,7 +196,7 @@ def test_parabolas_are_carried_exactly_to_other_points() -> None:
 
 def pair_until(end: float, De: float) -> pd.DataFrame:
     """The series of a soft pair, in a Giesekus liquid where De is above 0."""
-    mesh = {"Np": 12, "max_size": 0.2, "rows": 0}
+    mesh = {"Np": 8, "max_size": 0.2, "rows": 0}
     case = {"beta": 0.4, "De": De, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": 4.0, "mesh": mesh}
     return pairsim.run(case, time={"end": end}, output={"fields": False}).check().table
 
@@ -262,7 +262,7 @@ def test_a_viscoelastic_run_goes_on_after_a_remeshing_as_on_the_old_mesh() -> No
 
 
 def test_solution_past_the_pole_of_fene_p_is_none() -> None:
-    """Past L2 the spring of FENE-P pushes, and Newton's method is as happy there as anywhere."""
+    """Past L2 the spring of FENE-P pushes, and Newton's method converges there as well."""
     liquid = Polymer("fene-p", 0.09, L2=10.0, De=1.0)
     settings = MeshSettings(Np=8)
     problem = soft_pair(0.4, 0.1, 0.0, polymer=liquid, length=3.0, periodic=False, mesh=settings)
@@ -273,6 +273,6 @@ def test_solution_past_the_pole_of_fene_p_is_none() -> None:
         y = np.zeros(transient.constraints.size)
         assert newton.overstretched(y) == ""
         y[transient.constraints.fields["s"]] = 1.0
-        assert re.fullmatch(r"tr c = .+ at z = .+, r = .+ is past L2 = 10", newton.overstretched(y))
+        assert re.fullmatch(r"tr c = .+ at z = .+, r = .+ exceeds L2 = 10", newton.overstretched(y))
     finally:
         transient.close()
