@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import errno
 import json
 import re
@@ -19,6 +18,7 @@ from support.commands import Pairsim, interrupted
 from support.inputs import ROOT
 
 import pairsim
+from pairsim import open as open_folder
 from pairsim.api.results import Result
 from pairsim.config.case_file import load_critical, load_curve
 from pairsim.drivers.curve import WarmStart, run_curve
@@ -59,12 +59,12 @@ def test_critical_distances_follow_the_zero_of_the_curve(tmp_path: Path) -> None
     """At De .5, beta .4 there is an unstable distance, smaller for larger Ca_e; it is the zero of a curve there."""
     mesh = {"Np": 8, "max_size": 0.1}  # 0.1 is that of `accuracy: 5%`: no warning of it
     pair = {"beta": 0.4, "De": 0.5, "Ca_e": 0.1, "ends": "developed", "length": 4.2, "mesh": mesh, "mesh_error": False}
-    critical = pairsim.critical(pair, along={"Ca_e": [0.05, 0.1]}, d=[0.2, 0.35], folder=tmp_path / "out").check()
+    critical = pairsim.critical(pair, along={"Ca_e": [0.05, 0.1]}, d=[0.22, 0.28], folder=tmp_path / "out").check()
     rows = critical.table[critical.table["kind"] == "wanted"]
     assert rows["Ca_e"].tolist() == pytest.approx([0.05, 0.1])
     assert rows["stable"].tolist() == [False, False]
     assert rows["d_cr"].iloc[1] < rows["d_cr"].iloc[0]
-    zeros = pairsim.curve(pair, d={"start": 0.2, "stop": 0.35, "num": 3}, tol=1e-3).check().zeros
+    zeros = pairsim.curve(pair, d={"start": 0.22, "stop": 0.28, "num": 3}, tol=1e-3).check().zeros
     assert zeros["d"].tolist() == pytest.approx([rows["d_cr"].iloc[1]], abs=1e-4)
     assert zeros["stable"].tolist() == [False]
     assert critical.ends[0]["reason"] == "range"
@@ -77,7 +77,7 @@ def test_critical_distances_follow_the_zero_of_the_curve(tmp_path: Path) -> None
 def test_critical_follows_lines_over_De_with_their_errors() -> None:
     """Two lines over De: the softer pair has the smaller distance, as in Fig. 11."""
     pair = {"beta": 0.4, "De": 0.5, "Ca_e": 0.1, "ends": "developed", "length": 3, "mesh": {"Np": 8, "max_size": 0.15}}
-    found = pairsim.critical(pair, along={"De": [0.4, 0.5]}, lines={"Ca_e": [0.02, 0.05]}, d=[0.2, 0.35]).check().table
+    found = pairsim.critical(pair, along={"De": [0.4, 0.5]}, lines={"Ca_e": [0.02, 0.05]}, d=[0.24, 0.27]).check().table
     rows = found[found["kind"] == "wanted"]
     assert sorted(zip(rows["Ca_e"], rows["De"], strict=True)) == [(c, d) for c in (0.02, 0.05) for d in (0.4, 0.5)]
     by_place = rows.set_index(["Ca_e", "De"])["d_cr"]
@@ -194,21 +194,24 @@ def test_bad_case_is_refused(name: str, tmp_path: Path) -> None:
     assert allowed in str(caught.value)
 
 
+@pytest.fixture(scope="module")
+def alone() -> pairsim.CurveResult:
+    """A curve on one process, with a zero and a point that is added."""
+    return pairsim.curve(GIESEKUS, De=0.3, Ca_e=0.1, d=[0.3, 0.1], fields=[], max_points=3, tol=1e-3).check()
+
+
 @pytest.mark.slow
-def test_ranks_give_the_same_curve(tmp_path: Path, pairsim: Pairsim) -> None:
-    (tmp_path / "case.yaml").write_text(CURVE + "mesh_error: false\nmax_points: 3\ntol: 1e-3\n")
-    settings = ["--set", "De=0.3", "--set", "mesh={Np: 8, max_size: 0.15}", "--set", "length=3"]
-    for ranks in (1, 2):
-        done = pairsim("curve", "case.yaml", "-o", f"n{ranks}", *settings, ranks=ranks)
-        assert done.returncode == 0, done.stderr
-    one, two = (read_series(tmp_path / f"n{ranks}" / "curve.csv") for ranks in (1, 2))
-    assert one["d"] == pytest.approx(two["d"])
-    assert len(one["d"]) == 3
-    zeros = [csv.DictReader((tmp_path / f"n{ranks}" / "equilibria.csv").open()) for ranks in (1, 2)]
-    (here,), (there,) = ([float(row["d"]) for row in rows] for rows in zeros)
-    assert here == pytest.approx(there, abs=1e-8)
+def test_ranks_give_the_same_curve(alone: pairsim.CurveResult, tmp_path: Path, pairsim: Pairsim) -> None:
+    (tmp_path / "case.yaml").write_text(yaml.safe_dump(alone.case.model_dump(mode="json", exclude_unset=True)))
+    done = pairsim("curve", "case.yaml", "-o", "out", ranks=2)
+    assert done.returncode == 0, done.stderr
+    together = open_folder(tmp_path / "out")
+    assert together.table["d"].to_numpy() == pytest.approx(alone.table["d"].to_numpy())
+    assert len(together.table) == 3
+    assert len(together.zeros) == 1
+    assert together.zeros["d"].to_numpy() == pytest.approx(alone.zeros["d"].to_numpy(), abs=1e-8)
     for name in ("U_L", "dU", "D_L", "D_T", "dp_plus", "drift", "slope", "c_max"):
-        assert one[name] == pytest.approx(two[name], abs=1e-8), name
+        assert together.table[name].to_numpy() == pytest.approx(alone.table[name].to_numpy(), abs=1e-8), name
 
 
 @pytest.mark.slow

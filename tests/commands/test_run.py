@@ -141,7 +141,7 @@ def alone() -> pd.DataFrame:
 @pytest.mark.slow
 def test_ranks_give_the_same_series(alone: pd.DataFrame, tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(yaml.safe_dump(SHORT))
-    done = pairsim("run", "case.yaml", "-o", "out", ranks=3)  # tests of resumed runs and of curves have two and one
+    done = pairsim("run", "case.yaml", "-o", "out", ranks=3)  # tests of resumed runs and of curves have two
     assert done.returncode == 0, done.stderr
     together = read_series(tmp_path / "out" / "series.csv")
     assert len(together["t"]) > 5

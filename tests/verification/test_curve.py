@@ -280,7 +280,7 @@ def test_a_bad_mesh_at_one_place_does_not_excuse_the_others() -> None:
 @pytest.mark.slow
 def test_the_softest_shapes_end_and_the_place_is_told() -> None:
     """Beyond a Ca_e near .16 two spheres of beta .4 at d .1 find no steady shape; the mesh tells where rims buckle."""
-    solver = branch(case(mesh={"Np": 16}))
+    solver = branch(case())
     with pytest.raises(NoSteadyState) as caught:
         follow(solver.fine, replace(solver.fine.parameters, Ca_es=(0.25, 0.25)))
     solver.close()

@@ -106,7 +106,7 @@ def test_volumes_stay() -> None:
     assert series["volume_error"].max() < 1e-6
 
 
-@pytest.mark.parametrize(("Np", "end", "jump"), [(20, 1.6, 1e-2), pytest.param(40, 5.0, 2e-3, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("Np", "end", "jump"), [(20, 1.6, 1e-2), pytest.param(40, 5.0, 2e-3, marks=pytest.mark.long)])
 def test_remeshing_leaves_no_jump(Np: int, end: float, jump: float) -> None:
     """dU on the new mesh continues the parabola through the three steps before it."""
     series = run(Ca_e=0.15, mesh={"Np": Np}, time={"end": end, "max_step": 0.3})
