@@ -66,7 +66,7 @@ def soft(**changes: Any) -> Case:
 
 def run(case: Case, folder: Path, reporter: Reporter | None = None, *, resume: bool = False) -> Outcome:
     show = reporter or Reporter()
-    options = Options(MPI.COMM_WORLD, overwrite=False, reporter=show, command="pairsim run")
+    options = Options(MPI.COMM_WORLD, overwrite=False, reporter=show, command="pairsim run", signals=True)
     return run_case(case, folder, options, resume=resume)
 
 
@@ -228,7 +228,7 @@ def short(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ({"De": 1}, "De", ("1", "0")),
         ({"mesh": {"Np": 10, "max_size": 0.15}}, "mesh.Np", ("10", "8")),
         ({"time": {"end": 0.02, "first_step": 0.001, "tol": 1e-3}}, "time.tol", ("0.001", "0.0003")),
-        ({"alpha": 0.1}, "alpha", ("0.1", "nothing")),
+        ({"alpha": 0.1}, "alpha", ("0.1", "must be left out")),
     ],
 )
 def test_another_problem_is_refused_by_its_key(
