@@ -14,7 +14,7 @@ from pairsim.config.physical import BLOCK
 
 Groups = dict[str, type[BaseModel]]
 LIST = "a list of which each is "
-CLOSE = 0.7  # difflib's ratio from which a key is taken for a misspelling of another
+CLOSE = 0.65  # difflib's ratio from which a key is taken for a misspelling of another
 
 
 def groups_of(model: type[BaseModel]) -> Groups:
