@@ -11,7 +11,15 @@ from support.commands import Pairsim
 
 import pairsim
 
-PAIR = {"beta": 0.4, "De": 1, "Ca_e": [0.1, 0], "d0": 0.1, "ends": "developed", "length": 4.9, "mesh": {"Np": 10}}
+PAIR = {
+    "beta": 0.4,
+    "De": 1,
+    "Ca_e": [0.1, 0],
+    "d0": 0.1,
+    "ends": "developed",
+    "length": 4.9,
+    "mesh": {"Np": 8, "max_size": 0.15},
+}
 PAIR |= {"time": {"end": 0.09}}
 
 
