@@ -13,13 +13,8 @@ from pairsim.config.mistakes import UNKNOWN, Mistake, missing
 from pairsim.config.physical import BLOCK
 
 Groups = dict[str, type[BaseModel]]
-<<<<<<< HEAD
 LIST = "a list, each entry "
-CLOSE = 0.7  # least similarity (difflib) at which a key counts as a misspelling of another
-=======
-LIST = "a list of which each is "
-CLOSE = 0.65  # difflib's ratio from which a key is taken for a misspelling of another
->>>>>>> h13/suite
+CLOSE = 0.65  # least similarity (difflib) at which a key counts as a misspelling of another
 
 
 def groups_of(model: type[BaseModel]) -> Groups:
