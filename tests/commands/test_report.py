@@ -42,7 +42,7 @@ def a_sweep(folder: Path) -> Path:
     cases = []
     for i, Ca_e in enumerate((0.02, 0.05, 0.1)):
         a_curve(folder / f"c{i}", warnings=["coarse"])
-        zeros = {"zeros": "[0.2]", "stable": "[false]", "dU_peak": 0.1 * Ca_e, "points": 5}
+        zeros = {"zeros": [0.2], "stable": [False], "dU_peak": 0.1 * Ca_e, "points": 5}
         ended = {"status": "finished", "reason": "end", "message": "5 points"}
         ended = ended if i else {"status": "failed", "reason": "newton", "message": "no <steady> state"}
         parameters = {"Ca_e": Ca_e, "De": 0.5}
@@ -135,7 +135,7 @@ def test_command_says_where_the_file_is_and_what_a_wrong_folder_is(tmp_path: Pat
     done = pairsim("report", "nowhere")
     assert (done.returncode, done.stderr.strip()) == (2, "pairsim: nowhere: no such folder")
     (tmp_path / "empty").mkdir()
-    with pytest.raises(InputError, match="empty folder"):
+    with pytest.raises(InputError, match="is empty"):
         report(tmp_path / "empty")
 
 
