@@ -124,13 +124,11 @@ def frame(step: Moment, origin: Array, flow: PipeState) -> FieldFrame:
         data["displacement"] = np.vstack(displacement)
     if soft:
         data["tau_s"] = np.vstack(stress)
+    here, rest = points[0], start - len(nodes)
+    data["pressure_extra"] = np.concatenate([p[0] + flow.gradient * here[:, 0], np.zeros(rest)])
     if scene.polymer is not None:
-        here = points[0]
         tau = polymer_stress(scene.polymer, exponential(liquid.nodal("s", step.x)))
         alone = polymer_stress(scene.polymer, across(flow.r, flow.c, here[:, 1]))
-        extra = p[0] + flow.gradient * here[:, 0]
-        rest = start - len(nodes)
         data["tau_p"] = np.vstack([tau, np.zeros((rest, 4))])
         data["tau_p_zz_extra"] = np.concatenate([(tau - alone)[:, 0], np.zeros(rest)])
-        data["pressure_extra"] = np.concatenate([extra, np.zeros(rest)])
     return FieldFrame(step.t, step.mesh_id, np.vstack(points), np.vstack(cells), np.concatenate(region), data)

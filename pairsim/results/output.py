@@ -27,7 +27,7 @@ FORMAT = 1
 """Format number of a folder of results, in run.json. Earlier folders without the number have the same tables."""
 SERIES, CHECKPOINT, REPORT = "series.csv", "checkpoint.npz", "report.html"
 PICTURES = ("series", "curve", "critical", "fields", "perturbation", "runs", "curves")
-FIELD_NAMES = (*("velocity", "streamlines", "tr_c", "N1", "tau_zz", "tau_zz_extra", "pressure", "pressure_extra"),)
+FIELD_NAMES = ("velocity", "streamlines", "tr_c", "N1", "tau_zz", "tau_zz_extra", "pressure", "pressure_extra")
 PICTURE_ENDINGS = ("png", "pdf", "svg", "gif", "mp4")
 OWN_FILES = (
     "case.yaml",

@@ -106,6 +106,13 @@ def test_solid_stress_is_that_of_the_shape(soft_run: Path) -> None:
     assert np.all(frame.point_data["tau_s"][liquid] == 0)
 
 
+def test_pressure_less_that_without_particles_drops_by_dp_plus(soft_run: Path) -> None:
+    frame, series = read_frame(soft_run), read_series(soft_run / "series.csv")
+    z, extra = frame.points[:, 0], frame.point_data["pressure_extra"]
+    ends = [extra[np.abs(z - end) < 1e-9].mean() for end in (z.min(), z.max())]
+    assert ends[0] - ends[1] == pytest.approx(series["dp_plus"][-1], rel=1e-4)
+
+
 def test_frames_are_written_at_steps_as_they_come(tmp_path: Path, pairsim: Pairsim) -> None:
     """About as many as asked for, spread over the run, without a step that is there for them."""
     (tmp_path / "case.yaml").write_text(SOFT.replace("Np: 12", "Np: 8").replace("times: [0.02, 0.05]", "frames: 6"))
