@@ -5,8 +5,8 @@
     result = pairsim.run({"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}, time={"end": 1})
     result.table.plot("t", "dU")
 
-`load` checks a case; `run`, `curve`, `critical` and `sweep` compute; `open` reads a folder of results. They are
-imported when first used: `import pairsim` alone loads nothing.
+`load` checks a case; `run`, `curve`, `critical` and `sweep` compute; `open` reads a folder of results, `plot` draws it,
+`report` puts it into one HTML file. They are imported when first used: `import pairsim` alone loads nothing.
 """
 
 import os
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from pairsim.api.cases import load as load
     from pairsim.api.compute import critical, curve, run
     from pairsim.api.folders import open_folder as open
+    from pairsim.api.pictures import plot
+    from pairsim.api.report import report
     from pairsim.api.results import CriticalResult, CurveResult, Result, RunResult
     from pairsim.api.sweeps import SweepResult, sweep
 
@@ -36,6 +38,8 @@ _MODULES = {
     "critical": "compute",
     "sweep": "sweeps",
     "open": "folders",
+    "plot": "pictures",
+    "report": "report",
     "Result": "results",
     "RunResult": "results",
     "CurveResult": "results",
@@ -58,6 +62,8 @@ __all__ = [
     "errors",
     "load",
     "open",
+    "plot",
+    "report",
     "run",
     "sweep",
 ]

@@ -1,11 +1,11 @@
-"""Speed against error: the tables and the picture of docs/notebook/accuracy.md.
+"""Measures wall time against error: the tables and the figure of docs/notebook/accuracy.md.
 
 usage: scripts/accuracy [-o runs/accuracy] [--only WORD] [--hard DIR] [--peers CSV] [--table]
 
-Runs every study of configs/accuracy, one process at a time since times are wanted (some two hours), a stretch of the
-paper's discretisation (fixed steps of 7.5e-4 on 1e4 triangles) by Newton's method with a new matrix in every iteration,
-and factorisations of growing size. The same command goes on after any kind of end; with --table it computes nothing.
---hard and --peers name the results of scripts/hard and scripts/peers, which are put in.
+Runs every study of configs/accuracy in one process after the other, so that wall times are comparable (about two
+hours); some steps of the discretisation of the paper (fixed steps of 7.5e-4 on 1e4 triangles) with a new matrix in
+every Newton iteration; and factorisations of increasing size. After an interruption the same command continues. With
+--table nothing is computed. --hard and --peers insert the results of scripts/hard and scripts/peers into the page.
 """
 
 from __future__ import annotations
@@ -29,23 +29,23 @@ from pairsim.config.accuracy import SETTINGS
 from pairsim.results.output import write_text
 from pairsim.runtime.child_process import module_command
 
-# Steps of a stretch by plain Newton, and how many of them count.
+# Steps with a new matrix in every iteration, and how many of them, the last ones, are evaluated; chosen.
 PLAIN_STEPS, PLAIN_COUNTED = 20, 5
 
-# Cells of the default mesh times these: a factor of 16 and more in unknowns.
+# Factors of the default cell sizes; chosen such that the number of unknowns varies by a factor of 16 or more.
 GROWTH = (2.2, 1.5, 1.0, 0.67, 0.45)
 
 
 def python(*words: str) -> int:
-    """Run a module of this Python."""
+    """Run a module with this Python interpreter; returns the exit code."""
     return subprocess.run(module_command(*words), check=False).returncode
 
 
 def compute(output: Path, only: str) -> None:
-    """Run what has not been run."""
+    """Run the studies and measurements that have no results yet."""
     for study in sorted(STUDIES.glob("*.yaml")):
         if only in study.stem and python("pairsim", "study", str(study), "-o", str(output / study.stem)) not in (0, 3):
-            sys.exit(f"{study} did not end well")
+            sys.exit(f"{study} failed; its messages are above")
     for scene in SCENES:
         if only in f"plain-{scene}" and not (output / f"plain-{scene}.json").is_file():
             write_text(output / f"plain-{scene}.json", json.dumps(plain(STUDIES / f"run-{scene}.yaml")))
@@ -54,7 +54,7 @@ def compute(output: Path, only: str) -> None:
 
 
 def plain(study: Path) -> list[float]:
-    """Seconds per iteration with a new matrix in each, in PLAIN_COUNTED steps of the paper's discretisation."""
+    """Wall time per Newton iteration with a new matrix [s], in PLAIN_COUNTED steps of the paper's discretisation."""
     from mpi4py import MPI
 
     import pairsim.runtime.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
@@ -63,11 +63,11 @@ def plain(study: Path) -> list[float]:
     from pairsim.drivers.problems import problem_of
     from pairsim.solvers.transient import Transient
 
-    told = read_yaml(study)
-    case = told["base"]
-    published = next(row for row in told["discretisations"] if "time.fixed_step" in row)
-    end = PLAIN_STEPS * published["time.fixed_step"]
-    settings = published | {"time.end": end}
+    content = read_yaml(study)
+    case = content["base"]
+    paper = next(row for row in content["discretisations"] if "time.fixed_step" in row)
+    end = PLAIN_STEPS * paper["time.fixed_step"]
+    settings = paper | {"time.end": end}
     apply_settings(case, tuple(f"{key}={value!r}" for key, value in settings.items() if key != "repeat"))
     seconds, begin = [], time.perf_counter()
     transient = Transient(MPI.COMM_WORLD, every_matrix(problem_of(case_from_dict(case, study.stem))))
@@ -80,7 +80,7 @@ def plain(study: Path) -> list[float]:
 
 
 def growth() -> dict[str, dict[str, Any]]:
-    """Cost of the parts of a Newton iteration against the number of unknowns, the cells all scaled alike."""
+    """Cost of the parts of a Newton iteration against the number of unknowns, with all cell sizes scaled equally."""
     from mpi4py import MPI
 
     import pairsim.runtime.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
@@ -128,15 +128,15 @@ def growth() -> dict[str, dict[str, Any]]:
 
 
 def main() -> int:
-    """Compute, then write the page."""
+    """Compute, and write the page."""
     with_one_thread()
     form = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(prog="accuracy", description=__doc__, formatter_class=form)
     parser.add_argument("-o", "--output", type=Path, default=Path("runs/accuracy"))
-    parser.add_argument("--only", default="", metavar="WORD", help="studies whose name contains it; writes no page")
-    parser.add_argument("--hard", type=Path, help="folder of scripts/hard")
-    parser.add_argument("--peers", type=Path, help="table of a script of scripts/peers")
-    parser.add_argument("--table", action="store_true", help="write the page from what there is, compute nothing")
+    parser.add_argument("--only", default="", metavar="WORD", help="only studies whose name contains WORD; no page")
+    parser.add_argument("--hard", type=Path, help="output folder of scripts/hard")
+    parser.add_argument("--peers", type=Path, help="table written by a script in scripts/peers")
+    parser.add_argument("--table", action="store_true", help="write the page from existing results without computing")
     arguments = parser.parse_args()
     arguments.output.mkdir(parents=True, exist_ok=True)
     if not arguments.table:

@@ -1,4 +1,4 @@
-"""The tables and the picture of docs/notebook/accuracy.md, made of what `scripts/accuracy` has computed."""
+"""Tables and figure of docs/notebook/accuracy.md, from the results of `scripts/accuracy`."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ Rows = list[dict[str, str]]
 
 
 def rows_of(study: Path) -> Rows:
-    """The table of a study, empty where there is none."""
+    """Rows of study.csv of a study, empty if the file does not exist."""
     if not (study / "study.csv").is_file():
         return []
     with (study / "study.csv").open(newline="") as file:
@@ -43,27 +43,27 @@ def rows_of(study: Path) -> Rows:
 
 
 def number(row: dict[str, str], key: str) -> float:
-    """A cell, NaN where it is empty."""
+    """Numerical value of a cell, NaN if it is empty."""
     return float(row.get(key) or "nan")
 
 
 def table(head: list[str], rows: list[list[str]]) -> str:
-    """A table in Markdown."""
+    """Format a table in Markdown."""
     return "\n".join("| " + " | ".join(row) + " |" for row in [head, ["---"] * len(head), *rows]) + "\n"
 
 
 def short(value: float) -> str:
-    """Two digits, or all before the point."""
+    """Format a number with two significant digits, or as an integer from 100 on."""
     return f"{value:.0f}" if value >= 100 else f"{value:.2g}"
 
 
 def percent(value: float) -> str:
-    """A part of one in %."""
+    """Format a fraction in percent; empty for NaN."""
     return "" if math.isnan(value) else f"{100 * value:.2g}"
 
 
 def curves(output: Path) -> str:
-    """Errors of all master curves on all meshes."""
+    """Table of the errors of all master curves on all meshes."""
     parts = []
     for elastic in (False, True):
         found = {s: rows_of(output / s.stem) for s in sorted(STUDIES.glob("curve-*.yaml"))}
@@ -77,8 +77,8 @@ def curves(output: Path) -> str:
             errors = {key(row): number(row, "relative_error") for row in rows if row["reference"] == "false"}
             name = f"beta {place['beta']}, De {place['De']}, Ca_e {place['Ca_e']}"
             exact = next((key(row) for row in rows if row["reference"] == "true"), None)
-            told = ["reference" if mesh == exact else percent(errors.get(mesh, math.nan)) for mesh in meshes[:-1]]
-            lines.append([name, *told])
+            cells = ["reference" if mesh == exact else percent(errors.get(mesh, math.nan)) for mesh in meshes[:-1]]
+            lines.append([name, *cells])
         ended = [row for rows in found.values() for row in rows if row.get("wall_time")]
         same = [[row for row in ended if key(row) == mesh] for mesh in meshes[:-1]]
         repeated = any(number(row, "wall_time_spread") > 0 for row in ended)
@@ -94,29 +94,29 @@ def curves(output: Path) -> str:
 
 
 def base(study: Path) -> dict[str, float]:
-    """What all discretisations of a study share."""
+    """Keys that all discretisations of a study have in common."""
     return dict(yaml.safe_load(study.read_text())["base"])
 
 
 def points() -> str:
-    """How many points the curves have."""
+    """Number of points of the curves, as text."""
     counts = {len(yaml.safe_load(study.read_text())["at"]) for study in STUDIES.glob("curve-*.yaml")}
     return " or ".join(map(str, sorted(counts)))
 
 
 def key(row: dict[str, str]) -> tuple[str, str]:
-    """The mesh of a row."""
+    """Keys that identify the mesh of a row."""
     return row["mesh.Np"], row["mesh.max_size"]
 
 
 def size(cells: Cells) -> str:
-    """Np, max_size and rows."""
+    """Np, max_size and rows of a mesh, as text."""
     bound = f" (no more than {cells.per_beta:g} beta)" if cells.per_beta < math.inf else ""
     return f"{cells.Np}, {cells.max_size:g}{bound}, {cells.rows:g}"
 
 
 def settings(output: Path) -> str:
-    """What the accuracies stand for and the largest error that was seen with them."""
+    """Table of the settings of each value of `accuracy`, with the largest error that was measured."""
     lines = []
     for name, chosen in SETTINGS.items():
         line = [f"`{name}`"]
@@ -133,8 +133,8 @@ def settings(output: Path) -> str:
                 (number(row, "relative_error") for row in rows if row["reference"] == "false"), default=math.nan
             )
             seconds = statistics.mean(number(row, "wall_time") for row in rows) if rows else math.nan
-            told = f"{percent(worst) if worst == worst else 'the reference itself'} ({seconds:.0f} s)" if rows else ""
-            line += [size(cells), told]
+            measured = "the reference itself" if math.isnan(worst) else percent(worst)
+            line += [size(cells), f"{measured} ({seconds:.0f} s)" if rows else ""]
         lines.append([*line, size(chosen.hardening), f"{chosen.time_tol:g}", f"{chosen.curve_tol:g}"])
     head = ["accuracy"]
     for liquid in ("Newtonian", "viscoelastic"):
@@ -147,7 +147,7 @@ def settings(output: Path) -> str:
 
 
 def scenes(output: Path) -> str:
-    """Error against time: the picture, and how many times cheaper than the discretisation of the paper."""
+    """Figure of error against wall time, and table of the cost relative to the discretisation of the paper."""
     known = [
         scene
         for scene in SCENES
@@ -170,7 +170,7 @@ def scenes(output: Path) -> str:
         whole = statistics.median(plain) * number(published, "steps"), seconds
         own = [r for r in runs if r is not published and r.get("error") and number(r, "error") > 0]
         steady = [row for row in steady if row.get("error") and number(row, "error") > 0]
-        # One scale for both: the largest |dU| of the transient, of which dU at d_0 may be a small part.
+        # Both errors are relative to the largest |dU| of the transient, since dU at d_0 may be much smaller.
         largest = number(own[0], "error") / number(own[0], "relative_error")
         for row in own + steady:
             row["part"] = repr(number(row, "error") / largest)
@@ -211,20 +211,20 @@ def scenes(output: Path) -> str:
 
 
 def beside(rows: Rows, error: float, whole: tuple[float, float]) -> str:
-    """The cheapest row whose error is no larger, or the best one where all are; what part of both ways it takes."""
+    """Fastest row whose error is at most `error`, or else the most accurate row, with its cost relative to `whole`."""
     good = [row for row in rows if number(row, "part") <= error]
     if good:
         chosen = min(good, key=lambda row: number(row, "wall_time"))
     else:
         chosen = min(rows, key=lambda row: number(row, "part"))
     s, spread = number(chosen, "wall_time"), number(chosen, "wall_time_spread")
-    told = f"{s:.3g} s" + (f" (spread {short(spread)})" if spread > 0 else "")
+    wall = f"{s:.3g} s" + (f" (spread {short(spread)})" if spread > 0 else "")
     parts = ", ".join(f"1/{seconds / s:.0f}" for seconds in whole)
-    return f"{told} at {percent(number(chosen, 'part'))} %: {parts}"
+    return f"{wall} at {percent(number(chosen, 'part'))} %: {parts}"
 
 
 def profile(output: Path) -> str:
-    """Where the time of runs and curves at default settings goes."""
+    """Table of the wall time of runs and curves with default settings by phase of the computation."""
     phases = ("mesh", "jit", "symbolic", "assembly", "factorisation", "solve", "other")
     lines = []
     for study, title, count in (
@@ -249,7 +249,7 @@ def profile(output: Path) -> str:
 
 
 def growth_table(output: Path) -> str:
-    """Cost against unknowns."""
+    """Tables of the cost of an iteration against the number of unknowns."""
     if not (output / "growth.json").is_file():
         return ""
     parts = []
@@ -289,7 +289,7 @@ def growth_table(output: Path) -> str:
 
 
 def peers(path: Path | None, output: Path) -> str | None:
-    """The Newtonian pair in pyoomph and here: seconds and errors of the point and of the transient to t = 1."""
+    """Table of the Newtonian pair in pyoomph and in pairsim: times and errors of a point and a transient to t = 1."""
     own = {kind: rows_of(output / f"{kind}-newtonian") for kind in ("point", "run")}
     if path is None or not all(own.values()):
         return None
@@ -315,7 +315,7 @@ def peers(path: Path | None, output: Path) -> str | None:
 
 
 def medians(rows: Rows) -> Rows:
-    """Of rows that tell of the same, from repeated runs of a script, one with the median of their seconds."""
+    """One row for each group of repeated runs, with the median and the spread of their wall times."""
     same: dict[tuple[str, ...], Rows] = {}
     for row in rows:
         same.setdefault((row["cells"], row["tol"], row["t"]), []).append(row)
@@ -327,16 +327,16 @@ def medians(rows: Rows) -> Rows:
 
 
 def peer_cells(row: dict[str, str] | None, seconds: str, exact: float) -> list[str]:
-    """Unknowns, seconds and error of dU in %."""
+    """Cells with the number of unknowns, the wall time [s] and the error of dU [%]."""
     if row is None:
         return ["", "", ""]
     spread = number(row, f"{seconds}_spread")
-    told = short(number(row, seconds)) + (f" ({spread:.1g})" if spread > 0 else "")
-    return [row["unknowns"], told, percent(abs(number(row, "dU") / exact - 1))]
+    wall = short(number(row, seconds)) + (f" ({spread:.1g})" if spread > 0 else "")
+    return [row["unknowns"], wall, percent(abs(number(row, "dU") / exact - 1))]
 
 
 def put(page: str, name: str, content: str | None) -> str:
-    """Replace what stands between the marks of a table; nothing is done without content."""
+    """Replace the text between the marks of a table in the page; without content the page is unchanged."""
     if not content:
         return page
     marks = f"<!-- {name} -->", f"<!-- end of {name} -->"
@@ -344,25 +344,25 @@ def put(page: str, name: str, content: str | None) -> str:
 
 
 def days(output: Path) -> str:
-    """When the studies were computed."""
+    """Dates on which the studies were computed, as text."""
     seen = {datetime.date.fromtimestamp(path.stat().st_mtime) for path in output.glob("*/study.csv")}
     return " to ".join(dict.fromkeys(str(day) for day in (min(seen), max(seen)))) if seen else "never"
 
 
 def machine() -> str:
-    """The processor."""
+    """Processor model and number of cores, as text."""
     info = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").is_file() else ""
     model = re.search(r"model name\s*:\s*(.*)", info)
     return f"{model[1] if model else platform.processor()}, {os.cpu_count()} cores"
 
 
 def write_page(output: Path, peers_table: Path | None, hard: Path | None) -> None:
-    """Put every table that there is something for into the page.
+    """Insert the tables for which there are results into the page.
 
     Args:
-        output: Folder of `scripts/accuracy`.
-        peers_table: Table of a script of scripts/peers.
-        hard: Folder of scripts/hard.
+        output: Output folder of scripts/accuracy.
+        peers_table: Table written by a script in scripts/peers, None without one.
+        hard: Output folder of scripts/hard, None without one.
     """
     page = PAGE.read_text()
     for name, content in {

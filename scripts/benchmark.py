@@ -1,15 +1,13 @@
-"""The figures of docs/notebook: newtonian.md, viscoelastic.md and quasi-steady.md, and what made runs faster.
+"""Benchmarks of docs/notebook: newtonian.md, viscoelastic.md, quasi-steady.md, and the gain of each optimisation.
 
-Without arguments it makes fig6.
+usage: scripts/benchmark [fig6] [fig3] [ends] [curve] [drift] [savings]     (default: fig6)
 
-usage: scripts/benchmark [fig6] [fig3] [ends] [curve] [drift] [savings]
-
-fig6   beta .4, d_0 .1, Ca_e 0 to .15 as in Fig. 6 of the paper; draws docs/notebook/fig6.png
-fig3   beta .4, d_0 .1, Ca_e .1, De 1 on four meshes and with four tolerances as in Fig. 3; draws docs/notebook/fig3.png
-ends   that pair with the default cells, developed ends beside periodic ones
-curve  20 quasi-steady points, Newtonian and De 1, in units of one factorisation with its assembly; a first point
-drift  quasi-steady dU and its drift against transients in nineteen cases
-savings what saves time in a transient, each switched off in turn, Newtonian and De 1
+fig6     beta 0.4, d_0 0.1, Ca_e 0 to 0.15 as in Fig. 6 of the paper; writes docs/notebook/fig6.png
+fig3     beta 0.4, d_0 0.1, Ca_e 0.1, De 1 as in Fig. 3, on four meshes, with four tolerances; writes fig3.png there
+ends     the pair of fig3 on the default mesh with developed and with periodic ends
+curve    cost of a first point and of 20 quasi-steady points, in factorisations with assembly, Newtonian and De 1
+drift    quasi-steady dU and its drift compared with transients in nineteen cases
+savings  time of a transient with each optimisation switched off in turn, Newtonian and De 1
 """
 
 from __future__ import annotations
@@ -45,19 +43,22 @@ PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}
 
 
 def as_it_is(problem: Problem) -> Problem:
-    """The problem with the options of every run."""
+    """The problem with its default options."""
     return problem
 
 
 def march(
     times: list[float], adapt: Callable[[Problem], Problem] = as_it_is, **changes: object
 ) -> tuple[list[Step], Transient, float]:
-    """Steps of the pair up to the last time, the transient, and seconds with all set-up.
+    """Integrate the pair in time.
 
     Args:
-        times: Times to land on.
-        adapt: Other options of the solver.
+        times: Times at which a step must end, ascending.
+        adapt: Function that changes the options of the solver.
         changes: Keys of the case.
+
+    Returns:
+        The steps, the transient, and the wall time including the setup [s].
     """
     begin = time.perf_counter()
     problem = adapt(problem_of(case_from_dict({**PAIR, **changes}, "benchmark")))
@@ -102,31 +103,31 @@ def fig6() -> None:
 
 
 def extremum(t: np.ndarray, values: np.ndarray) -> float:
-    """Time of the first least value, from a parabola through three rows."""
+    """Time of the minimum before t = 0.3, from a parabola through three steps."""
     k = int(np.argmin(values[t < 0.3]))
     a, b, _ = np.polyfit(t[k - 1 : k + 2], values[k - 1 : k + 2], 2)
     return float(-b / (2 * a))
 
 
 VISCOELASTIC: dict[str, Any] = {"De": 1.0, "ends": "developed", "length": "auto"}
-# The mesh that errors are told against.
+# Mesh of the reference solution.
 FINE = {"Np": 56, "max_size": 0.035}
 
 
 def curve(mesh: dict[str, float], tol: float, end: float = 6.0) -> CubicSpline:
-    """dU(t) of the viscoelastic pair; says what it cost."""
-    return told(f"{mesh} tol {tol:.0e}", run(mesh=mesh, time={"end": end, "tol": tol}, **VISCOELASTIC))
+    """Interpolant of dU(t) of the viscoelastic pair; prints the cost."""
+    return reported(f"{mesh} tol {tol:.0e}", run(mesh=mesh, time={"end": end, "tol": tol}, **VISCOELASTIC))
 
 
-def told(title: str, result: pairsim.RunResult) -> CubicSpline:
-    """dU(t) of a run; says what it cost."""
+def reported(title: str, result: pairsim.RunResult) -> CubicSpline:
+    """Interpolant of dU(t) of a run; prints the cost."""
     record = result.record
     print(f"{title}: {record['unknowns']} unknowns, {record['steps']} steps, {record['wall_time']:.1f} s", flush=True)
     return CubicSpline(result.table["t"], result.table["dU"])
 
 
 def off(found: CubicSpline, exact: CubicSpline) -> tuple[float, float]:
-    """Largest and time-averaged difference at all steps of both, in % of the largest |dU|."""
+    """Largest and time-averaged difference at the steps of both curves, in % of the largest |dU|."""
     t = np.union1d(found.x, exact.x)
     difference, peak = np.abs(found(t) - exact(t)), np.abs(exact(exact.x)).max()
     return 100 * difference.max() / peak, 100 * float(np.trapezoid(difference, t)) / (t[-1] - t[0]) / peak
@@ -140,10 +141,10 @@ def fig3() -> None:
     times = {f"tol {tol:.0e}": curve({"Np": 14}, tol) for tol in (3e-3, 3e-4, 3e-5)}
     times = {"tol 3e-03": times["tol 3e-03"], "tol 1e-03": meshes["$N_p$ = 14"], **times}
     fine, finest = curve(FINE, 1e-3), times.pop("tol 3e-05")
-    # Without both errors, as far as they add up: the fine mesh, and what finer steps change on a coarse one.
+    # Best estimate if both errors are additive: the fine mesh, plus the change by finer steps on a coarse mesh.
     t = np.union1d(fine.x, finest.x)
     best = CubicSpline(t, fine(t) + finest(t) - times["tol 1e-03"](t))
-    print("off, % of the largest |dU|: largest, time average")
+    print("differences in % of the largest |dU|: largest, time average")
     for label, run in meshes.items():
         print(label, "against the fine mesh, same tol: {:.3f} {:.3f}".format(*off(run, fine)), end="; ")
         print("against it with finer steps: {:.3f} {:.3f}".format(*off(run, best)))
@@ -167,14 +168,14 @@ def fig3() -> None:
 
 def ends() -> None:
     time = {"end": 6.0, "tol": 1e-3}
-    developed = told("developed ends, to t = 6", run(time=time, **VISCOELASTIC))
-    periodic = told("periodic, L = 50 D_p, to t = 6", run(time=time, De=1.0))
+    developed = reported("developed ends, to t = 6", run(time=time, **VISCOELASTIC))
+    periodic = reported("periodic, L = 50 D_p, to t = 6", run(time=time, De=1.0))
     largest, average = off(developed, periodic)
-    print(f"developed off periodic, % of the largest |dU|: largest {largest:.3f}, average {average:.3f}")
+    print(f"difference of both, % of the largest |dU|: largest {largest:.3f}, average {average:.3f}")
 
 
 def branch_of(d: float, mesh_error: bool, **changes: object) -> Branch:
-    """The pair's quasi-steady solution at d, on the mesh of a curve down to d = .02 or to d itself."""
+    """Branch of the pair at distance d, on the mesh of a curve down to d = 0.02 or to d if that is smaller."""
     case = curve_from_dict({"beta": 0.4, "De": 0, "Ca_e": 0.1, **changes, "d": (d,)}, "benchmark")
     start = Parameters((d,), case.Ca_es, case.De)
     return Branch(MPI.COMM_WORLD, steady_problem(case, min(d, 0.02)), start, mesh_error)
@@ -221,11 +222,15 @@ def curve_cost() -> None:
                 flush=True,
             )
             branch.close()
-    told("one point by a Newtonian transient to t = 2, developed ends", run(**short, time={"end": 2.0, "tol": 1e-3}))
-    told("one point by a De 1 transient to t = 6, developed ends", run(**VISCOELASTIC, time={"end": 6.0, "tol": 1e-3}))
+    reported(
+        "one point by a Newtonian transient to t = 2, developed ends", run(**short, time={"end": 2.0, "tol": 1e-3})
+    )
+    reported(
+        "one point by a De 1 transient to t = 6, developed ends", run(**VISCOELASTIC, time={"end": 6.0, "tol": 1e-3})
+    )
 
 
-# beta, De, Ca_e, d_0, t: ten pairs that hardly move on while they relax, and nine that do.
+# beta, De, Ca_e, d_0, t: ten pairs whose distance hardly changes while they relax, and nine whose distance does.
 DRIFTS = [
     *((0.4, 0.0, 0.05, 0.2, 2.0), (0.4, 0.0, 0.02, 0.03, 2.0), (0.2, 0.0, 0.1, 0.2, 2.0), (0.3, 0.0, 0.1, 0.1, 2.0)),
     *((0.4, 0.25, 0.02, 0.3, 4.0), (0.2, 0.5, 0.05, 0.3, 5.0), (0.4, 1.0, 0.0, 0.2, 8.0), (0.4, 1.0, 0.0, 0.6, 8.0)),
@@ -239,7 +244,7 @@ DRIFTS = [
 def drift() -> None:
     print(
         "| beta | De | Ca_e | d_0 | t | d | transient dU | quasi-steady dU | drift | mesh error "
-        "| difference, % of the peak | left with the drift |"
+        "| difference, % of the peak | difference with the drift, % |"
     )
     for beta, De, Ca_e, d_0, t in DRIFTS:
         same: dict[str, Any] = {
@@ -264,7 +269,7 @@ def drift() -> None:
 
 @contextmanager
 def compiled_with(name: str, value: Any) -> Iterator[None]:
-    """Forms compiled with another constant of `phases` for a while: no case has a choice there."""
+    """Context in which forms are compiled with another constant of `phases`, which cannot be set in a case file."""
     own = getattr(phases, name)
     setattr(phases, name, value)
     phases._COMPILED.clear()
@@ -288,10 +293,10 @@ def savings() -> None:
         return compiled_with("JIT_OPTIONS", {**JIT_OPTIONS, "cffi_extra_compile_args": [*options]})
 
     solved: dict[str, Callable[[Problem], Problem]] = {
-        "as it is": as_it_is,
+        "default": as_it_is,
         "a new matrix in every iteration": every_matrix,
-        "the matrix kept at rates up to .15": slow(0.15),
-        "Newton begins at the last solution": lambda problem: replace(problem, extrapolated=1),
+        "matrix reused at rates up to 0.15": slow(0.15),
+        "first guess is the last solution": lambda problem: replace(problem, extrapolated=1),
         "ordering by minimum degree (AMD)": mumps(ordering=0),
         "ordering by SCOTCH": mumps(ordering=3),
         "a maximum transversal first": mumps(transversal=5),
@@ -301,7 +306,7 @@ def savings() -> None:
         "quadrature of degree 7": lambda: compiled_with("QUADRATURE_DEGREE", 7),
         "quadrature of degree 4": lambda: compiled_with("QUADRATURE_DEGREE", 4),
     }
-    print("| | dU off, % | steps | Newton iterations | factorisations | s | without mesh and forms | times as long |")
+    print("| | error of dU, % | steps | Newton iterations | factorisations | s | solver, s | relative to default |")
     for title, changes in (("Newtonian", {}), ("De 1", {"De": 1.0, "mesh": {"Np": 20}})):
         keys = {**changes, "ends": "developed", "length": "auto", "time": {"end": 0.3}}
         exact = base = 0.0

@@ -1,7 +1,7 @@
-"""Hook of mkdocs: equations as MathML, which browsers draw without a script or a connection.
+"""Hook of mkdocs that converts equations to MathML, which browsers display without scripts and without a connection.
 
-`pymdownx.arithmatex` marks `$...$` and `$$...$$`; what it has marked is converted when the site is built, so that an
-equation that cannot be read is a warning, and with `--strict` an error.
+`pymdownx.arithmatex` marks `$...$` and `$$...$$`. They are converted when the site is built, so that an invalid
+equation is a warning, and an error with `--strict`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ MARKED = re.compile(r'<(span|div) class="arithmatex">\\([(\[])(.*?)\\[)\]]</\1>'
 
 
 def on_page_content(content: str, page: Any, **_: Any) -> str:
-    """Replace the equations of a page."""
+    """Replace the marked equations in the HTML of a page by MathML; called by mkdocs."""
 
     def mathml(match: re.Match[str]) -> str:
         source = html.unescape(match[3]).strip()

@@ -1,4 +1,4 @@
-"""The pages of docs/reference that are made from the code whenever the site is built (a script of mkdocs-gen-files)."""
+"""Script of mkdocs-gen-files that generates the pages of docs/reference from the code when the site is built."""
 
 from __future__ import annotations
 
@@ -23,28 +23,28 @@ from pairsim.sweeps.commands import COMMANDS
 ROOT = Path(__file__).resolve().parent.parent
 CASE: dict[str, Any] = {"beta": 0.4, "De": 1, "Ca_e": 0.1}
 PLACES: dict[str, dict[str, Any]] = {"run": {"d0": 0.1}, "curve": {"d": [0.1]}, "critical": {}}
-"""What the smallest case of each command has beside them."""
+"""Required keys of each command other than those of `CASE`."""
 
 
 def escaped(text: str) -> str:
-    """Text that Markdown and HTML leave as it is."""
+    """Text with the special characters of Markdown and HTML escaped."""
     for special in ("\\", "<", ">", "|", "*", "_", "[", "`"):
         text = text.replace(special, "\\" + special)
     return text
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table in Markdown."""
+    """Format a table in Markdown."""
     return "\n".join("| " + " | ".join(row) + " |" for row in [head, ["---"] * len(head), *rows]) + "\n"
 
 
 def code(text: str) -> str:
-    """Text as code in a cell of a table, nothing for nothing."""
+    """Text formatted as code in a cell of a table; empty for empty text."""
     return f"`{text}`" if text else ""
 
 
 def case_files() -> str:
-    """Keys of the files of all commands."""
+    """Page with the keys of the case files of all commands."""
     parts = [
         "# Case files\n",
         "Keys of the YAML files that each command reads. Dotted keys are nested: `mesh.Np` is the key `Np` in the "
@@ -61,7 +61,7 @@ def case_files() -> str:
 
 
 def described(entries: Iterable[Column]) -> str:
-    """Table of columns."""
+    """Table with name, symbol, meaning and unit of columns."""
     rows = []
     for entry in entries:
         unit = entry.unit if entry.unit in ("", "s", "bytes") else f"${entry.unit}$"
@@ -70,12 +70,12 @@ def described(entries: Iterable[Column]) -> str:
 
 
 def column_pages() -> str:
-    """Columns of all tables, in their order."""
+    """Page with the columns of all tables, in their order."""
     liquid = "\nIn a viscoelastic liquid these follow:\n"
     polymer = described(map(column, tables.POLYMER_HEALTH))
     many = [tables.COLUMNS[i] for i in range(len(tables.COLUMNS)) if tables.COLUMNS[i].name.endswith("_i")]
-    curve = tables.curve_columns(2, True, True, ("Ca_e", "De", "beta"))
-    critical = [*tables.CRITICAL_COLUMNS, "mesh_error", "d_error"]
+    curve = tables.curve_columns(2, True, True, True, ("Ca_e", "De", "beta"))
+    critical = [*tables.CRITICAL_COLUMNS, "mesh_error"]
     parts = [
         "# Columns of the tables\n",
         "All tables are CSV with one line of column names. Units: lengths in tube diameters $D_c$, velocities in the "
@@ -94,7 +94,7 @@ def column_pages() -> str:
         polymer,
         "## equilibria.csv\n",
         "Of `pairsim curve`: one row for each zero of dU.\n",
-        described(map(column, [*tables.EQUILIBRIA_COLUMNS, *tables.EQUILIBRIA_ERRORS])),
+        described(map(column, tables.EQUILIBRIA_COLUMNS)),
         "## critical.csv\n",
         "Of `pairsim critical`: one row for each critical distance on each branch.\n",
         described(map(column, [*critical, *tables.CURVE_HEALTH])) + liquid,
@@ -114,14 +114,14 @@ def column_pages() -> str:
 
 
 def listed(name: str) -> str:
-    """The columns that a case of a command gives to results.csv, for a pair."""
+    """Columns of results.csv for a sweep of a command over a pair, as text."""
     command = COMMANDS[name]
     checked = command.check(CASE | PLACES[name], "")
     return ", ".join(code(entry) for entry in (*command.parameters, *checked.columns, *command.last))
 
 
 def cli() -> str:
-    """All commands with their arguments and options, and the reasons of failures."""
+    """Page with all commands, their arguments and options, and the reasons of failures."""
     command = typer.main.get_command(app)
     text = get_docs_for_click(obj=command, ctx=typer.Context(command), name="pairsim", title="Command line")
     lines = [line if line.startswith(("```", "$")) else line.replace("<", "&lt;") for line in text.splitlines()]
@@ -140,16 +140,16 @@ def cli() -> str:
 
 
 def api() -> str:
-    """The public names of the package."""
+    """Page with the public names of the package."""
     names = [f"pairsim.{name}" for name in pairsim.__all__ if callable(getattr(pairsim, name))]
     names += [f"pairsim.errors.{name}" for name in errors.__all__ if f"pairsim.{name}" not in names]
     names.sort(key=lambda name: (name.startswith("pairsim.errors"), name.rpartition(".")[2][0].isupper()))
-    head = "# Python API\n\nWhat `import pairsim` offers. A first use is in [From Python](../tutorials/python.md).\n\n"
+    head = "# Python API\n\nPublic names of `pairsim`. See also the tutorial [Python](../tutorials/python.md).\n\n"
     return head + "\n\n".join(f"::: {name}" for name in names) + "\n"
 
 
 def examples() -> str:
-    """The shipped case files."""
+    """Page with the case files in `configs/`."""
     parts = ["# Examples\n", "The files of `configs/`, as they are shipped.\n"]
     for path in sorted((ROOT / "configs").glob("*.yaml")):
         parts += [f"## {path.name}\n", f"```yaml\n{path.read_text()}```\n"]

@@ -1,11 +1,12 @@
-"""Runs every case of configs/hard and tells how each ended.
+"""Runs every case of configs/hard and reports how each one ended.
 
 usage: scripts/hard [-o runs/hard] [-n 2] [--case-timeout 600] [--only WORD] [--table]
 
-One sweep for the files run-*.yaml and one for curve-*.yaml, under mpirun where -n is above 1 and there is one. The same
-command goes on after any kind of end. Writes hard.csv and hard.md into the folder.
+The files run-*.yaml and the files curve-*.yaml are two sweeps, under mpirun if -n is above 1 and mpirun is found.
+After an interruption the same command continues. Writes hard.csv and hard.md into the output folder.
 
-Exit code 0: every case finished or ended for a typed reason, and all numbers are finite; 1: some did not; 2: bad input.
+Exit code 0: every case finished or failed for a documented reason, and all numbers are finite; 1: some did not; 2: the
+input is invalid.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from pairsim.sweeps.worker import find_mpirun
 
 HARD = Path(__file__).resolve().parent.parent / "configs" / "hard"
 UNTYPED = ("error", "crashed", "refused", "not_started", "out_of_memory", "case_timeout", "disk_full")
-"""Reasons that a sweep gives to a case that did not end by itself."""
+"""Reasons that the sweep assigns to cases that did not report their own end."""
 HEAD = {
     "case": "case",
     "outcome": "outcome",
@@ -50,7 +51,7 @@ WORST = {"c_max": max, "s_jump": max, "c_min": min, "distortion": min}
 
 
 def sweep(command: str, arguments: argparse.Namespace) -> Path | None:
-    """Go on with the sweep of one command; its folder, None where no file is wanted."""
+    """Run or continue the sweep of one command; returns its folder, or None if no case is selected."""
     files = [path for path in sorted(HARD.glob(f"{command}-*.yaml")) if arguments.only in path.stem]
     if not files:
         return None
@@ -70,13 +71,13 @@ def sweep(command: str, arguments: argparse.Namespace) -> Path | None:
     return folder
 
 
-def told(folder: Path) -> list[dict[str, Any]]:
-    """A row a case of a sweep."""
+def case_rows(folder: Path) -> list[dict[str, Any]]:
+    """Rows of the table for the cases of a sweep."""
     rows = []
     for case in read_sweep(folder)["cases"]:
         values = case["values"]
         row = {"case": case["folder"].rpartition("-")[0], "outcome": case["status"], "reason": case["reason"]}
-        said = read_record(folder / case["folder"])  # also of cases that an earlier sweep has computed
+        said = read_record(folder / case["folder"])  # has the wall time also of cases of an earlier sweep
         row |= {"count": values.get("steps", values.get("points")), "wall_time": said.get("wall_time", case["seconds"])}
         row |= health(folder / case["folder"])
         row["warnings"] = "; ".join(w.partition(",")[0].partition(":")[0] for w in said.get("warnings", []))
@@ -85,7 +86,7 @@ def told(folder: Path) -> list[dict[str, Any]]:
 
 
 def health(directory: Path) -> dict[str, Any]:
-    """The worst of what the rows of a case say, its last time and distance, and whether every number is one."""
+    """Worst indicators over the rows of a case, its last time and smallest distance, and whether all are finite."""
     table = next((path for path in (directory / "series.csv", directory / "curve.csv") if path.is_file()), None)
     if table is None:
         return {"finite": "nothing"}
@@ -110,7 +111,7 @@ def health(directory: Path) -> dict[str, Any]:
 
 
 def cell(value: Any) -> str:
-    """A value as people read it."""
+    """Format a value for the table."""
     return "" if value is None else f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
@@ -120,11 +121,13 @@ def main() -> int:
     parser.add_argument("-o", "--output", type=Path, default=Path("runs/hard"))
     parser.add_argument("-n", type=int, default=2, help="processes")
     parser.add_argument("--case-timeout", type=float, default=600.0, help="seconds")
-    parser.add_argument("--only", default="", metavar="WORD", help="cases whose name contains it; give another -o")
-    parser.add_argument("--table", action="store_true", help="write the tables of what there is, compute nothing")
+    parser.add_argument(
+        "--only", default="", metavar="WORD", help="only cases whose name contains WORD; give another -o"
+    )
+    parser.add_argument("--table", action="store_true", help="write the tables of existing results without computing")
     arguments = parser.parse_args()
     folders = [sweep(command, arguments) for command in ("run", "curve")]
-    rows = [row for folder in folders if folder is not None and folder.is_dir() for row in told(folder)]
+    rows = [row for folder in folders if folder is not None and folder.is_dir() for row in case_rows(folder)]
     text = io.StringIO()
     writer = csv.DictWriter(text, list(HEAD), lineterminator="\n")
     writer.writeheader()
@@ -136,9 +139,9 @@ def main() -> int:
     ended = ("finished", "failed", "timeout")
     wrong = [r["case"] for r in rows if r["reason"] in UNTYPED or r["outcome"] not in ended or r.get("finite") == "NO"]
     finished = sum(row["outcome"] == "finished" for row in rows)
-    print(f"{len(rows)} cases: {finished} finished, {len(rows) - finished} not; {arguments.output / 'hard.md'}")
+    print(f"{len(rows)} cases: {finished} finished, {len(rows) - finished} did not; see {arguments.output / 'hard.md'}")
     if wrong:
-        print("neither finished nor ended for a typed reason, or with a number that is none:", ", ".join(wrong))
+        print("failed without a documented reason, or with values that are not finite:", ", ".join(wrong))
     return 1 if wrong else 0
 
 

@@ -1,4 +1,4 @@
-"""What the scripts that measure times share."""
+"""Functions common to the scripts that measure wall times."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ if TYPE_CHECKING:
 
 
 def with_one_thread() -> None:
-    """Start the script again with one thread a process, which is settled when numpy is loaded."""
+    """Restart the script with one thread per process; numpy reads the number of threads when it is loaded."""
     if os.environ.get("OMP_NUM_THREADS") != "1":
         os.execve(sys.executable, [sys.executable, *sys.argv], os.environ | {"OMP_NUM_THREADS": "1"})
 
 
 def every_matrix(problem: Problem) -> Problem:
-    """The same with a matrix and a factorisation in every Newton iteration."""
+    """The same problem with a new matrix, and its factorisation, in every Newton iteration."""
     from pairsim.solvers.newton_options import MatrixPolicy
 
     every = MatrixPolicy(slow=0.0, other_step=-1.0, far=0.0)

@@ -1,4 +1,4 @@
-"""A seeded sample of small changes of physics, constraints and time scheme, made by the operators of cosmic-ray."""
+"""A random sample of mutants (small changes of the source) of physics, constraints and time scheme, by cosmic-ray."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ TARGETS = (
     "pairsim/solvers/step_size.py",
     "pairsim/solvers/time_error.py",
 )
-TRIVIAL = re.compile(r"_(BitOr|BitAnd|BitXor|LShift|RShift|FloorDiv|Mod)$")  # of floats: no test is needed to see them
+TRIVIAL = re.compile(r"_(BitOr|BitAnd|BitXor|LShift|RShift|FloorDiv|Mod)$")  # these fail at once on floats
 
 
 @dataclass(frozen=True)
 class Mutant:
-    """One change of one place.
+    """One change at one position in the source.
 
     Attributes:
-        file: Module, from the root.
-        operator: Name of cosmic-ray's operator.
-        occurrence: Which of its places in the module.
-        line: Line of the place.
+        file: Path of the module, relative to the root of the repository.
+        operator: Name of the mutation operator of cosmic-ray.
+        occurrence: Number of the position among those to which the operator applies in the module.
+        line: Line number of the position.
     """
 
     file: str
@@ -47,7 +47,7 @@ class Mutant:
 
 
 def meaning(source: str) -> str:
-    """A module's syntax without annotations and docstrings, which nothing evaluates, and options of dataclasses."""
+    """Syntax tree of a module without annotations, docstrings and class decorators, which do not affect results."""
     tree = ast.parse(source)
     for node in ast.walk(tree):
         if isinstance(node, ast.arg | ast.AnnAssign):
@@ -65,7 +65,7 @@ def meaning(source: str) -> str:
 
 
 def applied(mutant: Mutant, root: Path = ROOT) -> str | None:
-    """Source of the changed module, None where the change is none or no Python."""
+    """Source of the changed module, None if its meaning is unchanged or it is not valid Python."""
     source = (root / mutant.file).read_text(encoding="utf-8")
     changed = mutate_code(source, get_operator(mutant.operator)(), mutant.occurrence)
     try:
@@ -75,7 +75,7 @@ def applied(mutant: Mutant, root: Path = ROOT) -> str | None:
 
 
 def places(file: str) -> list[list[Mutant]]:
-    """All changes of a module, by place."""
+    """All mutants of a module, grouped by position."""
     tree = get_ast((ROOT / file).read_text(encoding="utf-8"))
     found: dict[tuple[Any, Any], list[Mutant]] = defaultdict(list)
     for name in sorted(operator_names()):
@@ -90,7 +90,13 @@ def places(file: str) -> list[list[Mutant]]:
 
 
 def sample(count: int, seed: int, only: str) -> list[Mutant]:
-    """Mutants in an order that the seed decides: each place once at most, with one of its changes."""
+    """Draw mutants at random, at most one for each position.
+
+    Args:
+        count: Number of mutants.
+        seed: Seed of the random numbers; a larger count with the same seed extends the sample.
+        only: Text that the path of the module must contain.
+    """
     files = sorted({str(p.relative_to(ROOT)) for pattern in TARGETS for p in ROOT.glob(pattern)})
     everywhere = [place for file in files if only in file for place in places(file)]
     chance = random.Random(seed)

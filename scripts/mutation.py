@@ -1,18 +1,19 @@
-"""Which small changes of the physics, the constraints and the time scheme the quick tests do not see.
+"""Mutation test: finds small changes of the physics, the constraints and the time scheme that the quick tests miss.
 
 usage: scripts/mutation [-n 150] [--seed 1] [-o runs/mutation] [--jobs 1] [--limit 900] [--memory 8] [--only WORD]
                         [--tests EXPRESSION] [--tiers unit verification commands] [--list]
 
-Draws places in the modules of `mutants.py: TARGETS`, changes one at a time with an operator of cosmic-ray (a number by
-one, + to -, < to <=, ...) and runs the tests until the first one fails. Each such mutant has a process, a copy of the
-tree and a cache of compiled forms of its own; the checkout is never touched. The same command goes on where it was
-stopped, and a larger -n adds to the sample. Writes mutants.jsonl and survivors.md, which has the diff of each mutant
-that no test saw.
+Draws random positions in the modules listed in `mutants.py: TARGETS`, changes one at a time with an operator of
+cosmic-ray (a number by one, + to -, < to <=, ...) and runs the tests until the first one fails. Each of these mutants
+is tested in a separate process, with its own copy of the source and its own cache of compiled forms; the checkout is
+not changed. After an interruption the same command continues, and a larger -n extends the sample. Writes mutants.jsonl
+and survivors.md, with the diff of each mutant that no test has detected.
 
-Compiled forms cannot hide a mutant: FFCx names a module by the signature of its form, constants and quadrature
-included. The cache begins as a copy of the warm one, and a form is compiled when the first test needs it.
+Compiled forms cannot hide a mutant: the name of a module of FFCx contains the signature of its form, including
+constants and quadrature. The initial cache is a copy of the user's cache; a changed form is compiled when a test first
+needs it.
 
-Exit code 0: no survivor; 1: some; 2: bad input, or the tests fail without any change.
+Exit code 0: no mutant survived; 1: some survived; 2: the input is invalid, or the tests fail without any change.
 """
 
 from __future__ import annotations
@@ -53,20 +54,20 @@ from pairsim.fem import form_cache
 for form in form_cache.missing(FORMS):
     form_cache._stamp(form).touch()
 """
-"""Marks all forms as compiled, so that the start of the tests leaves the compilation to the tests."""
-KEPT = 4000  # characters of the output of the tests that are kept
+"""Program that marks all forms as compiled, so that the tests compile those that they need."""
+KEPT = 4000  # last characters of the output of failing tests that are shown
 
 
 @dataclass(frozen=True)
 class Result:
-    """What the tests said.
+    """Result of the tests of one mutant.
 
     Attributes:
         mutant: The change.
-        outcome: `killed`, `timeout` (as good as killed) or `survived`.
-        by: The test that failed first.
-        seconds: Wall time.
-        diff: The change as a patch.
+        outcome: `killed`, `timeout` (counted as killed) or `survived`.
+        by: The first test that failed.
+        seconds: Wall time [s].
+        diff: The change as a unified diff.
     """
 
     mutant: Mutant
@@ -77,14 +78,14 @@ class Result:
 
 
 def tracked_files() -> list[str]:
-    """Files of the checkout, changes that are not committed included."""
+    """Files of the checkout, including new files that are not committed."""
     words = ["git", "-C", str(ROOT), "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
     names = subprocess.run(words, check=True, capture_output=True, text=True).stdout.split("\0")
     return sorted({name for name in names if name and (ROOT / name).is_file()})
 
 
 def digest() -> str:
-    """What the results belong to: package and tests."""
+    """Hash of package and tests, to which the results belong."""
     found = hashlib.sha256()
     for name in tracked_files():
         if name.startswith(("pairsim/", "tests/")):
@@ -97,13 +98,13 @@ class Stopped(Exception):
 
 
 class Tree:
-    """A copy of the checkout with a cache of its own, in which one mutant after another is tested.
+    """Copy of the checkout with its own cache of compiled forms, in which mutants are tested one after the other.
 
     Args:
-        folder: Where.
-        warm: Copy of the warm cache.
-        memory: Gigabytes that a process may have.
-        tests: Expression of pytest's marks.
+        folder: Folder of the copy.
+        warm: Copy of the user's cache of compiled forms.
+        memory: Memory limit of a process [GB].
+        tests: Expression that selects tests by marks, as of pytest -m.
     """
 
     def __init__(self, folder: Path, warm: Path, memory: float, tests: str) -> None:
@@ -116,18 +117,18 @@ class Tree:
             shutil.copy2(ROOT / name, folder / "tree" / name)
 
     def fresh_cache(self) -> None:
-        """The warm cache again, with nothing of the mutant before."""
+        """Reset the cache to the initial one, without forms of the previous mutant."""
         shutil.rmtree(self.folder / "cache", ignore_errors=True)
-        # FFCx never changes a file that it has written, so that links serve.
+        # FFCx does not change files that it has written, so that hard links suffice.
         without = shutil.ignore_patterns("*.lock")
         shutil.copytree(self.warm, self.folder / "cache" / "pairsim", copy_function=os.link, ignore=without)
 
     def _stamps(self) -> set[Path]:
-        """Files that say which kinds of forms are compiled."""
+        """Stamp files, which record the kinds of forms that are compiled."""
         return set((self.folder / "cache").glob("pairsim/*/compiled-*"))
 
     def stop(self) -> None:
-        """End the process that runs here, from another thread; the thread that waits for it gets `Stopped`."""
+        """Kill the running process; called from another thread. The thread that waits for it raises `Stopped`."""
         self._stopped = True
         if self._process is not None:
             self._end(self._process)
@@ -138,7 +139,7 @@ class Tree:
         process.wait()
 
     def python(self, *words: str, limit: float) -> tuple[int | None, str]:
-        """Runs Python in the tree; its exit code (None: the time limit) and its output."""
+        """Run Python in the copy; returns the exit code, None after the time limit [s], and the output."""
         environment = os.environ | {
             "PYTHONPATH": str(self.folder / "tree"),
             "PYTHONDONTWRITEBYTECODE": "1",  # a stale .pyc of the same size and second would hide a mutant
@@ -170,17 +171,17 @@ class Tree:
             return code, output.read()
 
     def pytest(self, *words: str, limit: float) -> tuple[int | None, str]:
-        """Runs tests in the tree until one fails."""
+        """Run tests in the copy until one fails; returns as `python`."""
         options = ["-x", "-q", "-p", "no:cacheprovider", "--tb=line", "-m", self.tests, *words]
         return self.python("-P", "-m", "pytest", *options, limit=limit)
 
     def check(self, mutant: Mutant, order: list[str], limit: float) -> Result:
-        """Test one mutant, by the tests of one process and then by those of commands.
+        """Test one mutant, first by the tests without commands and then by those of commands.
 
         Args:
             mutant: The change.
-            order: Test files, those first that are likely to see it soon.
-            limit: Seconds for all.
+            order: Test files in the order in which they are run.
+            limit: Time limit of all tests [s].
         """
         path, changed = self.folder / "tree" / mutant.file, applied(mutant, self.folder / "tree")
         source = path.read_text(encoding="utf-8")
@@ -192,18 +193,19 @@ class Tree:
         self.fresh_cache()
         path.write_text(changed, encoding="utf-8")
         try:
-            # Commands come last and with all forms compiled, as ranks and workers must not wait for a compiler.
+            # Tests of commands run last, with all forms compiled: their ranks and workers would time out while waiting
+            # for the compiler.
             before = self._stamps()
             self.python("-P", "-c", STAMPS, limit=limit)
             for commands in (False, True):
                 files = [file for file in order if file.startswith("tests/commands/") == commands]
-                if not files:  # without any, pytest would run them all
+                if not files:  # without files pytest would run all tests
                     continue
                 if commands:
                     for stamp in self._stamps() - before:
                         stamp.unlink()
                 code, output = self.pytest(*files, limit=max(begin + limit - time.monotonic(), 1.0))
-                if code not in (0, 5):  # 5: no test was left to run
+                if code not in (0, 5):  # 5: no tests were selected
                     failed = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - |$)", output, re.MULTILINE)
                     outcome = "timeout" if code is None else "killed"
                     by = failed[1] if failed else output.strip()[-200:]
@@ -213,7 +215,7 @@ class Tree:
         return Result(mutant, outcome, by, round(time.monotonic() - begin, 1), "\n".join(patch))
 
     def baseline(self, tiers: list[str]) -> dict[str, float]:
-        """Seconds of every test file of some tiers without any change.
+        """Run time of every test file of the given tiers without any change [s].
 
         Raises:
             SystemExit: A test fails.
@@ -231,7 +233,7 @@ class Tree:
 
 
 def ordered(mutant: Mutant, seconds: dict[str, float]) -> list[str]:
-    """Test files for a mutant: those that import its module first, otherwise the quick ones."""
+    """Order of test files for a mutant: those that import its module first, then by increasing run time."""
     module = mutant.file.removesuffix(".py").replace("/", ".")
 
     def key(file: str) -> tuple[bool, float]:
@@ -244,10 +246,10 @@ def ordered(mutant: Mutant, seconds: dict[str, float]) -> list[str]:
 
 
 def read_results(file: Path) -> dict[Mutant, Result]:
-    """What an earlier command has found."""
+    """Results of earlier commands."""
     found = {}
     for line in file.read_text(encoding="utf-8").splitlines() if file.exists() else []:
-        with contextlib.suppress(json.JSONDecodeError):  # the last line of a killed command
+        with contextlib.suppress(json.JSONDecodeError):  # an incomplete last line of a command that was killed
             values = json.loads(line)
             mutant = Mutant(**values.pop("mutant"))
             found[mutant] = Result(mutant, **values)
@@ -255,12 +257,12 @@ def read_results(file: Path) -> dict[Mutant, Result]:
 
 
 def page(results: list[Result]) -> str:
-    """The table of what was found, and the diffs of the survivors."""
+    """Page with a table of the results and the diffs of the survivors."""
     outcomes = [result.outcome for result in results]
     survivors = [result for result in results if result.outcome == "survived"]
     lines = [
         f"# {len(results)} mutants: {len(results) - len(survivors)} killed, {len(survivors)} survived\n",
-        f"{outcomes.count('timeout')} of the killed ran into the time limit.\n",
+        f"{outcomes.count('timeout')} of the killed mutants exceeded the time limit.\n",
         "| module | mutants | survived |\n|---|---|---|",
     ]
     for file in sorted({result.mutant.file for result in results}):
@@ -275,13 +277,13 @@ def page(results: list[Result]) -> str:
 def main() -> int:
     form = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(prog="mutation", description=__doc__, formatter_class=form)
-    parser.add_argument("-n", type=int, default=150, help="mutants")
+    parser.add_argument("-n", type=int, default=150, help="number of mutants")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("-o", "--output", type=Path, default=Path("runs/mutation"))
-    parser.add_argument("--jobs", type=int, default=1, help="mutants at a time")
-    parser.add_argument("--limit", type=float, default=900.0, help="seconds a mutant")
-    parser.add_argument("--memory", type=float, default=8.0, help="gigabytes a process")
-    parser.add_argument("--only", default="", metavar="WORD", help="modules whose path contains it")
+    parser.add_argument("--jobs", type=int, default=1, help="mutants tested at the same time")
+    parser.add_argument("--limit", type=float, default=900.0, help="time limit of a mutant [s]")
+    parser.add_argument("--memory", type=float, default=8.0, help="memory limit of a process [GB]")
+    parser.add_argument("--only", default="", metavar="WORD", help="only modules whose path contains WORD")
     parser.add_argument("--tests", default=QUICK, metavar="EXPRESSION", help="marks of the tests, as of pytest -m")
     parser.add_argument("--tiers", nargs="+", default=TIERS, choices=TIERS, help="folders of tests")
     parser.add_argument("--list", action="store_true", help="print the sample and end")
@@ -298,7 +300,7 @@ def main() -> int:
     belongs = f"{digest()} {arguments.tests} {' '.join(arguments.tiers)}"
     state: dict[str, Any] = json.loads(state_file.read_text()) if state_file.exists() else {"belongs": belongs}
     if state["belongs"] != belongs:
-        print(f"{output} is of other sources, tests, --tests or --tiers: give another -o", file=sys.stderr)
+        print(f"{output} holds results of other sources, tests, --tests or --tiers; give another -o", file=sys.stderr)
         return 2
     warm = output / "cache"
     if not warm.exists():

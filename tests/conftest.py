@@ -1,4 +1,4 @@
-"""Fixtures and hooks of the tests; what they share otherwise is in `support`."""
+"""Fixtures and hooks of the tests; shared functions are in `support`."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ FORMS = [
     *("neo-hookean", "newtonian:moving", "newtonian:fixed", "giesekus:moving", "giesekus:moving:steady"),
     *(f"{law}:fixed" for law in LAWS),
     "fene-p:moving",
+    *(f"{kind}:enriched" for kind in ("newtonian:moving", "neo-hookean", "giesekus:moving:steady")),
 ]
 """Kinds of forms that the tests solve with."""
 
@@ -46,7 +47,7 @@ def pairsim(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> Pairsim:
 
 @pytest.fixture
 def pairsim_apart(tmp_path: Path) -> Pairsim:
-    """Runs the command in an empty folder, in a process of its own: for what is about processes."""
+    """Runs the command in an empty folder, in its own process, for tests about processes."""
 
     def run(*arguments: str, timeout: float = 600) -> Done:
         return apart(tmp_path, *arguments, timeout=timeout)

@@ -1,4 +1,4 @@
-"""Cases from files, dicts and other cases."""
+"""Load cases from files, dicts and other cases: `load`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from pairsim.results.output import plain
 from pairsim.runtime.errors import InputError
 
 AnyCase = str | PathLike[str] | Mapping[str, Any] | SceneCase
-"""What stands for a case: the path of its file, its keys and values, or a case that `load` has returned."""
+"""Input for a case: the path of a case file, a dict of keys and values, or a case returned by `load`."""
 
 PARSERS = {"run": case_from_dict, "curve": curve_from_dict, "critical": critical_from_dict}
 
@@ -33,26 +33,27 @@ def load(path_or_dict: AnyCase, *, kind: Literal["critical"], **overrides: Any) 
 def load(
     path_or_dict: AnyCase, *, kind: Literal["run", "curve", "critical"] = "run", **overrides: Any
 ) -> Case | CurveCase | CriticalCase:
-    """Check a case.
+    """Load and validate a case.
 
     Args:
-        path_or_dict: A case file (YAML), a dict of its keys, or a case.
-        kind: What it is for: "run" (in time), "curve" (quasi-steady, over the distance) or "critical" (zeros of dU).
-        overrides: Keys to replace, such as `Ca_e=0.05`. Groups are merged: `mesh={"Np": 20}` changes this key of `mesh`
-            alone. Dotted keys are written as `**{"mesh.Np": 20}`.
+        path_or_dict: Path of a case file (YAML), a dict of its keys, or a case.
+        kind: The computation that the case is for: "run" (in time), "curve" (quasi-steady, over the distance) or
+            "critical" (zeros of dU).
+        overrides: Keys to replace, such as `Ca_e=0.05`. Groups are merged: `mesh={"Np": 20}` only changes this key of
+            `mesh`. Dotted keys are written as `**{"mesh.Np": 20}`.
 
     Returns:
-        The checked case, with all defaults; it is not changed by anything that is done with it.
+        The validated case with all defaults, immutable.
 
     Raises:
-        InputError: A key, its value or the file is wrong; says what is allowed.
+        InputError: The file cannot be read, or a key or value is not allowed; the message says what is.
 
     Example:
         >>> pairsim.load({"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}, mesh={"Np": 20}).tube_length
         20.0
     """
     if kind not in PARSERS:
-        raise InputError("pairsim.load", "kind", kind, " or ".join(PARSERS))
+        raise InputError("pairsim.load", "kind", kind, f"must be {' or '.join(PARSERS)}")
     data, source = content_of(path_or_dict)
     forget_numbers(data)
 
@@ -67,10 +68,16 @@ def load(
 
 
 def content_of(given: AnyCase) -> tuple[Section, str]:
-    """Keys and values of what stands for a case, and its name in messages.
+    """Keys and values of the input for a case.
+
+    Args:
+        given: Path, dict or case.
+
+    Returns:
+        Keys and values, and the name of the source for messages.
 
     Raises:
-        InputError: It stands for none.
+        InputError: The file cannot be read, or `given` is of another type.
     """
     if isinstance(given, SceneCase):
         return section_of(given.model_dump(mode="json", exclude_unset=True)), "case"
@@ -81,4 +88,4 @@ def content_of(given: AnyCase) -> tuple[Section, str]:
             raise InputError("case", "", None, str(error)) from None
     if isinstance(given, str | PathLike):
         return read_yaml(Path(given)), str(given)
-    raise InputError("case", "", type(given).__name__, "the path of a case file, a dict of its keys, or a case")
+    raise InputError("case", "", type(given).__name__, "must be the path of a case file, a dict of its keys, or a case")

@@ -1,4 +1,4 @@
-"""Computing one case: `run`, `curve` and `critical`."""
+"""Compute one case: `run`, `curve` and `critical`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pairsim.api.results import CriticalResult, CurveResult, Result, RunResult
 from pairsim.drivers.critical import run_critical
 from pairsim.drivers.curve import run_curve
 from pairsim.drivers.outcome import Outcome
-from pairsim.drivers.progress import make_reporter
+from pairsim.drivers.progress import Style, make_reporter, style_of
 from pairsim.drivers.run import run_case
 from pairsim.drivers.session import Options
 from pairsim.runtime.errors import InputError
@@ -34,35 +34,35 @@ def run(
     folder: Folder = None,
     overwrite: bool = False,
     resume: bool = False,
-    progress: bool = False,
+    progress: bool | Style = False,
     signals: bool = False,
     **overrides: Any,
 ) -> RunResult:
     """Compute a case in time.
 
-    Under mpirun every process calls this, computes its share and gets the result.
+    Under mpirun, all processes call this function, share the work, and all return the result.
 
     Args:
         case: Path of a case file, a dict of its keys, or a case from `load`.
         folder: Where series.csv, fields.xdmf, case.yaml and run.json go; None: nothing is written.
         overwrite: Replace earlier results in the folder.
         resume: Continue from the folder's checkpoint, or begin where there is none.
-        progress: Show progress on stderr.
+        progress: Show progress on stderr: True, or one of "bar", "lines" and "json".
         signals: End in order at SIGINT and SIGTERM, as the command line does. Without it no signal handler is
             installed; a KeyboardInterrupt ends the computation, and what was computed until then is returned.
         overrides: Keys to replace, as for `load`.
 
     Returns:
-        The result, also where the computation failed or was interrupted: see its `status`, or call its `check`.
+        The result, also if the computation failed or was interrupted: see its `status`, or call its `check`.
 
     Raises:
         InputError: The case or the folder cannot be used.
         WriteFailure: Results cannot be written.
-        KeyboardInterrupt: On several processes, which would otherwise wait for each other.
+        KeyboardInterrupt: It was interrupted on several processes; continuing would deadlock them.
     """
     checked = load(case, kind="run", **overrides)
     if resume and folder is None:
-        raise InputError("pairsim.run", "resume", resume, "goes with folder, which has the checkpoint")
+        raise InputError("pairsim.run", "resume", resume, "must be left out without a folder, which has the checkpoint")
 
     def work(directory: Path, options: Options) -> Outcome:
         return run_case(checked, directory, options, resume=resume)
@@ -76,16 +76,30 @@ def curve(
     folder: Folder = None,
     overwrite: bool = False,
     sensitivities: bool = False,
-    progress: bool = False,
+    progress: bool | Style = False,
     signals: bool = False,
     **overrides: Any,
 ) -> CurveResult:
-    """Solve the quasi-steady master curve dU(d) of a case, and its zeros.
+    """Compute the quasi-steady master curve dU(d) of a case, and its zeros.
 
-    The case has `d` in place of `d0`. Arguments, result and errors are those of `run`, but for one.
+    The case has `d` in place of `d0`.
 
     Args:
-        sensitivities: Add the derivatives of dU by Ca_e, De and beta at the same d.
+        case: Path of a case file, a dict of its keys, or a case from `load`.
+        folder: Folder for curve.csv, equilibria.csv, case.yaml and run.json. None: no files are kept.
+        overwrite: As for `run`.
+        sensitivities: Whether to compute the derivatives of dU with respect to Ca_e, De and beta at fixed d.
+        progress: As for `run`.
+        signals: As for `run`.
+        overrides: Keys to replace, as for `load`.
+
+    Returns:
+        The result, also if the computation failed or was interrupted.
+
+    Raises:
+        InputError: The case or the folder cannot be used.
+        WriteFailure: The first files of the folder cannot be written.
+        KeyboardInterrupt: As for `run`.
     """
     checked = load(case, kind="curve", **overrides)
 
@@ -100,14 +114,29 @@ def critical(
     *,
     folder: Folder = None,
     overwrite: bool = False,
-    progress: bool = False,
+    progress: bool | Style = False,
     signals: bool = False,
     **overrides: Any,
 ) -> CriticalResult:
-    """Find the distances at which a pair neither separates nor collides, and follow them over Ca_e or De.
+    """Find the distances at which dU = 0, and follow them over Ca_e or De.
 
-    The case has `along`, and `d` as the least and the largest distance. Arguments, result and errors are those of
-    `run`.
+    The case has `along`, and `d` with the least and the largest distance.
+
+    Args:
+        case: Path of a case file, a dict of its keys, or a case from `load`.
+        folder: Folder for critical.csv, case.yaml and run.json. None: no files are kept.
+        overwrite: As for `run`.
+        progress: As for `run`.
+        signals: As for `run`.
+        overrides: Keys to replace, as for `load`.
+
+    Returns:
+        The result, also if the computation failed or was interrupted.
+
+    Raises:
+        InputError: The case or the folder cannot be used.
+        WriteFailure: The first files of the folder cannot be written.
+        KeyboardInterrupt: As for `run`.
     """
     checked = load(case, kind="critical", **overrides)
 
@@ -122,32 +151,39 @@ def _computed[R: Result](
     work: Callable[[Path, Options], Outcome],
     folder: Folder,
     overwrite: bool,
-    progress: bool,
+    progress: bool | Style,
     signals: bool,
 ) -> R:
-    """Compute into a folder; without one into a temporary folder which is read and removed."""
+    """Compute in a folder; if none is given, in a temporary folder whose files are read and removed."""
     comm = MPI.COMM_WORLD
     check_launcher(comm)
-    options = Options(comm, overwrite, make_reporter(not progress, comm.rank), command_line(), signals)
-    if folder is not None:
-        outcome = work(Path(folder), options)
-        _wait_for_all(outcome, options)
-        return kind(Path(folder), asdict(outcome))
-    directory = comm.bcast(Path(tempfile.mkdtemp(prefix="pairsim-")) if comm.rank == 0 else None)
+    reporter = make_reporter(style_of(progress), comm.rank)
+    options = Options(comm, overwrite, reporter, command_line(), signals)
+    directory = comm.bcast(_temporary(folder) if comm.rank == 0 else None)
     try:
         outcome = work(directory, options)
         _wait_for_all(outcome, options)
-        return comm.bcast(kind(directory, asdict(outcome)).in_memory() if comm.rank == 0 else None)
+        result = kind(directory, asdict(outcome))
+        if comm.rank == 0 and style_of(progress) != "none":
+            reporter.answer(result.answer, result.status, result.warnings)
+        if folder is not None:
+            return result
+        return comm.bcast(result.in_memory() if comm.rank == 0 else None)
     finally:
-        if comm.rank == 0:
+        if comm.rank == 0 and folder is None:
             shutil.rmtree(directory, ignore_errors=True)
 
 
+def _temporary(folder: Folder) -> Path:
+    """The folder, a new temporary one where none is given."""
+    return Path(tempfile.mkdtemp(prefix="pairsim-") if folder is None else folder)
+
+
 def _wait_for_all(outcome: Outcome, options: Options) -> None:
-    """Let the first process finish its files, which all are about to read.
+    """Wait until the first process has written the files, which all processes read next.
 
     Raises:
-        KeyboardInterrupt: One has stopped several processes, of which others may still be anywhere in the computation.
+        KeyboardInterrupt: The computation was interrupted on several processes, which cannot be synchronised any more.
     """
     if outcome.status != "interrupted":
         options.comm.Barrier()

@@ -1,4 +1,4 @@
-"""Results from folders: `open`."""
+"""Open folders of results: `open`."""
 
 from __future__ import annotations
 
@@ -13,24 +13,29 @@ from pairsim.runtime.errors import InputError
 
 
 def open_folder(folder: str | PathLike[str]) -> RunResult | CurveResult | CriticalResult | SweepResult:
-    """Read the results in a folder of `run`, `curve`, `critical` or `sweep`, of this or an earlier version of pairsim.
+    """Open the results of `run`, `curve`, `critical` or `sweep`, also of earlier versions of pairsim.
 
     Args:
-        folder: The folder. The computation may still go on: what is there when it is asked for is read.
+        folder: The folder of results. The computation may still be running; files are read when first accessed.
 
     Returns:
-        The same result as that of the function which computed it.
+        A result of the same type as that of the function which computed it.
 
     Raises:
-        InputError: The folder holds no results, those of a study, or a format that this version does not know.
+        InputError: The folder has no results, those of a study, or results in the format of a newer version.
     """
     path = Path(folder)
     kind = kind_of(path)
     if kind == "sweep":
         return SweepResult(path)
     if kind == "study":
-        raise InputError(str(path), "", None, "holds a study: read study.csv, or open one of its sweeps, sweep-1 ...")
-    number = read_record(path).get("format", FORMAT)  # early records have none
+        raise InputError(
+            str(path),
+            "",
+            None,
+            "must not be a folder of study: read its study.csv, or open one of its sweeps, sweep-1 ...",
+        )
+    number = read_record(path).get("format", FORMAT)  # missing in early versions
     if not isinstance(number, int) or number > FORMAT:
         allowed = f"must be at most {FORMAT}; a newer pairsim wrote this folder"
         raise InputError(str(path / "run.json"), "format", number, allowed)

@@ -1,4 +1,4 @@
-"""Fields as pyvista grids."""
+"""Convert fields to pyvista grids."""
 
 from __future__ import annotations
 
@@ -8,15 +8,18 @@ import pyvista as pv
 from pairsim.results.xdmf import FieldFrame, components
 
 VTK_CELLS = {6: 22, 9: 28}
-"""VTK's cell types by the number of nodes: quadratic triangles and biquadratic quadrilaterals."""
+"""VTK cell types by number of nodes: quadratic triangles and biquadratic quadrilaterals."""
 
 
 def grid_of(frame: FieldFrame) -> pv.UnstructuredGrid:
-    """The fields of a frame, under the names and with the components of fields.xdmf: vectors are (z, r, 0).
+    """Convert a frame to a grid, with names and components as in fields.xdmf: vectors are (z, r, 0).
+
+    Args:
+        frame: The fields at one time.
 
     Returns:
-        A grid of quadratic cells; cell data `region` (0 in the liquid, i in particle i counted from upstream), field
-        data `t` (of a curve: the distance).
+        A grid of quadratic cells. Cell data: `region`, 0 in the liquid and i in particle i from upstream. Field data:
+        `t`, the time [D_c/U_av], for a curve the distance [D_c].
     """
     count, nodes = frame.cells.shape
     cells = np.column_stack([np.full(count, nodes), frame.cells])

@@ -1,4 +1,4 @@
-"""What a computation has given: tables, fields and how it ended, from a folder or kept in memory."""
+"""Results of a computation: tables, fields, status and warnings, from a folder or in memory."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from pairsim.api.cases import load
 from pairsim.config.case import SceneCase
+from pairsim.results.answer import Zero, answer_of_critical, answer_of_curve, answer_of_run, cost_line
 from pairsim.results.output import SERIES
 from pairsim.results.xdmf import FieldFrame, read_frame, read_times
 from pairsim.runtime.arrays import Array
@@ -23,22 +24,22 @@ if TYPE_CHECKING:
     import pandas as pd
     import pyvista as pv
 
-SHOWN = 8  # rows of a table that a notebook shows
+SHOWN = 8  # rows of a table shown in a notebook
 
 
 class Result:
-    """What a computation has given; made by `run`, `curve`, `critical` and `open`.
+    """The result of a computation; returned by `run`, `curve`, `critical` and `open`.
 
-    What is on disk is read when it is first asked for, and not again: a new `open` shows what a running computation has
-    added meanwhile.
+    Files are read when first accessed, and only once. To see the progress of a running computation, `open` its folder
+    again.
 
     Args:
-        folder: The folder of the results.
-        ending: Status, reason and message where they are known already: a sweep also knows of crashes and timeouts.
-            None: as run.json has them.
+        folder: The folder of results.
+        ending: Status, reason and message, if they are not to be taken from run.json: a sweep also records crashes and
+            timeouts. None: those of run.json.
 
     Attributes:
-        folder: The folder; None for a result that is in memory only.
+        folder: The folder; None for a result that is only in memory.
     """
 
     kind: ClassVar[str]
@@ -50,12 +51,16 @@ class Result:
 
     @property
     def _path(self) -> Path:
-        assert self.folder is not None, "what is in memory has been read already"
+        assert self.folder is not None, "a result in memory has been read completely"
         return self.folder
 
     @cached_property
     def record(self) -> dict[str, Any]:
-        """run.json: how the computation went, by which versions, on which machine; empty if it is missing."""
+        """The content of run.json: outcome, cost, versions and machine; empty if the file is missing.
+
+        Raises:
+            InputError: The file is invalid.
+        """
         try:
             content = json.loads((self._path / "run.json").read_text(encoding="utf-8"))
         except FileNotFoundError:
@@ -66,7 +71,7 @@ class Result:
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """The main table with the columns of its CSV file (see the reference); whole numbers are integers."""
+        """The main table, with the columns of its CSV file (see the reference); counts are integers."""
         from pairsim.api.tables import read_table
 
         return read_table(self._path / self.table_name)
@@ -76,7 +81,7 @@ class Result:
         """The case, with every default filled in.
 
         Raises:
-            InputError: case.yaml is missing, or this version refuses it.
+            InputError: case.yaml is missing, or not valid in this version.
         """
         return cast(SceneCase, load(self._path / "case.yaml", kind=self.kind))  # type: ignore[call-overload]
 
@@ -85,32 +90,32 @@ class Result:
 
     @property
     def status(self) -> str:
-        """One of "finished", "failed", "interrupted", "timeout" (in a sweep), and "running", also if it was killed."""
+        """One of "finished", "failed", "interrupted", "timeout" (in a sweep) or "running" (or killed)."""
         return self._ended("status") or "running"
 
     @property
     def reason(self) -> str:
-        """Why it ended: "end", "contact", "max_gap", or the typed reason of a failure."""
+        """Why it ended: "end", "contact", "max_gap", "interrupted", or the `reason` of a `RunFailure`."""
         return self._ended("reason")
 
     @property
     def message(self) -> str:
-        """One line on how it ended."""
+        """One line of text on how it ended."""
         return self._ended("message")
 
     @property
     def warnings(self) -> list[str]:
-        """What the user should know of the results."""
+        """Warnings about the results."""
         return list(self.record.get("warnings", ()))
 
     def check(self) -> Self:
-        """Make sure that the computation is finished.
+        """Raise an exception unless the computation has finished.
 
         Returns:
             The result itself.
 
         Raises:
-            RunFailure: It failed, of the type that its `reason` names.
+            RunFailure: It failed; the subclass is that of its `reason`.
             KeyboardInterrupt: It was interrupted.
         """
         if self.status == "interrupted":
@@ -119,28 +124,43 @@ class Result:
             raise failure_of(self.reason, self.message or f"the computation is {self.status}")
         return self
 
-    def plot(self, folder: Path | str) -> list[Path]:
-        """Draw the result as PNG files, as `pairsim plot` does.
+    @property
+    def answer(self) -> str:
+        """The answer in words, a line or more: what the particles do, how fast, the cost and the warnings."""
+        warnings = [f"Warning: {warning}" for warning in self.warnings]
+        ended = [] if self.status == "finished" else [f"{self.status.capitalize()}: {self.message}"]
+        cost = [cost_line(self.record)] if self.record else []
+        return "\n".join([*ended, *self._answer(), *warnings, *cost])
+
+    def _answer(self) -> list[str]:
+        raise NotImplementedError
+
+    def _columns(self) -> dict[str, Array]:
+        """The columns of the table whose values are numbers."""
+        return {str(name): self.table[name].to_numpy() for name in self.table if self.table[name].dtype.kind in "fi"}
+
+    def plot(self, folder: Path | str, **options: Any) -> list[Path]:
+        """Draw the result, as `pairsim plot` does.
 
         Args:
             folder: Where to, made if needed.
+            options: `formats`, `width`, `field` and `animate` of `pairsim.plot`.
 
         Returns:
-            The files.
+            Paths of the pictures.
 
         Raises:
-            InputError: The result is in memory only, or there is nothing to draw yet.
+            InputError: The result is in memory only, there is nothing to draw yet, or an option is wrong.
         """
+        from pairsim.api.pictures import plot
+
         if self.folder is None:
             raise InputError("plot", "folder", None, "the result is in memory only; compute it with folder=...")
-        return self._plot(self.folder, Path(folder))
-
-    def _plot(self, directory: Path, out: Path) -> list[Path]:
-        raise NotImplementedError
+        return plot(self.folder, out=folder, **options)
 
     @cached_property
     def _frame_times(self) -> Array:
-        """What the frames of fields.xdmf belong to; empty without the file."""
+        """Times (of a curve: distances) of the frames in fields.xdmf, shape (frames,); empty without the file."""
         return read_times(self._path) if (self._path / "fields.h5").is_file() else np.empty(0)
 
     @cached_property
@@ -148,22 +168,31 @@ class Result:
         return [read_frame(self._path, i) for i in range(len(self._frame_times))]
 
     def _fields(self, name: str, value: float) -> pv.UnstructuredGrid:
-        """The frame that belongs to a value."""
+        """The fields at a time or distance.
+
+        Raises:
+            InputError: There are none.
+        """
         from pairsim.api.grids import grid_of
 
         places = self._frame_times
         hits = np.flatnonzero(np.isclose(places, value, rtol=1e-9, atol=1e-12))
         if not hits.size:
             listed = ", ".join(f"{place:g}" for place in places)
-            raise InputError("fields", name, value, f"one of {listed}" if listed else "no fields were written")
+            raise InputError(
+                "fields",
+                name,
+                value,
+                f"must be one of {listed}" if listed else "must be left out: no fields were written",
+            )
         index = int(hits[0])
         return grid_of(self._frames[index] if self.folder is None else read_frame(self._path, index))
 
     def in_memory(self) -> Self:
-        """Read everything, so that the folder may go.
+        """Read all files into memory, so that the folder can be removed.
 
         Returns:
-            The result itself, whose `folder` is None from now on.
+            The result itself, with `folder` set to None.
         """
         for name in ("record", "case", "table", "_frame_times", "_frames"):
             getattr(self, name)
@@ -186,83 +215,88 @@ class Result:
 
 
 class RunResult(Result):
-    """A run in time: `table` is series.csv, a row an accepted step."""
+    """The result of a run in time. `table` is series.csv, with a row for each accepted step."""
 
     kind = "run"
     table_name = SERIES
 
     @property
     def times(self) -> Array:
-        """Times at which there are fields, in D_c/U_av, shape (n,)."""
+        """Times at which there are fields [D_c/U_av], shape (n,)."""
         return self._frame_times
 
     def fields(self, t: float) -> pv.UnstructuredGrid:
-        """Velocity, pressure, displacement and stresses on the deformed mesh.
+        """Velocity, pressure, displacement and stresses on the deformed mesh, as a pyvista grid.
 
         Args:
-            t: One of `times`.
+            t: One of `times` [D_c/U_av].
 
         Raises:
             InputError: There are no fields at this time.
         """
         return self._fields("t", t)
 
-    def _plot(self, directory: Path, out: Path) -> list[Path]:
-        from pairsim.results.run_plots import plot_run
-
-        return plot_run(directory, out)
+    def _answer(self) -> list[str]:
+        return answer_of_run(self._columns(), self.record) if len(self.table) else ["No step was completed."]
 
 
 class CurveResult(Result):
-    """A master curve: `table` is curve.csv, a row a point."""
+    """A master curve. `table` is curve.csv, with a row for each point."""
 
     kind = "curve"
     table_name = "curve.csv"
 
     @cached_property
     def zeros(self) -> pd.DataFrame:
-        """The zeros of dU (equilibria.csv): d, stable, slope, peak and, where it was estimated, d_error."""
+        """The zeros of dU (equilibria.csv): d, stable, slope, peak and, if they were estimated, d_error and certain."""
         from pairsim.api.tables import empty_table, read_table
 
         path = self._path / "equilibria.csv"
         return read_table(path) if path.is_file() else empty_table(("d", "stable", "slope", "peak"))
 
     def dU(self, d: Any, gap: int = 1) -> Any:
-        """The relative velocity between the points of the curve: the cubic Hermite interpolant over log d.
+        """Interpolate dU between the points of the curve, with the cubic Hermite interpolant over log d.
 
         Args:
-            d: Distance or distances, in D_c, any shape.
-            gap: Which gap, counted from upstream.
+            d: Distance or array of distances [D_c], of any shape.
+            gap: Number of the gap, counted from upstream.
 
         Returns:
-            dU in U_av; a number for a number, else an array of the shape of `d`.
+            dU [U_av]: a number if `d` is one, else an array of the shape of `d`.
 
         Raises:
-            InputError: A distance lies outside the curve, or there is no curve over one distance.
+            InputError: A distance is outside the curve, or there is no curve over a single distance.
         """
         name = "dU" if gap == 1 and "dU" in self.table else f"dU_{gap}"
         slope = name.replace("dU", "slope")
         if name not in self.table or slope not in self.table or len(self.table) < 2:
-            raise InputError("dU", "gap", gap, "a gap of a curve of two points or more over one distance")
+            raise InputError(
+                "dU", "gap", gap, "must be a gap of a curve with at least two points over a single distance"
+            )
         places = self.table["d" if "d" in self.table else "d_1"].to_numpy()
         wanted = np.asarray(d, dtype=float)
         outside = wanted[~((wanted >= places[0]) & (wanted <= places[-1]))]
         if outside.size:
-            raise InputError("dU", "d", float(outside.flat[0]), f"from {places[0]:g} to {places[-1]:g}, as the curve")
+            raise InputError(
+                "dU",
+                "d",
+                float(outside.flat[0]),
+                f"must be from {places[0]:g} to {places[-1]:g}, the ends of the curve",
+            )
         spline = curve_interpolant(places, self.table[name].to_numpy(), self.table[slope].to_numpy())
         values = spline(np.log(wanted))
         return float(values) if wanted.ndim == 0 else values
 
     @property
     def distances(self) -> Array:
-        """Distances at which there are fields (`fields` of the case), in D_c, shape (n,)."""
+        """Distances at which there are fields [D_c], shape (n,); see `fields` of the case."""
         return self._frame_times
 
     def fields(self, d: float) -> pv.UnstructuredGrid:
-        """Velocity, pressure, displacement and stresses on the deformed mesh.
+        """Velocity, pressure, displacement and stresses on the deformed mesh, as a pyvista grid.
 
         Args:
-            d: One of `distances`.
+            d: One of `distances` [D_c].
 
         Raises:
             InputError: There are no fields at this distance.
@@ -271,7 +305,7 @@ class CurveResult(Result):
 
     def in_memory(self) -> Self:
         """As `Result.in_memory`."""
-        self.zeros  # noqa: B018 - reads it
+        self.zeros  # noqa: B018 - reads the file
         return super().in_memory()
 
     def _headline(self) -> str:
@@ -280,30 +314,29 @@ class CurveResult(Result):
         )
         return super()._headline() + (f"; {zeros}" if zeros else "")
 
-    def _plot(self, directory: Path, out: Path) -> list[Path]:
-        from pairsim.results.curve_plots import plot_curve
-
-        return plot_curve(directory, out)
+    def _answer(self) -> list[str]:
+        rows = self.zeros.to_dict("records")
+        zeros = [Zero(row["d"], bool(row["stable"]), row.get("d_error")) for row in rows]
+        return answer_of_curve(self._columns(), zeros) if len(self.table) else ["No point was solved."]
 
 
 class CriticalResult(Result):
-    """Critical distances: `table` is critical.csv, a row a zero of dU."""
+    """Critical distances. `table` is critical.csv, with a row for each zero of dU."""
 
     kind = "critical"
     table_name = "critical.csv"
 
     @property
     def ends(self) -> list[dict[str, Any]]:
-        """Where the branches end, and why."""
+        """For each end of a branch: where it is, and why the branch ends there."""
         return list(self.record.get("ends", ()))
 
-    def _plot(self, directory: Path, out: Path) -> list[Path]:
-        from pairsim.results.critical_plots import plot_critical
-
-        return plot_critical(directory, out)
+    def _answer(self) -> list[str]:
+        rows = self.table.to_dict("records")
+        return answer_of_critical([Zero(row["d_cr"], bool(row["stable"])) for row in rows], self.record)
 
 
 KINDS: dict[str, type[RunResult] | type[CurveResult] | type[CriticalResult]] = {
     kind.kind: kind for kind in (RunResult, CurveResult, CriticalResult)
 }
-"""The results of single cases by the command that computes them."""
+"""The type of result of each command for one case."""

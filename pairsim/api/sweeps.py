@@ -1,4 +1,4 @@
-"""Many cases: `sweep`."""
+"""Compute many cases: `sweep`."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 from pairsim.api.results import KINDS, SHOWN, Result
 from pairsim.config.merging import section_of
+from pairsim.drivers.progress import Style, style_of
 from pairsim.results.output import plain
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.launcher import launcher_communicator
 from pairsim.runtime.locks import is_locked
 from pairsim.sweeps.grid import grid_from, read_grid
-from pairsim.sweeps.ledger import ENDED, read_sweep, table_of
+from pairsim.sweeps.ledger import ENDED, read_sweep, rows_of
 from pairsim.sweeps.progress import make_sweep_reporter
 from pairsim.sweeps.sweep import Options, run_sweep
 
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class SweepResult:
-    """What a sweep has given; made by `sweep` and `open`, read from its folder when it is first asked for.
+    """The result of a sweep; returned by `sweep` and `open`. Files are read when first accessed.
 
     Args:
         folder: The folder of the sweep.
@@ -36,19 +37,22 @@ class SweepResult:
 
     @cached_property
     def record(self) -> dict[str, Any]:
-        """How every case stands, from sweep.json (of all shards)."""
+        """The content of sweep.json, with the status of every case (of all shards)."""
         return read_sweep(self.folder)
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """results.csv: a row a case that has ended, with its parameters and main results; lists are lists."""
-        from pairsim.api.tables import table_of_text
+        """results.csv: a row for each case that has ended, with parameters and main results; lists are lists."""
+        import pandas as pd
 
-        return table_of_text(table_of(self.record))
+        from pairsim.api.tables import whole_numbers
+
+        header, rows = rows_of(self.record)
+        return whole_numbers(pd.DataFrame(rows, columns=header))
 
     @cached_property
     def cases(self) -> list[Result]:
-        """The results of the cases that have ended, in the order of the rows of `table`."""
+        """Results of the cases that have ended, in the order of `table`."""
         kind = KINDS[self.record["command"]]
         return [
             kind(self.folder / entry["folder"], entry) for entry in self.record["cases"] if entry["status"] in ENDED
@@ -56,7 +60,7 @@ class SweepResult:
 
     @property
     def status(self) -> str:
-        """The first that holds: "failed" if a case failed, "running" if one is to do, "finished"."""
+        """One of "failed" (a case failed or timed out), "finished" (all cases), "running" and "interrupted"."""
         counts = self.record["counts"]
         if counts["failed"] + counts["timeout"]:
             return "failed"
@@ -66,28 +70,28 @@ class SweepResult:
 
     @property
     def reason(self) -> str:
-        """The reasons of the cases that failed."""
+        """Reasons of the cases that failed or timed out, separated by commas."""
         ended = self.record["cases"]
         return ", ".join(sorted({entry["reason"] for entry in ended if entry["status"] in ("failed", "timeout")}))
 
     @property
     def warnings(self) -> list[str]:
-        """What the user should know of the results, with the case that it concerns."""
+        """Warnings about the results, each after the folder of its case."""
         return [f"{case.folder.name}: {warning}" for case in self.cases if case.folder for warning in case.warnings]
 
-    def plot(self, folder: Path | str | None = None, group: str | None = None) -> list[Path]:
-        """Draw the sweep as PNG files, as `pairsim plot` does.
+    def plot(self, folder: Path | str | None = None, **options: Any) -> list[Path]:
+        """Draw the sweep, as `pairsim plot` does.
 
         Args:
             folder: Where to; the sweep's folder by default.
-            group: Parameter that chooses the colours.
+            options: `formats`, `width`, `group` and `panels` of `pairsim.plot`.
 
         Returns:
-            The files.
+            Paths of the pictures.
         """
-        from pairsim.sweeps.sweep_plots import plot_sweep
+        from pairsim.api.pictures import plot
 
-        return plot_sweep(self.folder, Path(folder) if folder is not None else None, group)
+        return plot(self.folder, out=folder, **options)
 
     def _headline(self) -> str:
         counts = ", ".join(f"{count} {status}" for status, count in self.record["counts"].items() if count)
@@ -105,21 +109,21 @@ def sweep(
     *,
     folder: str | PathLike[str],
     workers: int = 1,
-    progress: bool = False,
+    progress: bool | Style = False,
     signals: bool = False,
     only_failed: bool = False,
     limit: int | None = None,
     case_timeout: float | None = None,
 ) -> SweepResult:
-    """Compute every case of a grid that is not finished yet, each in a process of its own.
+    """Compute every case of a grid that is not finished yet, each in its own process.
 
-    Under mpirun every process calls this and is a worker.
+    Under mpirun, all processes call this function and each computes cases.
 
     Args:
         grid: Path of a grid file, or a dict of its keys: base, grid, zip, cases, exclude, command.
         folder: Folder of the sweep; made, or continued.
         workers: Cases that are computed at the same time, without mpirun.
-        progress: Show progress on stderr.
+        progress: Show progress on stderr: True, or one of "bar", "lines" and "json".
         signals: End in order at SIGINT and SIGTERM, as the command line does. Without it no signal handler is
             installed; a KeyboardInterrupt stops the running cases, and the same call continues later.
         only_failed: Repeat the cases that failed or timed out, and nothing else.
@@ -127,16 +131,16 @@ def sweep(
         case_timeout: Allowed wall time of a case, in seconds.
 
     Returns:
-        The result, also where cases failed or the sweep was interrupted.
+        The result, also if cases failed or the sweep was interrupted.
 
     Raises:
-        InputError: The grid is wrong, the folder belongs to another grid, or another sweep is at work in it.
+        InputError: The grid is invalid, the folder belongs to another grid, or another sweep is writing to it.
     """
     if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
-        raise InputError("pairsim.sweep", "workers", workers, "a whole number of at least 1")
+        raise InputError("pairsim.sweep", "workers", workers, "must be a whole number of at least 1")
     checked = grid_from(Path("grid"), section_of(plain(grid))) if isinstance(grid, Mapping) else read_grid(Path(grid))
     comm = launcher_communicator()
-    reporter = make_sweep_reporter(not progress, comm.rank if comm else 0)
+    reporter = make_sweep_reporter(style_of(progress), comm.rank if comm else 0)
     options = Options(limit=limit, only_failed=only_failed, case_timeout=case_timeout, workers=workers, signals=signals)
     run_sweep(checked, Path(folder), options, comm, reporter)
     if comm:

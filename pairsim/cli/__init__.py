@@ -1,1 +1,1 @@
-"""Parses commands and calls the layer below."""
+"""The command line: parses arguments and calls the layers below."""

@@ -1,4 +1,7 @@
-"""Commands for one case; everything heavy is imported inside them: --help and input errors are immediate."""
+"""Commands for one case.
+
+Large libraries are imported inside the commands, so that --help and input errors are printed at once.
+"""
 
 from __future__ import annotations
 
@@ -8,13 +11,14 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from pairsim.cli import bench, first_steps, sweeps
-from pairsim.cli.options import CaseFile, DryRun, Output, Overwrite, Quiet, Settings, rank, show_estimate
+from pairsim.cli import bench, first_steps, pictures, sweeps
+from pairsim.cli.options import CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings, rank, show_estimate
 from pairsim.runtime.errors import InputError, PairsimError, RunFailure, unexpected
 from pairsim.runtime.version import __version__
 
 if TYPE_CHECKING:
     from pairsim.api.results import Result
+    from pairsim.drivers.progress import Style
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -26,6 +30,7 @@ app = typer.Typer(
 app.add_typer(sweeps.app)
 app.add_typer(bench.app)
 app.add_typer(first_steps.app)
+app.add_typer(pictures.app)
 
 
 def _version(wanted: bool) -> None:
@@ -36,7 +41,9 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def _common(
-    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print it.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
 ) -> None:
     pass
 
@@ -55,18 +62,24 @@ def run(
         Path | None,
         typer.Option(
             metavar="DIR",
-            help="Go on with the run in this folder from its checkpoint. "
+            help="Continue the run in this folder from its checkpoint. "
             "A case file or --set may change name, time.end, limits and output.",
             show_default=False,
         ),
     ] = None,
     dry_run: DryRun = False,
+    progress: Progress = "auto",
     quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
-    """Run one case in time: series.csv, fields.xdmf, case.yaml, run.json and checkpoint.npz.
+    """Compute one case in time.
 
-    Exit code 0: finished (also at contact and max_gap); 2: bad input; 3: a typed failure; 130: interrupted.
+    Writes series.csv, fields.xdmf, case.yaml, run.json and checkpoint.npz.
+    Lengths are in tube diameters D_c, velocities in the mean velocity U_av, times
+    in D_c/U_av.
+
+    Exit codes: 0 finished (also at contact or max_gap), 2 wrong input, 3
+    computation failed, 130 interrupted.
     """
     from pairsim.config.case_file import load_case
     from pairsim.config.cost import run_estimate
@@ -74,10 +87,10 @@ def run(
 
     if resume is not None and (overwrite or output is not None):
         option = "--overwrite" if overwrite else "-o"
-        raise InputError("pairsim run", option, None, "does not go with --resume, which names the folder")
+        raise InputError("pairsim run", option, None, "must be left out with --resume, which gives the folder")
     if case is None:
         if resume is None:
-            raise typer.BadParameter("missing; give a case file, or --resume DIR", param_hint="CASE")
+            raise typer.BadParameter("must be given, or else --resume DIR", param_hint="CASE")
         case = resume / "case.yaml"
     checked = load_case(case, tuple(set_ or ()))
     directory = resume or output or default_folder("run", checked)
@@ -86,15 +99,16 @@ def run(
         return
     from pairsim.api import compute
 
+    shown: Style = "none" if quiet else progress
     result = compute.run(
         checked,
         folder=directory,
         overwrite=overwrite,
         resume=resume is not None,
-        progress=not quiet,
+        progress=shown,
         signals=True,
     )
-    _end(result, directory, quiet, plot=False)
+    _end(result, directory, shown, plot=False)
 
 
 @app.command(
@@ -106,15 +120,21 @@ def curve(
     output: Output = None,
     overwrite: Overwrite = False,
     sensitivities: Annotated[
-        bool, typer.Option("--sensitivities", help="Add the derivatives of dU by Ca_e, De and beta at the same d.")
+        bool,
+        typer.Option("--sensitivities", help="Add the derivatives of dU with respect to Ca_e, De and beta at fixed d."),
     ] = False,
     dry_run: DryRun = False,
+    progress: Progress = "auto",
     quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
-    """Solve the quasi-steady master curve dU(d) and its zeros: curve.csv, equilibria.csv, curve.png, run.json.
+    """Compute the quasi-steady master curve dU(d) and its zeros.
 
-    The case file has d (a list, or {start, stop, num, spacing}) in place of d0. Exit codes as those of run.
+    The case file has d (distances in tube diameters D_c: a list, or {start, stop,
+    num, spacing}) in place of d0. Writes curve.csv (dU in U_av), equilibria.csv,
+    curve.png, case.yaml and run.json.
+
+    Exit codes: 0 finished, 2 wrong input, 3 computation failed, 130 interrupted.
     """
     from pairsim.config.case_file import load_curve
     from pairsim.config.cost import curve_estimate
@@ -127,15 +147,16 @@ def curve(
         return
     from pairsim.api import compute
 
+    shown: Style = "none" if quiet else progress
     result = compute.curve(
         checked,
         folder=directory,
         overwrite=overwrite,
         sensitivities=sensitivities,
-        progress=not quiet,
+        progress=shown,
         signals=True,
     )
-    _end(result, directory, quiet, plot=True)
+    _end(result, directory, shown, plot=True)
 
 
 @app.command(
@@ -147,13 +168,18 @@ def critical(
     output: Output = None,
     overwrite: Overwrite = False,
     dry_run: DryRun = False,
+    progress: Progress = "auto",
     quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
-    """Find the distances at which a pair neither separates nor collides, and follow them: critical.csv, critical.png.
+    """Find the distances at which dU = 0, and follow them over a parameter.
 
-    The case file has along: {Ca_e: ...} or {De: ...} (values, or {start, stop, num, spacing}), perhaps lines: with the
-    other of the two, and d: \\[least, most], the distances that are looked at. Exit codes as those of run.
+    The case file has along: {Ca_e: ...} or {De: ...} with values or {start, stop,
+    num, spacing}, optionally lines: with values of the other parameter, and d:
+    \\[least, largest], the range of distances in tube diameters D_c. Writes
+    critical.csv, critical.png, case.yaml and run.json.
+
+    Exit codes: 0 finished, 2 wrong input, 3 computation failed, 130 interrupted.
     """
     from pairsim.config.case_file import load_critical
     from pairsim.config.cost import critical_estimate
@@ -166,13 +192,15 @@ def critical(
         return
     from pairsim.api import compute
 
-    result = compute.critical(checked, folder=directory, overwrite=overwrite, progress=not quiet, signals=True)
-    _end(result, directory, quiet, plot=True)
+    shown: Style = "none" if quiet else progress
+    result = compute.critical(checked, folder=directory, overwrite=overwrite, progress=shown, signals=True)
+    _end(result, directory, shown, plot=True)
 
 
-def _end(result: Result, directory: Path, quiet: bool, plot: bool) -> NoReturn:
-    """Draw, say where the results are or what went wrong, and exit with the code of the outcome."""
+def _end(result: Result, directory: Path, shown: Style, plot: bool) -> NoReturn:
+    """Draw, give the folder (stdout) and what to do next (stderr), and exit with the code of the outcome."""
     from pairsim.drivers.outcome import EXIT_CODES
+    from pairsim.results.answer import advice
 
     code = EXIT_CODES[result.status]
     if rank() == 0:
@@ -180,20 +208,26 @@ def _end(result: Result, directory: Path, quiet: bool, plot: bool) -> NoReturn:
             if plot:
                 result.plot(directory)
             typer.echo(str(directory))
-        elif quiet:
+        if shown == "none" and code:
             typer.echo(result.message, err=True)
+        elif shown not in ("none", "json"):
+            typer.echo(advice(result.kind, result.status, directory), err=True)
     raise typer.Exit(code)
 
 
 @app.command(epilog="Example: pairsim mesh configs/quickstart.yaml -o meshes/pair.msh --png meshes/pair.png")
 def mesh(
     case: CaseFile,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Mesh file for gmsh and meshio.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Mesh file: .msh (gmsh), .vtu or .xdmf.")],
     png: Annotated[Path | None, typer.Option("--png", help="Picture of the mesh around the particles.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")] = False,
     set_: Settings = None,
 ) -> None:
-    """Make the reference mesh of a case and write it."""
+    """Write the mesh with which a run of a case begins.
+
+    Lengths are in tube diameters D_c. Prints the numbers of cells, nodes and
+    arcs.
+    """
     from pairsim.config.case_file import load_case
 
     checked = load_case(case, tuple(set_ or ()))
@@ -209,54 +243,8 @@ def mesh(
         typer.echo(f"{name}: {count}")
 
 
-@app.command(epilog="Examples: pairsim plot runs/quickstart | pairsim plot runs/sweep --group Ca_e")
-def plot(
-    directory: Annotated[Path, typer.Argument(help="Folder of results.", show_default=False)],
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Where the pictures go (default: the folder itself).")
-    ] = None,
-    group: Annotated[
-        str | None, typer.Option(metavar="KEY", help="Parameter of a sweep that chooses the colours.")
-    ] = None,
-) -> None:
-    """Draw the results of run, curve, critical, sweep or study as PNG.
-
-    A run: dU and D against time and distance, and the deformed particles in the flow. A curve: dU and D against d.
-    Critical distances: over the parameter that was followed. A sweep of runs: dU of all cases against time and distance
-    and the last dU against each parameter; of curves and critical distances: dU against d, zeros of dU against each
-    parameter; of each: a map of how the cases ended. A study: error against wall time.
-    """
-    from pairsim.results.folders import kind_of
-
-    kind = kind_of(directory)
-    if group is not None and kind != "sweep":
-        raise InputError("--group", "", group, f"must be left out: it goes with a sweep, {directory} holds a {kind}")
-    if kind == "sweep":
-        from pairsim.sweeps.sweep_plots import plot_sweep
-
-        paths = plot_sweep(directory, output, group)
-    elif kind == "study":
-        from pairsim.sweeps.study_plots import plot_study
-
-        paths = plot_study(directory, output)
-    elif kind == "curve":
-        from pairsim.results.curve_plots import plot_curve
-
-        paths = plot_curve(directory, output or directory)
-    elif kind == "critical":
-        from pairsim.results.critical_plots import plot_critical
-
-        paths = plot_critical(directory, output or directory)
-    else:
-        from pairsim.results.run_plots import plot_run
-
-        paths = plot_run(directory, output)
-    for path in paths:
-        typer.echo(str(path))
-
-
 def main() -> NoReturn:
-    """Entry point: errors that pairsim means become one message and an exit code, never a traceback."""
+    """Entry point: every `PairsimError` is printed as one message, without a traceback, and sets the exit code."""
     try:
         app(standalone_mode=True)
     except InputError as error:
@@ -276,7 +264,7 @@ def main() -> NoReturn:
 
 
 def _complain(error: Exception) -> None:
-    """One message on stderr, by the first process only."""
+    """Print an error to stderr, on the first process only."""
     if rank() == 0:
         lines = str(error).splitlines()
         if isinstance(error, InputError) and len(error.mistakes) > 1:

@@ -1,4 +1,7 @@
-"""Commands between the bench and pairsim's own units; everything heavy is imported inside them."""
+"""Commands that convert between physical and dimensionless quantities.
+
+Large libraries are imported inside the commands, so that --help and input errors are printed at once.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ app = typer.Typer()
 
 
 def _option(name: str, what: str, example: str, *more: str) -> Any:
-    return typer.Option(name, *more, metavar="QUANTITY", help=f"{what}, such as {example}.", show_default=False)
+    return typer.Option(name, *more, metavar="QUANTITY", help=f"{what}; example: {example}.", show_default=False)
 
 
 @app.command(
@@ -27,30 +30,43 @@ def _option(name: str, what: str, example: str, *more: str) -> Any:
 def units(
     tube: Annotated[str, _option("--tube", "Inner diameter of the tube", "50um")],
     particle: Annotated[
-        list[str], _option("--particle", "Diameter of the particles (given again: of each, from upstream)", "20um")
+        list[str],
+        _option("--particle", "Diameter of the particles (repeat for one value each, from upstream)", "20um"),
     ],
-    viscosity: Annotated[str, _option("--viscosity", "Zero-shear viscosity, solvent included", "1Pa.s")],
+    viscosity: Annotated[
+        str, _option("--viscosity", "Zero-shear viscosity of the liquid, including the solvent", "1Pa.s")
+    ],
     flow: Annotated[str | None, _option("--flow", "Flow rate", "1ul/min")] = None,
-    velocity: Annotated[str | None, _option("--velocity", "Mean velocity, in place of --flow", "5mm/s")] = None,
+    velocity: Annotated[
+        str | None, _option("--velocity", "Mean velocity of the liquid, in place of --flow", "5mm/s")
+    ] = None,
     modulus: Annotated[
         list[str] | None, _option("--modulus", "Shear modulus G_p of the particles (default: rigid)", "5kPa")
     ] = None,
-    young: Annotated[list[str] | None, _option("--young", "Young's modulus E = 3 G_p instead", "15kPa")] = None,
+    young: Annotated[
+        list[str] | None, _option("--young", "Young's modulus E = 3 G_p, in place of --modulus", "15kPa")
+    ] = None,
     relaxation: Annotated[
-        str | None, _option("--relaxation", "Relaxation time (default: a Newtonian liquid)", "2ms")
+        str | None, _option("--relaxation", "Relaxation time of the liquid (default: Newtonian)", "2ms")
     ] = None,
     solvent: Annotated[str | None, _option("--solvent", "Viscosity of the solvent", "1mPa.s")] = None,
-    density: Annotated[str | None, _option("--density", "Density (default: that of water)", "1000kg/m^3")] = None,
+    density: Annotated[
+        str | None, _option("--density", "Density of the liquid (default: that of water)", "1000kg/m^3")
+    ] = None,
     distance: Annotated[
         str | None, _option("--distance", "Initial distance between the surfaces (default: 0.1 D_c)", "5um")
     ] = None,
     end: Annotated[str | None, _option("--end", "End time of the run (default: 2 D_c/U_av)", "0.1s")] = None,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Write a case file for pairsim run.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Write a case file for pairsim run to this path.")
+    ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing case file.")] = False,
 ) -> None:
-    """Turn what is on the bench into dimensionless numbers and scales; with -o into a case file.
+    """Compute the dimensionless numbers and scales of an experiment; with -o also write a case file.
 
-    Tells whether leaving out inertia is right, warns where no steady shape is expected, and names every default taken.
+    Every quantity is a number with its unit, such as 50um. Also prints whether
+    inertia is negligible, a warning if no steady shape is expected, and each
+    default used.
     """
     from pairsim.config.bench_report import DEFAULTS, bench_report
     from pairsim.config.case_file import case_from_dict
@@ -88,13 +104,13 @@ def _check_free(output: Path | None, overwrite: bool) -> None:
 
 
 def _write(output: Path, text: str) -> None:
-    """Write a file whole, and say where it is."""
+    """Write a text file and print its path."""
     from pairsim.results.output import write_text
 
     try:
         write_text(output, text)
     except OSError as error:
-        raise InputError(str(output), "-o", None, f"cannot be written ({error.strerror})") from None
+        raise InputError(str(output), "-o", None, f"must be a writable file ({error.strerror})") from None
     typer.echo(str(output))
 
 
@@ -103,12 +119,12 @@ def _one(values: list[str] | None) -> Any:
 
 
 def _of_options(error: InputError) -> InputError:
-    """Mistakes in the words of the options."""
+    """The same error with options of `pairsim units` in place of keys of the `physical` block."""
 
-    def words(text: str) -> str:
+    def options(text: str) -> str:
         return text.replace("physical.", "--").replace("--flow_rate", "--flow")
 
-    first, *rest = (InputError(m.file, words(m.key), m.value, words(m.allowed)) for m in error.mistakes)
+    first, *rest = (InputError(m.file, options(m.key), m.value, options(m.allowed)) for m in error.mistakes)
     return InputError(first.file, first.key, first.value, first.allowed, others=rest)
 
 
@@ -126,7 +142,7 @@ def _show(report: BenchReport) -> None:
     print_table(table)
     typer.echo(report.inertia)
     for default in report.defaults:
-        typer.echo(f"default taken: {default}")
+        typer.echo(f"default used: {default}")
     for warning in report.warnings:
         typer.echo(f"warning: {warning}")
 
@@ -136,17 +152,24 @@ def _show(report: BenchReport) -> None:
     "pairsim table runs/curve equilibria"
 )
 def table(
-    directory: Annotated[Path, typer.Argument(help="Folder of a run, curve or critical.", show_default=False)],
+    directory: Annotated[Path, typer.Argument(help="Folder of run, curve or critical.", show_default=False)],
     name: Annotated[
-        str | None, typer.Argument(help="Which table of it (default: series, curve or critical).", show_default=False)
+        str | None,
+        typer.Argument(
+            help="series, curve, equilibria or critical (default: the main table of the folder).", show_default=False
+        ),
     ] = None,
     physical: Annotated[
-        bool, typer.Option("--physical", help="In um, s, um/s and Pa; the case needs a physical block.")
+        bool, typer.Option("--physical", help="Convert to um, s, um/s and Pa; the case must have a physical block.")
     ] = False,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="File (default: the terminal).")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="CSV file to write (default: print).")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
 ) -> None:
-    """Print a table as CSV with the units in its header, those of pairsim or physical ones."""
+    """Print a table of results as CSV, with the unit of each column in the header.
+
+    Units are those of pairsim (D_c, U_av, D_c/U_av) or, with --physical, um, s,
+    um/s and Pa.
+    """
     from pairsim.results.physical_table import table_of
 
     _check_free(output, overwrite)
@@ -161,14 +184,19 @@ def table(
     epilog="Examples: pairsim travel runs/curve --from 0.1 --to 0.5 | pairsim travel runs/curve --from 5um --to 25um"
 )
 def travel(
-    directory: Annotated[Path, typer.Argument(help="Folder of a curve.", show_default=False)],
-    start: Annotated[str, typer.Option("--from", metavar="D", help="Distance at the beginning [D_c], or with a unit.")],
-    stop: Annotated[str, typer.Option("--to", metavar="D", help="Distance at the end.")],
+    directory: Annotated[Path, typer.Argument(help="Folder of curve.", show_default=False)],
+    start: Annotated[
+        str, typer.Option("--from", metavar="D", help="First distance, in tube diameters D_c or with a unit.")
+    ],
+    stop: Annotated[
+        str, typer.Option("--to", metavar="D", help="Last distance, in tube diameters D_c or with a unit.")
+    ],
 ) -> None:
-    """Tell how long, and how much tube, a pair needs from one distance to another, by its quasi-steady curve.
+    """Compute the time and the length of tube in which a pair moves from one distance to another, from its curve.
 
-    Time is the integral of dd/dU, length that of U/dU dd with the pair's mean velocity U; refused across a zero of dU.
-    Also in seconds and millimetres where the case has a physical block.
+    The time is the integral of dd/dU [D_c/U_av], the length that of U/dU dd with
+    the mean velocity U of the pair [D_c]; there must be no zero of dU between the
+    distances. If the case has a physical block, also in s and mm.
     """
     from pairsim.results.folders import kind_of
     from pairsim.results.physical_table import scales_of
@@ -176,24 +204,29 @@ def travel(
     from pairsim.results.travel import travel_in
 
     if (kind := kind_of(directory)) != "curve":
-        raise InputError(str(directory), "", None, f"holds a {kind}; must be the folder of a curve")
+        raise InputError(str(directory), "", None, f"must be a folder of `pairsim curve`, not of `pairsim {kind}`")
     ends = [_distance(directory, option, text) for option, text in (("--from", start), ("--to", stop))]
-    way = travel_in(directory, *ends)
+    result = travel_in(directory, *ends)
     typer.echo(
-        f"from d = {ends[0]:g} to {ends[1]:g}: {way.time:.4g} D_c/U_av and {way.length:.4g} D_c of tube "
-        f"(mean velocity {way.length / way.time:.4g} U_av)"
+        f"from d = {ends[0]:g} to {ends[1]:g}: {result.time:.4g} D_c/U_av and {result.length:.4g} D_c of tube "
+        f"(mean velocity {result.length / result.time:.4g} U_av)"
     )
     if "scales" in read_record(directory):
         scales = scales_of(directory)
-        typer.echo(f"in units: {way.time * scales.time:.4g} s and {1e3 * way.length * scales.length:.4g} mm of tube")
-    if way.drift is None:
-        typer.echo("warning: the terms that the curve leaves out (drift) exceed dU on the way")
+        seconds, millimetres = result.time * scales.time, 1e3 * result.length * scales.length
+        typer.echo(f"in physical units: {seconds:.4g} s and {millimetres:.4g} mm of tube")
+    if result.drift is None:
+        typer.echo("warning: the terms neglected in the curve (drift) exceed dU between these distances")
     else:
-        typer.echo(f"the terms that the curve leaves out (drift) change the time by {100 * way.drift:+.2g} %")
+        typer.echo(f"the terms neglected in the curve (drift) change the time by {100 * result.drift:+.2g} %")
 
 
 def _distance(directory: Path, option: str, text: str) -> float:
-    """A distance in tube diameters, given so or with a unit."""
+    """A distance in tube diameters from a number or a length with a unit.
+
+    Raises:
+        InputError: It is neither, or the case has no `physical` block to convert a length.
+    """
     try:
         return float(text)
     except ValueError:

@@ -1,4 +1,4 @@
-"""Commands to begin with: an example of every kind of file, and its keys."""
+"""Commands for writing case files: commented examples, and the list of keys."""
 
 from __future__ import annotations
 
@@ -15,14 +15,12 @@ app = typer.Typer()
 
 @app.command(epilog="Examples: pairsim init | pairsim init beads --kind curve")
 def init(
-    name: Annotated[
-        str | None, typer.Argument(help="Name of the case and of its file (default: that of the kind).")
-    ] = None,
+    name: Annotated[str | None, typer.Argument(help="Name of the case and of its file (default: the kind).")] = None,
     kind: Annotated[
-        Literal["run", "curve", "critical", "sweep"], typer.Option("--kind", help="The command that it is for.")
+        Literal["run", "curve", "critical", "sweep"], typer.Option("--kind", help="The command that reads the file.")
     ] = "run",
 ) -> None:
-    """Write a commented example into NAME.yaml; an existing file is never replaced."""
+    """Write a commented example to NAME.yaml; an existing file is never replaced."""
     from pairsim.config.example import write_example
 
     path = write_example(kind, name or kind, Path())
@@ -36,25 +34,28 @@ def init(
 )
 def schema(
     command: Annotated[
-        Literal["run", "curve", "critical", "sweep", "study"], typer.Argument(help="The command that the file is for.")
+        Literal["run", "curve", "critical", "sweep", "study"], typer.Argument(help="The command that reads the file.")
     ] = "run",
     case: Annotated[
         Path | None,
-        typer.Option("--case", help="Show what each key is in this case, its defaults included.", show_default=False),
+        typer.Option("--case", help="Show the value of each key in this case, defaults included.", show_default=False),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print a JSON Schema, by which editors check files.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print a JSON Schema, with which editors check files.")
+    ] = False,
     set_: Settings = None,
 ) -> None:
-    """List every key of a file with what it accepts, its default and its meaning.
+    """List every key of a file with its allowed values, default, meaning and unit.
 
-    Some defaults depend on the liquid and on the particles: --case (with --set) shows those that hold in a case.
+    Some defaults depend on the liquid and on the particles: --case (with --set)
+    shows the values in a case.
     """
     from rich.table import Table
 
     from pairsim.config.schema import json_schema, schema_rows, values_in
 
     if set_ and case is None:
-        raise InputError("pairsim schema", "--set", None, "must go with --case, whose keys it replaces")
+        raise InputError("pairsim schema", "--set", None, "must be used with --case, whose keys it replaces")
     if as_json and case is not None:
         raise InputError("pairsim schema", "--json", None, "must be left out with --case")
     if as_json:

@@ -1,11 +1,11 @@
-"""What the files of commands share: arguments that many have, tables on the terminal, and the number of a process."""
+"""Shared by all commands: common arguments, tables on the terminal, and the MPI rank."""
 
 from __future__ import annotations
 
 import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -15,23 +15,28 @@ if TYPE_CHECKING:
 
 CaseFile = Annotated[Path, typer.Argument(help="Case file (YAML); pairsim schema lists its keys.", show_default=False)]
 Settings = Annotated[
-    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Replace a key, such as mesh.Np=20.")
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Replace a key of the file, such as mesh.Np=20; may be repeated."),
 ]
 Output = Annotated[
     Path | None,
     typer.Option(
-        "-o", "--output", help="Folder of the results (default: runs/<name>; without a name runs/<parameters>-<hash>)."
+        "-o", "--output", help="Folder for the results (default: runs/<name>; without a name runs/<parameters>-<hash>)."
     ),
 ]
 DryRun = Annotated[
-    bool, typer.Option("--dry-run", help="Check the case, tell unknowns, time and memory; compute nothing.")
+    bool, typer.Option("--dry-run", help="Check the case and estimate unknowns, time and memory; compute nothing.")
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace the results in an existing folder.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress and no answer, only the folder.")]
+Progress = Annotated[
+    Literal["auto", "bar", "lines", "json"],
+    typer.Option(help="Progress on stderr: a live bar, lines, or a JSON object a line; auto: a bar on a terminal."),
+]
 
 
 def print_table(view: object) -> None:
-    """A table on stdout, wide enough where it is not a terminal."""
+    """Print a table to stdout; 160 columns wide if stdout is not a terminal."""
     from rich.console import Console
 
     Console(width=None if sys.stdout.isatty() else 160, markup=False, highlight=False).print(view)
@@ -39,7 +44,7 @@ def print_table(view: object) -> None:
 
 def show_estimate(case: SceneCase, directory: Path, estimate: Estimate) -> None:
     """What a case will cost, where its results will go, and what its user should know of it."""
-    from pairsim.sweeps.summary import duration
+    from pairsim.runtime.duration import duration
 
     if rank() == 0:
         typer.echo(
@@ -51,7 +56,7 @@ def show_estimate(case: SceneCase, directory: Path, estimate: Estimate) -> None:
 
 
 def rank() -> int:
-    """Number of this process in its job."""
+    """MPI rank of this process, without importing MPI."""
     if (mpi := sys.modules.get("mpi4py.MPI")) is not None:
         return int(mpi.COMM_WORLD.rank)
     launchers = ("PMI_RANK", "PMIX_RANK", "OMPI_COMM_WORLD_RANK", "SLURM_PROCID")

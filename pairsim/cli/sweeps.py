@@ -1,4 +1,7 @@
-"""The commands for many cases; everything heavy is imported inside them."""
+"""Commands for many cases.
+
+Large libraries are imported inside the commands, so that --help and input errors are printed at once.
+"""
 
 from __future__ import annotations
 
@@ -8,12 +11,12 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from pairsim.cli.options import Quiet, Settings, print_table, rank
+from pairsim.cli.options import Progress, Quiet, Settings, print_table, rank
 from pairsim.runtime.errors import InputError
 
 app = typer.Typer()
 
-CLEAR = "\x1b[2J\x1b[H"  # a terminal's
+CLEAR = "\x1b[2J\x1b[H"  # clears a terminal
 
 
 @app.command(
@@ -25,32 +28,47 @@ def sweep(
         Path, typer.Argument(help="Grid file (YAML): base, grid, zip, cases, exclude.", show_default=False)
     ],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Folder of the sweep (default: runs/<name>).")
+        Path | None, typer.Option("-o", "--output", help="Folder for the sweep (default: runs/<name>).")
     ] = None,
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="List the cases, unknowns and cost; compute none.")
+        bool, typer.Option("--dry-run", help="List the cases with estimated unknowns and time; compute nothing.")
     ] = False,
-    limit: Annotated[int | None, typer.Option(min=1, help="Start so many cases at most.")] = None,
-    only_failed: Annotated[bool, typer.Option("--only-failed", help="Repeat what failed or timed out.")] = False,
+    limit: Annotated[int | None, typer.Option(min=1, help="Largest number of cases to start.")] = None,
+    only_failed: Annotated[
+        bool, typer.Option("--only-failed", help="Repeat only the cases that failed or timed out.")
+    ] = False,
     fail_fast: Annotated[bool, typer.Option("--fail-fast", help="Stop when a case fails.")] = False,
-    shard: Annotated[str | None, typer.Option(metavar="I/N", help="Do part I of N, counted from 1.")] = None,
+    shard: Annotated[str | None, typer.Option(metavar="I/N", help="Compute part I of N, counted from 1.")] = None,
     ranks_per_case: Annotated[int, typer.Option(min=1, help="MPI processes of each case.")] = 1,
-    workers: Annotated[int, typer.Option(min=1, help="Cases at the same time, without mpirun.")] = 1,
-    cold: Annotated[bool, typer.Option("--cold", help="Start no curve from its neighbour's solutions.")] = False,
-    case_timeout: Annotated[float | None, typer.Option(min=0.0, help="Wall time of a case, in seconds.")] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Number of cases computed at the same time, without mpirun.")] = 1,
+    cold: Annotated[
+        bool, typer.Option("--cold", help="Do not start curves from the solutions of neighbouring curves.")
+    ] = False,
+    case_timeout: Annotated[
+        float | None, typer.Option(min=0.0, help="Largest wall time of a case, in seconds.")
+    ] = None,
     walltime: Annotated[
-        str | None, typer.Option(metavar="TIME", help="Stop in order before this has passed: seconds or H:MM:SS.")
+        str | None,
+        typer.Option(
+            metavar="TIME",
+            help="Largest wall time of the sweep, in seconds or H:MM:SS; running cases are stopped in order before.",
+        ),
     ] = None,
     emit: Annotated[
-        str | None, typer.Option(metavar="slurm", help="Print a job-array script; compute nothing.")
+        str | None, typer.Option(metavar="slurm", help="Print a script for a Slurm job array; compute nothing.")
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
+    progress: Progress = "auto",
+    quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
-    """Run every case of a grid, also under mpirun or srun; the same command continues what was stopped.
+    """Compute every case of a grid; the same command continues an interrupted sweep.
 
-    Every case gets a folder of its own; results.csv and sweep.json hold the table and how all cases stand.
-    Exit code 0: no case failed; 2: bad grid; 3: some failed, or the disk is full; 130: interrupted.
+    Each case has its own folder; results.csv has the main results of all cases,
+    sweep.json their status. Under mpirun or srun, the cases are distributed over
+    the processes.
+
+    Exit codes: 0 no case failed, 2 wrong input, 3 some cases failed or the disk
+    is full, 130 interrupted.
     """
     from pairsim.sweeps.grid import read_grid
     from pairsim.sweeps.summary import dry_run_view, parse_shard, parse_time
@@ -96,13 +114,13 @@ def sweep(
         tuple(set_ or ()),
         workers,
     )
-    reporter = make_sweep_reporter(quiet, comm.rank if comm else 0)
+    reporter = make_sweep_reporter("none" if quiet else progress, comm.rank if comm else 0)
     code, message = run_sweep(checked, directory, options, comm, reporter)
     _end_sweep(code, message, directory, quiet)
 
 
 def _end_sweep(code: int, message: str, directory: Path, quiet: bool) -> NoReturn:
-    """Say where the results are or what went wrong (only the first process has a message), and exit."""
+    """Print the folder or the failure, and exit; `message` is empty on all processes but the first."""
     if message:
         if code == 0:
             typer.echo(str(directory))
@@ -123,15 +141,22 @@ def study(
         ),
     ],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Folder of the study (default: runs/<name>).")
+        Path | None, typer.Option("-o", "--output", help="Folder for the study (default: runs/<name>).")
     ] = None,
-    case_timeout: Annotated[float | None, typer.Option(min=0.0, help="Wall time of a case, in seconds.")] = None,
+    case_timeout: Annotated[
+        float | None, typer.Option(min=0.0, help="Largest wall time of a case, in seconds.")
+    ] = None,
+    progress: Progress = "auto",
     quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
-    """Solve one case in many discretisations: what each costs, and how far off it is. study.csv, study.png.
+    """Compute one case with several meshes and time steps, and compare errors and wall times.
 
-    Works as a sweep: also under mpirun, and the same command continues what was stopped. Exit codes as those of sweep.
+    Writes study.csv and study.png. As for a sweep, the same command continues an
+    interrupted study, and mpirun distributes the cases over the processes.
+
+    Exit codes: 0 no case failed, 2 wrong input, 3 some cases failed or the disk
+    is full, 130 interrupted.
     """
     from pairsim.config.yaml_file import read_yaml
     from pairsim.runtime.launcher import launcher_communicator
@@ -142,7 +167,7 @@ def study(
     checked = read_study(file, read_yaml(file), tuple(set_ or ()))
     directory = output or Path("runs") / checked.name
     comm = launcher_communicator()
-    reporter = make_sweep_reporter(quiet, comm.rank if comm else 0)
+    reporter = make_sweep_reporter("none" if quiet else progress, comm.rank if comm else 0)
     code, message = run_study(checked, directory, case_timeout, comm, reporter)
     _end_sweep(code, message, directory, quiet)
 
@@ -152,10 +177,11 @@ def status(
     directory: Annotated[Path, typer.Argument(help="Folder of results.", show_default=False)],
     watch: Annotated[bool, typer.Option("--watch", help="Repeat every two seconds until the command ends.")] = False,
 ) -> None:
-    """Tell how a folder of results stands.
+    """Show the status of a folder of results.
 
-    Of a sweep or study: counts, rate, time left, and what failed for which reason. Of a run, curve or critical: how it
-    ended, or that it is at work, and its warnings.
+    sweep, study: number of cases by status, rate, time left, and the reasons of
+    failures. run, curve, critical: whether it is running or how it ended, wall
+    time in s, and warnings.
     """
     import time
 
@@ -175,7 +201,7 @@ def status(
 
 
 def _status_view(directory: Path, kind: str, working: bool) -> object:
-    """What `status` shows of a folder of some kind."""
+    """The output of `status` for a folder."""
     from pairsim.results.standing import standing_view
     from pairsim.sweeps.ledger import read_sweep
     from pairsim.sweeps.progress import status_view

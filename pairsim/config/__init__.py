@@ -1,1 +1,1 @@
-"""YAML or a dict to a checked case."""
+"""Turns YAML or a dict into a validated case."""

@@ -1,6 +1,6 @@
-"""What `accuracy:` stands for: cells and tolerances for an error of dU, as a part of the curve's peak.
+"""Cell sizes and tolerances for each value of `accuracy:`, the error of dU relative to the peak of the curve.
 
-docs/notebook/accuracy.md has what was measured with them.
+The measurements behind these settings are in docs/notebook/accuracy.md.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from typing import Any, Literal
 
 Accuracy = Literal["5%", "1%", "0.1%"]
 Liquid = Literal["newtonian", "thinning", "hardening"]
-# Below this alpha or epsilon a Giesekus or PTT liquid is taken to harden in extension as Oldroyd-B does: a guess
-# between what was measured, alpha .2 and epsilon .25 on one side and Oldroyd-B on the other.
+# A Giesekus or PTT liquid with a smaller alpha or epsilon gets the cells of a liquid that hardens in extension, such as
+# Oldroyd-B. The threshold is a guess: measured were alpha 0.2, epsilon 0.25 and Oldroyd-B.
 LEAST_THINNING = 0.1
-PIPE_CELL = 0.05  # a tube without particles has few cells, and profiles across it are all there is
+PIPE_CELL = 0.05  # largest cell in a tube without particles, where only the profile over the radius matters
 
 
 @dataclass(frozen=True)
@@ -23,10 +23,10 @@ class Cells:
     """Sizes of cells.
 
     Attributes:
-        Np: Cells on a half-circle.
-        max_size: Largest cell [D_c].
-        per_beta: Largest cell over the smallest diameter; what matters is the smaller of the two.
-        rows: Distance from the particles beyond which cells lie in rows [D_c]; 0: nowhere.
+        Np: Number of cells on the half-circle of a particle.
+        max_size: Upper bound on the cell size [D_c].
+        per_beta: Upper bound on the cell size, relative to the smallest particle diameter; the stricter bound holds.
+        rows: Distance from the particles beyond which cells lie in rows along the tube [D_c]; 0: no rows.
     """
 
     Np: int
@@ -35,21 +35,21 @@ class Cells:
     rows: float = 0.0
 
     def largest(self, beta: float) -> float:
-        """Largest cell around particles the smallest of which has this diameter [D_c]."""
+        """Largest cell size [D_c] when `beta` is the smallest particle diameter [D_c]."""
         return min(self.max_size, self.per_beta * beta)
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings of an accuracy.
+    """Discretisation settings for one value of `accuracy`.
 
     Attributes:
-        newtonian, thinning: Cells in a Newtonian and in a viscoelastic liquid, whose stresses the flow carries far.
-        hardening: Cells in a viscoelastic liquid that hardens in extension: its stress lies in thin layers at the
-            particles.
-        s_jump: Change of log c within a cell beyond which larger errors were measured.
-        time_tol: Local error of velocities [U_av] that BDF2 would be allowed in a run.
-        curve_tol: Allowed error between the points of a curve, as a part of its peak.
+        newtonian: Cells in a Newtonian liquid.
+        thinning: Cells in a shear-thinning viscoelastic liquid, whose polymer stress is advected far downstream.
+        hardening: Cells in a viscoelastic liquid that hardens in extension, with thin stress layers at the particles.
+        s_jump: Change of log c within a cell above which larger errors of dU were measured.
+        time_tol: Tolerance of a run: local error of the velocities [U_av] that a BDF2 step of the same size would have.
+        curve_tol: Allowed interpolation error between the points of a curve, relative to its peak.
     """
 
     newtonian: Cells
@@ -60,11 +60,11 @@ class Settings:
     curve_tol: float
 
     def cells(self, liquid: Liquid) -> Cells:
-        """The cells in a liquid."""
+        """The cells for a kind of liquid."""
         return {"newtonian": self.newtonian, "thinning": self.thinning, "hardening": self.hardening}[liquid]
 
     def mesh(self, liquid: Liquid, betas: Iterable[float]) -> dict[str, Any]:
-        """The keys of `mesh` for a scene with these particles."""
+        """The keys of `mesh` for particles with these diameters [D_c]."""
         chosen = self.cells(liquid)
         beta = min(betas, default=0.0)
         if not beta:
@@ -72,11 +72,14 @@ class Settings:
         return {"Np": chosen.Np, "max_size": chosen.largest(beta), "rows": chosen.rows}
 
     def under(self, case: dict[str, Any], fields: set[str]) -> dict[str, Any]:
-        """The keys of a case with these settings wherever it says nothing itself.
+        """Fill these settings into a case; keys that the case has keep their values.
 
         Args:
-            case: What the user wrote, not yet checked.
+            case: Keys and values as given by the user, not yet validated.
             fields: Keys that this kind of case has.
+
+        Returns:
+            A new dict with the settings added.
         """
         groups = {"mesh": self.mesh(liquid_of(case), _diameters(case))}
         if "time" in fields:
@@ -84,13 +87,13 @@ class Settings:
         filled = ({"tol": self.curve_tol} if "tol" in fields else {}) | case
         for name, values in groups.items():
             given = case.get(name, {})
-            if isinstance(given, dict):  # anything else is for the model to refuse
+            if isinstance(given, dict):  # other types are rejected by the validation
                 filled[name] = values | given
         return filled
 
 
 def liquid_of(case: dict[str, Any]) -> Liquid:
-    """Which cells the liquid of a case wants; the case may not be checked yet."""
+    """The kind of liquid that decides the cells of a case, which need not be validated yet."""
     De, law = case.get("De"), case.get("liquid") or "giesekus"
     if not isinstance(De, (int, float)) or De <= 0 or law == "newtonian":
         return "newtonian"
@@ -101,7 +104,7 @@ def liquid_of(case: dict[str, Any]) -> Liquid:
 
 
 def _diameters(case: dict[str, Any]) -> list[float]:
-    """Diameters in a case that is not yet checked: what is not a diameter is for the model to refuse."""
+    """Diameters in a case that is not validated yet; invalid values are skipped, the validation rejects them later."""
     beta = case.get("beta")
     given = beta if isinstance(beta, (list, tuple)) else [beta]
     return [b for b in given if isinstance(b, (int, float)) and 0 < b < 1] if case.get("particles", 2) else []

@@ -1,4 +1,4 @@
-"""What a case in units amounts to: its numbers, its scales, whether the model holds, and the defaults it takes."""
+"""The report of `pairsim units`: dimensionless numbers, scales, validity of the model, and defaults used."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from pairsim.physics.materials.polymer import PARAMETERS
 
 WATER = "1000 kg/m^3"
 DEFAULTS = {"density": WATER}
-# Ca_e up to which pairs in a Newtonian liquid have steady shapes, by beta; docs/notebook/quasi-steady.md, "Limits".
+# Largest Ca_e with steady shapes of pairs in a Newtonian liquid, by beta (docs/notebook/quasi-steady.md, "Limits").
 STEADY_SHAPES = {0.2: 0.33, 0.4: 0.155, 0.6: 0.085}
 SMALL_RE = 1.0
-SMALL_PART = 0.1  # inertia over softness or elasticity, below which it is left out without a doubt
+SMALL_PART = 0.1  # inertia is negligible below this fraction of the larger of Ca_e and De
 
 
 @dataclass(frozen=True)
 class Row:
-    """One line: a name, its value with unit, what it is."""
+    """A line of a table: name, value with unit, and meaning."""
 
     name: str
     value: str
@@ -29,13 +29,14 @@ class Row:
 
 @dataclass(frozen=True)
 class BenchReport:
-    """What `pairsim units` shows.
+    """The report of `pairsim units`.
 
     Attributes:
-        numbers, scales: Lines of the two tables.
-        inertia: Whether leaving out inertia is right, in words.
-        defaults: What was not given, and what was taken for it.
-        warnings: Where the model, or a steady shape, is in doubt.
+        numbers: The dimensionless numbers.
+        scales: The units of length, velocity, time and stress.
+        inertia: A sentence on whether inertia is negligible.
+        defaults: For each quantity that was not given, the value used.
+        warnings: Reasons why the model may not apply or no steady shape may exist.
     """
 
     numbers: tuple[Row, ...]
@@ -46,7 +47,7 @@ class BenchReport:
 
 
 def steady_limit(beta: float) -> float:
-    """Ca_e up to which pairs of this size were found to have steady shapes, between and beyond the measured sizes."""
+    """Largest Ca_e with steady shapes at `beta`: log-linear between the measured values, constant beyond them."""
     sizes = sorted(STEADY_SHAPES)
     beta = min(max(beta, sizes[0]), sizes[-1])
     above = next(size for size in sizes if size >= beta)
@@ -59,8 +60,11 @@ def bench_report(case: Case, given: Mapping[str, Any]) -> BenchReport:
     """Describe a case that was given in units.
 
     Args:
-        case: The checked case; its physical block has a density.
-        given: The keys of the physical block that the user gave.
+        case: The validated case; its `physical` block has a density.
+        given: The keys and values of the `physical` block that the user gave.
+
+    Returns:
+        The report.
     """
     assert case.physical is not None
     assert case.scales is not None
@@ -86,7 +90,7 @@ def bench_report(case: Case, given: Mapping[str, Any]) -> BenchReport:
     drive = max(Ca_e, case.De)
     small = Re <= SMALL_RE and particle_Re <= SMALL_PART * drive
     comparison = f"Re beta^2 = {particle_Re:.2g} against {drive:.2g}, the larger of Ca_e and De"
-    inertia = f"leaving out inertia is {'right' if small else 'in doubt'}: Re = {Re:.2g}, {comparison}"
+    inertia = f"inertia {'is' if small else 'may not be'} negligible: Re = {Re:.2g}, {comparison}"
     return BenchReport(tuple(rows), tuple(names), inertia, tuple(_defaults(case, given)), tuple(_warnings(case, small)))
 
 
@@ -117,17 +121,19 @@ def _defaults(case: Case, given: Mapping[str, Any]) -> list[str]:
 
 
 def _warnings(case: Case, small_inertia: bool) -> list[str]:
-    told = []
+    warnings = []
     for beta, Ca_e in sorted(set(zip(case.betas, case.Ca_es, strict=True))):
         if Ca_e > (limit := steady_limit(beta)):
-            told.append(
-                f"Ca_e = {Ca_e:.3g} is above about {limit:.2g}, up to which pairs of beta {beta:.3g} were found to "
-                "have steady shapes in a Newtonian liquid: particles may stretch without end"
+            warnings.append(
+                f"Ca_e = {Ca_e:.3g} exceeds about {limit:.2g}, the largest value at which pairs of beta {beta:.3g} had "
+                "steady shapes in a Newtonian liquid: the particles may stretch without limit"
             )
     if case.De == 0 and not any(case.Ca_es):
-        told.append(
-            "rigid particles in a Newtonian liquid keep their distance: only inertia, left out here, moves them"
+        warnings.append(
+            "rigid particles in a Newtonian liquid keep their distance: only inertia, neglected here, changes it"
         )
     elif not small_inertia:
-        told.append("inertia may move the particles as much as their softness and the liquid's elasticity do")
-    return told
+        warnings.append(
+            "inertia may change the distance as much as the softness of the particles and the elasticity of the liquid"
+        )
+    return warnings

@@ -1,7 +1,7 @@
-"""A case: what a user may say, and what follows from it.
+"""The keys of a case, and the quantities that follow from them.
 
-The models below are the only definition of keys, defaults, limits and their documentation;
-`pairsim.config.case_file` reads them from YAML and words their errors.
+The models below are the only definition of keys, defaults, limits and their documentation. `pairsim.config.case_file`
+validates YAML files against them; `pairsim.config.wording` writes the error messages.
 """
 
 from __future__ import annotations
@@ -18,36 +18,47 @@ from pairsim.physics.scales import Scales
 
 
 def number(value: Any) -> Any:
-    """A finite number; true, false and words that YAML made of numbers are none."""
+    """Validate a finite number; booleans and strings are rejected.
+
+    Raises:
+        ValueError: The value is not a finite number.
+    """
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ValueError("a number")
+        raise ValueError("must be a number")
     try:
         as_float = float(value)
     except OverflowError:
         as_float = math.inf
     if not math.isfinite(as_float):
-        raise ValueError("a finite number")
+        raise ValueError("must be a finite number")
     return as_float
 
 
 def whole(value: Any) -> Any:
-    """A whole number."""
+    """Validate a whole number; booleans are rejected.
+
+    Raises:
+        ValueError: The value is not a whole number.
+    """
     if isinstance(value, bool) or not isinstance(value, int):
-        raise ValueError("a whole number")
+        raise ValueError("must be a whole number")
     return value
 
 
 Number = Annotated[float, BeforeValidator(number)]
 Whole = Annotated[int, BeforeValidator(whole)]
-# Bounds come before the validator, so that they show in the JSON schema of a union too.
+# Bounds come before the validator, so that they also appear in the JSON schema of a union.
 Diameter = Annotated[float, Field(gt=0, lt=1), BeforeValidator(number)]
 Capillary = Annotated[float, Field(ge=0), BeforeValidator(number)]
 Unit = Annotated[float, Field(ge=0, le=1), BeforeValidator(number)]
 Extensibility = Annotated[float, Field(gt=3), BeforeValidator(number)]
 CellSize = Annotated[float, Field(gt=0, le=0.5), BeforeValidator(number)]
 Positive = Annotated[float, Field(gt=0), BeforeValidator(number)]
-# Far narrower gaps ask for more cells than any machine holds, and gmsh does not say so.
+# A much narrower gap needs more cells than fit in memory, and gmsh does not report that.
 Distance = Annotated[float, Field(ge=1e-4), BeforeValidator(number)]
+
+
+MOST_OUTPUTS = 10_000
 
 
 class _Options(BaseModel):
@@ -61,30 +72,30 @@ class MeshOptions(_Options):
         SETTINGS[DEFAULT].thinning.Np,
         ge=6,
         le=1000,
-        description="cells on each half-circle, at least (default: by accuracy; at "
+        description="least number of cells on the half-circle of each particle (default: by accuracy; at "
         f"{DEFAULT}, {SETTINGS[DEFAULT].newtonian.Np} in a Newtonian liquid, {SETTINGS[DEFAULT].hardening.Np} in "
-        "Oldroyd-B, FENE-P and where alpha or epsilon is below "
-        f"{LEAST_THINNING:g}, elsewhere {SETTINGS[DEFAULT].thinning.Np})",
+        "Oldroyd-B, FENE-P and liquids with alpha or epsilon below "
+        f"{LEAST_THINNING:g}, {SETTINGS[DEFAULT].thinning.Np} in other liquids)",
     )
-    growth: Number = Field(0.15, gt=0, le=2, description="growth of the cell size by unit distance from a particle")
+    growth: Number = Field(0.15, gt=0, le=2, description="growth of the cell size per unit distance from a particle")
     gap_cells: Whole = Field(0, ge=0, description="cells across a gap between particles (0: Np/4)")
     gap_exponent: Number = Field(
-        0.0, ge=0, le=1, description="below d = 0.1 the cells across a gap grow as (0.1/d)^gap_exponent"
+        0.0, ge=0, le=1, description="below d = 0.1 the number of cells across a gap grows as (0.1/d)^gap_exponent"
     )
-    wall_cells: Whole = Field(0, ge=0, description="cells between particle and wall (0: Np/4)")
+    wall_cells: Whole = Field(0, ge=0, description="cells between a particle and the wall (0: Np/4)")
     max_size: CellSize = Field(
         SETTINGS[DEFAULT].thinning.max_size,
-        description="largest cell [D_c] (default: by accuracy; at "
-        f"{DEFAULT}, {SETTINGS[DEFAULT].newtonian.max_size:g} in a Newtonian liquid, elsewhere the smaller of "
+        description="largest cell size [D_c] (default: by accuracy; at "
+        f"{DEFAULT}, {SETTINGS[DEFAULT].newtonian.max_size:g} in a Newtonian liquid, in others the smaller of "
         f"{SETTINGS[DEFAULT].thinning.max_size:g} and {SETTINGS[DEFAULT].thinning.per_beta:g} beta, without particles "
         f"{PIPE_CELL:g})",
     )
-    core_growth: Number = Field(0.3, gt=0, le=2, description="growth of the cell size by unit depth in a particle")
+    core_growth: Number = Field(0.3, gt=0, le=2, description="growth of the cell size per unit depth inside a particle")
     rows: Number = Field(
         SETTINGS[DEFAULT].thinning.rows,
         ge=0,
         description="distance from the particles beyond which cells lie in rows along the tube [D_c] (default: by "
-        "accuracy; in a Newtonian liquid and without particles 0: none)",
+        "accuracy; 0, no rows, in a Newtonian liquid and without particles)",
     )
 
 
@@ -98,74 +109,90 @@ class TimeOptions(_Options):
         le=0.1,
         description="allowed local error of the particles' velocities [U_av] (default: by accuracy)",
     )
-    first_step: Number = Field(5e-4, gt=0, description="first step [D_c/U_av]")
+    first_step: Number = Field(5e-4, gt=0, description="size of the first step [D_c/U_av]")
     max_step: Number = Field(2.0, gt=0, description="largest step [D_c/U_av]")
     fixed_step: Positive | None = Field(
-        None, description="keep to this step, without error control; shorter steps land on outputs"
+        None, description="constant step size [D_c/U_av], without error control; shortened to land on output times"
     )
 
 
 class Limits(_Options):
-    """What ends a run before its end time."""
+    """Conditions that end a run before its end time."""
 
     min_gap: Number = Field(0.002, ge=0, description="contact: the run ends when a gap falls below this [D_c]")
-    max_gap: Positive | None = Field(None, description="the run ends when a gap passes this [D_c]")
-    wall_time: Positive | None = Field(None, description="allowed time of the whole run [s]; more is a failure")
-    max_steps: Whole = Field(100_000, ge=1, description="allowed steps; more is a failure")
+    max_gap: Positive | None = Field(None, description="the run ends when a gap exceeds this [D_c]")
+    wall_time: Positive | None = Field(
+        None, description="largest wall time of the whole run [s]; the run fails beyond it"
+    )
+    max_steps: Whole = Field(100_000, ge=1, description="largest number of steps; the run fails beyond it")
 
 
 class OutputOptions(_Options):
-    """When files are written. Steps land on the times of the fields; the first and last step's are always written."""
+    """When files are written. Steps land on `times` and `every`; the first and the last step are always written."""
 
-    times: tuple[Positive, ...] = Field((), description="times of fields.xdmf [D_c/U_av]")
-    every: Positive | None = Field(None, description="interval of fields.xdmf [D_c/U_av]")
-    fields: bool = Field(True, strict=True, description="write fields.xdmf at all")
-    checkpoint: Number = Field(60.0, ge=0, description="interval of checkpoint.npz, for run --resume [s of wall time]")
+    times: tuple[Positive, ...] = Field((), description="times at which fields are written to fields.xdmf [D_c/U_av]")
+    every: Positive | None = Field(None, description="interval between fields in fields.xdmf [D_c/U_av]")
+    frames: Whole = Field(
+        20,
+        ge=0,
+        le=MOST_OUTPUTS,
+        description="approximate number of times in fields.xdmf, at steps as they come; if times and every are unset",
+    )
+    fields: bool = Field(True, strict=True, description="whether fields.xdmf is written")
+    checkpoint: Number = Field(
+        60.0, ge=0, description="interval between checkpoints (checkpoint.npz, for run --resume) [s of wall time]"
+    )
 
 
 class SceneCase(_Options):
-    """What every command needs to know. beta, Ca_e: the same for all particles, or a list counted from upstream."""
+    """Keys that run, curve and critical share. beta, Ca_e: one value for all particles, or a list from upstream."""
 
     kind: ClassVar[str]
     """The command that the case is for."""
 
-    beta: Diameter | tuple[Diameter, ...] | None = Field(None, description="blockage D_p/D_c, between 0 and 1")
+    beta: Diameter | tuple[Diameter, ...] | None = Field(
+        None, description="particle over tube diameter D_p/D_c, between 0 and 1"
+    )
     De: Number = Field(ge=0, description="Deborah number lambda U_av/D_c; 0 is a Newtonian liquid")
     Ca_e: Capillary | tuple[Capillary, ...] | None = Field(
         None, description="elastic capillary number eta_0 U_av/(D_c G_p); 0 is a rigid particle"
     )
-    name: str | None = Field(None, pattern=r"^\w[\w.+-]{0,99}$", description="name of the run's folder")
+    name: str | None = Field(None, pattern=r"^\w[\w.+-]{0,99}$", description="name of the folder for the results")
     particles: Whole = Field(2, ge=0, le=50, description="number of particles on the axis")
     xi: Number = Field(0.09, ge=0, le=1, description="solvent viscosity over eta_0 (De > 0)")
     liquid: Literal["newtonian", Name] | None = Field(
-        None, description="constitutive law; giesekus by default, newtonian at De = 0"
+        None, description="constitutive law; default: giesekus, newtonian at De = 0"
     )
     alpha: Unit | None = Field(
-        None, description=f"Giesekus mobility; 0.2 by default (liquid: {', '.join(PARAMETERS['alpha'])})"
+        None, description=f"mobility of the Giesekus liquid; default: 0.2 (liquid: {', '.join(PARAMETERS['alpha'])})"
     )
     epsilon: Capillary | None = Field(
-        None, description=f"PTT's extensional parameter (liquid: {', '.join(PARAMETERS['epsilon'])})"
+        None, description=f"extensional parameter of the PTT liquids (liquid: {', '.join(PARAMETERS['epsilon'])})"
     )
     L2: Extensibility | None = Field(
-        None, description=f"largest trace of the conformation (liquid: {', '.join(PARAMETERS['L2'])})"
+        None, description=f"largest trace of the conformation tensor (liquid: {', '.join(PARAMETERS['L2'])})"
     )
     length: Positive | Literal["auto"] | None = Field(
-        None, description="tube length [D_c]; 50 times the largest beta (10 without particles); auto: developed ends"
+        None,
+        description="tube length [D_c]; default: 50 times the largest beta, 10 without particles; auto (with developed "
+        "ends): long enough that the ends hardly affect dU",
     )
-    ends: Literal["periodic", "developed"] = Field("periodic", description="periodic with the flow rate, or developed")
+    ends: Literal["periodic", "developed"] = Field(
+        "periodic", description="ends of the tube: periodic with imposed flow rate, or with the developed flow profile"
+    )
     accuracy: Accuracy = Field(
         DEFAULT,
-        description="error of dU that mesh and steps are chosen for, as a part of the largest |dU| of the curve",
+        description="target error of dU, relative to the largest |dU| of the curve; sets mesh and time steps",
     )
     mesh: MeshOptions = MeshOptions()
     physical: Physical | None = Field(
-        None, description="the case in units, in place of beta, De, Ca_e, xi, the distances and time.end"
+        None, description="the case in physical units, in place of beta, De, Ca_e, xi, the distances and time.end"
     )
 
     @model_validator(mode="before")
     @classmethod
     def _with_settings(cls, data: Any) -> Any:
-        """Settings of the accuracy wherever the case says nothing; a wrong accuracy is for its field to refuse."""
+        """Fill in the settings of `accuracy`; an invalid value of it is rejected by its own field."""
         accuracy = data.get("accuracy", DEFAULT) if isinstance(data, dict) else None
         if not isinstance(accuracy, str) or accuracy not in SETTINGS:
             return data
@@ -178,22 +205,22 @@ class SceneCase(_Options):
 
     @property
     def betas(self) -> tuple[float, ...]:
-        """Diameters, one a particle."""
+        """Particle diameters [D_c], one for each particle from upstream."""
         return _each(self.beta, self.n)
 
     @property
     def Ca_es(self) -> tuple[float, ...]:
-        """Elastic capillary numbers, one a particle."""
+        """Elastic capillary numbers, one for each particle from upstream."""
         return _each(self.Ca_e, self.n)
 
     @property
     def gaps(self) -> tuple[float, ...]:
-        """Distances that the scene is made for, one a gap."""
+        """Distances [D_c] that the geometry is made for, one for each gap from upstream."""
         raise NotImplementedError
 
     @property
     def law(self) -> Law | None:
-        """The constitutive law of the liquid, None for a Newtonian one: nothing else decides which of both it is."""
+        """The constitutive law of the liquid, None if it is Newtonian; the only place where this is decided."""
         name = self.liquid or "giesekus"
         if self.De == 0 or name == "newtonian":
             return None
@@ -203,23 +230,23 @@ class SceneCase(_Options):
 
     @property
     def scales(self) -> Scales | None:
-        """The units of the case in SI units, None where it was given without units."""
+        """The units of length, velocity and stress in SI units, None if the case has no `physical` block."""
         return self.physical.scales if self.physical is not None else None
 
     @property
     def polymer(self) -> Polymer | None:
-        """The viscoelastic part of the liquid, None for a Newtonian one."""
+        """The constitutive law at the Deborah number of the case, None if the liquid is Newtonian."""
         return self.law.at(self.De) if self.law else None
 
     @property
     def notes(self) -> list[str]:
-        """What a user should know of the case as it was understood: the keys that have no effect in it."""
+        """Notes for the user: the given keys that have no effect in this case."""
         idle = self._idle()
         keys = {why: [key for key in idle if idle[key] == why] for why in idle.values()}
         return [f"{', '.join(k)} {'has' if len(k) == 1 else 'have'} no effect: {why}" for why, k in keys.items()]
 
     def _idle(self) -> dict[str, str]:
-        """Keys that were given although nothing depends on them, and why. A default that is spelled out is none."""
+        """Given keys that have no effect, and the reason; a key with its default value is not listed."""
         idle: dict[str, str] = {}
         if self.polymer is None:
             law = {} if self.liquid in (None, "newtonian") else {f"liquid: {self.liquid}": self.liquid}
@@ -233,7 +260,7 @@ class SceneCase(_Options):
 
     @property
     def tube_length(self) -> float:
-        """Length of the tube."""
+        """Length of the tube [D_c]."""
         if self.length == "auto":
             return self.cluster + 2 * self.margin
         if self.length is None:
@@ -242,7 +269,7 @@ class SceneCase(_Options):
 
     @property
     def margin(self) -> float:
-        """Tube on each side of the particles with `length: auto`."""
+        """Length of tube on each side of the particles with `length: auto` [D_c]."""
         if self.polymer is None:
             return NEWTONIAN_MARGIN
         least, most = ELASTIC_MARGINS
@@ -250,16 +277,16 @@ class SceneCase(_Options):
 
     @property
     def cluster(self) -> float:
-        """Length of the row of particles."""
+        """Length of the row of particles, gaps included [D_c]."""
         return sum(self.betas) + sum(self.gaps)
 
     @property
     def slug(self) -> str:
-        """Name of the run's folder."""
-        return self.name or "-".join(self._words())
+        """Beginning of the folder name: the name of the case or its main parameters."""
+        return self.name or "-".join(self._slug_parts())
 
-    def _words(self) -> list[str]:
-        """The case in short, for the name of its folder."""
+    def _slug_parts(self) -> list[str]:
+        """The main parameters, for the name of the folder."""
         law = [f"De{self.De:g}"]
         if self.polymer is not None:
             law += [] if self.polymer.name == "giesekus" else [self.polymer.name]
@@ -270,7 +297,7 @@ class SceneCase(_Options):
         return parts if self.n == 2 else [f"n{self.n}", *parts]
 
     def resolved(self) -> dict[str, Any]:
-        """The case with every default filled in, as plain data."""
+        """The case with every default filled in, as dicts, lists, numbers and strings."""
         data = self.model_dump(mode="json")
         if self.length is None:
             data["length"] = self.tube_length
@@ -283,23 +310,25 @@ class SceneCase(_Options):
 
 
 class Case(SceneCase):
-    """One case in time; d0 is one distance for all gaps or a list."""
+    """A run in time; d0 is one distance for all gaps, or a list from upstream."""
 
     kind: ClassVar[str] = "run"
 
-    d0: Distance | tuple[Distance, ...] | None = Field(None, description="initial distance between surfaces [D_c]")
+    d0: Distance | tuple[Distance, ...] | None = Field(
+        None, description="initial distance between the facing surfaces [D_c]"
+    )
     time: TimeOptions = TimeOptions()
     limits: Limits = Limits()
     output: OutputOptions = OutputOptions()
 
     @property
     def gaps(self) -> tuple[float, ...]:
-        """Initial distances, one a gap."""
+        """Initial distances [D_c], one for each gap from upstream."""
         return _each(self.d0, max(self.n - 1, 0))
 
-    def _words(self) -> list[str]:
-        words = super()._words()
-        return [*words, f"d{shown(self.d0)}"] if self.n > 1 else words
+    def _slug_parts(self) -> list[str]:
+        parts = super()._slug_parts()
+        return [*parts, f"d{shown(self.d0)}"] if self.n > 1 else parts
 
     def _idle(self) -> dict[str, str]:
         idle = super()._idle()
@@ -310,21 +339,21 @@ class Case(SceneCase):
                 if (value := getattr(self.limits, name)) != Limits.model_fields[name].default
             }
             given = {"d0": self.d0, **limits}
-            why = "one particle has no distance" if self.n else "there are no particles"
+            why = "there is only one particle" if self.n else "there are no particles"
             idle |= {key: why for key, value in given.items() if value is not None}
         return idle
 
 
-# Tube on each side of the particles with developed ends. The slowest disturbance of a Newtonian pipe flow decays as
-# exp(-8.93 z/D_c): 2 leaves 2e-8 of it. A viscoelastic one decays more slowly, for small particles most of all, as
-# measured in docs/notebook/viscoelastic.md; De hardly matters.
+# Length of tube on each side of the particles with `length: auto` [D_c]. The slowest disturbance of a Newtonian pipe
+# flow decays as exp(-8.93 z/D_c): after 2 diameters 2e-8 of it is left. In a viscoelastic liquid the decay is slower,
+# most of all for small particles, and depends little on De (measured in docs/notebook/viscoelastic.md).
 NEWTONIAN_MARGIN = 2.0
 ELASTIC_MARGINS = 3.0, 6.0
-FREE_ENDS = 0.5
+FREE_ENDS = 0.5  # least length of tube between the particles and each end [D_c]
 
 
 def shown(value: Any) -> str:
-    """A number or a list of them, for a name."""
+    """A number or a list of numbers as text, for a folder name."""
     return "_".join(f"{v:g}" for v in value) if isinstance(value, tuple) else f"{value:g}"
 
 

@@ -1,4 +1,4 @@
-"""Case files: YAML in, a checked case out, and errors in the words of the file."""
+"""Read and validate case files; error messages use the keys of the file."""
 
 from __future__ import annotations
 
@@ -20,39 +20,39 @@ from pairsim.config.wording import groups_of, mistakes_of, unknown_key
 from pairsim.config.yaml_file import Section, apply_settings, read_yaml
 
 MODELS: dict[str, type[SceneCase]] = {"run": Case, "curve": CurveCase, "critical": CriticalCase}
-"""What the case file of each command is checked against."""
+"""The model that defines the case file of each command."""
 FILES: dict[str, type[BaseModel]] = {**MODELS, "sweep": SweepFile, "study": StudyFile}
-"""The keys of every kind of file, by the command that reads it."""
+"""The model that defines each kind of file, by the command that reads it."""
 
 
 def load_case(path: Path, overrides: tuple[str, ...] = ()) -> Case:
-    """Read and check the file of a case in time.
+    """Read and validate the case file of a run.
 
     Args:
         path: The file.
-        overrides: key=value settings (dotted keys) that replace or add to what the file says.
+        overrides: key=value settings (dotted keys) that replace or add keys of the file.
 
     Raises:
-        InputError: With file, line, key, value and what must be, of every mistake.
+        InputError: The file cannot be read or has mistakes; lists file, line, key, value and what is allowed.
     """
     return case_from_dict(read_with(path, overrides), str(path))
 
 
 def load_curve(path: Path, overrides: tuple[str, ...] = ()) -> CurveCase:
-    """Read and check the file of a master curve; as `load_case`."""
+    """Read and validate the case file of a master curve; arguments and errors as for `load_case`."""
     return curve_from_dict(read_with(path, overrides), str(path))
 
 
 def load_critical(path: Path, overrides: tuple[str, ...] = ()) -> CriticalCase:
-    """Read and check the file of a search for critical distances; as `load_case`."""
+    """Read and validate the case file of critical distances; arguments and errors as for `load_case`."""
     return critical_from_dict(read_with(path, overrides), str(path))
 
 
 def read_with(path: Path, overrides: tuple[str, ...]) -> Section:
-    """A case file's content with key=value settings put in.
+    """Read a case file and apply key=value settings, without validating the case.
 
     Raises:
-        InputError: The file cannot be read or a setting is not understood.
+        InputError: The file cannot be read, or a setting is not of the form key=value.
     """
     data = read_yaml(path)
     forget_numbers(data)
@@ -61,26 +61,26 @@ def read_with(path: Path, overrides: tuple[str, ...]) -> Section:
 
 
 def case_from_dict(data: Mapping[str, Any], source: str, entry: str = "") -> Case:
-    """Check plain data.
+    """Validate the keys and values of a run.
 
     Args:
-        data: Keys and values; those of `read_yaml` know their lines.
-        source: What messages name as the file.
-        entry: The case among those of the file, empty if it holds one.
+        data: Keys and values; those from `read_yaml` carry the line numbers for error messages.
+        source: Name of the file in error messages.
+        entry: Name of the case within a file of several cases, else empty.
 
     Raises:
-        InputError: With every wrong key, its value and what must be.
+        InputError: The case has mistakes; lists each wrong key, its value and what is allowed.
     """
     return _checked("run", Case, check_together, data, (source, entry))
 
 
 def curve_from_dict(data: Mapping[str, Any], source: str, entry: str = "") -> CurveCase:
-    """Check plain data; as `case_from_dict`."""
+    """Validate the keys and values of a master curve; arguments and errors as for `case_from_dict`."""
     return _checked("curve", CurveCase, check_curve, data, (source, entry))
 
 
 def critical_from_dict(data: Mapping[str, Any], source: str, entry: str = "") -> CriticalCase:
-    """Check plain data; as `case_from_dict`."""
+    """Validate the keys and values of critical distances; arguments and errors as for `case_from_dict`."""
     return _checked("critical", CriticalCase, check_critical, data, (source, entry))
 
 
@@ -91,7 +91,7 @@ def _checked[T: SceneCase](
     data: Mapping[str, Any],
     where: tuple[str, str],
 ) -> T:
-    """The case, its units turned into numbers, each key checked alone and then with the others."""
+    """Convert physical units, validate each key on its own, then check the keys against each other."""
     translation = Translation(tuples(data), model.model_fields)
     mistakes = list(translation.mistakes)
     try:
@@ -103,20 +103,20 @@ def _checked[T: SceneCase](
         if any(mistake.key.startswith(f"{BLOCK}.") for mistake in mistakes):
             mistakes = [mistake for mistake in mistakes if mistake.key != "De" or not mistake.is_missing]
         else:
-            mistakes += _besides(model, check, translation.data, mistakes)
+            mistakes += _further_mistakes(model, check, translation.data, mistakes)
     else:
         mistakes = mistakes or list(check(case)) or list(check_size(case))
     if mistakes:
-        raise input_error([translation.told(mistake) for mistake in mistakes], data, *where) from None
+        raise input_error([translation.at_origin(mistake) for mistake in mistakes], data, *where) from None
     return case
 
 
-def _besides[T: SceneCase](
+def _further_mistakes[T: SceneCase](
     model: type[T], check: Callable[[T], Iterator[Mistake]], data: Mapping[str, Any], found: Sequence[Mistake]
 ) -> list[Mistake]:
-    """Further mistakes of a case with wrong keys, asked of what is left without them.
+    """Mistakes in the rest of a case after its wrong keys have been removed.
 
-    Where values are wrong, what goes together is unknown: only keys that are missing are told.
+    If values are wrong, checks that combine keys are unreliable, so only missing keys are reported.
     """
     rest = copy.deepcopy(dict(data))
     for mistake in found:
@@ -135,22 +135,24 @@ def _besides[T: SceneCase](
 
 
 def file_of_another_command(data: Mapping[str, Any], command: str) -> Mistake | None:
-    """That a file was written for another command, judged by its keys; None if it was not."""
+    """A mistake if the keys of a file fit another command better, else None."""
     unknown = {name: [key for key in data if key not in model.model_fields] for name, model in FILES.items()}
     least = min(map(len, unknown.values()))
     if len(unknown[command]) == least:
         return None
     fitting = [name for name, keys in unknown.items() if len(keys) == least]
-    telling = [key for key in unknown[command] if all(key not in unknown[name] for name in fitting)]
+    foreign = [key for key in unknown[command] if all(key not in unknown[name] for name in fitting)]
     others = " or ".join(f"`pairsim {name}`" for name in fitting)
-    return Mistake("", None, f"this is a case for {others} (it has {', '.join(telling)}), not for `pairsim {command}`")
+    return Mistake(
+        "", None, f"must be a file for `pairsim {command}`, but this is one for {others} (it has {', '.join(foreign)})"
+    )
 
 
 def check_keys(data: Mapping[str, Any], command: str, source: str) -> None:
-    """The keys of a sweep or study file.
+    """Check the keys of a sweep or study file.
 
     Raises:
-        InputError: With every unknown one, or that the file is one for another command.
+        InputError: There are unknown keys, or the file is for another command.
     """
     model = FILES[command]
     wrong = [unknown_key(key, value, {"": model}) for key, value in data.items() if key not in model.model_fields]
@@ -164,4 +166,4 @@ LOADERS: dict[str, Callable[[Path, tuple[str, ...]], SceneCase]] = {
     "curve": load_curve,
     "critical": load_critical,
 }
-"""How the case file of each command is read."""
+"""The function that reads and validates the case file of each command."""

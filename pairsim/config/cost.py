@@ -1,8 +1,8 @@
-"""What a case will cost, guessed from its numbers alone, without a mesh.
+"""Estimates of unknowns, wall time and memory of a case from its parameters, without making a mesh.
 
-The guess orders a sweep (dearest cases first) and gives `--dry-run` its figures. Unknowns were within 25 % in 20 cases
-with N_p up to 40, and a third too few at N_p 80; seconds within a factor of 2, but nobody knows beforehand how a very
-soft pair, or one that touches, will fare. Memory was within 15 % for the examples in configs.
+A sweep starts the most expensive cases first by these estimates, and `--dry-run` prints them. The unknowns were within
+25 % in 20 cases with N_p up to 40, and a third too few at N_p 80. The wall time was within a factor of 2; it cannot be
+predicted for very soft pairs and for pairs that come into contact. Memory was within 15 % for the examples in configs.
 """
 
 from __future__ import annotations
@@ -15,25 +15,25 @@ from pairsim.config.case import Case, SceneCase
 from pairsim.config.curve_case import CriticalCase, CurveCase
 from pairsim.config.mistakes import Mistake
 
-STRIPS = 200  # of the tube's length, over which the density of cells is summed
-MOST_UNKNOWNS = 2e7  # beyond it gmsh alone would take days, or all memory
-START = 1.2  # seconds until a process has imported everything and made its first mesh
-LIBRARIES = 230e6  # bytes of a process that has imported everything
-# Bytes an unknown of a run at 15,000 unknowns, Newtonian and viscoelastic; factors
-# grow a little faster than their number.
+STRIPS = 200  # slices of the tube over which the number of cells is summed
+MOST_UNKNOWNS = 2e7  # a larger mesh takes gmsh days or exhausts the memory
+START = 1.2  # seconds for imports and the first mesh
+LIBRARIES = 230e6  # memory after all imports [bytes]
+# Bytes per unknown at 15,000 unknowns, in a Newtonian and in a viscoelastic liquid. The memory of the LU factors grows
+# slightly faster than the number of unknowns.
 RUN_BYTES, STEADY_BYTES = (11e3, 15e3), (19e3, 28e3)
 USUAL, GROWTH = 15e3, 0.1
-COARSE_TOO = 1.3  # a second, coarser scene beside the first
+COARSE_TOO = 1.3  # factor for also solving on a coarser mesh
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A guess.
+    """Estimated cost of a case.
 
     Attributes:
         unknowns: Unknowns of one Newton solve.
         seconds: Wall time on one core.
-        memory: Largest memory of one process, all libraries included [bytes].
+        memory: Peak memory of one process, libraries included [bytes].
     """
 
     unknowns: int
@@ -42,21 +42,21 @@ class Estimate:
 
 
 def liquid_cells(case: SceneCase) -> float:
-    """Triangles of the liquid: the integral of the area over that of a cell of the wanted size."""
+    """Number of triangles in the liquid: the integral of one over the local area of a cell."""
     length, coarse = case.tube_length, case.mesh.max_size
     if not case.n:
         return length * 0.5 / (0.433 * coarse**2)
     beta = sum(case.betas) / case.n
     fine = math.pi * beta / 2 / case.mesh.Np
     fine = min(fine, (1 - beta) / 2 / (case.mesh.wall_cells or max(case.mesh.Np / 4, 1)) * 2)
-    # Cells grow with the distance from the surfaces; the particles' rows are cut out of the first part of the tube.
-    beside = min(case.cluster, length)
-    free = beside * 0.5 - sum(math.pi * b**2 / 8 for b in case.betas)
+    # The part of the tube around the particles, without their area; cells grow with the distance from the surfaces.
+    around = min(case.cluster, length)
+    free = around * 0.5 - sum(math.pi * b**2 / 8 for b in case.betas)
     cells = free / (0.433 * _mean_square(fine, case.mesh.growth, coarse, 0.5 * (1 - beta)))
-    step = max(length - beside, 0.0) / STRIPS
+    step = max(length - around, 0.0) / STRIPS
     for i in range(STRIPS):
         away = (i + 0.5) * step / 2
-        if 0 < case.mesh.rows < away:  # two triangles share a square
+        if 0 < case.mesh.rows < away:  # rows of rectangles, two triangles each
             across = min(coarse, fine + case.mesh.growth * case.mesh.rows)
             along = max(across, min(0.5, across + case.mesh.growth * (away - case.mesh.rows)))
             cells += step * 0.5 / (across * along) * 2
@@ -65,28 +65,28 @@ def liquid_cells(case: SceneCase) -> float:
             cells += step * 0.5 / (0.433 * size**2)
     across = case.mesh.gap_cells or case.mesh.Np / 4
     for gap in case.gaps:
-        if (size := gap / across) < fine:  # square cells of a gap that widens as d + 2 r^2/beta
+        if (size := gap / across) < fine:  # equal cell sizes in both directions, in a gap that widens as d + 2 r^2/beta
             cells += 1.6 * (1 - size / fine) * across**2 * math.pi / 2 * math.sqrt(beta / (2 * gap))
     return cells
 
 
 def _mean_square(fine: float, growth: float, coarse: float, reach: float) -> float:
-    """Square of the cell size whose inverse is the mean inverse square between a surface and `reach` from it."""
+    """Harmonic mean of the squared cell size over distances from 0 to `reach` from a surface."""
     sizes = [min(coarse, fine + growth * reach * (i + 0.5) / 20) for i in range(20)]
     return 20 / sum(1 / size**2 for size in sizes)
 
 
 def unknowns(case: SceneCase) -> float:
     """Unknowns of one Newton solve."""
-    # A triangle brings two quadratic nodes and half a vertex: u, p, eta and, in a viscoelastic liquid, s.
+    # Two quadratic nodes and half a vertex per triangle: u, p, eta and, in a viscoelastic liquid, s.
     per_cell = 4.5 + (1.0 if any(case.Ca_es) or case.n > 1 else 0.0) + (8.0 if case.polymer else 0.0)
     return liquid_cells(case) * per_cell + sum(2.2 * case.mesh.Np**1.4 * 4.5 for Ca_e in case.Ca_es if Ca_e > 0)
 
 
 def check_size(case: SceneCase) -> Iterator[Mistake]:
-    """What no machine can mesh: the guess is beyond 2e7 unknowns."""
+    """Yield a mistake if the estimate exceeds 2e7 unknowns, more than can be meshed."""
     if (size := unknowns(case)) > MOST_UNKNOWNS:
-        allowed = f"must give {MOST_UNKNOWNS:.0e} unknowns at most; mesh, length and beta give some {size:.0e}"
+        allowed = f"must give at most {MOST_UNKNOWNS:.0e} unknowns; mesh, length and beta give about {size:.0e}"
         yield Mistake("mesh", None, allowed)
 
 
@@ -95,7 +95,7 @@ def _memory(size: float, per_unknown: tuple[float, float], polymer: bool) -> flo
 
 
 def run_estimate(case: Case) -> Estimate:
-    """The guess for a run in time."""
+    """Estimated cost of a run in time."""
     size, polymer = unknowns(case), case.polymer is not None
     end, first = case.time.end, case.time.first_step
     if case.time.fixed_step is not None:
@@ -107,7 +107,7 @@ def run_estimate(case: Case) -> Estimate:
 
 
 def _steady_estimate(case: CurveCase | CriticalCase, points: int) -> Estimate:
-    """The way to a first quasi-steady solution, then so many points."""
+    """Estimated cost of a first quasi-steady solution and this number of further points."""
     size, polymer = unknowns(case), case.polymer is not None
     each = 0.8e-6 * size**1.15 * (3 if polymer else 1) * (1.5 if case.mesh_error else 1)
     memory = _memory(size * (COARSE_TOO if case.mesh_error else 1.0), STEADY_BYTES, polymer)
@@ -115,12 +115,12 @@ def _steady_estimate(case: CurveCase | CriticalCase, points: int) -> Estimate:
 
 
 def curve_estimate(case: CurveCase) -> Estimate:
-    """The guess for a master curve, on which as many points are added as were asked for."""
+    """Estimated cost of a master curve, to which as many points are assumed to be added as were requested."""
     return _steady_estimate(case, min(2 * len(case.places), case.max_points))
 
 
 def critical_estimate(case: CriticalCase) -> Estimate:
-    """The guess for critical distances: a search for zeros on each line, then two branches over all values."""
+    """Estimated cost of critical distances: on each line a search for zeros, then two branches over all values."""
     values = len(next(iter(case.along.values()))) if case.along else 1
     lines = len(next(iter(case.lines.values()))) if case.lines else 1
     return _steady_estimate(case, lines * (15 + 4 * values))

@@ -1,4 +1,4 @@
-"""Cases of `pairsim curve` and `pairsim critical`: a scene, and where along its parameters it is wanted."""
+"""Cases of `pairsim curve` and `pairsim critical`: the scene, and the distances or parameters to solve for."""
 
 from __future__ import annotations
 
@@ -19,7 +19,11 @@ _RANGE = "a list, or {start, stop, num, spacing: log or linear} with start and s
 
 
 def expanded(value: Any) -> Any:
-    """A range {start, stop, num, spacing} as the values that it stands for; one value as a list of one."""
+    """Expand a range {start, stop, num, spacing} into its values, and a single value into a tuple of one.
+
+    Raises:
+        PydanticCustomError: The range is invalid.
+    """
     if not isinstance(value, dict):
         return value if isinstance(value, tuple) else (value,)
     try:
@@ -46,11 +50,12 @@ _RANGE_SCHEMA = {
 
 
 def _or_range(each: str) -> Callable[[dict[str, Any]], None]:
-    """Adds to the schema of a list what `expanded` takes besides: one value, or a range."""
+    """A function that adds the other inputs of `expanded`, a single value or a range, to the JSON schema of a list."""
 
     def extend(schema: dict[str, Any]) -> None:
         listed = {key: schema.pop(key) for key in ("type", "items", "minItems", "maxItems")}
-        schema |= {"anyOf": [listed, listed["items"], _RANGE_SCHEMA], "words": f"{each}, a list of such, or {_SHORT}"}
+        text = f"{each}, a list of these, or {_SHORT}"
+        schema |= {"anyOf": [listed, listed["items"], _RANGE_SCHEMA], "words": text}
 
     return extend
 
@@ -60,7 +65,7 @@ Gaps = Annotated[
     Field(
         min_length=1,
         max_length=MOST_VALUES,
-        json_schema_extra=_or_range("a finite number at least 0.0001 (or a list, one for each gap)"),
+        json_schema_extra=_or_range("a finite number of at least 0.0001 (or a list, one for each gap)"),
     ),
     BeforeValidator(expanded),
 ]
@@ -72,117 +77,121 @@ Values = Annotated[
 
 
 class CurveCase(SceneCase):
-    """A master curve: the same scene at many distances d."""
+    """A master curve dU(d): quasi-steady solutions at many distances d."""
 
     kind: ClassVar[str] = "curve"
 
     d: Gaps | None = Field(
-        None, description="distances between surfaces [D_c]: a list (of numbers or lists of gaps), or a range"
+        None,
+        description="distances between the facing surfaces [D_c]: a list of numbers (or of lists, one number for each "
+        "gap), or a range",
     )
     tol: Number = Field(
         SETTINGS[DEFAULT].curve_tol,
         gt=0,
         le=1,
-        description="points are added until dU between them is known to this part of its largest value "
+        description="points are added until the interpolation error of dU is below this fraction of the largest |dU| "
         "(default: by accuracy)",
     )
-    max_points: Whole = Field(
-        200, ge=1, le=MOST_VALUES, description="points are added while the curve has fewer than this"
-    )
-    fields: tuple[Positive, ...] = Field((), description="distances at which fields.xdmf is written [D_c]")
+    max_points: Whole = Field(200, ge=1, le=MOST_VALUES, description="no points are added once the curve has this many")
+    fields: tuple[Positive, ...] = Field((), description="distances at which fields are written to fields.xdmf [D_c]")
     mesh_error: bool = Field(
-        True, strict=True, description="solve every point on a coarser mesh too and estimate the error of dU from it"
+        False, strict=True, description="solve every point on a coarser mesh, too, as a check of dU_error"
     )
 
     @property
     def places(self) -> list[tuple[float, ...]]:
-        """The wanted distances, each one value a gap, in the order of the file; one empty place without gaps."""
+        """The requested distances [D_c] in the order of the file, a tuple with one value for each gap."""
         if self.n < 2:
             return [()]
         return [v if isinstance(v, tuple) else (v,) * (self.n - 1) for v in self.d or ()]
 
     @property
     def gaps(self) -> tuple[float, ...]:
-        """The widest distances, which decide the length of the tube."""
+        """The largest distance of each gap [D_c], which sets the length of the tube."""
         return tuple(max(values) for values in zip(*self.places, strict=True))
 
     @property
     def common(self) -> bool:
-        """Whether every place has one distance for all gaps, so that there is a curve over d."""
+        """Whether all gaps have the same distance at every point, so that the result is a curve over d."""
         return self.n > 1 and all(len(set(place)) == 1 for place in self.places)
 
-    def _words(self) -> list[str]:
-        return ["curve", *super()._words()]
+    def _slug_parts(self) -> list[str]:
+        return ["curve", *super()._slug_parts()]
 
 
 class CriticalCase(SceneCase):
-    """Critical distances: zeros of dU, followed along one parameter."""
+    """Critical distances: zeros of dU(d), optionally followed over a parameter."""
 
     kind: ClassVar[str] = "critical"
 
     along: dict[str, Values] | None = Field(
-        None, description="the parameter to follow them along: Ca_e or De, with its values (a list or a range)"
+        None,
+        description="parameter over which critical distances are followed: Ca_e or De, with its values (a list or a "
+        "range); default: the values of the case only",
     )
     lines: dict[str, Values] | None = Field(
-        None, description="the other of the two, with values of which each gives a line of its own"
+        None, description="the other parameter, with its values (a list or a range): each gives a line of its own"
     )
-    d: tuple[Distance, Distance] = Field((0.02, 0.8), description="distances between which zeros are looked for [D_c]")
+    d: tuple[Distance, Distance] = Field(
+        (0.02, 0.8), description="least and largest distance of the search for zeros of dU [D_c]"
+    )
     mesh_error: bool = Field(
-        True, strict=True, description="solve on a coarser mesh too and estimate the error of every distance from it"
+        False, strict=True, description="solve on a coarser mesh, too, as a check of the error of every distance"
     )
 
     @property
     def gaps(self) -> tuple[float, ...]:
-        """The widest distance, which decides the length of the tube."""
+        """The largest distance [D_c], which sets the length of the tube."""
         return (max(self.d),) * (self.n - 1)
 
-    def _words(self) -> list[str]:
-        return ["critical", *super()._words()]
+    def _slug_parts(self) -> list[str]:
+        return ["critical", *super()._slug_parts()]
 
 
 def check_curve(case: CurveCase) -> Iterator[Mistake]:
-    """What no key of a curve can say alone; as `check_scene`."""
+    """Check the keys of a curve against each other; yields mistakes as `check_scene` does."""
     if case.n < 1:
-        yield Mistake("particles", case.n, "must be at least 1: a tube without particles has no curve")
+        yield Mistake("particles", case.n, "must be at least 1 for a curve")
         return
     if case.n > 1 and case.d is None:
         yield missing("d", f"must be {_RANGE}")
     if case.n == 1 and case.d is not None:
-        yield Mistake("d", list(case.d), "must be left out: one particle has no distance")
+        yield Mistake("d", list(case.d), "must be left out: there is only one particle")
     wrong = [place for place in case.d or () if isinstance(place, tuple) and len(place) != case.n - 1]
     if wrong and case.n > 1:
-        yield Mistake("d", list(wrong[0]), f"must be numbers, or lists of {case.n - 1}, one for each gap")
+        yield Mistake("d", list(wrong[0]), f"must be numbers, or lists of {case.n - 1} numbers, one for each gap")
         return
     if case.fields and not case.common:
-        yield Mistake("fields", list(case.fields), "must be left out, unless one distance holds for all gaps")
+        yield Mistake("fields", list(case.fields), "must be left out if the gaps have different distances")
     elif case.fields:
         lowest, highest = (f(place[0] for place in case.places) for f in (min, max))
         for d in case.fields:
             if not lowest <= d <= highest:
-                allowed = f"must be between the least and largest d, {lowest:g} and {highest:g}"
+                allowed = f"must be between the smallest and the largest d, {lowest:g} and {highest:g}"
                 yield Mistake("fields", d, allowed)
     yield from check_scene(case, {})
 
 
 def check_critical(case: CriticalCase) -> Iterator[Mistake]:
-    """What no key of a search for critical distances can say alone; as `check_scene`."""
+    """Check the keys of critical distances against each other; yields mistakes as `check_scene` does."""
     if case.n != 2:
-        yield Mistake("particles", case.n, "must be 2: critical distances are those of a pair")
+        yield Mistake("particles", case.n, "must be 2: a critical distance is that of a pair")
         return
     if case.d[0] >= case.d[1]:
-        yield Mistake("d", list(case.d), "must be [least, largest], ascending")
+        yield Mistake("d", list(case.d), "must be [least, largest] in ascending order")
     for key, values in (("along", case.along), ("lines", case.lines)):
         if values is None:
             continue
         if len(values) != 1 or next(iter(values)) not in ("Ca_e", "De"):
-            allowed = f"must be one of Ca_e and De, such as {key}: {{Ca_e: [0.05, 0.1]}}"
+            allowed = f"must be Ca_e or De with its values, such as {key}: {{Ca_e: [0.05, 0.1]}}"
             yield Mistake(key, dict(values), allowed)
             continue
         if "Ca_e" in values and case.Ca_e is not None and len({Ca_e for Ca_e in case.Ca_es if Ca_e}) != 1:
-            yield Mistake("Ca_e", case.Ca_e, f"must be one value above 0, which those of {key} replace")
+            yield Mistake("Ca_e", case.Ca_e, f"must be a single value above 0, as {key} replaces it")
         if "De" in values and case.De == 0:
-            yield Mistake("De", case.De, f"must be above 0; the values of {key} replace it")
+            yield Mistake("De", case.De, f"must be above 0, as {key} replaces it")
     if case.lines is not None and (case.along is None or case.lines.keys() == case.along.keys()):
-        allowed = "must be the other parameter of along, which must be given too"
+        allowed = "must be the parameter that along does not have; along must be given, too"
         yield Mistake("lines", dict(case.lines), allowed)
     yield from check_scene(case, {})

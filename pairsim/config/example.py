@@ -1,4 +1,4 @@
-"""Commented examples of every kind of file, which come with the package."""
+"""The commented example files that come with the package."""
 
 from __future__ import annotations
 
@@ -10,20 +10,23 @@ from pairsim.runtime.errors import InputError
 
 
 def write_example(kind: str, name: str, directory: Path) -> Path:
-    """Write an example into NAME.yaml.
+    """Write a commented example to `<name>.yaml`.
 
     Args:
-        kind: The command that it is for.
-        name: Name of the case, with or without the ending of the file.
-        directory: Where to.
+        kind: The command that reads the file: run, curve, critical or sweep.
+        name: Name of the case, with or without `.yaml`.
+        directory: Folder of the new file.
+
+    Returns:
+        Path of the file.
 
     Raises:
-        InputError: The name cannot be that of a file and a folder, the file exists, or it cannot be written.
+        InputError: The name is not allowed, the file exists, or it cannot be written.
     """
     stem = name.removesuffix(".yaml")
     if not re.fullmatch(r"\w[\w.+-]{0,99}", stem):
         raise InputError(
-            "pairsim init", "NAME", name, "must be letters, digits and . _ + -, without a folder before it"
+            "pairsim init", "NAME", name, "must be a name of letters, digits and . _ + -, without a folder"
         )
     path = directory / f"{stem}.yaml"
     text = files("pairsim.config").joinpath("examples", f"{kind}.yaml").read_text(encoding="utf-8")
@@ -31,7 +34,7 @@ def write_example(kind: str, name: str, directory: Path) -> Path:
         with path.open("x", encoding="utf-8") as file:
             file.write(text.format(name=stem, file=path.name))
     except FileExistsError:
-        raise InputError(str(path), "NAME", None, "the file exists and is kept; give another name") from None
+        raise InputError(str(path), "NAME", None, "must be another name: the file exists") from None
     except OSError as error:
-        raise InputError(str(path), "NAME", None, f"cannot be written ({error.strerror})") from None
+        raise InputError(str(path), "NAME", None, f"must be a writable file ({error.strerror})") from None
     return path

@@ -1,4 +1,4 @@
-"""Which kinds of compiled forms a case needs, in the words of the form cache."""
+"""The names, in the form cache, of the compiled forms that a case needs."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from pairsim.fem.moving_mesh import mesh_moves
 
 
 def forms_of(case: SceneCase) -> tuple[str, ...]:
-    """Kinds of forms that a case needs."""
+    """Names of the forms that a case needs, such as "giesekus:moving:steady" and "neo-hookean"."""
     steady = not isinstance(case, Case)
     soft = any(Ca_e > 0 for Ca_e in case.Ca_es)
     moving = mesh_moves(case.n, soft=soft, viscoelastic=case.law is not None, steady=steady)
-    words = [case.law.name if case.law else "newtonian", "moving" if moving else "fixed"]
-    words += ["steady"] if case.law and steady else []
-    return (":".join(words), *(("neo-hookean",) if soft else ()))
+    parts = [case.law.name if case.law else "newtonian", "moving" if moving else "fixed"]
+    parts += ["steady"] if case.law and steady else []
+    kinds = (":".join(parts), *(("neo-hookean",) if soft else ()))
+    # The error of quasi-steady solutions is estimated.
+    return tuple(f"{kind}:enriched" for kind in kinds) if steady else kinds

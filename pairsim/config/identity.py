@@ -1,4 +1,4 @@
-"""What makes two cases the same, and the names of folders that follow from it."""
+"""Hashes that identify a case, and the folder names derived from them."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from pairsim.physics.materials.polymer import PARAMETERS
 
 RUNS = Path("runs")
 LONGEST_SLUG = 100
-SHOWN = 10  # digits of a hash in the name of a folder
+SHOWN = 10  # digits of the hash in a folder name
 
 
 def identity_of(case: SceneCase) -> dict[str, Any]:
-    """What makes two cases the same: all that changes a file of the folder, so everything but the name.
+    """The keys and values that identify a case: everything that affects its results, so all but the name.
 
-    Equal entries of a list are one number, and a Newtonian liquid has no parameters of a polymer. The outputs do count:
-    steps land on their times, and a folder without the fields that were asked for is not that case.
+    A list of equal values counts as one value, and parameters of the polymer are left out for a Newtonian liquid. The
+    output times are included, since time steps land on them and they decide which fields are in the folder.
     """
     identity = case.resolved()
     identity.pop("name", None)
@@ -35,16 +35,16 @@ def identity_of(case: SceneCase) -> dict[str, Any]:
 
 
 def key_of(command: str, identity: Mapping[str, Any]) -> str:
-    """Hash of what a command computes of a case."""
+    """SHA-256 hash (hexadecimal) of a command and the identity of its case."""
     text = json.dumps({"command": command, **identity}, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def folder_name(slug: str, key: str) -> str:
-    """Name of a folder that no other case has."""
+    """Folder name that is unique to a case: its slug and the beginning of its hash."""
     return f"{slug[:LONGEST_SLUG]}-{key[:SHOWN]}"
 
 
 def default_folder(command: str, case: SceneCase) -> Path:
-    """Where the results of a case go unless told: into the folder of its name, or one that no other case has."""
+    """Default folder for the results: `runs/<name>`, or `runs/<parameters>-<hash>` for a case without a name."""
     return RUNS / (case.name or folder_name(case.slug, key_of(command, identity_of(case))))

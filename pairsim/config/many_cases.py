@@ -1,6 +1,6 @@
-"""Keys of sweep and study files: what each is for, and which there are.
+"""The keys of sweep and study files.
 
-`pairsim.sweeps.grid` and `pairsim.sweeps.study_file` read these files and check what stands under the keys.
+`pairsim.sweeps.grid` and `pairsim.sweeps.study_file` read these files and check the values.
 """
 
 from __future__ import annotations
@@ -9,9 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-Base = Annotated[
-    dict[str, Any] | str, Field(description="keys of the case that all others change, or the path of a case file")
-]
+Base = Annotated[dict[str, Any] | str, Field(description="keys that all cases share, or the path of a case file")]
 Values = dict[str, list[Any] | dict[str, Any]]
 
 
@@ -20,35 +18,47 @@ class _Keys(BaseModel):
 
 
 class SweepFile(_Keys):
-    """A grid file: many cases of one command."""
+    """A grid file: many cases for one command."""
 
-    name: str | None = Field(None, description="name of the sweep and of its folder; that of the file by default")
-    command: Literal["run", "curve", "critical"] = Field("run", description="what is repeated")
+    name: str | None = Field(None, description="name of the sweep and of its folder; default: that of the file")
+    command: Literal["run", "curve", "critical"] = Field("run", description="command that computes each case")
     base: Base = {}
-    grid: Values = Field({}, description="keys (mesh.Np in a group) with a list or a range each; every combination")
-    zip: Values | list[Values] = Field(
-        {}, description="keys whose values go together; a list of such groups multiplies"
+    grid: Values = Field(
+        {},
+        description="keys (dotted within a group, such as mesh.Np), each with a list or a range; all combinations",
     )
-    cases: list[dict[str, Any] | str] = Field([], description="further cases: their keys, or paths of case files")
-    exclude: list[dict[str, Any]] = Field([], description="entries of grid and zip left out: values, or {min, max}")
+    zip: Values | list[Values] = Field(
+        {}, description="keys whose values are combined one by one; several such groups (a list) are multiplied"
+    )
+    cases: list[dict[str, Any] | str] = Field([], description="further cases: keys and values, or paths of case files")
+    exclude: list[dict[str, Any]] = Field(
+        [], description="combinations of grid and zip to leave out, by values or {min, max}"
+    )
 
 
 class StudyFile(_Keys):
     """A study file: one case in many discretisations."""
 
     discretisations: list[dict[str, Any]] = Field(
-        description="two or more, each the keys in which it differs from base; command and repeat are allowed too"
+        description="two or more discretisations, each with the keys that differ from base, command or repeat"
     )
-    name: str | None = Field(None, description="name of the study and of its folder; that of the file by default")
-    command: Literal["run", "curve"] = Field("run", description="what is computed")
+    name: str | None = Field(None, description="name of the study and of its folder; default: that of the file")
+    command: Literal["run", "curve"] = Field("run", description="command that computes each discretisation")
     base: Base = {}
-    quantity: str | None = Field(None, description="what is compared: a column, or d_cr of curves; dU by default")
+    quantity: str | None = Field(None, description="what is compared: a column, or d_cr of curves; default: dU")
     over: Literal["t", "d"] | None = Field(
-        None, description="whether at holds times or distances; d where there are curves, else t"
+        None, description="whether `at` lists times or distances; default: d if there are curves, else t"
     )
-    at: float | list[float] = Field([], description="times [D_c/U_av] or distances [D_c]; the end of a run by default")
-    exact: float | list[float] | None = Field(None, description="exact values there, in place of a reference")
+    at: float | list[float] = Field(
+        [], description="times [D_c/U_av] or distances [D_c] of the comparison; default: the end of a run"
+    )
+    exact: float | list[float] | None = Field(
+        None, description="exact values at these times or distances, in place of a reference"
+    )
     reference: Literal["finest"] | int = Field(
-        "finest", description="index of the discretisation that errors refer to; finest: the most unknowns"
+        "finest",
+        description="index (from 0) of the discretisation that errors refer to; finest: the one with the most unknowns",
     )
-    repeat: int = Field(1, ge=1, le=100, description="how often each is computed; times are medians")
+    repeat: int = Field(
+        1, ge=1, le=100, description="number of repetitions of each discretisation; wall times are medians"
+    )

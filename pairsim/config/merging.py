@@ -1,4 +1,4 @@
-"""Changes of a case's keys: dotted keys, groups that are merged, and everything else that is replaced."""
+"""Merge changes into the keys of a case: groups of keys are merged, all other values are replaced."""
 
 from __future__ import annotations
 
@@ -9,19 +9,22 @@ from typing import Any, NoReturn
 from pairsim.config.physical import BLOCK
 from pairsim.config.yaml_file import Place, Section
 
-GROUPS = ("mesh", "time", "limits", "output", BLOCK)  # keys of a case that hold keys
+GROUPS = ("mesh", "time", "limits", "output", BLOCK)  # keys of a case whose value is a group of keys
 
 
 def merge(
     target: Section, changes: Mapping[str, Any], refuse: Callable[[str, Any, str], NoReturn], group: str = ""
 ) -> None:
-    """Put changes into nested data, in place.
+    """Merge changes into nested keys and values, in place.
 
     Args:
         target: Keys and values, groups nested.
-        changes: The same, dotted keys allowed.
-        refuse: Raises the error for a key, its value and what is wrong.
-        group: What the keys begin with in an error.
+        changes: New keys and values, groups nested or as dotted keys.
+        refuse: Raises an InputError for a key, its value and a message.
+        group: Prefix of the keys in error messages, such as "mesh.".
+
+    Raises:
+        InputError: A dotted key goes through a value that is not a group; raised by `refuse`.
     """
     places: Mapping[str, Place] = changes.places if isinstance(changes, Section) else {}
     for dotted, value in changes.items():
@@ -30,16 +33,16 @@ def merge(
         for name in groups:
             inner = inner.group(name)
             if not isinstance(inner, Section):
-                refuse(f"{group}{dotted}", value, f"{name} is not a group of keys")
+                refuse(f"{group}{dotted}", value, f"must be a key within a group, but {name} is not a group of keys")
         if isinstance(value, Mapping) and isinstance(inner.get(last), Section) and last in GROUPS:
             merge(inner[last], value, refuse, f"{group}{dotted}.")
         else:
-            own = copy.deepcopy(value)
-            inner.put(last, section_of(own) if isinstance(own, Mapping) else own, places.get(dotted))
+            new = copy.deepcopy(value)
+            inner.put(last, section_of(new) if isinstance(new, Mapping) else new, places.get(dotted))
 
 
 def section_of(data: Mapping[str, Any]) -> Section:
-    """Nested keys and values as sections, which know no places unless they did before."""
+    """Convert nested mappings to sections; sections among them keep the places of their keys."""
     if isinstance(data, Section):
         return data
     return Section({key: section_of(value) if isinstance(value, Mapping) else value for key, value in data.items()})

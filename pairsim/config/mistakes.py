@@ -1,4 +1,4 @@
-"""Mistakes in a case: found by the checks, put into one error in the words of the file."""
+"""Mistakes found by the checks of a case, and the InputError that reports them."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from pairsim.runtime.errors import InputError
 
 @dataclass(frozen=True)
 class Mistake:
-    """What is wrong with one key.
+    """A mistake in one key.
 
     Attributes:
-        key: Dotted key, empty if the file as a whole is meant.
-        value: Its value, None where it is not given.
-        allowed: What must be, in words.
-        meant: Key that was probably meant by an unknown one.
+        key: Dotted key, empty for a mistake of the whole file.
+        value: Its value, None if it is not given.
+        allowed: The message: what is allowed.
+        meant: For an unknown key, the key that was probably meant, or an empty string.
     """
 
     key: str
@@ -28,12 +28,12 @@ class Mistake:
 
     @property
     def is_missing(self) -> bool:
-        """Whether the key is needed and not given."""
+        """Whether a required key is missing."""
         return self.value is None and self.allowed.startswith(_MISSING)
 
     @property
     def is_unknown(self) -> bool:
-        """Whether there is no such key."""
+        """Whether the key is unknown."""
         return self.allowed.startswith(UNKNOWN)
 
 
@@ -42,18 +42,21 @@ UNKNOWN = "unknown key; "
 
 
 def missing(key: str, needed: str) -> Mistake:
-    """A key that is not given although it is needed."""
+    """The mistake of a required key that is not given; `needed` says what it must be."""
     return Mistake(key, None, f"{_MISSING}{needed}")
 
 
 def input_error(mistakes: Sequence[Mistake], data: Mapping[str, Any], source: str, entry: str = "") -> InputError:
-    """One error that tells all mistakes of a case.
+    """Combine all mistakes of a case into one error.
 
     Args:
-        mistakes: One or more.
-        data: The case as given; a `Section` knows on which lines its keys stand.
-        source: File that they are in where the data does not know it.
-        entry: The case among those of the file, empty if it holds one.
+        mistakes: The mistakes, at least one.
+        data: The case as given; a `Section` has the file and line of its keys.
+        source: Name of the file for keys without a known place.
+        entry: Name of the case within a file of several cases, else empty.
+
+    Returns:
+        The error, with the mistakes in the order of the file and missing keys last.
     """
 
     def error(mistake: Mistake, others: Sequence[InputError] = ()) -> InputError:
@@ -63,7 +66,7 @@ def input_error(mistakes: Sequence[Mistake], data: Mapping[str, Any], source: st
         return InputError(file, mistake.key, value, mistake.allowed, line=line, entry=entry, others=others)
 
     def order(mistake: Mistake) -> tuple[bool, str, int]:
-        """From top to bottom of each file, then what is missing."""
+        """Sort key: file and line; keys without a line come last."""
         file, line = place_of(data, mistake.key) or (source, None)
         return line is None, file, line or 0
 

@@ -1,4 +1,4 @@
-"""Quantities with units, such as 50 um, as users write them; pint parses them."""
+"""Physical quantities with units, such as 50 um, parsed with pint."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class Kind:
     """A kind of quantity.
 
     Attributes:
-        name: What messages call it.
+        name: Its name in messages, with article.
         unit: Its SI unit.
-        example: A value as a user would write it.
+        example: A valid value, for messages.
     """
 
     name: str
@@ -34,7 +34,7 @@ class Kind:
 
     @property
     def words(self) -> str:
-        """What must be given."""
+        """What is allowed, for messages."""
         return f"{self.name} above 0 with its unit, such as {self.example}"
 
 
@@ -47,29 +47,29 @@ TIME = Kind("a time", "s", "2 ms")
 DENSITY = Kind("a density", "kg/m^3", "1000 kg/m^3")
 
 
-QUANTITY = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d_].*)")  # a number and the rest
+QUANTITY = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d_].*)")  # number and unit
 
 
 @cache
 def _registry() -> pint.UnitRegistry:
-    import pint  # takes half a second, and most cases have no units
+    import pint  # takes half a second; most cases have no units
 
     return pint.UnitRegistry()
 
 
 def _parsed(text: str) -> tuple[float, pint.Unit]:
-    """Number and unit of a text. Products of units may be written with a point, as in Pa.s.
+    """Split a text into number and unit. Products of units may be written with a point, as in Pa.s.
 
     Raises:
-        ValueError: In words, why it is none.
+        ValueError: The text is not a number with a known unit; says why.
     """
     match = QUANTITY.fullmatch(text.strip()) if isinstance(text, str) else None
     if match is None:
-        raise ValueError("has no unit" if _is_number(text) else "is no number with a unit")
+        raise ValueError("has no unit" if _is_number(text) else "is not a number with a unit")
     number, unit = match.groups()
     try:
         return float(number), _registry().parse_units(re.sub(r"(?<=[^\W\d_])[.·](?=[^\W\d_])", "*", unit))
-    except Exception:  # the parser of pint raises whatever tokenize, its operators and its numbers do
+    except Exception:  # pint does not document which exceptions its parser raises
         raise ValueError(f"has the unknown unit {unit}") from None
 
 
@@ -82,18 +82,25 @@ def _is_number(value: Any) -> bool:
 
 
 def si(text: str, kind: Kind) -> float:
-    """A quantity in its SI unit.
+    """Convert a quantity to its SI unit.
+
+    Args:
+        text: Number and unit, such as "50 um".
+        kind: The kind of quantity that is expected.
+
+    Returns:
+        The value in `kind.unit`.
 
     Raises:
-        ValueError: In words, what is wrong and what must be.
+        ValueError: It is not a positive quantity of this kind; says what is wrong and what is allowed.
     """
     try:
         number, unit = _parsed(text)
     except ValueError as error:
         raise ValueError(f"{error}; must be {kind.words}") from None
     if not unit.is_compatible_with(kind.unit):
-        raise ValueError(f"is not {kind.name} but has the unit {unit:~C}; must be {kind.words}")
-    # Fifteen digits: 50 um is 5e-05 m, not 4.9999999999999996e-05.
+        raise ValueError(f"has the unit {unit:~C}; must be {kind.words}")
+    # Rounded to fifteen digits, so that 50 um is 5e-05 m and not 4.9999999999999996e-05.
     value = float(f"{_registry().Quantity(number, unit).to(kind.unit).magnitude:.15g}")
     if not (math.isfinite(value) and value > 0):
         raise ValueError(f"must be {kind.words}")
@@ -101,10 +108,18 @@ def si(text: str, kind: Kind) -> float:
 
 
 def quantity_range(described: Mapping[str, Any], most: int, spacing: str = "linear") -> list[str]:
-    """The values of a range whose start and stop have units, as quantities in the unit of its start.
+    """Expand a range whose start and stop have units.
+
+    Args:
+        described: The range: start, stop, num and optionally spacing.
+        most: Largest num allowed.
+        spacing: Spacing if the range has none.
+
+    Returns:
+        The values as quantities, in the unit of `start`.
 
     Raises:
-        ValueError: In words, what is wrong with it.
+        ValueError: The range is invalid; says why.
     """
     ends = {}
     for key in ("start", "stop"):
@@ -114,7 +129,7 @@ def quantity_range(described: Mapping[str, Any], most: int, spacing: str = "line
             raise ValueError(f"{key} {error}") from None
     (start, unit), (stop, other) = ends["start"], ends["stop"]
     if not other.is_compatible_with(unit):
-        raise ValueError("start and stop have units of different kinds")
+        raise ValueError("start and stop must have units of the same kind")
     converted = float(f"{_registry().Quantity(stop, other).to(unit).magnitude:.15g}")
     values = spelled_out({**described, "start": start, "stop": converted}, most, spacing)
     return [f"{value:.12g} {unit:~C}" for value in values]
@@ -145,14 +160,14 @@ Density = Annotated[str, _shown(DENSITY), _checker(DENSITY)]
 
 
 def _distances(value: Any) -> Any:
-    """A length, a list of lengths (each perhaps a list, one a gap), or a range of them."""
+    """Validate a length, a list of lengths (or of lists, one length for each gap), or a range of lengths."""
     try:
         for text in distance_texts(value):
             for each in text if isinstance(text, tuple) else (text,):
                 si(each, LENGTH)
     except ValueError as error:
-        said = str(error) if "must be" in str(error) else f"{error}; must be {LENGTH.words}"
-        said += ", a list of such, or {start: 5 um, stop: 40 um, num: 9}"
+        said = str(error) if LENGTH.words in str(error) else f"{error}; must be {LENGTH.words}"
+        said += ", a list of these, or {start: 5 um, stop: 40 um, num: 9}"
         raise PydanticCustomError("quantity", "{said}", {"said": said}) from None
     return value
 
@@ -161,10 +176,10 @@ MOST_DISTANCES = 10_000
 
 
 def distance_texts(value: Any) -> tuple[Any, ...]:
-    """The distances that a value of `distance` stands for, as quantities.
+    """The distances given by `distance`, a single one, a list or a range, as quantities with units.
 
     Raises:
-        ValueError: It is a range and none.
+        ValueError: It is an invalid range.
     """
     if isinstance(value, dict):
         return tuple(quantity_range(value, MOST_DISTANCES, "log"))
@@ -173,6 +188,6 @@ def distance_texts(value: Any) -> tuple[Any, ...]:
 
 Distances = Annotated[
     str | tuple[str | tuple[str, ...], ...] | dict[str, Any],
-    Field(json_schema_extra={"words": f"{LENGTH.words}, a list of such, or a range of them"}),
+    Field(json_schema_extra={"words": f"{LENGTH.words}, a list of these, or a range"}),
     BeforeValidator(_distances),
 ]

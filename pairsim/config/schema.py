@@ -1,4 +1,4 @@
-"""What may stand in each kind of file: as rows of a table, and as a JSON Schema."""
+"""The keys of each kind of file, as rows of a table and as a JSON Schema."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pairsim.runtime.errors import InputError
 
 
 def schema_rows(command: str = "run") -> list[tuple[str, str, str, str]]:
-    """Key, what is allowed, default and description of every key of a command's file."""
+    """Key, allowed values, default and description of every key in the file of a command."""
     rows = []
     groups = groups_of(FILES[command])
     for group, model in groups.items():
@@ -28,13 +28,21 @@ def schema_rows(command: str = "run") -> list[tuple[str, str, str, str]]:
 
 
 def values_in(command: str, path: Path, settings: tuple[str, ...]) -> dict[str, str]:
-    """What each key is in a case, defaults included.
+    """The value of each key in a case, defaults included.
+
+    Args:
+        command: The command that reads the file: run, curve or critical.
+        path: The case file.
+        settings: key=value settings that replace keys.
+
+    Returns:
+        Values as text, by dotted key.
 
     Raises:
-        InputError: The case is wrong, or the command has no cases of its own.
+        InputError: The case is invalid, or the command is another one.
     """
     if command not in LOADERS:
-        raise InputError("pairsim schema", "--case", command, f"must be left out, or go with {', '.join(LOADERS)}")
+        raise InputError("pairsim schema", "--case", command, f"must be left out, or be used with {', '.join(LOADERS)}")
     resolved = LOADERS[command](path, settings).resolved()
     values: dict[str, str] = {}
     for key, value in resolved.items():
@@ -44,14 +52,14 @@ def values_in(command: str, path: Path, settings: tuple[str, ...]) -> dict[str, 
 
 
 def _text(value: Any) -> str:
-    """A value as it would stand in a file; nothing for what is not given."""
+    """A value as it would be written in a file; empty if it is not set."""
     if value is None or value == () or value == [] or value == {}:
         return ""
     return value if isinstance(value, str) else json.dumps(value, default=str)
 
 
 def json_schema(command: str) -> str:
-    """The JSON Schema of a command's file; De may be replaced by a block of units."""
+    """The JSON Schema for the file of a command; `De` is not required if there is a `physical` block."""
     model = FILES[command]
     schema = model.model_json_schema()
     schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": f"pairsim {command}"}
@@ -62,7 +70,7 @@ def json_schema(command: str) -> str:
 
 
 def _plain(schema: Any) -> Any:
-    """Without the words that are for messages alone."""
+    """A copy without the entries `words`, which are only used in messages."""
     if isinstance(schema, Mapping):
         return {key: _plain(value) for key, value in schema.items() if key != "words" or not isinstance(value, str)}
     return list(map(_plain, schema)) if isinstance(schema, list) else schema

@@ -1,4 +1,4 @@
-"""Errors of pydantic in the words of the case file, and what its models allow, in words."""
+"""Messages for validation errors of pydantic, and text for what each key allows."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from pairsim.config.mistakes import UNKNOWN, Mistake, missing
 from pairsim.config.physical import BLOCK
 
 Groups = dict[str, type[BaseModel]]
-LIST = "a list of which each is "
-CLOSE = 0.65  # difflib's ratio from which a key is taken for a misspelling of another
+LIST = "a list, each entry "
+CLOSE = 0.65  # least similarity (difflib) at which a key counts as a misspelling of another
 
 
 def groups_of(model: type[BaseModel]) -> Groups:
-    """The model itself under "", and its groups of keys."""
+    """The model of each group of keys, and of the top level under ""."""
     groups: Groups = {"": model}
     for name, field in model.model_fields.items():
         for kind in (field.annotation, *get_args(field.annotation)):
@@ -28,7 +28,7 @@ def groups_of(model: type[BaseModel]) -> Groups:
 
 
 def dotted_keys(groups: Groups) -> list[str]:
-    """Every key, those in groups with the name of the group before them."""
+    """All keys; those within a group as group.key."""
     return [
         f"{group}.{name}" if group else name
         for group, model in groups.items()
@@ -38,8 +38,8 @@ def dotted_keys(groups: Groups) -> list[str]:
 
 
 def meant(name: str, group: str, groups: Groups) -> str:
-    """The key that was probably meant by an unknown one, looked for in its group first; "" if none is like it."""
-    keys = sorted(dotted_keys(groups), key=lambda key: key.startswith(f"{BLOCK}."))  # units are meant last
+    """The known key most similar to an unknown one, preferably from the same group; "" if there is none."""
+    keys = sorted(dotted_keys(groups), key=lambda key: key.startswith(f"{BLOCK}."))  # keys of the physical block last
     own = [key for key in keys if key.rpartition(".")[0] == group]
     for wanted in (own, keys):
         if same := [key for key in wanted if key.rpartition(".")[2].lower() == name.lower()]:
@@ -54,7 +54,7 @@ def meant(name: str, group: str, groups: Groups) -> str:
 
 
 def unknown_key(key: str, value: Any, groups: Groups) -> Mistake:
-    """A key that is none, with the one that was meant or those that there are."""
+    """The mistake of an unknown key; suggests a similar key or lists the allowed ones."""
     group, _, name = key.rpartition(".")
     if key in dotted_keys(groups):
         return Mistake(key, value, f"{UNKNOWN}write it in its group, as {group}: {{{name}: {value}}}", meant=key)
@@ -65,12 +65,12 @@ def unknown_key(key: str, value: Any, groups: Groups) -> Mistake:
 
 
 def mistakes_of(error: ValidationError, groups: Groups) -> list[Mistake]:
-    """Every problem that pydantic met, each key once."""
+    """The mistakes in a validation error of pydantic, one for each key."""
     found: dict[str, Mistake] = {}
     for problem in error.errors():
         mistake = _mistake(problem, groups)
         found.setdefault(mistake.key, mistake)
-    # A key that takes a number or a list fails as both; where an entry of the list is named, that says more.
+    # A key that takes a number or a list yields two errors; the one that names an entry of the list is more specific.
     detailed = {key[: place.start()] for key in found for place in re.finditer(r"\[", key)}
     intended = {mistake.meant for mistake in found.values()}
     return [m for key, m in found.items() if key not in detailed and not (m.is_missing and key in intended)]
@@ -86,7 +86,7 @@ def _mistake(problem: Any, groups: Groups) -> Mistake:
     if kind == "extra_forbidden":
         return unknown_key(key, value, groups)
     if kind == "missing":
-        needed = f"{group} needs it" if group else "the four numbers of a case are beta, De, Ca_e and d0"
+        needed = f"must be given in {group}" if group else "the four numbers of a case are beta, De, Ca_e and d0"
         return missing(key, needed)
     if kind in ("range", "quantity"):
         return Mistake(key, value, problem["msg"])
@@ -96,7 +96,7 @@ def _mistake(problem: Any, groups: Groups) -> Mistake:
 
 
 def allowed_in(model: type[BaseModel], name: str, entry: bool = False) -> str:
-    """What a key accepts, or an entry of the list under it, in words, from its own JSON schema."""
+    """What a key (or, with `entry`, each entry of its list) allows, as text made from its JSON schema."""
     schema = model.model_json_schema()
     field = schema["properties"][name]
     choices = [choice for choice in field.get("anyOf", [field]) if choice.get("type") != "null"]
@@ -108,10 +108,10 @@ def allowed_in(model: type[BaseModel], name: str, entry: bool = False) -> str:
 
 
 def joined(choices: Iterable[str]) -> str:
-    """Choices, each once; a list of what another choice takes alone is a list of such."""
+    """Join alternatives without repetition; a list of another alternative becomes "a list of these"."""
     each = list(dict.fromkeys(choices))
-    told = ["a list of such" if c.startswith(LIST) and c.removeprefix(LIST) in each else c for c in each]
-    return ", or ".join(told)
+    texts = ["a list of these" if c.startswith(LIST) and c.removeprefix(LIST) in each else c for c in each]
+    return ", or ".join(texts)
 
 
 def _words(schema: Mapping[str, Any], models: Mapping[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""YAML files as plain data that remembers on which line of which file each key stands."""
+"""Read YAML files, keeping the file and line of each key for error messages."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MERGE = "tag:yaml.org,2002:merge"  # of the key <<
 
 
 class Place(NamedTuple):
-    """Where a key was given: a file (or `--set`) and the line in it, None where there are no lines."""
+    """Where a key was given: the file, or `--set`, and the line, None for `--set`."""
 
     file: str
     line: int | None
@@ -26,7 +26,7 @@ class Section(dict[str, Any]):
     """Keys and values of a file or of a group in it.
 
     Attributes:
-        places: Where each key was given, as far as that is known.
+        places: Where each key was given, if known.
     """
 
     def __init__(self, values: Mapping[str, Any] | None = None, places: Mapping[str, Place] | None = None) -> None:
@@ -34,14 +34,14 @@ class Section(dict[str, Any]):
         self.places = dict(places or {})
 
     def put(self, key: str, value: Any, place: Place | None) -> None:
-        """Set a key, and where it was given."""
+        """Set a key and its place."""
         self[key] = value
         self.places.pop(key, None)
         if place is not None:
             self.places[key] = place
 
     def group(self, key: str) -> Any:
-        """What stands under a key, a new group where there is nothing."""
+        """The value of a key; an empty group is added if the key is not there."""
         return self.setdefault(key, Section())
 
 
@@ -49,8 +49,8 @@ yaml.SafeDumper.add_representer(Section, yaml.SafeDumper.represent_dict)
 
 
 def place_of(data: Mapping[str, Any], key: str) -> Place | None:
-    """Where a dotted key was given: its own place, else that of the group that should have it, else None."""
-    if isinstance(data, Section) and key in data.places:  # a key with a point in it, which is none
+    """Where a dotted key was given; if it is missing, the place of its group, else None."""
+    if isinstance(data, Section) and key in data.places:  # an unknown key that contains a point
         return data.places[key]
     place = None
     inner: Any = data
@@ -63,16 +63,22 @@ def place_of(data: Mapping[str, Any], key: str) -> Place | None:
 
 
 def _construct(loader: yaml.SafeLoader, node: yaml.MappingNode) -> Section:
-    """A mapping; keys are words, each given once, but that they may replace what << brings."""
+    """Construct a mapping. Keys must be strings and occur once; they may override keys merged with <<.
+
+    Raises:
+        yaml.constructor.ConstructorError: A key is not a string or occurs twice.
+    """
     seen: set[str] = set()
     for key_node, _ in node.value:
         if key_node.tag == MERGE:
             continue
         key = loader.construct_object(key_node, deep=True)
         if not isinstance(key, str):
-            raise yaml.constructor.ConstructorError(None, None, f"key {key!r} is not a word", key_node.start_mark)
+            raise yaml.constructor.ConstructorError(None, None, f"key {key!r} must be text", key_node.start_mark)
         if key in seen:
-            raise yaml.constructor.ConstructorError(None, None, f"key {key!r} is given twice", key_node.start_mark)
+            raise yaml.constructor.ConstructorError(
+                None, None, f"key {key!r} must be given only once", key_node.start_mark
+            )
         seen.add(key)
     loader.flatten_mapping(node)
     section = Section()
@@ -93,7 +99,7 @@ _Loader.add_implicit_resolver(
 
 
 def _parse(text: str, name: str) -> Any:
-    """The content of a YAML text, whose places have this name as their file."""
+    """Parse a YAML text; `name` is the file in the places of its keys."""
     loader = _Loader(text)
     loader.name = name
     try:
@@ -103,10 +109,10 @@ def _parse(text: str, name: str) -> Any:
 
 
 def read_yaml(path: Path) -> Section:
-    """A YAML file whose top level is a mapping.
+    """Read a YAML file whose top level is a mapping.
 
     Raises:
-        InputError: It is missing, unreadable, broken, or something else.
+        InputError: The file is missing, unreadable, not valid YAML, or its top level is not a mapping.
     """
     name = str(path)
     try:
@@ -114,32 +120,32 @@ def read_yaml(path: Path) -> Section:
     except FileNotFoundError:
         raise InputError(name, "", None, "no such file") from None
     except IsADirectoryError:
-        raise InputError(name, "", None, "is a folder; give the file in it") from None
+        raise InputError(name, "", None, "must be a file, but is a folder") from None
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(name, "", None, f"cannot be read: {error}") from None
     try:
         data = _parse(text, name)
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else None
-        raise InputError(name, "", None, f"not valid YAML: {error.problem}", line=line) from None
+        raise InputError(name, "", None, f"must be valid YAML: {error.problem}", line=line) from None
     except yaml.YAMLError as error:
-        raise InputError(name, "", None, f"not valid YAML: {error}") from None
-    except ValueError as error:  # a date or a number that is none, such as 2020-13-45
-        raise InputError(name, "", None, f"holds a value that cannot be read: {error}") from None
+        raise InputError(name, "", None, f"must be valid YAML: {error}") from None
+    except ValueError as error:  # an invalid date, such as 2020-13-45
+        raise InputError(name, "", None, f"must be valid YAML: {error}") from None
     if not isinstance(data, Section):
-        raise InputError(name, "", None, "the file must hold keys and values, such as beta: 0.4; see pairsim schema")
+        raise InputError(name, "", None, "must contain keys and values, such as beta: 0.4; see pairsim schema")
     return data
 
 
 def apply_settings(data: Section, overrides: tuple[str, ...]) -> None:
-    """Replace or add keys, in place.
+    """Apply key=value settings to keys and values, in place.
 
     Args:
         data: Keys and values, groups nested.
-        overrides: key=value settings (dotted keys), as given to --set.
+        overrides: Settings key=value with dotted keys, as given to --set.
 
     Raises:
-        InputError: A setting is not key=value, or its key goes through something that is no group.
+        InputError: A setting is not of the form key=value, or its key goes through a value that is not a group.
     """
     for setting in overrides:
         key, equals, text = setting.partition("=")
@@ -148,11 +154,11 @@ def apply_settings(data: Section, overrides: tuple[str, ...]) -> None:
         try:
             value = _parse(text, OPTION)
         except (yaml.YAMLError, ValueError):
-            raise InputError(OPTION, key, text, "must be a YAML value") from None
+            raise InputError(OPTION, key, text, "must be a valid YAML value") from None
         *groups, last = key.split(".")
         target = data
         for group in groups:
             target = target.group(group)
             if not isinstance(target, Section):
-                raise InputError(OPTION, key, text, f"{group} is not a group of keys")
+                raise InputError(OPTION, key, text, f"must be a key within a group, but {group} is not a group of keys")
         target.put(last, value, Place(OPTION, None))

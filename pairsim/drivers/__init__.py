@@ -1,1 +1,1 @@
-"""One case from validated input to results."""
+"""Compute one case, from validated input to a folder of results."""

@@ -1,4 +1,4 @@
-"""`pairsim critical`: critical distances from a case file to a folder of results."""
+"""`pairsim critical`: compute the critical distances of a case and write them to a folder."""
 
 from __future__ import annotations
 
@@ -22,25 +22,26 @@ from pairsim.solvers.parameters import Parameters
 
 
 def run_critical(case: CriticalCase, directory: Path, options: Options) -> Outcome:
-    """Find and follow critical distances into a folder.
+    """Find critical distances, follow them over a parameter, and write them to a folder.
 
     Args:
         case: The validated case.
-        directory: Where the results go.
-        options: How the command is carried out.
+        directory: Folder for the results.
+        options: Communicator, overwriting, progress and signals.
 
     Returns:
-        How it ended. Whatever was found is in the folder, also after a failure.
+        How the command ended. Results found before a failure are in the folder, too.
 
     Raises:
-        InputError: The folder exists and may not be replaced, or another command is at work there.
+        InputError: The folder exists and may not be overwritten, or another command is writing to it.
+        WriteFailure: The first files of the folder cannot be written.
     """
     with open_session(case, directory, options) as session:
         return _run(case, session)
 
 
 def _run(case: CriticalCase, session: Session) -> Outcome:
-    """Find and follow the critical distances of every line."""
+    """Find and follow the critical distances of every line in an open session."""
     session.write(lambda: session.record.write(None, {}, {}))
     least, most = case.d
     region = _region(case)
@@ -83,7 +84,7 @@ def _run(case: CriticalCase, session: Session) -> Outcome:
 
 
 def _region(case: CriticalCase) -> Region | None:
-    """Where critical distances are followed; None where they are found at the parameters of the case only."""
+    """Parameter values and distances within which zeros are followed, None to find zeros of this case only."""
     if case.along is None:
         return None
     name, values = next(iter(case.along.items()))
@@ -91,7 +92,7 @@ def _region(case: CriticalCase) -> Region | None:
 
 
 def _lines(case: CriticalCase, region: Region | None) -> Iterator[tuple[dict[str, float], Parameters]]:
-    """The value of the other parameter that names a line, if `lines` has any, and where the line begins."""
+    """Yield, for each line, the value of its parameter (empty without `lines`) and the parameters where it begins."""
     start = Parameters((case.d[1],), case.Ca_es, case.De)
     if region is not None:
         start = with_value(region.name, start, region.values[0])

@@ -1,4 +1,4 @@
-"""What a search for critical distances leaves behind as it goes."""
+"""Write and show critical distances as they are found."""
 
 from __future__ import annotations
 
@@ -15,23 +15,22 @@ from pairsim.solvers.curve import Jump
 
 
 class CriticalOutput:
-    """Shows and writes what a search yields; every process calls it, the first one does it.
+    """Writes critical.csv and shows progress. Every process calls it, the first one writes.
 
     Args:
         case: The case.
-        session: Where to.
+        session: The open session of the command.
 
     Attributes:
-        rows: Those of critical.csv.
-        points: The critical distances.
-        ends: Entries of run.json on the ends of the branches.
-        warnings: What the user should know of the results.
+        rows: Rows of critical.csv so far.
+        points: The quasi-steady solutions at the critical distances.
+        ends: Entries of run.json about the ends of the branches.
+        warnings: Warnings about the results.
     """
 
     def __init__(self, case: CriticalCase, session: Session) -> None:
         self.session = session
-        errors = ["mesh_error", "d_error"] if case.mesh_error else []
-        self._columns = [*CRITICAL_COLUMNS, *errors, *health_columns(case)]
+        self._columns = [*CRITICAL_COLUMNS, *(["mesh_error"] if case.mesh_error else []), *health_columns(case)]
         self.rows: list[dict[str, Any]] = []
         self.points: list[Point] = []
         self.ends: list[dict[str, Any]] = []
@@ -45,11 +44,15 @@ class CriticalOutput:
         return max((row["branch"] for row in self.rows), default=0)
 
     def begin_line(self, line: dict[str, float]) -> None:
-        """Number the branches that come on from those before, and name the line they belong to in their ends."""
+        """Begin a line; its branches are numbered after those of the lines before.
+
+        Args:
+            line: The parameter of the line and its value, empty without `lines`.
+        """
         self._line, self._branches_before = line, self.branches
 
     def take(self, found: Finding) -> None:
-        """Show what was found, and write a critical distance.
+        """Show a finding; if it is a critical distance, write it.
 
         Raises:
             WriteFailure: The table cannot be written.
@@ -77,15 +80,18 @@ class CriticalOutput:
         place = point.parameters
         row |= {"Ca_e": max(place.Ca_es), "De": place.De, "d_cr": point.d, "U": row["U_T"]}
         row |= {"kind": critical.kind, "branch": number, "stable": "true" if row["slope"] < 0 else "false"}
-        if "mesh_error" in row:
-            row["d_error"] = row["mesh_error"] / abs(row["slope"])
+        row |= {"d_error": "", "parameter_error": ""}
+        if critical.by_parameter is None:
+            row["d_error"] = row["dU_error"] / abs(row["slope"])
+        else:  # where two zeros meet, the slope vanishes
+            row["parameter_error"] = row["dU_error"] / abs(critical.by_parameter)
         self.rows.append({name: row[name] for name in self._columns})
         text = f"Ca_e = {row['Ca_e']:.5g}  De = {place.De:.5g}  d_cr = {point.d:.5f}  {critical.kind}"
         self.session.reporter.update(self._wanted, text, self._solved)
         self.write()
 
     def write(self) -> None:
-        """Write the table.
+        """Write critical.csv.
 
         Raises:
             WriteFailure: It cannot be written.

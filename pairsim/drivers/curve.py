@@ -1,4 +1,4 @@
-"""`pairsim curve`: a master curve from its file to a folder of results."""
+"""`pairsim curve`: compute the master curve of a case and write it to a folder."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from pairsim.solvers.problems import SteadyProblem
 
 
 class WarmStart:
-    """Hands the solutions of one curve to the next as its start."""
+    """Keeps the solvers of a curve, so that the next curve can start from its solutions."""
 
     def __init__(self) -> None:
         self._branch: Branch | None = None
@@ -34,14 +34,21 @@ class WarmStart:
     def start(
         self, comm: MPI.Comm, problem: SteadyProblem, first: Parameters, mesh_error: bool, sensitivities: bool
     ) -> Branch:
-        """A branch at the first place of a curve, from the curve before or, where there is no way, from the beginning.
+        """A branch at the first point of a curve, continued from the previous curve if possible, else solved anew.
+
+        Args:
+            comm: Communicator of the case.
+            problem: The problem of the curve.
+            first: Parameters of its first point.
+            mesh_error: Whether to solve on a coarser mesh, too.
+            sensitivities: Whether to compute derivatives by the parameters.
 
         Raises:
-            NoSteadyState: There is no solution at the first place.
+            NoSteadyState: There is no solution at the first point.
         """
         rigid = [Ca_e == 0 for Ca_e in first.Ca_es]
         old, self._kind = self._kind, (problem, rigid, mesh_error, sensitivities)
-        if self._branch is not None and self._kind == old:  # the same but for De, Ca_e and distances
+        if self._branch is not None and self._kind == old:  # only De, Ca_e and distances differ
             try:
                 self._branch.move(first)
                 return self._branch
@@ -52,7 +59,7 @@ class WarmStart:
         return self._branch
 
     def close(self) -> None:
-        """Give the solvers' memory back; the next curve starts from the beginning."""
+        """Free the memory of the solvers; the next curve is solved from undeformed spheres."""
         if self._branch is not None:
             self._branch.close()
         self._branch = None
@@ -66,20 +73,21 @@ def run_curve(
     sensitivities: bool = False,
     warm_start: WarmStart | None = None,
 ) -> Outcome:
-    """Solve a master curve into a folder.
+    """Compute a master curve and write it to a folder.
 
     Args:
         case: The validated case.
-        directory: Where the results go.
-        options: How the command is carried out.
-        sensitivities: Add the derivatives of dU by Ca_e, De and beta.
-        warm_start: Start from the curve before, and leave this one's solutions to the next; the caller closes it.
+        directory: Folder for the results.
+        options: Communicator, overwriting, progress and signals.
+        sensitivities: Compute the derivatives of dU with respect to Ca_e, De and beta, too.
+        warm_start: Solutions of the previous curve to start from; keeps those of this curve. The caller closes it.
 
     Returns:
-        How it ended. Whatever was solved is in the folder, also after a failure.
+        How the command ended. Points solved before a failure are in the folder, too.
 
     Raises:
-        InputError: The folder exists and may not be replaced, or another command is at work there.
+        InputError: The folder exists and may not be overwritten, or another command is writing to it.
+        WriteFailure: The first files of the folder cannot be written.
     """
     own = WarmStart()
     with open_session(case, directory, options) as session:
@@ -94,11 +102,11 @@ def run_curve(
 
 
 def _run(case: CurveCase, session: Session, sensitivities: bool, warm_start: WarmStart) -> Outcome:
-    """Solve the points and, of a pair, the zeros."""
+    """Solve the points of the curve and, for a pair, its zeros."""
     session.write(lambda: session.record.write(None, {}, {}))
     places = solution_order(case)
     expected = max(len(places), 1)
-    goal = f"{expected} point{'s' * (expected > 1)} and those that are added"
+    goal = f"{expected} point{'s' * (expected > 1)}, more as needed"
     session.announce(goal, expected, case.notes)
     output = CurveOutput(case, session, expected, sensitivities)
     branch: Branch | None = None
@@ -114,7 +122,7 @@ def _run(case: CurveCase, session: Session, sensitivities: bool, warm_start: War
             output.take(point, wanted, branch.fine)
         message = f"{len(output.points)} points"
         if case.n == 2:
-            message += f"; dU = 0: {_find_zeros(branch, output) or 'nowhere'}"
+            message += f"; dU = 0: {_find_zeros(branch, output) or 'at no d'}"
         return Outcome("finished", "end", message)
 
     def finish(_: Signals) -> Outcome:
@@ -132,7 +140,7 @@ def _run(case: CurveCase, session: Session, sensitivities: bool, warm_start: War
 
 
 def _find_zeros(branch: Branch, output: CurveOutput) -> str:
-    """Find and write the zeros of a pair's curve; a summary of them."""
+    """Find and write the zeros of the curve of a pair; returns a summary, empty if there are none."""
     points = [point for point, _ in output.points]
     zeros: list[Zero] = []
     try:
@@ -141,12 +149,11 @@ def _find_zeros(branch: Branch, output: CurveOutput) -> str:
                 zeros.append(found)
             else:
                 output.warnings.append(found.message)
-    except RunFailure:  # those before the one that was lost stand
+    except RunFailure:  # keep the zeros found so far
         output.take_zeros(equilibria(zeros, points))
         raise
     result = equilibria(zeros, points)
     output.take_zeros(result)
     return ", ".join(
-        f"{'stable' if z.stable else 'unstable'} at d = {z.d:.5g}{' (uncertain)' if z.certain is False else ''}"
-        for z in result
+        f"{'stable' if z.stable else 'unstable'} at d = {z.d:.5g}{'' if z.certain else ' (uncertain)'}" for z in result
     )

@@ -1,4 +1,4 @@
-"""What a curve leaves behind as it goes: its points, its zeros and the fields at chosen distances."""
+"""Write and show the points of a curve as they are solved, its zeros, and the fields at chosen distances."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from pairsim.config.curve_case import CurveCase
 from pairsim.drivers.quasi_steady import health_columns, point_row
 from pairsim.drivers.session import Session
-from pairsim.results.columns import EQUILIBRIA_COLUMNS, EQUILIBRIA_ERRORS, curve_columns
+from pairsim.results.columns import EQUILIBRIA_COLUMNS, curve_columns
 from pairsim.results.fields import SteadyMoment, frame
 from pairsim.results.xdmf import FieldFrame, FieldsWriter
 from pairsim.solvers.branch import Point
@@ -20,7 +20,7 @@ from pairsim.solvers.steady import Steady
 
 
 def _shown(point: Point, count: int) -> str:
-    """A point in a line of progress."""
+    """A line of progress for a point."""
     o = point.observation
     gaps = f"d = {', '.join(f'{d:.5f}' for d in point.gaps)}  " if point.gaps else ""
     velocities = ", ".join(f"{dU:+.4e}" for dU in o.dU) if o.U.size > 1 else f"{o.U[0]:.6f}"
@@ -29,17 +29,17 @@ def _shown(point: Point, count: int) -> str:
 
 
 class CurveOutput:
-    """Shows and writes what a curve yields; every process calls it, the first one does it.
+    """Writes curve.csv, equilibria.csv and fields, and shows progress. Every process calls it, the first one writes.
 
     Args:
         case: The case.
-        session: Where to.
-        expected: How many points are wanted.
-        sensitivities: Whether points have derivatives by the parameters.
+        session: The open session of the command.
+        expected: Number of requested points.
+        sensitivities: Whether points have derivatives with respect to the parameters.
 
     Attributes:
-        points: With whether each was asked for; in ascending d where all gaps have one distance.
-        warnings: What the user should know of the results.
+        points: Each point and whether it was requested; in ascending d if all gaps have the same distance.
+        warnings: Warnings about the results.
     """
 
     def __init__(self, case: CurveCase, session: Session, expected: int, sensitivities: bool) -> None:
@@ -47,17 +47,19 @@ class CurveOutput:
         self.points: list[tuple[Point, bool]] = []
         self.warnings: list[str] = []
         parameters = [name for name, value in (("Ca_e", max(case.Ca_es)), ("De", case.De), ("beta", 1.0)) if value]
-        columns = curve_columns(case.n, case.common, case.mesh_error, parameters if sensitivities else [])
+        columns = curve_columns(
+            case.n, case.common, case.polymer is None, case.mesh_error, parameters if sensitivities else []
+        )
         self._columns = [*columns, *health_columns(case)]
         self._frames: list[FieldFrame] = []
 
     def take(self, point: Point, wanted: bool, scene: Steady) -> None:
-        """Write a point, and keep its fields if they are wanted.
+        """Write a point, and keep its fields in memory if the case asks for fields at its distance.
 
         Args:
             point: The point.
-            wanted: Whether it was asked for.
-            scene: The scene, as it is there.
+            wanted: Whether it was requested, and not added by the refinement of the curve.
+            scene: The solver, whose current solution is that of the point.
 
         Raises:
             WriteFailure: The table cannot be written.
@@ -87,17 +89,14 @@ class CurveOutput:
         rows = []
         for z in zeros:
             row: dict[str, Any] = {"d": z.d, "stable": words[z.stable], "slope": z.slope, "peak": z.peak}
-            if z.d_error is not None and z.certain is not None:
-                row |= {"d_error": z.d_error, "certain": words[z.certain]}
-            rows.append(row)
-        columns = [*EQUILIBRIA_COLUMNS, *(EQUILIBRIA_ERRORS if self.case.mesh_error else ())]
-        self.session.write_table("equilibria.csv", columns, rows)
+            rows.append(row | {"d_error": z.d_error, "certain": words[z.certain]})
+        self.session.write_table("equilibria.csv", EQUILIBRIA_COLUMNS, rows)
 
     def finish(self) -> None:
-        """Write the fields: in ascending distance, which is not the order in which they were solved.
+        """Write the kept fields in ascending distance.
 
         Raises:
-            WriteFailure: They cannot be written; not raised where a signal has stopped the work at once.
+            WriteFailure: They cannot be written. Not raised after a signal has stopped the work at once.
         """
 
         def write() -> None:

@@ -1,4 +1,4 @@
-"""`pairsim mesh`: the reference mesh of a case as a file and a picture."""
+"""`pairsim mesh`: write the reference mesh of a case to a file, optionally with a picture."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from pairsim.runtime.arrays import Array, Indices
 
 
 def write_mesh(case: Case, path: Path, png: Path | None) -> dict[str, int]:
-    """Mesh a case and write what a run would begin with: the liquid and every soft particle.
+    """Write the mesh with which a run of the case would begin: the liquid and every soft particle.
 
     Args:
         case: The validated case.
-        path: File; its ending chooses the format (.msh for gmsh, .vtu, .xdmf).
-        png: Picture of the neighbourhood of the particles, or None.
+        path: Mesh file; its suffix selects the format (.msh for gmsh, .vtu, .xdmf).
+        png: File for a picture of the mesh around the particles, or None.
 
     Returns:
-        Counts to print.
+        Numbers of cells, nodes and arcs, by name.
 
     Raises:
         MeshFailure: No valid mesh could be made.
@@ -45,7 +45,7 @@ def write_mesh(case: Case, path: Path, png: Path | None) -> dict[str, int]:
     every, connect, marker = np.vstack(points), np.vstack(cells), np.concatenate(region)
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".part-{path.name}")
-    # gmsh's own names for physical and geometric groups, so that it shows the regions.
+    # Names of physical and geometric groups in gmsh, which shows the regions by them.
     tags = {"gmsh:physical": [marker + 1], "gmsh:geometrical": [marker + 1]} if path.suffix == ".msh" else {}
     meshio.Mesh(
         np.column_stack([every, np.zeros(len(every))]), [("triangle6", connect)], cell_data=tags or {"region": [marker]}

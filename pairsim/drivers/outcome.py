@@ -1,4 +1,4 @@
-"""What every command leaves behind besides its numbers: how it ended, by which versions, on which machine."""
+"""run.json: how a command ended, its duration and memory, versions and machine."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pairsim.runtime.version import __version__
 from pairsim.solvers.newton import petsc_version
 
 EXIT_CODES = {"finished": 0, "failed": 3, "interrupted": 130}
-"""Exit codes of commands by status."""
+"""Exit code of a command, by status."""
 
 
 @dataclass(frozen=True)
@@ -25,8 +25,8 @@ class Outcome:
 
     Attributes:
         status: "finished", "failed" or "interrupted".
-        reason: "end", "contact", "max_gap", or the typed reason of a failure.
-        message: One line for people.
+        reason: "end", "contact", "max_gap", "interrupted", or the `reason` of a `RunFailure`.
+        message: One line of text for the user.
     """
 
     status: str
@@ -35,7 +35,7 @@ class Outcome:
 
     @property
     def exit_code(self) -> int:
-        """0 finished, 3 typed failure, 130 interrupted."""
+        """0: finished, 3: failed, 130: interrupted."""
         return EXIT_CODES[self.status]
 
 
@@ -51,21 +51,21 @@ def _versions() -> dict[str, str]:
 
 
 def peak_memory() -> int:
-    """Most memory that this process has held so far, in bytes."""
+    """Peak memory of this process so far, in bytes."""
     largest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return largest if sys.platform == "darwin" else 1024 * largest
 
 
 class Record:
-    """run.json: rewritten whole whenever there is news.
+    """Writes run.json, as a whole at each change.
 
     Args:
-        folder: The folder, None on all processes but the first.
-        kind: The command that the folder is of: run, curve or critical.
+        folder: The folder of results, None on all processes but the first.
+        kind: The command that writes the folder: run, curve or critical.
         command: The command line.
-        processes: Size of the communicator.
-        before: Seconds that the run took before it was stopped and resumed.
-        scales: The units of the case in SI units, None where it was given without units.
+        processes: Number of MPI processes.
+        before: Wall time before the run was resumed [s].
+        scales: The units of length, velocity and stress in SI units, None without a `physical` block.
     """
 
     def __init__(
@@ -84,16 +84,19 @@ class Record:
 
     @property
     def passed(self) -> float:
-        """Seconds since the command began, and those before a resume."""
+        """Wall time of the command, including that before it was resumed [s]."""
         return time.perf_counter() - self._begin
 
     def write(self, outcome: Outcome | None, more: dict[str, Any], phases: dict[str, float]) -> None:
-        """Write how it stands.
+        """Write run.json; does nothing on all processes but the first.
 
         Args:
-            outcome: How it ended, None while it runs.
+            outcome: How the command ended, None while it is running.
             more: Further entries.
-            phases: Seconds by phase of the work; the rest is `other`.
+            phases: Wall time of each phase [s]; the rest is written as `other`.
+
+        Raises:
+            OSError: The file cannot be written.
         """
         if self._folder is None:
             return

@@ -1,4 +1,4 @@
-"""The problem that a solver is given, from a validated case."""
+"""Turn a validated case into the problem for a solver."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SMALLEST_STEP = 1e-8
 
 
 def problem_of(case: Case) -> Problem:
-    """The transient problem of a validated case."""
+    """The problem of a run in time."""
     time_options = case.time
     largest = max(case.betas, default=0.0)
     return Problem(
@@ -26,18 +26,23 @@ def problem_of(case: Case) -> Problem:
         time_options.first_step,
         polymer=case.polymer,
         t_end=time_options.end,
-        U_m=2 * (1 - 2 / 3 * largest**2),  # Faxen's law without wall corrections: only a first guess
+        U_m=2 * (1 - 2 / 3 * largest**2),  # initial guess: Faxen's law without wall corrections
     )
 
 
 def steady_problem(case: SceneCase, narrowest: float) -> SteadyProblem:
-    """The part of a validated case that stays along its curve, whose least distance is `narrowest`."""
+    """The quasi-steady problem of a case: all that is constant along a curve.
+
+    Args:
+        case: The validated case.
+        narrowest: Smallest distance on the curve [D_c], which sets the cells.
+    """
     settings = MeshSettings(**case.mesh.model_dump())
     return SteadyProblem(case.betas, case.tube_length, case.ends == "periodic", settings, case.law, narrowest=narrowest)
 
 
 def solution_order(case: CurveCase) -> list[tuple[float, ...]]:
-    """The places in the order in which they are solved: from the widest distance down, where the start is easy."""
+    """The distances in the order of solution: from the largest down, where the first is easiest to find."""
     places = case.places
     if case.common:
         wanted = {place[0] for place in places} | set(case.fields)

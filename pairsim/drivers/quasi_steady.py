@@ -1,4 +1,4 @@
-"""What curve and critical share: the row of a quasi-steady solution, the costs of a branch, the end of run.json."""
+"""Shared by curve and critical: rows of quasi-steady solutions, cost of a branch, and the final run.json."""
 
 from __future__ import annotations
 
@@ -10,26 +10,31 @@ from pairsim.config.case import SceneCase
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.session import Session
 from pairsim.drivers.warnings import coarse_mesh, near_ends, unresolved_stress
-from pairsim.results.columns import CURVE_HEALTH, POLYMER_HEALTH, gap_endings, named_row
+from pairsim.results.columns import CURVE_HEALTH, POLYMER_HEALTH, gap_endings, named_row, particle_endings
 from pairsim.solvers.branch import Branch, Point
 
-INTERRUPTED = "stopped by a signal; what was written so far stands"
+INTERRUPTED = "stopped by a signal; the results written so far are kept"
 
 
 def health_columns(case: SceneCase) -> tuple[str, ...]:
-    """The columns of a table of quasi-steady solutions that say how sound they are."""
+    """Diagnostic columns in a table of quasi-steady solutions."""
     return CURVE_HEALTH + (POLYMER_HEALTH if case.polymer else ())
 
 
 def point_row(point: Point) -> dict[str, float]:
-    """Everything known of a quasi-steady solution, under the names of its columns."""
+    """All values of a quasi-steady solution by the names of their columns."""
     o = point.observation
     row = named_row(0.0, point.gaps, o.U, o.dU, o.D, o.dp, o.dp_plus)
     gaps = gap_endings(o.d.size + 1)
+    estimate = point.estimate
     values = {"slope": point.slopes, "drift": point.drifts, "mesh_error": point.mesh_errors}
+    values |= {"dU_correction": estimate.dU, "dU_error": point.dU_errors}
     values |= {f"by_{name}": change for name, change in point.sensitivities.items()}
     for name, each in values.items():
         row |= {name + gap: value for gap, value in zip(gaps, each if each is not None else (), strict=False)}
+    row |= {f"U_correction{each}": value for each, value in zip(particle_endings(o.U.size), estimate.U, strict=True)}
+    if estimate.dp_plus is not None:
+        row["dp_plus_correction"] = estimate.dp_plus
     row |= {"newton": point.newton, "meshes": point.meshes, "m": o.m}
     row |= {"volume_error": o.volume_error, "distortion": point.distortion}
     if o.conformation is not None:
@@ -38,7 +43,7 @@ def point_row(point: Point) -> dict[str, float]:
 
 
 def costs(branch: Branch | None) -> tuple[dict[str, Any], dict[str, float]]:
-    """What a branch has cost: counts, and seconds by phase."""
+    """Cost of a branch: counts, and the wall time of each phase [s]."""
     if branch is None:
         return {}, {}
     counts = {
@@ -63,26 +68,24 @@ def conclude(
     warnings: Sequence[str],
     summary: dict[str, Any],
 ) -> Outcome:
-    """Write and show the end: the outcome, the costs, and the warnings, those of mesh, stresses and tube added.
+    """Write the end: the outcome, the costs, and the warnings, those of mesh, stresses and tube added.
 
     Args:
         case: The case.
-        session: Of the command.
-        outcome: How its work ended.
-        branch: What it solved with, None if it did not come so far.
-        points: What it solved.
-        warnings: What there is to say besides.
-        summary: Entries of run.json besides.
+        session: The open session of the command.
+        outcome: How the computation ended.
+        branch: The solvers, None if they were not created.
+        points: The points solved.
+        warnings: Further warnings.
+        summary: Further entries of run.json.
 
     Returns:
-        The outcome, on the first process that of a failure where run.json cannot be written.
+        The outcome; on the first process a failure if run.json cannot be written.
     """
     counts, phases = costs(branch)
     seen = [c.s_jump for p in points if (c := p.observation.conformation) is not None]
     stress = unresolved_stress(case, max(seen, default=0.0))
     warnings = [*warnings, *coarse_mesh(case), *stress, *near_ends(case, case.cluster)]
-    for warning in warnings:
-        session.reporter.note(warning)
     try:
         session.record.write(outcome, {**summary, **counts, "warnings": warnings}, phases)
     except OSError as error:

@@ -1,4 +1,4 @@
-"""`pairsim run`: one case from its file to a folder of results."""
+"""`pairsim run`: integrate a case in time and write the results to a folder."""
 
 from __future__ import annotations
 
@@ -25,58 +25,62 @@ from pairsim.solvers.history import Counts
 from pairsim.solvers.step_size import reached
 from pairsim.solvers.transient import Step, Transient
 
-OTHERS = ("curve.csv", "critical.csv", "study.csv", "sweep.json", "grid.yaml")  # of folders that are no run's
+OTHERS = ("curve.csv", "critical.csv", "study.csv", "sweep.json", "grid.yaml")  # files of other commands
 RETRY = "--resume"
 
 
 def _end(case: Case, t: float, gaps: Sequence[float]) -> Outcome | None:
-    """Whether a run is at its end, and why."""
+    """The outcome if a run has reached its end, else None."""
     limits = case.limits
     if gaps and min(gaps) < limits.min_gap:
         return Outcome("finished", "contact", f"contact: the gap fell below {limits.min_gap:g} at t = {t:g}")
     if limits.max_gap is not None and gaps and max(gaps) > limits.max_gap:
-        return Outcome("finished", "max_gap", f"the gap passed {limits.max_gap:g} at t = {t:g}")
+        return Outcome("finished", "max_gap", f"the gap exceeded {limits.max_gap:g} at t = {t:g}")
     if case.n and (room := (case.tube_length - sum(case.betas) - sum(gaps)) / 2) < FREE_ENDS:
         message = (
-            f"the particles are {room:.3g} from the ends of the tube at t = {t:g}; a longer length, or limits.max_gap"
+            f"the particles are only {room:.3g} D_c from the ends of the tube at t = {t:g}; try a larger length, or "
+            "limits.max_gap"
         )
         return Outcome("failed", "tube_too_short", message)
     return Outcome("finished", "end", f"finished at t = {t:g}") if reached(t, case.time.end) else None
 
 
 def _find_checkpoint(case: Case, directory: Path) -> Checkpoint | None:
-    """What a run goes on from; None where it must begin afresh.
+    """The checkpoint to resume from; None if the run must start at t = 0.
 
     Raises:
-        InputError: There are rows without a checkpoint, or the checkpoint is torn or that of another problem.
+        InputError: There are rows without a checkpoint, or the checkpoint is damaged or belongs to another problem.
     """
     found = load(directory)
     series = directory / SERIES
     if found is not None:
         check_same(found.case, plain(case.resolved()), str(directory / CHECKPOINT))
     elif any((directory / name).exists() for name in OTHERS):
-        raise InputError(str(directory), "--resume", None, "holds results of another command; give another folder")
+        raise InputError(
+            str(directory), "--resume", None, "must be the folder of a run, but holds results of another command"
+        )
     elif series.exists() and len(read_series(series)["t"]) > 1:
-        allowed = f"has rows in {SERIES} but no {CHECKPOINT} to go on from; run the case again with --overwrite"
+        allowed = f"must have a {CHECKPOINT}, since {SERIES} has rows; run the case again with --overwrite"
         raise InputError(str(directory), "--resume", None, allowed)
     return found
 
 
 def run_case(case: Case, directory: Path, options: Options, *, resume: bool = False) -> Outcome:
-    """Run one case into a folder.
+    """Integrate one case in time and write the results to a folder.
 
     Args:
         case: The validated case.
-        directory: Where the results go.
-        options: How the command is carried out.
-        resume: Go on from the folder's checkpoint. Where there is neither one nor more than a row, begin afresh.
+        directory: Folder for the results.
+        options: Communicator, overwriting, progress and signals.
+        resume: Continue from the checkpoint in the folder. Without a checkpoint, and with at most one row in
+            series.csv, the run starts at t = 0.
 
     Returns:
-        How it ended. Whatever was computed is in the folder, also after a failure.
+        How the command ended. Results computed before a failure are in the folder, too.
 
     Raises:
-        InputError: The folder exists and may not be replaced, cannot be gone on with, or is another command's.
-        WriteFailure: The last files could not be written.
+        InputError: The folder exists and may not be overwritten, cannot be resumed, or belongs to another command.
+        WriteFailure: The first or last files cannot be written.
     """
     if not resume:
         with open_session(case, directory, options) as session:
@@ -85,22 +89,22 @@ def run_case(case: Case, directory: Path, options: Options, *, resume: bool = Fa
     with open_session(case, directory, replacing, lambda: _find_checkpoint(case, directory)) as session:
         old = session.checkpoint
         if old is None:
-            return _run(case, session, ["there is no checkpoint: begins afresh"])
+            return _run(case, session, ["no checkpoint: starting at t = 0"])
         if (ended := _end(case, old.state.history.t[0], old.gaps)) is not None:
             _confirm(case, session, old, ended)
             session.announce(*_goal(case))
             session.reporter.finish(f"nothing to do: {ended.message}")
             return ended
-        return _run(case, session, [f"goes on from t = {old.state.history.t[0]:g} (step {old.state.counts.steps})"])
+        return _run(case, session, [f"resuming from t = {old.state.history.t[0]:g} (step {old.state.counts.steps})"])
 
 
 def _goal(case: Case) -> tuple[str, float]:
-    """What a run is to reach, in words and as a number."""
+    """The end time, as text for the progress display and as a number."""
     return f"to t = {case.time.end:g}", case.time.end
 
 
 def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
-    """March from the session's checkpoint, or from rest, to the end."""
+    """Integrate from the checkpoint of the session, or from t = 0, to the end."""
     old = session.checkpoint
 
     def begin() -> RunOutput:
@@ -120,7 +124,7 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
         transient = Transient(session.comm, problem_of(case), old.state if old is not None else None)
         return _march(case, transient, output, session, signals)
 
-    outcome = session.carry_out(work, "stopped at once; the rows written so far stand")
+    outcome = session.carry_out(work, "stopped at once; the rows written so far are kept")
     counts, t = Counts(), 0.0
     summary: dict[str, Any] = {}
     seconds: dict[str, float] = {}
@@ -138,8 +142,6 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
                 raise
             finally:
                 session.record.write(ended, summary | {"warnings": output.warnings}, dict(seconds))
-                for warning in output.warnings:
-                    session.reporter.note(warning)
 
     try:
         if session.stopped_at_once:
@@ -154,7 +156,7 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
 
 
 def _confirm(case: Case, session: Session, old: Checkpoint, ended: Outcome) -> None:
-    """Say in run.json that a run is finished, if it was killed between its last checkpoint and that."""
+    """Write to run.json that a run is finished, if it was killed after its last checkpoint and before doing so."""
     counts, history = old.state.counts, old.state.history
 
     def confirm() -> None:
@@ -173,14 +175,14 @@ def _confirm(case: Case, session: Session, old: Checkpoint, ended: Outcome) -> N
 
 
 def _shown(step: Step, count: int) -> str:
-    """A step in a line of progress."""
+    """A line of progress for a step."""
     o = step.observation
     gap = f"d = {o.d[0]:.5f}  dU = {o.dU[0]:+.4e}  " if o.d.size == 1 else ""
     return f"t = {step.t:.4g}  {gap}dt = {step.dt:.2g}  Newton {step.report.iterations}  step {count}"
 
 
 def _summary(counts: Counts, t: float, unknowns: int) -> dict[str, Any]:
-    """The entries of run.json on a march."""
+    """Entries of run.json: time, unknowns and counts."""
     return {
         "t": t,
         "unknowns": unknowns,
@@ -193,7 +195,7 @@ def _summary(counts: Counts, t: float, unknowns: int) -> dict[str, Any]:
 
 
 def _march(case: Case, transient: Transient, output: RunOutput | None, session: Session, signals: Signals) -> Outcome:
-    """Take all steps, write them, and find the end."""
+    """Take all time steps and write them; returns how the run ended."""
     record, limits = session.record, case.limits
     if output is not None:
         output.attach(transient)
@@ -212,7 +214,7 @@ def _march(case: Case, transient: Transient, output: RunOutput | None, session: 
             return outcome
         if stop[0]:
             name = signal.Signals(stop[0]).name
-            message = f"{name} at t = {step.t:g}; pairsim run --resume goes on from here"
+            message = f"{name} at t = {step.t:g}; continue with pairsim run --resume"
             return Outcome("interrupted", "interrupted", message)
         if limits.wall_time is not None and stop[1] > limits.wall_time:
             message = f"{stop[1]:.0f} s have passed"

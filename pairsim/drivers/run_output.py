@@ -1,4 +1,4 @@
-"""What a run leaves behind as it goes: rows, frames, checkpoints, and what its user should know of them."""
+"""Write the rows, fields and checkpoints of a run as it advances, and collect its warnings."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from pairsim.config.case import Case
 from pairsim.drivers.warnings import coarse_mesh, long_steps, narrow_gap, near_ends, unresolved_stress
 from pairsim.results.checkpoint import Checkpoint
-from pairsim.results.columns import HEALTH, POLYMER_HEALTH, named_row, series_columns
+from pairsim.results.columns import HEALTH, POLYMER_HEALTH, named_row, relative_velocities, series_columns
 from pairsim.results.fields import frame
 from pairsim.results.output import SERIES, RunFolder, SeriesWriter, plain, read_series
 from pairsim.results.xdmf import FieldsWriter
@@ -21,11 +21,11 @@ from pairsim.runtime.arrays import Array
 from pairsim.solvers.time_error import TimeError
 from pairsim.solvers.transient import Step, Transient
 
-CHEAP = 50.0  # times the last checkpoint's cost: how long one at an output stands off
+CHEAP = 50.0  # least interval between checkpoints at output times, over the wall time of writing one
 
 
 def milestones(case: Case) -> list[float]:
-    """Times that steps land on: the wanted outputs and the end."""
+    """Times that steps must land on: the output times and the end time, ascending."""
     end, every = case.time.end, case.output.every
     times = {t for t in case.output.times if 0 < t < end}
     if every is not None:
@@ -33,21 +33,38 @@ def milestones(case: Case) -> list[float]:
     return [*sorted(times), end]
 
 
+def passes_frame(case: Case, t: float, dt: float) -> bool:
+    """Whether a step passes one of the `output.frames` times, which are spread evenly up to the end.
+
+    Unlike `milestones` they cost no steps. Where a run was stopped makes no difference to them.
+
+    Args:
+        case: The case.
+        t: End of the step.
+        dt: Its size.
+    """
+    output = case.output
+    if output.times or output.every is not None:
+        return False
+    rate = output.frames / case.time.end
+    return int(t * rate) > int((t - dt) * rate)
+
+
 def span(case: Case, gaps: Sequence[Any]) -> float:
-    """Length of the row of particles with these gaps, each a number or a column; the largest."""
+    """Largest length of the row of particles [D_c] for these gaps, each a number or an array over time."""
     return sum(case.betas) + float(np.max(np.sum(gaps, axis=0), initial=0.0) if len(gaps) else 0.0)
 
 
 @dataclass
 class RunWarnings:
-    """What the warnings of a run depend on.
+    """Extreme values over a run, from which its warnings are made.
 
     Attributes:
         case: The case.
-        s_jump: Largest change of log c across a cell.
-        widest: Greatest length of the row of particles.
-        narrowest: The gap that was shortest against the arcs beside it, and their length.
-        steps: What the time steps leave in dU.
+        s_jump: Largest change of s = log c within a cell.
+        widest: Largest length of the row of particles [D_c].
+        narrowest: Gap and length of the adjacent arcs [D_c] when their ratio was smallest.
+        steps: Estimate of the error of dU due to the time steps.
     """
 
     case: Case
@@ -61,30 +78,40 @@ class RunWarnings:
 
     @staticmethod
     def of(case: Case, series: Mapping[str, Array], narrowest: tuple[float, float]) -> RunWarnings:
-        """That of the rows of a series."""
+        """The values for the rows of an existing series.csv.
+
+        Args:
+            case: The case.
+            series: Columns of series.csv, shape (rows,).
+            narrowest: As the attribute; not in the table.
+        """
         gaps = [series[name] for name in series if name == "d" or name.startswith("d_")]
         s_jump = float(np.max(series.get("s_jump", [0.0]), initial=0.0))
         worst = RunWarnings(case, s_jump, span(case, gaps), narrowest)
-        relative = [series[name] for name in series if name == "dU" or name.startswith("dU_")]
+        relative = [series[name] for name in relative_velocities(series)]
         for t, mesh, *dU in zip(series["t"], series["mesh"], *relative, strict=True):
             worst.steps.add(float(t), int(mesh), dU)
         return worst
 
     @property
     def warnings(self) -> list[str]:
-        """What the user should know of the results."""
+        """Warnings about the results."""
         stress, narrow = unresolved_stress(self.case, self.s_jump), narrow_gap(*self.narrowest)
         steps, ends = long_steps(self.case, self.steps.part), near_ends(self.case, self.widest)
         return [*coarse_mesh(self.case), *steps, *stress, *narrow, *ends]
 
 
 class RunOutput:
-    """Writes what a run yields; there is one on the first process only.
+    """Writes series.csv, fields and checkpoints of a run; exists on the first process only.
 
     Args:
         case: The case.
-        folder: Where to.
-        old: What the run goes on from: what was written after it is cut off. None: from the beginning.
+        folder: Folder for the results.
+        old: The checkpoint to resume from; rows and fields written after it are removed. None: start at t = 0.
+
+    Raises:
+        InputError: series.csv does not fit the checkpoint.
+        OSError: The files cannot be written.
     """
 
     def __init__(self, case: Case, folder: RunFolder, old: Checkpoint | None) -> None:
@@ -102,22 +129,30 @@ class RunOutput:
 
     @property
     def warnings(self) -> list[str]:
-        """What the user should know of the results."""
+        """Warnings about the results."""
         return [*self.damage, *self.worst.warnings]
 
     def attach(self, transient: Transient) -> None:
-        """Say whose steps come."""
+        """Set the solver whose steps will be written; call it before `take`."""
         self.transient, self.pipe = transient, transient.pipe
         self.origin = self.old.origin if self.old is not None else transient.history.h[0]
 
     def take(self, step: Step, wall: float) -> None:
-        """Write an accepted step, and a checkpoint when it is time for one."""
+        """Write an accepted step, and a checkpoint if one is due.
+
+        Args:
+            step: The step.
+            wall: Wall time of the run so far [s].
+
+        Raises:
+            OSError: A file cannot be written.
+        """
         self._row(step)
         at_output = any(abs(step.t - t) <= 1e-9 * max(1.0, t) for t in self.wanted)
         self._pending = step
-        if at_output or self.transient.counts.steps == 1:
+        if at_output or self.transient.counts.steps == 1 or passes_frame(self.case, step.t, step.dt):
             self._field()
-        # Without a frame that waits for the end: a run that goes on from here may not have one at this time.
+        # Fields of the last step are not counted: a resumed run with another end time has none at this time.
         frames = self.fields.frames if self.fields is not None else self.old.frames if self.old else 0
         gaps = tuple(map(float, step.observation.d))
         state, case = self.transient.state, plain(self.case.resolved())
@@ -127,7 +162,7 @@ class RunOutput:
             self._save()
 
     def finish(self, last_frame: bool) -> None:
-        """Write the checkpoint of the last step and, if asked for, its fields; close all files."""
+        """Write the checkpoint of the last step and, with `last_frame`, its fields; close all files."""
         try:
             if last_frame:
                 self._field()
@@ -147,8 +182,8 @@ class RunOutput:
             self.worst.s_jump = max(self.worst.s_jump, o.conformation.s_jump)
         self.worst.steps.add(step.t, step.mesh_id, o.dU)
         self.worst.widest = max(self.worst.widest, span(self.case, list(o.d)))
-        for gap, (behind, ahead) in zip(map(float, o.d), pairwise(self.transient.meshed.outlines), strict=True):
-            arc = max(behind.size_at(0.0), ahead.size_at(float(np.pi)))
+        for gap, (upstream, downstream) in zip(map(float, o.d), pairwise(self.transient.meshed.outlines), strict=True):
+            arc = max(upstream.size_at(0.0), downstream.size_at(float(np.pi)))
             self.worst.narrowest = max(self.worst.narrowest, (gap, arc), key=lambda each: each[1] / each[0])
         self.series.row(values)
 

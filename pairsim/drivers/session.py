@@ -1,6 +1,6 @@
-"""What run, curve and critical share: a folder under a lock, its record, signals, and writing that all processes share.
+"""The session of run, curve and critical: a locked folder, run.json, signals, and collective writing of files.
 
-A driver opens a session, announces what it does, carries its work out under it, and gets the outcome.
+A driver opens a session, announces its goal, and carries out its work in it, which returns an outcome.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from pairsim.runtime.signals import Signals
 
 @dataclass(frozen=True)
 class Options:
-    """How a command is carried out, whatever it computes.
+    """Options that run, curve and critical share.
 
     Attributes:
-        comm: Communicator of the case; every process calls the driver.
-        overwrite: Replace earlier results.
+        comm: MPI communicator; every process of it calls the driver.
+        overwrite: Whether existing results may be replaced.
         reporter: Shows progress (quiet on all processes but the first).
-        command: The command line, for the record and the lock.
-        signals: Whether SIGINT and SIGTERM end the work in order. Without, they do what they did before.
+        command: The command line, for run.json and for the lock.
+        signals: Whether SIGINT and SIGTERM end the computation in order; if not, the handlers are left unchanged.
     """
 
     comm: MPI.Comm
@@ -43,15 +43,15 @@ class Options:
 
 
 class Session:
-    """A command at work in its folder; made by `open_session`.
+    """A command that writes to its locked folder; made by `open_session`.
 
     Attributes:
         comm, reporter: Those of the options.
-        folder: The folder, None on all processes but the first.
-        checkpoint: What the command goes on from, the same on every process; None: from the beginning.
-        record: run.json.
-        stopped_at_once: Whether a signal has ended the work here and now. The other processes may be anywhere:
-            nothing is done collectively any more.
+        folder: The folder for the results, None on all processes but the first.
+        checkpoint: The checkpoint to resume from, the same on every process; None to start at the beginning.
+        record: Writes run.json.
+        stopped_at_once: Whether a signal has interrupted the computation at an arbitrary point. Collective calls are
+            then no longer possible, since the other processes may be at another point.
     """
 
     def __init__(
@@ -66,20 +66,26 @@ class Session:
         self._title = case.name or case.slug
 
     def announce(self, goal: str, total: float, notes: Iterable[str] = ()) -> None:
-        """Show what is to be reached, in words and as a number, and what the user should know of it."""
+        """Show title and goal of the command, and notes for the user.
+
+        Args:
+            goal: The goal, such as "to t = 2".
+            total: The same as a number, for the progress bar.
+            notes: Notes about the case.
+        """
         self.reporter.start(self._title, goal, total)
         for note in notes:
             self.reporter.note(note)
 
     def carry_out(self, work: Callable[[Signals], Outcome], interrupted: str) -> Outcome:
-        """Do work under signals.
+        """Call a function with signal handlers installed, and turn failures and interrupts into an outcome.
 
         Args:
-            work: What to do; it may look at the signals.
-            interrupted: Message of the outcome where a signal ends the work at once.
+            work: The computation; it may poll the signals.
+            interrupted: Message of the outcome if a signal interrupts the computation at once.
 
         Returns:
-            The work's outcome, or that of a typed failure or a signal which ended it.
+            The outcome of `work`, or one for the `RunFailure` or signal that ended it.
         """
         try:
             with Signals(impatient=True, installed=self._signals) as signals:
@@ -93,27 +99,36 @@ class Session:
     def write[T](
         self, write: Callable[[], T], *, retry: str = "the same command with --overwrite", t: float = 0.0, step: int = 0
     ) -> T | None:
-        """Write on the first process; what it returns, None on the others.
+        """Call a function that writes files, on the first process only.
 
         Args:
-            write: What to do there.
-            retry: What to call once there is room on the disk.
-            t, step: How far the work is, for the message of a failure.
+            write: The function.
+            retry: The command to give after freeing disk space, for the message of a failure.
+            t: Time reached [D_c/U_av], for the message of a failure.
+            step: Number of accepted steps, for the message of a failure.
+
+        Returns:
+            The return value of `write` on the first process, None on the others.
 
         Raises:
-            WriteFailure: It could not, on every process.
+            WriteFailure: `write` raised an OSError; raised on every process.
         """
         try:
             return collectively(self.comm, write)
         except OSError as error:
-            advice = f"more room on the disk, then {retry}"
+            advice = f"freeing disk space, then {retry}"
             raise WriteFailure(str(error), t=t, step=step, advice=advice) from error
 
     def write_table(self, name: str, columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> None:
-        """Write a table anew.
+        """Write a CSV table as a whole, replacing the file.
+
+        Args:
+            name: Name of the file in the folder.
+            columns: Names of the columns.
+            rows: Values by column.
 
         Raises:
-            WriteFailure: It could not be written, on every process.
+            WriteFailure: It cannot be written; raised on every process.
         """
 
         def write() -> None:
@@ -127,18 +142,20 @@ class Session:
 def open_session(
     case: SceneCase, directory: Path, options: Options, find_checkpoint: Callable[[], Checkpoint | None] | None = None
 ) -> Iterator[Session]:
-    """Work in a folder that is made, or reopened where there is a checkpoint; no other command may meanwhile.
+    """Open a session in a folder, which stays locked against other commands until the session ends.
+
+    The folder is created, or reopened if there is a checkpoint to resume from.
 
     Args:
         case: The validated case.
-        directory: Where the results go.
-        options: How the command is carried out.
-        find_checkpoint: Looks for what to go on from; called by the first process. None: begin afresh.
+        directory: Folder for the results.
+        options: Communicator, overwriting, progress and signals.
+        find_checkpoint: Returns the checkpoint to resume from; called on the first process. None: do not resume.
 
     Raises:
-        InputError: The folder exists and may not be replaced, another command is at work there, or what
-            `find_checkpoint` raises.
-        WriteFailure: The folder's first files cannot be written.
+        InputError: The folder exists and may not be overwritten, or another command is writing to it; also errors
+            of `find_checkpoint`.
+        WriteFailure: The first files of the folder cannot be written.
     """
     comm = options.comm
     with sole_writer(comm, directory, options.command):
@@ -154,5 +171,5 @@ def open_session(
         try:
             folder = collectively(comm, make)
         except OSError as error:
-            raise WriteFailure(str(error), advice="more room on the disk, then the same command") from error
+            raise WriteFailure(str(error), advice="freeing disk space, then the same command") from error
         yield Session(case, options, folder, checkpoint)

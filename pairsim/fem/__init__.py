@@ -1,1 +1,1 @@
-"""One scene: meshes, residual, Jacobian, constraints; no files but the cache of compiled forms."""
+"""Finite elements: meshes, residual, Jacobian and constraints of a scene. Only compiled forms are written to files."""

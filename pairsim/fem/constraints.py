@@ -1,12 +1,13 @@
-"""Linear constraints between the unknowns, x = x_0 + P y, and the choice of test rows T.
+"""Affine constraints between the unknowns, x = x_0 + P y, and the restriction T of the residual.
 
-Constraints are pure linear algebra on the canonical numbers of a scene, the same on every process. With the time
-scheme h = h* + g (M y - U_m a), in which a moves everything along the axis, the full vector is
+Constraints are sparse matrices in the canonical numbering of a scene, identical on every process. The time scheme is
+h = h* + g (M y - U_m a), with g = gamma dt and the unit axial translation a. The full vector is
 
     x = base + N y + C h,    P = N + g C M,
 
-so that one set of index arrays serves every step size: the entries of T A P are (t n + g t c m) times assembled ones.
-`pairsim.fem.scene_constraints` makes those of each kind of problem.
+and Newton's matrix is T A P with the assembled Jacobian A; see "Constraints" in docs/explanation/numerics.md. An entry
+of A contributes to it with a factor t (n + g c m), so that the sparsity pattern does not depend on the step size.
+`pairsim.fem.scene_constraints` builds the constraints of each kind of problem.
 """
 
 from __future__ import annotations
@@ -21,18 +22,20 @@ from pairsim.runtime.arrays import Array, Indices
 
 @dataclass(frozen=True)
 class Constraints:
-    """An affine map from the free unknowns y to the full vector x, and the rows that are tested.
+    """Affine map from the free unknowns y to the full vector x, and the restriction of the residual to n_y equations.
 
     Attributes:
         base: Constant part of x, shape (n,).
-        N: Direct part of the map, (n, n_y).
-        C: Dependence of x on the material positions h, (n, n_h).
-        M: Velocity of h in the laboratory from y, (n_h, n_y).
-        a: Axial translation of h, (n_h,).
-        V: Velocity of the particles' material from y, (n_h, n_y): M itself unless the scene is quasi-steady.
-        T: Test rows, (n_y, n).
-        integrated: Rows that constrain h itself and are divided by g to balance the rest, (n_y,) of bool.
-        fields: Unknowns by field, for norms and reports.
+        N: Direct dependence of x on y, shape (n, n_y).
+        C: Dependence of x on the material positions h, shape (n, n_h).
+        M: Velocity of h in the laboratory frame as a function of y, shape (n_h, n_y).
+        a: Unit axial translation of h, shape (n_h,).
+        V: Velocity of the particles' material as a function of y, shape (n_h, n_y); equal to M except in quasi-steady
+            scenes.
+        T: Restriction of the residual to the test functions that satisfy the constraints, shape (n_y, n).
+        integrated: Equations that contain h but not its rate, such as incompressibility of solids; they are divided
+            by g to be of the same order as the others. Boolean, shape (n_y,).
+        fields: Indices in y of each field, for norms and reports.
     """
 
     base: Array
@@ -51,16 +54,16 @@ class Constraints:
         return int(self.N.shape[1])
 
     def positions(self, y: Array, h_star: Array, g: float, U_m: float) -> Array:
-        """h = h* + g (M y - U_m a)."""
+        """Material positions h = h* + g (M y - U_m a), shape (n_h,)."""
         return np.asarray(h_star + g * (self.M @ y - U_m * self.a))
 
     def expand(self, y: Array, h: Array) -> Array:
-        """x = base + N y + C h."""
+        """Full vector x = base + N y + C h, shape (n,)."""
         return np.asarray(self.base + self.N @ y + self.C @ h)
 
 
 class Triplets:
-    """Collects the entries of a sparse matrix; entries of the same place are added."""
+    """Builder of a sparse matrix from triplets; duplicate entries are summed."""
 
     def __init__(self) -> None:
         self.rows: list[Indices] = []
@@ -81,7 +84,7 @@ class Triplets:
 
 
 class Unknowns:
-    """Hands out the numbers of the free unknowns, field by field."""
+    """Numbering of the free unknowns, allocated field by field."""
 
     def __init__(self) -> None:
         self.size = 0

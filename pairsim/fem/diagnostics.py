@@ -1,4 +1,7 @@
-"""What is read off a solution: gaps, velocities, shapes, volumes, health."""
+"""Quantities evaluated from a solution: gaps, velocities, shapes, volumes, and indicators of its quality.
+
+Definitions are in "What is reported", docs/explanation/physics.md.
+"""
 
 from __future__ import annotations
 
@@ -19,14 +22,14 @@ class Observation:
     """The state of the particles at one time.
 
     Attributes:
-        d: Distances between facing surfaces on the axis, (N-1,).
-        U: Velocities of the centres of volume, (N,).
-        D: Taylor parameters, (N,).
-        dp: Pressure drop over the tube.
-        dp_without_particles: That of the same tube without particles.
-        m: Uniform source of the pressure gauge.
-        volume_error: Largest relative change of a particle's volume.
-        conformation: What to watch in a viscoelastic liquid, None in a Newtonian one.
+        d: Distances between facing surfaces on the axis [D_c], shape (N-1,).
+        U: Velocities of the particles, averaged over their volumes [U_av], shape (N,).
+        D: Taylor parameters, shape (N,).
+        dp: Pressure drop over the length of the tube [eta_0 U_av/D_c].
+        dp_without_particles: Pressure drop of the same tube without particles [eta_0 U_av/D_c].
+        m: Lagrange multiplier of the zero mean pressure, a uniform source in the continuity equation.
+        volume_error: Largest relative change of the volume of a particle.
+        conformation: Indicators of the conformation field, None for a Newtonian liquid.
     """
 
     d: Array
@@ -40,20 +43,20 @@ class Observation:
 
     @property
     def dU(self) -> Array:
-        """Velocity of each particle relative to the one upstream of it, (N-1,)."""
+        """Velocity of each particle relative to its upstream neighbour, shape (N-1,)."""
         return np.diff(self.U)
 
     @property
     def dp_plus(self) -> float:
-        """Pressure drop that the particles cause."""
+        """Pressure drop in excess of that of the tube without particles."""
         return self.dp - self.dp_without_particles
 
 
 def extents(outline: Array) -> tuple[float, float, float]:
-    """Extreme positions of a quadratic outline, also between its nodes.
+    """Extreme positions of a piecewise quadratic outline, including extrema between nodes.
 
     Args:
-        outline: Nodes, arc ends and mid-sides alternating, (2 k + 1, 2).
+        outline: Nodes (z, r), ends and mid-points of the arcs alternating, shape (2 k + 1, 2).
 
     Returns:
         Smallest z, largest z and largest r.
@@ -75,14 +78,19 @@ def extents(outline: Array) -> tuple[float, float, float]:
 
 
 def taylor_parameter(outline: Array) -> float:
-    """D = (L_z - L_r)/(L_z + L_r) on the curved outline."""
+    """Taylor parameter D = (L_z - L_r)/(L_z + L_r) of a piecewise quadratic outline, shape (2 k + 1, 2)."""
     z_min, z_max, r_max = extents(outline)
     length, width = z_max - z_min, 2 * r_max
     return (length - width) / (length + width)
 
 
 def gaps(bodies: list[Body], h: Array) -> Array:
-    """Distances between facing surfaces on the axis, (N-1,)."""
+    """Distances between facing surfaces on the axis, shape (N-1,).
+
+    Args:
+        bodies: Particles, ordered from upstream.
+        h: Positions of the material, shape (n_h,).
+    """
     outlines = [body.outline_points(h) for body in bodies]
     return np.array([b[-1, 0] - a[0, 0] for a, b in pairwise(outlines)])
 
@@ -90,7 +98,16 @@ def gaps(bodies: list[Body], h: Array) -> Array:
 def observe(
     scene: Scene, constraints: Constraints, y: Array, h: Array, x: Array, dp_without_particles: float
 ) -> Observation:
-    """Read the observation off a solution, given the pressure drop of the same tube without particles."""
+    """Evaluate the observation of a solution.
+
+    Args:
+        scene: The scene.
+        constraints: Its constraints.
+        y: Free unknowns, shape (n_y,).
+        h: Positions of the material, shape (n_h,).
+        x: Full vector, shape (n,).
+        dp_without_particles: Pressure drop of the same tube without particles.
+    """
     velocity = constraints.V @ y
     U, D, change = [], [], 0.0
     for body in scene.bodies:
@@ -120,7 +137,7 @@ def observe(
 
 
 def liquid_distortion(scene: Scene, x: Array) -> float:
-    """Smallest ratio of a liquid cell's current to its reference Jacobian; not above zero if a cell is turned over."""
+    """Smallest ratio of a liquid cell's current to its reference Jacobian; zero or negative if a cell is inverted."""
     if not scene.moving:
         return 1.0
     mesh = scene.liquid.six_node_mesh
@@ -131,7 +148,10 @@ def liquid_distortion(scene: Scene, x: Array) -> float:
 
 
 def solid_distortion(bodies: list[Body], h: Array) -> float:
-    """Smallest ratio of a solid cell's current to its reference Jacobian (1/hoop stretch where incompressible)."""
+    """Smallest ratio of a solid cell's current to its reference Jacobian.
+
+    In an incompressible solid this ratio is the inverse of the hoop stretch. It is infinite without soft particles.
+    """
     least = np.inf
     for body in bodies:
         if body.phase is not None:
@@ -143,12 +163,15 @@ def solid_distortion(bodies: list[Body], h: Array) -> float:
 
 @dataclass(frozen=True)
 class Health:
-    """What to watch in a conformation field.
+    """Indicators of the quality of a conformation field.
 
     Attributes:
-        c_max, c_max_z, c_max_r: Largest trace of c, and where it is.
+        c_max: Largest trace of c.
+        c_max_z: Axial position of the largest trace.
+        c_max_r: Radial position of the largest trace.
         c_min: Smallest eigenvalue of c.
-        s_jump: Largest change of s across one cell: of order one means a mesh too coarse for it.
+        s_jump: Largest variation of a component of s = log c within one cell. A value of order one or more indicates
+            that the mesh does not resolve the conformation.
     """
 
     c_max: float
@@ -159,7 +182,13 @@ class Health:
 
 
 def health(s: Array, positions: Array, mesh: SixNodeMesh) -> Health:
-    """Look at s at all nodes, (n, 4), that are at `positions`."""
+    """Evaluate the indicators of a conformation field.
+
+    Args:
+        s: Log-conformation at all nodes, components (zz, zr, rr, tt), shape (n, 4).
+        positions: Positions of the nodes, shape (n, 2).
+        mesh: Mesh of the liquid.
+    """
     c = exponential(s)
     trace = c[:, 0] + c[:, 2] + c[:, 3]
     top = int(np.argmax(trace))

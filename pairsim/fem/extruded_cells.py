@@ -1,8 +1,8 @@
-"""Rows of cells along the tube, beyond a distance from the particles.
+"""Structured rows of cells along the tube, at some distance from the particles.
 
-What the particles do to the flow fades there, but the stress of the tube's own flow does not: cells that lie at random
-have errors of it that differ from cell to cell and act like forces. Rows have the same error all along the tube, which
-acts on nothing, so that they may be long.
+There the disturbance by the particles is small, but the stress of the undisturbed tube flow is not. On unstructured
+cells the discretisation error of this stress varies from cell to cell, and its divergence acts like a body force. In
+rows of cells the error is uniform along the tube and exerts no force, so that the cells may be long.
 """
 
 from __future__ import annotations
@@ -13,21 +13,23 @@ from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.physics.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array
 
-# Corners and mid-sides of both halves of a square whose nodes are counted (along, across) from 0 to 2.
+# Vertices and mid-sides of the two triangles of a square, as node indices (along, across) from 0 to 2, for both
+# directions of the diagonal.
 _RISING = (((0, 0), (2, 0), (2, 2), (1, 0), (2, 1), (1, 1)), ((0, 0), (2, 2), (0, 2), (1, 1), (1, 2), (0, 1)))
 _FALLING = (((0, 0), (2, 0), (0, 2), (1, 0), (1, 1), (0, 1)), ((2, 0), (2, 2), (0, 2), (2, 1), (1, 2), (1, 1)))
 
 
 def stations(begin: float, end: float, first: float, growth: float) -> Array:
-    """Where columns of cells meet, from `begin` to `end`.
+    """Axial positions of the boundaries between columns of cells.
 
     Args:
-        begin, end: Ends of the stretch.
-        first: Length of a cell at `begin`, below the tube's radius.
-        growth: Growth of the length by unit distance, up to the tube's radius.
+        begin: Axial position of the first boundary.
+        end: Axial position of the last boundary.
+        first: Length of the first column, below the tube radius.
+        growth: Growth of the column length per unit distance, up to a length of one tube radius.
 
     Returns:
-        At least two positions; the lengths are those wanted, then scaled alike to fill the stretch.
+        At least two positions, ascending. All lengths are scaled by the same factor to fill the interval.
     """
     places = [0.0]
     while places[-1] < end - begin:
@@ -35,19 +37,19 @@ def stations(begin: float, end: float, first: float, growth: float) -> Array:
     if len(places) > 2 and places[-1] - (end - begin) > (places[-1] - places[-2]) / 2:
         places.pop()
     z = begin + np.array(places) * (end - begin) / places[-1]
-    z[-1] = end  # to the last digit
+    z[-1] = end  # without rounding error
     return np.asarray(z)
 
 
 def extruded(mesh: SixNodeMesh, z: Array) -> SixNodeMesh:
-    """Continue a mesh beyond its straight downstream end.
+    """Extend a mesh beyond its straight downstream end by structured cells.
 
     Args:
-        mesh: The mesh; its end is at z[0].
-        z: Ends of the columns of cells, ascending.
+        mesh: Mesh that ends at z[0].
+        z: Boundaries between the columns of cells, ascending.
 
     Returns:
-        The mesh and, behind its nodes and cells, those of the rows, as wide as the sides of its end.
+        The extended mesh. Its first nodes and cells are those of `mesh`; the rows continue the radial nodes of its end.
     """
     end = np.flatnonzero(mesh.points[:, 0] > z[0] - 1e-9)
     end = end[np.argsort(mesh.points[end, 1])]
@@ -57,8 +59,8 @@ def extruded(mesh: SixNodeMesh, z: Array) -> SixNodeMesh:
     r = np.broadcast_to(mesh.points[end, 1], (len(along), len(end)))
     points = np.column_stack([np.repeat(along, len(end)), r.ravel()])
     node = np.vstack([end, len(mesh.points) + np.arange(len(points)).reshape(r.shape)])
-    # Sides cross over from cell to cell; one of them ends in the corner at the wall, which two cells share then:
-    # a cell with two sides on walls would have a pressure of its own.
+    # The direction of the diagonal alternates, such that two triangles meet in the corner of the wall and the end: a
+    # triangle with two sides on Dirichlet boundaries would have an undetermined pressure.
     k, j = np.meshgrid(np.arange(columns), np.arange(rows), indexing="ij")
     is_rising = (columns + rows - k - j) % 2 == 0
     cells = [

@@ -1,8 +1,9 @@
-"""Compiles forms before several processes need them: `python -P -m pairsim.fem.form_cache newtonian:moving`.
+"""Compilation of forms before several processes need them: `python -P -m pairsim.fem.form_cache newtonian:moving`.
 
-FFCx gives a module to the first process that asks for it and lets the others wait ten seconds, after which they fail;
-a compilation that was killed leaves the module taken for ever. So one process a machine compiles, under a lock, and
-clears what a killed one has left. Stamps remember what was compiled, so that a sweep that starts again loses no time.
+In FFCx the first process that requests a module compiles it, while the others wait and fail after ten seconds, and a
+killed compilation blocks its module permanently. Forms are therefore compiled by one process on each machine, under a
+lock, and the remains of killed compilations are deleted. Stamp files record which forms are compiled, so that a sweep
+that is restarted need not check them.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from pairsim.runtime.signals import heed
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-ABANDONED = 60.0  # seconds without any change after which a module that nobody has finished counts as left behind
+ABANDONED = 60.0  # seconds without changes after which the compilation of a module counts as killed; chosen
 
 
 def _cache() -> Path:
@@ -34,7 +35,7 @@ def _cache() -> Path:
 
 
 def _stamp(form: str) -> Path:
-    """File that exists once a kind of form has been compiled from these sources by these versions."""
+    """Stamp file of a kind of form; its name contains a hash of the sources and of the versions of the compilers."""
     digest = hashlib.sha256(f"{form} {sys.executable} {platform.python_version()} {JIT_OPTIONS}".encode())
     for name in ("fenics-basix", "fenics-ffcx", "fenics-ufl"):
         try:
@@ -44,25 +45,31 @@ def _stamp(form: str) -> Path:
             digest.update(str(spec and spec.origin).encode())
     physics = Path(__file__).parents[1] / "physics"
     sources = [physics / "kinematics.py", *physics.glob("forms/*.py"), *physics.glob("materials/*.py")]
-    for file in sorted([Path(__file__).with_name("phases.py"), *sources]):
+    sources += [Path(__file__).with_name(name) for name in ("phases.py", "enriched_residual.py")]
+    for file in sorted(sources):
         digest.update(file.read_bytes())
     return _cache() / f"compiled-{form.replace(':', '-')}-{digest.hexdigest()[:16]}"
 
 
 def missing(forms: Iterable[str]) -> list[str]:
-    """Kinds of forms that are not known to be compiled on this machine."""
+    """Kinds of forms without a stamp on this machine, sorted."""
     return [form for form in sorted(set(forms)) if not _stamp(form).exists()]
 
 
 def compile_missing(forms: Iterable[str]) -> None:
-    """Compile kinds of forms that are missing: `<law>:moving` or `<law>:fixed`, maybe with `:steady`; `neo-hookean`."""
+    """Compile the kinds of forms that are missing.
+
+    Args:
+        forms: Names `<law>:moving`, `<law>:fixed`, `<law>:moving:steady`, `<law>:fixed:steady` or `neo-hookean`; with
+            `:enriched` appended, the residual of the error estimate is compiled, too.
+    """
     _cache().mkdir(parents=True, exist_ok=True)
     with (_cache() / "compile.lock").open("a+") as lock:
-        with contextlib.suppress(OSError):  # a file system without locks: FFCx's own waiting has to do
+        with contextlib.suppress(OSError):  # on a file system without locks, FFCx's own waiting is relied on
             fcntl.flock(lock, fcntl.LOCK_EX)
         lock.seek(0)
         if lock.read():
-            _clear(0.0)  # the holder before us was killed: what is unfinished is its work
+            _clear(0.0)  # the previous owner of the lock was killed and left unfinished modules
         lock.truncate(0)
         lock.write("compiling")
         lock.flush()
@@ -73,10 +80,11 @@ def compile_missing(forms: Iterable[str]) -> None:
 
 
 def ensure_compiled(comm: MPI.Comm, forms: Iterable[str]) -> None:
-    """Compile what is missing, on one process of each machine; every process calls this.
+    """Compile the missing kinds of forms on one process of each machine; collective.
 
     Raises:
-        Exception: What went wrong on any of them, on all.
+        Exception: A compilation failed on some process; raised on all of them.
+        KeyboardInterrupt: The compilation was interrupted by a signal.
     """
     from mpi4py import MPI
 
@@ -89,7 +97,7 @@ def ensure_compiled(comm: MPI.Comm, forms: Iterable[str]) -> None:
             error = caught
     node.Free()
     errors = comm.allgather(error)
-    heed(comm)  # a signal from the terminal ends the compiler, too
+    heed(comm)  # before errors are raised: SIGINT from a terminal also ends the compiler, which then reports an error
     for each in errors:
         if each is not None:
             raise each
@@ -98,19 +106,22 @@ def ensure_compiled(comm: MPI.Comm, forms: Iterable[str]) -> None:
 def _compile(form: str) -> None:
     from mpi4py import MPI
 
+    from pairsim.fem.enriched_residual import enriched_form
     from pairsim.fem.phases import neo_hookean_solid, newtonian_liquid, viscoelastic_liquid
 
     law, *words = form.split(":")
     if law == "neo-hookean":
-        neo_hookean_solid(MPI.COMM_SELF)
+        phase = neo_hookean_solid(MPI.COMM_SELF)
     elif law == "newtonian":
-        newtonian_liquid(MPI.COMM_SELF, "moving" in words)
+        phase = newtonian_liquid(MPI.COMM_SELF, "moving" in words)
     else:
-        viscoelastic_liquid(MPI.COMM_SELF, law, "moving" in words, "steady" in words)  # type: ignore[arg-type]
+        phase = viscoelastic_liquid(MPI.COMM_SELF, law, "moving" in words, "steady" in words)  # type: ignore[arg-type]
+    if "enriched" in words:
+        enriched_form(MPI.COMM_SELF, phase)
 
 
 def _compile_patiently(form: str) -> None:
-    """Compile; while another process does so, wait, unless it has evidently died."""
+    """Compile a kind of form. If another process is compiling it, wait, and take over if that process was killed."""
     while True:
         try:
             return _compile(form)
@@ -121,7 +132,7 @@ def _compile_patiently(form: str) -> None:
 
 
 def _clear(age: float) -> None:
-    """Give modules free that were begun and not finished, and have not changed for `age` seconds."""
+    """Delete modules whose compilation is incomplete and has not changed any file for `age` seconds."""
     for source in _cache().glob("libffcx_forms_*.c"):
         if source.with_suffix(".c.cached").exists():
             continue

@@ -1,4 +1,4 @@
-"""Spheres in a tube: diameters, distances, outlines, the configuration a mesh is made for, and how fine it is."""
+"""Geometry of spheres in a tube: diameters, distances, outlines, reference domain, and settings of the mesh."""
 
 from __future__ import annotations
 
@@ -14,18 +14,19 @@ from pairsim.runtime.arrays import Array
 
 @dataclass(frozen=True)
 class MeshSettings:
-    """How finely to mesh.
+    """Cell sizes. The origin of the default values is listed in docs/explanation/constants.md.
 
     Attributes:
-        Np: Cells on each half-circle, at least.
+        Np: Least number of cells along each half-circle.
         growth: Growth of the cell size per unit distance from a particle.
-        gap_cells: Cells across the gap between two particles (0: N_p/4).
-        gap_exponent: Below d = 0.1 the cells across a gap grow as (0.1/d)**gap_exponent.
-        wall_cells: Cells between a particle and the wall (0: N_p/4).
-        wall_arcs: Arcs of an outline across its distance from the wall, in parts of N_p.
-        max_size: Largest cell size (in D_c).
+        gap_cells: Number of cells across the gap between two particles; 0 means N_p/4.
+        gap_exponent: For d < 0.1 the number of cells across a gap is multiplied by (0.1/d)**gap_exponent.
+        wall_cells: Number of cells between a particle and the wall; 0 means N_p/4.
+        wall_arcs: Arcs of an outline are at most its local distance from the wall divided by wall_arcs N_p.
+        max_size: Largest cell size [D_c].
         core_growth: Growth of the cell size per unit depth inside a particle.
-        rows: Distance from the outermost particles beyond which cells lie in rows along the tube; 0: nowhere.
+        rows: Distance from the outermost particles beyond which cells are arranged in rows along the tube [D_c]; 0 for
+            unstructured cells everywhere.
     """
 
     Np: int = 40
@@ -41,12 +42,12 @@ class MeshSettings:
 
 @dataclass(frozen=True)
 class Geometry:
-    """Undeformed spheres on the axis of a tube of radius 1/2, the cluster centred at z = 0.
+    """Undeformed spheres on the axis of a tube of radius 1/2; the middle of the train of particles is at z = 0.
 
     Attributes:
-        betas: Diameters of the particles, counted from upstream.
-        gaps: The N-1 distances between facing surfaces.
-        length: Length of the tube.
+        betas: Diameters of the particles from upstream [D_c], N values.
+        gaps: Distances between facing surfaces from upstream [D_c], N-1 values.
+        length: Length of the tube [D_c].
     """
 
     betas: tuple[float, ...]
@@ -55,7 +56,7 @@ class Geometry:
 
     @cached_property
     def centres(self) -> Array:
-        """Axial positions of the centres, shape (N,)."""
+        """Axial positions of the centres [D_c], shape (N,)."""
         if not self.betas:
             return np.zeros(0)
         z = [self.betas[0] / 2]
@@ -65,19 +66,20 @@ class Geometry:
 
     @property
     def mirrored(self) -> bool:
-        """Whether the scene is its own mirror image in z."""
+        """Whether the geometry is symmetric under z -> -z."""
         return self.betas == self.betas[::-1] and bool(np.allclose(self.gaps, self.gaps[::-1], rtol=1e-12))
 
 
 @dataclass(frozen=True)
 class Reference:
-    """A reference domain of the liquid: around undeformed spheres, or around outlines as they are.
+    """Reference domain of the liquid: around undeformed spheres, or around deformed outlines.
 
     Attributes:
-        geometry: Spheres and gaps (those between the outlines).
-        outlines: The cut half-circles, counted from upstream.
-        positions: Quadratic nodes of every outline, downstream pole first.
-        deformed: Whether the positions are not those of the spheres.
+        geometry: Spheres, and the gaps between the outlines.
+        outlines: Division of the half-circles into arcs, from upstream.
+        positions: Nodes of every outline, ends and mid-points of arcs alternating, downstream pole first; one array of
+            shape (2 k + 1, 2) for each particle.
+        deformed: Whether the outlines are deformed.
     """
 
     geometry: Geometry
@@ -92,17 +94,18 @@ class Reference:
 
     @property
     def mirrored(self) -> bool:
-        """Whether the domain is its own mirror image in z."""
+        """Whether the domain is symmetric under z -> -z."""
         return self.geometry.mirrored and not self.deformed
 
 
 @dataclass(frozen=True)
 class Outline:
-    """The half-circle of one particle, cut into arcs.
+    """The half-circle of one particle, divided into arcs.
 
     Attributes:
-        radius: Radius of the sphere.
-        angles: Polar angles of the arc ends from the downstream pole (0) to the upstream pole (pi).
+        radius: Radius of the sphere [D_c].
+        angles: Polar angles of the ends of the arcs, from the downstream pole (0) to the upstream pole (pi), shape
+            (k + 1,).
     """
 
     radius: float
@@ -110,7 +113,7 @@ class Outline:
 
     @cached_property
     def node_angles(self) -> Array:
-        """Angles of all quadratic nodes: arc ends and middles alternating."""
+        """Polar angles of all nodes, ends and mid-points of arcs alternating, shape (2 k + 1,)."""
         both = np.empty(2 * len(self.angles) - 1)
         both[::2] = self.angles
         both[1::2] = (self.angles[1:] + self.angles[:-1]) / 2
@@ -118,7 +121,7 @@ class Outline:
 
     @cached_property
     def nodes(self) -> Array:
-        """Quadratic nodes about the centre, shape (2 n + 1, 2), downstream pole first."""
+        """Nodes relative to the centre, downstream pole first, shape (2 k + 1, 2)."""
         xy = self.radius * np.column_stack([np.cos(self.node_angles), np.sin(self.node_angles)])
         xy[[0, -1], 1] = 0.0
         return xy
@@ -127,8 +130,8 @@ class Outline:
         return Outline(self.radius, (np.pi - self.angles)[::-1].copy())
 
     def size_at(self, angle: float) -> float:
-        """Length of the arc that holds the angle."""
-        angles = self._angles  # gmsh asks for every cell: plain numbers, not arrays
+        """Length of the arc that contains a polar angle."""
+        angles = self._angles  # a list, since this is called for every point at which gmsh evaluates the cell size
         k = min(max(bisect_left(angles, angle), 1), len(angles) - 1)
         return (angles[k] - angles[k - 1]) * self.radius
 

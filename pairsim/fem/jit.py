@@ -1,7 +1,7 @@
-"""How the forms are compiled.
+"""Options of the just-in-time compilation of forms.
 
-The forms are compiled for the processor at hand; the cache folder carries the processor's name, so that machines
-that share a home folder do not run each other's code.
+Forms are compiled for the instruction set of the processor (`-march=native`). The path of the cache contains a hash of
+the processor's features, so that different machines with a common home folder do not share compiled code.
 """
 
 from __future__ import annotations

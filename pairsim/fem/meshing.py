@@ -1,9 +1,9 @@
-"""Reference meshes with gmsh: the liquid around undeformed spheres, and one half-disc per soft particle.
+"""Generation of reference meshes with gmsh: the liquid around the particles, and a half-disc for each soft particle.
 
-Everything here is numpy on one process; the mesh of the liquid and those of the particles are separate and share
-the nodes of the outlines exactly, so that a remeshing of the liquid leaves the particles as they are.
-A scene that is its own mirror image is meshed for z > 0 and mirrored: dU is a small difference of large
-velocities, and a mirrored mesh cancels most of its error (1.2 % instead of 9 % at N_p 10).
+Meshes are generated on one process, as numpy arrays. The meshes of liquid and particles are separate and have the nodes
+of the outlines in common, so that the liquid can be remeshed while the particles keep their meshes.
+A symmetric geometry is meshed for z > 0 and mirrored: dU is a small difference of large velocities, and on a symmetric
+mesh most of the discretisation error cancels (measured at N_p 10: error of dU 1.2 % instead of 9 %).
 """
 
 from __future__ import annotations
@@ -27,12 +27,21 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure
 from pairsim.runtime.signals import callback
 
-SHORT_ROWS = 0.2  # rows that would be shorter are not worth it [D_c]
-STRAIGHT_ENOUGH = 0.3  # least Jacobian, against straight sides, of a mesh whose curved sides are left to themselves
+SHORT_ROWS = 0.2  # length of a stretch of rows below which unstructured cells are used instead [D_c]; chosen
+# Ratio of the Jacobians of curved and straight cells below which nodes near a curved boundary are moved too; chosen.
+STRAIGHT_ENOUGH = 0.3
 
 
 def make_outlines(geometry: Geometry, settings: MeshSettings) -> list[Outline]:
-    """Cut every half-circle into at least N_p arcs, finer towards narrow gaps and a near wall."""
+    """Divide every half-circle into at least N_p arcs, finer towards narrow gaps and towards a near wall.
+
+    Args:
+        geometry: The spheres.
+        settings: Cell sizes.
+
+    Returns:
+        One outline for each particle; mirror images of each other in a symmetric geometry.
+    """
     outlines: list[Outline] = []
     n = len(geometry.betas)
     for i in range(n):
@@ -69,7 +78,8 @@ def _outline_size(geometry: Geometry, settings: MeshSettings, i: int, angles: Ar
     for j, gap in ((i - 1, i - 1), (i + 1, i)):
         if 0 <= j < len(geometry.betas):
             distance = np.hypot(z - geometry.centres[j], r) - geometry.betas[j] / 2
-            # Arcs may be longer than the cells across a gap: along the gap all changes over sqrt(a d) >> d.
+            # Arcs may be longer than the cells across a gap: along the gap the flow varies over a length of order
+            # sqrt(a d), much larger than d.
             size = np.minimum(size, np.maximum(distance, 0.0) * 2 / _gap_cells(settings, geometry.gaps[gap]))
     return size
 
@@ -78,7 +88,7 @@ Distances = Callable[[float, float], list[tuple[float, float]]]
 
 
 def _from_spheres(reference: Reference) -> Distances:
-    """Distance to every sphere, and the length of its nearest arc."""
+    """Function of (z, r) that returns, for every sphere, its distance and the length of the nearest arc."""
     centres = [float(z) for z in reference.geometry.centres]
     outlines = reference.outlines
 
@@ -95,7 +105,7 @@ def _from_spheres(reference: Reference) -> Distances:
 
 
 def _from_nodes(reference: Reference) -> Distances:
-    """Distance to every deformed outline, and the length of its nearest arc."""
+    """Function of (z, r) that returns, for every deformed outline, its distance and the length of the nearest arc."""
     outlines = []
     for nodes in reference.positions:
         chord = np.hypot(*np.diff(nodes[::2], axis=0).T)
@@ -109,7 +119,8 @@ def _from_nodes(reference: Reference) -> Distances:
     def distances(z: float, r: float) -> list[tuple[float, float]]:
         found = []
         for centre, angles, nodes, arcs in outlines:
-            # The node in this direction is close to the nearest one: from there downhill, as gmsh asks for every cell.
+            # The search for the nearest node starts from the node in the direction of the point and moves along the
+            # outline while the distance decreases: a full search would be slow, as this is called for every cell.
             last = len(nodes) - 1
             k = min(bisect_left(angles, math.atan2(abs(r), z - centre)), last)
             least = math.hypot(z - nodes[k][0], r - nodes[k][1])
@@ -153,10 +164,10 @@ def liquid_mesh(reference: Reference, settings: MeshSettings) -> SixNodeMesh:
         settings: Cell sizes.
 
     Returns:
-        The mesh; nodes of the two ends match in r.
+        The mesh; the nodes of the two ends have the same radii.
 
     Raises:
-        MeshFailure: gmsh failed or left a cell turned over.
+        MeshFailure: gmsh failed, or a cell of the mesh is inverted.
     """
     half = reference.geometry.length / 2
     size = _liquid_size(reference, settings)
@@ -203,7 +214,7 @@ def liquid_mesh(reference: Reference, settings: MeshSettings) -> SixNodeMesh:
 
 
 def _near_zone(reference: Reference, settings: MeshSettings) -> tuple[float, float]:
-    """The part of the tube that is not filled with rows of cells: all of it where there is no room for rows."""
+    """Axial limits of the unstructured part of the mesh: the whole tube if there is no room for rows of cells."""
     half = reference.geometry.length / 2
     if not settings.rows or not reference.positions:
         return -half, half
@@ -213,7 +224,7 @@ def _near_zone(reference: Reference, settings: MeshSettings) -> tuple[float, flo
 
 
 def _one_cell_lines(tags: Sequence[int]) -> list[int]:
-    """Straight lines through points, each the side of one cell."""
+    """Straight gmsh lines between consecutive points, each of which becomes the side of one cell."""
     lines = [gmsh.model.geo.addLine(a, b) for a, b in pairwise(tags)]
     for tag in lines:
         gmsh.model.geo.mesh.setTransfiniteCurve(tag, 2)
@@ -221,10 +232,14 @@ def _one_cell_lines(tags: Sequence[int]) -> list[int]:
 
 
 def particle_mesh(outline: Outline, settings: MeshSettings) -> SixNodeMesh:
-    """Mesh the inside of one undeformed sphere about its own centre.
+    """Mesh the half-disc inside one undeformed sphere, centred at the origin.
+
+    Args:
+        outline: The outline, whose nodes become nodes of this mesh.
+        settings: Cell sizes.
 
     Raises:
-        MeshFailure: gmsh failed or left a cell turned over.
+        MeshFailure: gmsh failed, or a cell of the mesh is inverted.
     """
     symmetric = bool(np.allclose(outline.angles, np.pi - outline.angles[::-1], rtol=0.0, atol=1e-12))
     a = outline.radius
@@ -254,7 +269,11 @@ def particle_mesh(outline: Outline, settings: MeshSettings) -> SixNodeMesh:
 def particle_meshes(
     geometry: Geometry, settings: MeshSettings, outlines: Sequence[Outline], Ca_es: Sequence[float]
 ) -> list[SixNodeMesh | None]:
-    """One mesh a soft particle, None for a rigid one; mirror images of each other where the scene is mirrored."""
+    """Meshes of the particles, None for a rigid one; mirror images of each other in a symmetric geometry.
+
+    Raises:
+        MeshFailure: gmsh failed, or a cell of a mesh is inverted.
+    """
     meshes: list[SixNodeMesh | None] = []
     n = len(outlines)
     for i, (outline, Ca_e) in enumerate(zip(outlines, Ca_es, strict=True)):
@@ -264,7 +283,16 @@ def particle_meshes(
 
 
 def _run_gmsh(build: Callable[[], None], size: Callable[[float, float], float], curves: Sequence[Array]) -> SixNodeMesh:
-    """Mesh what `build` describes; mid-sides along the curves' nodes are then put where the curves have them."""
+    """Run gmsh and move the mid-side nodes on curved boundaries onto the curves.
+
+    Args:
+        build: Function that defines the geometry with gmsh's built-in kernel.
+        size: Cell size as a function of (z, r).
+        curves: Nodes of each curve, ends and mid-points of arcs alternating; one cell side for each arc.
+
+    Raises:
+        MeshFailure: gmsh failed, or a cell of the mesh is inverted.
+    """
     gmsh.initialize(readConfigFiles=False, interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
@@ -272,7 +300,8 @@ def _run_gmsh(build: Callable[[], None], size: Callable[[float, float], float], 
         gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
         gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0)
         gmsh.option.setNumber("Mesh.Algorithm", 6)
-        # How well gmsh integrates sizes along lines: its own 1e-9 asks ten times as often, for the same nodes to 1e-6.
+        # Precision to which gmsh integrates the cell size along lines. Its default of 1e-9 evaluates the size ten times
+        # as often, for nodes that agree to 1e-6.
         gmsh.option.setNumber("Mesh.LcIntegrationPrecision", 1e-6)
         gmsh.model.add("pairsim")
         build()
@@ -284,7 +313,7 @@ def _run_gmsh(build: Callable[[], None], size: Callable[[float, float], float], 
         kind = gmsh.model.mesh.getElementType("Triangle", 2)
         _, nodes = gmsh.model.mesh.getElementsByType(kind)
         if len(nodes) == 0:
-            raise MeshFailure("gmsh made no cell", advice="another mesh.Np or a wider gap")
+            raise MeshFailure("gmsh generated no cells", advice="another mesh.Np or a wider gap")
     except MeshFailure:
         raise
     except Exception as error:
@@ -304,25 +333,28 @@ def _run_gmsh(build: Callable[[], None], size: Callable[[float, float], float], 
     if _least_jacobian(mesh) < STRAIGHT_ENOUGH:
         mesh = _curved(straight, curves, spread=True)
     if _least_jacobian(mesh) <= 0:
-        raise MeshFailure("a cell of the new mesh is turned over", advice="a larger mesh.Np")
+        raise MeshFailure("a cell of the new mesh is inverted", advice="a larger mesh.Np")
     return mesh
 
 
 def _least_jacobian(mesh: SixNodeMesh) -> float:
-    """Smallest Jacobian of the mesh over that of its cells with straight sides."""
+    """Smallest ratio of the Jacobian of a cell to that of the same cell with straight sides."""
     x = mesh.points[mesh.cells[:, :3]]
     (a, b), (c, d) = (x[:, 1] - x[:, 0]).T, (x[:, 2] - x[:, 0]).T
     return float((mesh.jacobians / (a * d - b * c)[:, None]).min())
 
 
 def _curved(straight: SixNodeMesh, curves: Sequence[Array], spread: bool) -> SixNodeMesh:
-    """Put mid-sides along the curves where the curves have them.
+    """Move the mid-side nodes on curved boundaries onto the curves.
 
     Args:
         straight: Mesh with straight sides.
-        curves: Quadratic nodes of each curve.
-        spread: Let the other nodes near a curve follow, harmonically; a side that is bent too much for its cell would
-            turn the cell over.
+        curves: Nodes of each curve, ends and mid-points of arcs alternating.
+        spread: Whether the other nodes follow by a harmonic extension. Moving the boundary nodes alone can invert a
+            cell whose side is strongly curved.
+
+    Raises:
+        MeshFailure: gmsh has divided an arc.
     """
     points = straight.points.copy()
     boundary = [np.arange(0)]
@@ -330,7 +362,7 @@ def _curved(straight: SixNodeMesh, curves: Sequence[Array], spread: bool) -> Six
         both = np.vstack([nodes[::2], (nodes[:-2:2] + nodes[2::2]) / 2])
         distance, index = cKDTree(straight.points).query(both)
         if distance.max() > 1e-9:
-            raise MeshFailure("an arc of an outline was cut", advice="another mesh.Np")
+            raise MeshFailure("gmsh divided an arc of an outline into several sides", advice="another mesh.Np")
         points[index] = np.vstack([nodes[::2], nodes[1::2]])
         boundary.append(index)
     if spread:
@@ -348,19 +380,19 @@ def _curved(straight: SixNodeMesh, curves: Sequence[Array], spread: bool) -> Six
 
 
 def _on_boundary(mesh: SixNodeMesh, axis: bool) -> np.ndarray:
-    """Nodes on a straight boundary; those on the axis only if asked for (they may slide along it)."""
+    """Mask of the nodes on wall and ends and, if `axis`, on the axis, along which nodes may otherwise slide."""
     z, r = mesh.points.T
     outer = (r > TUBE_RADIUS - 1e-9) | (z < z.min() + 1e-9) | (z > z.max() - 1e-9)
     return np.asarray(outer | (r < 1e-12) if axis else outer)
 
 
 def _harmonic(mesh: SixNodeMesh) -> sparse.csr_matrix:
-    """Stiffness matrix of the Laplacian on quadratic cells, weighted by the inverse cell area."""
+    """P2 stiffness matrix of the Laplacian, weighted by the inverse of the cell area."""
     points, weights = np.array([[1 / 6, 1 / 6], [2 / 3, 1 / 6], [1 / 6, 2 / 3]]), np.full(3, 1 / 6)
     local = shape_gradients(points)
     dx = np.einsum("qak,mai->mqik", local, mesh.points[mesh.cells])
     gradients = np.einsum("qak,mqki->mqai", local, np.linalg.inv(dx))
-    # The inverse area cancels the area of the integral.
+    # The weight, the inverse of the area, cancels the area in the integral over a cell.
     values = np.einsum("q,mqai,mqbi->mab", weights, gradients, gradients)
     row, column = np.repeat(mesh.cells, 6, axis=1).ravel(), np.tile(mesh.cells, (1, 6)).ravel()
     return sparse.csr_matrix(sparse.coo_matrix((values.ravel(), (row, column)), shape=(len(mesh.points),) * 2))

@@ -1,21 +1,22 @@
-"""Whether the mesh of the liquid moves: one rule for scenes and for the choice of compiled forms.
+"""Rule for whether the mesh of the liquid moves, common to scenes and to the choice of compiled forms.
 
-Nothing heavy is imported here, so that input is checked at once.
+This module imports neither DOLFINx nor numpy, since the check of input files uses it.
 """
 
 from __future__ import annotations
 
 
 def mesh_moves(particles: int, *, soft: bool, viscoelastic: bool, steady: bool) -> bool:
-    """Whether the liquid's mesh moves at all, which is what its forms are compiled for.
+    """Whether the mesh of the liquid moves; forms for fixed meshes are cheaper.
 
-    One rigid particle rides in its own frame: nothing of the mesh ever moves. In a viscoelastic liquid in time it does,
-    by what the frame's velocity is off: s is carried relative to the mesh.
+    In the frame of a single rigid particle the mesh is at rest. In time-dependent problems of viscoelastic liquids it
+    moves nevertheless, since the velocity of the frame is that of the particle at the previous step, and s is
+    convected relative to the mesh.
 
     Args:
-        particles: Their number.
-        soft: Whether any of them deforms.
-        viscoelastic: Kind of the liquid.
-        steady: Quasi-steady, or in time.
+        particles: Number of particles.
+        soft: Whether any particle is deformable.
+        viscoelastic: Whether the liquid is viscoelastic.
+        steady: Whether the problem is quasi-steady.
     """
     return soft or particles > (0 if viscoelastic and not steady else 1)

@@ -1,8 +1,9 @@
-"""The two kinds of phase, discretised: which fields a phase has, its compiled forms, and its local assembly.
+"""Discretisation of liquids and solids: the fields of a phase, its compiled forms, and their assembly.
 
-A phase has one mixed function x on its own mesh. Its degrees of freedom have a canonical number that knows the nodes
-of the mesh and nothing of processes: field after field, vector fields as (node, component), P1 fields by vertex.
-Constraints (`pairsim.fem.constraints`) join the phases; the assembly here leaves contributions of processes unsummed.
+A phase has one mixed function x on its own mesh. Its degrees of freedom are numbered canonically, independently of the
+distribution over processes: field after field, vector fields as (node, component), P1 fields by vertex. The phases are
+joined by constraints (`pairsim.fem.constraints`). Assembled vectors and matrices are the contributions of one process;
+they are summed over processes elsewhere.
 """
 
 from __future__ import annotations
@@ -28,33 +29,57 @@ from pairsim.runtime.fenicsx import MPI, dolfinx
 
 fem = dolfinx.fem
 
-# Degree 4 changes dU by 3e-5 of itself at Ca_e .15 and N_p 20, degree 5 by 1e-5, degree 6 by 5e-7 (against 8).
+# Measured relative change of dU against degree 8, at Ca_e 0.15 and N_p 20: 3e-5 with degree 4, 1e-5 with degree 5,
+# 5e-7 with degree 6.
 QUADRATURE_DEGREE = 5
+# Factor of the SUPG parameter, chosen: factors from 0.1 to 2 change dU by 0.3 % at De 2.
 UPWIND_SCALE = 0.5
-# basix orders mid-sides by the opposite vertex, gmsh by their first vertex.
-_TO_BASIX = np.array([0, 1, 2, 4, 5, 3])
+# basix numbers mid-side nodes by the opposite vertex, gmsh by the first vertex of the side.
+TO_BASIX = np.array([0, 1, 2, 4, 5, 3])
 
 
 @dataclass(frozen=True)
 class FieldSpec:
-    """One field of a phase: its name, Lagrange degree and number of components."""
+    """One field of a phase.
+
+    Attributes:
+        name: Its symbol.
+        degree: Lagrange degree.
+        components: Their number.
+        odd: Components that are odd functions of r; the others are even.
+    """
 
     name: str
     degree: int
     components: int
+    odd: tuple[int, ...] = ()
 
 
-VELOCITY = FieldSpec("u", 2, 2)
-DISPLACEMENT = FieldSpec("eta", 2, 2)
+VELOCITY = FieldSpec("u", 2, 2, odd=(1,))
+DISPLACEMENT = FieldSpec("eta", 2, 2, odd=(1,))
 PRESSURE = FieldSpec("p", 1, 1)
-LOG_CONFORMATION = FieldSpec("s", 2, 4)
-MESH_VELOCITY = FieldSpec("w", 1, 2)
+LOG_CONFORMATION = FieldSpec("s", 2, 4, odd=(1,))
+MESH_VELOCITY = FieldSpec("w", 1, 2, odd=(1,))
 
 
 @dataclass(frozen=True)
 class CompiledPhase:
-    """Forms of one kind of phase, compiled without a mesh."""
+    """Forms of one kind of phase, compiled without a mesh.
 
+    Attributes:
+        kind: Key of the kind of phase.
+        fields: Fields of the phase, in the order of the mixed element.
+        element: Mixed element.
+        residual: Compiled residual.
+        jacobian: Compiled derivative of the residual with respect to x.
+        coupled: Blocks of the Jacobian that can be non-zero, shape (fields, fields).
+        x: Coefficient of the unknowns.
+        star: Coefficient of the part of the unknowns that the time scheme fixes.
+        constants: Constants of the forms by name.
+        build: Makes the residual for any test functions.
+    """
+
+    kind: tuple[str | bool, ...]
     fields: tuple[FieldSpec, ...]
     element: basix.ufl._ElementBase
     residual: Any
@@ -63,11 +88,15 @@ class CompiledPhase:
     x: ufl.Coefficient
     star: ufl.Coefficient
     constants: dict[str, ufl.Constant]
+    build: Callable[[Terms], ufl.Form]
 
 
 @dataclass(frozen=True)
-class _Terms:
-    """What a form is built from: unknowns, their part that the time scheme has fixed, test functions, constants."""
+class Terms:
+    """Ingredients of a form: the unknowns x, their part `star` fixed by the time scheme, test functions, constants.
+
+    A field without a test function has no equation in the form.
+    """
 
     mesh: ufl.Mesh
     x: dict[str, Expr]
@@ -77,16 +106,21 @@ class _Terms:
     dX: ufl.Measure
 
 
-def _components(space: Any, i: int, field: FieldSpec) -> list[Any]:
+def split(function: Any, fields: tuple[FieldSpec, ...]) -> dict[str, Expr]:
+    """The fields of a mixed function by name."""
+    return dict(zip((f.name for f in fields), ufl.split(function), strict=True))
+
+
+def components(space: Any, i: int, field: FieldSpec) -> list[Any]:
     """Scalar subspaces of field i of a mixed space."""
     return [space.sub(i).sub(c) for c in range(field.components)] if field.components > 1 else [space.sub(i)]
 
 
 def _coupled(element: basix.ufl._ElementBase, fields: tuple[FieldSpec, ...], create: Callable[..., Any]) -> Any:
-    """Which blocks of the Jacobian are anything but zero, (fields, fields) of bool.
+    """Blocks of the Jacobian that can be non-zero, shape (fields, fields).
 
-    They are looked up in the matrix of one cell with random values in every unknown and constant: what no form
-    touches is exactly zero there. (Asking UFL takes seconds in a viscoelastic liquid.)
+    They are detected in the matrix of one cell with random values of all unknowns and constants, in which blocks
+    without any form are exactly zero. The symbolic analysis with UFL takes seconds for a viscoelastic liquid.
     """
     triangle = np.array([[0.1, 0.3], [0.9, 0.2], [0.4, 0.8], [0.65, 0.5], [0.25, 0.55], [0.5, 0.25]])
     coordinate = basix.ufl.element("Lagrange", "triangle", 2, shape=(2,))
@@ -95,7 +129,7 @@ def _coupled(element: basix.ufl._ElementBase, fields: tuple[FieldSpec, ...], cre
     random = np.random.default_rng(0)
     form = create(space, lambda: random.uniform(0.2, 0.8))
     dense = fem.assemble_matrix(form).to_dense()
-    blocks = [np.ravel([part.dofmap.list[0] for part in _components(space, i, f)]) for i, f in enumerate(fields)]
+    blocks = [np.ravel([part.dofmap.list[0] for part in components(space, i, f)]) for i, f in enumerate(fields)]
     return np.array([[bool(np.any(dense[np.ix_(i, j)] != 0)) for j in blocks] for i in blocks])
 
 
@@ -107,9 +141,9 @@ def _compile(
     kind: tuple[str | bool, ...],
     fields: tuple[FieldSpec, ...],
     constant_names: tuple[str, ...],
-    build: Callable[[_Terms], ufl.Form],
+    build: Callable[[Terms], ufl.Form],
 ) -> CompiledPhase:
-    """Compile a kind of phase on all processes of a communicator, once for every scene that has it."""
+    """Compile the forms of a kind of phase, or return them if they were compiled before; collective."""
     if kind in _COMPILED:
         return _COMPILED[kind]
     mesh = ufl.Mesh(basix.ufl.element("Lagrange", "triangle", 2, shape=(2,)))
@@ -122,9 +156,9 @@ def _compile(
     space = ufl.FunctionSpace(mesh, element)
     x, star, test = ufl.Coefficient(space), ufl.Coefficient(space), ufl.TestFunction(space)
     constants = {name: ufl.Constant(mesh) for name in constant_names}
-    named = [dict(zip((f.name for f in fields), ufl.split(function), strict=True)) for function in (x, star, test)]
+    named = [split(function, fields) for function in (x, star, test)]
     dX = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE})
-    residual = build(_Terms(mesh, named[0], named[1], named[2], constants, dX))
+    residual = build(Terms(mesh, named[0], named[1], named[2], constants, dX))
     jacobian = ufl.derivative(residual, x, ufl.TrialFunction(space))
 
     def compiled(form: ufl.Form) -> Any:
@@ -140,19 +174,21 @@ def _compile(
         return fem.create_form(compiled_jacobian, [space, space], space.mesh, {}, functions, values)
 
     coupled = _coupled(element, fields, on_one_cell)
-    _COMPILED[kind] = CompiledPhase(fields, element, compiled(residual), compiled_jacobian, coupled, x, star, constants)
+    _COMPILED[kind] = CompiledPhase(
+        kind, fields, element, compiled(residual), compiled_jacobian, coupled, x, star, constants, build
+    )
     return _COMPILED[kind]
 
 
 def newtonian_liquid(comm: MPI.Comm, moving: bool) -> CompiledPhase:
-    """Newtonian liquid: u, p and, where the mesh moves, eta."""
+    """Newtonian liquid with the fields u, p and, if the mesh moves, eta; collective."""
 
-    def build(terms: _Terms) -> ufl.Form:
+    def build(terms: Terms) -> ufl.Form:
         x, test, dX = terms.x, terms.test, terms.dX
         kin = Kinematics.of(terms.mesh, x.get("eta"))
         form = momentum(kin, newtonian.extra_stress(kin, x["u"], 1.0), x["p"], test["u"], dX)
         form += continuity.liquid(kin, x["u"], test["p"], dX)
-        if moving:
+        if "eta" in test:
             form += mesh_motion.elastic_extension(terms.mesh, x["eta"], test["eta"], dX)
         return form
 
@@ -161,13 +197,20 @@ def newtonian_liquid(comm: MPI.Comm, moving: bool) -> CompiledPhase:
 
 
 def viscoelastic_liquid(comm: MPI.Comm, law: polymer.Name, moving: bool, steady: bool = False) -> CompiledPhase:
-    """Viscoelastic liquid: u, p, s = log c and, where the mesh moves, eta.
+    """Viscoelastic liquid with the fields u, p, s = log c and, if the mesh moves, eta; collective.
 
-    In time the mesh's velocity follows from eta; a quasi-steady liquid has it as a field of its own, w, and forgets
-    its past with rate = 0 (rate = 1/dt makes a step of pseudo-time of it).
+    In time-dependent problems the velocity of the mesh follows from eta. In quasi-steady problems it is a field w, and
+    the time derivative of s is multiplied by the constant `rate`: 0 in a quasi-steady solve, 1/dt in a step of
+    pseudo-time.
+
+    Args:
+        comm: Communicator of the case.
+        law: Constitutive law.
+        moving: Whether the mesh moves.
+        steady: Whether the problem is quasi-steady.
     """
 
-    def build(terms: _Terms) -> ufl.Form:
+    def build(terms: Terms) -> ufl.Form:
         x, star, test, k, dX = terms.x, terms.star, terms.test, terms.constants, terms.dX
         kin = Kinematics.of(terms.mesh, x.get("eta"))
         s = LogConformation.of(x["s"])
@@ -175,7 +218,7 @@ def viscoelastic_liquid(comm: MPI.Comm, law: polymer.Name, moving: bool, steady:
         tau = constitutive.stress(law, s, k["xi"], k["De"], k["L2"])
         form = momentum(kin, (solvent[0] + tau[0], solvent[1] + tau[1]), x["p"], test["u"], dX)
         form += continuity.liquid(kin, x["u"], test["p"], dX)
-        if moving:
+        if "eta" in test:
             form += mesh_motion.elastic_extension(terms.mesh, x["eta"], test["eta"], dX)
         if steady:
             v, change = x["u"] - x["w"], (x["s"] - star["s"]) * k["rate"]
@@ -197,9 +240,9 @@ def viscoelastic_liquid(comm: MPI.Comm, law: polymer.Name, moving: bool, steady:
 
 
 def neo_hookean_solid(comm: MPI.Comm) -> CompiledPhase:
-    """Neo-Hookean particle: eta and p, with its capillary number Ca_e as a constant."""
+    """Neo-Hookean solid with the fields eta and p and the constant Ca_e; collective."""
 
-    def build(terms: _Terms) -> ufl.Form:
+    def build(terms: Terms) -> ufl.Form:
         x, test, dX = terms.x, terms.test, terms.dX
         kin = Kinematics.of(terms.mesh, x["eta"])
         stress = neo_hookean.extra_stress(kin, terms.constants["Ca_e"])
@@ -209,18 +252,19 @@ def neo_hookean_solid(comm: MPI.Comm) -> CompiledPhase:
 
 
 class Phase:
-    """A phase on its mesh, spread over the processes of a communicator.
+    """A phase on its mesh, distributed over the processes of a communicator.
 
     Args:
         comm: Communicator of the case.
         compiled: Forms and fields.
-        mesh: The mesh, the same on every process.
-        constants: Values of the forms' constants.
+        mesh: The mesh, identical on every process.
+        constants: Values of the constants of the forms.
 
     Attributes:
         size: Number of canonical degrees of freedom.
-        canonical: Canonical number of each local degree of freedom (owned, then ghosts).
-        owned: Number of owned local degrees of freedom.
+        canonical: Canonical number of each local degree of freedom, owned ones before ghosts.
+        owned: Number of local degrees of freedom that this process owns.
+        entries: Positions in the data of the local matrix that can be non-zero, their canonical rows and columns.
     """
 
     def __init__(
@@ -228,7 +272,7 @@ class Phase:
     ) -> None:
         self.comm, self.compiled, self.six_node_mesh = comm, compiled, mesh
         coordinate = basix.ufl.element("Lagrange", "triangle", 2, shape=(2,))
-        cells = mesh.cells[:, _TO_BASIX] if comm.rank == 0 else np.empty((0, 6), dtype=np.int64)
+        cells = mesh.cells[:, TO_BASIX] if comm.rank == 0 else np.empty((0, 6), dtype=np.int64)
         points = mesh.points if comm.rank == 0 else np.empty((0, 2))
         self.mesh = dolfinx.mesh.create_mesh(comm, cells, coordinate, points)
         self.space = fem.functionspace(self.mesh, compiled.element)
@@ -260,12 +304,12 @@ class Phase:
         return offsets
 
     def carriers(self, name: str) -> Indices:
-        """Nodes that carry a field: all of them, or the vertices only."""
+        """Nodes at which a field has degrees of freedom: all nodes (P2) or the vertices (P1)."""
         f = next(f for f in self.compiled.fields if f.name == name)
         return np.arange(len(self.six_node_mesh.points)) if f.degree == 2 else self.six_node_mesh.vertices
 
     def index(self, name: str, nodes: Indices, component: int = 0) -> Indices:
-        """Canonical numbers of a field's component at nodes (vertices for a P1 field)."""
+        """Canonical numbers of a component of a field at given nodes, which must be vertices for a P1 field."""
         f = next(f for f in self.compiled.fields if f.name == name)
         if f.degree == 2:
             return np.asarray(self.offsets[name] + f.components * nodes + component)
@@ -277,16 +321,16 @@ class Phase:
         node = self.mesh.geometry.input_global_indices[self.mesh.geometry.dofmap]
         canonical = np.full(len(self.x.x.array), -1, dtype=np.int64)
         for i, f in enumerate(self.compiled.fields):
-            for c, part in enumerate(_components(self.space, i, f)):
+            for c, part in enumerate(components(self.space, i, f)):
                 dofs = part.dofmap.list
                 canonical[dofs] = self.index(f.name, node[:, : dofs.shape[1]], c)
         return canonical
 
     def _entries(self) -> tuple[Indices, Indices, Indices]:
-        """Positions in the local matrix data that can be non-zero, with canonical rows and columns."""
+        """Positions in the data of the local matrix that can be non-zero, with canonical rows and columns."""
         A = self._matrix
         rows = np.repeat(np.arange(len(A.indptr) - 1), np.diff(A.indptr))
-        # The matrix knows columns of other processes that the function's own ghosts do not hold.
+        # The matrix has columns owned by other processes that are not among the ghosts of the function.
         everywhere = np.concatenate(self.comm.allgather(self.canonical[: self.owned]))
         column = everywhere[A.index_map(1).local_to_global(A.indices)]
         row = self.canonical[rows]
@@ -297,21 +341,21 @@ class Phase:
         return keep, row[keep], column[keep]
 
     def nodal(self, name: str, values: Array) -> Array:
-        """A quadratic field's values by node and component, from a canonical vector."""
+        """Nodal values of a P2 field in a canonical vector, shape (nodes, components)."""
         f = next(f for f in self.compiled.fields if f.name == name)
         start = self.offsets[name]
         return values[start : start + f.components * len(self.six_node_mesh.points)].reshape(-1, f.components)
 
     def set(self, values: Array) -> None:
-        """Set all local degrees of freedom from a canonical vector."""
+        """Set the unknowns on this process from a canonical vector, shape (size,)."""
         self.x.x.array[:] = values[self.canonical]
 
     def set_star(self, values: Array) -> None:
-        """Set what the time scheme has fixed, from a canonical vector."""
+        """Set the part fixed by the time scheme from a canonical vector, shape (size,)."""
         self.star.x.array[:] = values[self.canonical]
 
     def residual(self) -> Array:
-        """This process's contributions to the residual, as a canonical vector."""
+        """Contribution of this process to the residual, as a canonical vector, shape (size,)."""
         self._vector[:] = 0.0
         fem.assemble_vector(self._vector, self._residual)
         out = np.zeros(self.size)
@@ -319,7 +363,7 @@ class Phase:
         return out
 
     def jacobian(self) -> Array:
-        """This process's contributions to the matrix, in which `entries` tells what is where."""
+        """Contribution of this process to the Jacobian, as data of the local matrix (see `entries`)."""
         self._matrix.set_value(0.0)
         fem.assemble_matrix(self._matrix, self._jacobian)
         return np.asarray(self._matrix.data)

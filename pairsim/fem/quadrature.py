@@ -1,4 +1,4 @@
-"""Integrals over quadratic meshes with numpy: for diagnostics and for the constant vectors of a scene."""
+"""Integrals over six-node meshes in numpy, for diagnostics and for the constant vectors of a scene."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from pairsim.runtime.arrays import Array, Indices
 
 @dataclass(frozen=True)
 class CellQuadrature:
-    """Quadrature over the cells of a mesh, exact for degree 6 on straight cells.
+    """Quadrature over the m cells of a mesh with q points in each, exact for degree 6 on cells with straight sides.
 
     Attributes:
-        mesh: The reference mesh.
+        mesh: The reference mesh, with n nodes and v vertices.
     """
 
     mesh: SixNodeMesh
@@ -30,7 +30,7 @@ class CellQuadrature:
 
     @cached_property
     def shapes(self) -> Array:
-        """Quadratic shape functions at the points, shape (q, 6)."""
+        """P2 shape functions at the quadrature points, shape (q, 6)."""
         return shape_values(self._rule[0])
 
     @cached_property
@@ -41,7 +41,7 @@ class CellQuadrature:
         return np.asarray(np.einsum("qak,mqki->mqai", local, np.linalg.inv(dx)))
 
     def weights(self, points: Array) -> Array:
-        """Volume weights 2 pi R |dA| when the nodes are at `points` (n, 2), shape (m, q)."""
+        """Weights of volume integrals, 2 pi R dA, with the nodes at `points`, shape (n, 2); returns shape (m, q)."""
         x = points[self.mesh.cells]
         dx = np.einsum("qak,mai->mqik", shape_gradients(self._rule[0]), x, optimize=True)
         det = dx[..., 0, 0] * dx[..., 1, 1] - dx[..., 0, 1] * dx[..., 1, 0]
@@ -49,18 +49,18 @@ class CellQuadrature:
         return np.asarray(2 * pi * radius * det * self._rule[1])
 
     def volume(self, points: Array) -> float:
-        """Volume of the body of revolution with its nodes at `points`."""
+        """Volume of the body of revolution with the nodes at `points`, shape (n, 2)."""
         return float(self.weights(points).sum())
 
     def mean(self, values: Array, points: Array) -> float:
-        """Volume average of a nodal field (n,) over the body with its nodes at `points`."""
+        """Volume average of a P2 field with nodal values of shape (n,), with the nodes at `points`, shape (n, 2)."""
         w = self.weights(points)
         at_points = np.einsum("qa,ma->mq", self.shapes, values[self.mesh.cells], optimize=True)
         return float((w * at_points).sum() / w.sum())
 
     @cached_property
     def p1_load(self) -> Array:
-        """Integrals of the P1 shape functions over the reference body, by vertex, shape (v,)."""
+        """Volume integrals of the P1 shape functions over the reference domain, shape (v,)."""
         s, t = self._rule[0].T
         linear = np.stack([1 - s - t, s, t], axis=1)
         local = np.einsum("mq,qa->ma", self.weights(self.mesh.points), linear)
@@ -70,15 +70,15 @@ class CellQuadrature:
 
 
 def end_load(mesh: SixNodeMesh, nodes: Indices, degree: int) -> Array:
-    """Integrals of the shape functions over a straight end of the tube, int N_a 2 pi r dr.
+    """Integrals of the shape functions over an end of the tube, int N_a 2 pi r dr.
 
     Args:
         mesh: The mesh of the liquid.
-        nodes: All nodes of the end in ascending r: vertex, mid-side, vertex, ...
-        degree: 2 for all nodes, 1 for vertices only (mid-sides get zero).
+        nodes: Nodes of the end in ascending r, vertices and mid-sides alternating, shape (2 k + 1,).
+        degree: Degree of the shape functions: 2, or 1 with zeros at the mid-sides.
 
     Returns:
-        One weight a node of `nodes`.
+        One weight for each node, shape (2 k + 1,).
     """
     r = mesh.points[nodes, 1]
     gauss, w = np.polynomial.legendre.leggauss(4)

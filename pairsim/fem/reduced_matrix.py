@@ -1,4 +1,4 @@
-"""Where the entries of cell matrices go in Newton's matrix of the reduced unknowns."""
+"""Contributions of assembled entries to the matrix T A P of the free unknowns."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from pairsim.runtime.arrays import Array, Indices
 
 @dataclass(frozen=True)
 class Entries:
-    """Places of one phase's assembled entries in the reduced matrix, and the factors they carry.
+    """Contributions of the assembled Jacobian of one phase to T A P, one for each COO entry of T A P.
 
     Attributes:
-        source: Positions in the phase's assembled data.
-        value: Factor apart from g.
-        times_g, over_g: Entries whose factor is multiplied or divided by g = gamma dt.
+        source: Position in the data of the assembled matrix of the phase, shape (k,).
+        value: Factor without its power of g = gamma dt, shape (k,).
+        times_g: Indices of the contributions whose factor is multiplied by g.
+        over_g: Indices of the contributions whose factor is divided by g.
     """
 
     source: Indices
@@ -28,7 +29,7 @@ class Entries:
     over_g: Indices
 
     def factors(self, g: float) -> Array:
-        """The factor of every entry."""
+        """Factors of all contributions for a given g = gamma dt, shape (k,)."""
         factors = self.value.copy()
         factors[self.times_g] *= g
         factors[self.over_g] /= g
@@ -36,9 +37,15 @@ class Entries:
 
 
 def expand(scene: Scene, constraints: Constraints) -> tuple[Indices, Indices, list[Entries], Array]:
-    """COO rows and columns of T A P, phase after phase, and the constant entries at their end."""
+    """COO structure of T A P, with the contributions of one phase after the other and the constant entries last.
+
+    Returns:
+        Rows, columns, the contributions of each phase, and the values of the constant entries (see
+        `Scene.linear_terms`).
+    """
     P0, P1, T = constraints.N.tocoo(), (constraints.C @ constraints.M).tocoo(), constraints.T.tocsc()
-    # One list of images a column of A: those independent of g and those that carry it.
+    # P maps a column of A to columns of T A P: through N without a factor g, and through C M with it, whose columns are
+    # distinguished by an offset of n_y.
     image = sparse.csr_matrix(
         (np.arange(1, P0.nnz + P1.nnz + 1), (np.r_[P0.row, P1.row], np.r_[P0.col + 0, P1.col + constraints.size])),
         shape=(scene.size, 2 * constraints.size),

@@ -1,4 +1,4 @@
-"""When a reference mesh has served its time, and gmsh on one process for all."""
+"""Criteria for remeshing, and the generation of meshes on one process."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import RunFailure
 from pairsim.runtime.fenicsx import MPI
 
-# A cell squeezed below this fraction of its reference area, or a gap changed by this factor, calls for a new mesh;
-# one around undeformed spheres must do better than the second figure to be used.
+# All three were chosen. A new mesh is made when the Jacobian of a cell falls below LEAST_DISTORTION times its reference
+# value, or when a gap has changed by the factor GAP_RATIO. A new mesh around undeformed spheres is used only if its
+# smallest ratio is at least FRESH_DISTORTION.
 LEAST_DISTORTION = 0.25
 FRESH_DISTORTION = 0.45
 GAP_RATIO = 1.6
@@ -20,13 +21,13 @@ GAP_RATIO = 1.6
 def needs_mesh(
     distortion: float, gaps: Array, reference_gaps: Sequence[float], least: float = LEAST_DISTORTION
 ) -> bool:
-    """Whether a new mesh is due.
+    """Whether a new mesh is needed.
 
     Args:
         distortion: Smallest ratio of a liquid cell's current to its reference Jacobian.
-        gaps: Distances now.
-        reference_gaps: Those that the mesh was made for.
-        least: Distortion that is still borne.
+        gaps: Current distances, shape (N-1,).
+        reference_gaps: Distances for which the mesh was made, N-1 values.
+        least: Smallest ratio that is accepted.
     """
     if distortion < least:
         return True
@@ -35,7 +36,11 @@ def needs_mesh(
 
 
 def on_root[T](comm: MPI.Comm, make: Callable[[], T]) -> T:
-    """Run gmsh on one process; every process gets the result, or raises the same error."""
+    """Call a function on rank 0 and broadcast its result; collective.
+
+    Raises:
+        RunFailure: Raised by the function on rank 0; raised on every process.
+    """
     made: T | RunFailure | None = None
     if comm.rank == 0:
         try:

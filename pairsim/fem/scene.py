@@ -1,10 +1,10 @@
-"""A scene: which phases a case needs, where their boundaries are, and the full vector of all unknown fields.
+"""A scene: the phases of a case on one mesh, their boundaries, and the full vector of all fields.
 
-The full vector x stacks the canonical vectors of the phases (liquid, then the soft particles from upstream) and the
-scalars m (uniform source of the pressure gauge) and, with periodic ends, dp. The positions of the particles' material
-form a second vector h: the displacements of every soft particle from its undeformed sphere about the origin
-(node by node, z and r), and one axial centre position for every rigid particle. Constraints
-(`pairsim.fem.constraints`) say how x follows from the free unknowns and h.
+The full vector x, shape (n,), consists of the canonical vectors of the phases (the liquid, then the soft particles from
+upstream), the Lagrange multiplier m of the zero mean pressure and, with periodic ends, the pressure drop dp. The
+positions of the particles' material form a second vector h, shape (n_h,): for a soft particle the displacements (z, r)
+of all nodes from its undeformed sphere centred at the origin, for a rigid particle the axial position of its centre.
+Constraints (`pairsim.fem.constraints`) define x as a function of the free unknowns and of h.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ BoundaryVelocity = Callable[[Array], Array]
 
 
 def poiseuille(points: Array) -> Array:
-    """Fully developed Newtonian flow of unit mean velocity, (n, 2) -> (n, 2)."""
+    """Fully developed Newtonian flow of unit mean velocity at points (z, r), shape (n, 2); returns shape (n, 2)."""
     return np.column_stack([2 * (1 - (points[:, 1] / TUBE_RADIUS) ** 2), np.zeros(len(points))])
 
 
@@ -42,9 +42,11 @@ class LiquidNodes:
     """Nodes of the liquid's mesh on its boundaries.
 
     Attributes:
-        axis, wall: Nodes with r = 0 and r = 1/2.
-        inlet, outlet: Nodes of the ends, in ascending r, matching one another.
-        interfaces: For each particle its outline from the downstream pole to the upstream one.
+        axis: Nodes with r = 0.
+        wall: Nodes with r = 1/2.
+        inlet: Nodes of the upstream end, in ascending r.
+        outlet: Nodes of the downstream end, in ascending r, at the same radii as those of the inlet.
+        interfaces: For each particle the nodes of its outline, from the downstream to the upstream pole.
     """
 
     axis: Indices
@@ -64,7 +66,7 @@ class LiquidNodes:
 
         inlet, outlet = end(-half), end(half)
         if len(inlet) != len(outlet) or not np.allclose(r[inlet], r[outlet], rtol=0.0, atol=1e-9):
-            raise MeshFailure("the nodes of the two ends do not match")
+            raise MeshFailure("the nodes of the two ends differ in number or radius")
         return LiquidNodes(
             np.flatnonzero(r < 1e-12),
             np.flatnonzero(r > TUBE_RADIUS - 1e-9),
@@ -75,25 +77,32 @@ class LiquidNodes:
 
 
 def match(points: Array, wanted: Array) -> Indices:
-    """Numbers of the points that coincide with the wanted positions.
+    """Indices of the points at given positions.
+
+    Args:
+        points: Points, shape (n, 2).
+        wanted: Positions, shape (k, 2).
+
+    Returns:
+        Indices, shape (k,).
 
     Raises:
-        MeshFailure: A wanted position has no point.
+        MeshFailure: There is no point within 1e-9 of a position.
     """
     distance, index = cKDTree(points).query(wanted)
     if distance.max() > 1e-9:
-        raise MeshFailure(f"an outline node is {distance.max():.1e} away from the mesh")
+        raise MeshFailure(f"a node of an outline is at a distance of {distance.max():.1e} from the nearest mesh node")
     return np.asarray(index, dtype=np.int64)
 
 
 @dataclass(frozen=True)
 class Body:
-    """One particle: rigid (phase is None) or soft, with the meaning of its part of h.
+    """A rigid or soft particle, and its part of the vector h.
 
     Attributes:
-        outline: Its cut half-circle.
-        phase: Its inside, None when rigid.
-        nodes: Nodes of its own mesh on the outline (empty when rigid).
+        outline: Its half-circle, divided into arcs.
+        phase: The solid inside, None for a rigid particle.
+        nodes: Nodes of the mesh of the solid on the outline, empty for a rigid particle.
         start: First index of its part of h.
     """
 
@@ -104,7 +113,7 @@ class Body:
 
     @property
     def Ca_e(self) -> float:
-        """Elastic capillary number that its form has now; 0 is rigid."""
+        """Current value of the elastic capillary number in the form; 0 for a rigid particle."""
         return 0.0 if self.phase is None else float(self.phase.constants["Ca_e"].value)
 
     @property
@@ -118,11 +127,11 @@ class Body:
         return CellQuadrature(self.phase.six_node_mesh)
 
     def displacement(self, h: Array) -> Array:
-        """Displacement of all nodes of a soft particle from the sphere about the origin, (n, 2)."""
+        """Displacement of all nodes of a soft particle from its sphere centred at the origin, shape (nodes, 2)."""
         return h[self.start : self.start + self.size].reshape(-1, 2)
 
     def outline_points(self, h: Array) -> Array:
-        """Current positions of the outline's nodes, downstream pole first, (n, 2)."""
+        """Current positions of the nodes of the outline, downstream pole first, shape (2 k + 1, 2)."""
         if self.phase is None:
             return self.outline.nodes + [h[self.start], 0.0]
         return self.outline.nodes + self.displacement(h)[self.nodes]
@@ -134,7 +143,14 @@ def make_bodies(
     outlines: Sequence[Outline],
     meshes: Sequence[SixNodeMesh | None],
 ) -> list[Body]:
-    """The particles of a scene; meshes of rigid ones are not looked at."""
+    """Create the particles of a scene; collective.
+
+    Args:
+        comm: Communicator of the case.
+        Ca_es: Elastic capillary numbers, 0 for rigid particles.
+        outlines: Outlines of the particles.
+        meshes: Meshes of the soft particles; ignored for rigid ones.
+    """
     bodies: list[Body] = []
     start = 0
     for Ca_e, outline, mesh in zip(Ca_es, outlines, meshes, strict=True):
@@ -150,17 +166,28 @@ def make_bodies(
 
 
 class Scene:
-    """Phases, boundaries and scalars of a case on one reference mesh of the liquid.
+    """Phases, boundaries and scalar unknowns of a case on one reference mesh of the liquid.
 
     Args:
         comm: Communicator of the case.
         reference: Reference domain of the liquid.
-        mesh: Its mesh.
-        bodies: The particles; they are shared by the scenes of successive remeshings.
-        periodic: Periodic ends with an imposed flow rate, or a prescribed velocity on them.
-        boundary_velocity: Velocity on wall and ends when they are prescribed.
-        polymer: The viscoelastic part of the liquid, None for a Newtonian one; its De is where the scene begins.
-        steady: Quasi-steady: the mesh's velocity is that of the particles, extended into the liquid.
+        mesh: Mesh of the reference domain.
+        bodies: The particles, which the scenes before and after a remeshing have in common.
+        periodic: Whether the ends are periodic, with an imposed flow rate; otherwise their velocity is prescribed.
+        boundary_velocity: Velocity on the wall and on prescribed ends as a function of points, (k, 2) -> (k, 2).
+        polymer: Polymer contribution to the liquid, with the initial De; None for a Newtonian liquid.
+        steady: Whether the scene is quasi-steady; the velocity of the mesh is then the extension of the velocities of
+            the particles into the liquid.
+
+    Attributes:
+        moving: Whether the mesh of the liquid moves.
+        size: Number n of entries of the full vector.
+        h_size: Number n_h of entries of h.
+        m: Index of the Lagrange multiplier of the zero mean pressure.
+        dp: Index of the pressure drop, None unless the ends are periodic.
+
+    Raises:
+        MeshFailure: The nodes of mesh and reference domain do not coincide.
     """
 
     def __init__(
@@ -197,20 +224,20 @@ class Scene:
 
     @property
     def polymer(self) -> Polymer | None:
-        """The viscoelastic part of the liquid with the De that its form has now, None for a Newtonian one."""
+        """Polymer contribution to the liquid with the current De of the form, None for a Newtonian liquid."""
         return self._polymer and replace(self._polymer, De=float(self.liquid.constants["De"].value))
 
     def offset(self, phase: Phase) -> int:
-        """Where a phase begins in the full vector."""
+        """First index of a phase in the full vector."""
         return int(self.offsets[next(i for i, p in enumerate(self.phases) if p is phase)])
 
     def set(self, x: Array) -> None:
-        """Hand the full vector to the phases."""
+        """Set the unknowns of all phases from the full vector."""
         for phase, a, b in zip(self.phases, self.offsets[:-1], self.offsets[1:], strict=True):
             phase.set(x[a:b])
 
     def prescribe(self, x: Array, nodes: Indices, flow: PipeState) -> None:
-        """Give nodes of a viscoelastic liquid in a full vector u and s of a developed flow."""
+        """Set u and s at nodes of a viscoelastic liquid to those of a developed flow, in the full vector x."""
         liquid = self.liquid
         u, *s = flow.profiles(liquid.six_node_mesh.points[nodes, 1])
         x[liquid.index("u", nodes, 0)] = u
@@ -218,25 +245,31 @@ class Scene:
             x[liquid.index("s", nodes, c)] = s[c]
 
     def prescribe_ends(self, x: Array, flow: PipeState) -> None:
-        """Give the ends of a viscoelastic liquid in a full vector u and s of a developed flow."""
+        """Set u and s at the ends of a viscoelastic liquid to those of a developed flow, in the full vector x."""
         for nodes in (self.nodes.inlet, self.nodes.outlet):
             self.prescribe(x, nodes, flow)
 
     def set_step(self, star: Array, g: float, U_m: float) -> None:
-        """Hand the liquid what the time scheme has fixed; only a viscoelastic one remembers anything."""
+        """Set the constants of a time step; without effect in a Newtonian liquid, which has no time derivatives.
+
+        Args:
+            star: Part of the full vector fixed by the time scheme, shape (n,).
+            g: gamma dt.
+            U_m: Velocity of the frame.
+        """
         if self.polymer is not None:
             self.liquid.set_star(star[: self.liquid.size])
             self.liquid.constants["g"].value = g
             self.liquid.constants["U_m"].value = U_m
 
     def positions(self, x: Array) -> Array:
-        """Current positions of the liquid's nodes."""
+        """Current positions of the nodes of the liquid, shape (nodes, 2)."""
         mesh = self.liquid.six_node_mesh
         return mesh.points + self.liquid.nodal("eta", x) if self.moving else mesh.points
 
     @cached_property
     def gauge(self) -> tuple[Indices, Array]:
-        """Indices and weights of int p_f 2 pi r dX."""
+        """Indices and weights of the integral int p_f 2 pi r dX of the liquid's pressure."""
         vertices = self.liquid.six_node_mesh.vertices
         return self.liquid.index("p", vertices), CellQuadrature(self.liquid.six_node_mesh).p1_load
 
@@ -258,10 +291,11 @@ class Scene:
         return np.concatenate([i, j]), np.concatenate([w, -v]) / FLOW_RATE
 
     def linear_terms(self) -> tuple[Indices, Indices, Array]:
-        """Rows, columns and values of the scalar couplings, which no form carries.
+        """Rows, columns and values of the terms with scalar unknowns, which are not part of the forms.
 
-        Continuity gains m int q, its partner is mean(p_f) = 0; with periodic ends momentum loses dp int_inlet v_z
-        (Eq. 9), and its partner is the flow rate (Eq. 14). Both pairs are symmetric.
+        m int q is added to continuity, and the equation of m is int p_f = 0. With periodic ends dp int_inlet v_z is
+        subtracted from momentum (Eq. (9) of the paper), and the equation of dp is the flow rate (Eq. (14)). Both pairs
+        are symmetric.
         """
         index, weight = self.gauge
         m = np.full(len(index), self.m)
@@ -275,14 +309,14 @@ class Scene:
         return np.concatenate(rows), np.concatenate(columns), np.concatenate(values)
 
     def load(self) -> Array:
-        """Constant part of the residual: the imposed flow rate."""
+        """Constant part of the residual, the imposed flow rate, shape (n,)."""
         f = np.zeros(self.size)
         if self.dp is not None:
             f[self.dp] = FLOW_RATE
         return f
 
     def overstretched(self, x: Array) -> str:
-        """In words, where a FENE-P liquid is past its pole."""
+        """Message if tr c exceeds L2 somewhere in a FENE-P liquid, where the law is not defined; otherwise empty."""
         polymer = self.polymer
         if polymer is None or polymer.name != "fene-p":
             return ""
@@ -293,9 +327,9 @@ class Scene:
         if largest < polymer.L2:
             return ""
         z, r = self.comm.bcast(self.positions(x)[top].tolist())
-        return f"tr c = {largest:.4g} at z = {z:.3f}, r = {r:.3f} is past L2 = {polymer.L2:g}"
+        return f"tr c = {largest:.4g} at z = {z:.3f}, r = {r:.3f} exceeds L2 = {polymer.L2:g}"
 
     def pressure_drop(self, x: Array) -> float:
-        """dp, the pressure drop over the tube's length."""
+        """Pressure drop dp over the length of the tube [eta_0 U_av/D_c]."""
         index, weight = self.drop
         return float(weight @ x[index])

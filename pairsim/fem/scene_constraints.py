@@ -1,4 +1,7 @@
-"""The constraints of every kind of problem on a scene: in time, quasi-steady, extended mesh, balance of stress."""
+"""Constraints of each kind of problem: time-dependent, quasi-steady, extension of the mesh, and stress balance.
+
+The notation is that of `pairsim.fem.constraints`.
+"""
 
 from __future__ import annotations
 
@@ -14,14 +17,14 @@ from pairsim.runtime.arrays import Array, Indices
 
 
 def _interface(body: Body) -> tuple[Indices, Indices | None]:
-    """Indices in h of the outline's axial and radial positions (None: the radius cannot change)."""
+    """Indices in h of the axial and radial positions of the outline's nodes; None for the radii of a rigid particle."""
     if body.phase is None:
         return np.full(len(body.outline.nodes), body.start), None
     return body.start + 2 * body.nodes, body.start + 2 * body.nodes + 1
 
 
 def _boundary(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Masks of the liquid's nodes: on wall or ends, on an interface."""
+    """Masks of the liquid's nodes on wall and ends, and of those on interfaces."""
     count = len(scene.liquid.six_node_mesh.points)
     outer, interface = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
     for nodes in (scene.nodes.wall, scene.nodes.inlet, scene.nodes.outlet):
@@ -40,12 +43,16 @@ def _constrain_velocity(
     balance: sparse.csr_matrix,
     base: Array,
 ) -> None:
-    """Liquid velocity: free inside, tied on axis, wall, ends and interfaces.
+    """Constrain the velocity of the liquid on axis, wall, ends and interfaces.
 
     Args:
-        scene, y, N, rows, base: What the constraints are put together from.
-        V: Velocity of the material from y, (n_h, n_y).
-        balance: Row that the momentum of each material position belongs to, (n_h, n_y).
+        scene: The scene.
+        y: Numbering of the free unknowns; extended.
+        N: Direct part of the map; extended.
+        rows: Restriction of the residual; extended.
+        V: Velocity of the particles' material as a function of y, shape (n_h, n_y).
+        balance: Equation to which the momentum at each material position is added, shape (n_h, n_y).
+        base: Constant part of the full vector; changed.
     """
     liquid, nodes = scene.liquid, scene.nodes
     outer, interface = _boundary(scene)
@@ -84,7 +91,7 @@ def _constrain_velocity(
 
 
 def _constrain_conformation(scene: Scene, y: Unknowns, N: Triplets, rows: Triplets) -> None:
-    """Log-conformation: free, but the same at both periodic ends; at prescribed ends that of the developed flow."""
+    """Constrain the log-conformation: equal at both periodic ends, that of the developed flow at prescribed ends."""
     liquid, nodes = scene.liquid, scene.nodes
     given = nodes.outlet if scene.periodic else np.concatenate([nodes.inlet, nodes.outlet])
     carriers = liquid.carriers("s")
@@ -104,10 +111,11 @@ def _constrain_conformation(scene: Scene, y: Unknowns, N: Triplets, rows: Triple
 
 
 def _constrain_mesh(scene: Scene, y: Unknowns, N: Triplets, C: Triplets, rows: Triplets, base: Array) -> None:
-    """Displacement of the liquid's mesh: quadratic in the layer of cells at the interfaces, P1 farther in.
+    """Constrain the displacement of the liquid's mesh: P2 in the layer of cells at the interfaces, P1 elsewhere.
 
-    It is zero on wall and ends. The layer is there because a strongly curved interface would turn over cells with
-    straight inner sides; P1 elsewhere saves most of the unknowns at no loss, as only the interface carries physics.
+    It is zero on wall and ends. At a strongly curved interface, cells with straight inner sides would be inverted.
+    Elsewhere P1 suffices, with far fewer unknowns: the displacement inside the liquid is arbitrary, and only that of
+    the interfaces is physical.
     """
     liquid, nodes, mesh = scene.liquid, scene.nodes, scene.liquid.six_node_mesh
     outer, interface = _boundary(scene)
@@ -128,7 +136,7 @@ def _constrain_mesh(scene: Scene, y: Unknowns, N: Triplets, C: Triplets, rows: T
             if index is not None:
                 on_h[at, c] = index
     for c in range(2):
-        # Every node is its own or the mean of its two parents.
+        # A node has its own displacement or the mean of those of the two vertices of its side.
         self_parent = np.arange(count)
         parents = np.where(own[:, None], np.column_stack([self_parent, self_parent]), mesh.parents)
         for parent in parents.T:
@@ -142,10 +150,11 @@ def _constrain_mesh(scene: Scene, y: Unknowns, N: Triplets, C: Triplets, rows: T
 
 
 def transient_constraints(scene: Scene) -> Constraints:
-    """Constraints of a transient: soft material moves with its nodes' velocity, a rigid body with one unknown U_p.
+    """Constraints of a time-dependent problem.
 
-    The unknown of a soft particle is its velocity; its displacement follows from the time scheme node by node, and
-    the momentum rows of liquid and solid are added at the interface.
+    The unknowns of a soft particle are the velocities of its nodes, from which the time scheme gives the displacements.
+    At the interface the momentum equations of liquid and solid are added (continuity of traction). A rigid particle has
+    one unknown, its velocity U_p, whose equation is the sum of the momentum equations on its surface (force balance).
     """
     y = Unknowns()
     N, C, M, rows = Triplets(), Triplets(), Triplets(), Triplets()
@@ -180,10 +189,14 @@ def transient_constraints(scene: Scene) -> Constraints:
 
 
 def balance_constraints(scene: Scene, x: Array) -> Constraints:
-    """Constraints that leave velocity, pressure and stress of the liquid free in the configuration of a full vector.
+    """Constraints with velocity, pressure and stress of the liquid as unknowns, in the fixed configuration of x.
 
-    Nothing moves: the unknowns of soft particles are the velocities of their surfaces, whose momentum rows hold the
-    elastic traction as it is.
+    The positions of particles and mesh do not change. The unknowns of soft particles are the velocities of their
+    surfaces, in whose momentum equations the elastic traction is constant.
+
+    Args:
+        scene: A viscoelastic scene in time.
+        x: Full vector, shape (n,).
     """
     y = Unknowns()
     N, V, rows = Triplets(), Triplets(), Triplets()
@@ -217,7 +230,7 @@ def balance_constraints(scene: Scene, x: Array) -> Constraints:
 
 
 def _constrain_pressure(scene: Scene, y: Unknowns, N: Triplets, rows: Triplets) -> None:
-    """Pressure of the liquid: free."""
+    """Add the pressure of the liquid, which is not constrained."""
     p = scene.liquid.index("p", scene.liquid.six_node_mesh.vertices)
     unknown = y.take("p_f", len(p))
     N.add(p, unknown)
@@ -225,7 +238,7 @@ def _constrain_pressure(scene: Scene, y: Unknowns, N: Triplets, rows: Triplets) 
 
 
 def _constrain_scalars(scene: Scene, y: Unknowns, N: Triplets, rows: Triplets) -> None:
-    """The source m of the gauge and, with periodic ends, dp."""
+    """Add the Lagrange multiplier m of the zero mean pressure and, with periodic ends, the pressure drop dp."""
     for name, index in (("m", scene.m), ("dp", scene.dp)):
         if index is not None:
             unknown = y.take(name, 1)
@@ -245,7 +258,7 @@ def _finished(
     a: Array,
     integrated: list[Indices],
 ) -> Constraints:
-    """The constraints, with the liquid's unknowns that are the same in every problem."""
+    """Add the constraints of the liquid that all problems have in common, and assemble the matrices."""
     _constrain_pressure(scene, y, N, rows)
     if scene.polymer is not None:
         _constrain_conformation(scene, y, N, rows)
@@ -269,23 +282,24 @@ def _finished(
 
 
 def steady_constraints(scene: Scene, extensions: Array) -> Constraints:
-    """Constraints of a quasi-steady scene: particles move as they are, with one unknown velocity U_i each.
+    """Constraints of a quasi-steady scene: each particle translates without deforming, with an unknown velocity U_i.
 
-    The unknown of a soft particle is its displacement (take g = 1 and U_m = 0). Its axial translation is no unknown:
-    the upstream pole of particle i+1 follows the downstream pole of particle i, and that of particle 1 stays. The
-    momentum rows of all nodes are kept; U_i takes the place of the lost unknown.
+    The unknowns of a soft particle are the displacements of its nodes (h = h* + M y, that is g = 1 and U_m = 0). Its
+    axial position is prescribed: the upstream pole of particle i+1 is displaced by as much as the downstream pole of
+    particle i, and the downstream pole of particle 1 is fixed. The momentum equations of all nodes are kept; U_i
+    replaces the unknown that this removes.
 
     Args:
         scene: A quasi-steady scene.
-        extensions: The mesh's velocity for unit velocity of each particle and none on wall and ends, at the vertices,
-            (N, n_vertices, 2); not looked at in a Newtonian liquid.
+        extensions: Velocity of the mesh at the vertices for unit velocity of each particle and zero velocity of wall
+            and ends, shape (N, vertices, 2); not used in a Newtonian liquid.
     """
     y = Unknowns()
     N, C, M, V, rows, balance = (Triplets() for _ in range(6))
     base = np.zeros(scene.size)
     a = np.zeros(scene.h_size)
     integrated: list[Indices] = []
-    pole = -1  # unknown of the last downstream pole; -1 is at rest
+    pole = -1  # unknown of the downstream pole of the previous particle; -1 if it is fixed
     U = y.take("U_p", len(scene.bodies))
     for i, body in enumerate(scene.bodies):
         if body.phase is None:
@@ -329,7 +343,7 @@ def steady_constraints(scene: Scene, extensions: Array) -> Constraints:
         liquid = scene.liquid
         vertices = liquid.six_node_mesh.vertices
         for i in range(len(scene.bodies)):
-            # The mean of all velocities on wall and ends.
+            # Wall and ends of the mesh move at the mean velocity of the particles.
             rest = (1 - extensions[:, :, 0].sum(axis=0)) / len(scene.bodies)
             N.add(liquid.index("w", vertices, 0), U[i], extensions[i, :, 0] + rest)
             other = extensions[i, :, 1] - extensions[:, :, 1].sum(axis=0) / len(scene.bodies)
@@ -338,7 +352,7 @@ def steady_constraints(scene: Scene, extensions: Array) -> Constraints:
 
 
 def steady_base(scene: Scene, size: float) -> Array:
-    """Constant part of a quasi-steady scene's constraints with all diameters multiplied by `size`."""
+    """Constant part of the constraints of a quasi-steady scene with all diameters multiplied by `size`, shape (n,)."""
     bodies = scene.bodies
     scene.bodies = [replace(body, outline=Outline(body.outline.radius * size, body.outline.angles)) for body in bodies]
     try:
@@ -348,7 +362,7 @@ def steady_base(scene: Scene, size: float) -> Array:
 
 
 def extension_constraints(scene: Scene) -> Constraints:
-    """Constraints that leave only the displacement of the liquid's mesh free, for given material positions."""
+    """Constraints with the displacement of the liquid's mesh as only unknown, for given positions of the material."""
     y = Unknowns()
     N, C, rows = Triplets(), Triplets(), Triplets()
     base = np.zeros(scene.size)

@@ -1,1 +1,1 @@
-"""Formulas in UFL and numpy; no meshes."""
+"""Kinematics, constitutive laws and weak forms in UFL and numpy, independent of any mesh."""

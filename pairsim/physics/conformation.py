@@ -1,4 +1,8 @@
-"""The log-conformation at nodes, in numpy: exponential, logarithm and the stress of the polymer."""
+"""Conformation tensor at nodes, in numpy: matrix exponential and logarithm, polymer stress.
+
+Tensors have the components (zz, zr, rr, tt) of axisymmetric flow without swirl; see "Log-conformation" in
+docs/explanation/numerics.md.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +14,14 @@ from pairsim.runtime.arrays import Array
 
 
 def exponential(s: Array) -> Array:
-    """c = exp(s) for components (zz, zr, rr, tt), (n, 4) -> (n, 4)."""
+    """Matrix exponential c = exp(s).
+
+    Args:
+        s: Log-conformation, components (zz, zr, rr, tt), shape (n, 4).
+
+    Returns:
+        Conformation, shape (n, 4).
+    """
     mean, half = (s[:, 0] + s[:, 2]) / 2, (s[:, 0] - s[:, 2]) / 2
     x = np.hypot(half, s[:, 1])
     sinhc = np.where(x > 1e-8, np.sinh(x) / np.where(x > 1e-8, x, 1.0), 1.0)
@@ -21,7 +32,14 @@ def exponential(s: Array) -> Array:
 
 
 def logarithm(c: Array) -> Array:
-    """s = log c for components (zz, zr, rr, tt), (n, 4) -> (n, 4)."""
+    """Matrix logarithm s = log c.
+
+    Args:
+        c: Conformation, positive definite, components (zz, zr, rr, tt), shape (n, 4).
+
+    Returns:
+        Log-conformation, shape (n, 4).
+    """
     mean, half = (c[:, 0] + c[:, 2]) / 2, (c[:, 0] - c[:, 2]) / 2
     x = np.hypot(half, c[:, 1])
     high, low = np.log(mean + x), np.log(mean - x)
@@ -31,6 +49,20 @@ def logarithm(c: Array) -> Array:
 
 
 def polymer_stress(liquid: Polymer, c: Array) -> Array:
-    """tau = (1 - xi)/De (F c - I) at nodes, (n, 4) -> (n, 4)."""
+    """Polymer stress tau = (1 - xi)/De (F c - I).
+
+    Args:
+        liquid: The polymer.
+        c: Conformation, components (zz, zr, rr, tt), shape (n, 4).
+
+    Returns:
+        Stress in units of eta_0 U_av/D_c, shape (n, 4).
+    """
     F = polymer.spring(liquid.name, c[:, 0] + c[:, 2] + c[:, 3], liquid.L2)
     return np.asarray((1 - liquid.xi) / liquid.De * ((F * c.T).T - [1.0, 0.0, 1.0, 1.0]))
+
+
+def trace_of(liquid: Polymer, tau: Array) -> Array:
+    """tr c from the polymer's stress tau (zz, zr, rr, tt): the inverse of `polymer_stress`, (n, 4) -> (n,)."""
+    stretch = liquid.De / (1 - liquid.xi) * (tau[:, 0] + tau[:, 2] + tau[:, 3])  # F tr c - 3
+    return np.asarray((stretch + 3) * liquid.L2 / (liquid.L2 + stretch) if liquid.name == "fene-p" else stretch + 3)

@@ -1,7 +1,8 @@
 """Axisymmetric kinematics on a fixed reference mesh.
 
-Coordinates are x[0] = z along the tube and x[1] = r. The current position is x = X + eta(X). The factor 2 pi of
-every volume and area lives here and nowhere else.
+Coordinates are x[0] = z along the tube and x[1] = r. The current position is x = X + eta(X), with the displacement eta
+of the solid's material or of the liquid's mesh; see "Formulation" in docs/explanation/numerics.md. Volume elements
+contain the factor 2 pi; forms do not repeat it.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ class Kinematics:
 
     @staticmethod
     def of(mesh: ufl.Mesh, eta: Expr | None) -> Kinematics:
-        """Kinematics for displacement eta, or of the undeformed reference domain when eta is None."""
+        """Kinematics for the displacement eta, or of the reference domain itself if eta is None."""
         r = ufl.SpatialCoordinate(mesh)[1]
         if eta is None:
             return Kinematics(ufl.Identity(2), ufl.as_ufl(1.0), r, r)
@@ -47,12 +48,12 @@ class Kinematics:
 
     @property
     def volume(self) -> Expr:
-        """Current volume element by reference area, 2 pi R J."""
+        """Current volume per unit reference area, 2 pi R J."""
         return 2 * pi * self.R * self.J
 
     @property
     def reference_volume(self) -> Expr:
-        """Reference volume element by reference area, 2 pi r."""
+        """Reference volume per unit reference area, 2 pi r."""
         return 2 * pi * self.r
 
     def grad(self, v: Expr) -> Expr:

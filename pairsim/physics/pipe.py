@@ -1,8 +1,9 @@
-"""The flow without particles: start-up of a viscoelastic liquid in the tube at constant flow rate, in one dimension.
+"""Flow without particles: start-up of tube flow of a viscoelastic liquid at constant flow rate, in one dimension.
 
-Given the polymer stress, the momentum balance xi u' + tau_rz = -G r/2 and the flow rate make u'(r) and the pressure
-gradient G algebraic, so every radius is an ordinary differential equation and only G couples them. Gauss points in r
-make the flow rate spectrally accurate.
+For a given polymer stress the momentum balance xi u' + tau_rz = -G r/2 and the flow rate determine the shear rate u'(r)
+and the pressure gradient G algebraically. The conformation at each radius therefore obeys an ordinary differential
+equation, and the equations of different radii are coupled through G alone. The flow rate is integrated by Gauss
+quadrature in r, which is spectrally accurate. See "Flow without particles" in docs/explanation/numerics.md.
 """
 
 from __future__ import annotations
@@ -24,20 +25,20 @@ from pairsim.physics.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
 
-OUT_OF_REACH = 1e9
-IMAGINARY = 1e-30j
-MOST_ITERATIONS = 10
+OUT_OF_REACH = 1e9  # end time passed to LSODA, beyond the end of any run (see `Pipe.until`); chosen
+IMAGINARY = 1e-30j  # complex step; it causes no cancellation, so that any size far below rounding will do
+MOST_ITERATIONS = 10  # of Newton's method for the steady flow; chosen
 
 
 @dataclass(frozen=True)
 class PipeState:
-    """The flow at one time.
+    """Flow in the tube without particles at one time.
 
     Attributes:
-        gradient: Pressure drop by unit length.
-        r: Radii, from the axis to the wall.
-        u: Axial velocity at the radii.
-        c: Conformation (zz, zr, rr, tt) at the radii, (n, 4).
+        gradient: Pressure drop per unit length [eta_0 U_av/D_c^2].
+        r: Radii from the axis to the wall [D_c], shape (n,).
+        u: Axial velocity [U_av], shape (n,).
+        c: Conformation, components (zz, zr, rr, tt), shape (n, 4).
     """
 
     gradient: float
@@ -46,25 +47,35 @@ class PipeState:
     c: Array
 
     def profiles(self, r: Array) -> Array:
-        """u and the four components of log c at other radii (n,), shape (5, n)."""
+        """Interpolate u and the four components of log c to other radii, shape (m,); returns shape (5, m)."""
         return across(self.r, np.column_stack([self.u, logarithm(self.c)]), r).T
 
 
 def across(radii: Array, values: Array, wanted: Array) -> Array:
-    """Values (n,) or (n, k) at the points of a `Pipe`, carried to other radii.
+    """Interpolate values at the radii of a `Pipe` by the polynomial through all of them.
 
-    scipy takes the points in an order of chance, which changes the last digits from run to run: here it is always the
-    same one.
+    The seed of scipy's random ordering of the points is fixed, so that results are reproducible to the last digit.
+
+    Args:
+        radii: Radii of the `Pipe`, shape (n,).
+        values: Values there, shape (n,) or (n, k).
+        wanted: Radii to interpolate to, shape (m,).
+
+    Returns:
+        Interpolated values, shape (m,) or (m, k).
     """
     return np.asarray(barycentric_interpolate(radii, values, wanted, rng=0))
 
 
 class Pipe:
-    """Start-up from rest stress at t = 0.
+    """Start-up of tube flow from an unstressed liquid at t = 0, and the steady flow that it approaches.
 
     Args:
         liquid: The polymer, or None for a Newtonian liquid.
-        points: Gauss points in r.
+        points: Number of Gauss points in r.
+
+    Attributes:
+        r: Radii: the axis, the Gauss points and the wall, shape (points + 2,).
     """
 
     def __init__(self, liquid: Polymer | None, points: int = 60) -> None:
@@ -72,32 +83,33 @@ class Pipe:
         x, w = np.polynomial.legendre.leggauss(points)
         self._inner = (x + 1) / 2 * TUBE_RADIUS
         weights = w / 2 * TUBE_RADIUS
-        # The flow rate, -pi int r^2 u' dr = pi/4, gives the pressure gradient: xi by the one, less tau_rz by the other.
+        # The flow rate -pi int r^2 u' dr = pi/4, with u' from the momentum balance, gives the pressure gradient as
+        # G = xi of_solvent - of_stress . tau_rz.
         by_gradient = weights @ (self._inner**3 / 2)
         self._of_solvent = 0.25 / by_gradient
         self._of_stress = np.concatenate([[0.0], weights * self._inner**2 / by_gradient, [0.0]])
-        # The axis and the wall follow along without a say in the flow rate.
+        # The axis and the wall have zero quadrature weight.
         self.r = np.concatenate([[0.0], self._inner, [TUBE_RADIUS]])
 
     def _stress(self, c: Array) -> Array:
-        """tau_rz at the radii for conformations (4, n)."""
+        """tau_rz at the radii, shape (n,), for conformations of shape (4, n)."""
         liquid = self.liquid
         assert liquid is not None
         F = polymer.spring(liquid.name, c[0] + c[2] + c[3], liquid.L2)
         return np.asarray((1 - liquid.xi) / liquid.De * F * c[1])
 
     def _gradient(self, tau: Array) -> float:
-        """The pressure gradient that keeps the flow rate."""
+        """Pressure gradient G at the imposed flow rate, for tau_rz of shape (n,)."""
         assert self.liquid is not None
         return float(self.liquid.xi * self._of_solvent - self._of_stress @ tau)
 
     def _shear(self, tau: Array, G: Any) -> Array:
-        """u'(r) by the momentum balance."""
+        """Shear rate u'(r) = -(G r/2 + tau_rz)/xi from the momentum balance, shape (n,)."""
         assert self.liquid is not None
         return np.asarray(-(G * self.r / 2 + tau) / self.liquid.xi)
 
     def _change(self, c: Array, shear: Array) -> Array:
-        """dc/dt, (4, n), of a liquid that is sheared at given rates (n,)."""
+        """dc/dt from the constitutive law, shape (4, n), at the shear rates u', shape (n,)."""
         liquid = self.liquid
         assert liquid is not None
         zz, zr, rr, tt = c
@@ -115,9 +127,10 @@ class Pipe:
         return self._change(c, self._shear(tau, self._gradient(tau))).ravel()
 
     def _jacobian(self, _: float, flat: Array) -> Array:
-        """Derivatives of `_rate`: a radius depends on itself, and on the others through the pressure gradient alone.
+        """Exact Jacobian of `_rate` by complex steps, shape (4 n, 4 n).
 
-        Exact, by steps in the imaginary direction: differences of 4 n rates cost nine tenths of a developed flow.
+        It is block diagonal, with one block for each radius, plus a rank-one term from the pressure gradient. Finite
+        differences, with 4 n evaluations of the rate, took 90 % of the time of a developed flow.
         """
         c = flat.reshape(4, -1)
         n = c.shape[1]
@@ -139,17 +152,21 @@ class Pipe:
         return np.concatenate([np.ones(n), np.zeros(n), np.ones(n), np.ones(n)])
 
     def until(self, t_end: float) -> Callable[[float], PipeState]:
-        """The flow as a function of time up to t_end; at earlier times it does not depend on t_end.
+        """Integrate the start-up flow up to t_end [D_c/U_av].
+
+        Returns:
+            The flow as a function of time, for times up to t_end. Its values do not depend on t_end.
 
         Raises:
-            RuntimeError: The integration failed.
+            RuntimeError: The time integration failed.
         """
         if self.liquid is None:
             u = 2 * (1 - (self.r / TUBE_RADIUS) ** 2)
             still = PipeState(32.0, self.r, u, np.tile([1.0, 0.0, 1.0, 1.0], (len(self.r), 1)))
             return lambda _: still
-        # LSODA chooses its first step by the end it is told of and cuts the last one there. It is told of one that is
-        # out of reach and left where t_end is passed: a run whose end time is raised later sees the same flow.
+        # LSODA chooses its first step from the end time and shortens the last one to reach it. A remote end time is
+        # passed and the integration stopped once t_end is exceeded, so that a run that is continued with a later end
+        # time has the same flow.
         far = max(OUT_OF_REACH, 2 * t_end)
         solver = LSODA(self._rate, 0.0, self._start, far, rtol=1e-9, atol=1e-11, jac=self._jacobian)
         times, pieces = [0.0], []
@@ -163,26 +180,29 @@ class Pipe:
         return lambda t: self._state(solution(t).reshape(4, -1))
 
     def steady(self, near: PipeState | None = None) -> PipeState:
-        """The fully developed flow.
+        """The steady, fully developed flow.
 
         Args:
-            near: That of a liquid which is all but the same.
+            near: Developed flow of the same law at nearly the same De, as first guess of Newton's method. Without it,
+                the start-up flow after 15 relaxation times is the first guess.
 
         Raises:
-            NoSteadyState: It was not found: where stress falls with the shear rate it has layers.
+            NoSteadyState: No steady flow was found. The flow may form shear bands if the shear stress decreases with
+                the shear rate.
         """
         if self.liquid is None:
             return self.until(0.0)(0.0)
         if near is not None:
             c = near.c.T.ravel()
         else:
-            # Close to it in time first, which chooses the stable one, then all the way.
+            # Integration in time selects the stable one of several steady flows; Newton's method then converges it.
+            # 15 relaxation times were chosen: exp(-15) = 3e-7.
             end = 15 * self.liquid.De
             done = solve_ivp(self._rate, (0.0, end), self._start, "LSODA", rtol=1e-4, atol=1e-6, jac=self._jacobian)
             if not done.success:
                 raise NoSteadyState(f"no developed flow at De = {self.liquid.De:g}: {done.message}")
             c = done.y[:, -1]
-        with suppress(np.linalg.LinAlgError):  # what is left of dc/dt tells
+        with suppress(np.linalg.LinAlgError):  # a singular Jacobian; convergence is checked below
             for _ in range(MOST_ITERATIONS):
                 step = np.linalg.solve(self._jacobian(0.0, c), self._rate(0.0, c))
                 c = c - step
@@ -190,15 +210,16 @@ class Pipe:
                     break
         left = np.abs(self._rate(0.0, c)).max()
         if not left <= 1e-8 * np.abs(c).max() / self.liquid.De:
-            what = f"no developed flow at De = {self.liquid.De:g}: dc/dt = {left:.2g} is left"
-            raise NoSteadyState(what, advice="a larger xi: where stress falls with the shear rate, layers form")
+            what = f"no developed flow at De = {self.liquid.De:g}: Newton's method stopped at dc/dt = {left:.2g}"
+            advice = "a larger xi: shear stress that decreases with shear rate causes shear bands"
+            raise NoSteadyState(what, advice=advice)
         return self._state(c.reshape(4, -1))
 
     def _state(self, c: Array) -> PipeState:
         tau = self._stress(c)
         G = self._gradient(tau)
         shear = self._shear(tau, G)
-        # u = -int_r^R u' dr through the interpolating polynomial of the Gauss points.
+        # u = -int_r^R u' dr, with the polynomial that interpolates u' at the Gauss points.
         series = np.polynomial.legendre.Legendre.fit(
             self._inner, shear[1:-1], len(self._inner) - 1, domain=[0, TUBE_RADIUS]
         )

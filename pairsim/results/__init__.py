@@ -1,1 +1,1 @@
-"""Reads, writes and draws a folder; never solves."""
+"""Read, write and plot folders of results; solves nothing."""

@@ -1,7 +1,7 @@
-"""checkpoint.npz: what the next step of a run depends on, so that a stopped run goes on as if it had not been stopped.
+"""checkpoint.npz: the state of a run, from which it is resumed with the same results as without interruption.
 
-The file holds plain arrays and one text in JSON, no pickles; it is written aside and renamed, so that a whole one is
-there at every moment.
+The file contains arrays and one JSON text, no pickles. It is written under a temporary name and renamed, so that a
+complete checkpoint exists at all times.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from pairsim.solvers.matrix_state import MatrixState, Place
 
 FORMAT = 3
 FREE = ("name", "time.end", "physical.end", "limits", "output")
-"""Keys and groups of keys that may change when a run is resumed."""
+"""Keys and groups of keys that may be changed when a run is resumed."""
 
 
 @dataclass(frozen=True)
@@ -33,13 +33,14 @@ class Checkpoint:
     """A run after an accepted step.
 
     Attributes:
-        state: The march.
-        case: The resolved case.
-        gaps: Distances between the particles.
-        narrowest: The gap that was shortest against the arcs beside it, and their length.
-        origin: Positions of the material at t = 0.
-        rows, frames: Rows of series.csv and frames of fields.xdmf that belong to it.
-        wall: Seconds that the run took so far.
+        state: The state of the time stepping.
+        case: The case with all defaults, as plain data.
+        gaps: Distances between the particles [D_c].
+        narrowest: Gap and length of the adjacent arcs [D_c] when their ratio was smallest.
+        origin: Positions h of the material at t = 0 [D_c], shape (n_h,).
+        rows: Number of rows in series.csv at this step.
+        frames: Number of frames in fields.xdmf at this step.
+        wall: Wall time of the run so far [s].
     """
 
     state: State
@@ -52,9 +53,13 @@ class Checkpoint:
     wall: float
 
     def save(self, folder: RunFolder) -> None:
-        """Write checkpoint.npz. Raises OSError where the disk is full; the old file stays then."""
+        """Write checkpoint.npz.
+
+        Raises:
+            OSError: It cannot be written; the old file is kept.
+        """
         state, history, reference = self.state, self.state.history, self.state.reference
-        told = {
+        entries = {
             "format": FORMAT,
             "case": self.case,
             "gaps": self.gaps,
@@ -84,84 +89,85 @@ class Checkpoint:
                 arrays |= {f"points_{i}": mesh.points, f"cells_{i}": mesh.cells}
         if (matrix := state.matrix_state) is not None:
             places = matrix.places[-1:] if matrix.places[0] is matrix.places[1] else matrix.places
-            told["memory"] = {"rate": matrix.rate, "relaxation": matrix.relaxation}
-            told["places"] = [{"g": place.g, "U_m": place.U_m} for place in places]
+            entries["memory"] = {"rate": matrix.rate, "relaxation": matrix.relaxation}
+            entries["places"] = [{"g": place.g, "U_m": place.U_m} for place in places]
             for i, place in enumerate(places):
                 arrays |= {f"place_x_{i}": place.x}
                 arrays |= {f"place_star_{i}": place.star} if place.star is not None else {}
         buffer = io.BytesIO()
-        np.savez(buffer, allow_pickle=False, told=np.array(json.dumps(told)), **arrays)
+        np.savez(buffer, allow_pickle=False, told=np.array(json.dumps(entries)), **arrays)
         write_bytes(folder.file(CHECKPOINT), buffer.getvalue())
 
 
 def load(folder: Path) -> Checkpoint | None:
-    """The checkpoint of a folder, None if it has none.
+    """Read the checkpoint of a folder, None if there is none.
 
     Raises:
-        InputError: It is torn, or no checkpoint of this format.
+        InputError: The file is damaged, or of another format.
     """
     path = folder / CHECKPOINT
     if not path.exists():
         return None
     try:
         with np.load(path, allow_pickle=False) as stored:
-            told = json.loads(str(stored["told"]))
-            if told["format"] != FORMAT:
-                raise ValueError(f"its format is {told['format']}, not {FORMAT}")
-            return _checkpoint(told, {name: stored[name] for name in stored.files})
-    except Exception as error:  # whatever a file that something else wrote, or half of one, may provoke
-        allowed = f"is no whole checkpoint that this version wrote ({error}); run the case again with --overwrite"
+            entries = json.loads(str(stored["told"]))
+            if entries["format"] != FORMAT:
+                raise ValueError(f"its format is {entries['format']}, not {FORMAT}")
+            return _checkpoint(entries, {name: stored[name] for name in stored.files})
+    except Exception as error:  # a damaged or foreign file can raise almost anything
+        allowed = f"must be a complete checkpoint of this version ({error}); run the case again with --overwrite"
         raise InputError(str(path), "", None, allowed) from error
 
 
-def _checkpoint(told: dict[str, Any], arrays: dict[str, Any]) -> Checkpoint:
+def _checkpoint(entries: dict[str, Any], arrays: dict[str, Any]) -> Checkpoint:
     def mesh(i: int) -> SixNodeMesh:
         return SixNodeMesh(arrays[f"points_{i}"], arrays[f"cells_{i}"])
 
-    count, geometry = len(told["radii"]), told["geometry"]
+    count, geometry = len(entries["radii"]), entries["geometry"]
     reference = Reference(
         Geometry(tuple(geometry["betas"]), tuple(geometry["gaps"]), geometry["length"]),
-        tuple(Outline(radius, arrays[f"angles_{i}"]) for i, radius in enumerate(told["radii"])),
+        tuple(Outline(radius, arrays[f"angles_{i}"]) for i, radius in enumerate(entries["radii"])),
         tuple(arrays[f"positions_{i}"] for i in range(count)),
-        told["deformed"],
+        entries["deformed"],
     )
-    levels = {name: [arrays[f"{name}_{k}"] for k in range(len(told["t"]))] for name in ("h", "x")}
-    y = [arrays[f"y_{k}"] for k in range(len(told["t_y"]))]
+    levels = {name: [arrays[f"{name}_{k}"] for k in range(len(entries["t"]))] for name in ("h", "x")}
+    y = [arrays[f"y_{k}"] for k in range(len(entries["t_y"]))]
     matrix = None
-    if "memory" in told:
+    if "memory" in entries:
         places = [
             Place(arrays[f"place_x_{i}"], arrays.get(f"place_star_{i}"), **rest)
-            for i, rest in enumerate(told["places"])
+            for i, rest in enumerate(entries["places"])
         ]
-        matrix = MatrixState((places[0], places[-1]), **told["memory"])
+        matrix = MatrixState((places[0], places[-1]), **entries["memory"])
     state = State(
-        history=History(told["t"], levels["h"], levels["x"], y, told["t_y"]),
+        history=History(entries["t"], levels["h"], levels["x"], y, entries["t_y"]),
         reference=reference,
         mesh=mesh(0),
-        inside=tuple(mesh(i) if soft else None for i, soft in enumerate(told["soft"], 1)),
-        dt=told["dt"],
-        U_m=told["U_m"],
+        inside=tuple(mesh(i) if soft else None for i, soft in enumerate(entries["soft"], 1)),
+        dt=entries["dt"],
+        U_m=entries["U_m"],
         matrix_state=matrix,
-        due=told["due"],
-        counts=Counts(**told["counts"]),
-        seconds=told["seconds"],
+        due=entries["due"],
+        counts=Counts(**entries["counts"]),
+        seconds=entries["seconds"],
     )
-    gaps, (gap, arc) = tuple(told["gaps"]), told["narrowest"]
+    gaps, (gap, arc) = tuple(entries["gaps"]), entries["narrowest"]
     return Checkpoint(
-        state, told["case"], gaps, (gap, arc), arrays["origin"], told["rows"], told["frames"], told["wall"]
+        state, entries["case"], gaps, (gap, arc), arrays["origin"], entries["rows"], entries["frames"], entries["wall"]
     )
 
 
 def check_same(old: Mapping[str, Any], new: Mapping[str, Any], source: str, group: str = "") -> None:
-    """Refuse to go on with another problem than the one that a checkpoint is of.
+    """Check that a resumed run solves the problem of its checkpoint.
 
     Args:
-        old, new: The resolved cases, the checkpoint's and the one that is asked for, in plain data.
-        source: The checkpoint's file.
-        group: Dotted name of the group of keys that they are.
+        old: The resolved case of the checkpoint, as plain data.
+        new: The resolved case of the resumed run, as plain data.
+        source: Name of the checkpoint file, for messages.
+        group: Prefix of the keys, such as "mesh.".
 
     Raises:
-        InputError: With the first key that differs and is not one of `FREE`, and both values.
+        InputError: A key that is not in `FREE` differs; gives both values.
     """
     for key in dict.fromkeys((*old, *new)):
         name = group + key
@@ -171,6 +177,6 @@ def check_same(old: Mapping[str, Any], new: Mapping[str, Any], source: str, grou
         if isinstance(before, Mapping) and isinstance(after, Mapping):
             check_same(before, after, source, f"{name}.")
         elif before != after:
-            allowed = f"{'nothing' if before is None else repr(before)}, with which this run began; a resumed run may "
-            allowed += f"change only {', '.join(FREE)}"
+            allowed = "left out" if before is None else repr(before)
+            allowed = f"must be {allowed}, as when the run began; a resumed run may change only {', '.join(FREE)}"
             raise InputError(source, name, "nothing" if after is None else after, allowed)

@@ -1,4 +1,4 @@
-"""The columns of all tables: their names and order, what each means, its symbol and unit."""
+"""The columns of all tables: name, order, symbol, meaning and unit."""
 
 from __future__ import annotations
 
@@ -9,9 +9,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Column:
-    """One column: its name, the paper's symbol (TeX), what it means, its unit (TeX, "" without one).
+    """A column of a table.
 
-    `whole`: whether its numbers are whole.
+    Attributes:
+        name: Its name in the header.
+        symbol: Symbol of the paper (TeX).
+        meaning: Its description.
+        unit: Its unit (TeX), empty if it has none.
+        whole: Whether its values are whole numbers.
     """
 
     name: str
@@ -30,23 +35,37 @@ COLUMNS: tuple[Column, ...] = (
     Column("U_L", r"U_L", "velocity of the leading (downstream) particle, the volume average of u_z", VELOCITY),
     Column("U_T", r"U_T", "velocity of the trailing (upstream) particle, the volume average of u_z", VELOCITY),
     Column("U_i", r"U_i", "velocity of particle i, counted from upstream, the volume average of u_z", VELOCITY),
-    Column("dU", r"\Delta U", "relative velocity of the pair, U_L - U_T, positive if they separate", VELOCITY),
-    Column(
-        "dU_i", r"\Delta U_i", "relative velocity of neighbours, U_(i+1) - U_i, positive if they separate", VELOCITY
-    ),
+    Column("dU", r"\Delta U", "relative velocity of the pair, U_L - U_T; positive: it separates", VELOCITY),
+    Column("dU_i", r"\Delta U_i", "relative velocity of neighbours, U_(i+1) - U_i; positive: they separate", VELOCITY),
     Column("D_L", r"D_L", "Taylor parameter (L_z - L_r)/(L_z + L_r) of the leading particle", ""),
     Column("D_T", r"D_T", "Taylor parameter (L_z - L_r)/(L_z + L_r) of the trailing particle", ""),
     Column("D_i", r"D_i", "Taylor parameter (L_z - L_r)/(L_z + L_r) of particle i, counted from upstream", ""),
     Column("dp", r"\Delta p", "pressure drop over the length of the tube", STRESS),
     Column("dp_plus", r"\Delta p^+", "pressure drop in excess of that of the same tube without particles", STRESS),
-    Column("dt", r"\Delta t", "size of the step that ends here", TIME),
-    Column("newton", r"n", "Newton iterations of the step, or on the way from the point before", "", whole=True),
-    Column("mesh", r"k", "remeshings before the step", "", whole=True),
-    Column("meshes", r"k", "meshes made so far", "", whole=True),
-    Column("slope", r"\mathrm{d}\Delta U/\mathrm{d}d", "slope of dU over d; at a zero, negative is stable", RATE),
-    Column("slope_i", r"\mathrm{d}\Delta U_i/\mathrm{d}d", "slope of dU_i when all distances change together", RATE),
-    Column("drift", r"\delta", "change of dU by the terms that a quasi-steady solution leaves out", VELOCITY),
-    Column("drift_i", r"\delta_i", "change of dU_i by the terms that a quasi-steady solution leaves out", VELOCITY),
+    Column("dt", r"\Delta t", "size of the time step that ends at t", TIME),
+    Column(
+        "newton", r"n", "Newton iterations of the step, or of the continuation from the previous point", "", whole=True
+    ),
+    Column("mesh", r"k", "number of remeshings before the step", "", whole=True),
+    Column("meshes", r"k", "number of meshes made so far", "", whole=True),
+    Column(
+        "slope", r"\mathrm{d}\Delta U/\mathrm{d}d", "derivative of dU by d; a zero with negative slope is stable", RATE
+    ),
+    Column(
+        "slope_i",
+        r"\mathrm{d}\Delta U_i/\mathrm{d}d",
+        "derivative of dU_i by d when all distances change together",
+        RATE,
+    ),
+    Column(
+        "drift", r"\delta", "estimated change of dU due to the terms neglected in a quasi-steady solution", VELOCITY
+    ),
+    Column(
+        "drift_i",
+        r"\delta_i",
+        "estimated change of dU_i due to the terms neglected in a quasi-steady solution",
+        VELOCITY,
+    ),
     *(
         Column(
             f"by_{name}{i}",
@@ -54,124 +73,179 @@ COLUMNS: tuple[Column, ...] = (
             f"derivative of dU{i} by {name} at fixed d",
             VELOCITY,
         )
-        for name, symbol in (("Ca_e", "Ca_e"), ("De", r"\mathrm{De}"), ("beta", r"\beta"))
+        for name, symbol in (("Ca_e", r"\mathrm{Ca}_e"), ("De", r"\mathrm{De}"), ("beta", r"\beta"))
         for i, s in (("", ""), ("_i", "_i"))
     ),
-    Column("Ca_e", "Ca_e", "elastic capillary number of the soft particles", ""),
+    Column("Ca_e", r"\mathrm{Ca}_e", "elastic capillary number of the soft particles", ""),
     Column("De", r"\mathrm{De}", "Deborah number", ""),
-    Column("d_cr", r"d_{cr}", "critical distance: the pair moves as one", LENGTH),
-    Column("stable", "", "true: a pair that is displaced a little comes back", ""),
-    Column("kind", "", "wanted, added; vanishes: a stable and an unstable zero meet; edge: d leaves the range", ""),
-    Column("branch", "", "number of the line of critical distances", "", whole=True),
+    Column("d_cr", r"d_{cr}", "critical distance, at which dU = 0", LENGTH),
+    Column("stable", "", "true: the pair returns to this distance after a small displacement", ""),
+    Column(
+        "kind",
+        "",
+        "wanted: at a requested value; added: between two; vanishes: fold of two zeros; edge: d leaves its range",
+        "",
+    ),
+    Column("branch", "", "number of the branch of critical distances", "", whole=True),
     Column("U", "U", "velocity of the pair", VELOCITY),
     Column("peak", "", "largest |dU| between a zero and the next, over that of the whole curve", ""),
-    Column("certain", "", "true: |dU| exceeds its mesh error on both sides of the zero", ""),
-    Column("d_error", r"\epsilon_d", "error of d_cr by the mesh: mesh_error over slope", LENGTH),
+    Column("certain", "", "true: |dU| exceeds its error on both sides of the zero", ""),
+    Column("d_error", r"\epsilon_d", "error of the distance, dU_error/|slope|; empty where two zeros meet", LENGTH),
+    Column("parameter_error", r"\epsilon", "error of the followed parameter where two zeros meet; empty elsewhere", ""),
+    Column("dU_correction", r"\delta^h", "estimate of exact minus discrete dU", VELOCITY),
+    Column("dU_correction_i", r"\delta^h_i", "estimate of exact minus discrete dU_i", VELOCITY),
+    Column("dU_error", r"\epsilon", "error of dU by mesh and Newton's method, half-width of an interval", VELOCITY),
+    Column("dU_error_i", r"\epsilon_i", "error of dU_i by mesh and Newton's method, half-width", VELOCITY),
+    Column("U_correction_L", r"\delta^h_L", "estimate of exact minus discrete U_L", VELOCITY),
+    Column("U_correction_T", r"\delta^h_T", "estimate of exact minus discrete U_T", VELOCITY),
+    Column("U_correction_i", r"\delta^h_i", "estimate of exact minus discrete U_i", VELOCITY),
+    Column("dp_plus_correction", r"\delta^h", "estimate of exact minus discrete dp_plus", STRESS),
     Column("mesh_error", r"\epsilon", "|dU - dU on a mesh with cells 2^0.5 times larger|", VELOCITY),
     Column("mesh_error_i", r"\epsilon_i", "|dU_i - dU_i on a mesh with cells 2^0.5 times larger|", VELOCITY),
-    Column("wanted", "", "1 at a point that was asked for, 0 at one that was added", "", whole=True),
+    Column("wanted", "", "1 for a requested point, 0 for a point added by refinement", "", whole=True),
     Column(
-        "m", r"m", "uniform source in the liquid's continuity that the time scheme needs; a measure of its error", RATE
+        "m",
+        r"m",
+        "uniform source in the continuity equation of the liquid; measures the error of the time scheme",
+        RATE,
     ),
     Column("volume_error", r"\epsilon_V", "largest relative change of a particle's volume", ""),
     Column(
-        "distortion", r"q", "smallest ratio of a liquid cell's current to its reference Jacobian; 0 is turned over", ""
+        "distortion", r"q", "smallest ratio of the current to the reference Jacobian of a liquid cell; 0: inverted", ""
     ),
-    Column("c_max", r"\max\,\mathrm{tr}\,c", "largest trace of the conformation", ""),
-    Column("c_max_z", "z", "where along the tube that is", LENGTH),
-    Column("c_max_r", "r", "how far from the axis that is", LENGTH),
-    Column("c_min", r"\min\,c", "smallest eigenvalue of the conformation", ""),
+    Column("c_max", r"\max\,\mathrm{tr}\,c", "largest trace of the conformation tensor", ""),
+    Column("c_max_z", "z", "axial position of c_max", LENGTH),
+    Column("c_max_r", "r", "radial position of c_max", LENGTH),
+    Column("c_min", r"\min\,c", "smallest eigenvalue of the conformation tensor", ""),
     Column("s_jump", r"[s]", "largest change of s = log c within a cell", ""),
 )
-"""What columns mean; `_i` stands for the number of a particle or gap. Labels of plots have symbol and unit."""
+"""All columns; `_i` stands for the number of a particle or gap. Plots take their labels from symbol and unit."""
 WHOLE = frozenset({"points", "steps", "unknowns", *(entry.name for entry in COLUMNS if entry.whole)})
-"""The columns of all tables, results.csv included, whose numbers are whole."""
+"""Names of the columns with whole numbers, in all tables including results.csv."""
 HEALTH = ("dt", "newton", "mesh", "m", "volume_error", "distortion")
-"""The columns that every series.csv has after those."""
+"""Diagnostic columns of series.csv, after `series_columns`."""
 POLYMER_HEALTH = ("c_max", "c_max_z", "c_max_r", "c_min", "s_jump")
-"""The columns that follow in a viscoelastic liquid."""
+"""Diagnostic columns that follow in a viscoelastic liquid."""
 CURVE_HEALTH = ("meshes", "m", "volume_error", "distortion")
-"""The columns that every curve.csv ends with, before those of a viscoelastic liquid."""
+"""Diagnostic columns of curve.csv and critical.csv, before those of a viscoelastic liquid."""
 
 
-EQUILIBRIA_COLUMNS = ("d", "stable", "slope", "peak")
-"""The columns of equilibria.csv."""
-EQUILIBRIA_ERRORS = ("d_error", "certain")
-"""The columns that follow where curves were solved on a coarser mesh too."""
 SWEEP_COLUMNS = (
-    Column("folder", "", "folder of the case in that of the sweep", ""),
+    Column("folder", "", "folder of the case within that of the sweep", ""),
     Column("status", "", "pending, finished, failed or timeout", ""),
     Column("reason", "", "why the case ended", ""),
+    Column("warnings", "", "what run.json of the case warns of, separated by semicolons", ""),
     Column("points", "", "points of the curve or of the lines of critical distances", ""),
-    Column("zeros", "", "zeros of dU from the smallest d on, or the critical distances asked for (a list in JSON)", ""),
-    Column("stable", "", "whether each of them is stable (a list in JSON)", ""),
+    Column(
+        "zeros", "", "zeros of dU from the smallest d on, or the critical distances asked for, with spaces between", ""
+    ),
+    Column("stable", "", "whether each of them is stable: true or false", ""),
     Column("d_peak", "", "distance of the largest |dU| of the curve", LENGTH),
     Column("dU_peak", "", "dU there", VELOCITY),
+    Column("dU_error", "", "dU_error there", VELOCITY),
     Column("mesh_error", "", "mesh_error there", VELOCITY),
     Column("steps", "", "accepted time steps", ""),
     Column("unknowns", "", "unknowns of the largest linear system", ""),
-    Column("wall_time", "", "seconds, without the start of Python", "s"),
+    Column("wall_time", "", "wall time, without the start of Python", "s"),
 )
-"""What columns of results.csv mean that are those of no other table; the rest is in `COLUMNS`."""
+"""Columns that only results.csv has; the others are in `COLUMNS`."""
 STUDY_COLUMNS = (
-    Column("status", "", "pending, finished, failed or timeout: of all repetitions, the worst", ""),
+    Column("status", "", "pending, finished, failed or timeout: the worst of all repetitions", ""),
     Column("reason", "", "why the case ended", ""),
     Column("unknowns", "", "unknowns of the largest linear system", ""),
-    Column("steps", "", "accepted time steps of a run", ""),
-    Column("points", "", "points of a curve", ""),
-    Column("newton_iterations", "", "Newton iterations in all", ""),
-    Column("factorisations", "", "factorisations of Newton's matrix in all", ""),
-    Column("remeshings", "", "remeshings of a run", ""),
-    Column("meshes", "", "meshes that were made for a curve", ""),
-    Column("wall_time", "", "median of all repetitions, without the start of Python", "s"),
-    Column("wall_time_spread", "", "largest less smallest of them", "s"),
-    Column("wall_*", "", "median time of a phase, such as wall_assembly", "s"),
-    Column("peak_memory", "", "largest memory of the first process, Python and its libraries included", "bytes"),
+    Column("steps", "", "number of accepted time steps of a run", ""),
+    Column("points", "", "number of points of a curve", ""),
+    Column("newton_iterations", "", "total number of Newton iterations", ""),
+    Column("factorisations", "", "total number of factorisations of Newton's matrix", ""),
+    Column("remeshings", "", "number of remeshings of a run", ""),
+    Column("meshes", "", "number of meshes made for a curve", ""),
+    Column("wall_time", "", "median wall time of all repetitions, without the start of Python", "s"),
+    Column("wall_time_spread", "", "largest minus smallest wall time of the repetitions", "s"),
+    Column("wall_*", "", "median wall time of a phase, such as wall_assembly", "s"),
+    Column("peak_memory", "", "peak memory of the first process, libraries included", "bytes"),
     Column("*@*", "", "the compared column at each entry of `at`, such as dU@0.5", ""),
-    Column("d_cr", "", "zero of dU of a curve, the one with the largest peak", LENGTH),
-    Column("error", "", "largest difference from the reference or the exact values over `at`", ""),
-    Column("relative_error", "", "error over the largest of these values", ""),
+    Column("d_cr", "", "zero of dU of a curve; if there are several, the one with the largest peak", LENGTH),
+    Column("error", "", "largest difference from the reference or the exact values, over all entries of `at`", ""),
+    Column("relative_error", "", "error relative to the largest of the reference or exact values", ""),
     Column("reference", "", "whether this row is the reference", ""),
-    Column("order_space", "", "slope of log error over log 1/sqrt(unknowns), from the next coarser mesh", ""),
-    Column("order_time", "", "slope of log error over log 1/steps, from the next longer steps", ""),
-    Column("richardson_*", "", "limit that three neighbours in space or time extrapolate to, at the last of `at`", ""),
-    Column("richardson_order_*", "", "order that these three neighbours show", ""),
-    Column("pareto", "", "whether no other row takes less time without a larger error", ""),
+    Column(
+        "order_space",
+        "",
+        "observed order in space: slope of log error over log 1/sqrt(unknowns), from the next coarser mesh",
+        "",
+    ),
+    Column(
+        "order_time", "", "observed order in time: slope of log error over log 1/steps, from the next larger steps", ""
+    ),
+    Column(
+        "richardson_*",
+        "",
+        "Richardson extrapolation from three neighbours in space or time, at the last entry of `at`",
+        "",
+    ),
+    Column("richardson_order_*", "", "observed order of the same three neighbours", ""),
+    Column("pareto", "", "whether no other row has a smaller wall time at the same or a smaller error", ""),
 )
-"""What columns of study.csv mean that are those of no other table; `*` stands for a part that varies."""
+"""Columns that only study.csv has; `*` stands for a variable part of the name."""
 
 
 def gap_endings(n: int) -> list[str]:
-    """What the names of the columns of every gap end with."""
+    """Suffix of the column names for each gap of `n` particles: "" for a pair, else "_1", "_2", ..."""
     return [""] if n == 2 else [f"_{i}" for i in range(1, n)]
 
 
-def curve_columns(n: int, common: bool, mesh_error: bool, sensitivities: Sequence[str]) -> list[str]:
+def relative_velocities(names: Iterable[str]) -> list[str]:
+    """Those among the names of columns that are a relative velocity: dU, or dU_1, dU_2, ..."""
+    return [name for name in names if re.fullmatch(r"dU(_\d+)?", name)]
+
+
+def particle_endings(n: int) -> list[str]:
+    """What the names of the columns of every particle end with, from upstream."""
+    return ["_T", "_L"] if n == 2 else [f"_{i}" for i in range(1, n + 1)]
+
+
+def error_column(names: Iterable[str], gap: str = "") -> str | None:
+    """The column that holds the error of dU, the half-width of an interval; None if there is none.
+
+    Args:
+        names: Columns of a table.
+        gap: What the names of the columns of the gap end with.
+    """
+    there = set(names)
+    return next((name for name in (f"dU_error{gap}", f"mesh_error{gap}") if name in there), None)
+
+
+def curve_columns(n: int, common: bool, newtonian: bool, mesh_error: bool, sensitivities: Sequence[str]) -> list[str]:
     """The columns that curve.csv begins with.
 
     Args:
         n: Number of particles.
         common: Whether there is a curve over one distance, which has slopes.
+        newtonian: Kind of the liquid; in a viscoelastic one the error of dp_plus is not estimated.
         mesh_error: Whether points were solved on a coarser mesh too.
         sensitivities: Parameters by which dU was differentiated.
     """
-    names = ["drift", *(["mesh_error"] if mesh_error else []), *(["slope"] if common else [])]
-    names += [f"by_{name}" for name in sensitivities]
-    return [*series_columns(n)[1:], "newton", *(name + gap for name in names for gap in gap_endings(n)), "wanted"]
+    names = ["drift", "dU_correction", "dU_error", *(["mesh_error"] if mesh_error else [])]
+    names += [*(["slope"] if common else []), *(f"by_{name}" for name in sensitivities)]
+    by_gap = (name + gap for name in names for gap in gap_endings(n))
+    corrections = [f"U_correction{each}" for each in particle_endings(n)] + ["dp_plus_correction"] * newtonian
+    return [*series_columns(n)[1:], "newton", *by_gap, *corrections, "wanted"]
 
 
 CRITICAL_COLUMNS = (
     *("Ca_e", "De", "d_cr", "stable", "kind", "branch", "slope", "U", "D_L", "D_T", "dp", "dp_plus"),
-    *("newton", "drift"),
+    *("newton", "drift", "dU_correction", "dU_error", "d_error", "parameter_error"),
 )
 """The columns that critical.csv begins with."""
+EQUILIBRIA_COLUMNS = ("d", "stable", "slope", "peak", "d_error", "certain")
+"""The columns of equilibria.csv."""
 
 
 def column(name: str) -> Column:
-    """The entry of `COLUMNS` for a column, with the number filled in: `column("D_3").symbol == "D_{3}"`.
+    """The entry of `COLUMNS` for a column, with its number filled in: `column("D_3").symbol == "D_{3}"`.
 
     Raises:
-        KeyError: No entry of the table has that name.
+        KeyError: There is no such column.
     """
     table = {entry.name: entry for entry in COLUMNS}
     if name in table and not name.endswith("_i"):
@@ -184,7 +258,11 @@ def column(name: str) -> Column:
 
 
 def series_columns(n: int) -> list[str]:
-    """The columns that series.csv of a scene with `n` particles begins with, in their order."""
+    """The first columns of series.csv for `n` particles.
+
+    Raises:
+        ValueError: `n` is negative.
+    """
     if n < 0:
         raise ValueError(f"number of particles is {n}")
     if n == 2:
@@ -203,25 +281,25 @@ def named_row(
     dp: float,
     dp_plus: float,
 ) -> dict[str, float]:
-    """One row of the series under the names of `series_columns`.
+    """One row of series.csv by the names of `series_columns`.
 
     Args:
-        t: Time.
-        d: The N-1 gaps, from upstream (empty below two particles).
-        U: The N velocities, from upstream.
-        dU: The N-1 relative velocities over the gaps, from upstream.
-        D: The N Taylor parameters, from upstream.
-        dp: Pressure drop over the length of the tube.
-        dp_plus: The part of it that the particles cause.
+        t: Time [D_c/U_av].
+        d: Distances [D_c], one for each of the N-1 gaps from upstream.
+        U: Velocities [U_av], one for each of the N particles from upstream.
+        dU: Relative velocities [U_av], one for each gap from upstream.
+        D: Taylor parameters, one for each particle from upstream.
+        dp: Pressure drop over the length of the tube [eta_0 U_av/D_c].
+        dp_plus: The part of `dp` that the particles cause [eta_0 U_av/D_c].
 
     Raises:
-        ValueError: The lengths of `d`, `U`, `dU` and `D` do not fit each other.
+        ValueError: The lengths of `d`, `U`, `dU` and `D` are inconsistent.
     """
     gaps, velocities, differences, shapes = ([float(value) for value in values] for values in (d, U, dU, D))
     n = len(velocities)
     if len(shapes) != n or len(gaps) != max(n - 1, 0) or len(differences) != len(gaps):
-        raise ValueError(f"{n} velocities, {len(shapes)} Taylor parameters and {len(gaps)} gaps do not fit each other")
-    if n == 2:  # trailing = 1 = upstream; the header names the leading one first
+        raise ValueError(f"{n} velocities, {len(shapes)} Taylor parameters and {len(gaps)} gaps are inconsistent")
+    if n == 2:  # particle 1 is the trailing one; the columns of the leading one come first
         middle = [*gaps, *velocities[::-1], *differences, *shapes[::-1]]
     else:
         middle = [*gaps, *velocities, *differences, *shapes]

@@ -1,4 +1,4 @@
-"""Fields to look at: one frame of fields.xdmf from a solution."""
+"""Compute the fields of one frame of fields.xdmf from a solution."""
 
 from __future__ import annotations
 
@@ -17,10 +17,17 @@ from pairsim.runtime.arrays import Array, Indices
 
 
 def elastic_stress(body: Body, h: Array) -> Array:
-    """Elastic stress (B - I)/Ca_e of a soft particle at its nodes (zz, zr, rr, tt), shape (n, 4).
+    """Elastic stress (B - I)/Ca_e of a soft particle at the nodes of its mesh.
 
-    The L2 projection on the quadratic elements: values at the nodes are those of no single cell, and the hoop stretch
-    R/r needs no limit on the axis.
+    It is projected (L2) onto the continuous quadratic elements, so that the hoop stretch R/r is only evaluated at
+    quadrature points and needs no limit on the axis.
+
+    Args:
+        body: The soft particle.
+        h: Positions of the material [D_c], shape (n_h,).
+
+    Returns:
+        Components zz, zr, rr, tt [eta_0 U_av/D_c], shape (n, 4).
     """
     assert body.phase is not None
     mesh, quadrature = body.phase.six_node_mesh, body.quadrature
@@ -43,7 +50,7 @@ def elastic_stress(body: Body, h: Array) -> Array:
 
 
 class Moment(Protocol):
-    """A solution to look at: an accepted step, or a quasi-steady one (whose t is its distance d)."""
+    """A solution: an accepted time step, or a quasi-steady solution (whose `t` is the distance d)."""
 
     @property
     def t(self) -> float: ...
@@ -61,7 +68,7 @@ class Moment(Protocol):
 
 @dataclass(frozen=True)
 class SteadyMoment:
-    """A quasi-steady solution as a `Moment`; attributes as those of a step."""
+    """A quasi-steady solution as a `Moment`, with the attributes of a time step."""
 
     t: float
     scene: Scene
@@ -72,12 +79,12 @@ class SteadyMoment:
 
 
 def frame(step: Moment, origin: Array, flow: PipeState) -> FieldFrame:
-    """All fields of a step on the deformed mesh, in the frame that rides with the particles.
+    """All fields of a solution on the deformed mesh, in the frame that moves with the particles.
 
     Args:
         step: The solution.
-        origin: Material positions h at t = 0; displacements count from there.
-        flow: The flow without particles at this time, for the perturbation fields of Figs. 14 and 15.
+        origin: Positions h of the undeformed material [D_c], from which displacements are measured, shape (n_h,).
+        flow: The flow without particles at this time, for the perturbation fields (Figs. 14 and 15 of the paper).
     """
     scene = step.scene
     liquid, mesh = scene.liquid, scene.liquid.six_node_mesh

@@ -1,4 +1,4 @@
-"""Which command a folder of results belongs to."""
+"""Find out which command wrote a folder of results."""
 
 from __future__ import annotations
 
@@ -16,20 +16,22 @@ MARKS: dict[Kind, tuple[str, ...]] = {
     "critical": ("critical.csv",),
     "run": ("series.csv", "run.json"),
 }
-"""The files by which each is recognised, in the order in which they are looked for. run.json names the command of its
-folder itself; one of an earlier version, alone, is that of any of three, which ended before its table was begun."""
+"""The files by which the folder of a command is recognised, in this order, if run.json does not name the command (as in
+earlier versions; a run.json alone may then also be that of a curve or of critical distances)."""
 
 
 def kind_of(directory: Path) -> Kind:
     """The command that wrote a folder.
 
     Raises:
-        InputError: It is no folder, or none of pairsim's; the message says what it is.
+        InputError: It is not a folder of results.
     """
     if not directory.exists():
         raise InputError(str(directory), "", None, "no such folder")
     if not directory.is_dir():
-        raise InputError(str(directory), "", None, "is a file; must be a folder of results, such as runs/quickstart")
+        raise InputError(
+            str(directory), "", None, "must be a folder of results, such as runs/quickstart, but is a file"
+        )
     named = read_record(directory).get("kind")
     for kind, patterns in MARKS.items():
         if kind == named:
@@ -37,14 +39,19 @@ def kind_of(directory: Path) -> Kind:
         if any(path.is_file() for pattern in patterns for path in directory.glob(pattern)):
             return kind
     tables = "series.csv, curve.csv, critical.csv, sweep.json, study.csv"
-    held = "is an empty folder" if not any(directory.iterdir()) else f"holds no results of pairsim: none of {tables}"
+    held = "is empty" if not any(directory.iterdir()) else f"has none of {tables}"
+    held = f"must be a folder of results, but {held}"
     inside = sorted({path.parent.name for path in directory.glob("*/run.json")})
-    hint = f"; folders in it do: {', '.join(inside[:5])}{', ...' if len(inside) > 5 else ''}" if inside else ""
+    hint = (
+        f"; there are results in its folders {', '.join(inside[:5])}{', ...' if len(inside) > 5 else ''}"
+        if inside
+        else ""
+    )
     raise InputError(str(directory), "", None, held + hint)
 
 
 def read_record(directory: Path) -> dict[str, Any]:
-    """run.json of a folder; empty if there is none or it is broken."""
+    """Read run.json of a folder; returns an empty dict if it is missing or invalid."""
     try:
         record = json.loads((directory / "run.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):

@@ -1,7 +1,7 @@
-"""The folder of one run, its files and the time series.
+"""Read and write a folder of results: text files, tables, and series.csv row by row.
 
-Everything here runs on rank 0 only and needs neither DOLFINx nor MPI, so that results can be read anywhere. Text files
-appear whole or not at all (`write_text`); rows of the series reach the operating system as they are computed.
+Everything here is called on rank 0 only and imports neither DOLFINx nor MPI: results can be read on any machine.
+Text files are replaced atomically (`write_text`); rows of series.csv are flushed as they are computed.
 """
 
 from __future__ import annotations
@@ -24,41 +24,57 @@ from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import LOCK
 
 FORMAT = 1
-"""Number of the format of a folder of results, in run.json; folders from before it was written have the same tables."""
-SERIES, CHECKPOINT = "series.csv", "checkpoint.npz"
+"""Format number of a folder of results, in run.json. Earlier folders without the number have the same tables."""
+SERIES, CHECKPOINT, REPORT = "series.csv", "checkpoint.npz", "report.html"
+PICTURES = ("series", "curve", "critical", "fields", "perturbation", "runs", "curves")
+FIELD_NAMES = (*("velocity", "streamlines", "tr_c", "N1", "tau_zz", "tau_zz_extra", "pressure", "pressure_extra"),)
+PICTURE_ENDINGS = ("png", "pdf", "svg", "gif", "mp4")
 OWN_FILES = (
     "case.yaml",
     "run.json",
     SERIES,
     CHECKPOINT,
-    "series.png",
     "fields.xdmf",
     "fields_last.xdmf",
     "fields.h5",
-    "fields.png",
-    "perturbation.png",
     "curve.csv",
     "equilibria.csv",
-    "curve.png",
     "critical.csv",
-    "critical.png",
+    REPORT,
+    *(f"{stem}.{end}" for stem in (*PICTURES, *(f"field-{n}" for n in FIELD_NAMES)) for end in PICTURE_ENDINGS),
 )
-"""Every file that pairsim writes into a run folder; `--overwrite` removes these and nothing else."""
+"""All files that pairsim writes into a folder of results; `--overwrite` removes only these."""
 
 
-def _part(path: Path) -> Path:
+def make_folder(path: Path) -> None:
+    """Make a folder for pictures and the like, where it is not there yet.
+
+    Raises:
+        InputError: It cannot be used.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(str(path), "-o", None, f"cannot be used as a folder ({error.strerror})") from error
+
+
+def part_of(path: Path) -> Path:
     """The temporary name under which `path` is written; fixed, so that what a killed run left behind is found again."""
     return path.with_name(f".{path.name}.part")
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file so that readers see the old or the new content, never a half of it."""
+    """Write a text file atomically: readers see either the old or the new content.
+
+    Raises:
+        OSError: It cannot be written; the old file is kept.
+    """
     write_bytes(path, text.encode())
 
 
 def write_bytes(path: Path, content: bytes) -> None:
     """Write a file as `write_text` does."""
-    part = _part(path)
+    part = part_of(path)
     try:
         with part.open("wb") as file:
             file.write(content)
@@ -71,15 +87,15 @@ def write_bytes(path: Path, content: bytes) -> None:
 
 
 def plain(value: Any, where: str = "") -> Any:
-    """Turn numpy numbers and arrays, paths and tuples into what YAML and JSON know.
+    """Convert numpy numbers and arrays, paths and tuples to types that YAML and JSON have.
 
     Args:
         value: Nested mappings, sequences and scalars.
-        where: Dotted key of `value`, used in the message of an error.
+        where: Dotted key of `value`, for error messages.
 
     Raises:
         ValueError: A number is nan; the message names its key.
-        TypeError: A value has no plain form.
+        TypeError: A value is of a type that cannot be converted.
     """
     if isinstance(value, np.ndarray | np.generic):
         return plain(value.tolist(), where)
@@ -98,20 +114,20 @@ def plain(value: Any, where: str = "") -> Any:
 
 @dataclass(frozen=True)
 class RunFolder:
-    """The folder that one run writes to. Make it with `RunFolder.create`."""
+    """A folder for the results of one case; made with `RunFolder.create` or `RunFolder.reopen`."""
 
     path: Path
 
     @classmethod
     def create(cls, path: Path | str, overwrite: bool = False) -> RunFolder:
-        """Make the folder, or empty it of an earlier run's files.
+        """Create the folder, or remove the files of earlier results from it.
 
         Args:
-            path: Folder; parents are made as needed.
-            overwrite: Remove the files of an earlier run (`OWN_FILES`). Files of other names stay untouched.
+            path: Folder; created with its parents if needed.
+            overwrite: Whether existing results (`OWN_FILES`) are removed; other files are kept.
 
         Raises:
-            InputError: `path` is a file, cannot be written, or is not empty and `overwrite` is not set.
+            InputError: `path` is a file or not writable, or it is not empty and `overwrite` is not set.
         """
         folder = Path(path)
 
@@ -120,32 +136,32 @@ class RunFolder:
 
         try:
             if folder.exists() and not folder.is_dir():
-                raise refuse("is a file; give the name of a folder")
+                raise refuse("must be a folder, but is a file")
             present = [file for file in folder.iterdir() if file.name != LOCK] if folder.is_dir() else []
             if present and not overwrite:
-                raise refuse("the folder exists and is not empty; give another, or use --overwrite to replace the run")
+                raise refuse("must be a new or empty folder, unless --overwrite replaces the results in it")
             folder.mkdir(parents=True, exist_ok=True)
-            old = [file for name in OWN_FILES for file in (folder / name, _part(folder / name))]
+            old = [file for name in OWN_FILES for file in (folder / name, part_of(folder / name))]
             for file in old:
                 if file.is_dir() and not file.is_symlink():
-                    raise refuse(f"{file.name} is a folder, where pairsim writes a file; give another folder")
+                    raise refuse(f"must be another folder: {file.name} in it is a folder, where pairsim writes a file")
             for file in old:
                 file.unlink(missing_ok=True)
             if not os.access(folder, os.W_OK | os.X_OK):
-                raise refuse("the folder cannot be written to; give another one")
+                raise refuse("must be a folder with write permission")
         except OSError as error:
-            raise refuse(f"cannot be used as a folder ({error.strerror or error}); give another one") from error
+            raise refuse(f"must be a folder that can be used ({error.strerror or error})") from error
         return cls(folder)
 
     @classmethod
     def reopen(cls, path: Path | str) -> RunFolder:
-        """The folder of an earlier run, with all that is in it.
+        """Open an existing folder and keep its files.
 
         Raises:
-            InputError: It cannot be written to.
+            InputError: It is not writable.
         """
         if not os.access(path, os.W_OK | os.X_OK):
-            raise InputError(str(path), "--resume", None, "the folder cannot be written to; give another one")
+            raise InputError(str(path), "--resume", None, "must be a folder with write permission")
         return cls(Path(path))
 
     def file(self, name: str) -> Path:
@@ -155,25 +171,41 @@ class RunFolder:
         return self.path / name
 
     def write_yaml(self, name: str, content: Mapping[str, Any]) -> Path:
-        """Write a mapping as YAML, keys in the given order. Raises ValueError at nan (infinity is valid YAML)."""
+        """Write a mapping as YAML, keys in the given order.
+
+        Returns:
+            Path of the file.
+
+        Raises:
+            ValueError: A number is nan (infinity is valid YAML).
+            OSError: The file cannot be written.
+        """
         path = self.file(name)
         write_text(path, yaml.safe_dump(plain(content), sort_keys=False, allow_unicode=True, default_flow_style=None))
         return path
 
     def write_json(self, name: str, content: Mapping[str, Any]) -> Path:
-        """Write a mapping as JSON, keys in the given order. Raises ValueError at nan and infinity."""
+        """Write a mapping as JSON, keys in the given order.
+
+        Returns:
+            Path of the file.
+
+        Raises:
+            ValueError: A number is nan or infinite.
+            OSError: The file cannot be written.
+        """
         path = self.file(name)
         write_text(path, json.dumps(plain(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n")
         return path
 
 
 class SeriesWriter:
-    """series.csv, row by row; every row is handed to the operating system at once.
+    """Writes series.csv row by row; each row is flushed.
 
     Args:
         path: File, replaced if it exists.
-        columns: Header; each row must have exactly these.
-        keep: Go on after so many rows of the existing file instead.
+        columns: Names of the columns; each row must have exactly these.
+        keep: Append to the existing file after this number of its rows. None: replace the file.
 
     Raises:
         InputError: The existing file has other columns or fewer rows.
@@ -190,10 +222,10 @@ class SeriesWriter:
             self._line(",".join(self.columns))
 
     def _cut(self, keep: int) -> None:
-        """Leave so many rows of the file."""
+        """Keep the first rows of the file and remove the others."""
         series = read_series(self.path)
         if tuple(series) != self.columns or len(series[self.columns[0]]) < keep:
-            allowed = f"{keep} rows or more with the columns {','.join(self.columns)}, as the checkpoint has it"
+            allowed = f"must have at least {keep} rows with the columns {','.join(self.columns)}, to fit the checkpoint"
             raise InputError(str(self.path), "", None, allowed)
         lines = self.path.read_text(encoding="utf-8").splitlines(keepends=True)
         write_text(self.path, "".join(lines[: keep + 1]))
@@ -203,10 +235,10 @@ class SeriesWriter:
         self._file.flush()
 
     def row(self, values: Mapping[str, float]) -> None:
-        """Append a row; numbers are written so that reading them gives the same double.
+        """Append a row; numbers are written with full precision.
 
         Raises:
-            ValueError: A column is missing or unknown, or a value is nan or infinite; nothing is written then.
+            ValueError: A column is missing or unknown, or a value is nan or infinite; the row is not written.
         """
         if missing := [name for name in self.columns if name not in values]:
             raise ValueError(f"{self.path.name}: no value for {', '.join(missing)}")
@@ -220,7 +252,7 @@ class SeriesWriter:
         self.rows += 1
 
     def close(self) -> None:
-        """Close the file (harmless when repeated)."""
+        """Close the file; may be called more than once."""
         self._file.close()
 
     def __enter__(self) -> SeriesWriter:
@@ -233,10 +265,16 @@ class SeriesWriter:
 
 
 def write_table(path: Path, columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write a whole CSV table at once; numbers so that reading them gives the same double.
+    """Write a CSV table atomically; numbers are written with full precision.
+
+    Args:
+        path: The file.
+        columns: Names of the columns.
+        rows: Values by column.
 
     Raises:
-        ValueError: A number is nan or infinite; the old file stays.
+        ValueError: A number is nan or infinite; the old file is kept.
+        OSError: The file cannot be written; the old file is kept.
     """
     lines = [",".join(columns)]
     for row in rows:
@@ -249,29 +287,33 @@ def write_table(path: Path, columns: Sequence[str], rows: Sequence[Mapping[str, 
 
 
 def read_series(path: Path | str) -> dict[str, NDArray[np.float64]]:
-    """Read series.csv, also while it is being written: a last line that is not finished is left out.
+    """Read series.csv, also while it is being written: an incomplete last line is skipped.
 
     Returns:
-        One array a column, in the order of the header.
+        An array of shape (rows,) for each column, in the order of the header.
 
     Raises:
-        InputError: The file is missing, has no header, or a line other than the last is broken.
+        InputError: The file is missing, has no header, or has an invalid line.
     """
     file = Path(path)
     try:
         text = file.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(str(file), "", None, f"cannot be read ({error}); give a series that pairsim wrote") from error
+        raise InputError(str(file), "", None, f"must be a readable series.csv of pairsim ({error})") from error
     lines = list(csv.reader(text[: text.rfind("\n") + 1].splitlines()))
     if not lines or not all(lines[0]):
-        raise InputError(str(file), "", None, "has no header; give a series that pairsim wrote")
+        raise InputError(str(file), "", None, "must be a series.csv of pairsim, but has no header")
     header, rows = lines[0], []
     for number, line in enumerate(lines[1:], start=2):
         try:
             rows.append([float(value) for value in line])
         except ValueError:
-            raise InputError(str(file), f"line {number}", ",".join(line), "numbers separated by commas") from None
+            raise InputError(
+                str(file), f"line {number}", ",".join(line), "must be numbers separated by commas"
+            ) from None
         if len(line) != len(header):
-            raise InputError(str(file), f"line {number}", ",".join(line), f"{len(header)} values, as in the header")
+            raise InputError(
+                str(file), f"line {number}", ",".join(line), f"must be {len(header)} values, as in the header"
+            )
     table = np.array(rows, dtype=float).reshape(len(rows), len(header))
     return {name: table[:, i].copy() for i, name in enumerate(header)}

@@ -1,4 +1,4 @@
-"""Tables of a folder with units in their headers: those of pairsim, or micrometres, seconds and pascals."""
+"""Tables with units in the header: dimensionless, or converted to micrometres, seconds and pascals."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ TABLES: dict[Kind, tuple[str, ...]] = {
     "curve": ("curve", "equilibria"),
     "critical": ("critical",),
 }
-"""Tables of each kind of folder, the main one first."""
+"""The tables of each kind of folder, the main one first."""
 PHYSICAL: dict[str, tuple[str, Callable[[Scales], float]]] = {
     TIME: ("s", lambda scales: scales.time),
     LENGTH: ("um", lambda scales: 1e6 * scales.length),
@@ -26,40 +26,42 @@ PHYSICAL: dict[str, tuple[str, Callable[[Scales], float]]] = {
     STRESS: ("Pa", lambda scales: scales.stress),
     RATE: ("1/s", lambda scales: 1 / scales.time),
 }
-"""Units of columns in the headers, and what a unit of pairsim is in them."""
+"""For each unit of pairsim: the physical unit in the header, and the conversion factor."""
 PLAIN = {TIME: "D_c/U_av", LENGTH: "D_c", VELOCITY: "U_av", STRESS: "eta_0 U_av/D_c", RATE: "U_av/D_c"}
 
 
 def scales_of(directory: Path) -> Scales:
-    """The units of a folder's case in SI units.
+    """The units of length, velocity and stress, in SI units, of the case in a folder.
 
     Raises:
-        InputError: The case was given without units.
+        InputError: The case has no `physical` block.
     """
-    told = read_record(directory).get("scales")
-    if told is None:
+    scales = read_record(directory).get("scales")
+    if scales is None:
         raise InputError(
-            str(directory), "", None, "has no units: its case has no physical block (docs/how-to/units.md)"
+            str(directory), "", None, "must be the result of a case with a physical block (docs/how-to/units.md)"
         )
-    return Scales(told["length"], told["velocity"], told["stress"] * told["time"])
+    return Scales(scales["length"], scales["velocity"], scales["stress"] * scales["time"])
 
 
 def table_of(directory: Path, name: str | None, physical: bool) -> str:
-    """A table as CSV, with a unit after the name of each column that has one.
+    """A table as CSV text, with the unit of each column after its name.
 
     Args:
-        directory: Folder of a run, curve or search for critical distances.
-        name: One of its `TABLES`, None for the main one.
-        physical: Convert to micrometres, seconds and pascals.
+        directory: Folder of run, curve or critical.
+        name: Name of the table, one of `TABLES`; None for the main one.
+        physical: Whether to convert to micrometres, seconds and pascals.
 
     Raises:
-        InputError: The folder has no such table, or no units to convert to.
+        InputError: The folder has no such table, or `physical` is set and its case has no `physical` block.
     """
     kind = kind_of(directory)
     if kind not in TABLES:
-        raise InputError(str(directory), "", None, f"holds a {kind}; must be the folder of a run, curve or critical")
+        raise InputError(
+            str(directory), "", None, f"must be a folder of run, curve or critical, not of `pairsim {kind}`"
+        )
     if name is not None and name not in TABLES[kind]:
-        raise InputError(str(directory), "", name, f"must be {' or '.join(TABLES[kind])}, the tables of a {kind}")
+        raise InputError(str(directory), "", name, f"must be {' or '.join(TABLES[kind])}, a table of `pairsim {kind}`")
     path = directory / f"{name or TABLES[kind][0]}.csv"
     scales = scales_of(directory) if physical else None
     try:
@@ -68,12 +70,12 @@ def table_of(directory: Path, name: str | None, physical: bool) -> str:
         raise InputError(str(path), "", None, f"cannot be read ({error})") from None
     units = [column(each).unit for each in header]
     factors = [PHYSICAL[unit][1](scales) if scales is not None and unit else None for unit in units]
-    words = {unit: word for unit, (word, _) in PHYSICAL.items()} if physical else PLAIN
+    shown = {unit: text for unit, (text, _) in PHYSICAL.items()} if physical else PLAIN
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(f"{each} [{words[unit]}]" if unit else each for each, unit in zip(header, units, strict=True))
+    writer.writerow(f"{each} [{shown[unit]}]" if unit else each for each, unit in zip(header, units, strict=True))
     for row in rows:
-        if len(row) == len(header):  # the last one of a run at work may be half written
+        if len(row) == len(header):  # skips an incomplete last row of a running computation
             pairs = zip(row, factors, strict=True)
             writer.writerow(value if factor is None else repr(float(value) * factor) for value, factor in pairs)
     return text.getvalue()

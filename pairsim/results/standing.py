@@ -1,4 +1,4 @@
-"""How one run, curve or search for critical distances stands, from its run.json."""
+"""Status of a run, curve or search for critical distances, from its run.json."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ COLOURS = {"finished": "green", "failed": "red", "interrupted": "yellow", "runni
 
 
 def read_record(directory: Path) -> dict[str, Any]:
-    """run.json of a folder.
+    """Read run.json of a folder.
 
     Raises:
-        InputError: There is none, or it cannot be read.
+        InputError: It is missing or invalid.
     """
     path = directory / "run.json"
     try:
@@ -26,24 +26,24 @@ def read_record(directory: Path) -> dict[str, Any]:
     except (OSError, ValueError) as error:
         raise InputError(str(path), "", None, f"cannot be read ({error})") from None
     if not isinstance(record, dict):
-        raise InputError(str(path), "", None, "must be an object, as pairsim writes it")
+        raise InputError(str(path), "", None, "must be a JSON object")
     return record
 
 
 def standing_view(directory: Path, working: bool) -> Group:
-    """How it ended or how far it is, and what its user should know.
+    """Status, message, wall time and warnings of a folder, for the terminal.
 
     Args:
         directory: The folder.
-        working: Whether a command is at work there.
+        working: Whether a command is writing to it now.
 
     Raises:
-        InputError: It has no run.json that can be read.
+        InputError: run.json is missing or invalid.
     """
     record = read_record(directory)
     status, reason, message = (str(record.get(key, "")) for key in ("status", "reason", "message"))
     if status == "running" and not working:
-        status, message = "interrupted", "the command was killed; pairsim run --resume goes on with a run"
+        status, message = "interrupted", "the command was killed; a run can be continued with pairsim run --resume"
     style = COLOURS.get(status, "")
     parts = [
         Text(f"{directory}: {status}" + (f" ({reason})" if reason else ""), style=style),

@@ -1,4 +1,4 @@
-"""How long, and how much tube, a pair needs from one distance to another, by its quasi-steady curve."""
+"""Time and length of tube in which a pair moves from one distance to another, from its master curve."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ TOLERANCE = 1e-10
 
 @dataclass(frozen=True)
 class Travel:
-    """The way of a pair between two distances.
+    """Time and length of tube for the motion of a pair between two distances.
 
     Attributes:
         time: Integral of dd/dU [D_c/U_av].
-        length: Integral of U/dU dd with U the mean velocity of the pair, how far it moves meanwhile [D_c].
-        drift: What the terms that a quasi-steady solution leaves out change in the time, as a part of it; None where
-            they turn the pair round.
+        length: Integral of U/dU dd with the mean velocity U of the pair: how far it travels along the tube [D_c].
+        drift: Relative change of `time` due to the terms neglected in a quasi-steady solution; None if with them dU
+            changes its sign between the two distances.
     """
 
     time: float
@@ -37,23 +37,24 @@ class Travel:
 
 
 def travel(table: dict[str, Array], start: float, stop: float, source: str) -> Travel:
-    """Integrate a curve from one distance to another.
+    """Integrate a master curve from one distance to another.
 
     Args:
-        table: Columns of curve.csv, in ascending d.
-        start, stop: Distances [D_c].
-        source: What messages name.
+        table: Columns of curve.csv in ascending d, each of shape (points,).
+        start: First distance [D_c].
+        stop: Last distance [D_c].
+        source: Name of the folder for messages.
 
     Raises:
-        InputError: The curve is not that of a pair, does not reach one of the distances, passes a zero of dU on the
-            way, or leads the other way.
+        InputError: The curve is not that of a pair, a distance is outside the curve, there is a zero of dU between the
+            distances, or the pair moves in the other direction.
     """
     if any(name not in table for name in COLUMNS) or len(table["d"]) < 2:
-        raise InputError(source, "", None, "must be the curve of a pair with two points or more")
+        raise InputError(source, "", None, "must be the curve of a pair with at least two points")
     d = table["d"]
     for option, distance in (("--from", start), ("--to", stop)):
         if not d[0] <= distance <= d[-1]:
-            raise InputError(source, option, distance, f"must be on the curve, between d = {d[0]:g} and {d[-1]:g}")
+            raise InputError(source, option, distance, f"must be between {d[0]:g} and {d[-1]:g}, the ends of the curve")
     if start == stop:
         raise InputError(source, "--to", stop, "must differ from --from")
     x = np.log(d)
@@ -62,10 +63,12 @@ def travel(table: dict[str, Array], start: float, stop: float, source: str) -> T
     roots = [float(root) for root in curve.roots(extrapolate=False) if low <= root <= high]
     if roots:
         zeros = ", ".join(f"{np.exp(root):.4g}" for root in roots)
-        raise InputError(source, "--to", stop, f"is never reached from d = {start:g}: dU = 0 at d = {zeros} on the way")
+        raise InputError(
+            source, "--to", stop, f"must be on the same side of the zeros of dU as {start:g}: dU = 0 at d = {zeros}"
+        )
     if (curve(0.5 * (low + high)) > 0) != (stop > start):
-        away = "separates" if stop < start else "approaches"
-        raise InputError(source, "--to", stop, f"must be on the other side of {start:g}: the pair {away} there")
+        motion = "separates" if stop < start else "approaches"
+        raise InputError(source, "--to", stop, f"must be on the other side of {start:g}: the pair {motion} there")
     drift, mean = PchipInterpolator(x, table["drift"]), PchipInterpolator(x, (table["U_L"] + table["U_T"]) / 2)
     places = [low, *(float(value) for value in x if low < value < high), high]
 
@@ -82,5 +85,5 @@ def travel(table: dict[str, Array], start: float, stop: float, source: str) -> T
 
 
 def travel_in(directory: Path, start: float, stop: float) -> Travel:
-    """As `travel`, of the curve in a folder."""
+    """As `travel`, for the curve in a folder."""
     return travel(read_series(directory / "curve.csv"), start, stop, str(directory))

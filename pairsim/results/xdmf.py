@@ -1,13 +1,13 @@
-"""Fields of a run on their moving mesh: fields.h5 with the numbers, fields.xdmf with what they are.
+"""Write and read fields on a moving mesh: fields.h5 with the data, fields.xdmf with their description.
 
-Every written time carries its own geometry, because the mesh moves, and names the topology it belongs to, because
-remeshing replaces that. The XDMF keeps to what ParaView, pyvista (VTK) and meshio all read:
+Each time has its own geometry, because the mesh moves, and refers to a topology, which changes at remeshing. Only
+features of XDMF are used that ParaView, pyvista (VTK) and meshio all read:
 
-* `fields.xdmf` is one temporal collection. ParaView and pyvista show the deformed particles at every time.
-  `meshio.xdmf.TimeSeriesReader` knows one mesh for all times and takes it from the first frame; point it to a later one
-  (`reader.mesh_grid = reader.collection[k]` before `read_points_cells`), or take the points from the field `position`.
-* `fields_last.xdmf` is the last time alone, since `meshio.read` refuses every XDMF file with times in it. It is for
-  meshio and ParaView; pyvista in turn refuses XDMF files without times.
+* `fields.xdmf` is a temporal collection. ParaView and pyvista show the deformed particles at every time.
+  `meshio.xdmf.TimeSeriesReader` uses the mesh of the first time for all times; for another one set
+  `reader.mesh_grid = reader.collection[k]` before `read_points_cells`, or take the points from the field `position`.
+* `fields_last.xdmf` has the last time only, for meshio and ParaView: `meshio.read` rejects XDMF files with times, and
+  pyvista rejects those without.
 
 Vectors are stored with three components (z, r, 0), symmetric tensors as four scalars `name_zz`, `_zr`, `_rr`, `_tt`.
 """
@@ -34,7 +34,7 @@ from pairsim.runtime.errors import InputError
 
 TENSOR = ("zz", "zr", "rr", "tt")
 TOPOLOGY = {6: "Tri_6", 9: "Quad_9"}
-"""Names of the cells by their number of nodes, in the one spelling that VTK's reader and meshio share."""
+"""XDMF cell types by number of nodes, in the spelling that both VTK and meshio read."""
 
 
 @dataclass(frozen=True)
@@ -42,12 +42,12 @@ class FieldFrame:
     """The fields at one time on the deformed mesh.
 
     Attributes:
-        t: Time.
-        mesh_id: Changes whenever the topology does (remeshing).
-        points: Deformed z and r of the nodes, (n, 2).
-        cells: Node numbers in the order of VTK, (m, 6) triangles or (m, 9) quadrilaterals.
-        region: 0 in the liquid, i in particle i counted from upstream, (m,).
-        point_data: Scalars (n,), vectors in the plane (n, 2), symmetric tensors zz, zr, rr, tt (n, 4).
+        t: Time [D_c/U_av]; for a curve the distance [D_c].
+        mesh_id: Number of the mesh; increases at remeshing.
+        points: Coordinates z, r of the nodes of the deformed mesh [D_c], shape (n, 2).
+        cells: Node numbers in the order of VTK: triangles, shape (m, 6), or quadrilaterals, shape (m, 9).
+        region: 0 in the liquid, i in particle i from upstream, shape (m,).
+        point_data: Scalars (n,), vectors z, r (n, 2) or symmetric tensors zz, zr, rr, tt (n, 4) by name.
     """
 
     t: float
@@ -58,7 +58,11 @@ class FieldFrame:
     point_data: dict[str, NDArray[np.float64]] = field(default_factory=dict)
 
     def check(self) -> None:
-        """Raises ValueError where shapes do not fit each other or a number is not finite."""
+        """Check shapes and values.
+
+        Raises:
+            ValueError: Shapes are inconsistent, or a number is not finite.
+        """
         n, m = len(self.points), len(self.cells)
         if self.points.shape != (n, 2):
             raise ValueError(f"points have the shape {self.points.shape}, not (n, 2)")
@@ -67,7 +71,7 @@ class FieldFrame:
         if self.region.shape != (m,):
             raise ValueError(f"region has the shape {self.region.shape}, not ({m},)")
         if m and not 0 <= self.cells.min() <= self.cells.max() < n:
-            raise ValueError(f"cells name nodes outside 0..{n - 1}")
+            raise ValueError(f"cells refer to nodes outside 0..{n - 1}")
         if "position" in self.point_data:
             raise ValueError("position is the name under which the points are stored")
         for name, values in {"t": np.asarray(self.t), "points": self.points, **self.point_data}.items():
@@ -78,7 +82,7 @@ class FieldFrame:
 
 
 def components(values: NDArray[np.float64], name: str) -> dict[str, NDArray[np.float64]]:
-    """What is stored of a point field, by name: see the head of this file."""
+    """The arrays stored for a point field, by name; see the description of this module."""
     values = np.asarray(values, dtype=np.float64)
     if values.ndim == 1:
         return {name: values}
@@ -88,12 +92,15 @@ def components(values: NDArray[np.float64], name: str) -> dict[str, NDArray[np.f
 
 
 class FieldsWriter:
-    """Writes frames as they are computed; after each one the files are complete, so a killed run is readable.
+    """Writes frames as they are computed. The files are complete after each frame, also if the run is killed later.
 
     Args:
         folder: Existing folder.
-        name: Stem of the files; those of an earlier run are replaced at the first frame.
-        keep: Go on after so many frames of the existing files instead, or after none where these are damaged.
+        name: File name without suffix; existing files are replaced at the first frame.
+        keep: Append after this number of frames of the existing files; after none if these are damaged.
+
+    Raises:
+        OSError: There is no disk space for a copy of the frames to keep.
     """
 
     def __init__(self, folder: Path | str, name: str = "fields", keep: int = 0) -> None:
@@ -110,10 +117,10 @@ class FieldsWriter:
         return len(self._frames)
 
     def _cut(self, keep: int) -> None:
-        """Leave so many frames in the files; leave the files alone where they cannot be read."""
+        """Keep the first frames and remove the others; files that cannot be read are left unchanged."""
         path, part = self.folder / f"{self.name}.h5", self.folder / f".{self.name}.h5.part"
         if path.is_file() and shutil.disk_usage(self.folder).free < path.stat().st_size:
-            raise OSError(errno.ENOSPC, "No room for a copy of the frames that are kept", str(path))
+            raise OSError(errno.ENOSPC, "No space left for a copy of the frames to keep", str(path))
         try:
             grids = ElementTree.parse(self.folder / f"{self.name}.xdmf").findall("Domain/Grid/Grid")[:keep]
             meshes = {}
@@ -139,8 +146,8 @@ class FieldsWriter:
         """Append a frame.
 
         Raises:
-            ValueError: The frame is inconsistent or not finite, its time is not later than the last one's, or it
-                changes the topology of a known `mesh_id`.
+            ValueError: The frame is inconsistent or not finite, its time is not after that of the last frame, or its
+                topology differs from that of an earlier frame with the same `mesh_id`.
             OSError: The files cannot be written.
         """
         frame.check()
@@ -166,7 +173,7 @@ class FieldsWriter:
         self._write_xdmf()
 
     def _item(self, parent: ElementTree.Element, data: h5py.Dataset) -> None:
-        """Refer to a dataset of the HDF5 file."""
+        """Add a reference to a dataset of the HDF5 file."""
         attributes = {
             "DataType": "Int" if data.dtype.kind == "i" else "Float",
             "Precision": str(data.dtype.itemsize),
@@ -184,7 +191,7 @@ class FieldsWriter:
     ) -> None:
         mesh = h5.require_group(f"mesh/{frame.mesh_id:06d}")
         if frame.mesh_id not in self._meshes:
-            mesh.clear()  # what an interrupted write may have left
+            mesh.clear()  # remove what an interrupted write left
             _dataset(mesh, "cells", cells)
             _dataset(mesh, "region", np.asarray(frame.region, dtype=np.int64))
         kind, count = TOPOLOGY[cells.shape[1]], str(len(cells))
@@ -203,14 +210,14 @@ class FieldsWriter:
             for stored_name, stored in components(values, name).items():
                 self._attribute(grid, stored_name, _dataset(group, stored_name, stored))
         group.attrs["mesh_id"] = frame.mesh_id
-        group.attrs["t"] = frame.t  # last: a frame without it is not finished
+        group.attrs["t"] = frame.t  # written last: a frame without it is incomplete
 
     def _write_xdmf(self) -> None:
         collection = {"Name": self.name, "GridType": "Collection", "CollectionType": "Temporal"}
         series = ElementTree.Element("Grid", collection)
         series.extend(self._frames)
         last = copy.deepcopy(self._frames[-1])
-        last.remove(last[0])  # the time, which meshio.read refuses
+        last.remove(last[0])  # the time, which meshio.read rejects
         for grid, stem in ((series, self.name), (last, f"{self.name}_last")):
             root = ElementTree.Element("Xdmf", Version="3.0")
             ElementTree.SubElement(root, "Domain").append(grid)
@@ -220,14 +227,17 @@ class FieldsWriter:
 
 
 def _append(path: Path, mode: str) -> h5py.File:
-    # Without locks: a reader that holds the file open must not stop the run, and some cluster disks have none.
+    # No HDF5 locks: a program that has the file open must not stop the run, and some cluster file systems have none.
     return h5py.File(path, mode, libver="earliest", locking=False)
 
 
 def _reserve(path: Path, frame: FieldFrame) -> None:
-    """Have the disk keep room for a frame; HDF5 takes it, and cuts off the rest when it closes the file.
+    """Reserve disk space for a frame, since a failed write inside HDF5 may crash the process.
 
-    The process may not survive a write of HDF5's that fails. Raises OSError where there is no room.
+    HDF5 overwrites the reserved space and truncates the file when it closes it.
+
+    Raises:
+        OSError: There is not enough space.
     """
     if sys.platform == "linux":
         arrays = (frame.points, frame.points, frame.cells, frame.region, *frame.point_data.values())
@@ -237,7 +247,7 @@ def _reserve(path: Path, frame: FieldFrame) -> None:
 
 
 def _digest(cells: NDArray[np.int64], region: NDArray[np.int64]) -> bytes:
-    """Tells topologies apart."""
+    """A hash of the topology."""
     return sha256(cells.tobytes() + region.tobytes()).digest() + cells.shape[1].to_bytes()
 
 
@@ -250,7 +260,7 @@ def _open(folder: Path | str, name: str) -> h5py.File:
     try:
         return h5py.File(path, "r", locking=False)
     except OSError as error:
-        raise InputError(str(path), "", None, f"cannot be read ({error}); give a folder with fields") from error
+        raise InputError(str(path), "", None, f"must be a readable file with fields ({error})") from error
 
 
 def _finished(h5: h5py.File) -> list[h5py.Group]:
@@ -259,18 +269,29 @@ def _finished(h5: h5py.File) -> list[h5py.Group]:
 
 
 def read_times(folder: Path | str, name: str = "fields") -> NDArray[np.float64]:
-    """The times of the frames in a folder. Raises InputError if there is no readable field file."""
+    """Read the times of the frames in a folder.
+
+    Args:
+        folder: Folder of the results.
+        name: File name without suffix.
+
+    Returns:
+        Times [D_c/U_av] (of a curve: distances [D_c]), shape (frames,).
+
+    Raises:
+        InputError: There is no readable field file.
+    """
     with _open(folder, name) as h5:
         return np.array([group.attrs["t"] for group in _finished(h5)], dtype=float)
 
 
 def read_frame(folder: Path | str, index: int = -1, name: str = "fields") -> FieldFrame:
-    """Read one frame back, as it was given to `FieldsWriter.write`.
+    """Read one frame, as it was passed to `FieldsWriter.write`.
 
     Args:
-        folder: Folder of the run.
-        index: Number of the frame; negative ones count from the last.
-        name: Stem of the files.
+        folder: Folder of the results.
+        index: Index of the frame; negative indices count from the end.
+        name: File name without suffix.
 
     Raises:
         InputError: There is no readable field file, or no such frame in it.
@@ -278,7 +299,7 @@ def read_frame(folder: Path | str, index: int = -1, name: str = "fields") -> Fie
     with _open(folder, name) as h5:
         frames = _finished(h5)
         if not -len(frames) <= index < len(frames):
-            allowed = f"a number below {len(frames)}" if frames else "a file with at least one finished frame"
+            allowed = f"must be below {len(frames)}" if frames else "must refer to a complete frame, but there are none"
             raise InputError(str(Path(folder) / f"{name}.h5"), "frame", index, allowed)
         group = frames[index]
         stored = {key: np.asarray(values[()]) for key, values in group.items()}

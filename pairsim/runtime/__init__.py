@@ -1,1 +1,1 @@
-"""Knows no physics: errors, signals, locks, child processes, MPI and array types."""
+"""Services without physics: errors, signals, locks, child processes, MPI and array types."""

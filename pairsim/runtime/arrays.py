@@ -1,4 +1,4 @@
-"""Types of the arrays that the numerical modules pass to each other."""
+"""Array types shared by the numerical modules."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""A case in a process of its own: started apart from MPI, watched, ended, and judged by what it leaves.
+"""Child processes in which the cases of a sweep run.
 
-A process can end itself, be killed for its memory, or hang inside a library; one that is a child takes nobody along.
-It is not a rank of the sweep's job (its environment has nothing of the launcher), leads its own process group, and dies
-with its parent.
+A case may abort, be killed by the system for lack of memory, or hang inside a library. In a child process this does
+not affect the sweep. A child is not an MPI rank of the sweep (the launcher's variables are removed from its
+environment), leads its own process group, and is killed when its parent ends.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from pathlib import Path
 
 from pairsim.runtime.locks import FolderLock, handed_over
 
-GRACE = 20.0  # seconds from a polite signal to SIGKILL: a step and a checkpoint must fit in
-KEPT = 32_768  # bytes of a child's complaints that are kept
+GRACE = 20.0  # seconds from SIGTERM to SIGKILL; chosen, long enough for one time step and its checkpoint
+KEPT = 32_768  # last bytes of a child's stderr that are kept
 LAUNCHER = ("PMI_", "PMI2_", "PMIX_", "HYDRA_", "HYDI_", "MPI_", "PALS_", "PRTE_", "OMPI_", "SLURM_")
 FULL = re.compile(r"No space left on device|Disk quota exceeded|\b[Ee]rrno (= )?(28|122)\b")
 TOO_LARGE = re.compile(r"File too large|\b[Ee]rrno (= )?27\b")
@@ -32,16 +32,23 @@ _PR_SET_PDEATHSIG = 1
 
 
 def module_command(module: str, *words: str) -> list[str]:
-    """Command line that runs a module of this Python, from any folder.
+    """Command line that runs a module with this Python interpreter, from any folder.
 
-    `python -m` alone searches the current folder first: a yaml.py there would be executed in place of the library, and
-    a clone's folder named pairsim would hide an editable installation. PYTHONPATH holds as ever.
+    The option `-P` keeps the current folder off the import path: otherwise a file yaml.py there would be imported
+    instead of the library, and a folder named pairsim would hide an editable installation. PYTHONPATH is respected.
+
+    Args:
+        module: Name of the module.
+        words: Arguments passed to it.
     """
     return [sys.executable, "-P", "-m", module, *words]
 
 
 def clean_environment() -> dict[str, str]:
-    """The environment without what makes a process believe that it is a rank of the surrounding job."""
+    """The environment without the launcher's variables, so that MPI in a child starts as a job of its own.
+
+    BLAS and OpenMP are limited to one thread, as a sweep runs one process per core.
+    """
     kept = {
         name: value
         for name, value in os.environ.items()
@@ -51,17 +58,20 @@ def clean_environment() -> dict[str, str]:
 
 
 def _die_with(parent: int) -> None:
-    """In the child, before it becomes another program: die with the parent, and first when memory runs out."""
+    """Run in the child before exec: request SIGKILL when the parent ends, and mark the child to be killed first.
+
+    The raised `oom_score_adj` makes the kernel kill the case, not the sweep, when memory runs out.
+    """
     if _LIBC is not None:
         _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
-        if os.getppid() != parent:  # it died before the line above
+        if os.getppid() != parent:  # the parent ended before the request was made
             os._exit(1)
     with contextlib.suppress(OSError), open("/proc/self/oom_score_adj", "w") as file:
         file.write("500")
 
 
 def descendants(pid: int) -> list[int]:
-    """Processes below a process, itself included, parents first."""
+    """Ids of a process and all its descendants, parents before children."""
     children: dict[int, list[int]] = {}
     for stat in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(OSError, ValueError, IndexError):
@@ -74,12 +84,16 @@ def descendants(pid: int) -> list[int]:
 
 
 class Child:
-    """A running command.
+    """A command that runs in a child process.
 
     Args:
-        argv: The command.
-        locks: Locks of the folders that it writes into; it holds them, too.
-        ranks: Whether it is an mpirun, whose processes must be signalled one by one: mpirun itself would kill them.
+        argv: The command and its arguments.
+        locks: Locks of the folders that the command writes into; the child inherits them.
+        ranks: Whether the command is mpirun. Its processes are then signalled one by one, since mpirun answers
+            SIGTERM by killing them.
+
+    Raises:
+        OSError: The command cannot be started.
     """
 
     def __init__(self, argv: list[str], locks: Iterable[FolderLock] = (), ranks: bool = False) -> None:
@@ -102,21 +116,24 @@ class Child:
 
     @property
     def pid(self) -> int:
-        """Its process id."""
+        """Process id of the child."""
         return self._process.pid
 
     @property
     def seconds(self) -> float:
-        """Time since it was started."""
+        """Wall time since the child was started [s]."""
         return time.monotonic() - self.began
 
     @property
     def stderr(self) -> str:
-        """The last of what it has written to stderr."""
+        """End of the child's stderr, at most `KEPT` bytes."""
         return self._stderr.decode(errors="replace")
 
     def poll(self) -> int | None:
-        """Exit code, or None while it runs; SIGKILLs it when it has not followed a polite signal in time."""
+        """Exit code of the child, or None while it runs.
+
+        Reads its stderr, and sends SIGKILL if it still runs when the grace period of `ask_to_stop` is over.
+        """
         if self._process.returncode is not None:
             return self._process.returncode
         code = self._process.poll()
@@ -131,17 +148,21 @@ class Child:
         return code
 
     def ask_to_stop(self, grace: float = GRACE) -> None:
-        """SIGTERM, once: a run ends after its step; SIGKILL follows when it has not done so in time."""
+        """Send SIGTERM, once, on which a run ends after its present step.
+
+        Args:
+            grace: Seconds after which `poll` sends SIGKILL.
+        """
         if self._deadline is None:
             self._deadline = time.monotonic() + grace
             everyone = descendants(self.pid) if self.ranks else [self.pid]
-            # Below an mpirun: only the programs at the ends.
+            # With mpirun, only the processes without children: the ranks, not mpirun and its proxies.
             for pid in [p for p in everyone if not self.ranks or len(descendants(p)) == 1]:
                 with contextlib.suppress(ProcessLookupError):
                     os.kill(pid, signal.SIGTERM)
 
     def kill(self) -> None:
-        """SIGKILL to all of it."""
+        """Send SIGKILL to the child and all its descendants."""
         for pid in descendants(self.pid):
             with contextlib.suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)

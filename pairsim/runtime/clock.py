@@ -1,4 +1,4 @@
-"""Wall time by phase of a computation."""
+"""Wall time spent in each phase of a computation."""
 
 from __future__ import annotations
 
@@ -9,7 +9,11 @@ from dataclasses import dataclass, field
 
 @dataclass
 class Clock:
-    """Seconds spent by phase of the work."""
+    """Stopwatch with one total for each phase: `with clock("assembly"): ...`.
+
+    Attributes:
+        seconds: Wall time [s] by name of the phase.
+    """
 
     seconds: defaultdict[str, float] = field(default_factory=lambda: defaultdict(float))
 

@@ -1,4 +1,4 @@
-"""What the first process of a job does for all of them."""
+"""Work that rank 0 does on behalf of all processes."""
 
 from __future__ import annotations
 
@@ -12,14 +12,20 @@ if TYPE_CHECKING:
 
 
 def collectively[T](comm: MPI.Comm | None, make: Callable[[], T]) -> T | None:
-    """Run on the first process; its error is raised on every one, its result is None on the others.
+    """Call a function on rank 0; an error that it raises is raised on every process.
+
+    Collective: every process of the communicator must call it.
 
     Args:
-        comm: Communicator of all processes, each of which calls this; None: there is one, without MPI.
-        make: What to run.
+        comm: Communicator of all processes, or None in a single process without MPI.
+        make: The function.
+
+    Returns:
+        The function's result on rank 0, None on the other processes.
 
     Raises:
-        InputError, OSError: What it raised.
+        InputError: Raised by the function on rank 0.
+        OSError: Raised by the function on rank 0.
     """
     made: T | None = None
     error: Exception | None = None

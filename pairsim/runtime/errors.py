@@ -1,4 +1,4 @@
-"""Typed errors: what the user gave (`InputError`) and what the computation met (`RunFailure`)."""
+"""Typed exceptions: `InputError` for invalid input, `RunFailure` for computations that fail."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ __all__ = [
 
 
 class PairsimError(Exception):
-    """Base of every error that pairsim raises on purpose."""
+    """Base class of the exceptions that pairsim raises deliberately."""
 
 
 class InputError(PairsimError, ValueError):
-    """Something the user gave cannot be used; the command ends with exit code 2.
+    """Invalid input; the command ends with exit code 2.
 
-    Its message has a line for each mistake: where it stands, the value as given and what must be.
+    The message has one line for each mistake: its location, the value given and the values allowed.
 
     Args:
-        file: Path or name of what was read (or the command-line option).
-        key: Dotted key inside the file, empty if the file as a whole is meant.
-        value: The offending value, as given.
-        allowed: What would have been accepted, in words.
-        line: Line of the file on which the key stands, None where that is unknown.
-        entry: The case among those of the file, empty if it holds one.
-        others: Further mistakes of the same input.
+        file: Path of the file, or name of the command-line option.
+        key: Dotted key in the file, empty if the error concerns the file as a whole.
+        value: The invalid value, as given.
+        allowed: Description of the values allowed, such as "must be above 0".
+        line: Line number of the key in the file, None if unknown.
+        entry: Name of the case in a file with several cases, empty otherwise.
+        others: Further errors in the same input.
     """
 
     def __init__(
@@ -61,11 +61,11 @@ class InputError(PairsimError, ValueError):
 
     @property
     def mistakes(self) -> tuple[InputError, ...]:
-        """Every mistake, this one first."""
+        """All errors in the input, this one first."""
         return (self, *(mistake for error in self.others for mistake in error.mistakes))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Errors travel between processes."""
+        """Support pickling, by which mpi4py sends errors between processes."""
         named = {"line": self.line, "entry": self.entry, "others": self.others}
         return _input_error, ((self.file, self.key, self.value, self.allowed), named)
 
@@ -75,13 +75,13 @@ def _input_error(words: tuple[str, str, Any, str], named: dict[str, Any]) -> Inp
 
 
 class RunFailure(PairsimError):
-    """A computation could not go on; the command ends with exit code 3.
+    """A computation that could not be completed; the command ends with exit code 3.
 
     Args:
-        message: What happened, with the figures that say so.
-        t: Time reached (in units of D_c/U_av).
-        step: Number of accepted steps.
-        advice: What to try.
+        message: What happened, with the relevant figures.
+        t: Time reached [D_c/U_av].
+        step: Number of accepted time steps.
+        advice: What to try, as a phrase that follows "try".
     """
 
     reason = "failed"
@@ -92,7 +92,7 @@ class RunFailure(PairsimError):
         super().__init__(f"{self.reason}{where}: {message}" + (f"; try {advice}" if advice else ""))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Errors travel between processes."""
+        """Support pickling, by which mpi4py sends errors between processes."""
         state = {"t": self.t, "step": self.step, "advice": self.advice}
         return _failure, (type(self), self.message, state)
 
@@ -102,25 +102,25 @@ def _failure(kind: type[RunFailure], message: str, state: dict[str, Any]) -> Run
 
 
 class MeshFailure(RunFailure):
-    """gmsh could not make a valid mesh of the scene."""
+    """No valid mesh of the geometry could be generated."""
 
     reason = "mesh_failed"
 
 
 class NewtonFailure(RunFailure):
-    """Newton's method did not converge and no smaller step is left to try."""
+    """Newton's method did not converge, even with the smallest step allowed."""
 
     reason = "newton_diverged"
 
 
 class InvertedCell(RunFailure):
-    """A cell of the moving mesh turned over and remeshing did not help."""
+    """A cell of the moving mesh was inverted, even after remeshing."""
 
     reason = "inverted_cell"
 
 
 class StepTooSmall(RunFailure):
-    """The error control asked for a step below the smallest allowed one."""
+    """The error control requires a time step below the smallest one allowed."""
 
     reason = "step_too_small"
 
@@ -144,25 +144,32 @@ class WriteFailure(RunFailure):
 
 
 class NoSteadyState(RunFailure):
-    """A quasi-steady branch could not be followed farther: past a fold there is no steady shape."""
+    """No quasi-steady solution was found, for example because the branch of steady shapes ends in a fold."""
 
     reason = "no_steady_state"
 
 
 def failure_of(reason: str, message: str) -> RunFailure:
-    """The typed failure that a record in run.json is of.
+    """The exception that corresponds to a failure recorded in run.json.
 
     Args:
-        reason: Its `reason`; a RunFailure for one that is not known here.
-        message: What it said.
+        reason: Value of `reason` in the record.
+        message: Full message in the record, with time, step and advice.
+
+    Returns:
+        An exception of the class with this `reason`, or a `RunFailure` if there is no such class.
     """
     failure = next((kind for kind in RunFailure.__subclasses__() if kind.reason == reason), RunFailure)(message)
-    failure.args = (message,)  # where and why are in it already
+    failure.args = (message,)  # the recorded message already contains reason, time and step
     return failure
 
 
 def unexpected() -> int:
-    """Show an exception that is not meant to happen, leave no other process waiting for this one; the exit code."""
+    """Print the traceback of an unexpected exception, and abort the other MPI processes, which would otherwise hang.
+
+    Returns:
+        The exit code, 1.
+    """
     traceback.print_exc()
     mpi = sys.modules.get("mpi4py.MPI")
     if mpi is not None and mpi.COMM_WORLD.size > 1:

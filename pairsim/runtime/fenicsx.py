@@ -1,7 +1,7 @@
-"""DOLFINx, however it was installed.
+"""Imports DOLFINx, PETSc and MPI in the order that they require.
 
-The wheel `dolfinx-solver-real` must be imported before `dolfinx`: it orders MPI ahead of the compiled modules. A
-FEniCSx from Debian, conda or Spack has no such module and is imported directly.
+The wheel `dolfinx-solver-real` provides a module `dolfinx_solver` that must be imported before `dolfinx`, so that MPI
+is loaded ahead of the compiled modules. FEniCSx from Debian, conda or Spack has no such module.
 """
 
 import contextlib
@@ -11,15 +11,16 @@ from typing import Any
 from pairsim.runtime.errors import PairsimError
 from pairsim.runtime.signals import sigterm_waits
 
-# PETSc would take SIGTERM for itself and abort; pairsim ends its runs in order. Nor is it to tell of options that were
-# set for a solver which a signal kept from its first solve. The options are read when PETSc is first loaded, which is
-# before any code here could pass them.
+# PETSc's signal handler would turn SIGTERM into an abort, whereas pairsim completes the time step and writes its files.
+# `-options_left no` suppresses PETSc's list of unused options, which an interrupt before the first solve would cause.
+# PETSc reads its options when it is first loaded, hence the environment variable.
 os.environ["PETSC_OPTIONS"] = f"{os.environ.get('PETSC_OPTIONS', '')} -no_signal_handler -options_left no".strip()
 
-# A thread of MPI or of BLAS that takes SIGTERM would run METIS's handler for it (see `sigterm_waits`); a thread begins
-# with the mask of the one that makes it. Commands import this module first, therefore, and MPI from here.
+# The system may deliver SIGTERM to a thread of MPI or BLAS, in which METIS's handler would run (see `sigterm_waits`).
+# Threads inherit the signal mask of the thread that creates them; SIGTERM is therefore blocked while these libraries
+# are loaded, and commands import this module first.
 with sigterm_waits():
-    # Each has a BLAS of its own.
+    # gmsh, numpy and scipy each load their own BLAS with its threads.
     try:
         import gmsh  # noqa: F401
     except OSError as error:
@@ -42,7 +43,7 @@ try:
 except ImportError as error:
     raise PairsimError(f"FEniCSx cannot be imported ({error}); {INSTALL}") from error
 
-# Both come with stubs that miss half of what they have.
+# The type stubs of both packages are incomplete.
 dolfinx: Any = dolfinx
 PETSc: Any = petsc4py.PETSc
 

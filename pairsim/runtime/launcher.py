@@ -1,4 +1,4 @@
-"""What started this process: mpirun and srun tell in the environment how many processes they have started."""
+"""Detection of mpirun and srun, which set environment variables with the number of processes started."""
 
 from __future__ import annotations
 
@@ -10,36 +10,37 @@ from pairsim.runtime.errors import InputError
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-# Slurm's SLURM_NTASKS is that of the whole job, in which a batch script may well run single processes.
+# SLURM_NTASKS is not used: it refers to the whole job, in which a batch script may run single processes.
 SIZES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS")
 
 
 def _size() -> int:
-    """Processes that the launcher has started; 1 without one, or where it does not tell."""
+    """Number of processes started by the launcher; 1 without a launcher or if it does not set a known variable."""
     return max((int(os.environ[name]) for name in SIZES if os.environ.get(name, "").isdigit()), default=1)
 
 
 def check_launcher(comm: MPI.Comm, advice: str = "") -> None:
-    """Make sure that the processes of a job are one job to MPI, too: otherwise each would do all of the work.
+    """Check that all processes of the launcher are in one communicator; otherwise each would do all of the work.
 
     Args:
         comm: The communicator of all processes.
-        advice: What else would do.
+        advice: An alternative to mpirun, appended to the message.
 
     Raises:
-        InputError: They do not see each other.
+        InputError: The launcher belongs to another MPI than mpi4py: it started several processes, but the
+            communicator has one.
     """
     if _size() > comm.size == 1:
         problem = f"the launcher started {_size()} processes that do not see each other: its MPI is not that of mpi4py"
-        cure = f"Use the mpirun beside this Python{advice}; docs/how-to/cluster.md"
+        cure = f"Use the mpirun installed with this Python{advice}; see docs/how-to/cluster.md"
         raise InputError("mpirun", "", None, f"{problem}. {cure}")
 
 
 def launcher_communicator() -> MPI.Comm | None:
-    """The communicator of a sweep's job, None for a sweep on its own, which needs no MPI.
+    """The communicator of a sweep started by mpirun or srun, None for a single process, which does not load MPI.
 
     Raises:
-        InputError: The job has several processes that do not see each other.
+        InputError: The launcher belongs to another MPI than mpi4py (see `check_launcher`).
     """
     if _size() == 1 and "PMIX_RANK" not in os.environ:
         return None

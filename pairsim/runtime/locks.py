@@ -1,8 +1,8 @@
-"""One writer a folder: a command that writes into a folder of results holds its lock from before its first change.
+"""Locks of result folders: only one command at a time writes into a folder.
 
-The lock is `flock` on `.pairsim.lock`, which the system takes from a process that ends, however it does. On a file
-system that knows no locks the file itself is the lock, and whoever it names holds it: a process of this machine that is
-dead does not, of one on another machine nothing can be known.
+The lock is an `flock` on the file `.pairsim.lock`, which the system releases when its owner ends for any reason. On a
+file system without locks the existence of the file is the lock, and its content names the owner. The lock of an owner
+that no longer runs on this machine is removed; nothing can be found out about an owner on another machine.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
 LOCK = ".pairsim.lock"
-"""The lock file; the names of those for parts of a folder's work begin so."""
+"""Name of the lock file. Locks for a part of the work in a folder have this name with a suffix."""
 
 HELD = "PAIRSIM_LOCKED"
-"""Environment variable: the folders, a list in JSON, that a process works in under a lock of its parent's."""
+"""Environment variable with a JSON list of folders that are locked by the parent process on behalf of this one."""
 
-PATIENCE = 1.0  # seconds in which an owner that was killed just now has gone
+PATIENCE = 1.0  # seconds to wait for the system to remove an owner that has just been killed; chosen
 
 
 def command_line() -> str:
-    """The command line of this process: `pairsim ...`, or that of another program which uses the Python interface."""
+    """The command line of this process: `pairsim ...`, or `python ...` for a program that uses the Python interface."""
     program = Path(sys.argv[0])
     if program.name == "pairsim" or Path(__file__).parents[1] in program.resolve().parents:  # the script, or a module
         return shlex.join(["pairsim", *sys.argv[1:]])
@@ -45,10 +45,11 @@ def command_line() -> str:
 
 @dataclass(frozen=True)
 class Owner:
-    """Who holds a lock, as its file tells.
+    """Owner of a lock, as recorded in the lock file.
 
     Attributes:
-        process, host: Process id and machine; 0 and "" where the file tells nothing.
+        process: Process id; 0 if the file has no valid content.
+        host: Name of the machine; empty if the file has no valid content.
         command: Command line.
     """
 
@@ -58,7 +59,7 @@ class Owner:
 
     @staticmethod
     def of(file: int) -> Owner:
-        """That of an open lock file."""
+        """Read the owner from an open lock file, given by its descriptor."""
         with contextlib.suppress(OSError, ValueError, TypeError, KeyError):
             content = json.loads(os.pread(file, 65536, 0))
             return Owner(int(content["process"]), str(content["host"]), str(content["command"]))
@@ -66,14 +67,14 @@ class Owner:
 
     @property
     def dead(self) -> bool:
-        """Whether it is known to have ended."""
+        """Whether the owner is known to have ended; False for owners on other machines."""
         if self.host != platform.node() or self.process <= 0:
             return False
         try:
             os.kill(self.process, 0)
         except ProcessLookupError:
             return True
-        except OSError:  # somebody else's
+        except OSError:  # the process exists and belongs to another user
             pass
         return False
 
@@ -82,23 +83,23 @@ class Owner:
 
 
 class FolderLock:
-    """Keeps all other commands from writing into a folder, which is made if there is none.
+    """Lock of a folder against writing by other commands; the folder is created if it does not exist.
 
-    A process whose parent holds the folder on its behalf (`handed_over`) takes no lock of its own. Parts of a folder's
-    work may go on at once: each keeps out the like of itself and the whole.
+    A process whose parent holds the lock on its behalf (`handed_over`) takes no lock. A lock may be restricted to a
+    part of the work: different parts can be locked at the same time, but not a part and the whole folder.
 
     Args:
         folder: The folder.
-        command: Command line of the owner, for those who are refused.
-        part: Which part of the folder's work, beginning with "-"; all of it by default.
-        patience: Seconds to wait for an owner that is about to go.
+        command: Command line of the owner, shown in the message of other commands that find the folder locked.
+        part: Suffix that names a part of the work, beginning with "-"; empty for the whole folder.
+        patience: Seconds to wait for the lock.
 
     Attributes:
-        file: Descriptor of the lock file, -1 without a lock of its own. A child that inherits it holds the lock, too.
+        file: Descriptor of the lock file, -1 without a lock. A child process that inherits it shares the lock.
 
     Raises:
-        InputError: Another command is at work in the folder; says which.
-        OSError: The lock file cannot be made.
+        InputError: The folder is locked by another command, which the message names.
+        OSError: The lock file cannot be created.
     """
 
     def __init__(self, folder: Path, command: str, part: str = "", patience: float = PATIENCE) -> None:
@@ -115,17 +116,17 @@ class FolderLock:
             time.sleep(0.05)
 
     def release(self) -> None:
-        """Let others in; no lock file is left."""
+        """Release the lock and delete its file."""
         if self.file < 0:
             return
         with contextlib.suppress(OSError):
             if _is_at(self.file, self._path):
-                self._path.unlink()  # while it is held: who has opened it meanwhile finds out (`_is_at`)
+                self._path.unlink()  # before the release: a process that has opened it meanwhile checks with `_is_at`
         os.close(self.file)
         self.file = -1
 
     def _refused(self) -> str:
-        """Take the lock; why it cannot be had, or "" when it is."""
+        """Try to take the lock; returns the reason for a refusal, or an empty string on success."""
         file, new = _opened(self._path)
         held = _flock(file)
         if held is None and not new and (owner := Owner.of(file)).dead:
@@ -136,7 +137,7 @@ class FolderLock:
             refusal = _refusal(file, self._path, held is None)
             os.close(file)
             return refusal
-        if not _is_at(file, self._path):  # its last owner removed it after it was opened here
+        if not _is_at(file, self._path):  # the previous owner deleted the file after it was opened here
             os.close(file)
             return self._refused()
         self.file = file
@@ -145,7 +146,7 @@ class FolderLock:
             os.ftruncate(file, 0)
             os.pwrite(file, content, 0)
         except OSError:
-            if held is None:  # without its content it is no lock
+            if held is None:  # on a file system without locks the content is the lock
                 self.release()
                 raise
         others = self.folder.glob(f"{LOCK}-*") if self._path.name == LOCK else [self.folder / LOCK]
@@ -157,10 +158,16 @@ class FolderLock:
 
 @contextlib.contextmanager
 def sole_writer(comm: MPI.Comm | None, directory: Path, command: str) -> Iterator[None]:
-    """Keep all other commands from writing into a folder; the lock is the first process's (of `comm`, None: of one).
+    """Context in which only this command may write into a folder; rank 0 holds the lock.
+
+    Args:
+        comm: Communicator of all processes, or None in a single process without MPI.
+        directory: The folder.
+        command: Command line of the owner, shown to other commands.
 
     Raises:
-        InputError: On every process: another command is at work there, or it cannot be a folder.
+        InputError: Another command is at work in the folder, or no folder can be created there; raised on every
+            process.
     """
     try:
         lock = collectively(comm, lambda: FolderLock(directory, command))
@@ -176,27 +183,27 @@ def sole_writer(comm: MPI.Comm | None, directory: Path, command: str) -> Iterato
 
 
 def handed_over(locks: Iterable[FolderLock]) -> dict[str, str]:
-    """The environment of a child that works in locked folders on behalf of this process."""
+    """Environment variables for a child process that works in folders locked by this process."""
     return {HELD: json.dumps([str(lock.folder.resolve()) for lock in locks])}
 
 
 def is_locked(folder: Path) -> bool:
-    """Whether a command is at work in a folder, or in a part of it."""
+    """Whether a folder, or a part of the work in it, is locked by a running command."""
     return any(map(_kept_out, folder.glob(f"{LOCK}*")))
 
 
 def _opened(path: Path) -> tuple[int, bool]:
-    """The lock file, and whether it was made."""
+    """Open or create a lock file: its descriptor, and whether it was created."""
     while True:
         try:
             return os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666), True
         except FileExistsError:
-            with contextlib.suppress(FileNotFoundError):  # its owner is just going
+            with contextlib.suppress(FileNotFoundError):  # its owner deleted it in between
                 return os.open(path, os.O_RDWR), False
 
 
 def _flock(file: int, kind: int = fcntl.LOCK_EX) -> bool | None:
-    """Lock an open file: whether it could be, None on a file system without locks."""
+    """Try to lock an open file: True on success, False if it is locked, None on a file system without locks."""
     try:
         fcntl.flock(file, kind | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -207,7 +214,7 @@ def _flock(file: int, kind: int = fcntl.LOCK_EX) -> bool | None:
 
 
 def _is_at(file: int, path: Path) -> bool:
-    """Whether an open file is what has a name."""
+    """Whether a path still refers to an open file."""
     try:
         return os.path.samestat(os.fstat(file), path.stat())
     except FileNotFoundError:
@@ -215,7 +222,11 @@ def _is_at(file: int, path: Path) -> bool:
 
 
 def _remove(path: Path, dead: Owner) -> None:
-    """Remove the lock file of a dead owner, and never that of one who has removed it before us and taken its place."""
+    """Delete the lock file of an owner that has ended.
+
+    The file is renamed first and its content checked: if another process has meanwhile replaced it by its own lock,
+    that lock is put back.
+    """
     aside = path.with_name(f"{LOCK}.{os.getpid()}")
     with contextlib.suppress(FileNotFoundError):
         path.rename(aside)
@@ -228,10 +239,10 @@ def _remove(path: Path, dead: Owner) -> None:
 
 
 def _kept_out(path: Path) -> str:
-    """Why the owner of a lock file keeps others out; "" if nobody holds it."""
+    """Reason for a refusal if a lock file is held, an empty string otherwise."""
     try:
         file = os.open(path, os.O_RDONLY)
-    except OSError:  # gone, or nobody who may write here has made it
+    except OSError:  # deleted in between, or created by a user without write access here
         return ""
     held = _flock(file, fcntl.LOCK_SH)
     free = held or (held is None and Owner.of(file).dead)
@@ -241,6 +252,6 @@ def _kept_out(path: Path) -> str:
 
 
 def _refusal(file: int, path: Path, by_name: bool) -> str:
-    """Who holds an open lock file, and what to do."""
+    """Message that names the owner of an open lock file and says what to do."""
     advice = f", or delete {path} if that process has ended" if by_name else ""
     return f"another command is at work in this folder ({Owner.of(file)}); wait for its end{advice}"

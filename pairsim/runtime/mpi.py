@@ -1,4 +1,4 @@
-"""MPI, or one line that says how to get it: mpi4py comes from PyPI without a library."""
+"""Imports MPI, with a one-line error that says how to install it: mpi4py on PyPI contains no MPI library."""
 
 from __future__ import annotations
 

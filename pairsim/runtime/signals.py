@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM as a flag that work looks at between its steps."""
+"""SIGINT and SIGTERM as a flag that is checked between the steps of a computation."""
 
 from __future__ import annotations
 
@@ -17,14 +17,15 @@ _entered: list[Signals] = []
 
 
 class Signals:
-    """Notes SIGINT and SIGTERM while it is entered.
+    """Context manager whose handlers record SIGINT and SIGTERM.
 
     Args:
-        impatient: A second signal does not wait for the step to end: it raises KeyboardInterrupt.
-        installed: Whether it does. Without, signals do what they did before: SIGINT raises KeyboardInterrupt.
+        impatient: Whether a second signal raises KeyboardInterrupt at once, without waiting for the end of the step.
+        installed: Whether handlers are installed. If not, signals keep their previous effect: by default SIGINT
+            raises KeyboardInterrupt.
 
     Attributes:
-        number: The signal caught last, 0 before one.
+        number: Number of the last signal caught, 0 if none.
     """
 
     def __init__(self, *, impatient: bool = False, installed: bool = True) -> None:
@@ -38,7 +39,8 @@ class Signals:
         self.number = number
 
     def __enter__(self) -> Signals:
-        if self._installed and threading.current_thread() is threading.main_thread():  # the only one that may
+        # Python allows signal handlers to be installed from the main thread only.
+        if self._installed and threading.current_thread() is threading.main_thread():
             for number in (signal.SIGINT, signal.SIGTERM):
                 self._old[number] = signal.signal(number, self._catch)
         _entered.append(self)
@@ -47,14 +49,18 @@ class Signals:
     def __exit__(self, *_: object) -> None:
         _entered.remove(self)
         if _entered and self.number:
-            _entered[-1].number = self.number  # what this work was too far on to heed
+            _entered[-1].number = self.number  # pass a signal on that came too late to be handled in this context
         for number, old in self._old.items():
             signal.signal(number, old)
 
 
 @contextmanager
 def sigterm_waits() -> Iterator[None]:
-    """SIGTERM comes after this: METIS takes it for an error of its own, and MUMPS crashes on what it leaves."""
+    """Context that defers SIGTERM to its end.
+
+    METIS installs its own handler for SIGTERM and treats the signal as an internal error, after which MUMPS crashes on
+    the incomplete ordering.
+    """
     before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
     try:
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})
@@ -64,10 +70,10 @@ def sigterm_waits() -> Iterator[None]:
 
 
 def callback[**P, R](function: Callable[P, R]) -> Callable[P, R]:
-    """A function for gmsh and PETSc to call, in whose code an exception would be lost.
+    """Decorator for callbacks from gmsh and PETSc, whose compiled code does not propagate Python exceptions.
 
-    A KeyboardInterrupt, which ends the work where no handler is installed, is noted in its place, as a handler would
-    do, and the function is called again.
+    A KeyboardInterrupt, which SIGINT raises where no handler is installed, is recorded as a handler of `Signals` would
+    do, and the function is called again; `heed` raises it afterwards.
     """
 
     @wraps(function)
@@ -84,10 +90,13 @@ def callback[**P, R](function: Callable[P, R]) -> Callable[P, R]:
 
 
 def heed(comm: MPI.Comm) -> None:
-    """Between two solves: KeyboardInterrupt on every process once one of them has been asked to stop.
+    """Raise KeyboardInterrupt on every process if one of them has received a signal; to be called between solves.
 
-    An exception out of a signal's handler would be lost in the callbacks of gmsh and PETSc. Does nothing where nobody
-    has entered `Signals`.
+    Collective. Handlers only set a flag because exceptions do not propagate through the callbacks of gmsh and PETSc.
+    Does nothing outside a `Signals` context.
+
+    Raises:
+        KeyboardInterrupt: A process has received SIGINT or SIGTERM.
     """
     if _entered and any(comm.allgather(_entered[-1].number)):
         raise KeyboardInterrupt

@@ -1,3 +1,3 @@
-"""The version of the package, which setuptools reads here."""
+"""Version of the package; setuptools reads it from this file."""
 
 __version__ = "0.1.0"

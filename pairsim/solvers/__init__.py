@@ -1,1 +1,1 @@
-"""Arrays in, steps or points out; no YAML, no folders."""
+"""Solvers for time-dependent and quasi-steady problems, independent of input files and output folders."""

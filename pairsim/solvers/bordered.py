@@ -1,4 +1,8 @@
-"""Quasi-steady scenes with one equation more, a place on a line of parameters being its unknown: zeros, arc length."""
+"""Bordered systems: a quasi-steady scene with one additional equation and one parameter as additional unknown.
+
+The additional equation is dU = 0 for zeros, or an arc length condition (Keller 1977); see "Bordered systems" in
+docs/explanation/numerics.md.
+"""
 
 from __future__ import annotations
 
@@ -11,26 +15,29 @@ from pairsim.runtime.signals import heed
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady import DIFFERENCE, Steady
 
-MOST_BORDERED = 12
-# The matrix in hand is kept once steps are below this.
+MOST_BORDERED = 12  # iterations; chosen
+# Newton step, relative to the fields, below which the factorised matrix is reused; chosen.
 FRESH_ABOVE = 1e-4
 
 
 def solve_with(
     steady: Steady, along: Callable[[float], Parameters], tau: float, y: Array, row: Array, row_tau: float, value: float
 ) -> tuple[float | None, int]:
-    """Solve for y and the place on a line of parameters together, with row . y + row_tau tau = value.
+    """Solve for y and the coordinate tau on a line of parameters, with the equation row . y + row_tau tau = value.
+
+    The bordered matrix is not assembled: each iteration takes two solves with the factors of the scene's own matrix.
 
     Args:
-        steady: The scene.
-        along: The line.
-        tau: First guess of the place.
-        y: First guess of the unknowns.
-        row, row_tau, value: The equation that is added; the matrix is bordered by it and never assembled, so
-            that one factorisation serves and a fold of the scene's own equations does no harm.
+        steady: The scene. On success it is left at the solution, otherwise at its previous parameters.
+        along: Parameters as a function of tau.
+        tau: First guess of tau.
+        y: First guess of the unknowns, shape (n_y,).
+        row: Coefficients of y in the additional equation, shape (n_y,).
+        row_tau: Coefficient of tau in the additional equation.
+        value: Right-hand side of the additional equation.
 
     Returns:
-        The place, None without convergence, and the number of iterations. On success the solution is the scene's.
+        The solution tau, or None if the iteration did not converge, and the number of iterations.
     """
     newton = steady.newton
     heed(steady.comm)

@@ -1,4 +1,4 @@
-"""A branch of quasi-steady solutions: its meshes, points and zeros, reached from wherever it is."""
+"""A branch of quasi-steady solutions: its meshes, points and zeros."""
 
 from __future__ import annotations
 
@@ -15,17 +15,19 @@ from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.bordered import solve_with
 from pairsim.solvers.continuation import begin, cold_start, follow, new_mesh, prepared, towards
+from pairsim.solvers.error_estimate import ErrorEstimate, ErrorEstimator
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.perturbation import drift, sensitivities
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady import Snapshot, Steady
 
-# The mesh that tells the error of the wanted one: its cells are larger by this factor.
+# Factor by which the cells of the coarser mesh are larger, on which the error estimate is checked; chosen.
 COARSER = 2**0.5
-FEWEST_CELLS = 4
-# The first place is walked to on cells larger by this factor: the way costs many solutions, and they are thrown away.
+FEWEST_CELLS = 4  # on a half-circle; chosen
+# The continuation to the first parameters takes many solutions that are not reported. It is done on cells larger by
+# this factor, with at least SCOUT_CELLS cells on a half-circle; both were chosen.
 SCOUT, SCOUT_CELLS = 2.0, 8
-# A zero may lie beside the two points that it was looked for between, by this factor.
+# Factor by which a zero may lie outside the interval between two points of opposite sign; chosen.
 BESIDE = 1.05
 
 
@@ -34,14 +36,15 @@ class Point:
     """A quasi-steady solution.
 
     Attributes:
-        parameters: Where it is.
-        observation: What is read off it.
-        slopes: d(dU)/dd of every gap when all distances change together.
-        drifts: Change of every dU by the terms that a quasi-steady scene leaves out, to first order.
-        sensitivities: Derivatives of every dU by Ca_e, De and beta where the scene has them; empty when not asked for.
+        parameters: Parameters of the solution.
+        observation: Quantities evaluated from the solution.
+        slopes: d(dU)/dd of every gap when all distances change equally, shape (N-1,).
+        drifts: Change of every dU by the terms that the quasi-steady equations neglect, to first order, shape (N-1,).
+        sensitivities: Derivatives of every dU with respect to Ca_e, De and beta; empty unless requested.
+        estimate: Estimate of the discretisation errors.
         mesh_errors: |dU - dU on a mesh with cells 2^0.5 times larger|, None without that mesh.
-        newton: Newton iterations on the way from the point before.
-        meshes: Meshes made so far.
+        newton: Newton iterations since the previous point.
+        meshes: Number of meshes generated so far.
         distortion: Smallest ratio of a liquid cell's current to its reference Jacobian.
     """
 
@@ -50,6 +53,7 @@ class Point:
     slopes: Array
     drifts: Array
     sensitivities: dict[str, Array]
+    estimate: ErrorEstimate
     mesh_errors: Array | None
     newton: int
     meshes: int
@@ -57,27 +61,32 @@ class Point:
 
     @property
     def gaps(self) -> tuple[float, ...]:
-        """Distances, one a gap."""
+        """Distances between facing surfaces, N-1 values."""
         return self.parameters.gaps
 
     @property
     def d(self) -> float:
-        """The distance of a curve over one distance."""
+        """First distance; for a curve all distances are equal."""
         return self.gaps[0]
 
     @property
     def dUs(self) -> Array:
-        """Relative velocities over the gaps, (N-1,)."""
+        """Relative velocities of neighbouring particles, shape (N-1,)."""
         return self.observation.dU
 
     @property
     def dU(self) -> float:
-        """That of a pair."""
+        """First relative velocity, that of a pair."""
         return float(self.dUs[0])
+
+    @property
+    def dU_errors(self) -> Array:
+        """Errors of the relative velocities, half-widths of intervals, (N-1,)."""
+        return self.estimate.dU_error
 
 
 def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -> SteadyProblem:
-    """The same on cells larger by a factor, but with no fewer on a half-circle than `fewest`."""
+    """The same problem on cells larger by a factor, with at least `fewest` cells on each half-circle."""
     mesh = problem.mesh
     return replace(
         problem,
@@ -93,10 +102,11 @@ def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -
 
 
 def walked(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters) -> Steady:
-    """A scene carried to its first place from one that hardly deforms.
+    """Create a scene at given parameters by continuation from a small De and nearly rigid particles.
 
     Raises:
-        NoSteadyState: The way ends before it.
+        NoSteadyState: The continuation did not reach the parameters.
+        MeshFailure: A mesh could not be generated.
     """
     scene = Steady(comm, problem, cold_start(parameters))
     try:
@@ -109,10 +119,17 @@ def walked(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters) -> St
 
 
 def started(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters, scout: Steady | None) -> Steady:
-    """A scene at its first place: from the solution of a scout on other cells, or walked where that does not do.
+    """Create a scene at given parameters, from a solution on a coarser mesh or else by continuation (see `walked`).
+
+    Args:
+        comm: Communicator of the case.
+        problem: The problem.
+        parameters: Parameters at which to solve.
+        scout: The same scene on a coarser mesh, at a solution for these parameters; None without one.
 
     Raises:
-        NoSteadyState: There is no solution at the first place.
+        NoSteadyState: No solution was found.
+        MeshFailure: A mesh could not be generated.
     """
     if scout is not None:
         scene = Steady(comm, problem, parameters)
@@ -125,17 +142,18 @@ def started(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters, scou
 
 
 class Branch:
-    """Solutions of one scene at any distances, each from its nearest neighbour.
+    """Solutions of one scene at any parameters, each continued from the nearest known solution.
 
     Args:
         comm: Communicator of the case.
-        problem: What stays.
-        parameters: The first place.
-        mesh_error: Solve on a coarser mesh too.
-        sensitivities: Find the derivatives by the parameters too.
+        problem: The problem.
+        parameters: Parameters of the first solution.
+        mesh_error: Whether to solve on a coarser mesh too, as a check of the estimated error.
+        sensitivities: Whether to compute derivatives with respect to Ca_e, De and beta.
 
     Raises:
-        NoSteadyState: There is no solution at the first place.
+        NoSteadyState: No solution was found at the first parameters.
+        MeshFailure: A mesh could not be generated.
     """
 
     def __init__(
@@ -146,7 +164,7 @@ class Branch:
         mesh_error: bool,
         sensitivities: bool = False,
     ) -> None:
-        self._sensitivities = sensitivities
+        self._sensitivities, self._estimator = sensitivities, ErrorEstimator()
         scout = None
         if cold_start(parameters) != parameters:
             with suppress(NoSteadyState, MeshFailure):
@@ -169,29 +187,29 @@ class Branch:
 
     @property
     def fine(self) -> Steady:
-        """The scene on the wanted mesh."""
+        """The scene on the mesh of the problem, as opposed to the coarser one."""
         return self.scenes[0]
 
     def move(self, parameters: Parameters) -> None:
-        """Go to the first place of another curve; counts and times begin anew, the solutions on the way are forgotten.
+        """Continue to the first parameters of another curve; resets counters, times and the list of known solutions.
 
         Raises:
-            NoSteadyState: The way there ends before it.
+            NoSteadyState: The continuation did not reach the parameters.
         """
         for scene in self.scenes:
             scene.forget_costs()
         self._nearest(parameters, 0.0)
         self._follow(parameters)
         for scene in self.scenes:
-            if scene.scene.reference.deformed:  # a cold start would try spheres first
+            if scene.scene.reference.deformed:  # as for a curve that is computed on its own, try spheres first
                 new_mesh(scene, afresh=True)
         self._known = [[scene.snapshot] for scene in self.scenes]
 
     def at(self, parameters: Parameters) -> Point:
-        """The solution at a place.
+        """The solution at given parameters.
 
         Raises:
-            NoSteadyState: The way there ends before it.
+            NoSteadyState: The continuation did not reach the parameters.
         """
         before = self.fine.iterations
         self._nearest(parameters)
@@ -201,17 +219,22 @@ class Branch:
         return self._read(before)
 
     def _follow(self, parameters: Parameters) -> None:
-        """Carry the solutions on all meshes to a place."""
+        """Continue the solutions on all meshes to given parameters."""
         follow(self.fine, parameters)
         with _for_the_error():
             for scene in self.scenes[1:]:
                 follow(scene, parameters)
 
     def zero(self, left: float, right: float, guess: float) -> Point:
-        """The distance between two others at which dU vanishes, with dU = 0 as one of the equations.
+        """Solve for a distance between two others at which dU vanishes, with dU = 0 as additional equation.
+
+        Args:
+            left: Smaller distance.
+            right: Larger distance.
+            guess: First guess of the zero.
 
         Raises:
-            NoSteadyState: It was not found; the branch is where it was.
+            NoSteadyState: No zero was found; the previous solutions are restored.
         """
         fine, old = self.fine, self.snapshots
         before = fine.iterations
@@ -223,19 +246,21 @@ class Branch:
             follow(fine, along(start))
             point = self.zero_on(along, start, fine.y, settled=True)
             if point is None or not left / BESIDE < point.d < right * BESIDE:
-                raise NoSteadyState(f"the zero of dU near d = {guess:.5g} was lost")
+                raise NoSteadyState(f"the zero of dU near d = {guess:.5g} was not found")
         except (NoSteadyState, MeshFailure):
             self.recall(old)
             raise
         return replace(point, newton=fine.iterations - before)
 
     def zero_on(self, along: Callable[[float], Parameters], tau: float, y: Array, *, settled: bool) -> Point | None:
-        """The place on a line of parameters at which dU vanishes, None where Newton finds none.
+        """Solve for the point on a line of parameters at which dU vanishes; None if Newton's method fails.
 
         Args:
-            along: The line.
-            tau, y: First guess of the place and of the unknowns, on the scene's present mesh.
-            settled: Solve again on a mesh made for this place, which does not depend on the way here.
+            along: Parameters as a function of tau.
+            tau: First guess of tau.
+            y: First guess of the unknowns, on the present mesh of the scene, shape (n_y,).
+            settled: Whether to solve again on the mesh for the distance of the zero, so that the result does not depend
+                on the previous solutions.
         """
         fine = self.fine
         before = fine.iterations
@@ -248,9 +273,9 @@ class Branch:
         return self._read(before)
 
     def _settled(self, along: Callable[[float], Parameters], tau: float) -> float | None:
-        """Solve a zero again on the mesh of its own distance, until the mesh and the distance belong together.
+        """Solve for a zero again on the mesh for its distance, until the zero does not change the mesh.
 
-        Of two meshes that each lead to the other's distance, that of the smaller one is taken.
+        If two meshes lead alternately to the distance of the other one, the mesh for the smaller distance is used.
         """
         fine, found = self.fine, tau
         made: set[tuple[float, ...]] = set()
@@ -269,16 +294,16 @@ class Branch:
 
     @property
     def snapshots(self) -> tuple[Snapshot, ...]:
-        """The present solution on every mesh."""
+        """Present solutions on all meshes."""
         return tuple(scene.snapshot for scene in self.scenes)
 
     def recall(self, snapshots: Sequence[Snapshot]) -> None:
-        """Go back to a solution."""
+        """Restore stored solutions on all meshes."""
         for scene, snapshot in zip(self.scenes, snapshots, strict=True):
             scene.recall(snapshot)
 
     def _nearest(self, parameters: Parameters, margin: float = float(np.log(GAP_RATIO))) -> None:
-        """Start from the known solution that is nearest to a place, where it is nearer than the present one."""
+        """Restore the known solution nearest to given parameters if it is nearer than the present one."""
         for scene, known in zip(self.scenes, self._known, strict=True):
             nearest = min(known, key=lambda snapshot: _apart(snapshot.parameters, parameters))
             if _apart(scene.parameters, parameters) > margin + _apart(nearest.parameters, parameters):
@@ -304,6 +329,7 @@ class Branch:
             slopes,
             np.diff(drift(fine)),
             sensitivities(fine) if self._sensitivities else {},
+            self._estimator.estimate(fine),
             errors,
             fine.iterations - iterations_before,
             fine.meshes,
@@ -311,22 +337,22 @@ class Branch:
         )
 
     def close(self) -> None:
-        """Give the solvers' memory back."""
+        """Free the memory of the solvers."""
         for scene in self.scenes:
             scene.close()
 
 
 @contextmanager
 def _for_the_error() -> Iterator[None]:
-    """Say of a failure that it is that of the mesh which tells the error, not of the wanted one."""
+    """Context that marks failures as those of the coarser mesh, which serves to estimate the error."""
     try:
         yield
     except (NoSteadyState, MeshFailure) as failure:
-        message = f"on the coarser mesh that tells mesh_error, {failure.message}"
+        message = f"on the coarser mesh from which mesh_error is estimated: {failure.message}"
         raise NoSteadyState(message, advice="mesh_error: false, or a larger mesh.Np") from failure
 
 
 def _apart(a: Parameters, b: Parameters) -> float:
-    """How far two places are from each other: the largest ratio of a parameter, as a logarithm."""
+    """Distance between two sets of parameters: logarithm of the largest ratio of a parameter."""
     pairs = [*zip(a.gaps, b.gaps, strict=True), *zip(a.Ca_es, b.Ca_es, strict=True), (a.De, b.De)]
     return max((abs(float(np.log(x / y))) for x, y in pairs if x and y), default=0.0)

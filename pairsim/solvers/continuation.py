@@ -1,4 +1,7 @@
-"""Following quasi-steady solutions through their parameters: steps chosen from Newton's behaviour, folds recognised."""
+"""Continuation of quasi-steady solutions in their parameters, with step size control and detection of folds.
+
+See "Continuation" in docs/explanation/numerics.md. Constants without another origin were chosen.
+"""
 
 from __future__ import annotations
 
@@ -15,25 +18,32 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.pseudo_time import relax
 from pairsim.solvers.steady import Steady
 
-# What a predictor may change at once: positions of the outline (largest diameters), log-conformation, in the largest
-# node; a distance as a part of itself.
-MOST_APART = 0.4
-MOST_SHAPE = 0.15
-MOST_STRESS = 1.0
-SMALLEST = 2e-3  # of the way; below it natural continuation gives up
-EASY, HARD = 4, 8  # Newton iterations that let the step grow, or shrink
-MOST_RELAXED = 3  # steps through pseudo-time, one after the other: near a limit they would come closer for ever
-ARC = 0.1
-MOST_ARCS = 60
+# Largest changes by one predictor step.
+MOST_APART = 0.4  # of a distance, relative to itself
+MOST_SHAPE = 0.15  # of a nodal position of a particle, relative to the largest diameter
+MOST_STRESS = 1.0  # of a nodal value of the log-conformation
+SMALLEST = 2e-3  # step, relative to the distance to the target, below which natural continuation stops
+EASY, HARD = 4, 8  # numbers of Newton iterations up to which the step is doubled, and from which it is halved
+MOST_RELAXED = 3  # consecutive steps by pseudo-time; without a limit they could approach a fold in ever smaller steps
+ARC = 0.1  # first step of the arc length
+MOST_ARCS = 60  # steps of the arc length
 COLD_CAPILLARY = 0.01
-COLD_DEBORAH = 0.02  # from .05 Newton takes up to ten iterations, and on N_p 28 log c overflows
-STIFFER = (1.0, 0.2, 0.04, 0.008)  # factors of Ca_e where spheres are too soft for a first solution
+COLD_DEBORAH = 0.02  # from 0.05 Newton's method takes up to ten iterations, and log c overflows at N_p 28
+STIFFER = (1.0, 0.2, 0.04, 0.008)  # factors of Ca_e that are tried in turn for the first solution
 
 
 def towards(start: Parameters, end: Parameters) -> Callable[[float], Parameters]:
-    """The line from one place to another: De geometric, all else linear.
+    """Line between two sets of parameters: geometric interpolation of De, linear interpolation of the others.
 
-    The liquid's mesh follows the distances linearly, so that a tangent along a straight line foretells it exactly.
+    The displacement of the liquid's mesh is linear in the distances, so that a tangent predictor along a line that is
+    linear in them is exact for the mesh.
+
+    Args:
+        start: Parameters at tau = 0.
+        end: Parameters at tau = 1.
+
+    Returns:
+        Parameters as a function of tau.
     """
 
     def along(tau: float) -> Parameters:
@@ -48,7 +58,7 @@ def towards(start: Parameters, end: Parameters) -> Callable[[float], Parameters]
 
 
 def cold_start(parameters: Parameters) -> Parameters:
-    """Where a first solution is found from undeformed spheres in the developed flow."""
+    """Parameters with Ca_e and De so small that undeformed spheres in the developed flow are a good first guess."""
     largest = max(parameters.Ca_es, default=0.0)
     factor = min(1.0, COLD_CAPILLARY / largest) if largest else 1.0
     return replace(
@@ -59,12 +69,12 @@ def cold_start(parameters: Parameters) -> Parameters:
 
 
 def begin(steady: Steady) -> None:
-    """The first solution, at the parameters that the scene was made with (see `cold_start`) or of stiffer spheres.
+    """Find a first solution, at the present parameters of the scene (see `cold_start`) or for stiffer spheres.
 
-    How much a sphere of some stiffness deforms depends on how narrow its gaps are.
+    Stiffer spheres are tried because the deformation at a given Ca_e increases as the gaps narrow.
 
     Raises:
-        NoSteadyState: None was found.
+        NoSteadyState: No solution was found.
     """
     wanted = steady.parameters
     for factor in STIFFER if any(wanted.Ca_es) else (1.0,):
@@ -74,27 +84,40 @@ def begin(steady: Steady) -> None:
     if not report.converged and steady.problem.law is not None:
         report = relax(steady, steady.parameters)
     if not report.converged:
-        raise NoSteadyState(f"no first solution: {report.reason}", advice="a larger mesh.Np")
+        message = f"no solution was found from undeformed spheres at {where(steady.parameters)}: {report.reason}"
+        raise NoSteadyState(message, advice="a larger mesh.Np")
     if steady.distorted():
         new_mesh(steady)
 
 
 def new_mesh(steady: Steady, *, afresh: bool = False) -> None:
-    """The same solution on a new mesh, around spheres again if `afresh` and if their shapes allow it.
+    """Solve at the same parameters on a new mesh.
+
+    Args:
+        steady: The scene, at a solution.
+        afresh: Whether a mesh around undeformed spheres is tried even if an earlier one was too distorted.
 
     Raises:
-        NoSteadyState: It was lost.
+        NoSteadyState: No solution was found on the new mesh.
+        MeshFailure: The mesh could not be generated.
     """
     steady.remesh(afresh=afresh)
     report = steady.solve(steady.parameters)
     if not report.converged and steady.problem.law is not None:
         report = relax(steady, steady.parameters)
     if not report.converged:
-        raise NoSteadyState(f"the solution was lost at a remeshing: {report.reason}", advice="a larger mesh.Np")
+        message = f"no solution was found after remeshing at {where(steady.parameters)}: {report.reason}"
+        raise NoSteadyState(message, advice="a larger mesh.Np")
 
 
 def reach(steady: Steady, tangent: Array, rates: Array) -> float:
-    """How far along the line the tangent may be trusted; `rates` are those of the distances."""
+    """Largest step along a tangent, limited by the changes of distances, shapes and log-conformation.
+
+    Args:
+        steady: The scene, at a solution.
+        tangent: Derivative of y along the line, shape (n_y,).
+        rates: Derivatives of the distances along the line, shape (N-1,).
+    """
     fields = steady.constraints.fields
     step = min(
         (MOST_APART * d / abs(rate) for d, rate in zip(steady.parameters.gaps, rates, strict=True) if rate),
@@ -108,11 +131,15 @@ def reach(steady: Steady, tangent: Array, rates: Array) -> float:
 
 
 def follow(steady: Steady, target: Parameters) -> None:
-    """Carry the scene's solution to other parameters.
+    """Continue the solution of a scene to other parameters, with tangent predictors.
+
+    Args:
+        steady: The scene, at a solution. It is left at the target, or at the last solution in case of failure.
+        target: Parameters to reach.
 
     Raises:
-        NoSteadyState: The way ends at a fold or Newton is lost; the scene stays at the last solution, and the
-            message tells the parameters reached.
+        NoSteadyState: The branch has a fold before the target, or Newton's method failed. The message contains the
+            parameters reached.
     """
     start = steady.parameters
     if start == target:
@@ -149,7 +176,7 @@ def follow(steady: Steady, target: Parameters) -> None:
 
 
 def _lost(steady: Steady, target: Parameters, refused: str) -> NoSteadyState:
-    """Why the way to other parameters ends here: at a fold, or because Newton's method fails."""
+    """Error that says why the continuation stopped: at a fold, or since Newton's method failed with `refused`."""
     reached = steady.parameters
     fold, last = None, steady.snapshot
     if any(target.Ca_es):
@@ -158,19 +185,28 @@ def _lost(steady: Steady, target: Parameters, refused: str) -> NoSteadyState:
         steady.recall(last)
     if fold is not None and fold.passed:
         return NoSteadyState(
-            f"the steady shapes end in a fold at {where(fold.parameters)}; there are none at {where(target)}"
+            f"the branch of steady shapes has a fold at {where(fold.parameters)} and does not reach {where(target)}"
         )
-    return NoSteadyState(f"{where(reached)} was reached, {where(target)} not: {refused}", advice="a larger mesh.Np")
+    message = f"the continuation to {where(target)} stopped at {where(reached)}: {refused}"
+    return NoSteadyState(message, advice="a larger mesh.Np")
 
 
 def prepared(steady: Steady, there: Parameters, guess: Array) -> Array:
-    """A guess for other parameters, on a mesh made for it where the present one would be distorted there.
+    """Prepare the mesh for a predicted solution: remesh if the present mesh would be too distorted there.
+
+    Args:
+        steady: The scene.
+        there: Parameters of the predicted solution.
+        guess: Predicted unknowns on the present mesh, shape (n_y,).
+
+    Returns:
+        The predicted unknowns on the present or the new mesh.
 
     Raises:
-        MeshFailure: The guess is too far away: a cell is turned over there.
+        MeshFailure: A cell is inverted in the predicted state, or no new mesh could be generated.
     """
     if steady.folded(there, guess):
-        raise MeshFailure("a cell turned over")
+        raise MeshFailure("a cell is inverted in the predicted state")
     if steady.distorted(there, guess):
         steady.remesh(there, guess)
         return steady.y
@@ -178,7 +214,7 @@ def prepared(steady: Steady, there: Parameters, guess: Array) -> Array:
 
 
 def where(parameters: Parameters) -> str:
-    """A place in words."""
+    """Parameters as text, such as "De = 1, Ca_e = 0.1, d = 0.05"."""
 
     def shown(values: tuple[float, ...]) -> str:
         return ", ".join(f"{v:.5g}" for v in dict.fromkeys(values))
@@ -191,11 +227,11 @@ def where(parameters: Parameters) -> str:
 
 @dataclass(frozen=True)
 class Fold:
-    """A turning point of a branch.
+    """A fold (turning point) of a branch.
 
     Attributes:
-        parameters: Its place.
-        passed: Whether the branch was seen to turn back, or only stopped before it.
+        parameters: Parameters at the fold, or at the last solution if the fold was not passed.
+        passed: Whether solutions beyond the fold were found.
     """
 
     parameters: Parameters
@@ -203,11 +239,15 @@ class Fold:
 
 
 def find_fold(steady: Steady, target: Parameters) -> Fold:
-    """Follow the branch by its arc length until the parameter turns back.
+    """Search for a fold by pseudo-arclength continuation (Keller 1977), until the parameter turns back.
 
     Args:
-        steady: A solution before the fold.
-        target: Parameters beyond it; the fold is looked for on the straight way there.
+        steady: The scene, at a solution before the fold.
+        target: Parameters beyond the fold; the branch is followed along the line towards them.
+
+    Raises:
+        NoSteadyState: The matrix is singular at a solution.
+        MeshFailure: A mesh could not be generated.
     """
     along = towards(steady.parameters, target)
     tau, direction, arc = 0.0, 1.0, ARC
@@ -217,7 +257,7 @@ def find_fold(steady: Steady, target: Parameters) -> Fold:
     for _ in range(MOST_ARCS):
         steady.factor()
         slope = steady.tangent(lambda change, at=tau: along(at + change))  # type: ignore[misc]
-        # Arc length is measured on the shapes, which all meshes share, and on the parameter.
+        # The arc length is defined by the shapes, which do not depend on the mesh of the liquid, and the parameter.
         shape = steady.constraints.fields["h"]
         weight = 1 / (most**2 * len(shape))
         length = float(np.sqrt(weight * slope[shape] @ slope[shape] + 1))

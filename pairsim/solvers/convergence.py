@@ -1,4 +1,4 @@
-"""Orders of convergence, extrapolated values, and what is cheapest for its error; numbers in, numbers out."""
+"""Observed orders of convergence, Richardson extrapolation, and Pareto fronts of cost and error."""
 
 from __future__ import annotations
 
@@ -7,15 +7,18 @@ from collections.abc import Sequence
 
 from scipy.optimize import brentq
 
-LEAST_ORDER, MOST_ORDER = 0.1, 10.0
+LEAST_ORDER, MOST_ORDER = 0.1, 10.0  # range of orders that are accepted; chosen
 
 
 def observed_order(h: tuple[float, float], errors: tuple[float, float]) -> float | None:
-    """The p for which errors are proportional to h^p; None where an error is 0 or both h are the same.
+    """Observed order of convergence p, for errors proportional to h^p.
 
     Args:
-        h: Sizes of cells or steps, in any unit.
-        errors: Their errors, in any unit.
+        h: Two sizes of cells or steps, in any unit.
+        errors: Errors at these sizes, in any unit.
+
+    Returns:
+        The order p, or None if an error is 0 or both sizes are equal.
     """
     if h[0] == h[1] or not all(errors):
         return None
@@ -23,14 +26,14 @@ def observed_order(h: tuple[float, float], errors: tuple[float, float]) -> float
 
 
 def extrapolated(h: Sequence[float], values: Sequence[float]) -> tuple[float, float] | None:
-    """Richardson's estimate: the limit and the order p of three values that are limit + constant h^p.
+    """Richardson extrapolation with the order as unknown: fits limit + constant h^p to three values.
 
     Args:
-        h: Three sizes of cells or steps, the coarsest first; their ratios may differ.
-        values: The values.
+        h: Three sizes of cells or steps, the largest first; their ratios may differ.
+        values: Values at these sizes.
 
     Returns:
-        The limit and p. None where the values do not approach one another as any p between 0.1 and 10 has it.
+        The limit and the order p, or None if the values are not consistent with any p between 0.1 and 10.
     """
     coarse, middle, fine = h
     first, second = values[0] - values[1], values[1] - values[2]
@@ -48,7 +51,15 @@ def extrapolated(h: Sequence[float], values: Sequence[float]) -> tuple[float, fl
 
 
 def pareto(costs: Sequence[float], errors: Sequence[float]) -> list[int]:
-    """Indices of the entries that no other beats in cost without a larger error, the cheapest first."""
+    """Indices of the Pareto-optimal entries: no other entry has both a lower cost and a smaller error.
+
+    Args:
+        costs: Costs, n values.
+        errors: Errors, n values.
+
+    Returns:
+        Indices in order of increasing cost.
+    """
     front: list[int] = []
     for i in sorted(range(len(costs)), key=lambda i: (costs[i], errors[i])):
         if not front or errors[i] < errors[front[-1]]:

@@ -1,7 +1,7 @@
-"""Critical distances: zeros of dU(d), followed through a parameter by arc length, through folds, to where they end.
+"""Critical distances: zeros of dU(d) as functions of a parameter, by pseudo-arclength continuation through folds.
 
-In the plane of log d and the logarithm of the parameter, dU = 0 is a curve. Its tangent comes from the two derivatives
-of dU; a step goes along it, and the way back to the curve, at right angles, is solved together with the scene.
+In the plane of log d and the logarithm of the parameter, dU = 0 is a curve. The predictor follows its tangent; the
+corrector moves at right angles to it, and the zero on this line is solved for together with the scene.
 """
 
 from __future__ import annotations
@@ -25,24 +25,26 @@ from pairsim.solvers.steady import Snapshot
 Followed = Literal["Ca_e", "De"]
 Kind = Literal["wanted", "added", "vanishes", "edge"]
 
-# Points of the curve dU(d) in which zeros are looked for, and the part of its largest value that it is known to.
+# All constants were chosen. Number of points of the curve dU(d) that is searched for zeros, and its tolerance relative
+# to the largest |dU|.
 SCAN_POINTS, SCAN_TOL = 9, 0.02
 FIRST, LONGEST, SHORTEST = 0.1, 0.4, 1e-3  # steps of the arc length
-EASY = 4
-MOST_STEPS = 400
-# Zeros of the same slope whose distances differ by less than this part are one, found on two meshes: between two zeros
-# of dU there is one of the other slope.
+EASY = 4  # number of Newton iterations up to which the step grows
+MOST_STEPS = 400  # on one line of zeros
+# Relative difference of distances below which two zeros with slopes of the same sign are taken to be one zero, found on
+# two meshes: between two different zeros of the same slope there is one of the opposite slope.
 SAME = 0.1
 
 
 @dataclass(frozen=True)
 class Region:
-    """Where critical distances are followed.
+    """Range of parameter and distance in which critical distances are computed.
 
     Attributes:
-        name: The parameter.
-        values: Its wanted values, ascending.
-        least, most: Distances between which zeros are looked for and followed.
+        name: Name of the parameter.
+        values: Values of the parameter at which critical distances are requested, ascending.
+        least: Smallest distance [D_c].
+        most: Largest distance [D_c].
     """
 
     name: Followed
@@ -56,25 +58,28 @@ class Critical:
     """A critical distance.
 
     Attributes:
-        point: The solution there.
-        branch: Number of its line of solutions.
-        kind: "wanted": at a value that was asked for; "added": on the way; "vanishes": two zeros, a stable and an
-            unstable one, meet here and end; "edge": d leaves the distances that are looked at.
+        point: The solution.
+        branch: Number of the line of zeros.
+        kind: "wanted": at a requested value; "added": between requested values; "vanishes": at a fold, where a stable
+            and an unstable zero meet and end; "edge": at the smallest or largest distance.
+        by_parameter: At a fold, the derivative of dU with respect to the parameter, from which the error of the
+            parameter follows; None elsewhere.
     """
 
     point: Point
     branch: int
     kind: Kind
+    by_parameter: float | None = None
 
 
 @dataclass(frozen=True)
 class End:
-    """Where a line of critical distances was left.
+    """End of a line of critical distances.
 
     Attributes:
-        branch: Its number.
-        reason: "range" of the parameter passed, "edge" of the distances reached, or "no_steady_state".
-        message: For people.
+        branch: Number of the line.
+        reason: "range": last value of the parameter passed; "edge": as for `Critical`; "no_steady_state".
+        message: Description for log and results.
     """
 
     branch: int
@@ -84,42 +89,43 @@ class End:
 
 @dataclass(frozen=True)
 class Missed:
-    """A critical distance that was passed and not found; the message is for people."""
+    """A critical distance that exists but was not found; the message is for log and results."""
 
     message: str
 
 
 type Finding = Point | Jump | Critical | Missed | End
-"""What a search for critical distances yields; a point is one of a curve in which zeros are looked for."""
+"""Results of a search for critical distances; a `Point` belongs to a curve that is searched for zeros."""
 
 
 def value_of(name: Followed, parameters: Parameters) -> float:
-    """The parameter that is followed."""
+    """Value of the followed parameter."""
     return parameters.De if name == "De" else max(parameters.Ca_es)
 
 
 def with_value(name: Followed, parameters: Parameters, value: float) -> Parameters:
-    """Other parameters with this one changed; rigid particles stay rigid."""
+    """The same parameters with another value of the followed one; rigid particles remain rigid."""
     if name == "De":
         return replace(parameters, De=value)
     return replace(parameters, Ca_es=tuple(value if Ca_e else 0.0 for Ca_e in parameters.Ca_es))
 
 
 def search(branch: Branch, least: float, most: float) -> Generator[Point | Jump, None, list[Zero]]:
-    """Look for all zeros of dU between two distances at the branch's other parameters.
+    """Find all zeros of dU between two distances at the present values of the other parameters.
 
     Args:
-        branch: Any solution.
-        least, most: The distances.
+        branch: The branch, at any distance.
+        least: Smallest distance [D_c].
+        most: Largest distance [D_c].
 
     Yields:
-        Every point of the curve that is solved on the way, and every change of sign at which there is no zero.
+        Every point of the curve, and every change of sign without a zero.
 
     Returns:
-        The zeros, in ascending d.
+        The zeros in ascending d.
 
     Raises:
-        RunFailure: The curve could not be solved, or a zero is there and was not found.
+        RunFailure: The curve could not be computed, or dU changes its sign smoothly but the zero was not found.
     """
     places = [(float(d),) for d in np.geomspace(most, least, SCAN_POINTS)]
     points: list[Point] = []
@@ -137,13 +143,13 @@ def search(branch: Branch, least: float, most: float) -> Generator[Point | Jump,
 
 @dataclass(frozen=True)
 class _Pose:
-    """A zero on a line of zeros in the plane of x = log d and q, the logarithm of the parameter.
+    """A point on a line of zeros in the plane of x = log d and q, the logarithm of the parameter.
 
     Attributes:
-        here: x and q, (2,).
-        tangent: Of the line, of length 1, (2,).
-        rows: dy/dx and dy/dq, (2, n_y).
-        snapshots: The solution.
+        here: Coordinates x and q, shape (2,).
+        tangent: Unit tangent of the line, shape (2,).
+        rows: Derivatives dy/dx and dy/dq, shape (2, n_y).
+        snapshots: The solutions on all meshes.
     """
 
     here: Array
@@ -153,11 +159,11 @@ class _Pose:
 
 
 class Follower:
-    """Follows zeros of dU through one parameter.
+    """Continuation of zeros of dU in one parameter.
 
     Args:
-        branch: Any solution.
-        region: The parameter, its values, and the distances.
+        branch: The branch, at any solution.
+        region: Range of parameter and distance.
     """
 
     def __init__(self, branch: Branch, region: Region) -> None:
@@ -177,7 +183,7 @@ class Follower:
         return np.log([parameters.gaps[0], value_of(self.name, parameters)])
 
     def _pose(self, onwards: Array) -> _Pose:
-        """The present zero, with the tangent that points onwards."""
+        """The present zero, with the tangent oriented such that its product with `onwards` is not negative."""
         fine = self.branch.fine
         fine.factor()
         here = self._here()
@@ -187,12 +193,18 @@ class Follower:
         return _Pose(here, -tangent if tangent @ onwards < 0 else tangent, rows, self.branch.snapshots)
 
     def follow(self, number: int, start: Zero, forward: float) -> Iterator[Critical | Missed | End]:
-        """Follow one zero until it leaves the parameter's range or the distances, which is the last item.
+        """Follow one zero until it leaves the range of parameter or distance.
 
         Args:
-            number: Number of this line of solutions.
-            start: A zero.
+            number: Number of this line of zeros.
+            start: The zero to start from.
             forward: 1 towards larger values of the parameter, -1 towards smaller ones.
+
+        Yields:
+            Critical distances, those that were missed, and the end of the line as last item.
+
+        Raises:
+            NoSteadyState: The matrix is singular at a zero.
         """
         fine = self.branch.fine
         self.branch.recall(start.snapshots)
@@ -215,13 +227,18 @@ class Follower:
                 yield from self._fold(number, before, pose)
             yield Critical(point, number, kind)
             if kind == "edge":
-                message = f"d leaves the distances that are looked at, at {where(fine.parameters)}"
+                message = f"the smallest or largest distance is reached at {where(fine.parameters)}"
                 yield End(number, "edge", message)
                 return
-        yield End(number, "no_steady_state", f"{MOST_STEPS} steps did not suffice at {where(fine.parameters)}")
+        message = f"the line of zeros has not ended after {MOST_STEPS} steps, at {where(fine.parameters)}"
+        yield End(number, "no_steady_state", message)
 
     def _step(self, number: int, pose: _Pose, change: Array, step: float) -> End | tuple[Point, Kind, float]:
-        """Take one step; the end of the line, or the point with its kind and the length of the next step."""
+        """Take one step from a zero, with `change` the derivative of y along the tangent, shape (n_y,).
+
+        Returns:
+            The end of the line, or the new point with its kind and the length of the next step.
+        """
         branch, fine, here, tangent = self.branch, self.branch.fine, pose.here, pose.tangent
         ahead = self.values[(self.values - here[1]) * np.sign(tangent[1]) > 1e-9]
         if not len(ahead):
@@ -237,7 +254,7 @@ class Follower:
                 length, line, kind, q = (edge - here[0]) / tangent[0], np.array([0.0, 1.0]), "edge", None
             at = here + length * tangent
             at[1] = at[1] if q is None else q
-            before, iterations, why = branch.snapshots, fine.iterations, "Newton found no zero"
+            before, iterations, why = branch.snapshots, fine.iterations, "Newton's method found no zero"
             try:
                 guess = prepared(fine, self._place(*at), fine.y + length * change)
                 point = branch.zero_on(self._line(at, line), 0.0, guess, settled=kind == "wanted")
@@ -255,9 +272,9 @@ class Follower:
                 return End(number, "no_steady_state", message)
 
     def _landed(self, here: Array, change: Array, before: tuple[Snapshot, ...]) -> Point | None:
-        """The critical distance at the first wanted value that the step from `here` has passed, None if it has none.
+        """The critical distance at the first requested value that the step from `here` has passed, None without one.
 
-        Where distances change much faster than the parameter, steps cannot be cut to end at a value beforehand.
+        Steps along which the distance changes much faster than the parameter cannot end at requested values.
         """
         there, snapshots = self._here(), self.branch.snapshots
         passed = self.values[(self.values - here[1]) * (there[1] - self.values) > 0]
@@ -279,10 +296,10 @@ class Follower:
         return point
 
     def _fold(self, number: int, before: _Pose, after: _Pose) -> Iterator[Critical | Missed]:
-        """What lies between two points over which the parameter turned back, in the order of the line.
+        """Critical distances between two points on opposite sides of a fold, in the order of the line.
 
-        Two zeros meet at the fold, and wanted values that it is beyond are met twice: on the way there and on the way
-        back.
+        These are the fold itself, at which two zeros meet, and the zeros at requested values between the points and the
+        fold, each of which the line passes twice.
         """
         length, sign = float(np.linalg.norm(after.here - before.here)), np.sign(before.tangent[1])
         way = CubicHermiteSpline([0.0, length], [before.here, after.here], [before.tangent, after.tangent])
@@ -291,27 +308,35 @@ class Follower:
         top = int(np.argmax(q))
         fold = way(along[top])
         vanishes = self._beside(after, fold, "vanishes", length)
+        by_parameter = None if vanishes is None else self._by_parameter()
         sides = (before, slice(top + 1)), (after, slice(None, top - 1 if top else None, -1))
         if vanishes is None:
-            yield Missed(f"where two zeros meet, near {where(self._place(*fold))}, was not found")
+            yield Missed(f"the fold at which two zeros meet, near {where(self._place(*fold))}, was not found")
         ahead: list[Critical] = []
-        back = [] if vanishes is None else [Critical(vanishes, number, "vanishes")]
+        back = [] if vanishes is None else [Critical(vanishes, number, "vanishes", by_parameter)]
         for found, (start, part) in zip((ahead, back), sides, strict=True):
             for value in sorted(self.values, key=lambda v: v * sign, reverse=found is back):
                 if not q[part][0] + 1e-9 < value * sign < q[top]:
                     continue
                 at = np.array([way(float(np.interp(value * sign, q[part], along[part])))[0], value])
                 point = self._beside(start, at, "wanted", length)
-                # Newton may come to the zero on the other side.
+                # Newton's method may converge to the zero on the other side of the fold.
                 if point is not None and (np.log(point.d) - fold[0]) * (at[0] - fold[0]) > 0:
                     found.append(Critical(point, number, "wanted"))
                 else:
-                    yield Missed(f"d_cr at {where(self._place(*at))}, next to where two zeros meet, was not found")
+                    yield Missed(f"d_cr at {where(self._place(*at))}, next to the fold of two zeros, was not found")
         self.branch.recall(after.snapshots)
         yield from (*ahead, *back)
 
+    def _by_parameter(self) -> float:
+        """Derivative of dU with respect to the parameter at the present zero."""
+        fine, here = self.branch.fine, self._here()
+        fine.factor()
+        change = fine.tangent(self._line(here, np.array([0.0, 1.0])))
+        return float(change @ fine.velocity_row() / np.exp(here[1]))
+
     def _beside(self, start: _Pose, at: Array, kind: Kind, most: float) -> Point | None:
-        """The zero near a place from a point beside it: at the place's parameter, or at its distance where two meet."""
+        """The zero near `at`, from the zero `start`, at the parameter of `at` or, for a fold, at its distance."""
         self.branch.recall(start.snapshots)
         line = np.array([1.0, 0.0] if kind == "wanted" else [0.0, 1.0])
         point = None
@@ -322,10 +347,10 @@ class Follower:
 
 
 def find_all(branch: Branch, least: float, most: float) -> Iterator[Finding]:
-    """All critical distances between two distances at the branch's other parameters; arguments are those of `search`.
+    """All critical distances between two distances at the present parameters; for the arguments see `search`.
 
     Raises:
-        RunFailure: The curve in which zeros are looked for could not be solved.
+        RunFailure: The curve that is searched for zeros could not be computed.
     """
     zeros = yield from search(branch, least, most)
     for number, zero in enumerate(zeros, start=1):
@@ -333,14 +358,14 @@ def find_all(branch: Branch, least: float, most: float) -> Iterator[Finding]:
 
 
 def follow_all(branch: Branch, region: Region) -> Iterator[Finding]:
-    """All lines of critical distances that pass the first or the last value of a parameter.
+    """Follow all lines of critical distances that contain a zero at the first or the last value of the parameter.
 
     Args:
-        branch: A solution at the first value and the widest distance.
-        region: The parameter, its values, and the distances.
+        branch: The branch, at the first value of the parameter and the largest distance.
+        region: Range of parameter and distance.
 
     Raises:
-        RunFailure: A curve in which zeros are looked for could not be solved.
+        RunFailure: A curve that is searched for zeros could not be computed.
     """
     seen: list[Critical] = []
     follower = Follower(branch, region)
@@ -361,7 +386,7 @@ def follow_all(branch: Branch, region: Region) -> Iterator[Finding]:
 
 
 def same_zero(a: Point, b: Point) -> bool:
-    """Whether two zeros of dU are one, found on different meshes."""
+    """Whether two points are the same zero of dU, found on different meshes."""
     p, q = a.parameters, b.parameters
     return (
         abs(a.d / b.d - 1) < SAME

@@ -1,4 +1,4 @@
-"""Master curves: quasi-steady solutions at many distances, points added where the curve bends, and its zeros."""
+"""Master curves dU(d): quasi-steady solutions at many distances, adaptive refinement, and zeros."""
 
 from __future__ import annotations
 
@@ -16,21 +16,17 @@ from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.curve_interpolant import curve_interpolant
 from pairsim.solvers.steady import Snapshot
 
-# Where Newton finds no zero between two points, points are added half-way this many times.
-HALVINGS = 5
-# A dU below this is rounding, as that of equal rigid spheres in a Newtonian liquid is everywhere.
-ROUNDING = 1e-12
-# What is left of dU at a zero that is interpolated between two points, as a part of theirs.
-ALMOST = 0.05
-# A change of dU this many times larger than its slopes allow is a jump from one mesh to another.
-JUMP = 3.0
-# Neighbours whose distances have a ratio below exp of this get no point between them.
-CLOSE = 0.1
+# All constants were chosen.
+HALVINGS = 5  # bisections of an interval with a change of sign in which Newton's method finds no zero
+ROUNDING = 1e-12  # |dU| up to which dU is rounding error, as for equal rigid spheres in a Newtonian liquid [U_av]
+ALMOST = 0.05  # |dU| at an interpolated zero, relative to that at the neighbouring points, up to which it is accepted
+JUMP = 3.0  # a change of dU larger than that expected from the slopes by this factor is a jump between two meshes
+CLOSE = 0.1  # difference of log d below which no point is added between two others
 
 
 @dataclass(frozen=True)
 class Zero:
-    """A point at which dU vanishes, with what it takes to come back to it: a snapshot of every scene."""
+    """A point at which dU vanishes, with snapshots of the solutions on all meshes."""
 
     point: Point
     snapshots: tuple[Snapshot, ...]
@@ -38,47 +34,47 @@ class Zero:
 
 @dataclass(frozen=True)
 class Jump:
-    """A change of sign that is no zero: between two points dU jumps from one mesh to another."""
+    """A change of sign without a zero: between two points dU jumps because the mesh changes."""
 
     left: Point
     right: Point
 
     @property
     def message(self) -> str:
-        """What it means, for people."""
+        """Description for log and results."""
         a, b = self.left, self.right
         return (
             f"dU jumps from {a.dU:.2g} to {b.dU:.2g} between d = {a.d:.5g} and {b.d:.5g}, where the mesh changes: "
-            "its sign is within the error of the mesh there; a larger mesh.Np tells"
+            "the sign of dU is uncertain by the mesh error there; a larger mesh.Np resolves it"
         )
 
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """A distance at which the pair moves as one.
+    """An equilibrium distance, at which both particles have the same velocity.
 
     Attributes:
         d: The distance.
         slope: d(dU)/dd there; negative is stable.
         peak: Largest |dU| between this zero and the next one or the end, over that of the whole curve.
-        d_error: Error of d by the mesh, None without a coarser mesh.
-        certain: Whether |dU| exceeds its mesh error somewhere on both sides, up to the next zeros; None without one.
+        d_error: Discretisation error of d.
+        certain: Whether |dU| exceeds its error somewhere between this zero and the next ones, on both sides.
     """
 
     d: float
     slope: float
     peak: float
-    d_error: float | None
-    certain: bool | None
+    d_error: float
+    certain: bool
 
     @property
     def stable(self) -> bool:
-        """Whether a pair that is displaced a little comes back."""
+        """Whether the pair returns to this distance after a small displacement."""
         return self.slope < 0
 
 
 def interpolant(points: list[Point]) -> CubicHermiteSpline:
-    """dU of every gap over log d, from values and slopes at points in ascending d; of a pair, a number."""
+    """Hermite interpolant of dU in log d from points in ascending d; scalar for a pair, otherwise one value per gap."""
     d = np.array([p.d for p in points])
     values, slopes = np.array([p.dUs for p in points]), np.array([p.slopes for p in points])
     if values.shape[1] == 1:
@@ -87,24 +83,26 @@ def interpolant(points: list[Point]) -> CubicHermiteSpline:
 
 
 def _bend(a: Point, b: Point) -> Array:
-    """How far each dU may be off between two points: two parabolas, each with one of their slopes, disagree there."""
+    """Estimated interpolation error of each dU between two points, shape (N-1,).
+
+    It is half the difference at the mid-point of two parabolas in log d, each with the slope at one of the points.
+    """
     width = np.log(b.d / a.d)
     return np.abs((a.slopes * a.d + b.slopes * b.d) * width / 4 - (b.dUs - a.dUs) / 2) / 2
 
 
 def _wanted(points: list[Point], tol: float) -> float:
-    """How well dU is to be known everywhere: to tol of the largest value of any."""
+    """Tolerance of dU: tol times the largest |dU| of all points and gaps."""
     return max(tol * max(float(np.abs(p.dUs).max()) for p in points), ROUNDING)
 
 
 def _excess(a: Point, b: Point, wanted: float) -> np.ndarray:
-    """Which dU may be off between two points by more than is wanted and by more than the error of the mesh there."""
-    errors = [p.mesh_errors for p in (a, b) if p.mesh_errors is not None]
-    return np.asarray(_bend(a, b) > np.maximum(wanted, np.max(errors, axis=0) if errors else 0.0))
+    """Gaps whose interpolation error exceeds the tolerance `wanted` and the error of dU, boolean, shape (N-1,)."""
+    return np.asarray(_bend(a, b) > np.maximum(wanted, np.maximum(a.dU_errors, b.dU_errors)))
 
 
 def _unresolved(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
-    """Neighbours between which some dU may not be known to tol of the largest, nor to the error of the mesh."""
+    """Neighbouring points between which a point should be added."""
     wanted = _wanted(points, tol)
     return [(a, b) for a, b in pairwise(points) if np.log(b.d / a.d) > CLOSE and _excess(a, b, wanted).any()]
 
@@ -112,16 +110,16 @@ def _unresolved(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
 def trace(
     branch: Branch, places: Sequence[tuple[float, ...]], tol: float, max_points: int
 ) -> Iterator[tuple[Point, bool]]:
-    """Solve at every wanted place and, where each has one distance for all gaps, at added ones.
+    """Compute a curve at given distances, and refine it if all gaps of each point are equal.
 
     Args:
-        branch: A solution.
-        places: The wanted distances, in the order in which they are solved.
-        tol: Points are added until dU between them is known to this part of its largest value.
-        max_points: Most points.
+        branch: The branch, at any solution.
+        places: Requested distances of each point, in the order in which they are solved.
+        tol: Tolerance of dU between the points, relative to the largest |dU|.
+        max_points: Largest number of points.
 
     Yields:
-        Every point as it is solved, and whether it was asked for.
+        Every point as it is computed, and whether it was requested.
 
     Raises:
         RunFailure: The branch could not be followed.
@@ -142,12 +140,13 @@ def trace(
         curve, wanted = interpolant(points), _wanted(points, tol)
         new = new[: max_points - len(points)]
         if abs(branch.fine.parameters.gaps[0] - new[-1][1].d) < abs(branch.fine.parameters.gaps[0] - new[0][0].d):
-            new.reverse()  # begin with the nearest
+            new.reverse()  # start with the interval nearest to the present solution
         for a, b in new:
             d = float(np.sqrt(a.d * b.d))
             point = branch.at(parameters.with_gap(d))
             yield point, False
-            # Halves of a smooth curve bend eight times less; where they do not, what bends is the meshes' difference.
+            # For a smooth curve halving an interval divides its error estimate by eight; if not, the estimate is
+            # dominated by the difference between meshes, and refinement does not help.
             rough = np.maximum(_bend(a, point), _bend(point, b)) > _bend(a, b) / 2
             if rough[_excess(a, b, wanted)].all() or np.abs(point.dUs - curve(np.log(d))).max() < wanted:
                 known |= {(a.d, d), (d, b.d)}
@@ -156,14 +155,14 @@ def trace(
 
 
 def find_zeros(branch: Branch, points: list[Point]) -> Iterator[Zero | Jump]:
-    """All changes of sign of dU between the points of a curve over one distance, in ascending d.
+    """Find the zeros and jumps at all changes of sign of dU between the points of a curve, in ascending d.
 
     Args:
-        branch: Any solution.
-        points: In ascending d.
+        branch: The branch, at any solution.
+        points: Points in ascending d.
 
     Raises:
-        NoSteadyState: A zero is there and was not found.
+        NoSteadyState: dU changes its sign smoothly but the zero was not found.
     """
     for a, b in pairwise(points):
         if a.dU * b.dU < 0 and max(abs(a.dU), abs(b.dU)) > ROUNDING:
@@ -171,10 +170,10 @@ def find_zeros(branch: Branch, points: list[Point]) -> Iterator[Zero | Jump]:
 
 
 def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Jump:
-    """The zero between two points whose dU have different signs, or the jump.
+    """The zero or the jump between two points at which dU has different signs.
 
     Raises:
-        NoSteadyState: dU goes through zero smoothly and the place was not found.
+        NoSteadyState: dU changes its sign smoothly but the zero was not found.
     """
     for _ in range(HALVINGS):
         roots = interpolant([a, b]).solve(0.0, extrapolate=False)
@@ -184,12 +183,13 @@ def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Jump:
         point = branch.at(a.parameters.with_gap(middle))
         a, b = (a, point) if a.dU * point.dU < 0 else (point, b)
     if abs(b.dU - a.dU) < JUMP * max(abs(a.slopes[0]), abs(b.slopes[0])) * (b.d - a.d):
-        # Where slopes are as small as rounding (1e-9, say) Newton's steps in d do not settle: a point there has to do.
+        # If the slope is close to rounding error (say 1e-9), Newton's method does not converge in d; the zero of the
+        # interpolant is then accepted if |dU| is small there.
         roots = interpolant([a, b]).solve(0.0, extrapolate=False)
         point = branch.at(a.parameters.with_gap(float(np.exp(roots[0])) if len(roots) else middle))
         if abs(point.dU) < ALMOST * max(abs(a.dU), abs(b.dU)):
             return Zero(point, branch.snapshots)
-        raise NoSteadyState(f"the zero of dU between d = {a.d:.5g} and {b.d:.5g} was lost")
+        raise NoSteadyState(f"the zero of dU between d = {a.d:.5g} and {b.d:.5g} was not found")
     return Jump(a, b)
 
 
@@ -197,8 +197,8 @@ def equilibria(zeros: list[Zero], points: list[Point]) -> list[Equilibrium]:
     """Summary of the zeros of a curve.
 
     Args:
-        zeros: In ascending d.
-        points: Those of the curve, in ascending d.
+        zeros: Zeros in ascending d.
+        points: Points of the curve in ascending d.
     """
     if not zeros:
         return []
@@ -211,11 +211,8 @@ def equilibria(zeros: list[Zero], points: list[Point]) -> list[Equilibrium]:
     result = []
     for before, zero, end, peak in zip(ends, (z.point for z in zeros), ends[2:], peaks[1:], strict=False):
         left, right = ([p for p in points if a <= p.d <= b] for a, b in ((before, zero.d), (zero.d, end)))
-        slope, error, certain = float(zero.slopes[0]), None, None
-        if zero.mesh_errors is not None:
-            error = float(zero.mesh_errors[0]) / abs(slope)
-            certain = all(
-                any(p.mesh_errors is not None and abs(p.dU) > p.mesh_errors[0] for p in side) for side in (left, right)
-            )
+        slope = float(zero.slopes[0])
+        error = float(zero.dU_errors[0]) / abs(slope)
+        certain = all(any(abs(p.dU) > p.dU_errors[0] for p in side) for side in (left, right))
         result.append(Equilibrium(zero.d, slope, peak / max(peaks), error, certain))
     return result

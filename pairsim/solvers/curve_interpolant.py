@@ -1,4 +1,4 @@
-"""The master curve between its points."""
+"""Interpolation of a master curve between its points."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from pairsim.runtime.arrays import Array
 
 
 def curve_interpolant(d: Array, values: Array, slopes: Array) -> CubicHermiteSpline:
-    """The cubic Hermite interpolant over log d.
+    """Cubic Hermite interpolant in log d.
 
     Args:
         d: Distances, ascending, shape (n,).
-        values: Values there, shape (n,) or (n, k).
-        slopes: Their derivatives by d, of the same shape.
+        values: Values at these distances, shape (n,) or (n, k).
+        slopes: Derivatives with respect to d, of the same shape.
 
     Returns:
-        A function of log d.
+        The interpolant as a function of log d.
     """
     factors = d if values.ndim == 1 else d[:, None]
     return CubicHermiteSpline(np.log(d), values, slopes * factors)

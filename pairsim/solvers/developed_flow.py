@@ -1,4 +1,4 @@
-"""The flow without particles at every Deborah number of a branch."""
+"""Developed flow without particles at the Deborah numbers of a branch."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from pairsim.physics.materials.polymer import Law
 from pairsim.physics.pipe import Pipe, PipeState
 from pairsim.runtime.fenicsx import MPI
 
-# Relative change of De over which a flow is taken from the one known.
+# Relative difference of De up to which a known flow is the first guess for another one; chosen.
 ALL_BUT_THE_SAME = 0.01
 
 
 class DevelopedFlows:
-    """Finds each developed flow once.
+    """Cache of developed flows by Deborah number.
 
     Args:
         comm: Communicator of the case.
@@ -25,10 +25,10 @@ class DevelopedFlows:
         self._known: dict[float, PipeState] = {}
 
     def at(self, De: float) -> PipeState:
-        """The flow at a Deborah number.
+        """Developed flow at a Deborah number; collective.
 
         Raises:
-            NoSteadyState: It was not found.
+            NoSteadyState: No developed flow was found.
         """
         if De not in self._known:
             nearest = min(self._known, key=lambda other: abs(other - De), default=np.inf)
@@ -38,5 +38,5 @@ class DevelopedFlows:
         return self._known[De]
 
     def learn(self, other: DevelopedFlows) -> None:
-        """Take over the flows of another scene in the same liquid."""
+        """Copy the flows computed by another scene in the same liquid."""
         self._known |= other._known

@@ -1,4 +1,4 @@
-"""What a march in time depends on: accepted values and the mesh that they are on."""
+"""State of a time integration: accepted values of the last steps, and the mesh."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pairsim.solvers.matrix_state import MatrixState
 
 @dataclass
 class Counts:
-    """What a run took."""
+    """Counters of the work of a run."""
 
     steps: int = 0
     rejected: int = 0
@@ -23,13 +23,13 @@ class Counts:
 
 @dataclass
 class History:
-    """Accepted values, newest first; the lists and arrays are replaced, never changed in place.
+    """Accepted values of the last steps, newest first. Lists and arrays are replaced, never changed in place.
 
     Attributes:
-        t: Times of h and x.
-        h: Positions of the material.
-        x: Full vectors.
-        y: Free unknowns, on the present mesh only, up to four: the next guess extrapolates them.
+        t: Times of h and x, at most three [D_c/U_av].
+        h: Positions of the material, shape (n_h,) each.
+        x: Full vectors, shape (n,) each.
+        y: Free unknowns on the present mesh, at most four, shape (n_y,) each; extrapolated for the next first guess.
         t_y: Times of y.
     """
 
@@ -46,18 +46,19 @@ class History:
 
 @dataclass(frozen=True)
 class State:
-    """A march after an accepted step.
+    """State of a time integration after an accepted step, from which it can be continued.
 
     Attributes:
-        history: Accepted values.
-        reference, mesh: The reference domain of the liquid and its mesh.
+        history: Accepted values of the last steps.
+        reference: Reference domain of the liquid.
+        mesh: Mesh of the reference domain.
         inside: Meshes of the particles, None for a rigid one.
-        dt: Size that the next step is to have.
-        U_m: Velocity of the frame.
-        matrix_state: The solver's matrix, None where the next step makes its own.
-        due: Whether a new mesh comes first.
-        counts: What the march took so far.
-        seconds: Seconds by phase of the work.
+        dt: Size of the next step [D_c/U_av].
+        U_m: Velocity of the frame in the next step [U_av].
+        matrix_state: Matrix that the solver reuses in the next step, None if the next step assembles one.
+        due: Whether the liquid is remeshed before the next step.
+        counts: Work since the start of the run.
+        seconds: Wall time since the start of the run by phase of the computation [s].
     """
 
     history: History

@@ -1,4 +1,4 @@
-"""What a solver carries over from one solve to the next, in numbers that a checkpoint can hold."""
+"""State of Newton's matrix between two solves, in a form that can be stored in a checkpoint."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from pairsim.runtime.arrays import Array
 
 @dataclass(frozen=True)
 class Place:
-    """What the values of a matrix depend on.
+    """State at which a matrix was assembled; it determines the entries.
 
     Attributes:
-        x: Full vector at which it was assembled.
-        star: What the time scheme had fixed of it, None where no liquid remembers.
-        g, U_m: gamma dt and the velocity of the frame.
+        x: Full vector, shape (n,).
+        star: Part of the full vector fixed by the time scheme, shape (n,); None for a Newtonian liquid.
+        g: gamma dt.
+        U_m: Velocity of the frame.
     """
 
     x: Array
@@ -25,12 +26,12 @@ class Place:
 
 @dataclass(frozen=True)
 class MatrixState:
-    """What a solver carries over to its next solve.
+    """State that a solver keeps for its next solve.
 
     Attributes:
-        places: Where the matrix was by whose values MUMPS ordered and scaled, and where the one in hand was.
-        rate: Last rate of convergence with it.
-        relaxation: Work space of MUMPS, in percent above its estimate.
+        places: State of the matrix that MUMPS analysed (ordering and scaling), and of the matrix factorised last.
+        rate: Last rate of contraction with the factorised matrix.
+        relaxation: Workspace of MUMPS above its estimate [%].
     """
 
     places: tuple[Place, Place]

@@ -1,4 +1,4 @@
-"""Solutions carried from one mesh to another, where they are guesses."""
+"""Interpolation of solutions between meshes. Except for the stress, the results are first guesses only."""
 
 from __future__ import annotations
 
@@ -13,13 +13,17 @@ from pairsim.runtime.arrays import Array
 
 
 def carry_liquid(old: Scene, x: Array, scene: Scene, new: Array, shift: float = 0.0) -> Array:
-    """The liquid's fields on another mesh.
+    """Interpolate velocity, pressure and log-conformation of the liquid to another mesh.
 
     Args:
-        old, x: A scene and its full vector.
+        old: Scene to interpolate from.
+        x: Full vector of `old`, shape (n,).
         scene: The same scene on another mesh.
-        new: Full vector there that holds the displacement of the mesh; the fields are put into it.
-        shift: How far along the axis everything is from where it was.
+        new: Full vector of `scene` with the displacement of its mesh; the fields are written into it.
+        shift: Axial translation of the particles relative to the old scene [D_c].
+
+    Returns:
+        The vector `new`.
     """
     mesh = old.liquid.six_node_mesh
     p = np.zeros(len(mesh.points))
@@ -43,16 +47,17 @@ def carry_liquid(old: Scene, x: Array, scene: Scene, new: Array, shift: float = 
 
 
 def carry_particles(old: Scene, x: Array, displaced: Array, bodies: Sequence[Body]) -> tuple[Array, Array]:
-    """Displacements and pressures inside the particles on other meshes of them.
+    """Interpolate displacements and pressures inside the particles to other meshes of the particles.
 
     Args:
-        old, x: A scene and its full vector.
-        displaced: Displacements of all material there, in the numbering of h.
+        old: Scene to interpolate from.
+        x: Full vector of `old`, shape (n,).
+        displaced: Displacements of all material in the old scene, in the numbering of h.
         bodies: The particles on the other meshes.
 
     Returns:
-        Displacements in the numbering of h there (nothing but its shift for a rigid particle), and the pressures at
-        the vertices of all soft particles.
+        Displacements in the numbering of h of the other meshes, with one axial displacement for a rigid particle, and
+        the pressures at the vertices of all soft particles.
     """
     displacements, pressures = [np.empty(0)], [np.empty(0)]
     for before, body in zip(old.bodies, bodies, strict=True):
@@ -70,12 +75,20 @@ def carry_particles(old: Scene, x: Array, displaced: Array, bodies: Sequence[Bod
 
 
 def free_unknowns(constraints: Constraints, x: Array) -> Array:
-    """Free unknowns of the liquid out of a full vector; others are zero."""
+    """Extract the free unknowns of the liquid from a full vector; the other unknowns are set to zero.
+
+    Args:
+        constraints: Constraints of the scene.
+        x: Full vector, shape (n,).
+
+    Returns:
+        Free unknowns, shape (n_y,).
+    """
     y = np.zeros(constraints.size)
     columns = constraints.N.tocsc()
     for name in ("u", "p_f", "s", "eta"):
         unknowns = constraints.fields.get(name, np.empty(0, int))
         entry = columns[:, unknowns].tocoo()
-        own = entry.data == 1.0  # an unknown's other nodes carry halves of it
+        own = entry.data == 1.0  # mid-side nodes with a P1 displacement depend on an unknown by the factor 1/2
         y[unknowns[entry.col[own]]] = x[entry.row[own]]
     return y

@@ -1,7 +1,8 @@
-"""A case on a reference mesh of its liquid, which is replaced when it has served its time; in time and quasi-steady.
+"""A scene whose liquid can be remeshed, common to time-dependent and quasi-steady problems.
 
-Particles keep their meshes always. A new mesh lies around undeformed spheres while the shapes allow it, otherwise
-around the shapes as they are; the mesh follows the particles by extension of their displacement into the liquid.
+The particles keep their meshes. A new mesh of the liquid is made around undeformed spheres while the distortion allows
+it, otherwise around the deformed shapes. Between remeshings the mesh follows the particles by an extension of their
+displacement into the liquid; see "Remeshing" in docs/explanation/numerics.md.
 """
 
 from __future__ import annotations
@@ -32,17 +33,20 @@ from pairsim.solvers.problems import SceneProblem
 def cut_particles(
     comm: MPI.Comm, settings: MeshSettings, geometry: Geometry, narrowest: tuple[float, ...], Ca_es: Sequence[float]
 ) -> tuple[list[Outline], list[SixNodeMesh | None]]:
-    """Outlines of the particles, and meshes of the soft ones among them, the same on every process.
+    """Divide the outlines of the particles into arcs and mesh the soft particles; collective.
 
     Args:
         comm: Communicator of the case.
         settings: Cell sizes.
-        geometry: Where the particles are.
-        narrowest: Distances that the outlines are cut for.
-        Ca_es: Elastic capillary numbers.
+        geometry: The particles.
+        narrowest: Distances that determine the lengths of the arcs, N-1 values.
+        Ca_es: Elastic capillary numbers, N values.
+
+    Returns:
+        Outlines, and meshes with None for rigid particles, identical on every process.
 
     Raises:
-        MeshFailure: They could not be made.
+        MeshFailure: A mesh could not be generated.
     """
 
     def cut() -> tuple[list[Outline], list[SixNodeMesh | None]]:
@@ -53,23 +57,24 @@ def cut_particles(
 
 
 class MeshedScene:
-    """The particles, and the scene and its solver on the present mesh, which `put` makes.
+    """The particles of a case, and the scene and the solver on the present mesh of the liquid, created by `put`.
 
     Args:
         comm: Communicator of the case.
-        problem: What does not change.
-        outlines: Cut half-circles of the particles.
-        insides: Meshes of the soft ones.
-        Ca_es: Elastic capillary numbers that the forms begin with; 0 is rigid, for good.
-        polymer: Viscoelastic part of the liquid, with the De that the forms begin with.
-        steady: Quasi-steady, or in time.
-        constrain: Makes the constraints on every new mesh, when `scene` is there.
-        clock: Where the seconds go.
+        problem: The problem.
+        outlines: Outlines of the particles.
+        insides: Meshes of the soft particles, None for rigid ones.
+        Ca_es: Initial elastic capillary numbers; a particle with 0 stays rigid.
+        polymer: Polymer contribution to the liquid, with the initial De; None for a Newtonian liquid.
+        steady: Whether the problem is quasi-steady.
+        constrain: Function that returns the constraints; called after `scene` has been created on a new mesh.
+        clock: Stopwatch for the phases of the computation.
 
     Attributes:
-        scene, constraints: On the present mesh.
-        material: Free unknowns of the particles' material, the same on every mesh of the liquid.
-        made: Meshes made so far.
+        scene: Scene on the present mesh.
+        constraints: Constraints on the present mesh.
+        material: Indices of the free unknowns of the particles, whose values do not depend on the mesh of the liquid.
+        made: Number of meshes generated so far.
     """
 
     scene: Scene
@@ -100,14 +105,18 @@ class MeshedScene:
     @property
     def newton(self) -> Newton:
         """The solver on the present mesh."""
-        assert self._newton is not None, "the scene was closed"
+        assert self._newton is not None, "the scene has been closed"
         return self._newton
 
     def put(self, reference: Reference, mesh: SixNodeMesh | None = None) -> None:
-        """Put a mesh of the reference domain around the particles, a new one unless it is given.
+        """Create the scene on a mesh of a reference domain.
+
+        Args:
+            reference: Reference domain of the liquid.
+            mesh: Its mesh; generated if None.
 
         Raises:
-            MeshFailure: It could not be made; the old one stays.
+            MeshFailure: The mesh could not be generated; the previous scene is kept.
         """
         if mesh is None:
             with self.clock("mesh"):
@@ -131,29 +140,29 @@ class MeshedScene:
         self.material = np.concatenate([fields.get(name, np.empty(0, int)) for name in ("v", "h", "U_p", "p_s")])
 
     def geometry_at(self, h: Array) -> Geometry:
-        """Diameters and present distances.
+        """Geometry with the distances at the material positions h, shape (n_h,).
 
         Raises:
-            MeshFailure: The particles touch.
+            MeshFailure: Two particles are in contact.
         """
         distances = self.comm.bcast(diagnostics.gaps(self.bodies, h))
         if distances.size and distances.min() <= 0:
-            raise MeshFailure("the particles touch")
+            raise MeshFailure(f"two particles are in contact: their distance is {distances.min():.2g}")
         return Geometry(self.problem.betas, tuple(map(float, distances)), self.problem.length)
 
     def remesh(
         self, h: Array, geometry: Geometry, spheres: Geometry | None, good_enough: Callable[[float], bool]
     ) -> None:
-        """Put a new mesh around the particles, around undeformed spheres where that one is good enough.
+        """Create the scene on a new mesh, around undeformed spheres if possible, otherwise around the deformed shapes.
 
         Args:
-            h: Positions of the material.
-            geometry: The geometry there.
-            spheres: That of undeformed spheres to try first, None: none will do.
-            good_enough: Whether the distortion that their mesh has at h may be borne.
+            h: Positions of the material, shape (n_h,).
+            geometry: Geometry at these positions.
+            spheres: Geometry of undeformed spheres to try first; None to use the deformed shapes at once.
+            good_enough: Whether a mesh around spheres with the given distortion at h is accepted.
 
         Raises:
-            MeshFailure: A mesh could not be made.
+            MeshFailure: A mesh could not be generated.
         """
         if spheres is not None:
             self.put(Reference.spheres(spheres, self.outlines))
@@ -165,18 +174,25 @@ class MeshedScene:
         self.put(Reference(geometry, self.outlines, shapes, True))
 
     def extend(self, h: Array) -> tuple[Array, Array]:
-        """Displacement of a mesh that moves for given material positions: its free unknowns, and the full vector."""
+        """Extend the displacement of the particles into the liquid, on a moving mesh.
+
+        Args:
+            h: Positions of the material, shape (n_h,).
+
+        Returns:
+            Free unknowns of the mesh displacement, and the full vector with zeros elsewhere.
+        """
         if self._extension is None:
             self._extension = Newton(self.scene, extension_constraints(self.scene), clock=self.clock)
         eta, _ = self._extension.solve(np.zeros(self._extension.constraints.size), h, 1.0, 0.0)
         return eta, self._extension.state(eta)[1]
 
     def displaced(self, h: Array) -> Array:
-        """Full vector with the mesh's displacement for given material positions, if it moves, and zeros."""
+        """Full vector with the displacement of the mesh for material positions h, and zeros elsewhere, shape (n,)."""
         return self.extend(h)[1] if self.scene.moving else np.zeros(self.scene.size)
 
     def unit_extensions(self) -> Array:
-        """The mesh's velocity for unit velocity of each particle, at the vertices, (N, n_vertices, 2)."""
+        """Velocity of the mesh at the vertices for unit velocity of each particle, shape (N, vertices, 2)."""
         scene, vertices = self.scene, self.scene.liquid.six_node_mesh.vertices
         if scene.polymer is None or not scene.moving:
             return np.ones((len(self.bodies), len(vertices), 2)) * [1.0, 0.0]
@@ -190,17 +206,21 @@ class MeshedScene:
         return np.array(fields)
 
     def carried(self, old: Scene, x: Array, h: Array, shift: float = 0.0) -> Array:
-        """The liquid of an old scene on the present mesh, the particles' material at h, as a full vector.
+        """Interpolate the liquid of an old scene to the present mesh.
 
         Args:
-            old, x: The scene and its full vector.
-            h: Positions of the material, in the numbering of both.
-            shift: How far along the axis everything is from where it was.
+            old: The old scene.
+            x: Its full vector.
+            h: Positions of the material, in the numbering of both scenes, shape (n_h,).
+            shift: Axial translation of the particles relative to the old scene [D_c].
+
+        Returns:
+            Full vector on the present mesh.
         """
         return carry_liquid(old, x, self.scene, self.displaced(h), shift)
 
     def close(self) -> None:
-        """Give the solvers' memory back."""
+        """Free the memory of the solvers."""
         for solver in (self._newton, self._extension):
             if solver is not None:
                 solver.destroy()
@@ -208,7 +228,7 @@ class MeshedScene:
 
 
 class OnMeshedScene:
-    """What solves on a meshed scene, whose parts it shows as its own.
+    """Base class of solvers on a `MeshedScene`, with shortcuts to its attributes.
 
     Attributes:
         meshed: The scene with its mesh.

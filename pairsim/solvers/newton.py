@@ -1,7 +1,8 @@
-"""Newton's method for T R(x(y)) = 0 with PETSc SNES and MUMPS. The only module that touches PETSc.
+"""Newton's method for T R(x(y)) = 0 with PETSc SNES and MUMPS. No other module uses PETSc objects.
 
-The assembled entries of all phases land in T A P in one pass: their places and factors are worked out once, and PETSc
-sums them (also across processes) through its COO interface. Jacobians are lagged while they contract well.
+The assembled entries of all phases are added to T A P through PETSc's COO interface, which also sums over processes;
+their positions and factors are computed once. The Jacobian is lagged while the iteration contracts well. See "Nonlinear
+and linear solvers" in docs/explanation/numerics.md.
 """
 
 from __future__ import annotations
@@ -32,23 +33,24 @@ def petsc_version() -> str:
 
 _PREFIXES = itertools.count()
 
-MOST_ANALYSES = 4
+MOST_ANALYSES = 4  # attempts with the workspace of MUMPS doubled each time; chosen
 REASONS = {-3: "the matrix is singular", -4: "the residual is not a number", -5: "too many iterations"}
-# Growth of the residual from which Newton does not come back: such matrices take MUMPS tens of seconds each.
+# Growth of the residual at which the iteration is stopped. No iteration with a larger growth was seen to converge, and
+# MUMPS takes tens of seconds for each matrix of such states.
 LOST = 1e8
 
 
 @dataclass(frozen=True)
 class Report:
-    """How a solve went.
+    """Result of a nonlinear solve.
 
     Attributes:
         converged: Whether the tolerance was met.
-        iterations: Newton iterations (linear solves).
-        factorisations: Numeric factorisations.
-        reason: Why not, or how.
-        steps: Scaled norm of the last step by field.
-        residual: Norm of the last residual.
+        iterations: Number of Newton iterations (linear solves).
+        factorisations: Number of numeric factorisations.
+        reason: "converged", or the reason of the failure.
+        steps: Norm of the last step of each field, relative to the field.
+        residual: Euclidean norm of the last residual.
     """
 
     converged: bool
@@ -62,11 +64,13 @@ class Report:
 class Newton:
     """Newton's method on one scene with one set of constraints.
 
+    Methods that solve or assemble are collective; vectors are identical on every process.
+
     Args:
-        scene: Phases and scalars.
-        constraints: Free unknowns and test rows.
-        options: Tolerance, when a new matrix is made, and how it is factored.
-        clock: Where the seconds go.
+        scene: The scene.
+        constraints: Its constraints.
+        options: Tolerance, reuse of the matrix, and options of the factorisation.
+        clock: Stopwatch for the phases of the computation.
     """
 
     def __init__(
@@ -82,7 +86,7 @@ class Newton:
         self.matrix = KeptMatrix(self.options.matrix)
         self._analysed: Place | None = None
         self._factored: Place | None = None
-        # Of the solve under way.
+        # State of the present solve.
         self._h_star, self._g, self._U_m = np.zeros(scene.h_size), 1.0, 0.0
         self._x = np.zeros(scene.size)
         self._star: Array | None = None
@@ -133,7 +137,7 @@ class Newton:
         self._range = self._y.getOwnershipRange()
 
     def _gather(self, vector: Any) -> Array:
-        """The whole of a distributed vector on every process."""
+        """Gather a distributed vector on every process, shape (n_y,)."""
         if self.scene.comm.size == 1:
             return np.array(vector.getArray(readonly=True))
         whole = np.empty(self.constraints.size)
@@ -145,7 +149,7 @@ class Newton:
         return reduced
 
     def state(self, y: Array) -> tuple[Array, Array]:
-        """h and x of free unknowns y, with h*, g and U_m of the last solve."""
+        """Material positions h and full vector x for free unknowns y, with h*, g and U_m of the last solve."""
         h = self.constraints.positions(y, self._h_star, self._g, self._U_m)
         return h, self.constraints.expand(y, h)
 
@@ -157,7 +161,7 @@ class Newton:
             r.setArray(self._scaled_rows(self._tested(x))[self._range[0] : self._range[1]])
 
     def _tested(self, x: Array) -> Array:
-        """T R(x), the same on every process."""
+        """T R(x), summed over processes, shape (n_y,)."""
         self.scene.set(x)
         local = [phase.residual() for phase in self.scene.phases]
         full = np.concatenate([*local, np.zeros(self.scene.size - self.scene.m)])
@@ -179,7 +183,7 @@ class Newton:
         self._factorisations += 1
 
     def _factor(self, ksp: Any, A: Any) -> None:
-        """Factor the matrix; where delayed pivots outgrow MUMPS's work space, analyse anew with more of it."""
+        """Factorise the matrix; repeat the analysis with twice the workspace if delayed pivots exceed it."""
         ksp.setOperators(A)
         for _ in range(MOST_ANALYSES):
             with sigterm_waits():
@@ -191,14 +195,14 @@ class Newton:
             ksp.setOperators(A)
 
     def _forget_factor(self) -> None:
-        """Drop the factor and its symbolic analysis; the next one starts afresh."""
+        """Discard the factors and the symbolic analysis."""
         PETSc.Options()[f"{self._prefix}mat_mumps_icntl_14"] = self._relaxation
         self._snes.getKSP().reset()
         self.matrix.forget()
         self._analysed = None
 
     def _assemble(self, A: Any) -> None:
-        """Put T A P of the phases' current state into the matrix."""
+        """Assemble T A P at the current state of the phases."""
         parts = []
         for phase, entries in zip(self.scene.phases, self._entries, strict=True):
             parts.append(phase.jacobian()[entries.source] * entries.factors(self._g))
@@ -219,8 +223,8 @@ class Newton:
             return reason.DIVERGED_DTOL
         step, x = self._gather(snes.getSolutionUpdate()), self._gather(snes.getSolution())
         self._steps = self.scaled(step, x)
-        # All processes decide by one and the same number: norms may differ between them in the last digit.
-        # Pressures follow from the rest, and may double their small values on the way to a solution.
+        # The norms are broadcast, since they may differ between processes by rounding and all must decide alike.
+        # Divergence is judged without the pressures, which may change by a multiple of their small initial values.
         largest = max((v for k, v in self._steps.items() if k != "m"), default=0.0)
         leading = max((v for k, v in self._steps.items() if k not in ("m", "p_f", "p_s", "dp")), default=0.0)
         largest, leading = self.scene.comm.bcast((largest, leading))
@@ -233,17 +237,17 @@ class Newton:
             self._why = "the steps grow"
             return reason.DIVERGED_DTOL
         if its >= self.options.max_iterations:
-            self._why = f"{its} iterations"
+            self._why = f"no convergence in {its} iterations"
             return reason.DIVERGED_MAX_IT
         self.matrix.go_on()
         return reason.ITERATING
 
     def forget(self) -> None:
-        """Make the next solve factor anew."""
+        """Discard the matrix; the next solve assembles and factorises a new one."""
         self.matrix.forget()
 
     def scaled(self, step: Array, y: Array) -> dict[str, float]:
-        """Norm of a step by field, relative to the field's size."""
+        """Norms of a step by field, relative to the norms of the fields of y."""
         return {
             name: float(np.linalg.norm(step[i]) / max(np.linalg.norm(y[i]), 1e-3 * np.sqrt(len(i))))
             for name, i in self.constraints.fields.items()
@@ -254,14 +258,14 @@ class Newton:
         """Solve from a first guess.
 
         Args:
-            y: First guess, shape (n_y,), the same on every process.
-            h_star: Part of h that the time scheme has fixed.
+            y: First guess, shape (n_y,).
+            h_star: Part of h fixed by the time scheme, shape (n_h,).
             g: gamma dt of the time scheme.
             U_m: Velocity of the frame.
-            star: Part of the full vector that the time scheme has fixed (needed by a viscoelastic liquid).
+            star: Part of the full vector fixed by the time scheme, shape (n,); needed for a viscoelastic liquid.
 
         Returns:
-            The solution (or the last iterate) and how it went.
+            The solution, or the last iterate without convergence, and a report.
         """
         self._h_star, self._g, self._U_m, self._star = h_star, g, U_m, star
         if star is not None:
@@ -291,18 +295,18 @@ class Newton:
         return solution, report
 
     def overstretched(self, y: Array) -> str:
-        """In words, where a FENE-P liquid is past its pole: equations that Newton solves there mean nothing."""
+        """Message if tr c exceeds L2 in a FENE-P liquid, where solutions are spurious; otherwise empty."""
         return self.scene.overstretched(self.state(y)[1])
 
     def place(self, h_star: Array) -> None:
-        """Set h* for the evaluations below, with g = 1 and U_m = 0 as quasi-steady scenes have them."""
+        """Set h* for evaluations without a solve, with g = 1 and U_m = 0 as in quasi-steady scenes."""
         self._h_star, self._g, self._U_m = h_star, 1.0, 0.0
 
     def factor_at(self, y: Array) -> bool:
-        """Factor the matrix at y: for linear solves, and as the matrix that the next solve begins with.
+        """Assemble and factorise the matrix at y, for `linear_solve` and for the next solve.
 
         Returns:
-            Whether it could be factored; nothing may be solved with it otherwise.
+            Whether the factorisation succeeded; otherwise `linear_solve` must not be called.
         """
         if not np.isfinite(self.residual_at(y)).all():  # MUMPS may crash on such a matrix
             self._forget_factor()
@@ -317,11 +321,11 @@ class Newton:
 
     @property
     def factor_megabytes(self) -> int:
-        """Memory that MUMPS took for the factors in hand, all processes together [1e6 bytes]."""
+        """Memory of the current factors on all processes [1e6 bytes]."""
         return int(self._snes.getKSP().getPC().getFactorMatrix().getMumpsInfog(22))
 
     def linear_solve(self, rhs: Array, *, transposed: bool = False) -> Array:
-        """Solve with the matrix in hand (or its transpose)."""
+        """Solve a linear system with the matrix factorised last, or with its transpose; shapes (n_y,)."""
         b, x = self._A.createVecs()
         b.setArray(rhs[self._range[0] : self._range[1]])
         ksp = self._snes.getKSP()
@@ -333,22 +337,22 @@ class Newton:
         return values
 
     def reduce(self, x: Array) -> Array:
-        """T R for a full vector x that need not be one that meets the constraints."""
+        """T R for a full vector x, shape (n,), which may violate the constraints."""
         with self.clock("assembly"):
             return self._scaled_rows(self._tested(x))
 
     @property
     def matrix_state(self) -> MatrixState | None:
-        """What the next solve of a march begins with; None: it makes its own matrix."""
+        """State of the matrix for the next solve, None if the next solve assembles a new one."""
         if self.matrix.g is None or self._factored is None or self._analysed is None:
             return None
         return MatrixState((self._analysed, self._factored), self.matrix.rate, self._relaxation)
 
     def recall(self, state: MatrixState) -> None:
-        """Make the matrix of a state again: the next solve takes the very steps that it would have taken then.
+        """Reproduce the matrix of a stored state, so that a continued run has the same Newton steps.
 
-        A lagged matrix decides where within the tolerance Newton ends, and its ordering how it is rounded; dU, a small
-        difference of large velocities, tells both apart.
+        A lagged matrix affects the solution within the tolerance, and its ordering affects rounding. Both are visible
+        in dU, a small difference of large velocities.
         """
         self._relaxation = state.relaxation
         self._forget_factor()
@@ -363,7 +367,7 @@ class Newton:
         self.matrix.rate = state.rate
 
     def residual_at(self, y: Array) -> Array:
-        """The whole residual T R at y, with h*, g and U_m of the last solve."""
+        """Residual T R at y, with h*, g and U_m of the last solve, shape (n_y,)."""
         vector = self._y.duplicate()
         out = self._r.duplicate()
         vector.setArray(y[self._range[0] : self._range[1]])
@@ -374,7 +378,7 @@ class Newton:
         return values
 
     def jacobian_times(self, y: Array, direction: Array) -> Array:
-        """T A P at y times a direction; overwrites the matrix in hand."""
+        """Product of T A P at y with a direction, shape (n_y,); discards the current matrix."""
         self.residual_at(y)
         self._assemble(self._A)
         self.matrix.forget()
@@ -387,7 +391,7 @@ class Newton:
         return values
 
     def destroy(self) -> None:
-        """Give all PETSc objects back and remove this solve's options."""
+        """Destroy all PETSc objects and remove the options of this solver from PETSc's database."""
         options = PETSc.Options()
         for name in self._names:
             options.delValue(name)

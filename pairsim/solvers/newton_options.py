@@ -1,4 +1,7 @@
-"""How Newton's method is run: its tolerance, when it makes a new matrix, and how MUMPS factors it."""
+"""Options of Newton's method: tolerance, reuse of the matrix, and control parameters of MUMPS.
+
+The origin of the default values is listed in docs/explanation/constants.md.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +10,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class MatrixPolicy:
-    """When Newton's method makes a new matrix; a matrix and its factors cost some 13 iterations with those in hand.
+    """Criteria for a new matrix. Assembling and factorising one costs as much as about 13 iterations without.
 
     Attributes:
-        slow: Rate of contraction above which a kept matrix no longer serves.
-        other_step: Largest relative change of g = gamma dt over which a matrix serves another step.
-        far: Step above which even a matrix made in the same iteration is replaced by one at the new iterate.
-        unproven_rate: Least rate that is assumed of a matrix before the solve under way has seen one.
+        slow: Rate of contraction above which the matrix is not reused.
+        other_step: Largest relative change of g = gamma dt for which the matrix is reused in another step.
+        far: Norm of a step, relative to the fields, above which even a matrix from the same iteration is replaced.
+        unproven_rate: Smallest rate of contraction that is assumed before one was observed in the present solve.
     """
 
     slow: float = 0.15
@@ -22,31 +25,32 @@ class MatrixPolicy:
     unproven_rate: float = 0.1
 
     def serves_step(self, ratio: float) -> bool:
-        """Whether a matrix may begin a solve whose g is `ratio` times its own (infinite: there is none)."""
+        """Whether a matrix is reused in a solve whose g is `ratio` times that of the matrix; infinite: no matrix."""
         return abs(ratio - 1) <= self.other_step
 
     def is_worn(self, rate: float, step: float, fresh: bool) -> bool:
         """Whether the next iteration needs a new matrix.
 
         Args:
-            rate: Contraction of the last step.
-            step: Size of the last step, relative to the fields.
-            fresh: Whether the matrix was made for that very step.
+            rate: Rate of contraction of the last step.
+            step: Norm of the last step, relative to the fields.
+            fresh: Whether the matrix was assembled for that step.
         """
         return step > self.far if fresh else rate > self.slow
 
 
 @dataclass(frozen=True)
 class MumpsOptions:
-    """MUMPS's control parameters.
+    """Control parameters of MUMPS.
 
-    Nested dissection of the structure as it is, and pivoting for the zeros on the diagonal. With a maximum transversal
-    first (5) factors have 4 to 14 % more entries in every kind of scene; MUMPS's own choice has twice as many.
+    By default the matrix is ordered by nested dissection without a preceding maximum transversal; zeros on the diagonal
+    are treated by pivoting. Measured: with the transversal `transversal=5` the factors have 4 to 14 % more entries in
+    every kind of scene, with MUMPS's automatic choice twice as many.
 
     Attributes:
-        transversal: ICNTL(6), permutation to a diagonal without zeros; 0 is none.
-        ordering: ICNTL(7); 5 is METIS.
-        workspace: ICNTL(14), work space above the estimate [%].
+        transversal: ICNTL(6), permutation to a zero-free diagonal; 0 for none.
+        ordering: ICNTL(7), fill-reducing ordering; 5 is METIS.
+        workspace: ICNTL(14), workspace above the estimate [%].
     """
 
     transversal: int = 0
@@ -55,7 +59,7 @@ class MumpsOptions:
 
     @property
     def controls(self) -> dict[str, int]:
-        """Names of PETSc's options without their prefix, and values."""
+        """PETSc options without their prefix, and their values."""
         return {"icntl_6": self.transversal, "icntl_7": self.ordering, "icntl_14": self.workspace}
 
 
@@ -64,10 +68,10 @@ class NewtonOptions:
     """Options of Newton's method.
 
     Attributes:
-        tolerance: Estimated error left in any field, relative to the field's size.
-        max_iterations: Linear solves allowed.
-        matrix: When a new matrix is made.
-        mumps: How it is factored.
+        tolerance: Largest estimated error of a field after the last iteration, relative to the norm of the field.
+        max_iterations: Largest number of iterations in one solve.
+        matrix: Criteria for a new matrix.
+        mumps: Control parameters of the factorisation.
     """
 
     tolerance: float = 1e-8
@@ -77,5 +81,5 @@ class NewtonOptions:
 
 
 STEADY = NewtonOptions(tolerance=1e-9)
-# In time a kept matrix serves longer: more iterations are allowed than with a matrix each.
+# In time-dependent problems the matrix is reused for longer, which takes more iterations.
 TRANSIENT = NewtonOptions(tolerance=1e-9, max_iterations=25, matrix=MatrixPolicy(slow=0.3))

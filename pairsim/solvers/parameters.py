@@ -1,4 +1,4 @@
-"""Where a quasi-steady scene is in the space of its parameters."""
+"""Parameters of a quasi-steady scene that vary along a branch."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 
 @dataclass(frozen=True)
 class Parameters:
-    """Where a scene is in the space of its parameters.
+    """Parameters of a quasi-steady scene.
 
     Attributes:
-        gaps: Distances between facing surfaces on the axis, (N-1,).
-        Ca_es: Elastic capillary numbers, 0 for rigid particles, (N,).
-        De: Deborah number; 0 without polymer.
+        gaps: Distances between facing surfaces on the axis from upstream [D_c], N-1 values.
+        Ca_es: Elastic capillary numbers, 0 for rigid particles, N values.
+        De: Deborah number, 0 for a Newtonian liquid.
         size: Factor of all particle diameters; differs from 1 only for derivatives with respect to beta.
     """
 
@@ -22,5 +22,5 @@ class Parameters:
     size: float = 1.0
 
     def with_gap(self, d: float) -> Parameters:
-        """All gaps equal to d."""
+        """The same parameters with all distances equal to d."""
         return replace(self, gaps=(d,) * len(self.gaps))

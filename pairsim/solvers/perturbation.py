@@ -1,4 +1,7 @@
-"""What a quasi-steady solution answers to small changes: of the parameters, and of time."""
+"""First-order perturbations of a quasi-steady solution: sensitivities to parameters, and slow drift in time.
+
+See "Sensitivities" in docs/explanation/numerics.md.
+"""
 
 from __future__ import annotations
 
@@ -13,10 +16,16 @@ from pairsim.solvers.steady import DIFFERENCE, Steady
 
 
 def drift(steady: Steady) -> Array:
-    """Change of the particles' velocities by what a quasi-steady scene leaves out, to first order, (N,).
+    """Change of the particles' velocities by the terms that the quasi-steady equations neglect, to first order.
 
-    The distances change at the rates dU, and with them the shapes and s; the velocity of the surfaces, that of the
-    mesh and ds/dt that follow from this are put into the full residual. `factor` first.
+    The distances change at the rates dU, and with them the shapes and s. The resulting velocities of the surfaces and
+    of the mesh and ds/dt are inserted into the complete residual; one linear solve gives the change of the velocities.
+
+    Args:
+        steady: The scene, at a solution; its matrix must have been factorised by `Steady.factor`.
+
+    Returns:
+        Changes of the velocities [U_av], shape (N,).
     """
     scene, constraints, now = steady.scene, steady.constraints, steady.parameters
     U = steady.y[constraints.fields["U_p"]]
@@ -57,10 +66,17 @@ def drift(steady: Steady) -> Array:
 
 
 def sensitivities(steady: Steady) -> dict[str, Array]:
-    """Derivatives of every dU, (N-1,), by what the scene has of Ca_e, De and beta, at the same distances.
+    """Derivatives of the relative velocities dU with respect to Ca_e, De and beta at fixed distances, by the adjoint.
 
-    Particles that differ keep the ratios of their values; the derivative is by the largest. One transposed solve a
-    gap serves all parameters. `factor` first.
+    If the values of the particles differ, their ratios are fixed and the derivative is with respect to the largest
+    value. One solve with the transposed matrix for each gap gives the derivatives with respect to all parameters
+    (Giles and Pierce 2000).
+
+    Args:
+        steady: The scene, at a solution; its matrix must have been factorised by `Steady.factor`.
+
+    Returns:
+        Derivatives by name of the parameter, shape (N-1,) each: "beta", and "Ca_e" and "De" if they are not zero.
     """
     now, velocities = steady.parameters, steady.constraints.fields["U_p"]
     lines: dict[str, tuple[float, Callable[[float], Parameters]]] = {}

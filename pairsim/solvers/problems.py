@@ -1,4 +1,4 @@
-"""What the solvers are given of a case: in time, quasi-steady, and what both have in common."""
+"""Definitions of time-dependent and quasi-steady problems, as the solvers receive them."""
 
 from __future__ import annotations
 
@@ -15,12 +15,13 @@ from pairsim.runtime.arrays import Array
 from pairsim.solvers.newton_options import STEADY, TRANSIENT, NewtonOptions
 from pairsim.solvers.step_size import StepControl
 
-# Distances that meshes are made for, in a decade: the mesh of a place depends on the place alone, not on the way to it.
+# Number of distances per decade for which meshes are made. The mesh then depends on the distance alone, not on the
+# order in which distances are solved. Chosen such that neighbouring meshes differ by less than GAP_RATIO.
 PER_DECADE = 5
 
 
 class SceneProblem(Protocol):
-    """What the problems in time and the quasi-steady ones have in common."""
+    """Attributes common to time-dependent and quasi-steady problems."""
 
     @property
     def betas(self) -> tuple[float, ...]: ...
@@ -38,21 +39,25 @@ class SceneProblem(Protocol):
 
 @dataclass(frozen=True)
 class Problem:
-    """What a transient needs to know of a case.
+    """A time-dependent problem.
 
     Attributes:
-        betas, Ca_es, gaps, length: The scene.
-        periodic: Kind of the ends.
+        betas: Diameters of the particles from upstream [D_c], N values.
+        Ca_es: Elastic capillary numbers, 0 for rigid particles, N values.
+        gaps: Initial distances between facing surfaces [D_c], N-1 values.
+        length: Length of the tube [D_c].
+        periodic: Whether the ends are periodic; otherwise the velocity on them is prescribed.
         mesh: Cell sizes.
-        control: Step control.
-        first_step: Size of the first step.
-        boundary_velocity: Velocity on wall and ends when they are not periodic.
-        U_m: First guess of the particles' velocity.
-        start: Starting positions of the material, from the undeformed ones (None: undeformed).
+        control: Control of the step size.
+        first_step: Size of the first step [D_c/U_av].
+        boundary_velocity: Velocity on the wall and on prescribed ends as a function of points, (k, 2) -> (k, 2).
+        U_m: First guess of the velocity of the particles [U_av].
+        start: Initial positions of the material as a function of the undeformed ones, (k, 2) -> (k, 2); None for
+            undeformed particles.
         newton: Options of Newton's method.
-        extrapolated: Earlier solutions, four at most, that the first guess of a step extrapolates.
-        polymer: Viscoelastic part of the liquid.
-        t_end: Time up to which the flow without particles is needed.
+        extrapolated: Number of earlier solutions, at most four, from which the first guess is extrapolated.
+        polymer: Polymer contribution to the liquid, None for a Newtonian liquid.
+        t_end: Time up to which the flow without particles is computed [D_c/U_av].
     """
 
     betas: tuple[float, ...]
@@ -74,17 +79,17 @@ class Problem:
 
 @dataclass(frozen=True)
 class SteadyProblem:
-    """What does not change along a branch.
+    """A quasi-steady problem: everything that does not vary along a branch.
 
     Attributes:
-        betas: Diameters.
-        length: Length of the tube.
-        periodic: Kind of the ends.
+        betas: Diameters of the particles from upstream [D_c], N values.
+        length: Length of the tube [D_c].
+        periodic: Whether the ends are periodic; otherwise the velocity on them is prescribed.
         mesh: Cell sizes.
-        law: Constitutive law of a viscoelastic liquid, None for a Newtonian one; `Parameters` have the De.
-        boundary_velocity: Velocity on wall and ends when they are not periodic.
+        law: Constitutive law, None for a Newtonian liquid; De is one of the `Parameters`.
+        boundary_velocity: Velocity on the wall and on prescribed ends as a function of points, (k, 2) -> (k, 2).
         newton: Options of Newton's method.
-        narrowest: Distance that the arcs of the outlines are cut for, where it is below the first one.
+        narrowest: Smallest distance of the branch, for which the outlines are divided into arcs [D_c].
     """
 
     betas: tuple[float, ...]
@@ -97,7 +102,10 @@ class SteadyProblem:
     narrowest: float = np.inf
 
     def nominal(self, gaps: tuple[float, ...]) -> tuple[float, ...]:
-        """The distances that a mesh around spheres is made for, near the given ones."""
+        """Distances for which a mesh around spheres is made: the nearest of `PER_DECADE` values in each decade.
+
+        The given distances themselves are returned if the rounded ones would take too much of the free length.
+        """
         rounded = tuple(float(10 ** (round(np.log10(d) * PER_DECADE) / PER_DECADE)) for d in gaps)
         free = self.length - sum(self.betas) - sum(gaps)
         return rounded if sum(rounded) - sum(gaps) < free / 4 else gaps

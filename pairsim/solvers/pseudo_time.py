@@ -1,4 +1,7 @@
-"""Quasi-steady scenes through pseudo-time, for places that Newton does not reach at once."""
+"""Pseudo-transient continuation of quasi-steady scenes, for parameters at which Newton's method fails.
+
+Method: Kelley and Keyes (1998), with the time derivative of the log-conformation alone.
+"""
 
 from __future__ import annotations
 
@@ -9,20 +12,21 @@ from pairsim.solvers.newton import Report
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady import Steady
 
-# First and last step of pseudo-time, in relaxation times; doubled each, eleven steps lie between them.
+# First and last step of pseudo-time in relaxation times, chosen. The step is doubled each time, in eleven steps.
 RELAX_FIRST, RELAX_LAST = 0.1, 200.0
-MOST_RELAXED = 40
+MOST_RELAXED = 40  # steps; chosen
 
 
 def relax(steady: Steady, parameters: Parameters) -> Report:
-    """Solve through pseudo-time: s relaxes in growing implicit steps while all else stays in balance.
+    """Solve by pseudo-time: implicit steps of increasing size in s, with all other equations in equilibrium.
 
     Args:
-        steady: A scene in a viscoelastic liquid, at a solution, which is the guess.
-        parameters: Where.
+        steady: A scene in a viscoelastic liquid, at a solution, which is the first guess. It is left at the new
+            solution, or at its previous parameters in case of failure.
+        parameters: Parameters at which to solve.
 
     Returns:
-        The last step's report. On success the solution is the scene's.
+        Report of the last step.
     """
     newton = steady.newton
     h_star, y, dt = steady.apply(parameters), steady.y, RELAX_FIRST * parameters.De
@@ -47,7 +51,7 @@ def relax(steady: Steady, parameters: Parameters) -> Report:
             dt /= 4
             if dt < 1e-3 * RELAX_FIRST * parameters.De:
                 break
-    # Where stress grows for ever, steps would go on being taken.
+    # If the stress grows without bound, every step may converge without a steady state being reached.
     steady.apply(steady.parameters)
-    reason = "stress keeps growing in pseudo-time" if report.converged else report.reason
+    reason = "no steady state was reached in pseudo-time" if report.converged else report.reason
     return replace(report, converged=False, reason=reason)

@@ -1,7 +1,7 @@
-"""Quasi-steady scenes: distances prescribed, d/dt at fixed X dropped, shapes, stresses and all velocities at once.
+"""Quasi-steady scenes: distances are prescribed, and time derivatives at fixed X are dropped.
 
-One object holds a scene at given parameters, solves it from a neighbouring solution, and gives what continuation
-needs: tangents, a new mesh where the old one is too distorted.
+Shapes, stresses, flow and velocities are solved for together; see "Quasi-steady solutions" in
+docs/explanation/numerics.md. `Steady` also provides the tangents and the remeshing that continuation needs.
 """
 
 from __future__ import annotations
@@ -32,20 +32,23 @@ from pairsim.solvers.newton import Report
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 
-# Relative step of the differences that give derivatives with respect to parameters: the residual is smooth.
+# Step of the central differences that approximate derivatives with respect to parameters. Chosen; sensitivities agree
+# with neighbouring solutions to 1e-3.
 DIFFERENCE = 1e-5
-# A steady branch is followed to where shapes barely exist, and there distorted cells make rims buckle too early
-# (beta .4, d .1: at Ca_e .14 around spheres, at .16 around the shapes): a new mesh comes sooner than in time.
+# Distortions at which a mesh is replaced and a mesh around spheres is accepted; stricter than in time, since near the
+# end of a branch distorted cells let rims buckle too early: at Ca_e 0.14 instead of 0.16 (beta 0.4, d 0.1).
 LEAST_STEADY, FRESH_STEADY = 0.6, 0.75
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """A solution and its mesh, to come back to.
+    """A stored solution and its mesh.
 
     Attributes:
-        parameters, y: The solution.
-        reference, mesh: Reference domain of the liquid and its mesh.
+        parameters: Parameters of the solution.
+        y: Free unknowns, shape (n_y,).
+        reference: Reference domain of the liquid.
+        mesh: Mesh of the reference domain.
     """
 
     parameters: Parameters
@@ -59,14 +62,18 @@ class Steady(OnMeshedScene):
 
     Args:
         comm: Communicator of the case.
-        problem: What stays.
-        parameters: Where to begin; which particles are rigid is fixed here.
+        problem: The problem.
+        parameters: Initial parameters. Particles with Ca_e = 0 remain rigid.
 
     Attributes:
-        y: Free unknowns of the last solution (a guess before the first one).
+        parameters: Parameters of the last solution, or of the first guess.
+        y: Free unknowns of the last solution, or the first guess, shape (n_y,).
+        iterations: Number of Newton iterations.
+        factorisations: Number of factorisations.
 
     Raises:
-        MeshFailure: The first mesh could not be made.
+        MeshFailure: The first mesh could not be generated.
+        NoSteadyState: There is no developed flow at the initial De.
     """
 
     def __init__(self, comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters) -> None:
@@ -74,9 +81,9 @@ class Steady(OnMeshedScene):
         self.clock = Clock()
         self._flows = DevelopedFlows(comm, problem.law)
         self.iterations = self.factorisations = 0
-        # Where a mesh around spheres did not do for the shapes, last.
+        # Parameters at which a mesh around spheres was last found to be too distorted.
         self._refused: Parameters | None = None
-        # Where the factors in hand were made: its y and parameters.
+        # State at which the matrix was factorised: y and parameters.
         self._factored: tuple[Array, Parameters] | None = None
         geometry = Geometry(problem.betas, parameters.gaps, problem.length)
         narrowest = tuple(min(d, problem.narrowest) for d in parameters.gaps)
@@ -102,7 +109,7 @@ class Steady(OnMeshedScene):
     # Meshes
 
     def _constrain(self, meshed: MeshedScene) -> Constraints:
-        """Constraints on a new mesh, for which nothing is factored yet."""
+        """Constraints on a new mesh; discards the factors."""
         constraints = self._constraints_on(meshed)
         self._untouched, self._factored = constraints.base.copy(), None
         return constraints
@@ -112,18 +119,19 @@ class Steady(OnMeshedScene):
 
     @property
     def meshes(self) -> int:
-        """Meshes made so far."""
+        """Number of meshes generated so far."""
         return self.meshed.made
 
     def remesh(self, parameters: Parameters | None = None, y: Array | None = None, *, afresh: bool = False) -> None:
-        """A new reference mesh for a state, by default the solution's; `y` becomes that state on it, as a guess.
+        """Remesh the liquid for a state, and interpolate the state to the new mesh as a first guess.
 
         Args:
-            parameters, y: The state, whose mesh must not be folded.
-            afresh: Try a mesh around spheres again, also where an earlier one did not do.
+            parameters: Parameters of the state, by default those of the solution.
+            y: Free unknowns of the state, by default the solution; no cell may be inverted.
+            afresh: Whether a mesh around spheres is tried even if an earlier one was too distorted.
 
         Raises:
-            MeshFailure: It could not be made.
+            MeshFailure: The mesh could not be generated.
         """
         parameters = parameters or self.parameters
         old_y = self.y if y is None else y
@@ -131,7 +139,7 @@ class Steady(OnMeshedScene):
         geometry, material = self.meshed.geometry_at(h), old_y[self.meshed.material]
         spheres = None
         if afresh or not self._as_refused(parameters):
-            # Meshes around spheres exist for certain distances only.
+            # Meshes around spheres are made for the distances of `SteadyProblem.nominal` only.
             spheres = replace(geometry, gaps=self.problem.nominal(parameters.gaps))
 
         def good_enough(distortion: float) -> bool:
@@ -144,7 +152,7 @@ class Steady(OnMeshedScene):
         self.y = self.comm.bcast(self._carried_over(old, x, h, material))
 
     def _as_refused(self, there: Parameters) -> bool:
-        """Whether shapes at a place are at least as soft and as close as the last that needed a mesh of their own."""
+        """Whether particles are at least as soft and close as those that last required a mesh around their shapes."""
         last = self._refused
         if last is None or there.De > last.De:
             return False
@@ -152,10 +160,10 @@ class Steady(OnMeshedScene):
         return closer and all(Ca_e >= before for Ca_e, before in zip(there.Ca_es, last.Ca_es, strict=True))
 
     def _shape_alone(self, distortion: float, parameters: Parameters, least: float) -> float:
-        """Distortion of a mesh around spheres without what their distance, not that of the mesh, does to it.
+        """Distortion of a mesh around spheres by the shapes alone, without the change of the distances.
 
-        A squeezed mesh of undeformed spheres is as good as any, and its mirror image makes dU of equal ones exact: only
-        shapes are a reason to give it up. Evaluated where the whole distortion is below `least`.
+        A mesh that only follows the distance of spheres remains accurate and symmetric; deformed shapes alone are a
+        reason to replace it. Distortions of at least `least` are returned unchanged.
         """
         if distortion >= least or self.scene.reference.deformed:
             return distortion
@@ -163,7 +171,11 @@ class Steady(OnMeshedScene):
         return distortion / min(1.0, undeformed) if undeformed > 0 else distortion
 
     def adopt(self, other: Steady) -> None:
-        """Take the solution of the same scene on other cells as the guess here; the mesh is made for its parameters."""
+        """Interpolate the solution of the same scene on another mesh as first guess.
+
+        Args:
+            other: The other scene, at a solution.
+        """
         h, x = other.state()
         displaced = h - other.h_star(other.parameters)
         there, p_s = carry_particles(other.scene, x, displaced, self.bodies)
@@ -178,7 +190,7 @@ class Steady(OnMeshedScene):
         self.y = self.comm.bcast(self._carried_over(other.scene, x, h, y[self.meshed.material]))
 
     def take_over_costs(self, other: Steady) -> None:
-        """Count another scene's work as this one's."""
+        """Add the iterations, factorisations, meshes and times of another scene to those of this one."""
         self.iterations += other.iterations
         self.factorisations += other.factorisations
         self.meshed.made += other.meshes
@@ -186,23 +198,23 @@ class Steady(OnMeshedScene):
             self.clock.seconds[name] += seconds
 
     def forget_costs(self) -> None:
-        """Count work and time from here on."""
+        """Reset the counters and times to zero."""
         self.iterations = self.factorisations = self.meshed.made = 0
         self.clock.seconds.clear()
 
     @property
     def snapshot(self) -> Snapshot:
-        """The present solution."""
+        """The present solution and its mesh."""
         return Snapshot(self.parameters, self.y, self.scene.reference, self.scene.liquid.six_node_mesh)
 
     def recall(self, snapshot: Snapshot) -> None:
-        """Go back to a solution."""
+        """Restore a stored solution and its mesh."""
         if snapshot.mesh is not self.scene.liquid.six_node_mesh:
             self.meshed.put(snapshot.reference, snapshot.mesh)
         self.parameters, self.y = snapshot.parameters, snapshot.y
 
     def _carried_over(self, old: Scene, x: Array, h: Array, material: Array) -> Array:
-        """The old solution on the new mesh."""
+        """Free unknowns of the old solution interpolated to the new mesh."""
         new = self.meshed.carried(old, x, h)
         y = free_unknowns(self.constraints, new)
         y[self.meshed.material] = material
@@ -212,7 +224,10 @@ class Steady(OnMeshedScene):
         return y
 
     def _cold_guess(self) -> Array:
-        """Undeformed spheres in the developed flow."""
+        """First guess: undeformed spheres in the developed flow.
+
+        The velocity on the axis is reduced by the Faxen correction 2/3 beta^2 of a sphere in Poiseuille flow.
+        """
         liquid, constraints = self.scene.liquid, self.constraints
         mesh = liquid.six_node_mesh
         nodes = np.arange(len(mesh.points))
@@ -232,7 +247,7 @@ class Steady(OnMeshedScene):
     # Parameters
 
     def h_star(self, parameters: Parameters) -> Array:
-        """Positions of undeformed spheres at the wanted distances."""
+        """Material positions h* of undeformed spheres at the distances of the parameters, shape (n_h,)."""
         betas = tuple(beta * parameters.size for beta in self.problem.betas)
         centres = Geometry(betas, parameters.gaps, self.problem.length).centres
         h = np.zeros(self.scene.h_size)
@@ -241,7 +256,11 @@ class Steady(OnMeshedScene):
         return h
 
     def apply(self, parameters: Parameters) -> Array:
-        """Put the forms and the constraints at these parameters; h*."""
+        """Set forms and constraints to the given parameters.
+
+        Returns:
+            Material positions h* of undeformed spheres, shape (n_h,).
+        """
         scene, base = self.scene, self.constraints.base
         base[:] = self._untouched if parameters.size == 1.0 else steady_base(scene, parameters.size)
         for body, points, Ca_e in zip(self.bodies, self._sphere_points, parameters.Ca_es, strict=True):
@@ -259,7 +278,7 @@ class Steady(OnMeshedScene):
         return h_star
 
     def state(self) -> tuple[Array, Array]:
-        """h and x of the solution; forms, and with them `Body.Ca_e` and `Scene.polymer`, are put at its parameters."""
+        """Material positions h and full vector x of the solution; sets the forms to its parameters."""
         return self._state_at(self.parameters, self.y)
 
     def _state_at(self, parameters: Parameters, y: Array) -> tuple[Array, Array]:
@@ -269,11 +288,15 @@ class Steady(OnMeshedScene):
     # Solving
 
     def solve(self, parameters: Parameters, guess: Array | None = None) -> Report:
-        """Solve at these parameters; on success they and y become the scene's.
+        """Solve at given parameters. On success `parameters` and `y` are updated.
 
         Args:
-            parameters: Where.
-            guess: First guess, by default the last solution.
+            parameters: Parameters at which to solve.
+            guess: First guess, by default the last solution, shape (n_y,).
+
+        Raises:
+            NoSteadyState: There is no developed flow at this De.
+            KeyboardInterrupt: A signal was received.
         """
         heed(self.comm)
         h_star, self._factored = self.apply(parameters), None
@@ -281,24 +304,24 @@ class Steady(OnMeshedScene):
         self.iterations += report.iterations
         self.factorisations += report.factorisations
         if report.converged and self.distortion_of(*self.newton.state(y)) <= 0:
-            report = replace(report, converged=False, reason="a cell turned over")
+            report = replace(report, converged=False, reason="a cell is inverted")
             self.newton.forget()
         if report.converged:
             self.y, self.parameters = y, parameters
         return report
 
     def forget(self) -> None:
-        """Give up the factors in hand."""
+        """Discard the factors."""
         self.newton.forget()
         self._factored = None
 
     def distortion_of(self, h: Array, x: Array) -> float:
-        """Smallest distortion of all cells; not positive where one is turned over."""
+        """Smallest ratio of current to reference Jacobian in the liquid; zero or negative if any cell is inverted."""
         solid = diagnostics.solid_distortion(self.bodies, h)
         return self.comm.bcast(diagnostics.liquid_distortion(self.scene, x) if solid > 0 else 0.0)
 
     def distorted(self, parameters: Parameters | None = None, y: Array | None = None) -> bool:
-        """Whether a state, by default the solution, asks for a new mesh."""
+        """Whether a state, by default the solution, requires a new mesh."""
         parameters = parameters or self.parameters
         h, x = self._state_at(parameters, self.y if y is None else y)
         reference = self.scene.reference
@@ -311,11 +334,11 @@ class Steady(OnMeshedScene):
         return needs_mesh(distortion, gaps, reference.geometry.gaps, LEAST_STEADY)
 
     def folded(self, parameters: Parameters, y: Array) -> bool:
-        """Whether a cell of a state's mesh is turned over."""
+        """Whether a cell of the mesh is inverted in a state."""
         return self.distortion_of(*self._state_at(parameters, y)) <= 0
 
     def factor(self) -> None:
-        """Factor the exact matrix at the solution; tangents need it, and the next solve begins with it.
+        """Factorise the exact matrix at the solution, for tangents and for the next solve.
 
         Raises:
             NoSteadyState: The matrix is singular.
@@ -325,11 +348,15 @@ class Steady(OnMeshedScene):
             return
         self.factorisations += 1
         if not self.newton.factor_at(self.y):
-            raise NoSteadyState("Newton's matrix is singular at a solution", advice="a larger mesh.Np")
+            raise NoSteadyState("Newton's matrix is singular at the solution", advice="a larger mesh.Np")
         self._factored = self.y, self.parameters
 
     def residual_change(self, along: Callable[[float], Parameters]) -> Array:
-        """dR/dtau at fixed y along a line of parameters, `along(0)` being here; tau of order one matters."""
+        """Derivative dR/dtau at fixed y along a line of parameters by a central difference, shape (n_y,).
+
+        Args:
+            along: Parameters as a function of tau, the present ones at tau = 0; tau is of order one.
+        """
         ends = []
         for tau in (DIFFERENCE, -DIFFERENCE):
             self.apply(along(tau))
@@ -338,36 +365,36 @@ class Steady(OnMeshedScene):
         return (ends[0] - ends[1]) / (2 * DIFFERENCE)
 
     def tangent(self, along: Callable[[float], Parameters]) -> Array:
-        """dy/dtau along a line of parameters; `factor` first."""
+        """Derivative dy/dtau along a line of parameters, shape (n_y,); `factor` must have been called."""
         return -self.newton.linear_solve(self.residual_change(along))
 
     def residual(self) -> Array:
-        """The residual at the solution."""
+        """Residual at the solution, shape (n_y,)."""
         self.apply(self.parameters)
         return self.newton.residual_at(self.y)
 
     def velocity_row(self) -> Array:
-        """Row c with c . y = U of the leading particle minus U of the trailing one."""
+        """Coefficients c, shape (n_y,), with c . y the velocity of the last particle relative to the first one."""
         row = np.zeros(self.constraints.size)
         row[self.constraints.fields["U_p"][[0, -1]]] = -1.0, 1.0
         return row
 
     def observe(self) -> Observation:
-        """What is read off the solution."""
+        """Quantities evaluated from the solution."""
         h, x = self.state()
         without_particles = self.developed_flow.gradient * self.problem.length
         return diagnostics.observe(self.scene, self.constraints, self.y, h, x, without_particles)
 
     @property
     def developed_flow(self) -> PipeState:
-        """The flow without particles."""
+        """Developed flow without particles at the present De."""
         return self._flows.at(self.parameters.De)
 
     @property
     def centres(self) -> Array:
-        """Axial positions of undeformed spheres at these distances, (N,)."""
+        """Axial positions of the centres of undeformed spheres at the present distances, shape (N,)."""
         return Geometry(self.problem.betas, self.parameters.gaps, self.problem.length).centres
 
     def close(self) -> None:
-        """Give the solver's memory back."""
+        """Free the memory of the solver."""
         self.meshed.close()

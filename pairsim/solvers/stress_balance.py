@@ -1,13 +1,11 @@
-"""Stress that was carried to a new mesh of the liquid, put back into balance with the flow that was carried along.
+"""Momentum balance of the interpolated polymer stress after a remeshing of the liquid.
 
-On another mesh an interpolated stress has another weak divergence. The solvent alone would have to make up for the
-difference, and as its viscosity is small all velocities would jump, until within some xi De the liquid has been
-strained by as much as the stress is off. That strain is imposed here at once: s changes as in a material that is
-strained fast,
-
-    ds = STRAIN_TIME De grad w  (all that the constitutive law does with a velocity gradient),
-
-by the velocity w that the imbalance drives, until w is small; the velocities are those that were carried over.
+The weak divergence of the stress changes when it is interpolated to another mesh. Without correction the solvent stress
+would have to compensate for the difference. As the solvent viscosity is small, all velocities would jump, and would
+recover within a time of order xi De, in which the strain of the liquid restores the balance. Here this strain is
+imposed at once: the imbalance drives a velocity w, and s changes as in a liquid that is deformed by w during a time
+STRAIN_TIME De much shorter than the relaxation time. This is repeated until w is small. The velocities of the solution
+remain those interpolated from the old mesh.
 """
 
 from __future__ import annotations
@@ -21,28 +19,29 @@ from pairsim.runtime.clock import Clock
 from pairsim.solvers.mesh_transfer import free_unknowns
 from pairsim.solvers.newton import Newton
 
-# Time that w acts for, in relaxation times: short enough that hardly anything relaxes, long enough that the elastic
-# response exceeds the viscous one.
+# Duration of the deformation by w in relaxation times: short enough for relaxation to be small, long enough for the
+# elastic response to exceed the viscous one. Three times as long was measured to be worse than no balance at De 2.
 STRAIN_TIME = 0.1
-# Smooth parts of the imbalance are gone after one or two passes. The rest is what the last passes are for: velocities
-# that vary from cell to cell, which continuous stresses hardly balance, and which still move the particles. Jumps of dU
-# in % of the peak after 2, 4, 8 and 16 passes: .81, .26, .20, .19 (De .5, soft), 2.4, .98, .24, .12 (De .5, rigid, 5%).
+# Smooth parts of the imbalance vanish after one or two iterations. The others remove velocities that vary from cell to
+# cell; continuous stresses balance them slowly, and they affect the velocities of the particles. Measured jumps of dU
+# in % of its peak after 2, 4, 8 and 16 iterations: 0.81, 0.26, 0.20, 0.19 (De 0.5, soft particles) and 2.4, 0.98, 0.24,
+# 0.12 (De 0.5, rigid particles, accuracy 5%).
 PASSES = 16
 
 
 def balanced(scene: Scene, x: Array, h: Array, velocity: Array, U_m: float, clock: Clock) -> Array:
-    """Change s and p of a full vector so that momentum is balanced at its velocities.
+    """Correct s and p of a full vector such that momentum is balanced at its velocities; collective.
 
     Args:
-        scene: A viscoelastic scene in time.
-        x: Full vector with u, p, s and the mesh's displacement.
-        h: Positions of the material, (n_h,).
-        velocity: Velocities of the material, (n_h,).
+        scene: A time-dependent viscoelastic scene.
+        x: Full vector with u, p, s and the displacement of the mesh, shape (n,).
+        h: Positions of the material, shape (n_h,).
+        velocity: Velocities of the material, shape (n_h,).
         U_m: Velocity of the frame.
-        clock: Where the seconds go.
+        clock: Stopwatch for the phases of the computation.
 
     Returns:
-        The full vector, on every process the same; `x` itself where the matrix is singular.
+        The corrected full vector, identical on every process; `x` itself if the matrix is singular.
     """
     liquid, polymer = scene.liquid, scene.polymer
     assert polymer is not None
@@ -51,7 +50,7 @@ def balanced(scene: Scene, x: Array, h: Array, velocity: Array, U_m: float, cloc
     y = free_unknowns(constraints, x)
     moved = constraints.V.tocoo()
     y[moved.col] = velocity[moved.row]
-    # The mesh follows the liquid for the time of the strain, so that nothing is convected through it.
+    # The mesh moves with the liquid during the deformation, so that there is no convection relative to it.
     time, star = STRAIN_TIME * polymer.De, constraints.expand(y, h)
     if scene.moving:
         u, nodes = liquid.nodal("u", star) - [U_m, 0.0], np.arange(len(liquid.six_node_mesh.points))
@@ -69,7 +68,7 @@ def balanced(scene: Scene, x: Array, h: Array, velocity: Array, U_m: float, cloc
             imbalance[momentum] = newton.residual_at(y)[momentum]
             change = -newton.linear_solve(imbalance)
             w: float = scene.comm.bcast(float(np.linalg.norm(change[momentum])))
-            if not w < last:  # the last pass has made it worse, or what it led to is no number
+            if not w < last:  # the last iteration increased w, or w is not a number
                 y = before
                 break
             before = y.copy()

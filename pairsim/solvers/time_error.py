@@ -1,4 +1,4 @@
-"""What the size of the time steps leaves in dU, estimated from the rows of a run."""
+"""Estimate of the error of dU by the time steps, from the accepted steps of a run."""
 
 from __future__ import annotations
 
@@ -8,23 +8,24 @@ import numpy as np
 
 from pairsim.runtime.arrays import Array
 
-# Measured against fine steps (docs/notebook/accuracy.md, "Steps").
+# SAFETY, FEW_FACTOR and SET_IN were fitted to errors measured against fine steps, with eleven step settings of three
+# pairs (docs/notebook/accuracy.md, "Against the discretisation of the paper").
 SAFETY = 1.1
-FEW, FEW_FACTOR = 3, 3.0  # of the first steps less is known: no row before them tells how fast stresses set in
-SET_IN = 5e-3  # time in which stresses set in whatever the steps; dU there is not what a run is read for
-LEAST = 1e-6  # dU below this is rounding and the mesh's: that of rigid pairs
+FEW, FEW_FACTOR = 3, 3.0  # number of first steps, whose error is less certain for lack of earlier values; their factor
+SET_IN = 5e-3  # initial time that is excluded: stresses build up within it, and dU is not of interest [D_c/U_av]
+LEAST = 1e-6  # |dU| up to which dU consists of rounding and mesh errors, as for equal rigid particles [U_av]; chosen
 
 
 class TimeError:
-    """Largest local error of dU by the time steps.
+    """Largest local error of dU caused by the time steps.
 
-    BDF of order k leaves prod(t - t_i) dU^(k)/(k + 1)! of dU in its step, over the k old times t_i. The derivative is a
-    divided difference of the rows, all of one mesh: at a remeshing dU jumps by the error of the mesh, and once more in
-    the row after it.
+    The local error of BDF of order k is prod(t - t_i) dU^(k)/(k + 1)!, with the product over the k old times t_i. The
+    derivative dU^(k) is estimated by a divided difference of accepted values on the same mesh, since dU jumps by the
+    error of the mesh at a remeshing and in the step after it.
 
     Args:
-        order: Order of the error that is looked at: 3 is that of the scheme; 2 allows for the stresses of a
-            viscoelastic liquid, whose own error dU does not show.
+        order: Order k: 3 is the order of the scheme; 2 is used for viscoelastic liquids, in which the error of the
+            stresses is not visible in dU.
     """
 
     def __init__(self, order: int) -> None:
@@ -35,7 +36,13 @@ class TimeError:
         self._largest = self._peak = 0.0
 
     def add(self, t: float, mesh: int, dU: Sequence[float] | Array) -> None:
-        """Take in a row: its time, the remeshings before it, the relative velocities of all neighbours."""
+        """Add an accepted step.
+
+        Args:
+            t: Time [D_c/U_av].
+            mesh: Number of remeshings before the step.
+            dU: Relative velocities of neighbouring particles [U_av], N-1 values.
+        """
         step, self._count = self._count, self._count + 1
         if mesh != self._mesh:
             self._mesh, self._times, self._values = mesh, [], []
@@ -48,7 +55,7 @@ class TimeError:
         for k in range(1, known):
             difference = np.diff(difference, axis=0) / (times[k:] - times[:-k])[:, None]
         size = float(np.max(np.abs(difference), initial=0.0)) / known
-        if 0 < step <= self.order and known == step + 1:  # the step before began at rest, with fewer rows behind it
+        if 0 < step <= self.order and known == step + 1:  # the previous step had fewer old values
             self._take(step - 1, times[-2], np.array([0.0, *times[:-2]]), size)
         if known == self.order + 1:
             self._take(step, times[-1], times[:-1], size)
@@ -60,5 +67,5 @@ class TimeError:
 
     @property
     def part(self) -> float:
-        """The error as a part of the largest |dU|."""
+        """Largest error relative to the largest |dU|."""
         return self._largest / max(self._peak, LEAST)

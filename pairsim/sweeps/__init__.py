@@ -1,1 +1,1 @@
-"""Many cases, in processes of their own."""
+"""Compute many cases, each in its own process."""

@@ -1,13 +1,12 @@
-"""The commands that a sweep can repeat, one line each in `COMMANDS`.
+"""The commands that a sweep can run for each case, listed in `COMMANDS`.
 
-A line says how merged keys become a checked case, what it costs, and which columns its folder gives to results.csv;
-nothing else in the sweep knows commands by name.
+Each entry defines how keys are validated, the estimated cost, and the columns of results.csv. The rest of the sweep
+does not depend on which command it runs.
 """
 
 from __future__ import annotations
 
 import csv
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,23 +18,23 @@ from pairsim.config.cost import Estimate, critical_estimate, curve_estimate, run
 from pairsim.config.curve_case import CriticalCase, CurveCase
 from pairsim.config.form_kinds import forms_of
 from pairsim.config.identity import identity_of
-from pairsim.results.columns import gap_endings
+from pairsim.results.columns import gap_endings, relative_velocities
 from pairsim.results.folders import read_record
 
-Value = float | int | str | None
+Value = float | int | str | list[float] | list[bool] | None
 
 
 @dataclass(frozen=True)
 class Checked:
-    """A validated case of some command.
+    """A validated case of any command.
 
     Attributes:
         slug: Beginning of its folder's name.
-        resolved: The case with every default, as it goes into its case file.
+        resolved: The case with every default, as written to its case file.
         identity: The part of `resolved` that makes two cases the same.
-        estimate: What it will cost.
-        forms: Kinds of forms that it needs, in the words of `pairsim.fem.form_cache`.
-        columns: Columns that its results have in results.csv.
+        estimate: Estimated cost.
+        forms: Names in the form cache of the compiled forms that it needs.
+        columns: Columns of its results in results.csv.
     """
 
     slug: str
@@ -48,18 +47,18 @@ class Checked:
 
 @dataclass(frozen=True)
 class SweepCommand[C: SceneCase]:
-    """A command of pairsim, as a sweep sees it.
+    """A command that a sweep can run.
 
     Attributes:
         name: The command's name; a case runs as `pairsim NAME CASE.yaml -o DIR --overwrite -q`.
-        parse: Validates merged keys of a file; raises InputError that names the file and the entry in it.
-        estimate: What a case will cost.
-        parameters: Keys that results.csv shows also where they do not vary.
-        columns: Columns of a case's results.
-        last: Further columns, which end results.csv.
-        read: Values of a folder for those columns, whatever of it there is; never raises for a folder half written.
-        resumable: Whether `pairsim NAME --resume DIR` continues from `checkpoint.npz`.
-        neighbours: Keys along which a solved case is a start for the next (see `pairsim.sweeps.curve_worker`).
+        parse: Validates keys and values; takes them with the names of the file and the entry for messages.
+        estimate: Estimates the cost of a case.
+        parameters: Keys that results.csv always has, also if they do not vary.
+        columns: Columns of the results of a case.
+        last: Last columns of results.csv, taken from run.json.
+        read: Reads the values of `columns` from a folder; values that are missing are left out, without an error.
+        resumable: Whether the command can continue from checkpoint.npz with --resume.
+        neighbours: Keys along which a case can start from the solutions of the previous one (see `curve_worker`).
     """
 
     name: str
@@ -73,10 +72,15 @@ class SweepCommand[C: SceneCase]:
     neighbours: tuple[str, ...] = ()
 
     def check(self, data: Mapping[str, Any], source: str, entry: str = "") -> Checked:
-        """Validate merged keys of a file.
+        """Validate keys and values.
+
+        Args:
+            data: Keys and values, groups nested.
+            source: Name of the file in messages.
+            entry: Name of the entry of the file in messages.
 
         Raises:
-            InputError: It names the file and the entry in it.
+            InputError: The case has mistakes.
         """
         case = self.parse(data, source, entry)
         return Checked(
@@ -84,13 +88,13 @@ class SweepCommand[C: SceneCase]:
         )
 
     def values(self, directory: Path) -> dict[str, Value]:
-        """What a folder gives to results.csv."""
-        told = read_record(directory)
-        return self.read(directory) | {key: told.get(key) for key in self.last}
+        """Values of a folder for the columns of results.csv."""
+        record = read_record(directory)
+        return self.read(directory) | {key: record.get(key) for key in self.last}
 
 
 def run_result_columns(case: Case) -> tuple[str, ...]:
-    """Columns of the last row of series.csv, as `columns.series_columns` names them."""
+    """Result columns of a run: those of the last row of series.csv."""
     if case.n == 2:
         return ("t", "d", "dU", "U_L", "U_T", "D_L", "D_T", "dp")
     gaps, particles = gap_endings(case.n), range(1, case.n + 1)
@@ -99,9 +103,9 @@ def run_result_columns(case: Case) -> tuple[str, ...]:
 
 
 def read_run(directory: Path) -> dict[str, Value]:
-    """The last whole row of series.csv; empty if there is none.
+    """Read the last complete row of series.csv; empty if there is none.
 
-    Only the end of the file is read: a sweep looks at thousands of them when it starts again.
+    Only the end of the file is read, since a continued sweep reads thousands of these files.
     """
     try:
         with (directory / "series.csv").open("rb") as file:
@@ -117,45 +121,46 @@ def read_run(directory: Path) -> dict[str, Value]:
 
 
 def curve_result_columns(case: CurveCase) -> tuple[str, ...]:
-    """Points, zeros, and by gap the largest |dU| with its distance and mesh error."""
-    names = ["d_peak{}", "dU_peak{}", *(["mesh_error{}"] if case.mesh_error else [])]
+    """Points, zeros, and by gap the largest |dU| with its distance and errors."""
+    names = ["d_peak{}", "dU_peak{}", "dU_error{}", *(["mesh_error{}"] if case.mesh_error else [])]
     zeros = ["zeros", "stable"] if case.n == 2 else []
     return ("points", *zeros, *(name.format(gap) for gap in gap_endings(case.n) for name in names))
 
 
 def read_curve(directory: Path) -> dict[str, Value]:
-    """What `curve_result_columns` names; `zeros` and `stable` are JSON lists, from the nearest zero to the widest."""
+    """Read the result columns of a curve; `zeros` and `stable` are lists in ascending d."""
     values: dict[str, Value] = {}
     try:
         points = _rows(directory / "curve.csv")
         values["points"] = len(points)
-        for name in [name for name in points[0] if name == "dU" or name.startswith("dU_")]:
+        for name in relative_velocities(points[0]):
             gap, peak = name.removeprefix("dU"), max(points, key=lambda point: abs(float(point[name])))
-            for column, source in (("d_peak", "d"), ("dU_peak", "dU"), ("mesh_error", "mesh_error")):
+            sources = {"d_peak": "d", "dU_peak": "dU", "dU_error": "dU_error", "mesh_error": "mesh_error"}
+            for column, source in sources.items():
                 if source + gap in peak:
                     values[column + gap] = float(peak[source + gap])
         zeros = _rows(directory / "equilibria.csv")
-        values["zeros"] = json.dumps([float(row["d"]) for row in zeros])
-        values["stable"] = json.dumps([row["stable"] == "true" for row in zeros])
-    except (OSError, ValueError, KeyError, IndexError):  # the folder of a case that failed on the way
+        values["zeros"] = [float(row["d"]) for row in zeros]
+        values["stable"] = [row["stable"] == "true" for row in zeros]
+    except (OSError, ValueError, KeyError, IndexError):  # the case failed before the files were complete
         pass
     return values
 
 
 def critical_result_columns(case: CriticalCase) -> tuple[str, ...]:
-    """Points of the lines of critical distances, and the distances where they were asked for."""
+    """Result columns of critical distances: number of rows, and the distances at the requested parameters."""
     return ("points", "zeros", "stable")
 
 
 def read_critical(directory: Path) -> dict[str, Value]:
-    """What `critical_result_columns` names; lists as those of `read_curve`, in the order of critical.csv."""
+    """Read the result columns of critical distances; JSON lists in the order of critical.csv."""
     try:
         points = _rows(directory / "critical.csv")
         wanted = [row for row in points if row["kind"] == "wanted"]
         return {
             "points": len(points),
-            "zeros": json.dumps([float(row["d_cr"]) for row in wanted]),
-            "stable": json.dumps([row["stable"] == "true" for row in wanted]),
+            "zeros": [float(row["d_cr"]) for row in wanted],
+            "stable": [row["stable"] == "true" for row in wanted],
         }
     except (OSError, ValueError, KeyError):
         return {}
@@ -192,4 +197,4 @@ CRITICAL = SweepCommand(
     "critical", critical_from_dict, critical_estimate, SCENE, critical_result_columns, OTHERS, read_critical
 )
 COMMANDS: dict[str, SweepCommand[Any]] = {command.name: command for command in (RUN, CURVE, CRITICAL)}
-"""All of them."""
+"""The commands by name."""

@@ -1,7 +1,7 @@
-"""Master curves one after another in one process: `python -P -m pairsim.sweeps.curve_worker CASE.yaml DIR ...`.
+"""Compute master curves one after another in one process: `python -P -m pairsim.sweeps.curve_worker CASE.yaml DIR ...`.
 
-Each curve starts from the solutions of the one before, which saves the way from undeformed spheres at small De. A sweep
-starts such processes; how every curve ended is in its own folder.
+Each curve starts from the solutions of the previous one, which saves the continuation from undeformed spheres at small
+De. A sweep starts such processes for neighbouring curves; the outcome of each curve is in its folder.
 """
 
 from __future__ import annotations
@@ -19,19 +19,20 @@ from pairsim.drivers.curve import WarmStart, run_curve
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.progress import Reporter
 from pairsim.drivers.session import Options
-from pairsim.results.curve_plots import plot_curve
+from pairsim.plots.curves import draw_curve
+from pairsim.plots.style import Page
 from pairsim.runtime.errors import unexpected
 from pairsim.runtime.signals import Signals
 
 
 def solve(pairs: list[tuple[Path, Path]]) -> Outcome:
-    """Solve curves one after another into their folders, whatever was there before.
+    """Compute curves one after another and write each to its folder, replacing earlier results.
 
     Args:
-        pairs: Case files and folders.
+        pairs: Case file and folder of each curve.
 
     Returns:
-        How the last one ended.
+        The outcome of the last curve.
     """
     comm, warm_start = MPI.COMM_WORLD, WarmStart()
     with Signals() as signals:
@@ -42,7 +43,7 @@ def solve(pairs: list[tuple[Path, Path]]) -> Outcome:
             outcome = run_curve(case, directory, options, warm_start=warm_start)
             if outcome.status == "finished" and comm.rank == 0:
                 with suppress(OSError):  # a picture can be drawn again
-                    plot_curve(directory, directory)
+                    draw_curve(directory, directory, Page())
             if any(comm.allgather(signals.number)):
                 break
     warm_start.close()
@@ -50,9 +51,9 @@ def solve(pairs: list[tuple[Path, Path]]) -> Outcome:
 
 
 if __name__ == "__main__":
-    words = [Path(word) for word in sys.argv[1:]]
+    paths = [Path(argument) for argument in sys.argv[1:]]
     try:
-        code = solve(list(zip(words[::2], words[1::2], strict=True))).exit_code
+        code = solve(list(zip(paths[::2], paths[1::2], strict=True))).exit_code
     except Exception:
         code = unexpected()
     sys.exit(code)

@@ -1,4 +1,4 @@
-"""Grid files: many cases from a base case and what is varied, all of them checked before anything is computed."""
+"""Grid files: a base case and the keys to vary. All cases are validated before the first one is computed."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from pairsim.runtime.errors import InputError
 from pairsim.sweeps.commands import COMMANDS, Checked, SweepCommand
 
 MOST_CASES = 100_000
-MOST_MISTAKES = 20  # that one message tells
-NUMBERS = ("beta", "De", "Ca_e", "xi", "d0", "time.end")  # of a case, that a physical block can become
+MOST_MISTAKES = 20  # number of mistakes listed in a message
+NUMBERS = ("beta", "De", "Ca_e", "xi", "d0", "time.end")  # keys whose values a physical block can give
 
 
 @dataclass(frozen=True)
@@ -33,9 +33,9 @@ class SweepCase:
 
     Attributes:
         folder: Name of its folder, `<slug>-<beginning of key>`.
-        key: Hash of what it computes.
+        key: Hash that identifies the case.
         checked: The validated case.
-        parameters: Values of the grid's varying keys.
+        parameters: Values of the varying keys.
     """
 
     folder: str
@@ -46,17 +46,18 @@ class SweepCase:
 
 @dataclass(frozen=True)
 class Grid:
-    """A grid file, read and checked.
+    """A validated grid file.
 
     Attributes:
         source: The file.
         name: Name of the sweep.
-        command: What is repeated.
-        cases: Every case once, in the order of the file.
+        command: The command that computes each case.
+        cases: The cases without duplicates, in the order of the file.
         varying: Dotted keys that take more than one value, in the order of the file.
-        key: Hash of the set of cases: two grids that compute the same are the same.
-        duplicates, excluded: Entries left out.
-        content: The file with the base case filled in.
+        key: Hash of the set of cases.
+        duplicates: Number of duplicates left out.
+        excluded: Number of entries excluded.
+        content: Content of the file, with the base case included.
     """
 
     source: Path
@@ -70,7 +71,7 @@ class Grid:
     content: dict[str, Any]
 
     def part(self, kept: Sequence[int]) -> Grid:
-        """The sweep of some of the cases, by their indices; for a grid all of whose cases are entries of `cases`."""
+        """A grid with some of the cases, by index; all cases must be entries of `cases` in the file."""
         entries = self.content["cases"]
         content = {**self.content, "cases": [entries[i] for i in kept]}
         cases = tuple(self.cases[i] for i in kept)
@@ -78,40 +79,40 @@ class Grid:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Columns of the results: those of all cases, in the order of their first appearance."""
+        """Result columns of all cases, in the order of their first appearance."""
         own = (name for case in self.cases for name in case.checked.columns)
         return tuple(dict.fromkeys((*own, *self.command.last)))
 
 
 def read_grid(path: Path, settings: tuple[str, ...] = ()) -> Grid:
-    """Read a grid file, merge and check every case.
+    """Read a grid file and validate every case.
 
     Args:
         path: The file.
-        settings: key=value settings that replace a key in every case.
+        settings: key=value settings that replace keys in every case.
 
     Raises:
-        InputError: With the file, the entry, the key, its value and what is allowed.
+        InputError: The file or a case has mistakes; lists file, entry, key, value and what is allowed.
     """
     return grid_from(path, read_yaml(path), settings)
 
 
 def grid_from(path: Path, data: dict[str, Any], settings: tuple[str, ...] = ()) -> Grid:
-    """As `read_grid`, from the content of a grid file that stands, or could stand, at a path."""
+    """As `read_grid`, from the content of a grid file; relative paths in it refer to the folder of `path`."""
     return _Reader(path, data).grid(settings)
 
 
 def read_base(path: Path, data: dict[str, Any]) -> dict[str, Any]:
-    """The base case of a grid file that stands, or could stand, at a path, its dotted keys spelled out.
+    """The base case in the content of a grid file, with dotted keys nested.
 
     Raises:
-        InputError: It is none.
+        InputError: `base` is invalid.
     """
     return _Reader(path, data).base
 
 
 class _Reader:
-    """Takes a grid file apart."""
+    """Reads the content of a grid file."""
 
     def __init__(self, path: Path, data: dict[str, Any]) -> None:
         self.path, self.data = path, data
@@ -122,11 +123,11 @@ class _Reader:
         self.command = COMMANDS[name]
         self.name = data.get("name", path.stem)
         if not isinstance(self.name, str) or not self.name or "/" in self.name or self.name.startswith("."):
-            self.refuse("name", self.name, "must be a word that can name a folder")
+            self.refuse("name", self.name, "must be a valid name for a folder")
         self.base = self._base()
 
     def refuse(self, key: str, value: Any, allowed: str) -> NoReturn:
-        section, _, name = key.partition(": ")  # a key of grid or zip is named with its section
+        section, _, name = key.partition(": ")  # keys of grid and zip are given as "section: key"
         inner = self.data.get(section)
         place = place_of(inner, name) if isinstance(inner, Section) else None
         place = place or place_of(self.data, section.split(",")[0])
@@ -144,7 +145,7 @@ class _Reader:
         return merged
 
     def _merge(self, target: Section, changes: Mapping[str, Any], where: str) -> None:
-        """Put changes (dotted keys allowed) into nested data; groups are merged, everything else is replaced."""
+        """Merge changes into a case; `where` names the entry in error messages."""
 
         def refuse(key: str, value: Any, allowed: str) -> NoReturn:
             self.refuse(f"{where}: {key}", value, allowed)
@@ -152,7 +153,7 @@ class _Reader:
         merge(target, changes, refuse)
 
     def _values(self, section: str, key: str, value: Any) -> list[Any]:
-        """The values that a key takes: a list is one value an item, a range is spelled out."""
+        """The values of a key of grid or zip, given as a list or a range."""
         where = f"{section}: {key}"
         if isinstance(value, list):
             if not value:
@@ -169,36 +170,36 @@ class _Reader:
             self.refuse(where, value, str(error))
 
     def _axes(self) -> list[list[Section]]:
-        """The factors of the product, each a list of changes."""
+        """The factors of the product of all combinations: for each, the list of its changes."""
         axes: list[list[Section]] = []
         grid, zips = self.data.get("grid", {}), self.data.get("zip", {})
         if not isinstance(grid, dict):
-            self.refuse("grid", grid, "must be keys with the values that each takes")
+            self.refuse("grid", grid, "must be keys, each with a list or a range of values")
         axes += [
             [Section({key: value}, _places(grid)) for value in self._values("grid", key, values)]
             for key, values in grid.items()
         ]
         for zipped in zips if isinstance(zips, list) else [zips] if zips else []:
             if not isinstance(zipped, dict) or not zipped:
-                self.refuse("zip", zipped, "must be keys with lists of one length, or a list of such groups")
+                self.refuse("zip", zipped, "must be keys with lists of equal length, or a list of such groups")
             columns = {key: self._values("zip", key, values) for key, values in zipped.items()}
             lengths = {key: len(values) for key, values in columns.items()}
             if len(set(lengths.values())) > 1:
-                told = ", ".join(f"{key} has {count}" for key, count in lengths.items())
-                self.refuse("zip", None, f"all keys must have equally many values; {told}")
+                counts = ", ".join(f"{key} has {count}" for key, count in lengths.items())
+                self.refuse("zip", None, f"must have the same number of values for all keys; {counts}")
             rows = zip(*columns.values(), strict=True)
             axes.append([Section(dict(zip(columns, row, strict=True)), _places(zipped)) for row in rows])
         seen: set[str] = set()
         for axis in axes:
             if repeated := seen & set(axis[0]):
-                self.refuse(sorted(repeated)[0], None, "is varied twice in grid and zip")
+                self.refuse(sorted(repeated)[0], None, "must occur only once in grid and zip")
             seen |= set(axis[0])
         if math.prod(map(len, axes)) > MOST_CASES:
             self.refuse("grid", None, f"must give at most {MOST_CASES} cases, not {math.prod(map(len, axes))}")
         return axes
 
     def _entries(self) -> Iterator[tuple[str, dict[str, Any], Section, bool]]:
-        """Every entry: where it stands, its changes, the merged keys, and whether `exclude` may drop it."""
+        """Yield for each entry: its name in messages, its changes, the merged case, and whether `exclude` applies."""
         axes = self._axes()
         for row in product(*axes) if axes else ():
             changes = Section()
@@ -222,7 +223,7 @@ class _Reader:
             self._merge(merged, entry, f"cases[{i}]")
             yield f"cases[{i}]", flat(entry), merged, False
         if not axes and not cases:
-            self.refuse("grid", None, "is missing; a sweep needs grid, zip or cases")
+            self.refuse("grid", None, "is missing; must be given, or else zip or cases")
 
     def _exclusions(self) -> list[dict[str, Any]]:
         entries = self.data.get("exclude", [])
@@ -237,7 +238,7 @@ class _Reader:
         return entries
 
     def grid(self, settings: tuple[str, ...]) -> Grid:
-        """Merge, leave out, check, and remove duplicates."""
+        """Merge the keys of every entry, apply exclusions, validate, and remove duplicates."""
         exclusions = self._exclusions()
         used = [False] * len(exclusions)
         found: dict[str, tuple[Checked, dict[str, Any]]] = {}
@@ -257,9 +258,9 @@ class _Reader:
                 checked = self.command.check(merged, str(self.path), where)
             except InputError as error:
                 for mistake in error.mistakes:
-                    # What stands in the base is wrong in every entry, and told once.
-                    told = (mistake.file, mistake.line, mistake.key, repr(mistake.value), mistake.allowed)
-                    mistakes.setdefault(told, mistake)
+                    # A mistake in the base occurs in every entry, but is reported once.
+                    same = (mistake.file, mistake.line, mistake.key, repr(mistake.value), mistake.allowed)
+                    mistakes.setdefault(same, mistake)
                 continue
             key = case_key(self.command, checked)
             if key in found:
@@ -270,10 +271,10 @@ class _Reader:
             raise _together(list(mistakes.values()))
         for i, hit in enumerate(used):
             if not hit:
-                self.refuse(f"exclude[{i}]", exclusions[i], "matches no entry of the grid")
+                self.refuse(f"exclude[{i}]", exclusions[i], "must match at least one entry of the grid")
         if not found:
-            self.refuse("exclude", None, "leaves no case")
-        if any(key.startswith(BLOCK) for key in varied):  # the numbers that it becomes vary with it
+            self.refuse("exclude", None, "must leave at least one case")
+        if any(key.startswith(BLOCK) for key in varied):  # the numbers computed from it vary, too
             varied |= dict.fromkeys(NUMBERS)
         values = {
             key: [value_at(checked.resolved, key, value_at(merged, key)) for checked, merged in found.values()]
@@ -294,12 +295,12 @@ def _places(section: Mapping[str, Any]) -> Mapping[str, Place]:
 
 
 def _together(mistakes: Sequence[InputError]) -> InputError:
-    """One error of many, of which it tells the first."""
+    """Combine errors into one that lists at most `MOST_MISTAKES` mistakes."""
     first, *rest = (
         InputError(m.file, m.key, m.value, m.allowed, line=m.line, entry=m.entry) for m in mistakes[:MOST_MISTAKES]
     )
     if len(mistakes) > MOST_MISTAKES:
-        rest.append(InputError(first.file, "", None, f"and {len(mistakes) - MOST_MISTAKES} mistakes more"))
+        rest.append(InputError(first.file, "", None, f"and {len(mistakes) - MOST_MISTAKES} more mistakes"))
     return InputError(
         first.file, first.key, first.value, first.allowed, line=first.line, entry=first.entry, others=rest
     )
@@ -311,12 +312,12 @@ def _whole_key(keys: Iterable[str]) -> str:
 
 
 def case_key(command: SweepCommand[Any], checked: Checked) -> str:
-    """Hash of what a case computes."""
+    """Hash that identifies a case of a command."""
     return key_of(command.name, checked.identity)
 
 
 def finished_in(directory: Path, command: SweepCommand[Any], key: str) -> bool:
-    """Whether a folder holds a finished computation of the case with this key."""
+    """Whether a folder has the finished results of the case with this hash."""
     if read_record(directory).get("status") != "finished":
         return False
     try:
@@ -326,7 +327,7 @@ def finished_in(directory: Path, command: SweepCommand[Any], key: str) -> bool:
 
 
 def _matches(merged: Mapping[str, Any], entry: Mapping[str, Any]) -> bool:
-    """Whether every key of an exclusion fits: equal, or between min and max."""
+    """Whether a case matches an exclusion in every key: equal, or between min and max."""
 
     def fits(value: Any, wanted: Any) -> bool:
         if isinstance(wanted, dict) and wanted and set(wanted) <= {"min", "max"}:
@@ -340,7 +341,7 @@ def _matches(merged: Mapping[str, Any], entry: Mapping[str, Any]) -> bool:
 
 
 def value_at(data: Mapping[str, Any], dotted: str, default: Any = None) -> Any:
-    """Value of a dotted key."""
+    """Value of a dotted key in nested data."""
     value: Any = data
     for part in dotted.split("."):
         if not isinstance(value, Mapping) or part not in value:
@@ -350,7 +351,7 @@ def value_at(data: Mapping[str, Any], dotted: str, default: Any = None) -> Any:
 
 
 def flat(entry: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Nested keys as dotted ones."""
+    """Convert nested keys to dotted keys."""
     spelled: dict[str, Any] = {}
     for key, value in entry.items():
         spelled |= flat(value, f"{prefix}{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value}

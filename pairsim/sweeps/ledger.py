@@ -1,7 +1,7 @@
-"""What is known of every case of a sweep: `sweep.json` and `results.csv`, always whole on disk.
+"""The ledger of a sweep, with the status and main results of every case: `sweep.json` and `results.csv`.
 
-Both are views. The truth about a case is its own folder: a case is finished when its run.json says so and its case.yaml
-has the right hash. What only the ledger knows are the endings that a folder cannot tell of: crashes and timeouts.
+Both files are replaced atomically, and are derived from the folders of the cases: a case is finished if its run.json
+says so and its case.yaml has the right hash. Only crashes and timeouts are recorded in the ledger alone.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import csv
 import io
 import json
 import time
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -39,6 +40,7 @@ class Entry:
         again: Whether its last attempt repeats one that failed, and has not ended.
         rank: Worker that has or had it.
         values: What its folder gives to results.csv.
+        warnings: What its run.json warns of.
     """
 
     folder: str
@@ -54,6 +56,7 @@ class Entry:
     again: bool = False
     rank: int | None = None
     values: dict[str, Value] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -65,12 +68,12 @@ class Shard:
 
     @property
     def tag(self) -> str:
-        """Addition to the names of its files."""
+        """Suffix of the names of its files."""
         return f"-{self.i}-of-{self.n}"
 
 
 def entry_of(case: SweepCase, shown: tuple[str, ...]) -> Entry:
-    """A case that nothing is known of yet."""
+    """The entry of a case before it is started."""
     always = {key: case.checked.resolved.get(key) for key in shown}
     estimate = case.checked.estimate
     return Entry(case.folder, case.key, {**case.parameters, **always}, estimate.unknowns, estimate.seconds)
@@ -82,9 +85,9 @@ class Ledger:
     Args:
         directory: Folder of the sweep.
         grid: The grid.
-        cases: The cases that this ledger keeps: all, or those of the shard.
-        shard: The shard, if it is one.
-        about: What else goes into sweep.json: command line, versions.
+        cases: The cases of the ledger: all, or those of the shard.
+        shard: The shard, None for the whole sweep.
+        about: Further entries of sweep.json, such as command line and versions.
     """
 
     def __init__(
@@ -100,7 +103,7 @@ class Ledger:
         self._changed = True
 
     def recover(self) -> None:
-        """Take over what is on disk, from the folders first and from earlier ledgers of the sweep.
+        """Recover the status of all cases from their folders and from earlier ledgers of the sweep.
 
         Raises:
             InputError: The folder belongs to another grid.
@@ -108,7 +111,7 @@ class Ledger:
         known: dict[str, dict[str, Any]] = {}
         for content in read_ledgers(self.directory):
             if content.get("grid") != self.grid.key:
-                allowed = "holds a sweep of another grid; give another folder with -o, or the grid that belongs to it"
+                allowed = "must be a folder for this grid, but has a sweep of another grid"
                 raise InputError(str(self.directory), "-o", None, allowed)
             known |= {old["folder"]: old for old in content["cases"] if old["status"] != "pending" or old["attempts"]}
         command = self.grid.command
@@ -116,38 +119,39 @@ class Ledger:
             old, directory = known.get(entry.folder, {}), self.directory / entry.folder
             for key in ("seconds", "attempts", "rank", "again"):
                 setattr(entry, key, old.get(key, getattr(entry, key)))
-            told = read_record(directory)
+            record = read_record(directory)
             if finished_in(directory, command, entry.key):
                 entry.status = "finished"
             elif old.get("status") in ("failed", "timeout"):
                 entry.status = old["status"]
-                told = old
-            elif told.get("status") == "failed":  # it failed and was not noted any more
-                entry.status = "timeout" if told.get("reason") == "wall_time" else "failed"
+                record = old
+            elif record.get("status") == "failed":  # failed after the last update of the ledger
+                entry.status = "timeout" if record.get("reason") == "wall_time" else "failed"
             else:
                 continue
-            entry.reason, entry.message = told.get("reason", ""), told.get("message", "")
+            entry.reason, entry.message = record.get("reason", ""), record.get("message", "")
             entry.values = command.values(directory)
-            if told is old:
-                entry.values["wall_time"] = entry.seconds  # its own account stops where it did
+            entry.warnings = list(read_record(directory).get("warnings", ()))
+            if record is old:
+                entry.values["wall_time"] = entry.seconds  # run.json ends where the case was stopped
 
     def count(self, *statuses: str) -> int:
         """Number of cases with one of these statuses."""
         return sum(entry.status in statuses for entry in self.entries.values())
 
-    def change(self, folder: str, **news: Any) -> Entry:
-        """Note news of a case."""
+    def change(self, folder: str, **changes: Any) -> Entry:
+        """Change attributes of the entry of a case; returns the entry."""
         entry = self.entries[folder]
-        for name, value in news.items():
+        for name, value in changes.items():
             setattr(entry, name, value)
         self._changed = True
         return entry
 
     def write(self, now: bool = False) -> None:
-        """Put both files on disk if anything has changed, once a second at most unless `now`.
+        """Write both files if an entry has changed, at most once a second unless `now`.
 
         Raises:
-            OSError: They cannot be written; what was there before stays.
+            OSError: They cannot be written; the old files are kept.
         """
         if not now and (not self._changed or time.monotonic() - self._written < WRITE_EVERY):
             return
@@ -169,31 +173,48 @@ class Ledger:
         self._written, self._changed = time.monotonic(), False
 
 
-def table_of(content: dict[str, Any]) -> str:
-    """results.csv: a row a case that has ended, in the order of the grid."""
+def rows_of(content: Mapping[str, Any]) -> tuple[list[str], list[list[Any]]]:
+    """Columns and rows of results.csv: a row for each case that has ended, in the order of the grid.
+
+    Args:
+        content: Content of sweep.json.
+    """
     parameters, columns = content["parameters"], content["columns"]
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["folder", "status", "reason", *parameters, *columns])
+    rows = []
     for case in content["cases"]:
         if case["status"] in ENDED:
             values = [case["parameters"].get(key) for key in parameters] + [case["values"].get(key) for key in columns]
-            writer.writerow([case["folder"], case["status"], case["reason"], *map(cell, values)])
+            warnings = "; ".join(case.get("warnings", ()))
+            rows.append([case["folder"], case["status"], case["reason"], *values, warnings])
+    return ["folder", "status", "reason", *parameters, *columns, "warnings"], rows
+
+
+def table_of(content: Mapping[str, Any]) -> str:
+    """The text of results.csv; see `rows_of`."""
+    header, rows = rows_of(content)
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(map(cell, row) for row in rows)
     return text.getvalue()
 
 
 def cell(value: Any) -> Any:
-    """A value in a table: lists, groups and truths as JSON; numbers so that reading them gives the same double."""
-    if isinstance(value, list | dict | bool):
+    """Format a value for a table: numbers with full precision, lists with spaces between their entries."""
+    if isinstance(value, list):
+        return " ".join(str(cell(entry)) for entry in value)
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
         return json.dumps(value)
     return repr(value) if isinstance(value, float) else value
 
 
 def read_ledgers(directory: Path) -> list[dict[str, Any]]:
-    """Every sweep.json of a folder, oldest first.
+    """Read every sweep.json of a folder (one for each shard), the oldest first.
 
     Raises:
-        InputError: One cannot be read.
+        InputError: One of them is invalid.
     """
     found = []
     for path in [*directory.glob("sweep.json"), *directory.glob("sweep-*-of-*.json")]:
@@ -201,20 +222,22 @@ def read_ledgers(directory: Path) -> list[dict[str, Any]]:
             content = json.loads(path.read_text(encoding="utf-8"))
             content["cases"], content["updated"]
         except (OSError, ValueError, KeyError, TypeError) as error:
-            raise InputError(str(path), "", None, f"cannot be read ({error}); remove it to start anew") from error
+            raise InputError(
+                str(path), "", None, f"must be a ledger of a sweep ({error}); remove the file to create it anew"
+            ) from error
         found.append(content)
     return sorted(found, key=lambda content: float(content["updated"]))
 
 
 def read_sweep(directory: Path) -> dict[str, Any]:
-    """One ledger made of all ledgers of a folder: of each case what was noted last.
+    """Merge all ledgers of a folder; for each case, the latest entry holds.
 
     Raises:
         InputError: The folder is not that of a sweep.
     """
     ledgers = read_ledgers(directory)
     if not ledgers:
-        raise InputError(str(directory), "", None, "is not the folder of a sweep: it has no sweep.json")
+        raise InputError(str(directory), "", None, "must be the folder of a sweep, but has no sweep.json")
     cases: dict[str, dict[str, Any]] = {}
     for content in ledgers:
         for case in content["cases"]:
@@ -222,7 +245,7 @@ def read_sweep(directory: Path) -> dict[str, Any]:
                 cases[case["folder"]] = case
     merged = {**ledgers[-1], "cases": list(cases.values())}
     whole = [content for content in ledgers if not content.get("shard")]
-    if whole:  # it knows the order of the grid
+    if whole:  # has the order of the grid
         order = [case["folder"] for case in whole[-1]["cases"]]
         merged["cases"] = [cases[folder] for folder in order]
     merged["counts"] = {status: sum(c["status"] == status for c in merged["cases"]) for status in STATUSES}

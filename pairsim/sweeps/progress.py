@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
+import re
 import sys
 import time
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.console import Console, Group
@@ -12,9 +15,11 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
+from pairsim.drivers.progress import Style
+from pairsim.runtime.duration import duration
 from pairsim.sweeps.ledger import STATUSES, Entry, Ledger
-from pairsim.sweeps.summary import duration
 
+NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?")  # by which the warnings of one kind differ
 COLOURS = {"finished": "green", "failed": "red", "timeout": "yellow", "running": "cyan", "pending": ""}
 
 
@@ -29,6 +34,8 @@ def time_left(cases: list[dict[str, Any]], workers: int) -> float | None:
 
 class SweepReporter:
     """Shows nothing; the base of the others."""
+
+    begin = 0.0
 
     def start(self, ledger: Ledger, workers: int, todo: int) -> None:
         """Begin."""
@@ -60,10 +67,12 @@ def _headline(entry: Entry) -> str:
     shown = f"  dU = {dU:+.4e}" if isinstance(dU, float) else ""
     reason = f" ({entry.reason})" if entry.reason not in ("", "end") else ""
     message = f"  {entry.message}" if entry.status != "finished" else ""
-    return f"{entry.status}{reason} {entry.folder}{shown}  {entry.seconds:.1f} s{message}"
+    count = len(entry.warnings)
+    warnings = f"  {count} warning{'s' * (count > 1)}" if count else ""
+    return f"{entry.status}{reason} {entry.folder}{shown}  {entry.seconds:.1f} s{warnings}{message}"
 
 
-class PlainSweepReporter(SweepReporter):
+class LineSweepReporter(SweepReporter):
     """A line a case on stderr, for logs."""
 
     def start(self, ledger: Ledger, workers: int, todo: int) -> None:
@@ -86,7 +95,7 @@ class PlainSweepReporter(SweepReporter):
         print(text, file=sys.stderr, flush=True)
 
 
-class RichSweepReporter(SweepReporter):
+class BarSweepReporter(SweepReporter):
     """A live table of counts, rate, time left and running cases."""
 
     def __init__(self) -> None:
@@ -128,11 +137,55 @@ class RichSweepReporter(SweepReporter):
         self._console.print(text, highlight=False)
 
 
-def make_sweep_reporter(quiet: bool, rank: int) -> SweepReporter:
-    """The reporter that fits: none on other processes or when quiet, live only on a terminal."""
-    if quiet or rank > 0:
+class JsonSweepReporter(SweepReporter):
+    """A JSON object a line on stderr, for programs: `event` is start, case, note or finish."""
+
+    def start(self, ledger: Ledger, workers: int, todo: int) -> None:
+        super().start(ledger, workers, todo)
+        self._say("start", cases=len(ledger.entries), todo=todo, workers=workers)
+
+    def case(self, entry: Entry, ledger: Ledger) -> None:
+        super().case(entry, ledger)
+        left = time_left([vars(entry) for entry in ledger.entries.values()], self.workers)
+        counts = {status: ledger.count(status) for status in STATUSES}
+        news = {key: getattr(entry, key) for key in ("folder", "status", "reason", "message", "warnings", "values")}
+        self._say("case", **news, counts=counts, seconds_left=left)
+
+    def note(self, text: str) -> None:
+        self._say("note", text=text)
+
+    def finish(self, text: str) -> None:
+        self._say("finish", text=text)
+
+    def _say(self, event: str, **more: Any) -> None:
+        content = {"event": event, "seconds": round(time.monotonic() - self.begin, 3), **more}
+        print(json.dumps(content), file=sys.stderr, flush=True)
+
+
+def make_sweep_reporter(style: Style, rank: int) -> SweepReporter:
+    """The reporter of a style; none on other processes than the first."""
+    if style == "none" or rank > 0:
         return SweepReporter()
-    return RichSweepReporter() if sys.stderr.isatty() else PlainSweepReporter()
+    if style == "auto":
+        style = "bar" if sys.stderr.isatty() else "lines"
+    return {"bar": BarSweepReporter, "lines": LineSweepReporter, "json": JsonSweepReporter}[style]()
+
+
+def summarised(cases: Sequence[Mapping[str, Any]]) -> list[str]:
+    """The warnings of all cases, each once with the number of its cases, and the first of them where they are several.
+
+    Args:
+        cases: Entries of sweep.json.
+    """
+    folders: dict[str, list[str]] = {}
+    for case in cases:
+        for warning in case.get("warnings", ()):
+            folders.setdefault(NUMBER.sub("...", warning), []).append(case["folder"])
+    first = {NUMBER.sub("...", warning): warning for case in cases[::-1] for warning in case.get("warnings", ())}
+    return [
+        f"{first[kind]} ({held[0]}{f' and {len(held) - 1} more' if len(held) > 1 else ''})"
+        for kind, held in folders.items()
+    ]
 
 
 def status_view(sweep: dict[str, Any], working: bool) -> Group:
@@ -153,6 +206,7 @@ def status_view(sweep: dict[str, Any], working: bool) -> Group:
         parts.append(Text(f"at work with {workers} at once" + "".join(f", {part}" for part in pace)))
     elif counts["pending"] + counts["running"]:
         parts.append(Text("no sweep is at work here; the same command goes on with the rest"))
+    parts += [Text(f"warning: {text}") for text in summarised(cases)]
     failures = [case for case in cases if case["status"] in ("failed", "timeout")]
     if failures:
         table = Table("case", "status", "reason", "what happened", box=None, pad_edge=False)

@@ -1,4 +1,4 @@
-"""The order of a sweep: which cases a shard does, and which of them a worker gets at once."""
+"""The order of a sweep: the cases of each shard, and the groups of cases that one worker computes in sequence."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pairsim.sweeps.worker import Task
 
 
 def part_of(cases: tuple[SweepCase, ...], shard: Shard | None) -> list[SweepCase]:
-    """The cases of a shard: the dearest first, each goes to the shard that has the least to do."""
+    """The cases of a shard: each case, the most expensive first, goes to the shard with the least load so far."""
     if shard is None:
         return list(cases)
     loads = [(0.0, i) for i in range(1, shard.n + 1)]
@@ -29,13 +29,13 @@ def part_of(cases: tuple[SweepCase, ...], shard: Shard | None) -> list[SweepCase
 
 
 def units(tasks: list[Task], neighbours: tuple[str, ...], workers: int) -> deque[list[Task]]:
-    """What there is to do, the dearest first; the cases of a unit are computed in their order by one worker.
+    """Group cases into units, each computed in order by one worker; the most expensive unit comes first.
 
     Args:
-        tasks: All of it.
-        neighbours: Keys along which a case can start from another. Cases that differ in them alone make a sequence in
-            which one key changes at a time; without keys every case is a unit.
-        workers: How many there are. Chains are cut so that each worker gets two or more.
+        tasks: All cases.
+        neighbours: Keys along which a case can start from another. Cases that differ only in these form a sequence in
+            which one key changes at a time. Without such keys, each case is a unit.
+        workers: Number of workers. Sequences are cut so that each worker gets at least two units.
     """
     alike: dict[str, list[Task]] = {}
     for task in tasks:
@@ -51,7 +51,7 @@ def units(tasks: list[Task], neighbours: tuple[str, ...], workers: int) -> deque
 
 
 def _walk(group: list[Task], keys: tuple[str, ...]) -> list[Task]:
-    """Through all values of the keys, back and forth, so that neighbours in the list are neighbours in the grid."""
+    """Order cases back and forth over the values of the keys, so that successive cases are neighbours in the grid."""
     if not keys:
         return group
 

@@ -1,4 +1,4 @@
-"""`--emit slurm`: a job-array script, each task of which does one shard of a sweep."""
+"""`--emit slurm`: a script for a Slurm job array in which each task computes one shard of a sweep."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ DEFAULT_WALLTIME = 24 * 3600.0
 def job_script(
     grid: Grid, directory: Path, *, tasks: int | None, ranks_per_case: int, walltime: float | None, extra: list[str]
 ) -> str:
-    """The script.
+    """The text of the script.
 
     Args:
         grid: The grid.
         directory: Folder of the sweep.
-        tasks: Tasks of the array; by default one a case, 32 at most.
+        tasks: Number of tasks of the array; default: one for each case, at most 32.
         ranks_per_case: MPI processes of each case.
-        walltime: Time limit of a task in seconds; a day by default.
+        walltime: Time limit of a task [s]; default: one day.
         extra: Further options of `pairsim sweep`.
     """
     count = min(len(grid.cases), tasks or MOST_TASKS)
@@ -35,8 +35,8 @@ def job_script(
     name = "".join(letter if letter.isalnum() or letter in "._-" else "-" for letter in grid.name)
     return f"""#!/usr/bin/env bash
 # {len(grid.cases)} cases of pairsim {grid.command.name}, about {hours:.2g} core hours, in {count} tasks.
-# Add what the site wants (account, partition, modules). A task that runs out of time leaves checkpoints: submit the
-# script again, finished cases are not repeated. When all is done, the command below without --shard writes one table.
+# Add what the site requires (account, partition, modules). If a task runs out of time, submit the script again:
+# finished cases are not repeated. At the end, the command below without --shard writes one table of all cases.
 #SBATCH --job-name={name}
 #SBATCH --array=1-{count}
 #SBATCH --nodes=1
@@ -47,6 +47,6 @@ def job_script(
 #SBATCH --output={name}-%A-%a.log
 
 export OMP_NUM_THREADS=1
-# exec: the signal before the end reaches pairsim, which then stops its case in order.
+# exec, so that the signal before the time limit reaches pairsim, which then stops its case in order.
 exec {command} --shard "$SLURM_ARRAY_TASK_ID/{count}"
 """

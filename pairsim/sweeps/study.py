@@ -1,6 +1,6 @@
-"""`pairsim study`: one case in many discretisations, and what each costs for its error.
+"""`pairsim study`: compare error and cost of one case in many discretisations.
 
-The discretisations are the cases of sweeps; this module makes study.csv of what the sweeps have left behind.
+The discretisations are the cases of sweeps; this module makes study.csv from the results of these sweeps.
 """
 
 from __future__ import annotations
@@ -33,21 +33,21 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
 FAMILIES = {"space": "mesh.", "time": "time."}
-"""Discretisations that differ in keys with one of these beginnings alone are a family, and have an order."""
+"""Discretisations that differ only in keys with one of these prefixes form a family, for which orders are computed."""
 COUNTS = ("unknowns", "steps", "points", "newton_iterations", "factorisations", "remeshings", "meshes")
 STOPPED = 130
-SAME = 1e-9  # times and distances that agree to this part are the same
+SAME = 1e-9  # relative tolerance at which two times or distances count as equal
 
 
 def study_rows(study: Study, folders: list[Path]) -> list[dict[str, Any]]:
-    """What is told of every discretisation.
+    """The rows of study.csv.
 
     Args:
         study: The study.
-        folders: Its folders, one a repetition.
+        folders: Its folders, one for each repetition.
 
     Returns:
-        A row for each in the order of the file, with everything that is known so far.
+        A row for each discretisation in the order of the file, with the values known so far.
     """
     notes = [{command: _notes(sweep_folder(study, folder, command)) for command in study.grids} for folder in folders]
     rows = [_row(study, command, case, folders, notes) for command, case in study.cases]
@@ -71,44 +71,44 @@ def study_rows(study: Study, folders: list[Path]) -> list[dict[str, Any]]:
 
 
 def sweep_folder(study: Study, folder: Path, command: str) -> Path:
-    """The sweep of one command in the folder of a repetition."""
+    """Folder of the sweep of one command within a repetition."""
     return folder if len(study.grids) == 1 else folder.with_name(f"{folder.name}-{command}")
 
 
 def _notes(directory: Path) -> dict[str, dict[str, Any]]:
-    """What a sweep has noted of its cases, by their folders; nothing before it has begun."""
+    """The entries of sweep.json by folder of the case; empty before the sweep has begun."""
     with suppress(InputError):
         return {case["folder"]: case for case in read_sweep(directory)["cases"]}
     return {}
 
 
-def _standing(told: dict[str, Any], noted: dict[str, Any]) -> tuple[str, str]:
-    """Status and reason of a case: of a crash and of a time that was over, only the sweep knows."""
+def _standing(record: dict[str, Any], noted: dict[str, Any]) -> tuple[str, str]:
+    """Status and reason of a case; crashes and timeouts are recorded by the sweep only."""
     if noted.get("status") in ("failed", "timeout"):
         return noted["status"], noted["reason"]
-    return told.get("status", "pending"), told.get("reason", "")
+    return record.get("status", "pending"), record.get("reason", "")
 
 
 def _row(
     study: Study, command: str, case: SweepCase, folders: list[Path], notes: list[dict[str, dict[str, Any]]]
 ) -> dict[str, Any]:
-    """What one discretisation has left in its folders; nothing but how it ended where it failed in one of them."""
+    """The values of one discretisation from its folders; only status and reason if a repetition failed."""
     directories = [sweep_folder(study, folder, command) / case.folder for folder in folders]
-    told = [read_record(directory) for directory in directories]
-    standing = [_standing(t, note[command].get(case.folder, {})) for t, note in zip(told, notes, strict=True)]
+    records = [read_record(directory) for directory in directories]
+    standing = [_standing(t, note[command].get(case.folder, {})) for t, note in zip(records, notes, strict=True)]
     ill = [each for each in standing if each[0] in ("failed", "timeout")]
-    done = [i for i, (status, _) in enumerate(standing) if status == "finished" and "unknowns" in told[i]]
+    done = [i for i, (status, _) in enumerate(standing) if status == "finished" and "unknowns" in records[i]]
     status, reason = ill[0] if ill else standing[done[0] if done else 0]
     row: dict[str, Any] = study.settings(command, case) | {"status": status, "reason": reason, "_values": None}
-    counted = told[done[0]] if done and not ill else next((t for t in told if t.get("status") == "failed"), {})
+    counted = records[done[0]] if done and not ill else next((t for t in records if t.get("status") == "failed"), {})
     row |= {name: counted[name] for name in COUNTS if name in counted}
     if ill or not done:
         return row
-    walls = [float(told[i]["wall_time"]) for i in done]
+    walls = [float(records[i]["wall_time"]) for i in done]
     row |= {"wall_time": statistics.median(walls), "wall_time_spread": max(walls) - min(walls)}
-    for name in dict.fromkeys(name for i in done for name in told[i].get("wall_time_by_phase", {})):
-        row[f"wall_{name}"] = statistics.median(told[i]["wall_time_by_phase"].get(name, 0.0) for i in done)
-    row["peak_memory"] = max(told[i]["peak_memory"] for i in done)
+    for name in dict.fromkeys(name for i in done for name in records[i].get("wall_time_by_phase", {})):
+        row[f"wall_{name}"] = statistics.median(records[i]["wall_time_by_phase"].get(name, 0.0) for i in done)
+    row["peak_memory"] = max(records[i]["peak_memory"] for i in done)
     series = read_series(directories[done[0]] / ("curve.csv" if command == "curve" else "series.csv"))
     read = sampled(series, study.over, study.at)
     if read is None:
@@ -127,13 +127,16 @@ def _row(
 
 
 def sampled(series: dict[str, Array], over: str, at: tuple[float, ...]) -> dict[str, Array] | None:
-    """The columns of series.csv or curve.csv at some places; None where it does not come to one of them.
+    """The columns of series.csv or curve.csv at given times or distances; None if one of them is not reached.
 
     Args:
-        series: Columns.
-        over: t or d.
-        at: Times or distances; none: the last row. A run is read where it passes a distance for the last time, between
-            its rows by cubic interpolation in time.
+        series: The columns, each of shape (rows,).
+        over: "t" or "d".
+        at: Times [D_c/U_av] or distances [D_c]; if empty, the last row is used. A run is evaluated where it passes a
+            distance for the last time, with cubic interpolation in time between its rows.
+
+    Returns:
+        The columns at these values, each of shape (len(at),), or (1,) for the last row.
     """
     if not at:
         return {name: column[-1:] for name, column in series.items()}
@@ -158,7 +161,7 @@ def sampled(series: dict[str, Array], over: str, at: tuple[float, ...]) -> dict[
 
 
 def _critical_distance(directory: Path) -> float | None:
-    """The zero of a curve with the largest peak."""
+    """The zero of a curve with the largest peak [D_c], None if there is none."""
     path = directory / "equilibria.csv"
     if not path.is_file():
         return None
@@ -168,16 +171,18 @@ def _critical_distance(directory: Path) -> float | None:
 
 
 def _families(study: Study, rows: list[dict[str, Any]]) -> None:
-    """Orders and Richardson's estimates among discretisations that differ in space alone, or in time alone.
+    """Add observed orders and Richardson extrapolations of discretisations that differ only in space or only in time.
 
-    The size that an order is over is 1/sqrt(unknowns) in space and 1/steps in time.
+    The mesh size is taken as 1/sqrt(unknowns), the step size as 1/steps.
     """
     for family, beginning in FAMILIES.items():
         groups: dict[str, list[dict[str, Any]]] = {}
         for row in rows:
             if row["_values"] is not None and (family == "space" or row.get("steps")):
                 rest = {key: row[key] for key in study.varying if not key.startswith(beginning)}
-                rest["fixed"] = row.get("time.fixed_step") is not None  # whose errors are of another kind
+                rest["fixed"] = (
+                    row.get("time.fixed_step") is not None
+                )  # fixed and controlled steps have different errors
                 groups.setdefault(json.dumps(rest, sort_keys=True), []).append(row)
         for group in groups.values():
             h = {id(row): row["unknowns"] ** -0.5 if family == "space" else 1 / row["steps"] for row in group}
@@ -192,15 +197,15 @@ def _families(study: Study, rows: list[dict[str, Any]]) -> None:
 
 
 def _front(rows: list[dict[str, Any]]) -> None:
-    """Mark the rows that no other beats in time without a larger error."""
-    told = [row for row in rows if row.get("error") is not None]
-    front = {id(told[i]) for i in pareto([row["wall_time"] for row in told], [row["error"] for row in told])}
+    """Mark the Pareto front: rows for which no other has a smaller wall time at the same or a smaller error."""
+    known = [row for row in rows if row.get("error") is not None]
+    front = {id(known[i]) for i in pareto([row["wall_time"] for row in known], [row["error"] for row in known])}
     for row in rows:
         row["pareto"] = id(row) in front
 
 
 def write_study(study: Study, rows: list[dict[str, Any]], path: Path) -> None:
-    """Write study.csv; empty cells where nothing is known."""
+    """Write study.csv, with empty cells for unknown values."""
     first = [*study.varying, "status", "reason", *COUNTS, "wall_time", "wall_time_spread"]
     last = ["peak_memory"]
     places = [f"{study.column}@{place:g}" for place in study.at]
@@ -221,30 +226,30 @@ def write_study(study: Study, rows: list[dict[str, Any]], path: Path) -> None:
 def run_study(
     study: Study, directory: Path, case_timeout: float | None, comm: MPI.Comm | None, reporter: SweepReporter
 ) -> tuple[int, str]:
-    """Compute what is not finished yet, each case in a process of its own, then write and draw.
+    """Compute the cases that are not finished yet, each in its own process, and write study.csv and study.png.
 
     Args:
         study: The study.
-        directory: Its folder; made, or continued.
-        case_timeout: Allowed wall time of a case in seconds.
-        comm: Communicator of the job; every process calls this. None: no MPI.
+        directory: Folder of the study; created, or continued if it exists.
+        case_timeout: Largest wall time of a case [s].
+        comm: MPI communicator; every process of it calls this function. None: without MPI.
         reporter: Shows progress (on the first process).
 
     Returns:
-        Exit code, the worst of its sweeps, and a line for people, as `pairsim.sweeps.sweep.run_sweep`.
+        The largest exit code of its sweeps, and a line of text for the user, as `run_sweep`.
 
     Raises:
-        InputError: A folder belongs to another study, or is in use.
+        InputError: The folder belongs to another study, or another command is writing to it.
     """
     with sole_writer(comm, directory, command_line()):
         folders = [directory / f"sweep-{i + 1}" for i in range(max(study.repeat))]
-        worst, told = 0, ""
+        worst, shown = 0, ""
         sweeps = [(folder, *sweep) for i, folder in enumerate(folders) for sweep in study.repetition(i).items()]
         for folder, command, grid in sweeps:
             options = Options(case_timeout=case_timeout, cold=True)
             code, message = run_sweep(grid, sweep_folder(study, folder, command), options, comm, reporter)
-            if not told or code > worst:
-                worst, told = code, message
+            if not shown or code > worst:
+                worst, shown = code, message
             if code == STOPPED:
                 break
         if comm is None or comm.rank == 0:
@@ -253,4 +258,4 @@ def run_study(
             rows = study_rows(study, folders)
             write_study(study, rows, directory / TABLE)
             plot_study(directory)
-        return worst, told
+        return worst, shown

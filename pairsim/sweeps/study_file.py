@@ -1,4 +1,4 @@
-"""Study files: one case in many discretisations, all of them checked before anything is computed."""
+"""Study files: one case in many discretisations, all validated before the first one is computed."""
 
 from __future__ import annotations
 
@@ -16,30 +16,30 @@ from pairsim.results.columns import series_columns
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import Grid, SweepCase, flat, grid_from, read_base, value_at
 
-OWN = ("command", "repeat")  # keys of a discretisation that are none of its case
-TABLE = "study.csv"  # what a study leaves behind and its picture is drawn from
+OWN = ("command", "repeat")  # keys of a discretisation that do not belong to its case
+TABLE = "study.csv"
 MODELS: dict[str, type[SceneCase]] = {"run": Case, "curve": CurveCase}
 ZERO = "d_cr"
-"""Quantity of a curve that is no column of it: the distance at which dU vanishes, the zero with the largest peak."""
+"""Quantity of a curve that is not a column: the zero of dU with the largest peak."""
 
 Refuse = Callable[[str, Any, str], None]
 
 
 @dataclass(frozen=True)
 class Study:
-    """A study file, read and checked.
+    """A validated study file.
 
     Attributes:
-        name: Its name.
-        grids: A sweep for each command that occurs, with a case for each of its discretisations.
-        order: Command and index in its grid of every discretisation, in the order of the file.
-        varying: Dotted keys in which discretisations differ; `command` is one where there are two.
-        quantity: What is compared: a column, or d_cr.
-        over: Whether `at` are times or distances.
-        at: Where it is compared; empty: at the end of a run, or for one particle.
-        exact: Its exact values there, None where they are unknown.
-        reference: Index of the discretisation that stands for the exact values, None: the one with the most unknowns.
-        repeat: How often each discretisation is computed, in the order of the file; times are medians.
+        name: Name of the study.
+        grids: For each command, a grid with a case for each of its discretisations.
+        order: For each discretisation, in the order of the file, its command and index in the grid of the command.
+        varying: Dotted keys in which the discretisations differ, including `command` if there are two.
+        quantity: The quantity that is compared: a column, or d_cr.
+        over: Whether `at` lists times ("t") or distances ("d").
+        at: Times [D_c/U_av] or distances [D_c] of the comparison; empty for the end of a run or a single particle.
+        exact: Exact values of the quantity at `at`, None if unknown.
+        reference: Index of the discretisation used as reference; None for the one with the most unknowns.
+        repeat: Number of repetitions of each discretisation, in the order of the file.
     """
 
     name: str
@@ -54,7 +54,7 @@ class Study:
     repeat: tuple[int, ...]
 
     def repetition(self, i: int) -> dict[str, Grid]:
-        """The sweeps of what is computed an i-th time, from 0."""
+        """The grids of the i-th repetition, counted from 0, by command."""
         wanted = {
             command: [k for (own, k), n in zip(self.order, self.repeat, strict=True) if own == command and n > i]
             for command in self.grids
@@ -63,7 +63,7 @@ class Study:
 
     @property
     def column(self) -> str:
-        """The column that is read at the places of `at`."""
+        """The column that is evaluated at `at`."""
         return "dU" if self.quantity == ZERO else self.quantity
 
     @property
@@ -72,25 +72,25 @@ class Study:
         return [(command, self.grids[command].cases[i]) for command, i in self.order]
 
     def settings(self, command: str, case: SweepCase) -> dict[str, Any]:
-        """What a discretisation has at the keys that vary."""
+        """The values of a discretisation for the varying keys."""
         return {key: command if key == "command" else value_at(case.checked.resolved, key) for key in self.varying}
 
 
 def columns(case: SweepCase) -> list[str]:
-    """Columns of the results of a case that can be compared."""
+    """Columns of the results of a case that can be compared in a study."""
     return series_columns(case.checked.resolved.get("particles", 2))[1:]
 
 
 def read_study(path: Path, data: dict[str, Any], settings: tuple[str, ...] = ()) -> Study:
-    """Check the content of a study file.
+    """Validate the content of a study file.
 
     Args:
-        path: Where it stands.
+        path: Path of the file.
         data: Its content.
-        settings: key=value settings that replace a key in every case.
+        settings: key=value settings that replace keys in every case.
 
     Raises:
-        InputError: With the file, the key, its value and what is allowed.
+        InputError: The file has a mistake; gives file, key, value and what is allowed.
     """
 
     def refuse(key: str, value: Any, allowed: str) -> None:
@@ -125,7 +125,7 @@ def read_study(path: Path, data: dict[str, Any], settings: tuple[str, ...] = ())
             refuse("exact", data["exact"], wanted)
     reference = data.get("reference", "finest")
     if "exact" in data and "reference" in data:
-        refuse("reference", reference, "must be left out beside exact")
+        refuse("reference", reference, "must be left out if exact is given")
     if reference != "finest" and not (type(reference) is int and 0 <= reference < len(entries)):
         refuse("reference", reference, f"must be finest, or the index of a discretisation from 0 to {len(entries) - 1}")
     chosen = None if reference == "finest" else reference
@@ -149,7 +149,7 @@ def _commands(data: Mapping[str, Any], refuse: Refuse) -> list[str]:
 
 
 def _repeat(data: Mapping[str, Any], refuse: Refuse) -> tuple[int, ...]:
-    """How often each discretisation is computed: as often as the file says, unless it says so itself."""
+    """Number of repetitions of each discretisation: its own `repeat`, else that of the file."""
     own = [(f"discretisations[{i}]: repeat", entry.get("repeat")) for i, entry in enumerate(data["discretisations"])]
     counts = [("repeat", data.get("repeat", 1)), *((key, n) for key, n in own if n is not None)]
     for key, count in counts:
@@ -174,9 +174,9 @@ def _places(data: Mapping[str, Any], over: str, particles: Any, refuse: Refuse) 
     if any(place <= 0 for place in at):
         refuse("at", data["at"], "must be above 0")
     if over == "d" and at and particles == 1:
-        refuse("at", data["at"], "must be left out: one particle has no distance")
+        refuse("at", data["at"], "must be left out: there is only one particle")
     if over == "d" and not at and particles != 1:
-        refuse("at", None, "is missing; the distances at which dU is compared")
+        refuse("at", None, "is missing; must be the distances at which dU is compared")
     return at
 
 
@@ -187,7 +187,7 @@ def _grids(
     settings: tuple[str, ...],
     refuse: Refuse,
 ) -> tuple[dict[str, Grid], list[tuple[str, int]]]:
-    """The sweeps of a study, and where in them each discretisation is."""
+    """The grid of each command, and for each discretisation its command and index."""
     base, commands, over, at = checked
     cases: dict[str, list[dict[str, Any]]] = {}
     order = []
@@ -197,19 +197,19 @@ def _grids(
         given = [*flat(entry), *(setting.partition("=")[0].strip() for setting in settings)]
         for key in wanted:
             if any(name == key or name.startswith(f"{key}.") for name in given):
-                refuse(f"discretisations: {key}", None, "must be left out: at says it")
+                refuse(f"discretisations: {key}", None, "must be left out: it follows from at")
         own = cases.setdefault(command, [])
         order.append((command, len(own)))
         own.append({**wanted, **{key: value for key, value in entry.items() if key not in OWN}})
     grids = {}
     for command, own in cases.items():
-        # Keys of the other command alone may stand in a base that both share.
+        # A base shared by both commands may have keys that only the other command knows.
         other = {key for name in cases if name != command for key in MODELS[name].model_fields}
         kept = {k: v for k, v in base.items() if k not in other or k in MODELS[command].model_fields}
         content = {"name": data.get("name", path.stem), "base": kept, "command": command, "cases": own}
         grids[command] = grid_from(path, content, settings)
         if grids[command].duplicates:
-            refuse("discretisations", None, f"must all differ; {grids[command].duplicates} are like an earlier one")
+            refuse("discretisations", None, f"must all differ; {grids[command].duplicates} are equal to an earlier one")
     return grids, order
 
 

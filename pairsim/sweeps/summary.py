@@ -1,4 +1,4 @@
-"""The words of `pairsim sweep`: its options as numbers, and what `--dry-run` shows."""
+"""Parse options of `pairsim sweep`, and format the output of `--dry-run`."""
 
 from __future__ import annotations
 
@@ -9,15 +9,19 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from pairsim.runtime.duration import duration
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import Grid
 
 
 def parse_time(text: str) -> float:
-    """Seconds, or H:MM:SS, as seconds.
+    """Parse a time in seconds, H:MM or H:MM:SS.
+
+    Returns:
+        The time in seconds.
 
     Raises:
-        InputError: It is neither.
+        InputError: The text has another form.
     """
     if re.fullmatch(r"\d+(\.\d*)?", text) and float(text) > 0:
         return float(text)
@@ -28,10 +32,10 @@ def parse_time(text: str) -> float:
 
 
 def parse_shard(text: str) -> tuple[int, int]:
-    """`i/n` with 1 <= i <= n.
+    """Parse a shard `i/n` with 1 <= i <= n.
 
     Raises:
-        InputError: It is something else.
+        InputError: The text has another form.
     """
     match = re.fullmatch(r"(\d+)/(\d+)", text)
     if match is None or not 1 <= int(match[1]) <= int(match[2]):
@@ -39,25 +43,15 @@ def parse_shard(text: str) -> tuple[int, int]:
     return int(match[1]), int(match[2])
 
 
-def duration(seconds: float) -> str:
-    """Seconds in words: 42 s, 3 min 20 s, 2 h 05 min."""
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60} min {whole % 60:02d} s"
-    return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
-
-
 def shown(value: Any) -> str:
-    """A parameter's value for a table."""
+    """Format the value of a parameter."""
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def dry_run_view(grid: Grid, part: tuple[int, int] | None) -> Group:
-    """Count, cases, guessed unknowns and cost."""
+    """The output of `--dry-run`: number of cases, and estimated unknowns and time of each."""
     total = sum(case.checked.estimate.seconds for case in grid.cases)
-    told = f"{len(grid.cases)} cases of pairsim {grid.command.name}, about {duration(total)} on one core"
+    headline = f"{len(grid.cases)} cases of pairsim {grid.command.name}, about {duration(total)} on one core"
     notes = [
         f"{count} {what}"
         for count, what in ((grid.duplicates, "duplicates left out"), (grid.excluded, "excluded"))
@@ -68,6 +62,6 @@ def dry_run_view(grid: Grid, part: tuple[int, int] | None) -> Group:
         estimate = case.checked.estimate
         values = [shown(case.parameters[key]) for key in grid.varying]
         table.add_row(*map(Text, [case.folder, *values, f"~{estimate.unknowns}", f"~{estimate.seconds:.2g}"]))
-    lines = [told + (f" ({', '.join(notes)})" if notes else "")]
-    lines += [f"part {part[0]} of {part[1]} would do its share of them"] if part else []
+    lines = [headline + (f" ({', '.join(notes)})" if notes else "")]
+    lines += [f"part {part[0]} of {part[1]} would compute its share of them"] if part else []
     return Group(*map(Text, lines), table)

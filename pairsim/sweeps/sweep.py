@@ -1,7 +1,7 @@
-"""`pairsim sweep`: the cases of a grid, spread over the ranks of an MPI job, each in a process of its own.
+"""`pairsim sweep`: compute the cases of a grid, distributed over the ranks of an MPI job, each in its own process.
 
-Rank 0 keeps the ledger, hands out the cases and computes some itself; nobody waits inside MPI, so that idle ranks cost
-no processor time. Without mpirun there is one worker and MPI is not even imported.
+Rank 0 keeps the ledger, distributes the cases and computes some itself. No rank blocks inside MPI, so that idle ranks
+use no processor time. Without mpirun, MPI is not imported.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import signal
 import time
 from collections import deque
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,34 +28,34 @@ from pairsim.runtime.signals import Signals
 from pairsim.runtime.version import __version__
 from pairsim.sweeps.grid import Grid, SweepCase
 from pairsim.sweeps.ledger import Ledger, Shard
-from pairsim.sweeps.progress import SweepReporter
+from pairsim.sweeps.progress import SweepReporter, summarised
 from pairsim.sweeps.queue import part_of, units
 from pairsim.sweeps.worker import CaseWorker, Result, Task
 
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-POLL = 0.02  # seconds between two looks at children and messages
+POLL = 0.02  # interval at which child processes and messages are polled [s]
 CASES = "cases"  # folder of the case files
-NOT_THE_CASE = ("disk_full", "write_failed", "not_started")  # failures of the machine, repeated without being asked
+NOT_THE_CASE = ("disk_full", "write_failed", "not_started")  # failures of the machine, not of the case: always repeated
 
 
 @dataclass(frozen=True)
 class Options:
-    """What the command line asks of a sweep.
+    """Options of a sweep.
 
     Attributes:
-        limit: Cases to start at most.
-        only_failed: Repeat the cases that failed or timed out, and nothing else.
-        fail_fast: Stop at the first case that fails.
-        shard: Do this part of the sweep.
+        limit: Largest number of cases to start.
+        only_failed: Whether to repeat only the cases that failed or timed out.
+        fail_fast: Whether to stop at the first case that fails.
+        shard: The part of the sweep to compute, None for all of it.
         ranks_per_case: MPI processes of each case.
-        case_timeout: Allowed wall time of a case in seconds.
-        walltime: Allowed wall time of the sweep in seconds.
-        cold: Start every case from the beginning, none from its neighbour.
-        settings: What --set has changed in every case, for the record.
-        workers: Cases that are computed at the same time without mpirun; under mpirun there is one worker a process.
-        signals: Whether SIGINT and SIGTERM end the sweep in order. Without, KeyboardInterrupt does.
+        case_timeout: Largest wall time of a case [s].
+        walltime: Largest wall time of the sweep [s].
+        cold: Whether curves do not start from the solutions of neighbouring curves.
+        settings: The settings of --set, for grid.yaml.
+        workers: Number of cases computed at the same time without mpirun; under mpirun, each process is a worker.
+        signals: Whether SIGINT and SIGTERM end the sweep in order; if not, a KeyboardInterrupt does.
     """
 
     limit: int | None = None
@@ -78,23 +78,23 @@ def run_sweep(
 
     Args:
         grid: The grid.
-        directory: Folder of the sweep; made, or continued.
-        options: What the command line asks for.
-        comm: Communicator of the job; every process calls this. None: no MPI.
+        directory: Folder of the sweep; created, or continued if it exists.
+        options: The options.
+        comm: MPI communicator; every process of it calls this function. None: without MPI.
         reporter: Shows progress (on the first process).
 
     Returns:
-        Exit code (0: no case has failed; 3: some have, or the disk is full; 130: interrupted) and a line for people.
+        Exit code (0: no case has failed; 3: some have, or the disk is full; 130: interrupted) and a message.
 
     Raises:
-        InputError: The folder belongs to another grid, or another sweep is at work in it.
+        InputError: The folder belongs to another grid, or another sweep is writing to it.
     """
     rank, size = (comm.rank, comm.size) if comm else (0, 1)
     if size > 1 and options.ranks_per_case > size:
-        allowed = f"at most {size}, the processes of this job"
+        allowed = f"must be at most {size}, the number of MPI processes"
         raise InputError("--ranks-per-case", "", options.ranks_per_case, allowed)
     if size > 1 and options.workers > 1:
-        raise InputError("--workers", "", options.workers, "1 under mpirun, whose processes are the workers")
+        raise InputError("--workers", "", options.workers, "must be 1 under mpirun, whose processes are the workers")
     with Signals(installed=options.signals) as signals, ExitStack() as held:
 
         def begin() -> _Root:
@@ -107,9 +107,9 @@ def run_sweep(
             root = collectively(comm, begin)
         except OSError as error:
             if error.errno in DISK:
-                again = "make room and give the same command again"
+                again = "free disk space and repeat the command"
                 return 3, f"{directory} cannot be written ({error.strerror}); {again}" if rank == 0 else ""
-            allowed = f"cannot be used as a folder ({error}); give another one"
+            allowed = f"must be a folder that can be used ({error})"
             raise InputError(str(directory), "-o", None, allowed) from error
         _compile_forms(root.forms if root else (), comm, signals, reporter)
         count = options.workers if root is not None else 1
@@ -139,7 +139,7 @@ def _compile_forms(forms: tuple[str, ...], comm: MPI.Comm | None, signals: Signa
             if signals.number:
                 child.kill()
             time.sleep(POLL)
-        if code and not signals.number:  # the cases will say what is wrong with them
+        if code and not signals.number:  # the cases will report the error
             reporter.note(f"compiling failed: {child.stderr.strip().rpartition(chr(10))[2]}")
     if comm:
         request = comm.Ibarrier()
@@ -148,8 +148,8 @@ def _compile_forms(forms: tuple[str, ...], comm: MPI.Comm | None, signals: Signa
 
 
 def _serve(comm: MPI.Comm, worker: CaseWorker, signals: Signals) -> int:
-    """What every process but the first does, until it is told to leave; returns the exit code it is told."""
-    told = False
+    """Loop of every process but the first: compute cases until the first process ends it with an exit code."""
+    reported = False
     while True:
         while comm.iprobe(source=0):
             word, value = comm.recv(source=0)
@@ -159,8 +159,8 @@ def _serve(comm: MPI.Comm, worker: CaseWorker, signals: Signals) -> int:
                 worker.stop()
             else:
                 return int(value)
-        if signals.number and not told:
-            told = True
+        if signals.number and not reported:
+            reported = True
             comm.send(("signal", signals.number), dest=0)
         if (result := worker.poll()) is not None:
             comm.send(("result", result), dest=0)
@@ -168,7 +168,7 @@ def _serve(comm: MPI.Comm, worker: CaseWorker, signals: Signals) -> int:
 
 
 def _pause(signals: Signals) -> None:
-    """Wait for the next look; a KeyboardInterrupt, which comes here nearly always, counts as SIGINT."""
+    """Sleep until the next poll. A KeyboardInterrupt, which almost always occurs here, counts as SIGINT."""
     try:
         time.sleep(POLL)
     except KeyboardInterrupt:
@@ -176,7 +176,7 @@ def _pause(signals: Signals) -> None:
 
 
 class _Root:
-    """The first process: queue, ledger, and what ends the sweep.
+    """The first process: keeps queue and ledger, and decides when the sweep ends.
 
     Raises:
         InputError, OSError: The folder cannot be used.
@@ -218,7 +218,7 @@ class _Root:
         self.ledger.write(now=True)
 
     def _tasks(self, cases: list[SweepCase]) -> list[Task]:
-        """What there is to do, the dearest first."""
+        """The cases to compute, the most expensive first."""
         wanted = []
         for case in cases:
             entry = self.ledger.entries[case.folder]
@@ -234,7 +234,7 @@ class _Root:
         return wanted[: self.options.limit]
 
     def _deadline(self) -> float | None:
-        """When to stop, so that the running cases can still end in order."""
+        """Time at which to stop, early enough for the running cases to end in order; None without a limit."""
         left = [self.options.walltime] if self.options.walltime else []
         if (end := os.environ.get("SLURM_JOB_END_TIME", "")).isdigit():
             left.append(int(end) - time.time())
@@ -244,7 +244,7 @@ class _Root:
         return self.begin + allowed - min(30.0, 0.1 * allowed)
 
     def run(self, comm: MPI.Comm | None, workers: list[CaseWorker]) -> tuple[int, str]:
-        """Hand out everything, to the workers of this process and to the other processes, and wait for it."""
+        """Distribute all cases to the workers of this process and to the other processes, and wait for the results."""
         self.reporter.start(self.ledger, len(self.workers), sum(map(len, self.queue)))
         stopped = False
         while True:
@@ -275,6 +275,8 @@ class _Root:
         self._write(now=True)
         code, message = self._verdict()
         self._send(comm, ("leave", code))
+        for warning in summarised([asdict(entry) for entry in self.ledger.entries.values()]):
+            self.reporter.note(f"warning: {warning}")
         self.reporter.finish(message)
         return code, message
 
@@ -282,7 +284,7 @@ class _Root:
         if self.signals.number:
             self._stop(130, signal.Signals(self.signals.number).name)
         if self.deadline is not None and time.monotonic() > self.deadline:
-            self._stop(130, "the allowed time is over")
+            self._stop(130, "the wall time of the sweep is over")
 
     def _stop(self, code: int, why: str) -> None:
         if not self.stopping:
@@ -311,7 +313,7 @@ class _Root:
         folder = self.running[rank][0]
         entry = self.ledger.entries[folder]
         again, attempts = entry.again or entry.status in ("failed", "timeout"), entry.attempts + 1
-        news = {"rank": rank, "attempts": attempts, "again": again, "values": {}}
+        news = {"rank": rank, "attempts": attempts, "again": again, "values": {}, "warnings": []}
         self.ledger.change(folder, status="running", reason="", message="", **news)
 
     def _result(self, rank: int, result: Result) -> None:
@@ -322,6 +324,7 @@ class _Root:
             message=result.message,
             seconds=result.seconds,
             values=result.values,
+            warnings=list(result.warnings),
         )
         if result.status != "pending":
             self.ledger.change(result.folder, again=False)
@@ -335,7 +338,7 @@ class _Root:
             self._started(rank)
         self.reporter.case(entry, self.ledger)
         if result.reason == "disk_full" and not TOO_LARGE.search(result.message):
-            self._stop(3, f"the disk is full ({result.message}); make room and give the same command again")
+            self._stop(3, f"the disk is full ({result.message}); free disk space and repeat the command")
         elif self.options.fail_fast and result.status in ("failed", "timeout"):
             self._stop(3, f"{result.folder} {result.status} ({result.reason})")
 
@@ -343,22 +346,22 @@ class _Root:
         self.ledger.session = {
             "session": {
                 "seconds": time.monotonic() - self.begin,
-                "workers": {str(rank): told for rank, told in self.workers.items()},
+                "workers": {str(rank): counts for rank, counts in self.workers.items()},
             }
         }
         try:
             self.ledger.write(now)
         except OSError as error:
-            again = "make room and give the same command again"
+            again = "free disk space and repeat the command"
             self._stop(3, f"{self.ledger.path} cannot be written ({error.strerror or error}); {again}")
 
     def _verdict(self) -> tuple[int, str]:
         ledger = self.ledger
         failed, pending = ledger.count("failed", "timeout"), ledger.count("pending", "running")
-        told = [f"{ledger.count('finished')} of {len(ledger.entries)} cases finished"]
-        told += [f"{failed} failed"] if failed else []
-        told += [f"{pending} to do"] if pending else []
-        text = ", ".join(told)
+        parts = [f"{ledger.count('finished')} of {len(ledger.entries)} cases finished"]
+        parts += [f"{failed} failed"] if failed else []
+        parts += [f"{pending} to do"] if pending else []
+        text = ", ".join(parts)
         if self.stopping:
             return self.code, f"{self.why}; {text}"
         if failed:
@@ -368,11 +371,11 @@ class _Root:
 
 
 def _usable(directory: Path) -> None:
-    """Make the folder, or make sure that it is one of a sweep."""
+    """Create the folder, or check that it is that of a sweep."""
     if directory.exists() and not directory.is_dir():
-        raise InputError(str(directory), "-o", None, "is a file; give the name of a folder")
+        raise InputError(str(directory), "-o", None, "must be a folder, but is a file")
     directory.mkdir(parents=True, exist_ok=True)
     names = [path.name for path in directory.iterdir() if not path.name.startswith(".")]
     if names and not any(name.startswith("sweep") or name == "grid.yaml" for name in names):
-        allowed = "the folder is not empty and holds no sweep; give another one"
+        allowed = "must be a new or empty folder, or one of a sweep"
         raise InputError(str(directory), "-o", None, allowed)

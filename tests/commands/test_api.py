@@ -1,4 +1,4 @@
-"""The Python interface, as somebody types it in a notebook."""
+"""The Python interface, as used in a notebook."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_a_curve_is_its_interpolant_and_an_error_outside(curve: pairsim.CurveRes
     assert curve.dU([[0.1, 0.2]]).shape == (1, 2)
     assert (curve.dU(0.1 + 1e-6) - curve.dU(0.1)) / 1e-6 == pytest.approx(slope[0], rel=1e-3)
     for outside in (0.09, 0.31, float("nan"), [0.2, 0.4]):
-        with pytest.raises(pairsim.InputError, match=r"from 0\.1 to 0\.3, as the curve"):
+        with pytest.raises(pairsim.InputError, match=r"must be from 0\.1 to 0\.3"):
             curve.dU(outside)
     with pytest.raises(ValueError, match="gap"):
         curve.dU(0.2, gap=2)
@@ -105,7 +105,7 @@ def test_fields_are_those_of_the_file(empty: Path) -> None:
 
 
 def test_zeros_are_a_table_also_where_there_are_none(curve: pairsim.CurveResult) -> None:
-    assert list(curve.zeros.columns) == ["d", "stable", "slope", "peak"]
+    assert list(curve.zeros.columns) == ["d", "stable", "slope", "peak", "d_error", "certain"]
     assert len(curve.zeros) == 0
 
 
@@ -158,7 +158,7 @@ def test_a_failure_is_a_result_whose_check_raises_it() -> None:
 
 @pytest.mark.parametrize("seconds", [0.3, 0.5, 0.7, 0.9])
 def test_a_keyboard_interrupt_leaves_a_partial_result(seconds: float) -> None:
-    """Wherever it comes: in Python, or in a function that PETSc has called, where an exception would be lost."""
+    """At any time: in Python code, or in a callback of PETSc, where an exception would be lost."""
     threading.Timer(seconds, _thread.interrupt_main).start()
     result = pairsim.run(RUN, time={"end": 1000.0, "tol": 1e-6})
     assert result.status == "interrupted"
@@ -193,12 +193,12 @@ def test_open_reads_folders_from_before_their_format_was_written(empty: Path) ->
 def test_open_refuses_what_it_does_not_know(empty: Path) -> None:
     with pytest.raises(pairsim.InputError, match="no such folder"):
         pairsim.open("missing")
-    with pytest.raises(pairsim.InputError, match="empty folder"):
+    with pytest.raises(pairsim.InputError, match="but is empty"):
         pairsim.open(empty)
     (empty / "run.json").write_text('{"format": 99, "kind": "run"}')
     with pytest.raises(pairsim.InputError, match="a newer pairsim wrote this folder"):
         pairsim.open(empty)
-    with pytest.raises(pairsim.InputError, match="not empty"):
+    with pytest.raises(pairsim.InputError, match="new or empty folder"):
         pairsim.run(RUN, folder=empty)
 
 
@@ -221,7 +221,7 @@ def test_a_notebook_shows_results(curve: pairsim.CurveResult) -> None:
     html = curve._repr_html_()
     assert "<table" in html
     assert "finished" in html
-    assert repr(curve).startswith("<pairsim curve: finished, 4 rows")
+    assert repr(curve).startswith(f"<pairsim curve: finished, {len(curve.table)} rows")
 
 
 @pytest.mark.slow

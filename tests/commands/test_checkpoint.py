@@ -1,4 +1,4 @@
-"""A stopped run goes on from its checkpoint as if it had not been stopped."""
+"""A stopped run resumes from its checkpoint with the same results as an uninterrupted one."""
 
 from __future__ import annotations
 
@@ -41,20 +41,20 @@ SOFT: dict[str, Any] = {
 
 
 class Stops(Reporter):
-    """Sends the run a signal after a step, and keeps what is told."""
+    """Sends the run a signal after a step, and keeps its messages."""
 
     def __init__(self, after: int | None = None) -> None:
-        self.after, self.told = after, ""
+        self.after, self.messages = after, ""
 
     def update(self, done: float, text: str, count: int) -> None:
         if count == self.after:
             signal.raise_signal(signal.SIGTERM)
 
     def note(self, text: str) -> None:
-        self.told += text
+        self.messages += text
 
     def finish(self, text: str) -> None:
-        self.told += text
+        self.messages += text
 
 
 def soft(**changes: Any) -> Case:
@@ -81,7 +81,7 @@ def assert_same(one: Path, other: Path, tolerance: float = 1e-10) -> None:
 
 @pytest.fixture(scope="module", params=[0, pytest.param(1, marks=pytest.mark.slow)], ids=["newtonian", "viscoelastic"])
 def stopped(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Case, Path, Path]:
-    """A case, its whole run, and one that was stopped after five steps and went on."""
+    """A case, the folder of an uninterrupted run, and that of a run stopped after five steps and resumed."""
     base, case = tmp_path_factory.mktemp("runs"), soft(De=request.param)
     assert run(case, base / "whole").status == "finished"
     assert run(case, base / "cut", Stops(5)).status == "interrupted"
@@ -90,8 +90,8 @@ def stopped(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
         file.write((base / "cut" / "series.csv").read_text().splitlines()[-1] + "\n0.1,0.2")  # beyond the checkpoint
     show = Stops()
     assert run(case, base / "cut", show, resume=True).status == "finished"
-    assert "goes on from t = " in show.told
-    assert "(step 5)" in show.told
+    assert "resuming from t = " in show.messages
+    assert "(step 5)" in show.messages
     return case, base / "whole", base / "cut"
 
 
@@ -101,10 +101,10 @@ def test_the_continued_series_equals_the_uninterrupted_one(stopped: tuple[Case, 
 
 
 def test_fields_have_every_frame_once(stopped: tuple[Case, Path, Path]) -> None:
-    """The frame of the step at which it was stopped is none that was asked for."""
+    """The step at which the run was stopped is not an output time and has no frame."""
     _, whole, cut = stopped
     assert np.array_equal(read_times(cut), read_times(whole))
-    assert len(read_times(cut)) == 6  # the first step's and five that were asked for
+    assert len(read_times(cut)) == 6  # the first step and five output times
     assert (cut / "fields.xdmf").read_text() == (whole / "fields.xdmf").read_text()
     assert (cut / "fields_last.xdmf").read_text() == (whole / "fields_last.xdmf").read_text()
 
@@ -126,8 +126,8 @@ def test_a_finished_run_has_nothing_to_do(stopped: tuple[Case, Path, Path]) -> N
     assert {path.name: path.read_bytes() for path in cut.iterdir()} == before
 
 
-def test_a_finish_that_was_not_recorded_is(stopped: tuple[Case, Path, Path]) -> None:
-    """Killed between the last checkpoint and run.json: everything that it would have told is told."""
+def test_end_of_a_killed_run_is_recorded_at_resume(stopped: tuple[Case, Path, Path]) -> None:
+    """A run killed between its last checkpoint and run.json: resuming completes run.json and the warnings."""
     case, _, cut = stopped
     before = json.loads((cut / "run.json").read_text())
     (cut / "run.json").write_text(json.dumps({"status": "running"}))
@@ -147,7 +147,7 @@ def test_a_finish_that_was_not_recorded_is(stopped: tuple[Case, Path, Path]) -> 
 def test_the_last_frame_of_a_run_that_ended_early_is_kept(
     checkpoint: float, stopped: tuple[Case, Path, Path], tmp_path: Path
 ) -> None:
-    """A gap that passes a limit between two outputs, and a kill before run.json tells of it."""
+    """A gap exceeds its limit between two outputs, and the run is killed before that is written to run.json."""
     case, whole, _ = stopped
     t, d = (read_series(whole / "series.csv")[name] for name in ("t", "d"))
     k = next(k for k in range(2, len(t)) if np.abs(t[k] - read_times(whole)).min() > 1e-9)
@@ -163,8 +163,8 @@ def test_the_last_frame_of_a_run_that_ended_early_is_kept(
     assert np.array_equal(read_times(tmp_path / "run"), times)
 
 
-def test_a_run_that_is_already_over_keeps_what_it_has(tmp_path: Path) -> None:
-    """It was stopped, and a shorter end is asked for."""
+def test_run_beyond_its_new_end_is_kept(tmp_path: Path) -> None:
+    """A stopped run is resumed with an earlier end time."""
     assert run(soft(), tmp_path, Stops(5)).status == "interrupted"
     before, times = (tmp_path / "series.csv").read_bytes(), read_times(tmp_path)
     t = float(read_series(tmp_path / "series.csv")["t"][-1])
@@ -174,8 +174,8 @@ def test_a_run_that_is_already_over_keeps_what_it_has(tmp_path: Path) -> None:
     assert np.array_equal(read_times(tmp_path), times)
 
 
-def test_every_step_can_be_gone_on_from(tmp_path: Path) -> None:
-    """Also those before and after a remeshing, also around deformed particles; what is stored is read back exactly."""
+def test_run_can_be_resumed_from_every_step(tmp_path: Path) -> None:
+    """Also before and after remeshing, around deformed particles; the stored state is read back exactly."""
     settings, control = MeshSettings(Np=8), StepControl(3e-4, 1e-8, 2.0, 0.05)
     problem = soft_pair(0.4, 0.1, 0.2, length=3.0, periodic=False, mesh=settings, control=control)
     problem = replace(problem, betas=(0.3, 0.4), Ca_es=(0.05, 0.2))
@@ -200,7 +200,7 @@ def test_every_step_can_be_gone_on_from(tmp_path: Path) -> None:
             again.close()
 
 
-def test_a_later_end_goes_on(tmp_path: Path) -> None:
+def test_run_can_be_resumed_with_a_later_end(tmp_path: Path) -> None:
     run(soft(time={"end": 0.008, "first_step": 0.001}), tmp_path / "run")
     first = (tmp_path / "run" / "series.csv").read_text()
     assert run(soft(), tmp_path / "run", resume=True).reason == "end"
@@ -225,7 +225,7 @@ def short(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ({"De": 1}, "De", ("1", "0")),
         ({"mesh": {"Np": 10, "max_size": 0.15}}, "mesh.Np", ("10", "8")),
         ({"time": {"end": 0.02, "first_step": 0.001, "tol": 1e-3}}, "time.tol", ("0.001", "0.0003")),
-        ({"alpha": 0.1}, "alpha", ("0.1", "nothing")),
+        ({"alpha": 0.1}, "alpha", ("0.1", "must be left out")),
     ],
 )
 def test_another_problem_is_refused_by_its_key(
@@ -271,7 +271,7 @@ def test_a_series_that_does_not_fit_is_refused(short: Path, tmp_path: Path) -> N
     shutil.copytree(short, tmp_path, dirs_exist_ok=True)
     lines = (tmp_path / "series.csv").read_text().splitlines(keepends=True)
     (tmp_path / "series.csv").write_text("".join(lines[:-1]))
-    with pytest.raises(InputError, match=r"series\.csv.*2 rows"):
+    with pytest.raises(InputError, match=r"series\.csv.*at least 2 rows"):
         run(soft(), tmp_path, resume=True)
 
 
@@ -280,31 +280,31 @@ def test_damaged_fields_cost_frames_and_nothing_else(short: Path, tmp_path: Path
     damaged(tmp_path / "fields.h5", "torn")
     show = Stops()
     assert run(soft(), tmp_path, show, resume=True).status == "finished"
-    assert "fields.h5 was damaged: 1 frames are lost" in show.told
+    assert "fields.h5 was damaged: 1 frames are lost" in show.messages
     assert "fields.h5 was damaged: 1 frames are lost" in json.loads((tmp_path / "run.json").read_text())["warnings"]
     assert len(read_times(tmp_path)) == 5
 
 
-def test_without_a_checkpoint_a_run_begins_afresh_unless_rows_would_be_lost(short: Path, tmp_path: Path) -> None:
+def test_without_a_checkpoint_a_run_starts_at_0_unless_rows_would_be_lost(short: Path, tmp_path: Path) -> None:
     case = soft(limits={"max_steps": 2})
     assert run(case, tmp_path / "new", resume=True).reason == "max_steps"
     (tmp_path / "new" / "checkpoint.npz").unlink()
-    with pytest.raises(InputError, match="no checkpoint"):
+    with pytest.raises(InputError, match=r"must have a checkpoint\.npz"):
         run(case, tmp_path / "new", resume=True)
     (tmp_path / "new" / "series.csv").unlink()
     show = Stops()
     assert run(case, tmp_path / "new", show, resume=True).reason == "max_steps"
-    assert "begins afresh" in show.told
+    assert "starting at t = 0" in show.messages
     assert (tmp_path / "new" / "series.csv").read_text() == (short / "series.csv").read_text()
 
 
 @pytest.mark.parametrize(
-    ("writer", "method"), [(Checkpoint, "save"), (SeriesWriter, "close")], ids=["on the way", "at the end"]
+    ("writer", "method"), [(Checkpoint, "save"), (SeriesWriter, "close")], ids=["during the run", "at the end"]
 )
 def test_a_full_disk_is_a_typed_failure(
     writer: type, method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Also where only the last of the files meets it: such a run is not finished."""
+    """Also if only the last file cannot be written: such a run is not finished."""
 
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
@@ -312,12 +312,12 @@ def test_a_full_disk_is_a_typed_failure(
     monkeypatch.setattr(writer, method, full)
     with pytest.raises(WriteFailure, match="No space left"):
         run(soft(), tmp_path / "run")
-    told = json.loads((tmp_path / "run" / "run.json").read_text())
-    assert (told["status"], told["reason"]) == ("failed", "write_failed")
+    record = json.loads((tmp_path / "run" / "run.json").read_text())
+    assert (record["status"], record["reason"]) == ("failed", "write_failed")
 
 
-def test_fields_that_outgrow_the_disk_end_a_run_that_can_go_on(tmp_path: Path) -> None:
-    """A limit on the size of files stands for the disk; HDF5 alone would crash on it."""
+def test_run_that_fills_the_disk_with_fields_can_be_resumed(tmp_path: Path) -> None:
+    """A full disk is simulated by a limit on file sizes, at which HDF5 itself would crash."""
     case = soft(output={"every": 0.001})
     run(case, tmp_path / "whole")
     allowed = (tmp_path / "whole" / "fields.h5").stat().st_size // 2
@@ -335,7 +335,7 @@ def test_fields_that_outgrow_the_disk_end_a_run_that_can_go_on(tmp_path: Path) -
 
 
 @pytest.mark.slow
-def test_the_command_goes_on_with_any_number_of_processes(tmp_path: Path, pairsim: Pairsim) -> None:
+def test_command_resumes_with_any_number_of_processes(tmp_path: Path, pairsim: Pairsim) -> None:
     text = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\nends: developed\nlength: 3\nmesh: {Np: 8}\n"
     (tmp_path / "case.yaml").write_text(text + "time: {end: 0.01, first_step: 0.001}\n")
     assert pairsim("run", "case.yaml", "-o", "whole").returncode == 0

@@ -1,17 +1,22 @@
-"""The command line itself: version, examples in the help, and nothing heavy before it is needed."""
+"""The command line itself: version, examples in the help, and no import of large libraries before they are needed."""
 
 from __future__ import annotations
 
+import io
+import json
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from support.commands import Pairsim
 from typer.main import get_command
 from typer.testing import CliRunner
 
-import pairsim
+import pairsim as package
 from pairsim.cli.app import app
+from pairsim.drivers.progress import BarReporter
 
 COMMANDS = sorted(get_command(app).commands)  # type: ignore[attr-defined]
 HEAVY = ("dolfinx", "gmsh", "matplotlib", "mpi4py", "numpy", "petsc4py", "pyvista", "scipy", "ufl")
@@ -20,13 +25,13 @@ HEAVY = ("dolfinx", "gmsh", "matplotlib", "mpi4py", "numpy", "petsc4py", "pyvist
 def test_version_is_that_of_the_package() -> None:
     result = CliRunner().invoke(app, ["--version"])
     assert result.exit_code == 0
-    assert result.output.strip() == f"pairsim {pairsim.__version__}"
+    assert result.output.strip() == f"pairsim {package.__version__}"
 
 
 def test_help_lists_every_command() -> None:
     result = CliRunner().invoke(app, ["--help"])
     assert result.exit_code == 0
-    assert len(COMMANDS) == 13
+    assert len(COMMANDS) == 14
     assert all(command in result.output for command in COMMANDS)
 
 
@@ -38,7 +43,7 @@ def test_help_shows_an_example(command: str) -> None:
 
 
 @pytest.mark.parametrize("command", ["run", "sweep", "study", "curve", "critical"])
-def test_help_tells_where_results_go(command: str) -> None:
+def test_help_names_the_default_folder(command: str) -> None:
     shown = CliRunner().invoke(app, [command, "--help"]).output
     assert "runs/<name>" in shown
 
@@ -66,3 +71,39 @@ def test_threads_are_pinned_unless_chosen(name: str, wanted: str | None) -> None
     code = f"import os, pairsim; print(os.environ[{name!r}])"
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == (wanted or "1")
+
+
+def test_progress_as_json_is_json_in_every_line(pairsim: Pairsim, tmp_path: Path) -> None:
+    case = "{beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1, ends: developed, length: 3, mesh: {Np: 8}, time: {end: 0.002}}"
+    (tmp_path / "case.yaml").write_text(case)
+    done = pairsim("run", "case.yaml", "-o", "out", "--progress", "json")
+    assert done.stdout == "out\n"
+    lines = [json.loads(line) for line in done.stderr.splitlines()]
+    assert [lines[0]["event"], lines[-1]["event"]] == ["start", "answer"]
+    assert {"fraction", "seconds", "text"} <= next(line for line in lines if line["event"] == "progress").keys()
+    assert "mesh.Np = 8 is coarser" in lines[-1]["warnings"][0]
+    assert "The pair comes closer" in lines[-1]["text"]
+
+
+def test_a_command_ends_with_its_answer_and_a_quiet_one_with_its_folder(pairsim: Pairsim, tmp_path: Path) -> None:
+    case = "{beta: 0.4, De: 0, Ca_e: 0.1, d: [0.1], mesh_error: false, ends: developed, length: 3, mesh: {Np: 8}}"
+    (tmp_path / "case.yaml").write_text(case)
+    loud, quiet = (pairsim("curve", "case.yaml", "-o", f"out{len(option)}", *option) for option in ((), ("-q",)))
+    for words in ("Largest |dU|: (+", "Taylor parameters:", "Warning: mesh.Np = 8", "Took ", "Next: pairsim travel"):
+        assert words in loud.stderr, words
+    assert quiet.stderr == ""
+
+
+def test_the_live_bar_fits_a_terminal_of_80_columns(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    screen = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", screen)
+    reporter = BarReporter()
+    reporter.start("a-case-with-a-rather-long-name-beta0.4-De0.5-Cae0.05-d0.1", "to t = 2", 2.0)
+    reporter.update(1.0, "t = 1  d = 0.10000  dU = -7.9011e-05  dt = 0.0005  Newton 4  step 1  and much more text", 1)
+    reporter.finish("finished")
+    shown = [re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", line).strip("\r") for line in screen.getvalue().split("\n")]
+    assert any("━" in line and "50 %" in line for line in shown)
+    assert max(map(len, shown)) <= 80

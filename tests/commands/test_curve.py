@@ -47,11 +47,11 @@ def test_curve_command(tmp_path: Path, pairsim: Pairsim) -> None:
     table = read_series(tmp_path / "out" / "curve.csv")
     assert set(table["d"][table["wanted"] == 1]) == {0.1, 0.3}
     assert np.array_equal(table["d"], np.sort(table["d"]))
-    assert (table["wanted"] == 0).any()  # dU bends between .1 and .3
+    assert (table["wanted"] == 0).any()  # points are added where dU(d) is curved
     assert {"by_Ca_e", "by_beta"} < set(table)
     assert (tmp_path / "out" / "equilibria.csv").read_text().splitlines()[0].startswith("d,stable,slope,peak")
     assert {"fields.xdmf", "curve.png", "run.json"} < {p.name for p in (tmp_path / "out").iterdir()}
-    assert pairsim("curve", "case.yaml", "-o", "out").returncode == 2  # nothing is overwritten unasked
+    assert pairsim("curve", "case.yaml", "-o", "out").returncode == 2  # results are not overwritten without --overwrite
 
 
 @pytest.mark.slow
@@ -84,7 +84,7 @@ def test_critical_follows_lines_over_De_with_their_errors() -> None:
     for De in (0.4, 0.5):
         assert by_place[0.05, De] < by_place[0.02, De]
     assert rows["branch"].nunique() == 2
-    assert rows["d_error"].to_numpy() == pytest.approx((rows["mesh_error"] / rows["slope"].abs()).to_numpy(), rel=1e-6)
+    assert rows["d_error"].to_numpy() == pytest.approx((rows["dU_error"] / rows["slope"].abs()).to_numpy(), rel=1e-6)
     assert (rows["d_error"] > 0).all()
 
 
@@ -111,7 +111,7 @@ def test_a_curve_that_starts_from_its_neighbour_has_the_stresses_of_its_own_para
 def test_a_curve_whose_first_place_is_walked_to_has_the_stresses_of_that_place(
     cold: Fields, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Without a solution on larger cells the way begins at a small Ca_e and De, on the cells of the curve."""
+    """Without a solution on larger cells, the continuation starts at small Ca_e and De on the cells of the curve."""
 
     def none(*_: object) -> None:
         raise NoSteadyState("there is no solution on larger cells")
@@ -138,8 +138,8 @@ def assert_same_fields(a: Fields, b: Fields) -> None:
 def test_an_interrupted_curve_keeps_its_points(number: int, tmp_path: Path) -> None:
     (tmp_path / "case.yaml").write_text(CURVE.replace("[0.3, 0.1]", "{start: 0.02, stop: 1, num: 400}"))
     curve = tmp_path / "out" / "curve.csv"
-    told = interrupted(["curve", "case.yaml", "-o", "out"], curve, number)
-    assert told["points"] >= len(read_series(curve)["d"]) >= 4
+    record = interrupted(["curve", "case.yaml", "-o", "out"], curve, number)
+    assert record["points"] >= len(read_series(curve)["d"]) >= 4
 
 
 SHORT = {
@@ -167,12 +167,17 @@ BAD = {
     "no distances": ("curve", "d: null", "d", "is missing"),
     "a range that is none": ("curve", "d: {start: 0, stop: 1, num: 3}", "d", "start, stop, num"),
     "a list for another number of gaps": ("curve", "d: [[0.1, 0.2]]", "d", "numbers, or lists of 1"),
-    "fields outside the curve": ("curve", "fields: [0.9]", "fields", "between the least and largest d"),
+    "fields outside the curve": ("curve", "fields: [0.9]", "fields", "between the smallest and the largest d"),
     "a key of run": ("curve", "d0: 0.1", "d0", "unknown key"),
-    "no parameter": ("critical", "along: {beta: [0.1, 0.2]}", "along", "one of Ca_e and De"),
-    "the same parameter twice": ("critical", "along: {De: [1]}\nlines: {De: [1]}", "lines", "the other parameter"),
-    "softness of rigid particles": ("critical", "Ca_e: 0\nalong: {Ca_e: [0.1]}", "Ca_e", "one value above 0"),
-    "three particles": ("critical", "particles: 3", "particles", "2: critical"),
+    "no parameter": ("critical", "along: {beta: [0.1, 0.2]}", "along", "must be Ca_e or De"),
+    "the same parameter twice": (
+        "critical",
+        "along: {De: [1]}\nlines: {De: [1]}",
+        "lines",
+        "the parameter that along does not have",
+    ),
+    "softness of rigid particles": ("critical", "Ca_e: 0\nalong: {Ca_e: [0.1]}", "Ca_e", "a single value above 0"),
+    "three particles": ("critical", "particles: 3", "particles", "must be 2: a critical distance"),
 }
 
 
@@ -230,7 +235,7 @@ def test_zeros_before_one_that_was_lost_are_written(monkeypatch: pytest.MonkeyPa
     assert len(result.zeros) == 1
 
 
-def test_a_curve_that_cannot_be_written_ends_typed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_curve_that_cannot_be_written_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 

@@ -1,4 +1,4 @@
-"""What `pairsim sweep` does with a grid before it computes: refusals, a list of cases, a script for Slurm."""
+"""`pairsim sweep` before it computes: input errors, the list of cases, the script for Slurm."""
 
 from __future__ import annotations
 

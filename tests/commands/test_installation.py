@@ -1,4 +1,4 @@
-"""What a command says where the installation lacks something: one line, no traceback."""
+"""An incomplete installation gives a message of one line without a traceback."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ WITHOUT = {
 
 @pytest.mark.parametrize("lacking", WITHOUT)
 def test_missing_library_is_one_line(lacking: str, tmp_path: Path) -> None:
-    modules, told = WITHOUT[lacking]
+    modules, expected = WITHOUT[lacking]
     for name, text in modules.items():
         path = tmp_path / "site" / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -48,9 +48,9 @@ def test_missing_library_is_one_line(lacking: str, tmp_path: Path) -> None:
     )
     assert done.returncode == 1
     assert len(done.stderr.splitlines()) == 1
-    assert all(part in done.stderr for part in told)
+    assert all(part in done.stderr for part in expected)
     assert not (tmp_path / "runs").exists()
 
 
 def test_help_of_critical_keeps_its_brackets() -> None:
-    assert "d: [least, most]" in CliRunner().invoke(app, ["critical", "--help"]).output
+    assert "[least, largest]" in CliRunner().invoke(app, ["critical", "--help"]).output

@@ -1,4 +1,4 @@
-"""One writer a folder: a second command is refused at once and harms nothing, a dead owner keeps nobody out."""
+"""One writer for each folder: a second command is refused at once, and the lock of a dead process is released."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ CURVE = f"{{d: {{start: 0.05, stop: 1, num: 300}}, mesh_error: false, {BASE.rstr
 
 @contextmanager
 def at_work(folder: Path, *words: str, table: Path) -> Iterator[subprocess.Popen[str]]:
-    """A command that has written some rows of a table and goes on."""
+    """A running command that has written some rows of a table."""
     command = [sys.executable, "-m", "pairsim", *words]
     process = subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
     try:
@@ -58,8 +58,8 @@ def test_second_run_is_refused_and_the_first_one_is_whole(tmp_path: Path, pairsi
         assert together.stderr.count("another command is at work") == 1
         first.send_signal(signal.SIGTERM)
         assert first.wait(timeout=100) == 130
-    told, series = json.loads((out / "run.json").read_text()), read_series(out / "series.csv")
-    assert len(series["t"]) == told["steps"]
+    record, series = json.loads((out / "run.json").read_text()), read_series(out / "series.csv")
+    assert len(series["t"]) == record["steps"]
     assert read_frame(out, -1).t == pytest.approx(series["t"][-1])
     assert not list(out.glob(f"{LOCK}*"))
 
@@ -71,7 +71,7 @@ def test_second_curve_is_refused(tmp_path: Path, pairsim: Pairsim) -> None:
         refused(pairsim("curve", "curve.yaml", "-o", "out", "--overwrite", "-q"), first)
 
 
-def test_killed_run_keeps_nobody_out(tmp_path: Path, pairsim: Pairsim) -> None:
+def test_lock_of_a_killed_run_is_released(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(ENDLESS)
     out = tmp_path / "out"
     with at_work(tmp_path, "run", "case.yaml", "-o", "out", table=out / "series.csv") as first:
@@ -84,7 +84,7 @@ def test_killed_run_keeps_nobody_out(tmp_path: Path, pairsim: Pairsim) -> None:
 
 @pytest.mark.slow
 def test_case_of_a_sweep_belongs_to_it(tmp_path: Path, pairsim: Pairsim) -> None:
-    """The case's process is not kept out by the lock that the sweep holds for it; all others are."""
+    """The lock of a case, held by the sweep, admits the process of the case and no other."""
     (tmp_path / "grid.yaml").write_text(f"base: {ENDLESS}grid: {{d0: [0.1]}}\n")
     (case,) = (
         line.split()[0] for line in pairsim("sweep", "grid.yaml", "--dry-run").stdout.splitlines() if "-" in line[:9]
@@ -96,8 +96,8 @@ def test_case_of_a_sweep_belongs_to_it(tmp_path: Path, pairsim: Pairsim) -> None
         assert is_locked(out)
         first.send_signal(signal.SIGTERM)
         assert first.wait(timeout=100) == 130
-    told = json.loads((out / case / "run.json").read_text())
-    assert len(read_series(out / case / "series.csv")["t"]) == told["steps"]
+    record = json.loads((out / case / "run.json").read_text())
+    assert len(read_series(out / case / "series.csv")["t"]) == record["steps"]
 
 
 @pytest.mark.parametrize("name", ["PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS"])
@@ -105,7 +105,7 @@ def test_case_of_a_sweep_belongs_to_it(tmp_path: Path, pairsim: Pairsim) -> None
 def test_processes_that_do_not_see_each_other_are_refused(
     name: str, command: str, tmp_path: Path, pairsim: Pairsim, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A launcher whose MPI is not ours: each of its processes would run the same case in the same folder."""
+    """With a launcher of another MPI, each process would run the same case in the same folder."""
     monkeypatch.setenv(name, "2")
     place = {"run": "d0: 0.1", "curve": "d: [0.1]", "critical": "d: [0.1, 1]"}[command]
     (tmp_path / "case.yaml").write_text(f"{{{place}, {BASE.rstrip(', ')}}}\n")

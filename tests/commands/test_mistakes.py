@@ -1,4 +1,4 @@
-"""What a user gets wrong is told with its place, its value and what must be; exit code 2, no traceback."""
+"""Input errors name place, value and what is allowed, and end with exit code 2 without a traceback."""
 
 from __future__ import annotations
 
@@ -22,41 +22,41 @@ STUDY = "base: {beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1}\ndiscretisations:\n  - {me
 
 @dataclass(frozen=True)
 class Wrong:
-    """A file, the words of a command, and what its message must contain."""
+    """A file, the arguments of a command, and what its error message must contain."""
 
     text: str
-    words: str
-    told: tuple[str, ...]
+    arguments: str
+    expected: tuple[str, ...]
 
 
-def run(text: str, *told: str) -> Wrong:
-    return Wrong(text, "run case.yaml", told)
+def run(text: str, *expected: str) -> Wrong:
+    return Wrong(text, "run case.yaml", expected)
 
 
-def curve(text: str, *told: str) -> Wrong:
-    return Wrong(text, "curve case.yaml", told)
+def curve(text: str, *expected: str) -> Wrong:
+    return Wrong(text, "curve case.yaml", expected)
 
 
-def critical(text: str, *told: str) -> Wrong:
-    return Wrong(text, "critical case.yaml", told)
+def critical(text: str, *expected: str) -> Wrong:
+    return Wrong(text, "critical case.yaml", expected)
 
 
-def sweep(text: str, *told: str) -> Wrong:
-    return Wrong(text, "sweep case.yaml", told)
+def sweep(text: str, *expected: str) -> Wrong:
+    return Wrong(text, "sweep case.yaml", expected)
 
 
-def study(text: str, *told: str) -> Wrong:
-    return Wrong(text, "study case.yaml", told)
+def study(text: str, *expected: str) -> Wrong:
+    return Wrong(text, "study case.yaml", expected)
 
 
-def line(words: str, *told: str) -> Wrong:
-    return Wrong(RUN, words, told)
+def line(arguments: str, *expected: str) -> Wrong:
+    return Wrong(RUN, arguments, expected)
 
 
 MISTAKES = {
     "number out of range": run(RUN.replace("0.4", "1.2"), "case.yaml:1: beta: got 1.2; must be", "below 1"),
     "word for a number": run(RUN.replace("De: 0", "De: high"), "case.yaml:2: De: got 'high'; must be a finite number"),
-    "truth for a number": run(RUN.replace("0.1\nd0", "yes\nd0"), "case.yaml:3: Ca_e: got true; must be"),
+    "boolean for a number": run(RUN.replace("0.1\nd0", "yes\nd0"), "case.yaml:3: Ca_e: got true; must be"),
     "entry of a list": run(RUN.replace("0.4", "[0.4, -1]"), "case.yaml:1: beta[1]: got -1.0; must be", "above 0"),
     "misspelt key": run(RUN + "lenght: 3\n", "case.yaml:5: lenght: got 3; unknown key; did you mean length?"),
     "key without its group": run(RUN + "end: 3\n", "case.yaml:5: end: got 3; unknown key; did you mean time.end?"),
@@ -65,7 +65,7 @@ MISTAKES = {
     "point in a key": run(
         RUN + "mesh.Np: 20\n", "case.yaml:5: mesh.Np: got 20; unknown key; write it in its group, as mesh: {"
     ),
-    "unknown key and what does not fit": run(
+    "unknown key and inconsistent length": run(
         RUN + "kappa: 2\nlength: 1\n",
         "2 mistakes:",
         "case.yaml:5: kappa: got 2; unknown key; allowed:",
@@ -76,17 +76,19 @@ MISTAKES = {
     ),
     "units of another kind": run(
         "physical: {tube: 50 um, viscosity: 1 Pa.s,\n  flow_rate: 3 mm}\nCa_e: 0\nbeta: 0.4\nd0: 0.1\n",
-        "case.yaml:2: physical.flow_rate: got '3 mm'; is not a flow rate but has the unit mm; must be a flow rate",
+        "case.yaml:2: physical.flow_rate: got '3 mm'; has the unit mm; must be a flow rate",
     ),
     "units and a number": run(
         "physical: {tube: 50 um, viscosity: 1 Pa.s, flow_rate: 1 ul/min, relaxation: 2 ms}\n" + RUN,
-        "case.yaml:3: De: got 0; must be left out, or be 0.3395, which physical.relaxation makes it",
+        "case.yaml:3: De: got 0; must be left out, or be 0.3395 as given",
     ),
     "capital letters": run(RUN + "mesh:\n  NP: 20\n", "case.yaml:6: mesh.NP: ", "did you mean mesh.Np?"),
-    "key that is like no other": run(RUN + "gravity: 9.81\n", "gravity: got 9.81; unknown key; allowed: beta, De,"),
-    "missing number": run(RUN.replace("d0: 0.1\n", ""), "case.yaml: d0: is missing; 2 particles need it"),
+    "key unlike any other": run(RUN + "gravity: 9.81\n", "gravity: got 9.81; unknown key; allowed: beta, De,"),
+    "missing number": run(RUN.replace("d0: 0.1\n", ""), "case.yaml: d0: is missing; must be a number or a list of 1"),
     "group that is a number": run(RUN + "time: 3\n", "case.yaml:5: time: got 3; must be a group of keys; allowed: end"),
-    "law's missing parameter": run(RUN.replace("De: 0", "De: 1\nliquid: fene-p"), "L2: is missing; liquid: fene-p"),
+    "law's missing parameter": run(
+        RUN.replace("De: 0", "De: 1\nliquid: fene-p"), "L2: is missing; must be given with liquid: fene-p"
+    ),
     "another law's parameter": run(
         RUN.replace("De: 0", "De: 1\nliquid: oldroyd-b\nalpha: 0.2"), "case.yaml:4: alpha: got 0.2; must be left out"
     ),
@@ -94,65 +96,75 @@ MISTAKES = {
     "list of another length": run(RUN.replace("0.4", "[0.4, 0.3, 0.2]"), "beta: got [0.4, 0.3, 0.2]; must be", "of 2"),
     "steps beyond the end": run(RUN + "time: {end: 1.0e-4}\n", "time.first_step: got 0.0005; must be at most"),
     "coarse mesh": run(RUN + "mesh:\n  growth: 0.2\n  Np: 2\n", "case.yaml:7: mesh.Np: got 2; must be", "at least 6"),
-    "mesh beyond all memory": run(RUN + "mesh: {gap_cells: 100000}\n", "case.yaml:5: mesh: must give 2e+07 unknowns"),
+    "mesh too large for memory": run(RUN + "mesh: {gap_cells: 100000}\n", "case.yaml:5: mesh: must give at most 2e+07"),
     "several at once": run(
         "beta: 2\nDe: -1\nlenght: 3\nmesh: {Np: 2}\n",
         *("6 mistakes:", "case.yaml:1: beta: ", "case.yaml:2: De: ", "case.yaml:3: lenght: ", "case.yaml:4: mesh.Np: "),
         *("case.yaml: d0: is missing", "case.yaml: Ca_e: is missing"),
     ),
-    "several that do not go together": run(
+    "several inconsistent keys": run(
         RUN + "length: 1\nlimits: {min_gap: 0.2}\noutput: {times: [5]}\n",
         *("3 mistakes:", "case.yaml:5: length: ", "case.yaml:6: limits.min_gap: ", "case.yaml:7: output.times: "),
     ),
-    "repeated key": run(RUN + "beta: 0.3\n", "case.yaml:5: not valid YAML: key 'beta' is given twice"),
-    "broken YAML": run("beta: [0.4\nDe: 0\n", "case.yaml:2: not valid YAML"),
-    "empty file": run("", "case.yaml: the file must hold keys and values"),
-    "case of curve": run(CURVE, "case.yaml: this is a case for `pairsim curve` or `pairsim critical` (it has d)"),
-    "case of critical": run(CRITICAL, "this is a case for `pairsim critical` (it has along)"),
-    "case of run": curve(RUN, "this is a case for `pairsim run` (it has d0), not for `pairsim curve`"),
-    "grid given to run": run(SWEEP, "this is a case for `pairsim sweep` (it has base, grid)"),
-    "study given to sweep": sweep(STUDY, "this is a case for `pairsim study` (it has discretisations)"),
-    "case given to sweep": sweep(RUN, "this is a case for `pairsim run`"),
+    "repeated key": run(RUN + "beta: 0.3\n", "case.yaml:5: must be valid YAML: key 'beta' must be given only once"),
+    "broken YAML": run("beta: [0.4\nDe: 0\n", "case.yaml:2: must be valid YAML"),
+    "empty file": run("", "case.yaml: must contain keys and values"),
+    "case of curve": run(CURVE, "but this is one for `pairsim curve` or `pairsim critical` (it has d)"),
+    "case of critical": run(CRITICAL, "this is one for `pairsim critical` (it has along)"),
+    "case of run": curve(RUN, "must be a file for `pairsim curve`, but this is one for `pairsim run` (it has d0)"),
+    "grid given to run": run(SWEEP, "this is one for `pairsim sweep` (it has base, grid)"),
+    "study given to sweep": sweep(STUDY, "this is one for `pairsim study` (it has discretisations)"),
+    "case given to sweep": sweep(RUN, "this is one for `pairsim run`"),
     "curve without distances": curve(CURVE.replace("d: [0.1, 0.3]\n", ""), "case.yaml: d: is missing; must be a list"),
-    "range that is none": curve(CURVE.replace("[0.1, 0.3]", "{start: 0}"), "case.yaml:4: d: got {'start': 0}; must be"),
+    "invalid range": curve(CURVE.replace("[0.1, 0.3]", "{start: 0}"), "case.yaml:4: d: got {'start': 0}; must be"),
     "fields outside the curve": curve(CURVE + "fields: [0.9]\n", "case.yaml:5: fields: got 0.9; must be between"),
     "critical distances of three": critical(CRITICAL + "particles: 3\n", "particles: got 3; must be 2"),
     "unknown parameter to follow": critical(
-        CRITICAL.replace("{Ca_e", "{beta"), "case.yaml:4: along: ", "must be one of"
+        CRITICAL.replace("{Ca_e", "{beta"), "case.yaml:4: along: ", "must be Ca_e or De"
     ),
     "misspelt section": sweep(
         SWEEP + "exlude: []\n", "case.yaml:4: exlude: got []; unknown key; did you mean exclude?"
     ),
     "wrong entry": sweep(SWEEP.replace("0.2]", "-2]"), "case.yaml:3: entry d0 = -2: d0: got -2.0; must be"),
-    "wrong base, told once": sweep(SWEEP.replace("0.4", "4"), "case.yaml:1: entry d0 = 0.1: beta: got 4.0; must be"),
-    "no range": sweep(SWEEP.replace("[0.1, 0.2]", "{start: 1, stop: 2}"), "case.yaml:3: grid: d0: ", "num is missing"),
+    "wrong base, reported once": sweep(
+        SWEEP.replace("0.4", "4"), "case.yaml:1: entry d0 = 0.1: beta: got 4.0; must be"
+    ),
+    "incomplete range": sweep(
+        SWEEP.replace("[0.1, 0.2]", "{start: 1, stop: 2}"), "case.yaml:3: grid: d0: ", "num is missing"
+    ),
     "study of one": study(STUDY.replace("  - {mesh.Np: 20}\n", ""), "case.yaml:2: discretisations: ", "two or more"),
     "study's misspelt key": study(
         STUDY + "repeet: 2\n", "case.yaml:5: repeet: got 2; unknown key; did you mean repeat?"
     ),
     "setting without a value": line("run case.yaml --set mesh.Np", "--set: got 'mesh.Np'; must be key=value"),
     "wrong setting": line("run case.yaml --set mesh.Np=2", "--set: mesh.Np: got 2; must be a whole number at least 6"),
-    "setting through a number": line("run case.yaml --set beta.x=1", "--set: beta.x: got '1'; beta is not a group"),
+    "setting through a number": line(
+        "run case.yaml --set beta.x=1", "--set: beta.x: got '1'; must be a key within a group, but beta"
+    ),
     "no such file": line("run nowhere.yaml", "nowhere.yaml: no such file"),
-    "folder for a file": line("run folder", "folder: is a folder"),
+    "folder for a file": line("run folder", "folder: must be a file"),
     "folder in use": line("run case.yaml -o full", "full: -o: ", "--overwrite"),
-    "options at odds": line("run case.yaml --resume full --overwrite", "--overwrite: does not go with --resume"),
+    "contradicting options": line(
+        "run case.yaml --resume full --overwrite", "--overwrite: must be left out with --resume"
+    ),
     "mesh of another format": line("mesh case.yaml -o mesh.stl", "mesh.stl: -o: got '.stl'; must be a name ending in"),
     "picture of nothing": line("plot nowhere", "nowhere: no such folder"),
-    "picture of a file": line("plot case.yaml", "case.yaml: is a file; must be a folder of results"),
-    "picture of an empty folder": line("plot folder", "folder: is an empty folder"),
-    "picture of something else": line("plot full", "full: holds no results of pairsim"),
-    "picture of the folder above": line("plot .", "holds no results of pairsim", "folders in it do: ran"),
-    "colours of a run": line("plot ran --group Ca_e", "--group: got 'Ca_e'; must be left out", "ran holds a run"),
-    "status of nothing": line("status nowhere", "nowhere: no such folder"),
-    "status of something else": line("status full", "full: holds no results of pairsim"),
-    "case for a folder that is nowhere": line(
-        "units --tube 50um --particle 20um --viscosity 1Pa.s --flow 1ul/min -o nowhere/case.yaml",
-        "nowhere/case.yaml: -o: cannot be written (No such file or directory)",
+    "picture of a file": line("plot case.yaml", "case.yaml: must be a folder of results"),
+    "picture of an empty folder": line("plot folder", "folder: must be a folder of results, but is empty"),
+    "picture of something else": line("plot full", "full: must be a folder of results, but has none"),
+    "picture of the folder above": line("plot .", "must be a folder of results", "results in its folders ran"),
+    "colours of a run": line(
+        "plot ran --group Ca_e", "--group: got 'Ca_e'; must be left out", "ran is a folder of `pairsim run`"
     ),
-    "way of a run": line("travel ran --from 0.1 --to 0.2", "ran: holds a run; must be the folder of a curve"),
-    "name with a folder": line("init ../x", "NAME: got '../x'; must be letters, digits"),
-    "setting without a case": line("schema run --set De=1", "--set: must go with --case"),
+    "status of nothing": line("status nowhere", "nowhere: no such folder"),
+    "status of something else": line("status full", "full: must be a folder of results, but has none"),
+    "case into a missing folder": line(
+        "units --tube 50um --particle 20um --viscosity 1Pa.s --flow 1ul/min -o nowhere/case.yaml",
+        "nowhere/case.yaml: -o: must be a writable file (No such file or directory)",
+    ),
+    "travel time of a run": line("travel ran --from 0.1 --to 0.2", "ran: must be a folder of `pairsim curve`, not"),
+    "name with a folder": line("init ../x", "NAME: got '../x'; must be a name of letters"),
+    "setting without a case": line("schema run --set De=1", "--set: must be used with --case"),
     "unknown time": line("sweep grid.yaml --walltime soon", "--walltime: got 'soon'; must be seconds, H:MM"),
     "unknown shard": line("sweep grid.yaml --shard 3/2", "--shard: got '3/2'; must be part/parts"),
 }
@@ -162,7 +174,7 @@ MISTAKES = {
 def complaint(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Callable[..., str]:
-    """What a command says that ends with exit code 2, given beside some folders."""
+    """Runs a command that must end with exit code 2 without writing, next to some folders; returns its stderr."""
     monkeypatch.chdir(tmp_path)
     for name, file in (("folder", ""), ("full", "notes.txt"), ("ran", "run.json"), ("ran", "series.csv")):
         (tmp_path / name).mkdir(exist_ok=True)
@@ -170,16 +182,16 @@ def complaint(
             (tmp_path / name / file).write_text(json.dumps({"status": "finished"}))
     (tmp_path / "grid.yaml").write_text(SWEEP)
 
-    def run(text: str, words: str) -> str:
+    def run(text: str, arguments: str) -> str:
         (tmp_path / "case.yaml").write_text(text)
         before = sorted(path for path in tmp_path.rglob("*") if not path.name.startswith("."))
-        monkeypatch.setattr(sys, "argv", ["pairsim", *words.split()])
+        monkeypatch.setattr(sys, "argv", ["pairsim", *arguments.split()])
         with pytest.raises(SystemExit) as end:
             main()
         assert end.value.code == 2
         assert sorted(path for path in tmp_path.rglob("*") if not path.name.startswith(".")) == before
         said = capsys.readouterr()
-        assert said.out == "" or words.startswith("units")
+        assert said.out == "" or arguments.startswith("units")
         assert "Traceback" not in said.err
         return said.err
 
@@ -187,14 +199,14 @@ def complaint(
 
 
 @pytest.mark.parametrize("name", MISTAKES)
-def test_mistake_is_told_with_its_place_value_and_what_must_be(name: str, complaint: Callable[..., str]) -> None:
+def test_message_names_place_value_and_what_is_allowed(name: str, complaint: Callable[..., str]) -> None:
     wrong = MISTAKES[name]
-    message = complaint(wrong.text, wrong.words)
+    message = complaint(wrong.text, wrong.arguments)
     assert message.startswith("pairsim: ")
-    for part in wrong.told:
+    for part in wrong.expected:
         assert message.count(part) == 1, message
 
 
-def test_mistakes_stand_in_the_order_of_the_file(complaint: Callable[..., str]) -> None:
+def test_mistakes_are_listed_in_the_order_of_the_file(complaint: Callable[..., str]) -> None:
     message = complaint("De: x\nmesh: {Np: 1}\nbeta: 7\nends: open\n", "run case.yaml")
     assert re.findall(r"case\.yaml:(\d)", message) == ["1", "2", "3", "4"]

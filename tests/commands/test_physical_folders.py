@@ -1,4 +1,4 @@
-"""A case in units from its file to tables in units and to the length of a tube."""
+"""A case with a physical block, from its file to tables with units and travel times."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_run_and_curve_in_units(tmp_path: Path, pairsim: Pairsim) -> None:
     t, z, seconds, mm = (float(value) for value in re.findall(r"([\d.]+) (?:D_c/U_av|D_c of|s and|mm of)", way.stdout))
     assert (seconds, mm) == pytest.approx((0.2 * t, z), rel=1e-3)
 
-    # The run passes the same distances once its particles have taken their shapes: N_p 20 leaves two percent.
+    # The run passes the same distances after its transient; the meshes with N_p 20 differ by 2 %.
     series, quick = read_series(tmp_path / "run" / "series.csv"), travel_in(tmp_path / "curve", 0.11, 0.15)
     grows = slice(int(np.argmin(series["d"])), None)
     U = (series["U_L"] + series["U_T"]) / 2
@@ -64,14 +64,17 @@ def test_run_and_curve_in_units(tmp_path: Path, pairsim: Pairsim) -> None:
         assert expected * (1 + quick.drift) == pytest.approx(stop - start, rel=0.03)
 
 
-def test_table_and_travel_need_what_they_read(tmp_path: Path, pairsim: Pairsim) -> None:
+def test_table_and_travel_refuse_other_folders(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "ran").mkdir()
     (tmp_path / "ran" / "run.json").write_text('{"status": "finished"}')
     (tmp_path / "ran" / "series.csv").write_text("t,d\n0.1,0.2\n")
     for words, message in (
-        (("table", "ran", "--physical"), "ran: has no units: its case has no physical block"),
-        (("table", "ran", "zeros"), "got 'zeros'; must be series, the tables of a run"),
-        (("travel", "ran", "--from", "0.1", "--to", "0.2"), "ran: holds a run; must be the folder of a curve"),
+        (("table", "ran", "--physical"), "ran: must be the result of a case with a physical block"),
+        (("table", "ran", "zeros"), "got 'zeros'; must be series, a table of `pairsim run`"),
+        (
+            ("travel", "ran", "--from", "0.1", "--to", "0.2"),
+            "ran: must be a folder of `pairsim curve`, not of `pairsim run`",
+        ),
     ):
         done = pairsim(*words)
         assert done.returncode == 2

@@ -1,4 +1,4 @@
-"""The command as a user runs it: folders, exit codes, series, fields, parallel runs, every shipped case."""
+"""`pairsim run` as a command: folders, exit codes, series, fields, parallel runs, every shipped case."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from support.inputs import CONFIGS
 import pairsim
 from pairsim.fem.diagnostics import extents
 from pairsim.results.output import read_series
-from pairsim.results.xdmf import read_frame
+from pairsim.results.xdmf import read_frame, read_times
 from pairsim.runtime.child_process import module_command
 
 SOFT = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\nmesh: {Np: 12}\ntime: {end: 0.1}\noutput: {times: [0.02, 0.05]}\n"
@@ -51,13 +51,13 @@ def test_series_begins_with_the_promised_columns(soft_run: Path) -> None:
     assert max(len(value.lstrip("-0.").replace(".", "")) for value in rows[5]) >= 12
 
 
-def test_run_json_tells_how_it_went(soft_run: Path) -> None:
-    told = json.loads((soft_run / "run.json").read_text())
-    assert (told["status"], told["reason"]) == ("finished", "end")
-    assert told["steps"] == len(read_series(soft_run / "series.csv")["t"])
-    assert {"mesh", "jit", "assembly", "factorisation", "solve", "output"} <= set(told["wall_time_by_phase"])
-    assert sum(told["wall_time_by_phase"].values()) == pytest.approx(told["wall_time"], rel=1e-6)
-    assert told["unknowns"] > 1000
+def test_run_json_has_outcome_and_cost(soft_run: Path) -> None:
+    record = json.loads((soft_run / "run.json").read_text())
+    assert (record["status"], record["reason"]) == ("finished", "end")
+    assert record["steps"] == len(read_series(soft_run / "series.csv")["t"])
+    assert {"mesh", "jit", "assembly", "factorisation", "solve", "output"} <= set(record["wall_time_by_phase"])
+    assert sum(record["wall_time_by_phase"].values()) == pytest.approx(record["wall_time"], rel=1e-6)
+    assert record["unknowns"] > 1000
     assert yaml.safe_load((soft_run / "case.yaml").read_text())["length"] == 20.0
 
 
@@ -88,7 +88,7 @@ def test_fields_show_the_deformed_outline(soft_run: Path, reader: str) -> None:
             _, cells = opened.read_points_cells()
             read = [opened.read_data(k) for k in range(opened.num_steps)]
             frames = [(t, point["position"], cells[0].data, cell["region"][0]) for t, point, cell in read]
-    assert len(frames) == 4  # first step, two wanted times, the end
+    assert len(frames) == 4  # first step, two output times, the end
     for t, points, cells, region in frames:
         row = int(np.argmin(np.abs(series["t"] - t)))
         for particle, name in ((1, "D_T"), (2, "D_L")):
@@ -104,6 +104,21 @@ def test_solid_stress_is_that_of_the_shape(soft_run: Path) -> None:
     assert 0 < means[0] < 0.1 * means[1]
     liquid = np.setdiff1d(np.unique(frame.cells[frame.region == 0]), inside)
     assert np.all(frame.point_data["tau_s"][liquid] == 0)
+
+
+def test_frames_are_written_at_steps_as_they_come(tmp_path: Path, pairsim: Pairsim) -> None:
+    """About as many as asked for, spread over the run, without a step that is there for them."""
+    (tmp_path / "case.yaml").write_text(SOFT.replace("Np: 12", "Np: 8").replace("times: [0.02, 0.05]", "frames: 6"))
+    for name, frames in (("some", 6), ("none", 0)):
+        settings = ("--set", f"output.frames={frames}", "--set", "time.first_step=0.001")
+        assert pairsim("run", "case.yaml", "-o", name, *settings).returncode == 0
+    some, none = (read_series(tmp_path / name / "series.csv")["t"] for name in ("some", "none"))
+    assert np.array_equal(some, none)
+    times = read_times(tmp_path / "some")
+    assert set(times) <= set(some)
+    assert len(read_times(tmp_path / "none")) == 2
+    due = [min(t for t in some if t >= 0.1 * k / 6 - 1e-12) for k in range(1, 7)]
+    assert list(times) == sorted({some[0], *due})
 
 
 def test_pictures_are_drawn(soft_run: Path, pairsim: Pairsim) -> None:
@@ -143,8 +158,8 @@ def test_shipped_case_runs(path: Path, tmp_path: Path, pairsim: Pairsim) -> None
     short = ["mesh.Np=10", "mesh.max_size=0.2", "time.end=0.01", "output.times=[]", "output.every=0.005"]
     done = pairsim("run", str(path), "-o", "out", *(word for s in short for word in ("--set", s)))
     assert done.returncode == 0, done.stderr
-    told = json.loads((tmp_path / "out" / "run.json").read_text())
-    assert told["status"] == "finished"
+    record = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert record["status"] == "finished"
     rows = read_series(tmp_path / "out" / "series.csv")
     assert rows["t"][-1] == pytest.approx(0.01)
     drawn = pairsim("plot", "out")
@@ -192,20 +207,20 @@ def test_limits_are_typed_failures(setting: str, reason: str, tmp_path: Path, pa
     done = pairsim("run", "case.yaml", "-o", "out", "--set", setting)
     assert done.returncode == 3
     assert "Traceback" not in done.stderr
-    told = json.loads((tmp_path / "out" / "run.json").read_text())
-    assert (told["status"], told["reason"]) == ("failed", reason)
+    record = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert (record["status"], record["reason"]) == ("failed", reason)
     assert len(read_series(tmp_path / "out" / "series.csv")["t"]) >= 1
 
 
-def test_a_hopeless_step_is_a_typed_failure(tmp_path: Path, pairsim: Pairsim) -> None:
+def test_step_that_cannot_be_solved_is_a_failure(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(SOFT)
     hopeless = ["--set", "time.fixed_step=0.1", "--set", "Ca_e=5", "--set", "time.end=20", "--set", "output.times=[]"]
     done = pairsim("run", "case.yaml", "-o", "out", *hopeless)
     assert done.returncode == 3, done.stdout + done.stderr
     assert "Traceback" not in done.stderr
-    told = json.loads((tmp_path / "out" / "run.json").read_text())
-    assert told["status"] == "failed"
-    assert told["reason"] in ("newton_diverged", "inverted_cell", "mesh_failed", "step_too_small")
+    record = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert record["status"] == "failed"
+    assert record["reason"] in ("newton_diverged", "inverted_cell", "mesh_failed", "step_too_small")
 
 
 @pytest.mark.slow
@@ -213,8 +228,8 @@ def test_a_hopeless_step_is_a_typed_failure(tmp_path: Path, pairsim: Pairsim) ->
 def test_an_interrupted_run_keeps_its_rows(number: int, tmp_path: Path) -> None:
     (tmp_path / "case.yaml").write_text(SOFT.replace("end: 0.1", "end: 500"))
     series = tmp_path / "out" / "series.csv"
-    told = interrupted(["run", "case.yaml", "-o", "out", "--set", "time.max_step=0.01"], series, number)
-    assert told["steps"] == len(read_series(series)["t"]) >= 4
+    record = interrupted(["run", "case.yaml", "-o", "out", "--set", "time.max_step=0.01"], series, number)
+    assert record["steps"] == len(read_series(series)["t"]) >= 4
 
 
 ORDERINGS = """
@@ -233,7 +248,7 @@ script = "import os, time\\nwhile os.getppid() == PID:\\n    os.kill(PID, 15)\\n
 storm = subprocess.Popen([sys.executable, "-c", script.replace("PID", str(os.getpid()))])
 orderings = 0
 while orderings < 60 or len(caught) < 20:
-    transient.newton.recall(transient.newton.matrix_state)  # orders anew
+    transient.newton.recall(transient.newton.matrix_state)  # forces a new ordering
     orderings += 1
 storm.kill()
 print(len(caught))
@@ -242,7 +257,7 @@ print(len(caught))
 
 @pytest.mark.slow
 def test_sigterm_during_the_ordering_of_a_matrix_does_no_harm() -> None:
-    """METIS has a handler of its own for it while it is at work, after which MUMPS crashes."""
+    """METIS installs its own handler of SIGTERM while it runs, after which MUMPS would crash."""
     done = subprocess.run([sys.executable, "-c", ORDERINGS], capture_output=True, text=True, timeout=600, check=False)
     assert done.returncode == 0, done.stderr[-2000:]
     assert int(done.stdout) >= 20
@@ -253,7 +268,7 @@ def test_sigterm_during_the_ordering_of_a_matrix_does_no_harm() -> None:
     ["pairsim.sweeps.curve_worker, pairsim.drivers.curve", "pairsim.api.compute"],
 )
 def test_no_other_thread_takes_sigterm(first: str) -> None:
-    """Threads of MPI and of the BLAS of numpy and scipy are made while it is blocked."""
+    """SIGTERM is blocked while MPI, numpy and scipy start their threads."""
     script = f"import {first}\nimport glob, os, pairsim.drivers.run\n" + (
         "for task in glob.glob('/proc/self/task/*'):\n"
         "    if int(task.rpartition('/')[2]) != os.getpid():\n"

@@ -1,4 +1,4 @@
-"""`pairsim status` tells how a folder of any command stands."""
+"""`pairsim status` for the folders of all commands."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def status(folder: Path) -> list[str]:
 
 
 @pytest.mark.parametrize("kind", TABLES)
-def test_one_case_tells_how_it_ended_and_its_warnings(kind: str, tmp_path: Path) -> None:
+def test_status_of_a_case_has_outcome_and_warnings(kind: str, tmp_path: Path) -> None:
     folder = make(tmp_path / "out", TABLES[kind], warnings=["the mesh is coarse"], command=f"pairsim {kind} case.yaml")
     assert kind_of(folder) == kind
     lines = status(folder)
@@ -41,7 +41,7 @@ def test_one_case_tells_how_it_ended_and_its_warnings(kind: str, tmp_path: Path)
     ]
 
 
-def test_run_that_was_killed_is_said_to_be(tmp_path: Path) -> None:
+def test_status_of_a_killed_run(tmp_path: Path) -> None:
     folder = make(tmp_path / "out", "series.csv", status="running", reason="", message="")
     assert status(folder)[0].endswith("out: interrupted")
     assert "--resume" in status(folder)[1]
@@ -64,7 +64,7 @@ def ledger(folder: Path, name: str) -> None:
     (folder / "sweep.json").write_text(json.dumps(content))
 
 
-def test_sweep_and_study_tell_their_cases(tmp_path: Path) -> None:
+def test_status_of_sweep_and_study(tmp_path: Path) -> None:
     ledger(tmp_path / "sweep", "many")
     for i in (1, 2):
         ledger(tmp_path / "study" / f"sweep-{i}", f"repetition {i}")

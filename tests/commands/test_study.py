@@ -1,4 +1,4 @@
-"""`pairsim study`: the quasi-steady view against the transient, and a whole study on two ranks."""
+"""`pairsim study`: a quasi-steady curve against a run in time, and a complete study on two ranks."""
 
 from __future__ import annotations
 
@@ -51,10 +51,10 @@ def test_study_runs_resumes_and_draws(tmp_path: Path, pairsim: Pairsim) -> None:
     assert ends == {read_series(path)["dU"][-1] for path in tmp_path.glob("out/sweep-1/*/series.csv")}
     assert all(50e6 < int(row["peak_memory"]) < 4e9 for row in rows)
     assert image.imread(tmp_path / "out" / "study.png").shape[1] > 500
-    told = {path: path.read_text() for path in tmp_path.glob("out/sweep-1/*/run.json")}
-    assert len(told) == 4
+    records = {path: path.read_text() for path in tmp_path.glob("out/sweep-1/*/run.json")}
+    assert len(records) == 4
     (tmp_path / "out" / "study.csv").unlink()
     again = pairsim("study", "study.yaml", "-o", "out", "-q")
     assert again.returncode == 0, again.stderr
-    assert all(path.read_text() == text for path, text in told.items())
+    assert all(path.read_text() == text for path, text in records.items())
     assert (tmp_path / "out" / "study.csv").is_file()

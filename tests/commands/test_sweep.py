@@ -1,4 +1,4 @@
-"""Sweeps as a user runs them: tables, restarts after any kind of end, failures that stay alone, shards, pictures."""
+"""`pairsim sweep` as a command: tables, restarts after any kind of end, isolated failures, shards, pictures."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def command(*arguments: str, ranks: int = 0) -> list[str]:
 
 
 def table(folder: Path, name: str = "results.csv") -> list[dict[str, str]]:
-    """Rows of results.csv without the wall time, the only thing that chance decides."""
+    """Rows of results.csv without the wall time, the only value that is not reproducible."""
     with (folder / name).open() as file:
         return [{key: value for key, value in row.items() if key != "wall_time"} for row in csv.DictReader(file)]
 
@@ -49,7 +49,7 @@ def ledger(folder: Path) -> dict[str, dict[str, Any]]:
     return {case["folder"]: case for case in json.loads((folder / "sweep.json").read_text())["cases"]}
 
 
-def told(folder: Path) -> dict[str, str]:
+def run_records(folder: Path) -> dict[str, str]:
     return {path.parent.name: path.read_text() for path in folder.glob("*/run.json")}
 
 
@@ -72,7 +72,9 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.slow
 def test_table_has_a_row_a_case_and_the_promised_columns(swept: Path) -> None:
     rows = table(swept / "out")
-    assert ",".join(rows[0]) == ("folder,status,reason,d0,beta,De,Ca_e,t,d,dU,U_L,U_T,D_L,D_T,dp,steps,unknowns")
+    assert ",".join(rows[0]) == (
+        "folder,status,reason,d0,beta,De,Ca_e,t,d,dU,U_L,U_T,D_L,D_T,dp,steps,unknowns,warnings"
+    )
     assert [(row["d0"], row["beta"]) for row in rows] == [("0.1", "0.4"), ("0.2", "0.4"), ("0.2", "0.3")]
     for row in rows:
         assert (row["status"], row["reason"], row["t"]) == ("finished", "end", "0.01")
@@ -84,7 +86,7 @@ def test_table_has_a_row_a_case_and_the_promised_columns(swept: Path) -> None:
 @pytest.mark.slow
 def test_both_ranks_compute_and_every_folder_says_how(swept: Path) -> None:
     assert {case["rank"] for case in ledger(swept / "out").values()} == {0, 1}
-    for text in told(swept / "out").values():
+    for text in run_records(swept / "out").values():
         assert json.loads(text)["processes"] == 1
         assert "pairsim run" in json.loads(text)["command"]
     assert {"versions", "machine", "command_line"} <= set(json.loads((swept / "out" / "sweep.json").read_text()))
@@ -92,11 +94,11 @@ def test_both_ranks_compute_and_every_folder_says_how(swept: Path) -> None:
 
 @pytest.mark.slow
 def test_the_same_command_again_computes_nothing(swept: Path) -> None:
-    before, rows = told(swept / "out"), table(swept / "out")
-    (swept / "out" / "sweep.json").unlink()  # the folders are the truth
+    before, rows = run_records(swept / "out"), table(swept / "out")
+    (swept / "out" / "sweep.json").unlink()  # it is recovered from the folders
     done = subprocess.run(command(), cwd=swept, capture_output=True, text=True, timeout=200, check=False)
     assert done.returncode == 0, done.stderr
-    assert told(swept / "out") == before
+    assert run_records(swept / "out") == before
     assert table(swept / "out") == rows
 
 
@@ -130,29 +132,29 @@ def test_sweep_beside_a_shard_of_itself_says_so_and_leaves(tmp_path: Path) -> No
 @pytest.mark.slow
 @pytest.mark.parametrize("victim", ["all", "a rank"])
 def test_killed_sweep_is_finished_by_the_same_command(victim: str, swept: Path, tmp_path: Path) -> None:
-    """kill -9: nothing goes on writing, no file is torn, no finished case is computed again, the table is the same."""
+    """kill -9: no process continues, no file is damaged, no finished case is repeated, and the table is the same."""
     (tmp_path / "grid.yaml").write_text(THREE)
     job = subprocess.Popen(command(ranks=2), cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     out = tmp_path / "out"
-    while job.poll() is None and not any('"finished"' in text for text in told(out).values()):
+    while job.poll() is None and not any('"finished"' in text for text in run_records(out).values()):
         time.sleep(0.02)
     tree = descendants(job.pid)
-    # Breadth first: a child that is not yet the run that it is to become comes behind the ranks.
+    # Breadth first, so that a child that has not executed its command yet comes after the ranks.
     ranks = [pid for pid in tree if "sweep" in words_of(pid) and "mpirun" not in words_of(pid)[0]][:2]
     assert len(ranks) == 2
     for pid in [job.pid, *ranks] if victim == "all" else ranks[-1:]:
-        with suppress(ProcessLookupError):  # gone with the one before
+        with suppress(ProcessLookupError):  # ended with a process killed before
             os.kill(pid, signal.SIGKILL)
     assert job.wait(timeout=200) != 0
     deadline = time.monotonic() + 50
     while any("run" in words_of(pid) for pid in tree):
         assert time.monotonic() < deadline, "an orphan goes on"
         time.sleep(0.02)
-    finished = {name: text for name, text in told(out).items() if '"finished"' in text}
+    finished = {name: text for name, text in run_records(out).items() if '"finished"' in text}
     assert 0 < len(finished) < 3
     done = subprocess.run(command(ranks=2), cwd=tmp_path, capture_output=True, text=True, timeout=200, check=False)
     assert done.returncode == 0, done.stderr
-    assert finished.items() <= told(out).items()
+    assert finished.items() <= run_records(out).items()
     assert table(out) == table(swept / "out")
 
 
@@ -177,7 +179,7 @@ def test_stopped_sweep_keeps_its_cases_pending(how: str, ranks: int, tmp_path: P
     assert ("SIGTERM" if how == "SIGTERM" else "allowed time") in complaint
     assert counts(tmp_path / "out") == {"pending": 3}
     if how == "SIGTERM":
-        assert [json.loads(text)["status"] for text in told(tmp_path / "out").values()] == ["interrupted"] * 2
+        assert [json.loads(text)["status"] for text in run_records(tmp_path / "out").values()] == ["interrupted"] * 2
 
 
 @pytest.mark.slow
@@ -194,14 +196,14 @@ def test_failures_stay_alone_and_are_repeated_only_when_asked(tmp_path: Path, pa
     assert all(reason in shown for reason in ("max_steps", "wall_time"))
     assert repeated(tmp_path) == [1, 1, 1]
     assert repeated(tmp_path, only_failed=True) == [1, 2, 2]
-    told = json.loads((tmp_path / "out" / "sweep.json").read_text())
-    first = told["cases"][0]  # one that was stopped at its first attempt has not failed
+    content = json.loads((tmp_path / "out" / "sweep.json").read_text())
+    first = content["cases"][0]  # one that was stopped at its first attempt has not failed
     first["status"] = "pending"
     (tmp_path / "out" / first["folder"] / "run.json").write_text('{"status": "interrupted"}')
-    (failed,) = (case for case in told["cases"] if case["reason"] == "max_steps")
+    (failed,) = (case for case in content["cases"] if case["reason"] == "max_steps")
     failed["status"], failed["again"] = "running", True  # killed while it repeats one of them: it goes on with that
     (tmp_path / "out" / failed["folder"] / "run.json").unlink()
-    (tmp_path / "out" / "sweep.json").write_text(json.dumps(told))
+    (tmp_path / "out" / "sweep.json").write_text(json.dumps(content))
     assert repeated(tmp_path, only_failed=True) == [1, 3, 3]
 
 
@@ -228,12 +230,12 @@ def test_fail_fast_stops(tmp_path: Path) -> None:
     )
     done = subprocess.run(command("--fail-fast"), cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 3
-    assert counts(tmp_path / "out") == {"failed": 1, "pending": 2}  # the dearest comes first
+    assert counts(tmp_path / "out") == {"failed": 1, "pending": 2}  # the most expensive case is started first
 
 
 @pytest.mark.slow
 def test_files_that_cannot_be_written_are_tried_again(tmp_path: Path) -> None:
-    """A file-size limit, as a full disk: no case is lost by it."""
+    """A full disk, simulated by a limit on file sizes: no case is lost."""
     (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1]}\n")
 
     def limited() -> None:
@@ -303,9 +305,9 @@ def test_shards_share_a_folder_and_a_last_command_makes_one_table(swept: Path, t
     assert [job.wait(timeout=200) for job in jobs] == [0, 0]
     assert [len(table(tmp_path / "out", f"results-{i}-of-2.csv")) for i in (1, 2)] == [1, 1]
     assert "2 finished" in CliRunner().invoke(app, ["status", str(tmp_path / "out")]).output
-    before = told(tmp_path / "out")
+    before = run_records(tmp_path / "out")
     assert swept_into(tmp_path / "grid.yaml", folder=tmp_path / "out").status == "finished"
-    assert told(tmp_path / "out") == before
+    assert run_records(tmp_path / "out") == before
     alone = {row["folder"]: row for row in table(swept / "out")}
     assert [row.items() <= alone[row["folder"]].items() for row in table(tmp_path / "out")] == [True, True]
 
@@ -317,7 +319,7 @@ def test_two_ranks_a_case_give_the_same_table(swept: Path, tmp_path: Path) -> No
         command("--ranks-per-case", "2", "--limit", "1"), cwd=tmp_path, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
-    assert {json.loads(text)["processes"] for text in told(tmp_path / "out").values()} == {2}
+    assert {json.loads(text)["processes"] for text in run_records(tmp_path / "out").values()} == {2}
     alone = {row["folder"]: row for row in table(swept / "out")}
     rows = table(tmp_path / "out")
     assert len(rows) == 1
@@ -328,19 +330,22 @@ def test_two_ranks_a_case_give_the_same_table(swept: Path, tmp_path: Path) -> No
 
 @pytest.mark.slow
 def test_curves_are_swept_too(tmp_path: Path) -> None:
-    """Points, zeros and the peak of every curve, as its folder has them; pictures of all of them."""
+    """results.csv has points, zeros and peak of every curve, as in its folder; pictures are drawn."""
     base = TINY.replace("Ca_e: 0, ", "d: [0.1, 0.3], tol: 1, ").replace(", time: {end: 0.01}", "")
     (tmp_path / "grid.yaml").write_text("command: curve\n" + base + "grid: {Ca_e: [0, 0.05], mesh_error: [true]}\n")
     result = swept_into(tmp_path / "grid.yaml", folder=tmp_path / "out", workers=2)
     assert result.status == "finished"
     assert ",".join(name for name in result.table if name != "wall_time") == (
-        "folder,status,reason,Ca_e,beta,De,points,zeros,stable,d_peak,dU_peak,mesh_error,unknowns"
+        "folder,status,reason,Ca_e,beta,De,points,zeros,stable,d_peak,dU_peak,dU_error,mesh_error,unknowns,warnings"
     )
     rigid, soft = (row for _, row in result.table.iterrows())
     assert (soft["status"], soft["points"], soft["zeros"], soft["stable"]) == ("finished", 2, [], [])
     points = result.cases[1].table
     peak = points.loc[points["dU"].idxmax()]
-    assert soft[["d_peak", "dU_peak", "mesh_error"]].tolist() == peak[["d", "dU", "mesh_error"]].tolist()
+    assert (
+        soft[["d_peak", "dU_peak", "dU_error", "mesh_error"]].tolist()
+        == peak[["d", "dU", "dU_error", "mesh_error"]].tolist()
+    )
     assert abs(rigid["dU_peak"]) < 1e-9 < soft["dU_peak"]
     assert plot_sweep(tmp_path / "out") == [tmp_path / "out" / "sweep_curves.png"], "there is no zero to draw"
 
@@ -357,11 +362,11 @@ def test_pictures_of_critical_distances_show_the_zeros(tmp_path: Path) -> None:
             "values": values,
         }
 
-    cases = [case(0.1, 0.25, "[0.18]", "[false]"), case(0.02, 0.25, "[0.25]", "[false]"), case(0.1, 0.0, "[]", "[]")]
-    told = {"name": "zeros", "command": "critical", "varying": ["Ca_e", "De"], "updated": 0, "cases": cases}
-    (tmp_path / "sweep.json").write_text(json.dumps(told))
+    cases = [case(0.1, 0.25, [0.18], [False]), case(0.02, 0.25, "[0.25]", "[false]"), case(0.1, 0.0, [], [])]
+    content = {"name": "zeros", "command": "critical", "varying": ["Ca_e", "De"], "updated": 0, "cases": cases}
+    (tmp_path / "sweep.json").write_text(json.dumps(content))
     assert [path.name for path in plot_sweep(tmp_path)] == ["sweep_zeros.png", "sweep_map.png"]
-    (tmp_path / "sweep.json").write_text(json.dumps(told | {"varying": ["Ca_e"], "cases": cases[2:]}))
+    (tmp_path / "sweep.json").write_text(json.dumps(content | {"varying": ["Ca_e"], "cases": cases[2:]}))
     with pytest.raises(InputError, match="no zero of dU"):
         plot_sweep(tmp_path)
 

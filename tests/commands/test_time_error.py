@@ -1,4 +1,4 @@
-"""Time steps that leave more than the accuracy asked for are reported."""
+"""Time steps with an estimated error above the requested accuracy give a warning."""
 
 from __future__ import annotations
 

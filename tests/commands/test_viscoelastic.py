@@ -1,4 +1,4 @@
-"""Runs in viscoelastic liquids: ranks agree, and a stress that cells do not resolve is reported."""
+"""Runs in viscoelastic liquids: ranks agree, and an unresolved stress gives a warning."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cases in processes of their own: how their ends are judged, sequences of curves, forms compiled before they start."""
+"""Cases in child processes: their outcomes, sequences of curves, and forms compiled beforehand."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ CURVES = "command: curve\n" + TINY.replace("Ca_e: 0, ", "d: [0.1, 0.3], tol: 1, 
 
 @pytest.mark.slow
 def test_sequence_of_curves_survives_its_process(tmp_path: Path) -> None:
-    """Each curve starts from the one before; when the process dies, its curve fails and the rest goes on."""
+    """Each curve starts from the previous one; if the process dies, its curve fails and the others are computed."""
     worker, tasks = curves(tmp_path, "0.02, 0.04, 0.06, 0.08")
     results = ends(worker, 4, 2, lambda: os.kill(curve_process(), signal.SIGKILL))
     assert [result.folder for result in results] == [task.folder for task in tasks]
@@ -58,7 +58,7 @@ def curves(folder: Path, values: str) -> tuple[CaseWorker, list[Task]]:
 
 
 def ends(worker: CaseWorker, count: int, after: int = 0, then: Callable[[], None] | None = None) -> list[Result]:
-    """How so many cases of a worker end; something may be done once `after` of them have."""
+    """The results of this number of cases; a function is called once `after` of them have ended."""
     results: list[Result] = []
     deadline = time.monotonic() + 500
     while len(results) < count:
@@ -79,7 +79,7 @@ def curve_process() -> int:
 
 @pytest.mark.slow
 def test_a_timeout_that_comes_as_a_curve_ends_is_not_the_next_ones(tmp_path: Path) -> None:
-    """The case that it was meant for has finished all the same; the one behind it is begun anew."""
+    """The case that timed out has finished nevertheless; the next one is started again."""
     worker, tasks = curves(tmp_path, "0.02, 0.04")
 
     def stop() -> None:

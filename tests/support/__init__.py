@@ -1,1 +1,1 @@
-"""What the tests share: scenes solved in process, commands run as a user runs them, samples of files."""
+"""Shared by the tests: scenes solved in process, commands run as a user runs them, samples of files."""

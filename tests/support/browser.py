@@ -19,19 +19,24 @@ def chromium() -> str:
     return found
 
 
+def _browse(address: str, *options: str) -> str:
+    """Load a page without any network, and return what the browser prints."""
+    basic = ["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"]
+    command = [chromium(), *basic, "--host-resolver-rules=MAP * ~NOTFOUND", *options, address]
+    return subprocess.run(command, check=True, capture_output=True, text=True, timeout=120).stdout
+
+
 def screenshot(page: Path, picture: Path, width: int = 1280, height: int = 1000) -> None:
     """Draw a page from disk, without any network."""
-    options = [
-        "--headless",
-        "--no-sandbox",
-        "--disable-gpu",
-        "--hide-scrollbars",
-        "--host-resolver-rules=MAP * ~NOTFOUND",
-    ]
     picture.unlink(missing_ok=True)
-    subprocess.run(
-        [chromium(), *options, f"--window-size={width},{height}", f"--screenshot={picture}", page.resolve().as_uri()],
-        check=True,
-        capture_output=True,
-        timeout=120,
-    )
+    _browse(page.resolve().as_uri(), f"--window-size={width},{height}", f"--screenshot={picture}")
+
+
+def rendered(page: Path, fragment: str = "") -> str:
+    """HTML of a page from disk after its scripts have run.
+
+    Args:
+        page: The file.
+        fragment: What follows # in the address.
+    """
+    return _browse(f"{page.resolve().as_uri()}#{fragment}", "--dump-dom")

@@ -1,4 +1,4 @@
-"""Commands as a user runs them: in this process, in one of their own, and on several ranks."""
+"""Run commands in this process, in a process of their own, and on several ranks."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Pairsim = Callable[..., Done]
 
 
 def in_process(folder: Path, arguments: tuple[str, ...], capture: pytest.CaptureFixture[str]) -> Done:
-    """Run the command line in this process: no second is lost with imports.
+    """Run the command line in this process: which saves the time of imports.
 
     Args:
         folder: The current folder meanwhile.
@@ -48,7 +48,7 @@ def in_process(folder: Path, arguments: tuple[str, ...], capture: pytest.Capture
 
 
 def process_state() -> tuple[object, ...]:
-    """What a command might leave changed behind it: current folder, environment, signal handlers."""
+    """State that a command might change: current folder, environment, signal handlers."""
     handlers = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
     return Path.cwd(), dict(os.environ), handlers
 
@@ -74,9 +74,9 @@ def interrupted(words: list[str], table: Path, number: int) -> dict[str, Any]:
         process.kill()
     assert process.returncode == 130
     assert "Traceback" not in complaint
-    told: dict[str, Any] = json.loads((table.parent / "run.json").read_text())
-    assert told["status"] == "interrupted"
-    return told
+    record: dict[str, Any] = json.loads((table.parent / "run.json").read_text())
+    assert record["status"] == "interrupted"
+    return record
 
 
 def words_of(pid: int) -> list[str]:

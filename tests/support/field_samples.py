@@ -84,3 +84,7 @@ def scene(
         data["displacement"] = np.column_stack([0.01 * z, -0.01 * r])
         data["tau_s"] = soft[:, None] * np.column_stack([np.sin(9 * z), z * r, -r, r - 0.1])
     return FieldFrame(t, mesh_id, points, cells, region, data)
+
+
+PAIR = [(-0.3, 0.22, 0.19), (0.3, 0.21, 0.2)]
+"""Two ellipsoids for `scene`."""

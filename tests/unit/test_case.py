@@ -1,4 +1,4 @@
-"""Case files: defaults, lists, and what is written back."""
+"""Case files: defaults, lists, and the resolved case."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def test_cells_around_small_particles_in_elastic_liquids_are_smaller() -> None:
     ids=str,
 )
 def test_liquids_that_harden_in_extension_have_more_cells_on_the_particles(liquid: dict[str, object]) -> None:
-    """With those of the default liquid Oldroyd-B and FENE-P were 3 % of the peak off at De .5."""
+    """With the cells of the default liquid, errors of Oldroyd-B and FENE-P were 3 % of the peak at De 0.5."""
     giesekus = case_from_dict({**MINIMAL, "De": 0.5}, "test").mesh
     assert (giesekus.Np, giesekus.max_size) == (28, 0.05)
     assert case_from_dict({**MINIMAL, "De": 0.5, **liquid}, "test").mesh.Np > 2 * giesekus.Np

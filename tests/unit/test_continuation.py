@@ -1,4 +1,4 @@
-"""Ways that have no end are given up, and told; scenes without cells, so that only the continuation is tested."""
+"""A continuation that does not reach its end fails; scenes without a mesh test the continuation alone."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def relaxed(scene: Limited, parameters: Parameters) -> Report:
 def test_a_limit_is_not_crept_up_to_through_pseudo_time(monkeypatch: pytest.MonkeyPatch) -> None:
     scene: Any = Limited()
     monkeypatch.setattr(continuation, "relax", relaxed)
-    with pytest.raises(NoSteadyState, match=r"De = 0\.4\d* was reached, De = 1 not: the steps grow"):
+    with pytest.raises(NoSteadyState, match=r"continuation to De = 1 stopped at De = 0\.4\d*: the steps grow"):
         follow(scene, Parameters((), (0.0,), 1.0))
     assert 0 < scene.relaxations < 10
 

@@ -105,7 +105,10 @@ def test_values_before_a_fold_are_met_on_both_sides_of_it(width: float, values: 
     assert [point.parameters.Ca_es[0] for point in wanted] == [*met, *reversed(met)], "to the last digit"
     x = np.array([np.log(c.point.d / 0.1) for c in found])
     assert (np.diff(x) < 0).all(), "rows follow the line, so that a picture of them does not run to and fro"
-    (fold,) = [c.point for c in found if c.kind == "vanishes"]
+    (meeting,) = [c for c in found if c.kind == "vanishes"]
+    fold = meeting.point
+    assert meeting.by_parameter == pytest.approx(1 / fold.parameters.Ca_es[0])
+    assert all(c.by_parameter is None for c in found if c is not meeting)
     assert fold.parameters.Ca_es[0] == pytest.approx(0.1, rel=2e-3)
     assert end.reason == "range"
     exact = [width * np.sqrt(np.log(0.1 / v)) for v in met]

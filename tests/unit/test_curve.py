@@ -27,7 +27,7 @@ class Analytic:
         self.solved += 1
         d, x = parameters.gaps[0], float(np.log(parameters.gaps[0]))
         dUs, slopes = np.array(self.values(x)), np.array(self.slopes(x)) / d
-        return SimpleNamespace(d=d, dU=dUs.sum(), dUs=dUs, slopes=slopes, mesh_errors=None, parameters=parameters)
+        return SimpleNamespace(d=d, dU=dUs.sum(), dUs=dUs, slopes=slopes, dU_errors=0 * dUs, parameters=parameters)
 
 
 @pytest.mark.parametrize("gap", [0, 1])
@@ -49,7 +49,7 @@ def test_points_are_added_where_any_gap_of_three_particles_asks_for_them(gap: in
 
 def test_a_zero_within_the_mesh_error_is_called_uncertain() -> None:
     def point(d: float, dU: float, error: float) -> Any:
-        return SimpleNamespace(d=d, dU=dU, dUs=np.array([dU]), slopes=np.array([1.0]), mesh_errors=np.array([error]))
+        return SimpleNamespace(d=d, dU=dU, dUs=np.array([dU]), slopes=np.array([1.0]), dU_errors=np.array([error]))
 
     zero: Any = SimpleNamespace(point=point(0.2, 0.0, 0.002))
     (clear,) = equilibria([zero], [point(0.1, -0.1, 0.01), point(0.3, 0.1, 0.01)])
@@ -61,7 +61,7 @@ def test_a_zero_within_the_mesh_error_is_called_uncertain() -> None:
 
 def test_the_peak_beside_a_zero_is_part_of_the_largest_dU_between_points_too() -> None:
     def point(d: float, dU: float, slope: float) -> Any:
-        return SimpleNamespace(d=d, dU=dU, dUs=np.array([dU]), slopes=np.array([slope]), mesh_errors=None)
+        return SimpleNamespace(d=d, dU=dU, dUs=np.array([dU]), slopes=np.array([slope]), dU_errors=np.zeros(1))
 
     zero: Any = SimpleNamespace(point=point(0.2, 0.0, 1.0))
     (found,) = equilibria([zero], [point(0.1, -0.05, 1.0), point(0.3, 0.1, 2.0), point(0.4, 0.1, -2.0)])

@@ -1,4 +1,4 @@
-"""Grid files: what they expand to, what they refuse, and how cases are told apart."""
+"""Grid files: expansion into cases, input errors, and the identity of cases."""
 
 from __future__ import annotations
 
@@ -137,7 +137,7 @@ def test_folders_are_slug_and_hash(tmp_path: Path) -> None:
     "changes", ["{}", "{De: 1}", "{De: 1, liquid: fene-p, L2: 50}", "{ends: developed, length: auto}"]
 )
 def test_a_case_is_recognised_by_the_file_in_its_folder(changes: str, tmp_path: Path) -> None:
-    """case.yaml holds the resolved case, and resolving that once more changes nothing."""
+    """Resolving a resolved case, as in case.yaml, changes nothing."""
     (case,) = grid_of(tmp_path, f"cases: [{changes}]\n").cases
     command = COMMANDS["run"]
     assert case_key(command, command.check(case.checked.resolved, "again")) == case.key
@@ -159,7 +159,7 @@ def test_shards_share_all_cases_and_their_cost(tmp_path: Path) -> None:
     assert max(costs) < 1.1 * min(costs)
 
 
-def test_chains_go_through_neighbours_and_are_cut_for_the_workers(tmp_path: Path) -> None:
+def test_sequences_of_neighbours_are_cut_for_the_workers(tmp_path: Path) -> None:
     base = "command: curve\nbase: {beta: 0.4, d: [0.1, 0.3]}\n"
     (tmp_path / "grid.yaml").write_text(base + "grid: {Ca_e: [0.1, 0.05], De: [0, 1, 2], beta: [0.4, 0.3]}\n")
     tasks = [
@@ -183,7 +183,7 @@ def test_chains_go_through_neighbours_and_are_cut_for_the_workers(tmp_path: Path
     assert [len(sequence) for sequence in sequences((), 1)] == [1] * 12
 
 
-def test_guessed_unknowns_are_near_the_true_ones(tmp_path: Path) -> None:
+def test_estimated_unknowns_are_near_the_true_ones(tmp_path: Path) -> None:
     """Against counts of actual runs (default tube, N_p 20 and 40; developed ends at De 1)."""
     grid = grid_of(
         tmp_path,
@@ -195,23 +195,27 @@ def test_guessed_unknowns_are_near_the_true_ones(tmp_path: Path) -> None:
 
 
 BAD = {
-    "no variation": ("", "grid", "needs grid, zip or cases"),
+    "no variation": ("", "grid", "must be given, or else zip or cases"),
     "unknown section": ("gird: {d0: [0.1]}\n", "gird", "did you mean grid"),
     "unknown command": ("command: fly\ngrid: {d0: [0.1]}\n", "command", "run"),
     "a bad value": ("grid: {d0: [0.1, -0.2]}\n", "entry d0 = -0.2: d0", "at least 0.0001"),
     "a bad value in cases": ("cases: [{d0: 0.1}, {Ca_e: -1}]\n", "cases[1]: Ca_e", "at least 0"),
     "a misspelt key": ("grid: {mesh.NP: [10]}\n", "mesh.NP", "did you mean mesh.Np?"),
-    "what does not go together": ("grid: {length: [auto]}\n", "length", "developed"),
+    "inconsistent keys": ("grid: {length: [auto]}\n", "length", "developed"),
     "a lone value": ("grid: {d0: 0.1}\n", "grid: d0", "list of values"),
     "no values": ("grid: {d0: []}\n", "grid: d0", "at least one"),
     "a group": ("grid: {mesh: {Np: [10, 20]}}\n", "grid: mesh", "mesh.Np"),
     "a range without num": ("grid: {d0: {start: 0.1, stop: 1}}\n", "grid: d0", "num is missing"),
     "a log range through 0": ("grid: {Ca_e: {start: 0, stop: 1, num: 3, spacing: log}}\n", "grid: Ca_e", "above 0"),
     "unequal zip": ("zip: {d0: [0.1, 0.2], Ca_e: [0.1]}\n", "zip", "d0 has 2, Ca_e has 1"),
-    "a key varied twice": ("grid: {d0: [0.1]}\nzip: {d0: [0.1]}\n", "d0", "twice"),
-    "a base that is nowhere": ("base: nowhere.yaml\ngrid: {d0: [0.1]}\n", "nowhere.yaml", "no such file"),
-    "an exclusion of nothing": ("grid: {d0: [0.1]}\nexclude: [{d0: 0.2}]\n", "exclude[0]", "matches no entry"),
-    "everything excluded": ("grid: {d0: [0.1]}\nexclude: [{d0: 0.1}]\n", "exclude", "leaves no case"),
+    "a key varied twice": ("grid: {d0: [0.1]}\nzip: {d0: [0.1]}\n", "d0", "only once in grid and zip"),
+    "a missing base": ("base: nowhere.yaml\ngrid: {d0: [0.1]}\n", "nowhere.yaml", "no such file"),
+    "an exclusion without effect": (
+        "grid: {d0: [0.1]}\nexclude: [{d0: 0.2}]\n",
+        "exclude[0]",
+        "must match at least one entry",
+    ),
+    "everything excluded": ("grid: {d0: [0.1]}\nexclude: [{d0: 0.1}]\n", "exclude", "must leave at least one case"),
 }
 
 
@@ -223,7 +227,7 @@ def test_bad_grid_is_refused_by_name(name: str, tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:
         read_grid(path)
     message = str(caught.value)
-    assert ("nowhere.yaml" if "nowhere" in name else str(path)) in message
+    assert ("nowhere.yaml" if name == "a missing base" else str(path)) in message
     assert key in message
     assert allowed in message
 

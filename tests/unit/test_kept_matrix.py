@@ -1,4 +1,4 @@
-"""When Newton's matrix is kept and when it is made anew."""
+"""When Newton's matrix is kept, and when it is assembled and factorised again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One writer a folder: locks on file systems with and without `flock`."""
+"""One writer for each folder: locks on file systems with and without `flock`."""
 
 from __future__ import annotations
 

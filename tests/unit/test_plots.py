@@ -6,36 +6,23 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 from matplotlib import image
-from support.field_samples import scene
-from support.pictures import colours
+from PIL import Image
+from support.field_samples import PAIR, scene
+from support.pictures import colours, drawn_figures, overlapping
+from support.result_folders import make_curve, make_run
 
-from pairsim.results.columns import named_row, series_columns
-from pairsim.results.meridional_section import outlines, tessellate
-from pairsim.results.output import SeriesWriter
-from pairsim.results.run_plots import GREY, plot_run
-from pairsim.results.xdmf import FieldFrame, FieldsWriter
+from pairsim.api.pictures import plot
+from pairsim.physics.conformation import polymer_stress, trace_of
+from pairsim.physics.materials.polymer import Polymer
+from pairsim.plots.encoding import Encoding
+from pairsim.plots.field_values import FIELDS
+from pairsim.plots.lines import Line
+from pairsim.plots.meridional_section import outlines, tessellate
+from pairsim.plots.overlay import varying_keys
+from pairsim.plots.style import GREY, MM, Page
+from pairsim.results.output import FIELD_NAMES
 from pairsim.runtime.errors import InputError
-
-PAIR = [(-0.3, 0.22, 0.19), (0.3, 0.21, 0.2)]
-
-
-def make_run(folder: Path, n: int, frames: list[FieldFrame], rows: int = 12) -> Path:
-    folder.mkdir()
-    case = {"name": "sample", "beta": 0.4, "De": 0, "Ca_e": [0.1] * n, "d0": 0.1}
-    (folder / "case.yaml").write_text(yaml.safe_dump(case))
-    with SeriesWriter(folder / "series.csv", [*series_columns(n), "dt"]) as series:
-        for t in np.linspace(0.1, 1, rows):
-            gaps, order = np.full(max(n - 1, 0), 0.1 + 0.1 * t), np.arange(n)
-            U = 1.5 + 0.01 * order * t
-            row = named_row(t, gaps, U, np.diff(U), 0.01 * t * (order + 1), 640.0, 2.0)
-            series.row(row | {"dt": 0.1})
-    writer = FieldsWriter(folder)
-    for frame in frames:
-        writer.write(frame)
-    return folder
-
 
 CASES = {
     "pipe": (0, [scene(0.5, [])]),
@@ -51,7 +38,7 @@ CASES = {
 def test_pictures_are_drawn_and_not_blank(tmp_path: Path, name: str) -> None:
     n, frames = CASES[name]
     folder = make_run(tmp_path / "run", n, frames)
-    files = plot_run(folder, tmp_path / "pictures")
+    files = plot(folder, out=tmp_path / "pictures")
     assert [file.relative_to(tmp_path) for file in files] == [
         Path("pictures/series.png"), Path("pictures/fields.png"),
     ]  # fmt: skip
@@ -62,7 +49,7 @@ def test_pictures_are_drawn_and_not_blank(tmp_path: Path, name: str) -> None:
 def test_rigid_particles_are_drawn_to_scale(tmp_path: Path) -> None:
     """The grey pixels of two ellipses reach as far along the tube as across it as the ellipses do."""
     folder = make_run(tmp_path / "run", *CASES["rigid pair"])
-    grey = np.all(np.abs(image.imread(plot_run(folder)[1])[..., :3] - float(GREY)) < 0.003, axis=2)
+    grey = np.all(np.abs(image.imread(plot(folder)[1])[..., :3] - float(GREY)) < 0.003, axis=2)
     along, across = (np.ptp(np.flatnonzero(grey.sum(axis=i) > 10)) for i in (0, 1))
     (z_0, a_0, b_0), (z_1, a_1, b_1) = PAIR
     assert along / across == pytest.approx((z_1 + a_1 - z_0 + a_0) / (2 * max(b_0, b_1)), rel=0.02)
@@ -70,19 +57,19 @@ def test_rigid_particles_are_drawn_to_scale(tmp_path: Path) -> None:
 
 def test_run_without_fields_has_a_series_and_one_row_is_enough(tmp_path: Path) -> None:
     folder = make_run(tmp_path / "run", 2, [], rows=1)
-    assert plot_run(folder) == [folder / "series.png"]
+    assert plot(folder) == [folder / "series.png"]
 
 
-def test_folder_that_is_not_a_run_is_an_input_error(tmp_path: Path) -> None:
-    for folder in (tmp_path, tmp_path / "missing"):
-        with pytest.raises(InputError, match="not the folder of a run that has begun"):
-            plot_run(folder)
+def test_folder_without_anything_to_draw_is_an_input_error(tmp_path: Path) -> None:
+    (tmp_path / "run.json").write_text("{}")
+    with pytest.raises(InputError, match="not the folder of a run that has begun"):
+        plot(tmp_path)
     (tmp_path / "series.csv").write_text("t,dp,dp_plus\n")
     with pytest.raises(InputError, match="no rows"):
-        plot_run(tmp_path)
+        plot(tmp_path)
     folder = make_run(tmp_path / "run", 2, [])
     with pytest.raises(InputError, match="-o"):
-        plot_run(folder, folder / "case.yaml")
+        plot(folder, out=folder / "case.yaml")
 
 
 @pytest.mark.parametrize("kind", [6, 9])
@@ -105,3 +92,142 @@ def test_tessellation_follows_the_curves_and_keeps_quadratic_values(kind: int) -
     a, b, c = (surface.points[surface.triangles[:, i]] for i in range(3))
     (x, y), (u, v) = (b - a).T, (c - a).T
     assert np.abs(x * v - y * u).sum() / 2 == pytest.approx(np.pi * 0.22 * 0.19 / 2, rel=2e-3)
+
+
+def test_twelve_curves_of_two_parameters_are_told_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folders = [make_curve(tmp_path / f"{a}-{b}", a, b) for a in (0.02, 0.05, 0.1, 0.15) for b in (0.25, 0.5, 1.0)]
+    with drawn_figures(monkeypatch) as figures:
+        plot(*folders, out=tmp_path / "out", width="85mm")
+    (axis,) = figures[0].axes
+    smooth = [line for line in axis.lines if len(line.get_xdata()) > 100]
+    assert len({(line.get_color(), str(line._dash_pattern)) for line in smooth}) == 12
+    assert len(axis.collections) == 12, "a band each"
+    entries = {text.get_text() for text in figures[0].legends[0].get_texts()}
+    assert {r"$\mathrm{Ca}_e = 0.02$", r"$\mathrm{De} = 1$", r"error of $\Delta U$", "unstable zero"} <= entries
+    assert r"$\beta = 0.4$" in figures[0].get_supxlabel()
+    assert r"\mathrm{De}" not in figures[0].get_supxlabel()
+
+
+def test_what_follows_from_another_difference_is_not_named() -> None:
+    newtonian = {"beta": 0.4, "De": 0, "mesh.Np": 10, "name": "a"}
+    elastic = {"beta": 0.4, "De": 1, "liquid": "giesekus", "alpha": 0.2, "mesh.Np": 20, "name": "b"}
+    assert varying_keys([newtonian, elastic]) == ["De"]
+    assert varying_keys([newtonian, elastic, elastic | {"mesh.Np": 28}]) == ["De", "mesh.Np"]
+
+
+def test_more_values_than_styles_get_panels_or_are_named_as_unseen() -> None:
+    cases = [{"a": a, "b": b, "c": c, "e": e} for a in range(9) for b in range(5) for c in range(2) for e in range(2)]
+    encoding = Encoding.of(cases, ["a", "b", "c", "e"])
+    assert (encoding.colour, encoding.line, encoding.panel, encoding.untold) == ("a", "c", "e", ("b",))
+    assert len({encoding.colour_of(case) for case in cases}) == 9
+    with pytest.raises(InputError, match="a parameter that varies: a, b"):
+        Encoding.of(cases, ["a", "b"], "c")
+
+
+def test_curve_is_drawn_as_its_interpolant_with_the_error_estimate_where_there_is_one() -> None:
+    d = np.array([0.1, 0.2, 0.4])
+    table = {"d": d, "dU": np.log(d) ** 3, "slope": 3 * np.log(d) ** 2 / d}
+    table |= {"mesh_error": np.full(3, 2.0), "dU_error": np.ones(3)}
+    places, curve, error = Line({}, table, "dU", True).smooth()
+    assert curve == pytest.approx(np.log(places) ** 3, rel=1e-12), "a cubic in log d is met exactly"
+    assert error is not None
+    assert set(error) == {1.0}
+    del table["dU_error"]
+    _, _, error = Line({}, table, "dU", True).smooth()
+    assert error is not None
+    assert set(error) == {2.0}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [85, 170])
+def test_nothing_overlaps_and_every_axis_has_a_label_with_a_unit(
+    tmp_path: Path, width: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    runs = [make_run(tmp_path / name, n, frames) for name, (n, frames) in CASES.items()]
+    curves = [make_curve(tmp_path / f"c{a}", a) for a in (0.02, 0.15)]
+    with drawn_figures(monkeypatch) as figures:
+        for folder in (*runs, *curves):
+            plot(folder, out=tmp_path / "out", width=width)
+        plot(*curves, out=tmp_path / "out", width=width)
+    assert len(figures) == 2 * len(runs) + len(curves) + 1
+    for figure in figures:
+        assert overlapping(figure) == []
+        for axis in figure.axes:
+            labels = [axis.get_xlabel(), axis.get_ylabel()]
+            panels_below = axis.get_title().startswith("$t") and not axis.get_xlabel()
+            bar = axis.get_label() == "<colorbar>"
+            named = [label for label in labels if "[$" in label or r"\ [" in label]
+            assert len(named) == 2 - (bar or panels_below), labels
+
+
+def test_files_are_fit_for_print(tmp_path: Path) -> None:
+    """Fonts are embedded as TrueType, the width is that of a column, and the same picture is the same file."""
+    folder = make_curve(tmp_path / "curve", 0.1)
+    files = plot(folder, out=tmp_path / "a", formats="svg,pdf, png", width="85mm")
+    assert [file.name for file in files] == ["curve.png", "curve.pdf", "curve.svg"]
+    with Image.open(files[0]) as picture:
+        assert abs(picture.width - 85 * MM * Page().dpi) <= 1
+    assert b"/TrueType" in files[1].read_bytes() or b"/CIDFontType2" in files[1].read_bytes()
+    assert b"/Type3" not in files[1].read_bytes()
+    again = plot(folder, out=tmp_path / "b", formats=["png", "pdf", "svg"], width=85)
+    assert [file.read_bytes() for file in again] == [file.read_bytes() for file in files]
+    assert not list(tmp_path.glob("*/.*"))
+
+
+@pytest.mark.parametrize(
+    ("options", "allowed"),
+    [
+        ({"formats": "jpg"}, "one or more of png, pdf, svg"),
+        ({"width": "3mm"}, "50mm to 400mm"),
+        ({"width": "wide"}, "50mm to 400mm"),
+        ({"field": "speed"}, "one or more of velocity"),
+        ({"field": "tr_c"}, "one of velocity, streamlines"),
+        ({"group": "De"}, "goes with a sweep or several folders"),
+    ],
+)
+def test_wrong_options_say_what_is_allowed(tmp_path: Path, options: dict[str, str], allowed: str) -> None:
+    folder = make_run(tmp_path / "run", *CASES["pair"])
+    with pytest.raises(InputError, match=allowed):
+        plot(folder, **options)
+
+
+def test_folders_that_cannot_be_laid_over_each_other_are_refused(tmp_path: Path) -> None:
+    run, curve = make_run(tmp_path / "run", *CASES["pair"]), make_curve(tmp_path / "curve", 0.1)
+    with pytest.raises(InputError, match="must be a run, as"):
+        plot(run, curve, out=tmp_path / "out")
+    with pytest.raises(InputError, match="-o: must name a folder"):
+        plot(run, run)
+    with pytest.raises(InputError, match="must be named once"):
+        plot(run, run, out=tmp_path / "out")
+
+
+@pytest.mark.slow
+def test_fields_by_name_and_as_an_animation(tmp_path: Path) -> None:
+    folder = make_run(tmp_path / "run", *CASES["pair"])
+    names = [file.name for file in plot(folder, field="all", width="85mm")]
+    assert names == [f"field-{name}.png" for name in ("velocity", "streamlines", "N1", "tau_zz", "pressure")]
+    assert all(colours(folder / name) > 300 for name in names)
+    (movie,) = plot(folder, animate=True, field="velocity", width="85mm")
+    assert movie.stem == "field-velocity"
+    if movie.suffix == ".gif":  # without ffmpeg
+        with Image.open(movie) as picture:
+            assert picture.n_frames == 2
+    with pytest.raises(InputError, match="has one frame"):
+        plot(make_run(tmp_path / "still", 2, [scene(0.1, PAIR)]), animate=True)
+
+
+def test_every_picture_of_a_field_is_one_that_overwrite_removes() -> None:
+    assert tuple(FIELDS) == FIELD_NAMES
+
+
+@pytest.mark.parametrize(
+    "liquid", [Polymer("giesekus", 0.1, alpha=0.2, De=0.7), Polymer("fene-p", 0.1, L2=50.0, De=0.7)]
+)
+def test_trace_of_the_conformation_is_that_of_the_stress(liquid: Polymer) -> None:
+    c = np.array([[4.0, 0.3, 1.5, 0.8], [1.0, 0.0, 1.0, 1.0]])
+    assert trace_of(liquid, polymer_stress(liquid, c)) == pytest.approx(c[:, [0, 2, 3]].sum(axis=1), rel=1e-12)
+
+
+def test_page_has_panels_beside_each_other_where_there_is_room() -> None:
+    assert [axis.get_position().x0 > 0.4 for axis in Page(width=170).panels(2)[1]] == [False, True]
+    assert [axis.get_position().x0 > 0.4 for axis in Page(width=85).panels(2)[1]] == [False, False]

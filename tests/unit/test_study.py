@@ -1,4 +1,4 @@
-"""Studies: what their files may hold, orders and extrapolated values, and a whole one on two ranks."""
+"""Study files, observed orders, and extrapolated values."""
 
 from __future__ import annotations
 
@@ -52,10 +52,10 @@ def test_front_holds_what_no_other_beats() -> None:
         ("", ("output.times=[0.005]",)),
     ],
 )
-def test_times_are_said_by_at_alone(entry: str, settings: tuple[str, ...], tmp_path: Path) -> None:
+def test_times_can_only_be_given_by_at(entry: str, settings: tuple[str, ...], tmp_path: Path) -> None:
     path = tmp_path / "study.yaml"
     path.write_text(STUDY.replace("{mesh.Np: 8}", f"{{mesh.Np: 8}}, {entry}" if entry else "{mesh.Np: 8}", 1))
-    with pytest.raises(InputError, match=r"discretisations: output\.times: must be left out: at says it"):
+    with pytest.raises(InputError, match=r"discretisations: output\.times: must be left out: it follows from at"):
         read_study(path, read_yaml(path), settings)
 
 
@@ -80,7 +80,7 @@ def test_discretisation_may_be_repeated_less_often_than_the_others(tmp_path: Pat
         ("colour: red", "colour: got 'red'; unknown key"),
         ("quantity: U_3", "quantity: got 'U_3'; must be one of"),
         ("reference: 4", "index of a discretisation from 0 to 3"),
-        ("reference: 1\nexact: [0.1, 0.2]", "must be left out beside exact"),
+        ("reference: 1\nexact: [0.1, 0.2]", "must be left out if exact is given"),
         ("exact: 0.1", "2 numbers, one for each of at"),
         ("repeat: 0", "repeat: got 0; must be a whole number from 1 to 100"),
         ("exact: [.nan, 0.1]", "2 numbers, one for each of at"),
@@ -98,9 +98,9 @@ def test_wrong_study_is_refused_with_key_and_value(changes: str, message: str, t
     ("entries", "message"),
     [
         ("[{mesh.Np: 8}]", "a list of two or more"),
-        ("[{mesh.Np: 8}, {mesh.Np: 8}]", "1 are like an earlier one"),
+        ("[{mesh.Np: 8}, {mesh.Np: 8}]", "1 are equal to an earlier one"),
         ("[{mesh.Np: 8}, {mesh.Np: 2}]", "mesh.Np: got 2"),
-        ("[{mesh.Np: 8}, {output.times: [0.01]}]", "must be left out: at says it"),
+        ("[{mesh.Np: 8}, {output.times: [0.01]}]", "must be left out: it follows from at"),
         ("[{mesh.Np: 8}, {command: sweep}]", "discretisations[1]: command: got 'sweep'; must be run or curve"),
         ("[{mesh.Np: 8}, {command: curve}]\nover: t", "over: got 't'; must be d"),
     ],
@@ -145,7 +145,7 @@ def test_one_particle_has_no_distances_to_be_compared_at(tmp_path: Path) -> None
     text = "command: curve\nbase: {particles: 1, beta: 0.4, De: 0.5, Ca_e: 0.1}\n"
     text += "discretisations: [{mesh.Np: 8}, {mesh.Np: 10}]\n"
     assert checked(tmp_path, text + "quantity: U_1\n").at == ()
-    with pytest.raises(InputError, match="one particle has no distance"):
+    with pytest.raises(InputError, match="there is only one particle"):
         checked(tmp_path, text + "at: 0.1\n")
 
 
@@ -160,11 +160,11 @@ def test_run_is_read_where_it_passes_a_distance_last() -> None:
 
 
 def leave(folder: Path, name: str, unknowns: int, wall: float, dU: float) -> None:
-    """What a finished run leaves behind, as far as a study reads it."""
+    """Write the files of a finished run that a study reads."""
     (folder / name).mkdir(parents=True)
-    told = {"status": "finished", "reason": "end", "unknowns": unknowns, "steps": 10, "wall_time": wall}
-    told |= {"wall_time_by_phase": {"solve": wall / 2, "other": wall / 2}, "peak_memory": 1000 * unknowns}
-    (folder / name / "run.json").write_text(json.dumps(told))
+    record = {"status": "finished", "reason": "end", "unknowns": unknowns, "steps": 10, "wall_time": wall}
+    record |= {"wall_time_by_phase": {"solve": wall / 2, "other": wall / 2}, "peak_memory": 1000 * unknowns}
+    (folder / name / "run.json").write_text(json.dumps(record))
     header = "t,d,U_L,U_T,dU,D_L,D_T,dp,dp_plus"
     (folder / name / "series.csv").write_text(f"{header}\n0.01,.1,0,0,1.0,0,0,0,0\n0.02,.1,0,0,{dU!r},0,0,0,0\n")
 
@@ -195,12 +195,12 @@ def test_discretisation_that_failed_once_has_no_figures(ending: str, tmp_path: P
         for folder in folders:
             leave(folder, case.folder, n, 1.0, 2 + 30 / n)
     ill = study.cases[1][1].folder
-    told = {"status": "failed", "reason": "mesh_failed", "steps": 3}
+    record = {"status": "failed", "reason": "mesh_failed", "steps": 3}
     if ending == "timeout":
-        told = {"status": "running", "reason": ""}
+        record = {"status": "running", "reason": ""}
         noted = {"folder": ill, "status": "timeout", "reason": "case_timeout"}
         (folders[0] / "sweep.json").write_text(json.dumps({"updated": 0, "cases": [noted]}))
-    (folders[0] / ill / "run.json").write_text(json.dumps(told))
+    (folders[0] / ill / "run.json").write_text(json.dumps(record))
     rows = study_rows(study, folders)
     reason = {"failed": "mesh_failed", "timeout": "case_timeout"}[ending]
     assert [(row["status"], row["reason"]) for row in rows] == [
@@ -230,8 +230,8 @@ def test_hard_cases_are_valid_and_all_different(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("path", sorted((ROOT / "configs" / "accuracy").glob("*.yaml")), ids=lambda path: path.stem)
 def test_shipped_studies_are_valid(path: Path) -> None:
-    told = read_yaml(path)
-    assert len(read_study(path, told).cases) == len(told["discretisations"])
+    record = read_yaml(path)
+    assert len(read_study(path, record).cases) == len(record["discretisations"])
 
 
 @pytest.mark.parametrize("text", examples("how-to/study.md"))

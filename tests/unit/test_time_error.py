@@ -1,4 +1,4 @@
-"""A fixed step is kept or ends the run; time steps that leave more than the accuracy asked for are reported."""
+"""A fixed step is kept or ends the run; time steps with an error above the requested accuracy give a warning."""
 
 from __future__ import annotations
 
@@ -49,21 +49,21 @@ def test_estimate_ignores_jumps_at_remeshings_and_the_first_moment() -> None:
     assert estimate(t * 1e-4, smooth) == 0
 
 
-def test_rounding_of_a_rigid_pair_is_no_error_of_steps() -> None:
+def test_rounding_errors_of_a_rigid_pair_do_not_count() -> None:
     noise = 1e-11 * np.random.default_rng(0).uniform(-1, 1, 50)
     assert estimate(np.arange(1, 51) * 0.1, noise) < 1e-3
 
 
-def test_accuracy_asked_for_is_the_limit() -> None:
+def test_estimated_error_above_the_requested_accuracy_gives_a_warning() -> None:
     assert not long_steps(case_from_dict(KEYS, ""), 0.009)
     (warning,) = long_steps(case_from_dict(KEYS | {"time": {"fixed_step": 0.1}}, ""), 0.24)
-    assert "about 24 % of the largest |dU|, more than accuracy: 1%; a smaller time.fixed_step" in warning
+    assert "24 % of the largest |dU|, more than accuracy: 1%; reduce time.fixed_step" in warning
     assert not long_steps(case_from_dict(KEYS | {"accuracy": "5%"}, ""), 0.04)
     assert "time.tol" in long_steps(case_from_dict(KEYS | {"accuracy": "5%"}, ""), 0.06)[0]
 
 
 def test_record_of_a_finished_run_has_the_warning_too() -> None:
-    """Written again from series.csv where a kill kept run.json from it."""
+    """run.json is written again from series.csv if the run was killed before it was complete."""
     case = case_from_dict(KEYS | {"time": {"fixed_step": 0.1}}, "")
     t = np.arange(1, 11) * 0.1
     series = {"t": t, "d": 0.1 + t, "dU": np.cos(10 * t), "mesh": 0 * t}

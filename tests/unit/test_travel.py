@@ -57,10 +57,10 @@ ZERO = table(0.01 * (D - 0.3), np.full_like(D, 0.01))
 @pytest.mark.parametrize(
     ("start", "stop", "key", "message"),
     [
-        (0.1, 0.5, "--to", r"never reached from d = 0.1: dU = 0 at d = 0.3"),
-        (0.5, 0.1, "--to", r"never reached"),
-        (0.01, 0.1, "--from", "between d = 0.05 and 1"),
-        (0.4, 2.0, "--to", "between d = 0.05 and 1"),
+        (0.1, 0.5, "--to", r"same side of the zeros of dU as 0.1: dU = 0 at d = 0.3"),
+        (0.5, 0.1, "--to", r"same side of the zeros"),
+        (0.01, 0.1, "--from", "between 0.05 and 1"),
+        (0.4, 2.0, "--to", "between 0.05 and 1"),
         (0.4, 0.35, "--to", "the pair separates there"),
         (0.1, 0.2, "--to", "the pair approaches there"),
         (0.4, 0.4, "--to", "must differ"),

@@ -1,4 +1,4 @@
-"""Cases in units become the dimensionless numbers of their definitions; what is wrong with them is said."""
+"""The physical block: dimensionless numbers by their definitions, and input errors."""
 
 from __future__ import annotations
 
@@ -57,13 +57,13 @@ def test_block_becomes_the_numbers_worked_by_hand() -> None:
         ({"viscosity": "1000 cP", "tube": "0.05 mm", "particle": "20 µm"}, {"viscosity": "1 Pa s"}),
     ],
 )
-def test_other_words_for_the_same_bench(changes: dict[str, Any], same: dict[str, Any]) -> None:
+def test_equivalent_inputs_give_the_same_numbers(changes: dict[str, Any], same: dict[str, Any]) -> None:
     one, other = (case_from_dict(bench(**words), "test") for words in (changes, same))
     for name in ("beta", "De", "Ca_e", "d0"):
         assert getattr(one, name) == pytest.approx(getattr(other, name), rel=1e-12)
 
 
-def test_lists_are_one_value_a_particle_and_gap() -> None:
+def test_lists_have_one_value_for_each_particle_and_gap() -> None:
     block = bench(particle=["20 um", "15 um", "20 um"], modulus=["5 kPa", "1 kPa", "5 kPa"], distance=["5 um", "10 um"])
     case = case_from_dict({**block, "particles": 3}, "test")
     assert case.beta == pytest.approx((0.4, 0.3, 0.4))
@@ -87,40 +87,43 @@ WRONG = {
     "no unit": ({"tube": "50"}, "physical.tube: got '50'; has no unit; must be a length"),
     "a bare number": ({"tube": 50}, "physical.tube: got 50; has no unit; must be a length"),
     "unknown unit": ({"tube": "50 foos"}, "physical.tube: got '50 foos'; has the unknown unit foos; must be a length"),
-    "no quantity": ({"tube": "wide"}, "physical.tube: got 'wide'; is no number with a unit"),
+    "no quantity": ({"tube": "wide"}, "physical.tube: got 'wide'; is not a number with a unit"),
     "nonsense": (
         {"tube": "5 ** ) um"},
-        "physical.tube: got '5 ** ) um'; is no number with a unit; must be a length above 0",
+        "physical.tube: got '5 ** ) um'; is not a number with a unit; must be a length above 0",
     ),
-    "another dimension": ({"viscosity": "3 m/s"}, "is not a viscosity but has the unit m/s; must be a viscosity"),
-    "arithmetic": ({"tube": "9**9**9 um"}, "physical.tube: got '9**9**9 um'; is no number with a unit"),
+    "another dimension": ({"viscosity": "3 m/s"}, "got '3 m/s'; has the unit m/s; must be a viscosity"),
+    "arithmetic": ({"tube": "9**9**9 um"}, "physical.tube: got '9**9**9 um'; is not a number with a unit"),
     "broken unit": ({"tube": "5 um**"}, "physical.tube: got '5 um**'; has the unknown unit um**"),
     "half a range": (
         {"distance": {"start": "5 um", "stop": "9 um"}},
-        "num is missing; must be a length above 0 with its unit, such as 50 um, a list of such, or {start: 5 um",
+        "num is missing; must be a length above 0 with its unit, such as 50 um, a list of these, or {start: 5 um",
     ),
     "below zero": ({"modulus": "-5 kPa"}, "physical.modulus: got '-5 kPa'; must be a modulus above 0"),
-    "one of a list": ({"particle": ["20 um", "1 s"]}, "physical.particle[1]: got '1 s'; is not a length"),
+    "one of a list": (
+        {"particle": ["20 um", "1 s"]},
+        "physical.particle[1]: got '1 s'; has the unit s; must be a length",
+    ),
     "misspelt": (
         {"flowrate": "1 ul/min"},
         "physical.flowrate: got '1 ul/min'; unknown key; did you mean physical.flow_rate",
     ),
-    "flow rate and velocity": ({"velocity": "1 mm/s"}, "physical.velocity: got '1 mm/s'; must be left out beside"),
-    "both moduli": ({"young": "1 kPa"}, "physical.young: got '1 kPa'; must be left out beside physical.modulus"),
-    "no flow": ({"flow_rate": None}, "physical.flow_rate: is missing; give it, or physical.velocity"),
-    "no viscosity": ({"viscosity": None}, "physical.viscosity: is missing; physical needs it"),
+    "flow rate and velocity": ({"velocity": "1 mm/s"}, "physical.velocity: got '1 mm/s'; must be left out if"),
+    "both moduli": ({"young": "1 kPa"}, "physical.young: got '1 kPa'; must be left out if physical.modulus is given"),
+    "no flow": ({"flow_rate": None}, "physical.flow_rate: is missing; must be given, or else physical.velocity"),
+    "no viscosity": ({"viscosity": None}, "physical.viscosity: is missing; must be given in physical"),
     "too much solvent": ({"solvent": "2 Pa.s"}, "physical.solvent: got '2 Pa.s'; must be at most physical.viscosity"),
-    "too large": ({"particle": "60 um"}, "physical.particle: got '60 um'; makes beta 1.2, which must be"),
-    "too near": ({"distance": "1 nm"}, "physical.distance: got '1 nm'; makes d0 2e-05, which must be"),
+    "too large": ({"particle": "60 um"}, "physical.particle: got '60 um'; gives beta = 1.2, which must be"),
+    "too near": ({"distance": "1 nm"}, "physical.distance: got '1 nm'; gives d0 = 2e-05, which must be"),
     "no modulus": (
         {"modulus": None},
-        "Ca_e: is missing; 2 particles need it (a number or a list of 2), or physical.mod",
+        "Ca_e: is missing; must be a number or a list of 2, or be given by physical.mod",
     ),
 }
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_wrong_units_are_refused_with_key_value_and_what_must_be(name: str) -> None:
+def test_wrong_units_are_refused_with_key_value_and_what_is_allowed(name: str) -> None:
     changes, message = WRONG[name]
     with pytest.raises(InputError) as caught:
         case_from_dict(bench(**changes), "test")
@@ -128,10 +131,12 @@ def test_wrong_units_are_refused_with_key_value_and_what_must_be(name: str) -> N
     assert message in str(caught.value)
 
 
-def test_a_number_beside_its_units_is_refused_unless_it_agrees() -> None:
+def test_number_that_contradicts_the_physical_block_is_refused() -> None:
     case = case_from_dict(bench(), "test")
     assert case_from_dict({**bench(), "De": case.De, "beta": 0.4}, "test") == case
-    with pytest.raises(InputError, match=r"De: got 0\.5; must be left out, or be 0\.3395, which physical\.relaxation"):
+    with pytest.raises(
+        InputError, match=r"De: got 0\.5; must be left out, or be 0\.3395 as given by physical\.relaxation"
+    ):
         case_from_dict({**bench(), "De": 0.5}, "test")
     with pytest.raises(InputError, match=r"physical\.end: must be left out: this kind of case has no time\.end"):
         curve_from_dict(bench(), "test")
@@ -164,7 +169,7 @@ def test_ranges_of_quantities_may_change_their_unit() -> None:
     assert [si(text, LENGTH) for text in quantity_range({"start": "1 um", "stop": "0.01 mm", "num": 4}, 10)] == (
         pytest.approx([1e-6, 4e-6, 7e-6, 1e-5])
     )
-    with pytest.raises(ValueError, match="different kinds"):
+    with pytest.raises(ValueError, match="same kind"):
         quantity_range({"start": "1 um", "stop": "1 s", "num": 2}, 10)
 
 
@@ -185,9 +190,11 @@ def test_page_has_three_examples() -> None:
 def test_examples_of_the_page_are_those_worked_by_hand(i: int, tmp_path: Path) -> None:
     result = CliRunner().invoke(app, [*shlex.split(EXAMPLES[i])[1:], "-o", str(tmp_path / "case.yaml")])
     assert result.exit_code == 0, result.output
-    told = {line.split()[0]: float(line.split()[1]) for line in result.output.splitlines()[:10] if "beta^2" not in line}
+    printed = {
+        line.split()[0]: float(line.split()[1]) for line in result.output.splitlines()[:10] if "beta^2" not in line
+    }
     U, time, beta, De, Ca_e, Re = (float(value) for value in BY_HAND[i].split("|")[1:])
-    found = (told["velocity"], told["time"], told["beta"], told["De"], told["Ca_e"], told["Re"])
+    found = tuple(printed[name] for name in ("velocity", "time", "beta", "De", "Ca_e", "Re"))
     assert found == pytest.approx((U, time, beta, De, Ca_e, Re), rel=5e-3)
     case = load_case(tmp_path / "case.yaml")
     assert (case.beta, case.De, case.Ca_e) == pytest.approx((beta, De, Ca_e), rel=1e-3)
@@ -196,23 +203,23 @@ def test_examples_of_the_page_are_those_worked_by_hand(i: int, tmp_path: Path) -
 UNITS = ["units", "--tube", "50um", "--particle", "20um", "--viscosity", "1Pa.s"]
 
 
-def test_units_names_the_defaults_that_it_took() -> None:
+def test_units_prints_the_defaults_used() -> None:
     shown = CliRunner().invoke(app, [*UNITS, "--flow", "1ul/min"]).output
-    taken = re.findall("default taken: (.*)", shown)
+    taken = re.findall("default used: (.*)", shown)
     words = ("liquid is Newtonian", "particles are rigid", "d0 = 0.1", "end time: 2", "density: 1000 kg/m^3")
     assert all(word in default for word, default in zip(words, taken, strict=True))
     given = ["--relaxation", "2ms", "--modulus", "5kPa", "--distance", "5um", "--end", "1s", "--density", "1g/ml"]
     shown = CliRunner().invoke(app, [*UNITS, "--flow", "1ul/min", *given, "--solvent", "0.1Pa.s"]).output
-    assert re.findall("default taken: (.*)", shown) == ["liquid: giesekus with alpha = 0.2"]
+    assert re.findall("default used: (.*)", shown) == ["liquid: giesekus with alpha = 0.2"]
 
 
 @pytest.mark.parametrize(
     ("words", "warned"),
     [
         (["--flow", "1ul/min", "--modulus", "5kPa"], ()),
-        (["--flow", "1ul/min", "--modulus", "1kPa"], ("above about 0.15",)),
+        (["--flow", "1ul/min", "--modulus", "1kPa"], ("exceeds about 0.15",)),
         (["--flow", "1ul/min"], ("only inertia",)),
-        (["--flow", "1ml/min", "--modulus", "5MPa"], ("inertia may move",)),
+        (["--flow", "1ml/min", "--modulus", "5MPa"], ("inertia may change",)),
     ],
 )
 def test_units_warns_of_what_the_model_leaves_out(words: list[str], warned: tuple[str, ...]) -> None:
@@ -240,16 +247,16 @@ def test_units_writes_a_case_only_when_asked_and_replaces_none(tmp_path: Path, m
     assert CliRunner().invoke(app, [*words, "--overwrite"]).exit_code == 0
 
 
-def test_block_that_is_none_is_refused() -> None:
+def test_physical_block_must_be_a_group() -> None:
     with pytest.raises(InputError, match=r"physical: got 3; must be a group of keys; allowed: tube, viscosity"):
         case_from_dict({"physical": 3, "De": 0, "beta": 0.4, "Ca_e": 0, "d0": 0.1}, "test")
 
 
-def test_units_tells_mistakes_in_the_words_of_its_options() -> None:
+def test_units_names_its_options_in_error_messages() -> None:
     refused = CliRunner().invoke(app, [*UNITS, "--modulus", "5", "--solvent", "3Pa.s"])
     assert str(refused.exception).splitlines() == [
         "pairsim units: --modulus: got '5'; has no unit; must be a modulus above 0 with its unit, such as 5 kPa",
     ]
     refused = CliRunner().invoke(app, [*UNITS, "--solvent", "3Pa.s"])
-    assert "--flow: is missing; give it, or --velocity" in str(refused.exception)
+    assert "--flow: is missing; must be given, or else --velocity" in str(refused.exception)
     assert "--solvent: got '3Pa.s'; must be at most --viscosity" in str(refused.exception)

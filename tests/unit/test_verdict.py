@@ -1,4 +1,4 @@
-"""How the ends of cases are judged, and the environment that a child process is given."""
+"""Outcomes of cases in child processes, and the environment of these processes."""
 
 from __future__ import annotations
 

@@ -183,7 +183,7 @@ def test_missing_file_and_missing_frame_are_input_errors(folder: Path, tmp_path:
 def test_frames_are_kept_where_there_is_no_room_to_copy_them(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = (folder / "fields.h5").read_bytes()
     monkeypatch.setattr("shutil.disk_usage", lambda path: SimpleNamespace(free=1000))
-    with pytest.raises(OSError, match="No room"):
+    with pytest.raises(OSError, match="No space left"):
         FieldsWriter(folder, keep=1)
     assert (folder / "fields.h5").read_bytes() == before
     monkeypatch.undo()

@@ -1,1 +1,1 @@
-"""Weak forms, one term a function."""
+"""Weak forms; each function returns one term."""

@@ -1,4 +1,8 @@
-"""Evolution of the log-conformation, with streamline-upwind Petrov-Galerkin test functions."""
+"""Evolution of the log-conformation, stabilised by streamline-upwind Petrov-Galerkin (SUPG) test functions.
+
+Equations and references (Fattal and Kupferman 2004; Hulsen, Fattal and Kupferman 2005; Brooks and Hughes 1982) are in
+"Log-conformation", docs/explanation/numerics.md.
+"""
 
 from __future__ import annotations
 
@@ -10,14 +14,26 @@ from pairsim.physics.materials.log_conformation import LogConformation
 
 
 def stress(name: polymer.Name, s: LogConformation, xi: Expr, De: Expr, L2: Expr) -> tuple[Expr, Expr]:
-    """Polymer stress tau = (1 - xi)/De (F c - I): (z, r) block and hoop component."""
+    """Polymer stress tau = (1 - xi)/De (F c - I).
+
+    Returns:
+        The (z, r) block and the hoop component.
+    """
     c, hoop = s.exp(1)
     F = polymer.spring(name, ufl.tr(c) + hoop, L2)
     return (1 - xi) / De * (F * c - ufl.Identity(2)), (1 - xi) / De * (F * hoop - 1)
 
 
 def relaxation(name: polymer.Name, s: LogConformation, alpha: Expr, epsilon: Expr, L2: Expr) -> tuple[Expr, Expr]:
-    """f(s) = -c^-1 g(c) for De c_upper = -g(c): Y [c^-1 - F I - alpha (c - 2 I + c^-1)]."""
+    """Relaxation term of the equation of s = log c.
+
+    A law De (upper-convected derivative of c) = -g(c) relaxes s at the rate f(s)/De with
+
+        f(s) = -c^-1 g(c) = Y [c^-1 - F I - alpha (c - 2 I + c^-1)].
+
+    Returns:
+        The (z, r) block and the hoop component of f(s).
+    """
     (c, hoop), (inverse, inverse_hoop) = s.exp(1), s.exp(-1)
     trace = ufl.tr(c) + hoop
     Y, F = polymer.relaxation(name, trace, epsilon, ufl.exp), polymer.spring(name, trace, L2)
@@ -34,15 +50,24 @@ def residual(
     relaxed: tuple[Expr, Expr],
     De: Expr,
 ) -> tuple[Expr, Expr]:
-    """Strong residual of s: Ds/Dt - (W s - s W) - 2 e - 2 h [y e' - (e : s') s'/2] - f/De, and its hoop component.
+    """Strong residual of the equation of s = log c.
+
+    In the (z, r) plane, with the symmetric part e and the skew part W of the velocity gradient and deviators s' and e',
+
+        r = Ds/Dt - (W s - s W) - 2 e - 2 theta(y) [y e' - (e : s') s'/2] - f/De,    y = s' : s'/2,
+
+    and r_tt = Ds_tt/Dt - 2 u_r/R - f_tt/De in the hoop direction.
 
     Args:
         kin: Current configuration.
         s: Log-conformation.
-        rate: Material derivative of s, block and hoop.
+        rate: Material derivative Ds/Dt, block and hoop component.
         u: Velocity.
-        relaxed: f(s), block and hoop.
+        relaxed: f(s) from `relaxation`, block and hoop component.
         De: Deborah number.
+
+    Returns:
+        The (z, r) block and the hoop component of r.
     """
     L = kin.grad(u)
     e, W = ufl.sym(L), ufl.skew(L)
@@ -56,7 +81,16 @@ def residual(
 
 
 def upwind_time(mesh: ufl.Mesh, v: Expr, De: Expr, scale: float) -> Expr:
-    """Intrinsic time of SUPG: scale h/(2 |v|), bounded by scale De; it knows nothing of the time step."""
+    """Stabilisation parameter of SUPG, tau = scale [(2 |v|/h)^2 + 1/De^2]^(-1/2) (Shakib, Hughes and Johan 1991).
+
+    It does not contain the time step, so that time-dependent and quasi-steady solutions have the same discretisation.
+
+    Args:
+        mesh: Mesh; h is the square root of twice the area of a cell.
+        v: Velocity relative to the mesh.
+        De: Deborah number.
+        scale: Dimensionless factor.
+    """
     h = ufl.sqrt(abs(ufl.JacobianDeterminant(mesh)))
     return scale / ufl.sqrt(4 * ufl.inner(v, v) / h**2 + 1 / De**2)
 
@@ -64,7 +98,16 @@ def upwind_time(mesh: ufl.Mesh, v: Expr, De: Expr, scale: float) -> Expr:
 def constitutive(
     kin: Kinematics, strong: tuple[Expr, Expr], test: Expr, v: Expr, time: Expr, dX: ufl.Measure
 ) -> ufl.Form:
-    """Weak form: int (S + time v . grad_x S) : r 2 pi R J dX, all of the strong residual r in both parts."""
+    """Weak form of the equation of s: int (S + time v . grad_x S) : r 2 pi R J dX.
+
+    Args:
+        kin: Current configuration.
+        strong: Strong residual r from `residual`, block and hoop component.
+        test: Test function S with components (zz, zr, rr, tt).
+        v: Velocity relative to the mesh.
+        time: Stabilisation parameter from `upwind_time`.
+        dX: Measure on the reference domain.
+    """
     upwinded = test + time * ufl.dot(kin.grad(test), v)
     S = LogConformation.of(upwinded)
     return (ufl.inner(S.block, strong[0]) + S.hoop * strong[1]) * kin.volume * dX

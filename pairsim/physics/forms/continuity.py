@@ -8,10 +8,17 @@ from pairsim.physics.kinematics import Expr, Kinematics
 
 
 def liquid(kin: Kinematics, u: Expr, q: Expr, dX: ufl.Measure) -> ufl.Form:
-    """Continuity of the liquid, Eq. (1): -int q div_x u 2 pi R J dX (the transpose of the pressure's work)."""
+    """Continuity of the liquid, div u = 0, Eq. (1) of the paper.
+
+    Weak form: -int q div_x u 2 pi R J dX. The sign makes it the transpose of the pressure term of `momentum`.
+    """
     return -q * kin.div(u) * kin.volume * dX
 
 
 def solid(kin: Kinematics, q: Expr, dX: ufl.Measure) -> ufl.Form:
-    """Incompressibility of a solid: -int q (J R/r - 1) 2 pi r dX; q = 1 keeps the particle's volume exactly."""
+    """Incompressibility of a solid, J R/r = 1.
+
+    Weak form: -int q (J R/r - 1) 2 pi r dX. With the constant test function q = 1 it conserves the volume of a particle
+    exactly.
+    """
     return -q * (kin.J * kin.hoop - 1) * kin.reference_volume * dX

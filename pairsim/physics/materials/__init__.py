@@ -1,1 +1,1 @@
-"""Constitutive laws: pure UFL, without state, each stress as its (z, r) block and its hoop component."""
+"""Constitutive laws as UFL expressions without state; a stress is a (z, r) block and a hoop component."""

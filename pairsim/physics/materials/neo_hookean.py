@@ -1,4 +1,4 @@
-"""Incompressible neo-Hookean solid: the exact integral of the paper's Eq. (7) from a stress-free start."""
+"""Incompressible neo-Hookean solid: the exact time integral of Eq. (7) of the paper from a stress-free state."""
 
 from __future__ import annotations
 
@@ -9,6 +9,10 @@ from pairsim.physics.kinematics import Expr, Kinematics
 
 def extra_stress(kin: Kinematics, Ca_e: Expr) -> tuple[Expr, Expr]:
     """Elastic stress (B - I)/Ca_e with B = F F^T, in units of eta_0 U_av/D_c.
+
+    Args:
+        kin: Current configuration.
+        Ca_e: Elastic capillary number.
 
     Returns:
         The (z, r) block and the hoop component ((R/r)^2 - 1)/Ca_e.

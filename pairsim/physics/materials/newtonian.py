@@ -1,4 +1,4 @@
-"""Newtonian liquid: extra stress 2 mu e(u), Eq. (4) of the paper without the polymer part."""
+"""Newtonian liquid: extra stress 2 mu e(u), Eq. (4) of the paper without the polymer stress."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def extra_stress(kin: Kinematics, u: Expr, viscosity: float) -> tuple[Expr, Expr
     Args:
         kin: Current configuration.
         u: Velocity (z, r).
-        viscosity: Viscosity over eta_0: 1 in a Newtonian liquid.
+        viscosity: Viscosity mu divided by eta_0: 1 for a Newtonian liquid, xi for the solvent of a viscoelastic one.
 
     Returns:
         The (z, r) block 2 mu e(u) and the hoop component 2 mu u_r/R.

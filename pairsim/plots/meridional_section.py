@@ -72,14 +72,10 @@ def tessellate(frame: FieldFrame, chosen: NDArray[np.bool_], values: Array, leve
     return Surface(points, (triangles + starts).reshape(-1, 3), (values[cells] @ shapes.T).ravel())
 
 
-def outlines(frame: FieldFrame, pieces: int = 6) -> list[Array]:
-    """The surface of each particle from one pole to the other, from upstream: polylines (k, 2).
+def surface_nodes(frame: FieldFrame) -> list[NDArray[np.int64]]:
+    """The edges of the liquid's cells on each particle: (first, last, middle node), (k, 3), from pole to pole.
 
-    They are read off the liquid, so that rigid particles, which have no cells, have one too.
-
-    Args:
-        frame: The frame.
-        pieces: Straight pieces that an edge of a cell is divided into.
+    They are read off the liquid, so that rigid particles, which have no cells, have them too.
     """
     cells = frame.cells[frame.region == 0]
     edges = np.vstack([cells[:, edge] for edge in EDGES[frame.cells.shape[1]]])
@@ -87,10 +83,19 @@ def outlines(frame: FieldFrame, pieces: int = 6) -> list[Array]:
     edges = edges[first[count == 1]]
     edges = edges[(np.abs(frame.points[edges, 1]) > ON_AXIS).any(axis=1)]
     wall = float(frame.points[edges, 1].max(initial=0.0))
-    arcs = [arc for arc in _chains(edges) if frame.points[arc, 1].max() < (1 - 1e-6) * wall]
+    return [arc for arc in _chains(edges) if frame.points[arc, 1].max() < (1 - 1e-6) * wall]
+
+
+def outlines(frame: FieldFrame, pieces: int = 6) -> list[Array]:
+    """The surface of each particle from one pole to the other, from upstream: polylines (k, 2).
+
+    Args:
+        frame: The frame.
+        pieces: Straight pieces that an edge of a cell is divided into.
+    """
     shapes = _line(np.linspace(0, 1, pieces + 1)[:-1])
     found = []
-    for arc in arcs:
+    for arc in surface_nodes(frame):
         line = np.einsum("sa,mai->msi", shapes, frame.points[arc]).reshape(-1, 2)
         line = np.vstack([line, frame.points[arc[-1, 1]]])
         found.append(line if line[0, 0] <= line[-1, 0] else line[::-1])

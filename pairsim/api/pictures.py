@@ -1,0 +1,80 @@
+"""Pictures of any folder of results, and of several runs or curves in one: `plot`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from os import PathLike
+from pathlib import Path
+
+from pairsim.plots.critical import draw_critical
+from pairsim.plots.curves import draw_curve
+from pairsim.plots.fields import animate as make_animation
+from pairsim.plots.fields import draw_fields
+from pairsim.plots.overlay import overlay
+from pairsim.plots.series import draw_series
+from pairsim.plots.style import Page
+from pairsim.results.folders import kind_of
+from pairsim.runtime.errors import InputError
+from pairsim.sweeps.study_plots import plot_study
+from pairsim.sweeps.sweep_plots import plot_sweep
+
+
+def plot(
+    *folders: str | PathLike[str],
+    out: str | PathLike[str] | None = None,
+    formats: str | Sequence[str] = "png",
+    width: str | float = 170.0,
+    group: str | None = None,
+    panels: str | None = None,
+    field: str | None = None,
+    animate: bool = False,
+) -> list[Path]:
+    """Draw what a folder holds, or lay several runs or several curves over each other.
+
+    Args:
+        folders: One folder of any command, or several of runs or of curves.
+        out: Where the pictures go: the folder itself by default; several folders need it.
+        formats: "png", "pdf", "svg", or several of them.
+        width: Of the pictures, such as "85mm"; a number is in mm.
+        group: Parameter that chooses the colours, of a sweep or of several folders.
+        panels: Parameter whose values have a panel each, of a sweep or of several folders.
+        field: Fields of a run or a curve to draw, separated by commas, or "all"; nothing else is drawn then.
+        animate: Make a run's fields, or a curve's, an animation; nothing else is drawn then.
+
+    Returns:
+        The files written.
+
+    Raises:
+        InputError: A folder holds no results, there is nothing to draw yet, or an option is wrong or does not fit.
+    """
+    if not folders:
+        raise InputError("pairsim plot", "", None, "must name a folder of results")
+    places, page = [Path(folder) for folder in folders], Page.parse(formats, width)
+    target = Path(out) if out is not None else places[0]
+    if len(places) > 1:
+        if out is None:
+            raise InputError("pairsim plot", "-o", None, "must name a folder for the picture of several folders")
+        if field is not None or animate:
+            raise InputError("pairsim plot", "--field, --animate", None, "must be left out with several folders")
+        return overlay(places, target, page, group, panels)
+    (directory,), kind = places, kind_of(places[0])
+    for option, key in (("--group", group), ("--panels", panels)):
+        if key is not None and kind != "sweep":
+            allowed = f"must be left out: it goes with a sweep or several folders, {directory} holds a {kind}"
+            raise InputError(option, "", key, allowed)
+    if kind not in ("run", "curve") and (field is not None or animate):
+        option, value = ("--field", field) if field is not None else ("--animate", None)
+        raise InputError(option, "", value, f"must be left out: it goes with a run or a curve, not with a {kind}")
+    if animate:
+        return make_animation(directory, target, page, curve=kind == "curve", field=field)
+    if field is not None:
+        return draw_fields(directory, target, page, curve=kind == "curve", field=field)
+    if kind == "sweep":
+        return plot_sweep(directory, target, group, page, panels)
+    if kind == "study":
+        return plot_study(directory, target, page)
+    if kind == "critical":
+        return draw_critical(directory, target, page)
+    if kind == "curve":
+        return [*draw_curve(directory, target, page), *draw_fields(directory, target, page, curve=True)]
+    return [*draw_series(directory, target, page), *draw_fields(directory, target, page, curve=False)]

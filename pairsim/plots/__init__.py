@@ -1,0 +1,1 @@
+"""Pictures of results, fit for print, drawn from the folders alone."""

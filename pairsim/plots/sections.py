@@ -1,0 +1,210 @@
+"""The meridional section around the particles: any field, its colours and what is drawn over them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, MaxNLocator, StrMethodFormatter
+from matplotlib.tri import Triangulation
+from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
+from scipy.interpolate import LinearNDInterpolator
+
+from pairsim.plots.field_values import Field, particle_velocity
+from pairsim.plots.meridional_section import outlines, tessellate
+from pairsim.plots.style import DIVERGING, GREY, SEQUENTIAL, Page
+from pairsim.results.columns import LENGTH
+from pairsim.results.xdmf import FieldFrame
+from pairsim.runtime.arrays import Array
+
+LEAST_HALF = 0.75  # half the length of tube that is seen, at least
+OUTLIERS = 0.995  # part of the values that a scale covers: stresses peak at the poles
+STEEP = 30.0  # ratio of the values of a positive field from which its scale is logarithmic
+GRID = 361, 91  # points along the tube and across half of it, for streamlines
+INWARD, OUTWARD = 7, 9  # streamlines that go with the particles or faster, and slower
+
+
+@dataclass(frozen=True)
+class View:
+    """What is seen of one frame.
+
+    Attributes:
+        frame: The frame.
+        window: z from and to, r from and to.
+        particles: Their closed outlines.
+        wall: Radius of the tube.
+    """
+
+    frame: FieldFrame
+    window: tuple[float, float, float, float]
+    particles: tuple[Array, ...]
+    wall: float
+
+    def seen(self, solid: bool) -> NDArray[np.bool_]:
+        """The cells of the liquid or of the particles in the window."""
+        z = self.frame.points[self.frame.cells, 0]
+        inside = (z.max(axis=1) > self.window[0]) & (z.min(axis=1) < self.window[1])
+        return np.asarray(inside & ((self.frame.region > 0) == solid))
+
+
+@dataclass(frozen=True)
+class Layer:
+    """Values in the liquid or in the particles of each view, with their colours.
+
+    Attributes:
+        values: At the nodes of each view's frame.
+        label: Of the colour bar.
+        liquid, solid: Where it is drawn.
+        diverging: Whether colours are centred on zero.
+        lines: Whether streamlines are drawn over it.
+    """
+
+    values: Sequence[Array]
+    label: str
+    liquid: bool
+    solid: bool
+    diverging: bool
+    lines: bool = False
+
+
+def views_of(frames: Sequence[FieldFrame]) -> list[View]:
+    """Windows of one length, each centred on the particles of its frame."""
+    arcs = [outlines(frame) for frame in frames]
+    ranges = []
+    for frame, lines in zip(frames, arcs, strict=True):
+        z = np.concatenate([line[:, 0] for line in lines]) if lines else np.array([frame.points[:, 0].mean()])
+        margin = max((float(np.ptp(line[:, 0])) for line in lines), default=1.0)
+        ranges.append((float(z.min()) - margin, float(z.max()) + margin))
+    half = max(LEAST_HALF, *((high - low) / 2 for low, high in ranges))
+    views = []
+    for frame, lines, (low, high) in zip(frames, arcs, ranges, strict=True):
+        wall = float(frame.points[:, 1].max())
+        window = ((low + high) / 2 - half, (low + high) / 2 + half, -1.04 * wall, 1.04 * wall)
+        closed = tuple(np.vstack([line, (line * [1, -1])[::-1]]) for line in lines)
+        views.append(View(frame, window, closed, wall))
+    return views
+
+
+def layer_of(name: str, field: Field, views: Sequence[View], case: Mapping[str, Any]) -> Layer:
+    """A field as a layer, in the liquid and, where they have it, in the particles."""
+    data = views[-1].frame.point_data
+    liquid = not field.liquid or field.liquid in data
+    solid = field.solid is not None and field.solid in data
+    values = [field.values(view.frame, case) for view in views]
+    return Layer(values, field.label, liquid, solid, field.diverging, lines=name == "streamlines")
+
+
+def scale_of(layer: Layer, views: Sequence[View]) -> ScalarMappable:
+    """Colours of a layer, the same in all views; outliers do not set the range."""
+    found = []
+    for view, values in zip(views, layer.values, strict=True):
+        for solid, drawn in ((False, layer.liquid), (True, layer.solid)):
+            if drawn and (chosen := view.seen(solid)).any():
+                found.append(values[view.frame.cells[chosen]].ravel())
+    every = np.concatenate(found) if found else np.zeros(1)
+    if layer.diverging:
+        reach = float(np.quantile(np.abs(every), OUTLIERS)) or 1.0
+        return ScalarMappable(Normalize(-reach, reach), DIVERGING)
+    low, high = float(every.min()), float(np.quantile(every, OUTLIERS))
+    high = high if high > low else low + 1.0
+    norm = LogNorm(low, high) if low > 0 and high / low > STEEP else Normalize(low, high)
+    return ScalarMappable(norm, SEQUENTIAL)
+
+
+def draw_view(axis: Axes, view: View, place: int, layers: Sequence[tuple[Layer, ScalarMappable]]) -> None:
+    """One view: colours between the nodes are interpolated; particles without colours are grey.
+
+    Args:
+        axis: The panel.
+        view: What is seen.
+        place: Number of the view among those of the layers.
+        layers: With their colours.
+    """
+    coloured = False
+    for layer, scale in layers:
+        for solid, drawn in ((False, layer.liquid), (True, layer.solid)):
+            if not drawn or not (chosen := view.seen(solid)).any():
+                continue
+            coloured |= solid
+            part = tessellate(view.frame, chosen, layer.values[place]).mirrored()
+            look: Any = {"cmap": scale.cmap, "norm": scale.norm, "rasterized": True, "zorder": 1}
+            mesh = Triangulation(part.points[:, 0], part.points[:, 1], part.triangles)
+            axis.tripcolor(mesh, part.values, shading="gouraud", **look)
+        if layer.lines:
+            _streamlines(axis, view)
+    for line in view.particles:
+        if not coloured:
+            axis.fill(*line.T, color=GREY, linewidth=0, zorder=2)
+        axis.plot(*line.T, color="black", linewidth=0.7, zorder=3)
+    for r in (view.wall, -view.wall):
+        axis.plot(view.window[:2], [r, r], color="black", linewidth=0.9, zorder=3)
+    axis.set(xlim=view.window[:2], ylim=view.window[2:], aspect="equal", ylabel=rf"$r\ [{LENGTH}]$")
+    axis.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+    axis.set_yticks([-0.5, 0.0, 0.5])
+    axis.grid(visible=False)
+
+
+def _streamlines(axis: Axes, view: View) -> None:
+    """Contours of the stream function psi, d psi/dr = r (u_z - U), in the frame of the particles."""
+    points, first = np.unique(view.frame.points.round(9), axis=0, return_index=True)
+    z, r = np.linspace(*view.window[:2], GRID[0]), np.linspace(0, view.wall, GRID[1])
+    velocity = view.frame.point_data["velocity"][first, 0] - particle_velocity(view.frame)
+    # The velocity is continuous, and that of a rigid particle the same all along its surface: cells are not needed.
+    u = LinearNDInterpolator(points, velocity)(*np.meshgrid(z, r))
+    psi = cumulative_trapezoid(np.nan_to_num(u) * r[:, None], r, axis=0, initial=0)
+    low, high = min(float(psi.min()), 0.0), max(float(psi.max()), 0.0)
+    slow, fast = (np.linspace(0, 1, count + 1)[1:-1] for count in (OUTWARD, INWARD))
+    levels = np.unique(np.concatenate([low * slow[::-1], [0.0] if high > 0 > low else [], high * fast**2]))
+    look: dict[str, Any] = {"colors": "black", "linewidths": 0.45, "linestyles": "solid", "zorder": 1.5}
+    for side in (1, -1):
+        axis.contour(z, side * r, psi, levels=levels, **look)
+
+
+def view_height(page: Page, view: View) -> float:
+    """Height of a view without its labels, in mm."""
+    z_min, z_max, r_min, r_max = view.window
+    return (page.width - 12) * (r_max - r_min) / (z_max - z_min)
+
+
+def bar_height(page: Page) -> float:
+    """Height that a colour bar takes with its labels, in mm."""
+    return 9.5 + 0.04 * page.width
+
+
+def draw_sections(page: Page, views: Sequence[View], layers: Sequence[Layer], titles: Sequence[str]) -> Figure:
+    """Views below each other, with a colour bar for each layer.
+
+    Args:
+        page: What they are drawn for.
+        views: At least one.
+        layers: What is drawn in them.
+        titles: One a view.
+    """
+    figure = page.figure((view_height(page, views[0]) + 6.5) * len(views) + bar_height(page) * len(layers) + 12)
+    axes = list(figure.subplots(len(views), 1, squeeze=False)[:, 0])
+    scaled = [(layer, scale_of(layer, views)) for layer in layers]
+    for place, (axis, view, title) in enumerate(zip(axes, views, titles, strict=True)):
+        draw_view(axis, view, place, scaled)
+        axis.set_title(title)
+    axes[-1].set_xlabel(rf"$z\ [{LENGTH}]$")
+    for layer, scale in scaled:
+        add_bar(figure, axes, layer, scale)
+    return figure
+
+
+def add_bar(figure: Figure, axes: Sequence[Axes], layer: Layer, scale: ScalarMappable) -> None:
+    """A colour bar below the views, with few ticks."""
+    bar = figure.colorbar(scale, ax=list(axes), location="bottom", aspect=40, shrink=0.9, pad=0.02, label=layer.label)
+    logarithmic = isinstance(scale.norm, LogNorm)
+    bar.locator = LogLocator(subs=(1, 2, 5)) if logarithmic else MaxNLocator(6)
+    if logarithmic:
+        bar.formatter = StrMethodFormatter("{x:g}")
+        bar.minorticks_off()
+    bar.update_ticks()

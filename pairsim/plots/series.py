@@ -1,0 +1,62 @@
+"""The time series of one run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+
+from pairsim.plots.labels import axis_label, case_parts, finish, read_case
+from pairsim.plots.style import LINES, Page, printing, small_print
+from pairsim.results.columns import column, relative_velocities
+from pairsim.results.output import SERIES, read_series
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import InputError
+
+
+@printing()
+def draw_series(directory: Path, out: Path, page: Page) -> list[Path]:
+    """Draw `series`: relative velocities (or velocities, or the pressure drop) and D over time, and dU over d.
+
+    Args:
+        directory: Folder of a run, finished or not.
+        out: Folder of the pictures.
+        page: What they are drawn for.
+
+    Raises:
+        InputError: The folder is not that of a run, or holds no row yet.
+    """
+    if not (directory / SERIES).is_file():
+        raise InputError(str(directory), "", None, f"is not the folder of a run that has begun: it has no {SERIES}")
+    series = read_series(directory / SERIES)
+    if "t" not in series or not len(series["t"]):
+        raise InputError(str(directory / SERIES), "", None, "has no rows yet; wait for the first step")
+
+    def of(prefix: str) -> list[str]:
+        return [name for name in series if name == prefix or name.startswith(prefix + "_")]
+
+    relative = relative_velocities(series)
+    panels = [(["t"], relative or of("U") or ["dp"])]
+    if shapes := of("D"):
+        panels.append((["t"], shapes))
+    if relative:
+        panels.append(([f"d{name.removeprefix('dU')}" for name in relative], relative))
+    figure, axes = (page if len(panels) > 1 else page.alone()).panels(len(panels), height=48)
+    for axis, (against, names) in zip(axes, panels, strict=True):
+        for i, name in enumerate(names):
+            x = against[min(i, len(against) - 1)]
+            label = f"${column(name).symbol}$" if against == ["t"] else f"${column(name).symbol}({column(x).symbol})$"
+            _line(axis, series[x], series[name], i, label)
+        finish(axis, axis_label(against), axis_label(names), [series[name] for name in names])
+        axis.xaxis.set_major_locator(MaxNLocator(5))
+        axis.yaxis.set_major_locator(MaxNLocator(6))
+        if len(names) > 1:
+            axis.legend(ncols=1 if len(names) < 5 else 2)
+    small_print(figure, case_parts(read_case(directory / "case.yaml")))
+    return page.save(figure, out, "series")
+
+
+def _line(axis: Axes, x: Array, y: Array, place: int, label: str) -> None:
+    style = LINES[place % len(LINES)]
+    axis.plot(x, y, linestyle=style, marker="o" if len(x) == 1 else "", label=label)

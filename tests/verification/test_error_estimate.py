@@ -1,0 +1,143 @@
+"""The adjoint estimate of the discretisation error: its parts against what they are exact for, and against errors."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from pairsim.config.case_file import curve_from_dict
+from pairsim.drivers.problems import steady_problem
+from pairsim.fem.diagnostics import Observation
+from pairsim.fem.enriched_residual import EnrichedResidual, nodes_of
+from pairsim.fem.enrichment import WIDE
+from pairsim.fem.patch_recovery import PatchRecovery
+from pairsim.fem.six_node_mesh import shape_values
+from pairsim.results.output import read_series
+from pairsim.solvers.branch import walked
+from pairsim.solvers.error_estimate import ErrorEstimate, ErrorEstimator
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady import Steady
+
+NEWTONIAN = {"beta": 0.4, "De": 0}
+CLOSE = NEWTONIAN | {"Ca_e": 0.1, "d": (0.1,)}
+APART = NEWTONIAN | {"Ca_e": 0.02, "d": (0.3,)}
+RIGID = NEWTONIAN | {"Ca_e": 0, "d": (0.1,)}
+SINGLE = {"particles": 1, "beta": 0.4, "De": 1, "Ca_e": 0}
+
+
+def scene_of(keys: dict[str, object], **mesh: float) -> Steady:
+    """The solution of the first place of a case with developed ends."""
+    case = curve_from_dict({"ends": "developed", "length": 5.0, "mesh": mesh, **keys}, "test")
+    start = Parameters(case.places[0], case.Ca_es, case.De)
+    return walked(MPI.COMM_WORLD, steady_problem(case, min(case.places[0], default=np.inf)), start)
+
+
+def solved(keys: dict[str, object], **mesh: float) -> tuple[Observation, ErrorEstimate]:
+    """What is read off the solution, and the estimate of its errors."""
+    scene = scene_of(keys, **mesh)
+    scene.factor()
+    estimate = ErrorEstimator().estimate(scene)
+    observation = scene.observe()
+    scene.close()
+    return observation, estimate
+
+
+@cache
+def scene_mesh() -> Steady:
+    return scene_of(RIGID, Np=10)
+
+
+@pytest.mark.parametrize("degree", [2, 3])
+def test_recovery_reproduces_polynomials(degree: int) -> None:
+    """Fields even and odd in r of the degree that is fitted come back, to rounding, from their nodal values."""
+    mesh = scene_mesh().scene.liquid.six_node_mesh
+    recovery, points = PatchRecovery(mesh, degree, WIDE[degree]), nodes_of(degree)
+    barycentric = np.column_stack([1 - points.sum(axis=1), points])
+    x = np.einsum("qa,mak->mqk", shape_values(points), mesh.points[mesh.cells])
+    for odd in (False, True):
+
+        def field(at: np.ndarray, odd: bool = odd) -> np.ndarray:
+            z, r = at[..., 0], at[..., 1]
+            even = 0.3 + z - z**2 + 2 * r**2 + (degree == 3) * (z**3 - z * r**2)
+            return np.asarray(r * (1 - z + (degree == 3) * (z**2 + r**2)) if odd else even)
+
+        fitted = recovery.coefficients(field(mesh.points)[:, None], odd)
+        found = recovery.blended(fitted, mesh.cells[:, :3], barycentric, x)[..., 0]
+        assert np.abs(found - field(x)).max() < 1e-8
+
+
+def test_enriched_residual_holds_the_discrete_one() -> None:
+    """Tested with a function of the discrete space it is the residual that Newton's method makes vanish."""
+    scene = scene_mesh().scene
+    phase, random = scene.liquid, np.random.default_rng(1)
+    nodes = phase.six_node_mesh.points
+    smooth = np.zeros(phase.size)
+    for c in range(2):
+        smooth[phase.index("u", np.arange(len(nodes)), c)] = np.sin(nodes @ random.uniform(-2, 2, 2) + c)
+    phase.set(smooth)
+    enriched = EnrichedResidual(phase)
+    test = np.cos(nodes @ [1.0, 2.0]) * nodes[:, 1]
+    points = nodes_of(3)
+    values = np.einsum("qa,ma->mq", shape_values(points), test[enriched.cells])
+    expected = phase.residual()[phase.index("u", np.arange(len(nodes)), 0)] @ test
+    # The two differ by their quadrature only.
+    assert np.einsum("mq,mq->", enriched.assemble()["u"][..., 0], values) == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("keys", [CLOSE, APART], ids=["close", "apart"])
+def test_effectivity_of_soft_pairs(keys: dict[str, object]) -> None:
+    """Sign and size of the error of dU, against cells that leave less than a tenth of it."""
+    reference, _ = solved(keys, Np=56)
+    for Np in (20, 28):
+        found, estimate = solved(keys, Np=Np)
+        error = (reference.dU - found.dU)[0]
+        assert 0.5 < estimate.dU[0] / error < 1.6
+        assert abs(estimate.newton_dU[0]) < 1e-3 * abs(error)
+
+
+def test_rigid_pair() -> None:
+    """A linear problem: errors of U and their estimates fall with h alike; dU has none by symmetry."""
+    reference, last = solved(RIGID, Np=56)
+    errors, estimates = [], []
+    for Np in (10, 14, 20, 28):
+        found, estimate = solved(RIGID, Np=Np)
+        assert estimate.dU_error[0] < 1e-13
+        assert last.dp_plus is not None
+        assert estimate.dp_plus is not None
+        errors.append([(reference.U + last.U - found.U)[0], reference.dp_plus + last.dp_plus - found.dp_plus])
+        estimates.append([estimate.U[0], estimate.dp_plus])
+    ratios = np.array(estimates) / errors
+    assert ratios.min() > 0.7
+    assert ratios.max() < 1.5
+    orders = [np.polyfit(np.log([10, 14, 20, 28]), np.log(np.abs(values)), 1)[0] for values in (errors, estimates)]
+    assert (orders[0] < -3).all()
+    assert orders[1] == pytest.approx(orders[0], abs=0.5)
+
+
+def test_flow_rate_of_interpolated_ends() -> None:
+    """In a viscoelastic liquid the ends carry a flow rate that is off, of which the residual knows nothing."""
+    reference, last = solved(SINGLE, Np=28, max_size=0.05, rows=0.5)
+    found, estimate = solved(SINGLE, Np=14, max_size=0.1, rows=0.5)
+    assert 0.5 < estimate.U[0] / (reference.U + last.U - found.U)[0] < 1.6
+
+
+def test_estimates_do_not_depend_on_the_number_of_processes(  # type: ignore[no-untyped-def]
+    pairsim, tmp_path: Path
+) -> None:
+    """Soft and rigid, with all that the tables say of the error, on one and on two processes."""
+    keys = "beta: 0.4\nDe: 0.5\nCa_e: [0.05, 0]\nends: developed\nlength: 4\nd: [0.3]\nmesh: {Np: 8, max_size: 0.1}\n"
+    (tmp_path / "case.yaml").write_text(keys)
+    tables = []
+    for ranks in (1, 2):
+        done = pairsim("curve", "case.yaml", "-o", f"out{ranks}", ranks=ranks)
+        assert done.returncode == 0, done.stderr
+        tables.append(read_series(tmp_path / f"out{ranks}" / "curve.csv"))
+    one, two = tables
+    for name in ("dU_correction", "dU_error", "U_correction_L", "U_correction_T"):
+        assert one[name][0] != 0
+        assert two[name][0] == pytest.approx(one[name][0], rel=1e-5)
+    assert one["dU_correction"][0] == pytest.approx(one["U_correction_L"][0] - one["U_correction_T"][0], rel=1e-9)
