@@ -153,9 +153,7 @@ MISTAKES = {
     "picture of an empty folder": line("plot folder", "folder: must be a folder of results, but is empty"),
     "picture of something else": line("plot full", "full: must be a folder of results, but has none"),
     "picture of the folder above": line("plot .", "must be a folder of results", "results in its folders ran"),
-    "colours of a run": line(
-        "plot ran --group Ca_e", "--group: got 'Ca_e'; must be left out", "ran is a folder of `pairsim run`"
-    ),
+    "colours of a run": line("plot ran --group Ca_e", "--group: got 'Ca_e'; must be left out", "ran holds a run"),
     "status of nothing": line("status nowhere", "nowhere: no such folder"),
     "status of something else": line("status full", "full: must be a folder of results, but has none"),
     "case into a missing folder": line(
