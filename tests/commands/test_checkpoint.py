@@ -62,7 +62,7 @@ def soft(**changes: Any) -> Case:
 
 
 def run(case: Case, folder: Path, reporter: Reporter | None = None, *, resume: bool = False) -> pairsim.RunResult:
-    """Run or continue a case with the signal handlers of the command line; what is told goes to the reporter."""
+    """Run or continue a case with the signal handlers of the command line; messages go to the reporter."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("pairsim.api.compute.make_reporter", lambda *_: reporter or Reporter())
         return pairsim.run(case, folder=folder, resume=resume, signals=True)
@@ -122,7 +122,7 @@ def test_a_finished_run_has_nothing_to_do(stopped: tuple[Case, Path, Path]) -> N
     before = {path.name: path.read_bytes() for path in cut.iterdir()}
     show = Stops()
     assert run(case, cut, show, resume=True).status == "finished"
-    assert show.told.startswith("nothing to do: finished at t = 0.02")
+    assert show.messages.startswith("nothing to do: finished at t = 0.02")
     assert {path.name: path.read_bytes() for path in cut.iterdir()} == before
 
 

@@ -250,4 +250,4 @@ def test_a_change_of_sign_between_two_meshes_is_no_zero_and_is_told() -> None:
     result = pairsim.curve(PAIR, mesh={"Np": 10, "max_size": 0.2}, tol=1, d=[0.7, 0.8]).check()
     assert result.table["dU"].iloc[0] > 0 > result.table["dU"].iloc[-1]
     assert len(result.zeros) == 0
-    assert sum("within the error of the mesh" in warning for warning in result.warnings) == 1
+    assert sum("uncertain by the mesh error" in warning for warning in result.warnings) == 1

@@ -29,14 +29,14 @@ def test_every_computation_tells_of_a_short_tube(
     """With 2.4 D_c dU is 16 % (developed ends) and 44 % (periodic ends) off at De 2."""
     mesh = {"Np": 8, "max_size": 0.25, "rows": 0.5}
     result = compute({"beta": 0.4, "De": 2, "Ca_e": 0, "ends": ends, "length": 2.4, "mesh": mesh}, **place).check()
-    assert sum("the ends act on them" in warning for warning in result.warnings) == 1
+    assert sum("the ends affect dU" in warning for warning in result.warnings) == 1
 
 
 def test_pair_that_outgrows_its_tube_ends_typed() -> None:
     pair = {"beta": [0.4, 0.3], "De": 0, "Ca_e": 0, "d0": 0.1, "ends": "developed", "length": 1.95, "mesh": {"Np": 8}}
     result = pairsim.run(pair, time={"end": 20}, output={"fields": False})
     assert (result.status, result.reason) == ("failed", "tube_too_short")
-    assert any("the ends act on them" in warning for warning in result.warnings)
+    assert any("the ends affect dU" in warning for warning in result.warnings)
 
 
 def test_lone_rigid_sphere_takes_ever_larger_steps() -> None:
