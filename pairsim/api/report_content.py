@@ -114,7 +114,7 @@ def _of_sweep(directory: Path, result: SweepResult) -> Content:
         f"{len(cases)} cases of pairsim {result.record['command']}: "
         + ", ".join(f"{count} {status}" for status, count in counts.items())
         + ".",
-        *([", ".join(f"{way}: {count}" for way, count in ways.most_common()) + "."] if ways else []),
+        *(["Outcomes: " + ", ".join(f"{way} in {count}" for way, count in ways.most_common()) + "."] if ways else []),
     ]
     warnings: dict[str, list[str]] = {}
     for case in result.cases:
