@@ -1,4 +1,4 @@
-"""Which parameter is told by the colour of a line, which by its style, which by the panel that it lies in."""
+"""Which parameter the colour of a line shows, which its style, which the panel that it lies in."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ def is_number(value: Any) -> bool:
 
 @dataclass(frozen=True)
 class Encoding:
-    """How the values of parameters are told apart; a key of "" stands for nothing.
+    """How the values of parameters are distinguished; a key of "" stands for nothing.
 
     Attributes:
         colour, line, panel: The keys.
         values: Values of each key, in ascending or the given order.
-        untold: Keys that vary and are not told apart, as there are too many.
+        untold: Keys that vary and are not distinguished, as there are too many.
     """
 
     colour: str
@@ -106,7 +106,7 @@ class Encoding:
         return LINES[self._place(self.line, case)]
 
     def marker_of(self, case: Mapping[str, Any]) -> str:
-        """Marker of a case's points: a dot where nothing is told by it."""
+        """Marker of a case's points: a dot where it shows no parameter."""
         return MARKERS[self._place(self.line, case)] if self.line else "."
 
     @property

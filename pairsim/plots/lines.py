@@ -162,7 +162,7 @@ def draw_lines(page: Page, lines: Sequence[Line], encoding: Encoding, parts: Seq
     Args:
         page: What it is drawn for.
         lines: At least one, all of runs or all of curves.
-        encoding: How they are told apart.
+        encoding: How they are distinguished.
         parts: What they have in common, for the small print.
     """
     against = [line.d for line in lines[:1] if line.d in line.table]

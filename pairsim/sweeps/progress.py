@@ -198,7 +198,7 @@ def status_view(sweep: dict[str, Any], working: bool) -> Group:
     if working:
         sessions = [content for content in sweep["sessions"] if content["counts"]["running"]]
         workers = sum(len(content["session"]["workers"]) for content in sessions)
-        ended = sum(told["cases"] for content in sessions for told in content["session"]["workers"].values())
+        ended = sum(worker["cases"] for content in sessions for worker in content["session"]["workers"].values())
         seconds = max((content["session"]["seconds"] for content in sessions), default=0.0)
         pace = [f"{60 * ended / seconds:.3g} cases/min"] if ended and seconds else []
         left = time_left(cases, workers)

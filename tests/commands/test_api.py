@@ -233,8 +233,8 @@ def test_every_process_of_a_job_gets_the_result(empty: Path) -> None:
             "from pathlib import Path",
             f"result = pairsim.curve({CURVE | {'beta': [0.4, 0.3], 'Ca_e': 0}!r})",
             "same = pairsim.curve(result.case, folder='out')",
-            "told = (repr(result.dU(0.2)), repr(same.dU(0.2)), same.folder, result.fields(0.1).n_cells)",
-            "Path(f'rank{MPI.COMM_WORLD.rank}').write_text(' '.join(map(str, told)))",
+            "seen = (repr(result.dU(0.2)), repr(same.dU(0.2)), same.folder, result.fields(0.1).n_cells)",
+            "Path(f'rank{MPI.COMM_WORLD.rank}').write_text(' '.join(map(str, seen)))",
         ]
     )
     mpirun = str(Path(sys.executable).parent / "mpirun")

@@ -14,7 +14,7 @@ PAIR |= {"output": {"fields": False}}
 
 
 def warnings(result: Any) -> list[str]:
-    """What a result tells of time steps."""
+    """Warnings of a result about time steps."""
     return [warning for warning in result.check().warnings if "time steps" in warning]
 
 

@@ -30,7 +30,7 @@ PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 5.0, "
 
 
 def curve(**keys: Any) -> pd.DataFrame:
-    """The table of a curve at d alone, .1 unless told: no points are added, no errors estimated."""
+    """The table of a curve at d alone, .1 by default: no points are added, no errors estimated."""
     return pairsim.curve({**PAIR, "d": [0.1], "mesh_error": False, "tol": 1, **keys}).check().table
 
 
@@ -156,9 +156,9 @@ def test_sensitivities_are_differences_of_neighbouring_solutions(viscoelastic: B
 
 def test_sensitivity_to_beta_is_the_difference_of_other_spheres() -> None:
     """On meshes of their own: nothing here knows that a diameter can be multiplied."""
-    told = pairsim.curve(case(mesh={"Np": 20}, mesh_error=False), sensitivities=True).check().table["by_beta"].item()
+    found = pairsim.curve(case(mesh={"Np": 20}, mesh_error=False), sensitivities=True).check().table["by_beta"].item()
     low, high = (curve(beta=beta, mesh={"Np": 20})["dU"].item() for beta in (0.396, 0.404))
-    assert told == pytest.approx((high - low) / 0.008, rel=0.02)
+    assert found == pytest.approx((high - low) / 0.008, rel=0.02)
 
 
 def _solved(solver: Branch, place: Parameters) -> float:
@@ -296,11 +296,11 @@ def test_a_matrix_that_cannot_be_factored_ends_the_branch() -> None:
 
 
 def test_the_mesh_error_is_that_of_a_coarser_mesh() -> None:
-    told = curve(mesh={"Np": 20}, mesh_error=True).iloc[0]
+    found = curve(mesh={"Np": 20}, mesh_error=True).iloc[0]
     finest = curve(mesh={"Np": 40})["dU"].item()
     coarse = curve(mesh={"Np": 14, "growth": 0.15 * 2**0.5, "max_size": 0.2 * 2**0.5})["dU"].item()
-    assert told["mesh_error"] == pytest.approx(abs(told["dU"] - coarse), rel=1e-6)
-    assert abs(told["dU"] - finest) < min(told["mesh_error"], told["dU_error"])
+    assert found["mesh_error"] == pytest.approx(abs(found["dU"] - coarse), rel=1e-6)
+    assert abs(found["dU"] - finest) < min(found["mesh_error"], found["dU_error"])
 
 
 def test_a_problem_remembers_its_narrowest_distance() -> None:
