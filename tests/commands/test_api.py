@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +38,14 @@ def empty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty current folder."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+@pytest.fixture
+def default_sigint() -> Iterator[None]:
+    """Python's own handler of SIGINT, which the workers of pytest-xdist do without."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 def test_importing_the_package_loads_nothing_that_is_slow() -> None:
@@ -157,7 +166,7 @@ def test_a_failure_is_a_result_whose_check_raises_it() -> None:
 
 
 @pytest.mark.parametrize("seconds", [0.3, 0.5, 0.7, 0.9])
-def test_a_keyboard_interrupt_leaves_a_partial_result(seconds: float) -> None:
+def test_a_keyboard_interrupt_leaves_a_partial_result(seconds: float, default_sigint: None) -> None:
     """At any time: in Python code, or in a callback of PETSc, where an exception would be lost."""
     threading.Timer(seconds, _thread.interrupt_main).start()
     result = pairsim.run(RUN, time={"end": 1000.0, "tol": 1e-6})

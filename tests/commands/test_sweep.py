@@ -176,7 +176,7 @@ def test_stopped_sweep_keeps_its_cases_pending(how: str, ranks: int, tmp_path: P
     finally:
         job.kill()  # the cases are endless
     assert job.returncode == 130, complaint
-    assert ("SIGTERM" if how == "SIGTERM" else "allowed time") in complaint
+    assert ("SIGTERM" if how == "SIGTERM" else "the wall time of the sweep is over") in complaint
     assert counts(tmp_path / "out") == {"pending": 3}
     if how == "SIGTERM":
         assert [json.loads(text)["status"] for text in run_records(tmp_path / "out").values()] == ["interrupted"] * 2
