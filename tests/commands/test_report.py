@@ -101,7 +101,7 @@ def test_report_of_a_sweep_counts_groups_warnings_and_names_failures(tmp_path: P
     page = report(a_sweep(tmp_path / "sweep")).read_text(encoding="utf-8")
     words = " ".join(text_of(page).split())
     assert "3 cases of pairsim curve: 2 finished, 1 failed." in words
-    assert "a zero of dU: 2" in words
+    assert "a zero of dU in 2" in words
     assert "coarse 3 cases c0, c1, c2" in words
     assert "newton no <steady> state" in words
     assert [row["zeros"] for row in table_of(page)] == ["", "0.2", "0.2"]
