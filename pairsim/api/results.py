@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from functools import cached_property
 from html import escape
@@ -14,6 +13,8 @@ import numpy as np
 from pairsim.api.cases import load
 from pairsim.config.case import SceneCase
 from pairsim.results.answer import Zero, answer_of_critical, answer_of_curve, answer_of_run, cost_line
+from pairsim.results.columns import EQUILIBRIA_COLUMNS
+from pairsim.results.folders import valid_record
 from pairsim.results.output import SERIES
 from pairsim.results.xdmf import FieldFrame, read_frame, read_times
 from pairsim.runtime.arrays import Array
@@ -61,13 +62,7 @@ class Result:
         Raises:
             InputError: The file is invalid.
         """
-        try:
-            content = json.loads((self._path / "run.json").read_text(encoding="utf-8"))
-        except FileNotFoundError:
-            return {}
-        except (OSError, ValueError) as error:
-            raise InputError(str(self._path / "run.json"), "", None, f"cannot be read ({error})") from error
-        return cast(dict[str, Any], content)
+        return valid_record(self._path) if (self._path / "run.json").is_file() else {}
 
     @cached_property
     def table(self) -> pd.DataFrame:
@@ -248,11 +243,11 @@ class CurveResult(Result):
 
     @cached_property
     def zeros(self) -> pd.DataFrame:
-        """The zeros of dU (equilibria.csv): d, stable, slope, peak and, if they were estimated, d_error and certain."""
+        """The zeros of dU (equilibria.csv): d, stable, slope, peak, d_error and certain."""
         from pairsim.api.tables import empty_table, read_table
 
         path = self._path / "equilibria.csv"
-        return read_table(path) if path.is_file() else empty_table(("d", "stable", "slope", "peak"))
+        return read_table(path) if path.is_file() else empty_table(EQUILIBRIA_COLUMNS)
 
     def dU(self, d: Any, gap: int = 1) -> Any:
         """Interpolate dU between the points of the curve, with the cubic Hermite interpolant over log d.

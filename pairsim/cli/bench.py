@@ -90,12 +90,14 @@ def units(
     except InputError as error:
         raise _of_options(error) from None
     report = bench_report(case, given)
-    _show(report)
-    if output is not None:
+    if output is not None:  # before the output, which a closed pipe may cut short
         import yaml
 
         body = yaml.safe_dump(written, sort_keys=False, allow_unicode=True)
         _write(output, "".join(f"# {line}\n" for line in _comments(report)) + body)
+    _show(report)
+    if output is not None:
+        typer.echo(str(output))
 
 
 def _check_free(output: Path | None, overwrite: bool) -> None:
@@ -104,14 +106,13 @@ def _check_free(output: Path | None, overwrite: bool) -> None:
 
 
 def _write(output: Path, text: str) -> None:
-    """Write a text file and print its path."""
+    """Write a text file."""
     from pairsim.results.output import write_text
 
     try:
         write_text(output, text)
     except OSError as error:
         raise InputError(str(output), "-o", None, f"must be a writable file ({error.strerror})") from None
-    typer.echo(str(output))
 
 
 def _one(values: list[str] | None) -> Any:
@@ -178,6 +179,7 @@ def table(
         typer.echo(text, nl=False)
         return
     _write(output, text)
+    typer.echo(str(output))
 
 
 @app.command(
@@ -198,9 +200,8 @@ def travel(
     the mean velocity U of the pair [D_c]; there must be no zero of dU between the
     distances. If the case has a physical block, also in s and mm.
     """
-    from pairsim.results.folders import kind_of
+    from pairsim.results.folders import kind_of, valid_record
     from pairsim.results.physical_table import scales_of
-    from pairsim.results.standing import read_record
     from pairsim.results.travel import travel_in
 
     if (kind := kind_of(directory)) != "curve":
@@ -211,7 +212,7 @@ def travel(
         f"from d = {ends[0]:g} to {ends[1]:g}: {result.time:.4g} D_c/U_av and {result.length:.4g} D_c of tube "
         f"(mean velocity {result.length / result.time:.4g} U_av)"
     )
-    if "scales" in read_record(directory):
+    if "scales" in valid_record(directory):
         scales = scales_of(directory)
         seconds, millimetres = result.time * scales.time, 1e3 * result.length * scales.length
         typer.echo(f"in physical units: {seconds:.4g} s and {millimetres:.4g} mm of tube")

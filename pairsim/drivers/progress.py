@@ -81,7 +81,7 @@ class LineReporter(Reporter):
 
 
 class JsonReporter(Reporter):
-    """A JSON object a line on stderr, for programs: `event` is start, progress, note or finish."""
+    """A JSON object a line on stderr, for programs: `event` is start, progress, note, finish or answer."""
 
     def start(self, title: str, goal: str, total: float) -> None:
         self._title, self._total, self._begin = title, total, time.monotonic()

@@ -9,8 +9,7 @@ from pathlib import Path
 
 from pairsim.physics.scales import Scales
 from pairsim.results.columns import LENGTH, RATE, STRESS, TIME, VELOCITY, column
-from pairsim.results.folders import Kind, kind_of
-from pairsim.results.standing import read_record
+from pairsim.results.folders import Kind, kind_of, valid_record
 from pairsim.runtime.errors import InputError
 
 TABLES: dict[Kind, tuple[str, ...]] = {
@@ -36,7 +35,7 @@ def scales_of(directory: Path) -> Scales:
     Raises:
         InputError: The case has no `physical` block.
     """
-    scales = read_record(directory).get("scales")
+    scales = valid_record(directory).get("scales")
     if scales is None:
         raise InputError(
             str(directory), "", None, "must be the result of a case with a physical block (docs/how-to/units.md)"

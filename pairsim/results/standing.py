@@ -2,32 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Any
 
 from rich.console import Group
 from rich.text import Text
 
-from pairsim.runtime.errors import InputError
+from pairsim.results.folders import valid_record
 
 COLOURS = {"finished": "green", "failed": "red", "interrupted": "yellow", "running": "cyan"}
-
-
-def read_record(directory: Path) -> dict[str, Any]:
-    """Read run.json of a folder.
-
-    Raises:
-        InputError: It is missing or invalid.
-    """
-    path = directory / "run.json"
-    try:
-        record = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InputError(str(path), "", None, f"cannot be read ({error})") from None
-    if not isinstance(record, dict):
-        raise InputError(str(path), "", None, "must be a JSON object")
-    return record
 
 
 def standing_view(directory: Path, working: bool) -> Group:
@@ -40,7 +22,7 @@ def standing_view(directory: Path, working: bool) -> Group:
     Raises:
         InputError: run.json is missing or invalid.
     """
-    record = read_record(directory)
+    record = valid_record(directory)
     status, reason, message = (str(record.get(key, "")) for key in ("status", "reason", "message"))
     if status == "running" and not working:
         status, message = "interrupted", "the command was killed; a run can be continued with pairsim run --resume"

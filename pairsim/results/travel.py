@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import quad
-from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
+from scipy.interpolate import PchipInterpolator
 
 from pairsim.results.output import read_series
 from pairsim.runtime.errors import InputError
+from pairsim.solvers.curve_interpolant import curve_interpolant
 
 Array = NDArray[np.float64]
 COLUMNS = ("d", "dU", "slope", "U_L", "U_T", "drift")
@@ -58,7 +59,7 @@ def travel(table: dict[str, Array], start: float, stop: float, source: str) -> T
     if start == stop:
         raise InputError(source, "--to", stop, "must differ from --from")
     x = np.log(d)
-    curve = CubicHermiteSpline(x, table["dU"], table["slope"] * d)
+    curve = curve_interpolant(d, table["dU"], table["slope"])
     low, high = sorted((float(np.log(start)), float(np.log(stop))))
     roots = [float(root) for root in curve.roots(extrapolate=False) if low <= root <= high]
     if roots:
