@@ -317,6 +317,9 @@ class Case(SceneCase):
     d0: Distance | tuple[Distance, ...] | None = Field(
         None, description="initial distance between the facing surfaces [D_c]"
     )
+    dU_error: bool = Field(
+        False, strict=True, description="estimate the error of dU at every step (a fifth to two fifths more time)"
+    )
     time: TimeOptions = TimeOptions()
     limits: Limits = Limits()
     output: OutputOptions = OutputOptions()

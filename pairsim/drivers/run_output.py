@@ -13,13 +13,22 @@ import numpy as np
 from pairsim.config.case import Case
 from pairsim.drivers.warnings import coarse_mesh, long_steps, narrow_gap, near_ends, unresolved_stress
 from pairsim.results.checkpoint import Checkpoint
-from pairsim.results.columns import HEALTH, POLYMER_HEALTH, named_row, relative_velocities, series_columns
+from pairsim.results.columns import (
+    HEALTH,
+    POLYMER_HEALTH,
+    error_columns,
+    named_row,
+    relative_velocities,
+    series_columns,
+)
 from pairsim.results.fields import frame
 from pairsim.results.output import SERIES, RunFolder, SeriesWriter, plain, read_series
 from pairsim.results.xdmf import FieldsWriter
 from pairsim.runtime.arrays import Array
+from pairsim.solvers.run_error import RunError
+from pairsim.solvers.step import Step
 from pairsim.solvers.time_error import TimeError
-from pairsim.solvers.transient import Step, Transient
+from pairsim.solvers.transient import Transient
 
 CHEAP = 50.0  # least interval between checkpoints at output times, over the wall time of writing one
 
@@ -65,6 +74,7 @@ class RunWarnings:
         widest: Largest length of the row of particles [D_c].
         narrowest: Gap and length of the adjacent arcs [D_c] when their ratio was smallest.
         steps: Estimate of the error of dU due to the time steps.
+        errors: Errors of dU to quote.
     """
 
     case: Case
@@ -72,9 +82,11 @@ class RunWarnings:
     widest: float = 0.0
     narrowest: tuple[float, float] = (1.0, 0.0)
     steps: TimeError = field(init=False)
+    errors: RunError = field(init=False)
 
     def __post_init__(self) -> None:
         self.steps = TimeError(order=2 if self.case.polymer else 3)
+        self.errors = RunError(self.case.De if self.case.polymer else 0.0)
 
     @staticmethod
     def of(case: Case, series: Mapping[str, Array], narrowest: tuple[float, float]) -> RunWarnings:
@@ -88,10 +100,31 @@ class RunWarnings:
         gaps = [series[name] for name in series if name == "d" or name.startswith("d_")]
         s_jump = float(np.max(series.get("s_jump", [0.0]), initial=0.0))
         worst = RunWarnings(case, s_jump, span(case, gaps), narrowest)
-        relative = [series[name] for name in relative_velocities(series)]
-        for t, mesh, *dU in zip(series["t"], series["mesh"], *relative, strict=True):
-            worst.steps.add(float(t), int(mesh), dU)
+        rows = len(series["t"])
+
+        def table(names: list[str]) -> Array:
+            return np.array([series[name] for name in names]).reshape(len(names), rows).T
+
+        estimated = [name for name in series if name.startswith("dU_correction")]
+        relative, corrections = table(relative_velocities(series)), table(estimated)
+        for i, (t, mesh) in enumerate(zip(series["t"], series["mesh"], strict=True)):
+            worst.add(float(t), int(mesh), relative[i], corrections[i] if estimated else None)
         return worst
+
+    def add(self, t: float, mesh: int, dU: Array, correction: Array | None) -> Array | None:
+        """Take in an accepted step.
+
+        Args:
+            t: Time [D_c/U_av].
+            mesh: Number of remeshings before the step.
+            dU: Relative velocities [U_av], shape (N-1,).
+            correction: Estimates of exact minus discrete dU [U_av], shape (N-1,); None if there are none.
+
+        Returns:
+            The errors of dU to quote [U_av], shape (N-1,); None without estimates.
+        """
+        self.steps.add(t, mesh, dU)
+        return None if correction is None else self.errors.add(t, mesh, dU, correction, self.steps.largest)
 
     @property
     def warnings(self) -> list[str]:
@@ -116,7 +149,8 @@ class RunOutput:
 
     def __init__(self, case: Case, folder: RunFolder, old: Checkpoint | None) -> None:
         self.case, self.folder, self.old = case, folder, old
-        columns = [*series_columns(case.n), *HEALTH, *(POLYMER_HEALTH if case.polymer else ())]
+        errors = error_columns(case.n) if case.dU_error and case.n > 1 else []
+        columns = [*series_columns(case.n), *errors, *HEALTH, *(POLYMER_HEALTH if case.polymer else ())]
         self.series = SeriesWriter(folder.file(SERIES), columns, old.rows if old else None)
         self.fields = FieldsWriter(folder.path, keep=old.frames if old else 0) if case.output.fields else None
         lost = old.frames - self.fields.frames if old and self.fields else 0
@@ -180,7 +214,10 @@ class RunOutput:
         if o.conformation is not None:
             values |= asdict(o.conformation)
             self.worst.s_jump = max(self.worst.s_jump, o.conformation.s_jump)
-        self.worst.steps.add(step.t, step.mesh_id, o.dU)
+        correction = step.dU_correction
+        error = self.worst.add(step.t, step.mesh_id, o.dU, correction)
+        if correction is not None and error is not None:
+            values |= dict(zip(error_columns(self.case.n), [*correction, *error], strict=True))
         self.worst.widest = max(self.worst.widest, span(self.case, list(o.d)))
         for gap, (upstream, downstream) in zip(map(float, o.d), pairwise(self.transient.meshed.outlines), strict=True):
             arc = max(upstream.size_at(0.0), downstream.size_at(float(np.pi)))

@@ -45,7 +45,9 @@ def _stamp(form: str) -> Path:
             digest.update(str(spec and spec.origin).encode())
     physics = Path(__file__).parents[1] / "physics"
     sources = [physics / "kinematics.py", *physics.glob("forms/*.py"), *physics.glob("materials/*.py")]
-    sources += [Path(__file__).with_name(name) for name in ("phases.py", "enriched_residual.py")]
+    sources += [
+        Path(__file__).with_name(name) for name in ("phases.py", "enriched_residual.py", "recovered_residual.py")
+    ]
     for file in sorted(sources):
         digest.update(file.read_bytes())
     return _cache() / f"compiled-{form.replace(':', '-')}-{digest.hexdigest()[:16]}"
@@ -61,7 +63,8 @@ def compile_missing(forms: Iterable[str]) -> None:
 
     Args:
         forms: Names `<law>:moving`, `<law>:fixed`, `<law>:moving:steady`, `<law>:fixed:steady` or `neo-hookean`; with
-            `:enriched` appended, the residual of the error estimate is compiled, too.
+            `:enriched` appended, the residual of the error estimate is compiled, too, with `:recovered` that of the
+            error of runs.
     """
     _cache().mkdir(parents=True, exist_ok=True)
     with (_cache() / "compile.lock").open("a+") as lock:
@@ -108,6 +111,7 @@ def _compile(form: str) -> None:
 
     from pairsim.fem.enriched_residual import enriched_form
     from pairsim.fem.phases import neo_hookean_solid, newtonian_liquid, viscoelastic_liquid
+    from pairsim.fem.recovered_residual import recovered_form
 
     law, *words = form.split(":")
     if law == "neo-hookean":
@@ -118,6 +122,8 @@ def _compile(form: str) -> None:
         phase = viscoelastic_liquid(MPI.COMM_SELF, law, "moving" in words, "steady" in words)  # type: ignore[arg-type]
     if "enriched" in words:
         enriched_form(MPI.COMM_SELF, phase)
+    if "recovered" in words:
+        recovered_form(MPI.COMM_SELF, phase)
 
 
 def _compile_patiently(form: str) -> None:

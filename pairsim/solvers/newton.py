@@ -8,6 +8,7 @@ and linear solvers" in docs/explanation/numerics.md.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -163,7 +164,10 @@ class Newton:
     def _tested(self, x: Array) -> Array:
         """T R(x), summed over processes, shape (n_y,)."""
         self.scene.set(x)
-        local = [phase.residual() for phase in self.scene.phases]
+        return self._restricted([phase.residual() for phase in self.scene.phases], x)
+
+    def _restricted(self, local: Sequence[Array], x: Array) -> Array:
+        """T R(x) from this process's parts of the residuals of all phases."""
         full = np.concatenate([*local, np.zeros(self.scene.size - self.scene.m)])
         reduced = self.constraints.T @ full
         if self.scene.comm.size > 1:
@@ -340,6 +344,15 @@ class Newton:
         """T R for a full vector x, shape (n,), which may violate the constraints."""
         with self.clock("assembly"):
             return self._scaled_rows(self._tested(x))
+
+    def reduce_residuals(self, local: Sequence[Array], x: Array) -> Array:
+        """T R for residuals of the phases, (size,) each, that were assembled elsewhere on every process.
+
+        Args:
+            local: This process's part for each phase, as canonical vectors.
+            x: Full vector for the terms with scalar unknowns, shape (n,).
+        """
+        return self._scaled_rows(self._restricted(local, x))
 
     @property
     def matrix_state(self) -> MatrixState | None:

@@ -66,6 +66,11 @@ class TimeError:
             self._largest = max(self._largest, factor * size * float(np.prod(t - old)))
 
     @property
+    def largest(self) -> float:
+        """Largest error so far [U_av]."""
+        return self._largest
+
+    @property
     def part(self) -> float:
         """Largest error relative to the largest |dU|."""
         return self._largest / max(self._peak, LEAST)
