@@ -9,10 +9,13 @@ own, meets the equations with the defect taken away:
 so that x_c - x is the error that all steps so far have accumulated in positions and stresses, and what its dU
 differs by estimates exact minus discrete dU at this time. (Error transport by deferred correction: Stetter, Numer.
 Math. 29, 425, 1978; Yan and Ollivier-Gooch, Int. J. Comput. Fluid Dyn. 31, 309, 2017.) Newton's method solves for it
-with the factors that the run has in hand; errors change little in a step, and one iteration suffices.
+with the factors that the run has in hand; errors change little in a step, and one to three
+iterations suffice.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -21,10 +24,11 @@ from pairsim.fem.recovered_scene import RecoveredScene
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.history import History
 from pairsim.solvers.newton import Newton
-from pairsim.solvers.step_size import Scheme, extrapolation_weights
+from pairsim.solvers.step_size import Scheme
 
-# Iterations where the error of the last steps on this mesh is known, and where it is not.
-ITERATIONS, FIRST_ITERATIONS = 1, 3
+# Part of the change of the error in a step that iterations with old factors may leave (chosen: with three times as much
+# the error of stresses lags behind), and their number where the error of the last step on this mesh is not known.
+LEFT, FIRST_ITERATIONS = 0.15, 3
 
 
 class ErrorEquation:
@@ -68,9 +72,8 @@ class ErrorEquation:
             recovered.recover(x, star, constraints.V @ y)
         corrected = y.copy()
         if errors.y:
-            weights = extrapolation_weights(errors.t_y, t)
-            corrected += sum(w * old for w, old in zip(weights, errors.y, strict=True))
-        for _ in range(ITERATIONS if errors.y else FIRST_ITERATIONS):
+            corrected += self._guess(newton, scheme)
+        for _ in range(_iterations(newton.matrix.contraction) if errors.y else FIRST_ITERATIONS):
             h_c, x_c = self._state(newton, corrected, h_star, scheme.g, U_m)
             with newton.clock("assembly"):
                 local = recovered.residuals(x_c, corrected_star)
@@ -79,8 +82,20 @@ class ErrorEquation:
         h_c, x_c = self._state(newton, corrected, h_star, scheme.g, U_m)
         dh, dx, dy = scene.comm.bcast((h_c - h, x_c - x, corrected - y))
         errors.push(t, dh, dx, dy)
-        errors.t_y, errors.y = errors.t_y[:2], errors.y[:2]
+        errors.t_y, errors.y = errors.t_y[:1], errors.y[:1]
         return np.diff(velocities(scene.bodies, constraints.V @ (y + dy), h + dh) - U)
+
+    def _guess(self, newton: Newton, scheme: Scheme) -> Array:
+        """First guess of the error: that of the last step, with velocities that keep the errors of all positions.
+
+        Velocities that are extrapolated, or those of the last step, let the errors of elastic shapes oscillate and grow
+        where the factors are those of another step size.
+        """
+        guess, errors = self.errors.y[0].copy(), self.errors
+        entries = newton.constraints.M.tocoo()
+        velocity = (errors.h[0] - _combined(scheme, errors.h)) / scheme.g
+        guess[entries.col] = velocity[entries.row]
+        return guess
 
     def _state(self, newton: Newton, y: Array, h_star: Array, g: float, U_m: float) -> tuple[Array, Array]:
         h = newton.constraints.positions(y, h_star, g, U_m)
@@ -91,6 +106,11 @@ class ErrorEquation:
             with newton.clock("jit"):
                 self._recovered = RecoveredScene(newton.scene, self._recovered)
         return self._recovered
+
+
+def _iterations(contraction: float) -> int:
+    """Number of iterations that leave less than LEFT, at least one."""
+    return max(1, math.ceil(math.log(LEFT) / math.log(contraction))) if 0 < contraction < 1 else 1
 
 
 def _combined(scheme: Scheme, values: list[Array]) -> Array:
