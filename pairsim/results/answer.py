@@ -191,7 +191,8 @@ def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list
                 ends = dict.fromkeys(f"{scales.um(d):.4g}" for d in (min(found), max(found)))
                 where += f" ({' to '.join(ends)} um)"
             lines.append(f"{len(found)} {kind} critical distance{'s' * (len(found) > 1)}, {where}: {meaning}.")
-    return [*lines, *(str(end["message"]) for end in record.get("ends", ()) if end.get("message"))]
+    ends = [str(end["message"]) for end in record.get("ends", ()) if end.get("message")]
+    return [*lines, *(f"A branch ends: {message}." for message in ends)]
 
 
 def _shapes(table: Table, row: int, when: str) -> list[str]:

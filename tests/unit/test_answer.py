@@ -95,5 +95,5 @@ def test_critical_distances_by_kind() -> None:
     lines = answer_of_critical([Zero(0.1, False), Zero(0.2, False), Zero(0.3, True)], {"ends": [{"message": "edge"}]})
     assert lines[0].startswith("2 unstable critical distances, d = 0.1 to 0.2")
     assert lines[1].startswith("1 stable critical distance, d = 0.3")
-    assert lines[2] == "edge"
+    assert lines[2] == "A branch ends: edge."
     assert "keeps its sign" in answer_of_critical([], {})[0]
