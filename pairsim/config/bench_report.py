@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pairsim.config.case import Case, SceneCase, shown
+from pairsim.config.case import Case, SceneCase
 from pairsim.config.curve_case import CriticalCase, CurveCase
 from pairsim.physics.materials.polymer import PARAMETERS
 
@@ -80,7 +80,7 @@ def bench_report(case: SceneCase, given: Mapping[str, Any]) -> BenchReport:
     beta, Ca_e = max(case.betas), max(case.Ca_es)
     particle_Re = Re * beta**2
     rows = [
-        Row("beta", shown(case.beta), "particle over tube diameter, D_p/D_c"),
+        Row("beta", _list(case.beta), "particle over tube diameter, D_p/D_c"),
         Row("De", f"{case.De:.4g}", "Deborah number lambda U_av/D_c"),
         Row("Ca_e", _list(case.Ca_e), "elastic capillary number eta_0 U_av/(D_c G_p)"),
         *([Row("xi", f"{case.xi:.4g}", "solvent over total viscosity")] if case.polymer else []),

@@ -188,8 +188,8 @@ def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list
             kind = "stable" if stable else "unstable"
             where = f"d = {min(found):.4g} to {max(found):.4g}" if len(found) > 1 else f"d = {found[0]:.4g}"
             if scales is not None:
-                ends = dict.fromkeys(f"{scales.um(d):.4g}" for d in (min(found), max(found)))
-                where += f" ({' to '.join(ends)} um)"
+                extent = dict.fromkeys(f"{scales.um(d):.4g}" for d in (min(found), max(found)))
+                where += f" ({' to '.join(extent)} um)"
             lines.append(f"{len(found)} {kind} critical distance{'s' * (len(found) > 1)}, {where}: {meaning}.")
     ends = [str(end["message"]) for end in record.get("ends", ()) if end.get("message")]
     return [*lines, *(f"A branch ends: {message}." for message in ends)]
