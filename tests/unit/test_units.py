@@ -86,6 +86,11 @@ def test_curves_and_critical_distances_take_the_block_too() -> None:
     assert critical.d == pytest.approx((0.02, 0.8))
 
 
+def test_numbers_have_no_digits_of_rounding() -> None:
+    """17 um over 50 um is .33999999999999997 in double precision."""
+    assert case_from_dict(bench(distance="17 um"), "test").d0 == 0.34
+
+
 def test_without_relaxation_time_the_liquid_is_newtonian_and_rigid_particles_need_no_modulus() -> None:
     case = case_from_dict({**bench(relaxation=None, modulus=None), "Ca_e": 0}, "test")
     assert (case.De, case.Ca_e) == (0, 0)
