@@ -213,7 +213,7 @@ class _Reader:
             if (merged := self._changed(changes, where)) is not None:
                 yield where, changes, merged, True
         cases = self.data.get("cases")
-        for i, entry in enumerate(cases if isinstance(cases, list) else ()):
+        for i, entry in enumerate(cases if isinstance(cases, list | tuple) else ()):
             where = self.names[i] if self.names is not None else f"cases[{i}]"
             if isinstance(entry, str):
                 try:
