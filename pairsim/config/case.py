@@ -318,7 +318,7 @@ class Case(SceneCase):
         None, description="initial distance between the facing surfaces [D_c]"
     )
     dU_error: bool = Field(
-        False, strict=True, description="estimate the error of dU at every step (a fifth to two fifths more time)"
+        False, strict=True, description="estimate the error of dU at every step (a quarter to half as much time more)"
     )
     time: TimeOptions = TimeOptions()
     limits: Limits = Limits()
@@ -341,7 +341,7 @@ class Case(SceneCase):
                 for name in ("min_gap", "max_gap")
                 if (value := getattr(self.limits, name)) != Limits.model_fields[name].default
             }
-            given = {"d0": self.d0, **limits}
+            given = {"d0": self.d0, "dU_error": self.dU_error or None, **limits}
             why = "there is only one particle" if self.n else "there are no particles"
             idle |= {key: why for key, value in given.items() if value is not None}
         return idle

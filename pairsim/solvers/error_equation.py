@@ -22,6 +22,7 @@ import numpy as np
 from pairsim.fem.diagnostics import velocities
 from pairsim.fem.recovered_scene import RecoveredScene
 from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import NewtonFailure
 from pairsim.solvers.history import History
 from pairsim.solvers.newton import Newton
 from pairsim.solvers.step_size import Scheme
@@ -58,6 +59,9 @@ class ErrorEquation:
 
         Returns:
             Estimates of exact minus discrete relative velocities [U_av], shape (N-1,).
+
+        Raises:
+            NewtonFailure: The error is not finite.
         """
         scene, constraints, errors = newton.scene, newton.constraints, self.errors
         scheme = Scheme.bdf(past.t, t)
@@ -79,6 +83,9 @@ class ErrorEquation:
                 local = recovered.residuals(x_c, corrected_star)
                 residual = newton.reduce_residuals(local, x_c)
             corrected -= newton.linear_solve(residual)
+        if not np.isfinite(corrected).all():
+            advice = "dU_error: false, or a larger mesh.Np"
+            raise NewtonFailure("the error equation has no finite solution", t=t, advice=advice)
         h_c, x_c = self._state(newton, corrected, h_star, scheme.g, U_m)
         dh, dx, dy = scene.comm.bcast((h_c - h, x_c - x, corrected - y))
         errors.push(t, dh, dx, dy)
