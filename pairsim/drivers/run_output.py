@@ -11,7 +11,14 @@ from typing import Any
 import numpy as np
 
 from pairsim.config.case import Case
-from pairsim.drivers.warnings import coarse_mesh, long_steps, narrow_gap, near_ends, unresolved_stress
+from pairsim.drivers.warnings import (
+    coarse_mesh,
+    large_run_error,
+    long_steps,
+    narrow_gap,
+    near_ends,
+    unresolved_stress,
+)
 from pairsim.results.checkpoint import Checkpoint
 from pairsim.results.columns import (
     HEALTH,
@@ -27,7 +34,7 @@ from pairsim.results.xdmf import FieldsWriter
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.run_error import RunError
 from pairsim.solvers.step import Step
-from pairsim.solvers.time_error import TimeError
+from pairsim.solvers.time_error import SET_IN, TimeError
 from pairsim.solvers.transient import Transient
 
 CHEAP = 50.0  # least interval between checkpoints at output times, over the wall time of writing one
@@ -75,6 +82,7 @@ class RunWarnings:
         narrowest: Gap and length of the adjacent arcs [D_c] when their ratio was smallest.
         steps: Estimate of the error of dU due to the time steps.
         errors: Errors of dU to quote.
+        largest: The largest of them after stresses have set in [U_av].
     """
 
     case: Case
@@ -83,6 +91,7 @@ class RunWarnings:
     narrowest: tuple[float, float] = (1.0, 0.0)
     steps: TimeError = field(init=False)
     errors: RunError = field(init=False)
+    largest: float = 0.0
 
     def __post_init__(self) -> None:
         self.steps = TimeError(order=2 if self.case.polymer else 3)
@@ -124,14 +133,20 @@ class RunWarnings:
             The errors of dU to quote [U_av], shape (N-1,); None without estimates.
         """
         self.steps.add(t, mesh, dU)
-        return None if correction is None else self.errors.add(t, mesh, dU, correction, self.steps.largest)
+        if correction is None:
+            return None
+        error = self.errors.add(t, mesh, dU, correction, self.steps.largest)
+        if t > SET_IN:
+            self.largest = max(self.largest, float(error.max()))
+        return error
 
     @property
     def warnings(self) -> list[str]:
         """Warnings about the results."""
         stress, narrow = unresolved_stress(self.case, self.s_jump), narrow_gap(*self.narrowest)
         steps, ends = long_steps(self.case, self.steps.part), near_ends(self.case, self.widest)
-        return [*coarse_mesh(self.case), *steps, *stress, *narrow, *ends]
+        error = large_run_error(self.case, self.largest / self.steps.peak)
+        return [*coarse_mesh(self.case), *steps, *error, *stress, *narrow, *ends]
 
 
 class RunOutput:

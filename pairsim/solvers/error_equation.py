@@ -7,10 +7,9 @@ own, meets the equations with the defect taken away:
     R(x_c + a; v) = 0,    a = x+ - (its interpolant),
 
 so that x_c - x is the error that all steps so far have accumulated in positions and stresses, and what its dU
-differs by estimates exact minus discrete dU at this time. (Error transport by deferred correction: Stetter, Numer.
-Math. 29, 425, 1978; Yan and Ollivier-Gooch, Int. J. Comput. Fluid Dyn. 31, 309, 2017.) Newton's method solves for it
-with the factors that the run has in hand; errors change little in a step, and one to three
-iterations suffice.
+differs by estimates exact minus discrete dU at this time. (Error transport and defect correction: Stetter, Numer.
+Math. 29, 425, 1978; Yan, thesis, University of British Columbia, 2018.) Newton's method solves for it with the factors
+that the run has in hand; errors change little in a step, and one to three iterations suffice.
 """
 
 from __future__ import annotations
