@@ -15,12 +15,13 @@ import numpy as np
 from scipy import sparse
 
 from pairsim.fem.constraints import Constraints
-from pairsim.fem.reduced_matrix import expand
+from pairsim.fem.reduced_matrix import ReducedMatrix
 from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.fenicsx import PETSc
 from pairsim.runtime.signals import callback, sigterm_waits
+from pairsim.solvers.elimination_order import elimination_order
 from pairsim.solvers.kept_matrix import KeptMatrix
 from pairsim.solvers.matrix_state import MatrixState, Place
 from pairsim.solvers.newton_options import NewtonOptions
@@ -38,6 +39,7 @@ REASONS = {-3: "the matrix is singular", -4: "the residual is not a number", -5:
 # Growth of the residual at which the iteration is stopped. No iteration with a larger growth was seen to converge, and
 # MUMPS takes tens of seconds for each matrix of such states.
 LOST = 1e8
+PETSC_ORDER = 7  # ICNTL(7) with which PETSc hands its own order to MUMPS
 
 
 @dataclass(frozen=True)
@@ -103,13 +105,20 @@ class Newton:
 
     def _create(self) -> None:
         comm, n = self.scene.comm, self.constraints.size
-        rows, columns, self._entries, self._constant = expand(self.scene, self.constraints)
-        if comm.rank != 0:
-            self._constant = np.zeros_like(self._constant)
-        self._A = PETSc.Mat().create(comm)
-        self._A.setSizes([n, n])
-        self._A.setType("aij")
-        self._A.setPreallocationCOO(rows.astype(PETSc.IntType), columns.astype(PETSc.IntType))
+        # On several processes the matrix is analysed by MUMPS in parallel storage, which takes no order from outside.
+        order = elimination_order(self.scene, self.constraints) if comm.size == 1 else None
+        self._given_order = order is not None
+        self._order = np.arange(n) if order is None else order
+        self._reduced = ReducedMatrix(self.scene, self.constraints, self._order)
+        pointers = self._reduced.indptr.astype(PETSc.IntType), self._reduced.indices.astype(PETSc.IntType)
+        if comm.size == 1:
+            self._A = PETSc.Mat().createAIJWithArrays([n, n], (*pointers, self._reduced.data), comm=comm)
+        else:
+            self._A = PETSc.Mat().create(comm)
+            self._A.setSizes([n, n])
+            self._A.setType("aij")
+            rows = np.repeat(np.arange(n, dtype=PETSc.IntType), np.diff(pointers[0]))
+            self._A.setPreallocationCOO(rows, pointers[1])
         self._y, self._r = self._A.createVecs()
         self._prefix = prefix = f"pairsim_{next(_PREFIXES)}_"
         self._relaxation = self.options.mumps.workspace
@@ -128,6 +137,8 @@ class Newton:
         database = PETSc.Options()
         names = {f"{prefix}snes_linesearch_type": "basic", f"{prefix}snes_max_it": self.options.max_iterations}
         names |= {f"{prefix}mat_mumps_{k}": v for k, v in self.options.mumps.controls.items()}
+        if self._given_order:  # rows and columns are in this order already
+            names |= {f"{prefix}mat_mumps_icntl_7": PETSC_ORDER, f"{prefix}pc_factor_mat_ordering_type": "natural"}
         for name, value in names.items():
             database[name] = value
         self._snes.setFromOptions()
@@ -137,12 +148,18 @@ class Newton:
         self._range = self._y.getOwnershipRange()
 
     def _gather(self, vector: Any) -> Array:
-        """Gather a distributed vector on every process, shape (n_y,)."""
-        if self.scene.comm.size == 1:
-            return np.array(vector.getArray(readonly=True))
+        """Gather a distributed vector on every process, in the numbering of the unknowns, shape (n_y,)."""
+        local = np.array(vector.getArray(readonly=True))
         whole = np.empty(self.constraints.size)
-        self.scene.comm.Allgatherv(np.array(vector.getArray(readonly=True)), (whole, self._counts))
+        if self.scene.comm.size == 1:
+            whole[self._order] = local
+        else:
+            self.scene.comm.Allgatherv(local, (whole, self._counts))
         return whole
+
+    def _scatter(self, values: Array, vector: Any) -> None:
+        """Set a distributed vector from values in the numbering of the unknowns, shape (n_y,)."""
+        vector.setArray(values[self._order[self._range[0] : self._range[1]]])
 
     def _scaled_rows(self, reduced: Array) -> Array:
         reduced[self.constraints.integrated] /= self._g
@@ -158,7 +175,7 @@ class Newton:
         _, x = self.state(values)
         self._x = x
         with self.clock("assembly"):
-            r.setArray(self._scaled_rows(self._tested(x))[self._range[0] : self._range[1]])
+            self._scatter(self._scaled_rows(self._tested(x)), r)
 
     def _tested(self, x: Array) -> Array:
         """T R(x), summed over processes, shape (n_y,)."""
@@ -203,10 +220,9 @@ class Newton:
 
     def _assemble(self, A: Any) -> None:
         """Assemble T A P at the current state of the phases."""
-        parts = []
-        for phase, entries in zip(self.scene.phases, self._entries, strict=True):
-            parts.append(phase.jacobian()[entries.source] * entries.factors(self._g))
-        A.setValuesCOO(np.concatenate([*parts, self._constant]), PETSc.InsertMode.INSERT_VALUES)
+        self._reduced.assemble(self._g)
+        if self.scene.comm.size > 1:
+            A.setValuesCOO(self._reduced.data, PETSc.InsertMode.INSERT_VALUES)
         A.assemble()
 
     def _converged(self, snes: Any, its: int, norms: tuple[float, float, float]) -> int:
@@ -273,7 +289,7 @@ class Newton:
         self.matrix.begin_solve(g)
         self._steps, self._why, self._factorisations = {}, "", 0
         self._residual_norm = self._first_norm = 0.0
-        self._y.setArray(y[self._range[0] : self._range[1]])
+        self._scatter(y, self._y)
         with self.clock("solve"):
             inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation"))
             try:
@@ -327,7 +343,7 @@ class Newton:
     def linear_solve(self, rhs: Array, *, transposed: bool = False) -> Array:
         """Solve a linear system with the matrix factorised last, or with its transpose; shapes (n_y,)."""
         b, x = self._A.createVecs()
-        b.setArray(rhs[self._range[0] : self._range[1]])
+        self._scatter(rhs, b)
         ksp = self._snes.getKSP()
         with self.clock("solve"):
             (ksp.solveTranspose if transposed else ksp.solve)(b, x)
@@ -370,7 +386,7 @@ class Newton:
         """Residual T R at y, with h*, g and U_m of the last solve, shape (n_y,)."""
         vector = self._y.duplicate()
         out = self._r.duplicate()
-        vector.setArray(y[self._range[0] : self._range[1]])
+        self._scatter(y, vector)
         self._residual(self._snes, vector, out)
         values = self._gather(out)
         vector.destroy()
@@ -383,7 +399,7 @@ class Newton:
         self._assemble(self._A)
         self.matrix.forget()
         vector, out = self._A.createVecs()
-        vector.setArray(direction[self._range[0] : self._range[1]])
+        self._scatter(direction, vector)
         self._A.mult(vector, out)
         values = self._gather(out)
         vector.destroy()
