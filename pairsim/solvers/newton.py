@@ -39,6 +39,11 @@ REASONS = {-3: "the matrix is singular", -4: "the residual is not a number", -5:
 # Growth of the residual at which the iteration is stopped. No iteration with a larger growth was seen to converge, and
 # MUMPS takes tens of seconds for each matrix of such states.
 LOST = 1e8
+# Residuals of linear systems relative to the right-hand side, all chosen. Solutions with factors in single precision have
+# 1e-6 to 1e-3 and lose a factor of 1e-4 with every refinement. Newton steps need no more than ROUGH while the matrix of
+# an earlier iterate or, after a step larger than NONLINEAR, the nonlinearity leaves a larger error.
+ACCURATE, ROUGH, NONLINEAR = 1e-8, 1e-2, 1e-2
+MOST_REFINEMENTS = 5  # chosen; a matrix that needs more is too close to a singular one for single precision
 PETSC_ORDER = 7  # ICNTL(7) with which PETSc hands its own order to MUMPS
 
 
@@ -130,15 +135,18 @@ class Newton:
         self._snes.setType("newtonls")
         self._snes.setMaxFunctionEvaluations(-1)
         ksp = self._snes.getKSP()
-        ksp.setType("preonly")
+        ksp.setType("richardson")  # with exact factors one iteration, with factors in single precision a refinement
+        ksp.setNormType(PETSc.KSP.NormType.UNPRECONDITIONED)
         pc = ksp.getPC()
         pc.setType("lu")
         pc.setFactorSolverType("mumps")
+        self._single = self.options.single
         database = PETSc.Options()
         names = {f"{prefix}snes_linesearch_type": "basic", f"{prefix}snes_max_it": self.options.max_iterations}
         names |= {f"{prefix}mat_mumps_{k}": v for k, v in self.options.mumps.controls.items()}
         if self._given_order:  # rows and columns are in this order already
             names |= {f"{prefix}mat_mumps_icntl_7": PETSC_ORDER, f"{prefix}pc_factor_mat_ordering_type": "natural"}
+        names |= {f"{prefix}pc_precision": "single" if self._single else "double"}
         for name, value in names.items():
             database[name] = value
         self._snes.setFromOptions()
@@ -188,6 +196,8 @@ class Newton:
         return np.asarray(reduced + self.constraints.T @ (self._linear @ x + self.scene.load()))
 
     def _jacobian(self, snes: Any, y: Any, A: Any, _: Any) -> None:
+        rough = not self.matrix.due or (snes.getIterationNumber() > 0 and self._leading > NONLINEAR)
+        snes.getKSP().setTolerances(rtol=ROUGH if rough else ACCURATE, max_it=MOST_REFINEMENTS)
         if not self.matrix.due:
             return
         with self.clock("assembly"):
@@ -200,15 +210,24 @@ class Newton:
         self._factorisations += 1
 
     def _factor(self, ksp: Any, A: Any) -> None:
-        """Factorise the matrix; repeat the analysis with twice the workspace if delayed pivots exceed it."""
+        """Factorise the matrix; repeat the analysis with twice the workspace if delayed pivots exceed it.
+
+        A matrix that is singular in single precision is factorised in double precision.
+        """
         ksp.setOperators(A)
         for _ in range(MOST_ANALYSES):
             with sigterm_waits():
                 ksp.setUp()
-            if ksp.getPC().getFactorMatrix().getMumpsInfog(1) not in (-8, -9):
+            status = ksp.getPC().getFactorMatrix().getMumpsInfog(1)
+            if status >= 0:
                 return
-            self._relaxation *= 2
-            self._forget_factor()
+            if status in (-8, -9):
+                self._relaxation *= 2
+                self._forget_factor()
+            elif self._single:
+                self._use_double()
+            else:
+                return
             ksp.setOperators(A)
 
     def _forget_factor(self) -> None:
@@ -217,6 +236,13 @@ class Newton:
         self._snes.getKSP().reset()
         self.matrix.forget()
         self._analysed = None
+
+    def _use_double(self) -> None:
+        """Discard the factors, and keep those of this scene in double precision from now on."""
+        self._single = False
+        PETSc.Options()[f"{self._prefix}pc_precision"] = "double"
+        self._forget_factor()
+        self._snes.getKSP().getPC().setFromOptions()
 
     def _assemble(self, A: Any) -> None:
         """Assemble T A P at the current state of the phases."""
@@ -294,6 +320,11 @@ class Newton:
             inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation"))
             try:
                 self._snes.solve(None, self._y)
+                if self._snes.getConvergedReason() == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE and self._single:
+                    self._use_double()
+                    self.matrix.begin_solve(g)
+                    self._scatter(y, self._y)
+                    self._snes.solve(None, self._y)
                 converged = self._snes.getConvergedReason() > 0
             except PETSc.Error as error:
                 converged, self._why = False, str(error)
@@ -345,8 +376,14 @@ class Newton:
         b, x = self._A.createVecs()
         self._scatter(rhs, b)
         ksp = self._snes.getKSP()
+        ksp.setTolerances(rtol=ACCURATE, max_it=MOST_REFINEMENTS)
         with self.clock("solve"):
-            (ksp.solveTranspose if transposed else ksp.solve)(b, x)
+            solve = ksp.solveTranspose if transposed else ksp.solve
+            solve(b, x)
+            if self._single and ksp.getConvergedReason() < 0:
+                self._use_double()
+                self._factor(ksp, self._A)
+                solve(b, x)
         values = self._gather(x)
         b.destroy()
         x.destroy()
