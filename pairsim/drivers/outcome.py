@@ -12,8 +12,8 @@ from typing import Any
 
 from pairsim.physics.scales import Scales
 from pairsim.results.output import FORMAT, RunFolder
+from pairsim.runtime.fenicsx import petsc_version
 from pairsim.runtime.version import __version__
-from pairsim.solvers.newton import petsc_version
 
 EXIT_CODES = {"finished": 0, "failed": 3, "interrupted": 130}
 """Exit code of a command, by status."""

@@ -18,6 +18,7 @@ import numpy as np
 import ufl
 from numpy.typing import NDArray
 
+from pairsim.fem.cell_loop import CellJacobian
 from pairsim.fem.jit import JIT_OPTIONS
 from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.physics.forms import constitutive, continuity, mesh_motion
@@ -258,29 +259,6 @@ def neo_hookean_solid(comm: MPI.Comm) -> CompiledPhase:
         return momentum(kin, stress, x["p"], test["eta"], dX) + continuity.solid(kin, test["p"], dX)
 
     return _compile(comm, ("neo-hookean",), (DISPLACEMENT, PRESSURE), ("Ca_e",), build)
-
-
-@dataclass(frozen=True)
-class CellJacobian:
-    """The Jacobian of a phase cell by cell, on the cells of one process.
-
-    Attributes:
-        kernel: Compiled function that tabulates the matrix of a cell.
-        dofs: Canonical numbers of the unknowns of each cell, shape (cells, k).
-        coupled_pointer: Start of the columns of each row of a cell's matrix that can be non-zero, shape (k + 1,).
-        coupled: Their numbers.
-        points: Coordinates of the nodes on this process, shape (nodes, 3).
-        nodes: Nodes of each cell, shape (cells, 6).
-        packed: Function that returns the coefficients of all cells, their number in a cell, and the constants.
-    """
-
-    kernel: ctypes.c_void_p
-    dofs: NDArray[np.int32]
-    coupled_pointer: NDArray[np.int32]
-    coupled: NDArray[np.int32]
-    points: Array
-    nodes: NDArray[np.int32]
-    packed: Callable[[], tuple[Array, int, Array]]
 
 
 class Phase:

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from pairsim.fem.cell_loop import call
+from pairsim.fem.cell_loop import CellJacobian, call
 from pairsim.fem.constraints import Constraints
-from pairsim.fem.phases import CellJacobian
 from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array, Indices
 
@@ -60,7 +59,7 @@ class _Contribution:
     cells: CellJacobian
     rows: _Dependence
     columns: _Dependence
-    positions: Indices
+    positions: np.ndarray
 
 
 class ReducedMatrix:
@@ -92,7 +91,7 @@ class ReducedMatrix:
             terms = sparse.csr_matrix(sparse.coo_matrix((value, (row, column)), shape=(scene.size, scene.size)))
             linear = sparse.csr_matrix(self._equations.T @ terms @ N)
         local = [
-            (cells := phase.cell_jacobian(), _Dependence.of(self._equations, a, b), _Dependence.of(self._free, a, b))
+            (phase.cell_jacobian(), _Dependence.of(self._equations, a, b), _Dependence.of(self._free, a, b))
             for phase, a, b in zip(scene.phases, scene.offsets[:-1], scene.offsets[1:], strict=True)
         ]
         pattern = sparse.csr_matrix(sum((_pattern(n, *parts) for parts in local), _ones(linear)))
@@ -102,12 +101,12 @@ class ReducedMatrix:
         self._constant = _places(pattern, linear), linear.tocoo().data
         self._contributions = [_Contribution(*parts, self._located(*parts)) for parts in local]
 
-    def _located(self, cells: CellJacobian, rows: _Dependence, columns: _Dependence) -> Indices:
+    def _located(self, cells: CellJacobian, rows: _Dependence, columns: _Dependence) -> np.ndarray:
         known = (
             *(len(cells.dofs), np.int32(cells.dofs.shape[1]), cells.dofs, cells.coupled_pointer, cells.coupled),
             *(rows.pointer, rows.number, columns.pointer, columns.number, self.indptr, self.indices),
         )
-        positions = np.empty(call("locate", *known, None), dtype=np.int32)
+        positions: np.ndarray = np.empty(call("locate", *known, None), dtype=np.int32)
         call("locate", *known, positions)
         return positions
 
@@ -152,7 +151,7 @@ def _places(pattern: sparse.csr_matrix, matrix: sparse.csr_matrix) -> Indices:
     entries = matrix.tocoo()
     if not entries.nnz:  # SciPy returns a matrix for empty indices
         return np.empty(0, dtype=np.int64)
-    return np.asarray(numbers[entries.row, entries.col]).ravel()
+    return np.asarray(numbers[entries.row, entries.col], dtype=np.int64).ravel()
 
 
 def _on_one_pattern(a: sparse.csr_matrix, b: sparse.csr_matrix) -> tuple[sparse.csr_matrix, Array, Array]:

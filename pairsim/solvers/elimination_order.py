@@ -13,6 +13,7 @@ from pairsim.fem.constraints import Constraints
 from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Indices
 from pairsim.runtime.fenicsx import PETSc
+from pairsim.runtime.signals import sigterm_waits
 
 # Share of the nodes to which an unknown may be connected before it is eliminated last, as velocities of rigid particles
 # and multipliers are; chosen.
@@ -63,7 +64,8 @@ def elimination_order(scene: Scene, constraints: Constraints) -> Indices | None:
         comm=PETSc.COMM_SELF,
     )
     try:
-        rows, columns = matrix.getOrdering("metisnd")
+        with sigterm_waits():
+            rows, columns = matrix.getOrdering("metisnd")
     except PETSc.Error:
         return None
     finally:

@@ -1,36 +1,30 @@
-"""Newton's method for T R(x(y)) = 0 with PETSc SNES and MUMPS. No other module uses PETSc objects.
+"""Newton's method for T R(x(y)) = 0 with PETSc SNES and MUMPS.
 
-The assembled entries of all phases are added to T A P through PETSc's COO interface, which also sums over processes;
-their positions and factors are computed once. The Jacobian is lagged while the iteration contracts well. See "Nonlinear
+The matrix T A P is assembled straight from the cells; on several processes PETSc's COO interface sums their parts. The
+Jacobian is lagged while the iteration contracts well. Its factors are in single precision, and solutions are refined
+with the matrix itself. Where that does not converge, near folds, the factors are in double precision. See "Nonlinear
 and linear solvers" in docs/explanation/numerics.md.
 """
 
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from scipy import sparse
 
 from pairsim.fem.constraints import Constraints
-from pairsim.fem.reduced_matrix import ReducedMatrix
 from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.fenicsx import PETSc
 from pairsim.runtime.signals import callback, sigterm_waits
-from pairsim.solvers.elimination_order import elimination_order
 from pairsim.solvers.kept_matrix import KeptMatrix
 from pairsim.solvers.matrix_state import MatrixState, Place
 from pairsim.solvers.newton_options import NewtonOptions
-
-
-def petsc_version() -> str:
-    """Version of the PETSc in use."""
-    return ".".join(map(str, PETSc.Sys.getVersion()))
-
+from pairsim.solvers.reduced_system import ReducedSystem
+from pairsim.solvers.report import Report
 
 _PREFIXES = itertools.count()
 
@@ -39,33 +33,11 @@ REASONS = {-3: "the matrix is singular", -4: "the residual is not a number", -5:
 # Growth of the residual at which the iteration is stopped. No iteration with a larger growth was seen to converge, and
 # MUMPS takes tens of seconds for each matrix of such states.
 LOST = 1e8
-# Residuals of linear systems relative to the right-hand side, all chosen. Solutions with factors in single precision have
-# 1e-6 to 1e-3 and lose a factor of 1e-4 with every refinement. Newton steps need no more than ROUGH while the matrix of
-# an earlier iterate or, after a step larger than NONLINEAR, the nonlinearity leaves a larger error.
+# Residuals of linear systems relative to the right-hand side, all chosen. With factors in single precision the first
+# solution leaves 1e-6 to 1e-3, and every refinement gains a factor of 1e4. A Newton step needs no more than ROUGH if
+# the matrix is that of an earlier iterate, or after a step larger than NONLINEAR, which leaves a larger error itself.
 ACCURATE, ROUGH, NONLINEAR = 1e-8, 1e-2, 1e-2
 MOST_REFINEMENTS = 5  # chosen; a matrix that needs more is too close to a singular one for single precision
-PETSC_ORDER = 7  # ICNTL(7) with which PETSc hands its own order to MUMPS
-
-
-@dataclass(frozen=True)
-class Report:
-    """Result of a nonlinear solve.
-
-    Attributes:
-        converged: Whether the tolerance was met.
-        iterations: Number of Newton iterations (linear solves).
-        factorisations: Number of numeric factorisations.
-        reason: "converged", or the reason of the failure.
-        steps: Norm of the last step of each field, relative to the field.
-        residual: Euclidean norm of the last residual.
-    """
-
-    converged: bool
-    iterations: int
-    factorisations: int
-    reason: str
-    steps: dict[str, float]
-    residual: float
 
 
 class Newton:
@@ -78,6 +50,9 @@ class Newton:
         constraints: Its constraints.
         options: Tolerance, reuse of the matrix, and options of the factorisation.
         clock: Stopwatch for the phases of the computation.
+
+    Attributes:
+        single: Whether the factors are in single precision.
     """
 
     def __init__(
@@ -89,7 +64,7 @@ class Newton:
         clock: Clock | None = None,
     ) -> None:
         self.scene, self.constraints, self.options = scene, constraints, options or NewtonOptions()
-        self.clock = clock or Clock()
+        self.clock, self.single = clock or Clock(), self.options.single
         self.matrix = KeptMatrix(self.options.matrix)
         self._analysed: Place | None = None
         self._factored: Place | None = None
@@ -109,21 +84,9 @@ class Newton:
         return sparse.csr_matrix(sparse.coo_matrix((value, (row, column)), shape=(self.scene.size, self.scene.size)))
 
     def _create(self) -> None:
-        comm, n = self.scene.comm, self.constraints.size
-        # On several processes the matrix is analysed by MUMPS in parallel storage, which takes no order from outside.
-        order = elimination_order(self.scene, self.constraints) if comm.size == 1 else None
-        self._given_order = order is not None
-        self._order = np.arange(n) if order is None else order
-        self._reduced = ReducedMatrix(self.scene, self.constraints, self._order)
-        pointers = self._reduced.indptr.astype(PETSc.IntType), self._reduced.indices.astype(PETSc.IntType)
-        if comm.size == 1:
-            self._A = PETSc.Mat().createAIJWithArrays([n, n], (*pointers, self._reduced.data), comm=comm)
-        else:
-            self._A = PETSc.Mat().create(comm)
-            self._A.setSizes([n, n])
-            self._A.setType("aij")
-            rows = np.repeat(np.arange(n, dtype=PETSc.IntType), np.diff(pointers[0]))
-            self._A.setPreallocationCOO(rows, pointers[1])
+        comm = self.scene.comm
+        self._system = ReducedSystem(self.scene, self.constraints)
+        self._A = self._system.A
         self._y, self._r = self._A.createVecs()
         self._prefix = prefix = f"pairsim_{next(_PREFIXES)}_"
         self._relaxation = self.options.mumps.workspace
@@ -140,34 +103,16 @@ class Newton:
         pc = ksp.getPC()
         pc.setType("lu")
         pc.setFactorSolverType("mumps")
-        self._single = self.options.single
         database = PETSc.Options()
         names = {f"{prefix}snes_linesearch_type": "basic", f"{prefix}snes_max_it": self.options.max_iterations}
         names |= {f"{prefix}mat_mumps_{k}": v for k, v in self.options.mumps.controls.items()}
-        if self._given_order:  # rows and columns are in this order already
-            names |= {f"{prefix}mat_mumps_icntl_7": PETSC_ORDER, f"{prefix}pc_factor_mat_ordering_type": "natural"}
-        names |= {f"{prefix}pc_precision": "single" if self._single else "double"}
+        names |= {f"{prefix}{k}": v for k, v in self._system.options.items()}
+        names |= {f"{prefix}pc_precision": "single" if self.single else "double"}
         for name, value in names.items():
             database[name] = value
         self._snes.setFromOptions()
         ksp.setFromOptions()
         self._names = list(names)
-        self._counts = comm.allgather(self._y.getLocalSize())
-        self._range = self._y.getOwnershipRange()
-
-    def _gather(self, vector: Any) -> Array:
-        """Gather a distributed vector on every process, in the numbering of the unknowns, shape (n_y,)."""
-        local = np.array(vector.getArray(readonly=True))
-        whole = np.empty(self.constraints.size)
-        if self.scene.comm.size == 1:
-            whole[self._order] = local
-        else:
-            self.scene.comm.Allgatherv(local, (whole, self._counts))
-        return whole
-
-    def _scatter(self, values: Array, vector: Any) -> None:
-        """Set a distributed vector from values in the numbering of the unknowns, shape (n_y,)."""
-        vector.setArray(values[self._order[self._range[0] : self._range[1]]])
 
     def _scaled_rows(self, reduced: Array) -> Array:
         reduced[self.constraints.integrated] /= self._g
@@ -179,11 +124,11 @@ class Newton:
         return h, self.constraints.expand(y, h)
 
     def _residual(self, snes: Any, y: Any, r: Any) -> None:
-        values = self._gather(y)
+        values = self._system.gather(y)
         _, x = self.state(values)
         self._x = x
         with self.clock("assembly"):
-            self._scatter(self._scaled_rows(self._tested(x)), r)
+            self._system.scatter(self._scaled_rows(self._tested(x)), r)
 
     def _tested(self, x: Array) -> Array:
         """T R(x), summed over processes, shape (n_y,)."""
@@ -201,7 +146,7 @@ class Newton:
         if not self.matrix.due:
             return
         with self.clock("assembly"):
-            self._assemble(A)
+            self._system.assemble(self._g)
         with self.clock("factorisation"):
             self._factor(snes.getKSP(), A)
         self.matrix.made(self._g)
@@ -224,8 +169,8 @@ class Newton:
             if status in (-8, -9):
                 self._relaxation *= 2
                 self._forget_factor()
-            elif self._single:
-                self._use_double()
+            elif self.single:
+                self.use_double()
             else:
                 return
             ksp.setOperators(A)
@@ -237,19 +182,12 @@ class Newton:
         self.matrix.forget()
         self._analysed = None
 
-    def _use_double(self) -> None:
+    def use_double(self) -> None:
         """Discard the factors, and keep those of this scene in double precision from now on."""
-        self._single = False
+        self.single = False
         PETSc.Options()[f"{self._prefix}pc_precision"] = "double"
         self._forget_factor()
         self._snes.getKSP().getPC().setFromOptions()
-
-    def _assemble(self, A: Any) -> None:
-        """Assemble T A P at the current state of the phases."""
-        self._reduced.assemble(self._g)
-        if self.scene.comm.size > 1:
-            A.setValuesCOO(self._reduced.data, PETSc.InsertMode.INSERT_VALUES)
-        A.assemble()
 
     def _converged(self, snes: Any, its: int, norms: tuple[float, float, float]) -> int:
         reason = PETSc.SNES.ConvergedReason
@@ -263,7 +201,7 @@ class Newton:
         if norms[2] > LOST * max(self._first_norm, 1.0):
             self._why = "the residual grows without bound"
             return reason.DIVERGED_DTOL
-        step, x = self._gather(snes.getSolutionUpdate()), self._gather(snes.getSolution())
+        step, x = self._system.gather(snes.getSolutionUpdate()), self._system.gather(snes.getSolution())
         self._steps = self.scaled(step, x)
         # The norms are broadcast, since they may differ between processes by rounding and all must decide alike.
         # Divergence is judged without the pressures, which may change by a multiple of their small initial values.
@@ -315,22 +253,22 @@ class Newton:
         self.matrix.begin_solve(g)
         self._steps, self._why, self._factorisations = {}, "", 0
         self._residual_norm = self._first_norm = 0.0
-        self._scatter(y, self._y)
+        self._system.scatter(y, self._y)
         with self.clock("solve"):
             inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation"))
             try:
                 self._snes.solve(None, self._y)
-                if self._snes.getConvergedReason() == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE and self._single:
-                    self._use_double()
+                if self._snes.getConvergedReason() == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE and self.single:
+                    self.use_double()
                     self.matrix.begin_solve(g)
-                    self._scatter(y, self._y)
+                    self._system.scatter(y, self._y)
                     self._snes.solve(None, self._y)
                 converged = self._snes.getConvergedReason() > 0
             except PETSc.Error as error:
                 converged, self._why = False, str(error)
             inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation")) - inside
         self.clock.seconds["solve"] -= inside
-        solution = self._gather(self._y)
+        solution = self._system.gather(self._y)
         if converged and (why := self.overstretched(solution)):
             converged, self._why = False, why
         if not converged:
@@ -374,17 +312,17 @@ class Newton:
     def linear_solve(self, rhs: Array, *, transposed: bool = False) -> Array:
         """Solve a linear system with the matrix factorised last, or with its transpose; shapes (n_y,)."""
         b, x = self._A.createVecs()
-        self._scatter(rhs, b)
+        self._system.scatter(rhs, b)
         ksp = self._snes.getKSP()
         ksp.setTolerances(rtol=ACCURATE, max_it=MOST_REFINEMENTS)
         with self.clock("solve"):
             solve = ksp.solveTranspose if transposed else ksp.solve
             solve(b, x)
-            if self._single and ksp.getConvergedReason() < 0:
-                self._use_double()
+            if self.single and ksp.getConvergedReason() < 0:
+                self.use_double()
                 self._factor(ksp, self._A)
                 solve(b, x)
-        values = self._gather(x)
+        values = self._system.gather(x)
         b.destroy()
         x.destroy()
         return values
@@ -423,9 +361,9 @@ class Newton:
         """Residual T R at y, with h*, g and U_m of the last solve, shape (n_y,)."""
         vector = self._y.duplicate()
         out = self._r.duplicate()
-        self._scatter(y, vector)
+        self._system.scatter(y, vector)
         self._residual(self._snes, vector, out)
-        values = self._gather(out)
+        values = self._system.gather(out)
         vector.destroy()
         out.destroy()
         return values
@@ -433,12 +371,12 @@ class Newton:
     def jacobian_times(self, y: Array, direction: Array) -> Array:
         """Product of T A P at y with a direction, shape (n_y,); discards the current matrix."""
         self.residual_at(y)
-        self._assemble(self._A)
+        self._system.assemble(self._g)
         self.matrix.forget()
         vector, out = self._A.createVecs()
-        self._scatter(direction, vector)
+        self._system.scatter(direction, vector)
         self._A.mult(vector, out)
-        values = self._gather(out)
+        values = self._system.gather(out)
         vector.destroy()
         out.destroy()
         return values
