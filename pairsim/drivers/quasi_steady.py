@@ -13,7 +13,10 @@ from pairsim.drivers.warnings import coarse_mesh, near_ends, unresolved_stress
 from pairsim.results.columns import CURVE_HEALTH, POLYMER_HEALTH, gap_endings, named_row, particle_endings
 from pairsim.solvers.branch import Branch, Point
 
-INTERRUPTED = "stopped by a signal; the results written so far are kept"
+
+def kept() -> str:
+    """End of the message of an interrupted computation, after the name of the signal."""
+    return "; the results written so far are kept"
 
 
 def health_columns(case: SceneCase) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -178,5 +179,6 @@ def _animate(
     except OSError as error:
         raise InputError(str(path), "-o", None, f"cannot be written ({error.strerror or error})") from error
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):  # on a file system that is read-only
+            part.unlink(missing_ok=True)
     return path

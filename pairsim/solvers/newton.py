@@ -8,7 +8,7 @@ and linear solvers" in docs/explanation/numerics.md.
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+import signal
 from typing import Any
 
 import numpy as np
@@ -20,10 +20,11 @@ from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.fenicsx import PETSc
-from pairsim.runtime.signals import callback, sigterm_waits
+from pairsim.runtime.signals import Stopped, callback, sigterm_waits, stop_wanted
 from pairsim.solvers.kept_matrix import KeptMatrix
 from pairsim.solvers.matrix_state import MatrixState, Place
 from pairsim.solvers.newton_options import NewtonOptions
+from pairsim.solvers.newton_report import Report
 
 
 def petsc_version() -> str:
@@ -38,27 +39,6 @@ REASONS = {-3: "the matrix is singular", -4: "the residual is not a number", -5:
 # Growth of the residual at which the iteration is stopped. No iteration with a larger growth was seen to converge, and
 # MUMPS takes tens of seconds for each matrix of such states.
 LOST = 1e8
-
-
-@dataclass(frozen=True)
-class Report:
-    """Result of a nonlinear solve.
-
-    Attributes:
-        converged: Whether the tolerance was met.
-        iterations: Number of Newton iterations (linear solves).
-        factorisations: Number of numeric factorisations.
-        reason: "converged", or the reason of the failure.
-        steps: Norm of the last step of each field, relative to the field.
-        residual: Euclidean norm of the last residual.
-    """
-
-    converged: bool
-    iterations: int
-    factorisations: int
-    reason: str
-    steps: dict[str, float]
-    residual: float
 
 
 class Newton:
@@ -91,6 +71,7 @@ class Newton:
         self._x = np.zeros(scene.size)
         self._star: Array | None = None
         self._factorisations, self._leading, self._why = 0, 0.0, ""
+        self._stopped = ""  # name of the signal that stopped it
         self._residual_norm = self._first_norm = 0.0
         self._steps: dict[str, float] = {}
         with self.clock("symbolic"):
@@ -212,6 +193,9 @@ class Newton:
     def _converged(self, snes: Any, its: int, norms: tuple[float, float, float]) -> int:
         reason = PETSc.SNES.ConvergedReason
         self._residual_norm = norms[2]
+        if number := stop_wanted(self.scene.comm):
+            self._stopped = signal.Signals(number).name
+            return reason.DIVERGED_FUNCTION_DOMAIN
         if not np.isfinite(norms[2]):
             self._why = "the residual is not finite"
             return reason.DIVERGED_FUNCTION_NANORINF
@@ -266,12 +250,16 @@ class Newton:
 
         Returns:
             The solution, or the last iterate without convergence, and a report.
+
+        Raises:
+            Stopped: A process has received SIGINT or SIGTERM. This is checked before every iteration; a factorisation
+                by MUMPS cannot be interrupted.
         """
         self._h_star, self._g, self._U_m, self._star = h_star, g, U_m, star
         if star is not None:
             self.scene.set_step(star, g, U_m)
         self.matrix.begin_solve(g)
-        self._steps, self._why, self._factorisations = {}, "", 0
+        self._steps, self._why, self._stopped, self._factorisations = {}, "", "", 0
         self._residual_norm = self._first_norm = 0.0
         self._y.setArray(y[self._range[0] : self._range[1]])
         with self.clock("solve"):
@@ -283,6 +271,9 @@ class Newton:
                 converged, self._why = False, str(error)
             inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation")) - inside
         self.clock.seconds["solve"] -= inside
+        if self._stopped:
+            self._forget_factor()
+            raise Stopped(self._stopped)
         solution = self._gather(self._y)
         if converged and (why := self.overstretched(solution)):
             converged, self._why = False, why
