@@ -126,7 +126,7 @@ def compile_apart(forms: Iterable[str], note: Callable[[str], None]) -> None:
     """
     temporary = repeated = False
     while (wanted := missing(forms)) and not received():
-        why = "" if temporary else _why_not_writable()
+        why = "" if temporary else why_not_writable()
         stderr = ""
         if not why:
             child = Child(module_command("pairsim.fem.form_cache", *wanted))
@@ -154,7 +154,7 @@ def compile_apart(forms: Iterable[str], note: Callable[[str], None]) -> None:
             repeated = True  # what a killed process left, such as a torn module, is removed the second time
 
 
-def _why_not_writable() -> str:
+def why_not_writable() -> str:
     """Why the cache cannot be written to, an empty string if it can."""
     try:
         cache().mkdir(parents=True, exist_ok=True)
@@ -250,10 +250,10 @@ def _discard(module: str) -> None:
 
 
 def _discard_unverified() -> None:
-    """Delete the modules whose checksum no stamp file has: they may be torn."""
-    verified = {name for stamp in cache().glob("compiled-*") for name in _modules(stamp) or ()}
+    """Delete the modules whose checksum is in no stamp file: they may be torn."""
+    verified = {entry for stamp in cache().glob("compiled-*") for entry in (_modules(stamp) or {}).items()}
     for path in cache().glob("libffcx_forms_*.so"):
-        if path.name not in verified:
+        if (path.name, _checksum(path)) not in verified:
             _discard(path.name.partition(".")[0])
 
 
