@@ -38,7 +38,8 @@ ABANDONED = 60.0  # seconds without changes after which the compilation of a mod
 
 def _stamp(form: str) -> Path:
     """Stamp file of a kind of form; its name contains a hash of the sources and of the versions of the compilers."""
-    digest = hashlib.sha256(f"{form} {sys.executable} {platform.python_version()} {JIT_OPTIONS}".encode())
+    options = {name: value for name, value in JIT_OPTIONS.items() if name != "cache_dir"}
+    digest = hashlib.sha256(f"{form} {sys.executable} {platform.python_version()} {options}".encode())
     for name in ("fenics-basix", "fenics-ffcx", "fenics-ufl"):
         try:
             digest.update(metadata.version(name).encode())
