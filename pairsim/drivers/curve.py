@@ -135,13 +135,13 @@ def _run(case: CurveCase, session: Session, sensitivities: bool, warm_start: War
     else:
         finished = session.carry_out(finish, kept)
         outcome = finished if outcome.status == "finished" else outcome
-    points = [point for point, _ in output.points]
+    points = output.points
     return conclude(case, session, outcome, branch, points, output.warnings, {"points": len(points)})
 
 
 def _find_zeros(branch: Branch, output: CurveOutput) -> str:
     """Find and write the zeros of the curve of a pair; returns a summary, empty if there are none."""
-    points = [point for point, _ in output.points]
+    points = output.points
     zeros: list[Zero] = []
     try:
         for found in find_zeros(branch, points):

@@ -128,13 +128,13 @@ class Session:
         except OSError as error:
             raise write_failure(error, self.directory, retry, t, step) from error
 
-    def write_table(self, name: str, columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> None:
+    def write_table(self, name: str, columns: Sequence[str], rows: Sequence[Mapping[str, Any] | str]) -> None:
         """Write a CSV table as a whole, replacing the file.
 
         Args:
             name: Name of the file in the folder.
             columns: Names of the columns.
-            rows: Values by column.
+            rows: Values by column, or the text of `table_line`.
 
         Raises:
             WriteFailure: It cannot be written; raised on every process.

@@ -288,26 +288,33 @@ class SeriesWriter:
         self.close()
 
 
-def write_table(path: Path, columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write a CSV table atomically; numbers are written with full precision.
+def table_line(columns: Sequence[str], row: Mapping[str, Any]) -> str:
+    """A row of a CSV table as text; numbers are written with full precision.
+
+    Raises:
+        ValueError: A number is nan or infinite.
+    """
+    entries = [row[name] for name in columns]
+    for name, entry in zip(columns, entries, strict=True):
+        if isinstance(entry, float) and not math.isfinite(entry):
+            raise ValueError(f"{name} is {entry}")
+    return ",".join(entry if isinstance(entry, str) else repr(entry) for entry in entries)
+
+
+def write_table(path: Path, columns: Sequence[str], rows: Sequence[Mapping[str, Any] | str]) -> None:
+    """Write a CSV table atomically.
 
     Args:
         path: The file.
         columns: Names of the columns.
-        rows: Values by column.
+        rows: Values by column, or the text of `table_line`.
 
     Raises:
         ValueError: A number is nan or infinite; the old file is kept.
         OSError: The file cannot be written; the old file is kept.
     """
-    lines = [",".join(columns)]
-    for row in rows:
-        entries = [row[name] for name in columns]
-        for name, entry in zip(columns, entries, strict=True):
-            if isinstance(entry, float) and not math.isfinite(entry):
-                raise ValueError(f"{path.name}: {name} is {entry}")
-        lines.append(",".join(entry if isinstance(entry, str) else repr(entry) for entry in entries))
-    write_text(path, "\n".join(lines) + "\n")
+    lines = [row if isinstance(row, str) else table_line(columns, row) for row in rows]
+    write_text(path, "\n".join([",".join(columns), *lines]) + "\n")
 
 
 def read_series(path: Path | str) -> dict[str, NDArray[np.float64]]:
