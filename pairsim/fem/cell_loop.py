@@ -1,6 +1,6 @@
 """The compiled loops over cells of `cell_loop.c`, which assemble the matrix of the free unknowns.
 
-They are compiled like the forms, with the same compiler, flags and cache.
+They are compiled with the forms (`pairsim.fem.form_cache`), with the same compiler and flags into the same cache.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pairsim.fem.jit import JIT_OPTIONS
+from pairsim.fem.jit import JIT_OPTIONS, cache
 from pairsim.runtime.arrays import Array
 
 SOURCE = Path(__file__).with_name("cell_loop.c")
@@ -53,7 +53,7 @@ class CellJacobian:
 def _library() -> Path:
     """Path of the compiled library; its name contains a hash of the source and of the command that compiles it."""
     digest = hashlib.sha256(SOURCE.read_bytes() + shlex.join(_command()).encode()).hexdigest()[:16]
-    return Path(str(JIT_OPTIONS["cache_dir"])) / f"cell-loop-{digest}.so"
+    return cache() / f"cell-loop-{digest}.so"
 
 
 def _command() -> list[str]:

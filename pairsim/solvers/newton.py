@@ -9,6 +9,7 @@ and linear solvers" in docs/explanation/numerics.md.
 from __future__ import annotations
 
 import itertools
+import signal
 from typing import Any
 
 import numpy as np
@@ -19,12 +20,12 @@ from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.fenicsx import PETSc
-from pairsim.runtime.signals import callback, sigterm_waits
+from pairsim.runtime.signals import Stopped, callback, sigterm_waits, stop_wanted
 from pairsim.solvers.kept_matrix import KeptMatrix
 from pairsim.solvers.matrix_state import MatrixState, Place
 from pairsim.solvers.newton_options import NewtonOptions
+from pairsim.solvers.newton_report import Report
 from pairsim.solvers.reduced_system import ReducedSystem
-from pairsim.solvers.report import Report
 
 _PREFIXES = itertools.count()
 
@@ -73,6 +74,7 @@ class Newton:
         self._x = np.zeros(scene.size)
         self._star: Array | None = None
         self._factorisations, self._leading, self._why = 0, 0.0, ""
+        self._stopped = ""  # name of the signal that stopped it
         self._residual_norm = self._first_norm = 0.0
         self._steps: dict[str, float] = {}
         with self.clock("symbolic"):
@@ -192,6 +194,9 @@ class Newton:
     def _converged(self, snes: Any, its: int, norms: tuple[float, float, float]) -> int:
         reason = PETSc.SNES.ConvergedReason
         self._residual_norm = norms[2]
+        if number := stop_wanted(self.scene.comm):
+            self._stopped = signal.Signals(number).name
+            return reason.DIVERGED_FUNCTION_DOMAIN
         if not np.isfinite(norms[2]):
             self._why = "the residual is not finite"
             return reason.DIVERGED_FUNCTION_NANORINF
@@ -246,12 +251,16 @@ class Newton:
 
         Returns:
             The solution, or the last iterate without convergence, and a report.
+
+        Raises:
+            Stopped: A process has received SIGINT or SIGTERM. This is checked before every iteration; a factorisation
+                by MUMPS cannot be interrupted.
         """
         self._h_star, self._g, self._U_m, self._star = h_star, g, U_m, star
         if star is not None:
             self.scene.set_step(star, g, U_m)
         self.matrix.begin_solve(g)
-        self._steps, self._why, self._factorisations = {}, "", 0
+        self._steps, self._why, self._stopped, self._factorisations = {}, "", "", 0
         self._residual_norm = self._first_norm = 0.0
         self._system.scatter(y, self._y)
         with self.clock("solve"):
@@ -268,6 +277,9 @@ class Newton:
                 converged, self._why = False, str(error)
             inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation")) - inside
         self.clock.seconds["solve"] -= inside
+        if self._stopped:
+            self._forget_factor()
+            raise Stopped(self._stopped)
         solution = self._system.gather(self._y)
         if converged and (why := self.overstretched(solution)):
             converged, self._why = False, why

@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pairsim.runtime.signals import heed
+from pairsim.solvers.newton_report import Report
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.report import Report
 from pairsim.solvers.steady import Steady
 
 # First and last step of pseudo-time in relaxation times, chosen. The step is doubled each time, in eleven steps.

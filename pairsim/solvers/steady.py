@@ -28,9 +28,9 @@ from pairsim.runtime.signals import heed
 from pairsim.solvers.developed_flow import DevelopedFlows
 from pairsim.solvers.mesh_transfer import carry_particles, free_unknowns
 from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene, cut_particles
+from pairsim.solvers.newton_report import Report
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.report import Report
 
 # Step of the central differences that approximate derivatives with respect to parameters. Chosen; sensitivities agree
 # with neighbouring solutions to 1e-3.

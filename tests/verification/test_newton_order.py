@@ -16,9 +16,9 @@ from pairsim.physics.materials.polymer import Law
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.newton import Newton
 from pairsim.solvers.newton_options import MatrixPolicy, NewtonOptions
+from pairsim.solvers.newton_report import Report
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.report import Report
 from pairsim.solvers.steady import Steady
 from pairsim.solvers.transient import Transient
 

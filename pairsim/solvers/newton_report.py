@@ -1,4 +1,4 @@
-"""What is reported of a nonlinear solve."""
+"""Report of a nonlinear solve."""
 
 from __future__ import annotations
 
