@@ -116,10 +116,6 @@ class Newton:
         ksp.setFromOptions()
         self._names = list(names)
 
-    def _scaled_rows(self, reduced: Array) -> Array:
-        reduced[self.constraints.integrated] /= self._g
-        return reduced
-
     def state(self, y: Array) -> tuple[Array, Array]:
         """Material positions h and full vector x for free unknowns y, with h*, g and U_m of the last solve."""
         h = self.constraints.positions(y, self._h_star, self._g, self._U_m)
@@ -130,17 +126,19 @@ class Newton:
         _, x = self.state(values)
         self._x = x
         with self.clock("assembly"):
-            self._system.scatter(self._scaled_rows(self._tested(x)), r)
+            self._system.scatter(self._tested(x), r)
 
     def _tested(self, x: Array) -> Array:
-        """T R(x), summed over processes, shape (n_y,)."""
+        """T R(x), summed over processes, with scaled rows, shape (n_y,)."""
         self.scene.set(x)
         local = [phase.residual() for phase in self.scene.phases]
         full = np.concatenate([*local, np.zeros(self.scene.size - self.scene.m)])
         reduced = self.constraints.T @ full
         if self.scene.comm.size > 1:
             self.scene.comm.Allreduce(reduced.copy(), reduced)
-        return np.asarray(reduced + self.constraints.T @ (self._linear @ x + self.scene.load()))
+        reduced += self.constraints.T @ (self._linear @ x + self.scene.load())
+        reduced[self.constraints.integrated] /= self._g
+        return np.asarray(reduced)
 
     def _jacobian(self, snes: Any, y: Any, A: Any, _: Any) -> None:
         rough = not self.matrix.due or (snes.getIterationNumber() > 0 and self._leading > NONLINEAR)
@@ -342,7 +340,7 @@ class Newton:
     def reduce(self, x: Array) -> Array:
         """T R for a full vector x, shape (n,), which may violate the constraints."""
         with self.clock("assembly"):
-            return self._scaled_rows(self._tested(x))
+            return self._tested(x)
 
     @property
     def matrix_state(self) -> MatrixState | None:
