@@ -80,8 +80,8 @@ class ErrorEquation:
             h_c, x_c = self._state(newton, corrected, h_star, scheme.g, U_m)
             with newton.clock("assembly"):
                 local = recovered.residuals(x_c, corrected_star)
-                residual = newton.reduce_residuals(local, x_c)
-            corrected -= newton.linear_solve(residual)
+                residual = newton.restricted(local, x_c)
+            corrected -= newton.linear_solve(residual, rough=True)
         if not np.isfinite(corrected).all():
             advice = "dU_error: false, or a larger mesh.Np"
             raise NewtonFailure("the error equation has no finite solution", t=t, advice=advice)
