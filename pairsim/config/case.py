@@ -318,7 +318,7 @@ class Case(SceneCase):
         None, description="initial distance between the facing surfaces [D_c]"
     )
     dU_error: bool = Field(
-        False, strict=True, description="estimate the error of dU at every step (a quarter to half as much time more)"
+        False, strict=True, description="estimate the error of dU at every step (a third to two thirds more time)"
     )
     time: TimeOptions = TimeOptions()
     limits: Limits = Limits()
