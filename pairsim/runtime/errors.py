@@ -7,6 +7,11 @@ import traceback
 from collections.abc import Sequence
 from typing import Any
 
+from pairsim.runtime.text import printable, shown
+
+MOST_MISTAKES = 20  # number of mistakes listed in a message
+LONGEST_PLACE, LONGEST_ADVICE = 200, 1000  # characters of a file, entry or key, and of what is allowed, in a message
+
 __all__ = [
     "InputError",
     "InvertedCell",
@@ -29,7 +34,8 @@ class PairsimError(Exception):
 class InputError(PairsimError, ValueError):
     """Invalid input; the command ends with exit code 2.
 
-    The message has one line for each mistake: its location, the value given and the values allowed.
+    The message has one line for each of the first 20 mistakes: its location, the value given and the values allowed.
+    Values are shortened, and control characters are escaped.
 
     Args:
         file: Path of the file, or name of the command-line option.
@@ -54,10 +60,13 @@ class InputError(PairsimError, ValueError):
     ) -> None:
         self.file, self.key, self.value, self.allowed = file, key, value, allowed
         self.line, self.entry, self.others = line, entry, tuple(others)
-        where = [file if line is None else f"{file}:{line}", *(part for part in (entry, key) if part)]
-        shown = "" if value is None else f"got {str(value).lower() if isinstance(value, bool) else repr(value)}; "
-        self.sentence = f"{': '.join(where)}: {shown}{allowed}"
-        super().__init__("\n".join(error.sentence for error in self.mistakes))
+        place, entry, key = (printable(part, LONGEST_PLACE) for part in (file, entry, key))
+        where = [place if line is None else f"{place}:{line}", *(part for part in (entry, key) if part)]
+        given = "" if value is None else f"got {shown(value)}; "
+        self.sentence = f"{': '.join(where)}: {given}{printable(allowed, LONGEST_ADVICE)}"
+        sentences = [error.sentence for error in self.mistakes]
+        more = [f"and {len(sentences) - MOST_MISTAKES} more mistakes"] if len(sentences) > MOST_MISTAKES else []
+        super().__init__("\n".join(sentences[:MOST_MISTAKES] + more))
 
     @property
     def mistakes(self) -> tuple[InputError, ...]:

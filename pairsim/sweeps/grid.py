@@ -17,13 +17,14 @@ from pairsim.config.merging import merge
 from pairsim.config.physical import BLOCK, forget_numbers
 from pairsim.config.quantities import quantity_range
 from pairsim.config.ranges import RANGE, spelled_out
+from pairsim.config.values import LONGEST_NAME, fits_a_folder, is_finite, is_name
 from pairsim.config.yaml_file import Place, Section, apply_settings, place_of, read_yaml
 from pairsim.results.folders import read_record
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.commands import COMMANDS, Checked, SweepCommand
 
 MOST_CASES = 100_000
-MOST_MISTAKES = 20  # number of mistakes listed in a message
+MOST_VALUES = 10 * MOST_CASES  # in grid and zip together
 NUMBERS = ("beta", "De", "Ca_e", "xi", "d0", "time.end")  # keys whose values a physical block can give
 
 
@@ -116,14 +117,16 @@ class _Reader:
 
     def __init__(self, path: Path, data: dict[str, Any]) -> None:
         self.path, self.data = path, data
+        self._count = 0  # values of grid and zip so far
         check_keys(data, "sweep", str(path))
         name = data.get("command", "run")
         if not isinstance(name, str) or name not in COMMANDS:
             self.refuse("command", name, f"must be {' or '.join(COMMANDS)}")
         self.command = COMMANDS[name]
         self.name = data.get("name", path.stem)
-        if not isinstance(self.name, str) or not self.name or "/" in self.name or self.name.startswith("."):
-            self.refuse("name", self.name, "must be a valid name for a folder")
+        if not isinstance(self.name, str) or not fits_a_folder(self.name) or self.name.startswith("."):
+            allowed = f"must be a name for a folder, of at most {LONGEST_NAME} bytes, without /, not beginning with ."
+            self.refuse("name", self.name, allowed)
         self.base = self._base()
 
     def refuse(self, key: str, value: Any, allowed: str) -> NoReturn:
@@ -154,7 +157,13 @@ class _Reader:
 
     def _values(self, section: str, key: str, value: Any) -> list[Any]:
         """The values of a key of grid or zip, given as a list or a range."""
-        where = f"{section}: {key}"
+        values = self._expanded(f"{section}: {key}", key, value)
+        self._count += len(values)
+        if self._count > MOST_VALUES:
+            self.refuse(f"{section}: {key}", value, f"must give at most {MOST_VALUES} values, with those of other keys")
+        return values
+
+    def _expanded(self, where: str, key: str, value: Any) -> list[Any]:
         if isinstance(value, list):
             if not value:
                 self.refuse(where, value, "must have at least one value")
@@ -195,7 +204,7 @@ class _Reader:
                 self.refuse(sorted(repeated)[0], None, "must occur only once in grid and zip")
             seen |= set(axis[0])
         if math.prod(map(len, axes)) > MOST_CASES:
-            self.refuse("grid", None, f"must give at most {MOST_CASES} cases, not {math.prod(map(len, axes))}")
+            self.refuse("grid", None, f"must give at most {MOST_CASES} cases")
         return axes
 
     def _entries(self) -> Iterator[tuple[str, dict[str, Any], Section, bool]]:
@@ -218,7 +227,8 @@ class _Reader:
             if isinstance(entry, str):
                 path = self.path.parent / entry
                 content = read_yaml(path)
-                entry = Section({"name": path.stem, **content}, content.places)
+                name = {"name": path.stem} if is_name(path.stem) else {}  # case.yaml names its case by itself
+                entry = Section({**name, **content}, content.places)
             merged = copy.deepcopy(self.base)
             self._merge(merged, entry, f"cases[{i}]")
             yield f"cases[{i}]", flat(entry), merged, False
@@ -233,7 +243,7 @@ class _Reader:
         for i, entry in enumerate(entries):
             for key, value in entry.items():
                 bounds = value.values() if isinstance(value, dict) else ()
-                if any(isinstance(bound, bool) or not isinstance(bound, int | float) for bound in bounds):
+                if not all(map(is_finite, bounds)):
                     self.refuse(f"exclude[{i}]: {key}", value, "must have numbers for min and max")
         return entries
 
@@ -295,12 +305,8 @@ def _places(section: Mapping[str, Any]) -> Mapping[str, Place]:
 
 
 def _together(mistakes: Sequence[InputError]) -> InputError:
-    """Combine errors into one that lists at most `MOST_MISTAKES` mistakes."""
-    first, *rest = (
-        InputError(m.file, m.key, m.value, m.allowed, line=m.line, entry=m.entry) for m in mistakes[:MOST_MISTAKES]
-    )
-    if len(mistakes) > MOST_MISTAKES:
-        rest.append(InputError(first.file, "", None, f"and {len(mistakes) - MOST_MISTAKES} more mistakes"))
+    """Combine errors into one."""
+    first, *rest = (InputError(m.file, m.key, m.value, m.allowed, line=m.line, entry=m.entry) for m in mistakes)
     return InputError(
         first.file, first.key, first.value, first.allowed, line=first.line, entry=first.entry, others=rest
     )
@@ -331,9 +337,8 @@ def _matches(merged: Mapping[str, Any], entry: Mapping[str, Any]) -> bool:
 
     def fits(value: Any, wanted: Any) -> bool:
         if isinstance(wanted, dict) and wanted and set(wanted) <= {"min", "max"}:
-            number = isinstance(value, int | float) and not isinstance(value, bool)
-            return number and wanted.get("min", -math.inf) <= value <= wanted.get("max", math.inf)
-        if isinstance(value, int | float) and isinstance(wanted, int | float):
+            return is_finite(value) and wanted.get("min", -math.inf) <= value <= wanted.get("max", math.inf)
+        if is_finite(value) and is_finite(wanted):
             return math.isclose(value, wanted, rel_tol=1e-9)
         return bool(value == wanted)
 

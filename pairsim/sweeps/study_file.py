@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any, Literal
 from pairsim.config.case import Case, SceneCase
 from pairsim.config.case_file import check_keys
 from pairsim.config.curve_case import CurveCase
+from pairsim.config.values import is_finite
 from pairsim.config.yaml_file import place_of
 from pairsim.results.columns import series_columns
 from pairsim.runtime.errors import InputError
@@ -215,6 +215,6 @@ def _grids(
 
 def _numbers(value: Any, key: str, allowed: str, refuse: Refuse) -> tuple[float, ...]:
     values = value if isinstance(value, list) else [value]
-    if any(isinstance(v, bool) or not isinstance(v, int | float) or not math.isfinite(v) for v in values):
+    if not all(map(is_finite, values)):
         refuse(key, value, allowed)
     return tuple(map(float, values))
