@@ -200,17 +200,25 @@ def travel(
     the mean velocity U of the pair [D_c]; there must be no zero of dU between the
     distances. If the case has a physical block, also in s and mm.
     """
+    from pairsim.config.quantities import QUANTITY
     from pairsim.results.folders import kind_of, valid_record
     from pairsim.results.physical_table import scales_of
     from pairsim.results.travel import travel_in
 
     if (kind := kind_of(directory)) != "curve":
         raise InputError(str(directory), "", None, f"must be a folder of `pairsim curve`, not of `pairsim {kind}`")
-    ends = [_distance(directory, option, text) for option, text in (("--from", start), ("--to", stop))]
-    result = travel_in(directory, *ends)
+    typed = {"--from": start, "--to": stop}
+    ends = {option: _distance(directory, option, text) for option, text in typed.items()}
+    try:
+        result = travel_in(directory, *ends.values())
+    except InputError as error:
+        if error.key not in ends or QUANTITY.fullmatch(typed[error.key].strip()) is None:
+            raise
+        gives = f"gives d = {ends[error.key]:g}, which {error.allowed}"
+        raise InputError(error.file, error.key, typed[error.key], gives) from None
     typer.echo(
-        f"from d = {ends[0]:g} to {ends[1]:g}: {result.time:.4g} D_c/U_av and {result.length:.4g} D_c of tube "
-        f"(mean velocity {result.length / result.time:.4g} U_av)"
+        f"from d = {ends['--from']:g} to {ends['--to']:g}: {result.time:.4g} D_c/U_av and "
+        f"{result.length:.4g} D_c of tube (mean velocity {result.length / result.time:.4g} U_av)"
     )
     if "scales" in valid_record(directory):
         scales = scales_of(directory)

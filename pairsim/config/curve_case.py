@@ -13,7 +13,7 @@ from pairsim.config.case import SceneCase
 from pairsim.config.case_checks import check_scene
 from pairsim.config.mistakes import Mistake, missing
 from pairsim.config.ranges import RANGE, spelled_out
-from pairsim.config.values import FOLLOWED, CurveTolerance, Distance, Parameter, Whole, number
+from pairsim.config.values import FOLLOWED, CurveTolerance, Distance, Positive, Whole, number
 
 MOST_VALUES = 10_000
 _RANGE = "a list, or {start, stop, num, spacing: log or linear} with start and stop above 0 and num from 2 to 10000"
@@ -71,7 +71,7 @@ Gaps = Annotated[
     BeforeValidator(expanded),
 ]
 Values = Annotated[
-    tuple[Parameter, ...],
+    tuple[Positive, ...],
     Field(min_length=1, max_length=MOST_VALUES, json_schema_extra=_or_range("a finite number above 0")),
     BeforeValidator(expanded),
 ]

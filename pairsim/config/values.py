@@ -18,6 +18,7 @@ NAME = r"^\w[\w.+-]{0,99}$"  # pattern of a name of a case
 NAME_WORDS = (
     f"a word of at most 100 letters ({LONGEST_NAME} bytes), digits and . _ + -, not beginning with one of . + -"
 )
+FOLDER_WORDS = f"a name for a folder: at most {LONGEST_NAME} bytes, without /, not beginning with a point"
 
 
 def is_finite(value: Any) -> bool:
@@ -53,8 +54,9 @@ def whole(value: Any) -> int:
 
 
 def fits_a_folder(name: str) -> bool:
-    """Whether a text can be part of the name of a folder: not too long, and printable on one line."""
-    return bool(name) and name.isprintable() and "/" not in name and len(name.encode()) <= LONGEST_NAME
+    """Whether a text can be the name of a folder: not hidden, not too long, and printable on one line."""
+    is_one = bool(name) and not name.startswith(".") and "/" not in name
+    return is_one and name.isprintable() and len(name.encode()) <= LONGEST_NAME
 
 
 def is_name(text: str) -> bool:
@@ -111,4 +113,6 @@ Tolerance = Annotated[float, Field(ge=1e-9, le=0.1), BeforeValidator(number)]
 CurveTolerance = Annotated[float, Field(ge=1e-9, le=1), BeforeValidator(number)]
 Interval = Annotated[float, Field(ge=0, le=1e9), BeforeValidator(number)]
 Seconds = Annotated[float, Field(ge=0.001, le=1e9), BeforeValidator(number)]
-Parameter = Annotated[float, Field(gt=0), BeforeValidator(number)]  # Ca_e or De, whose own range is checked, too
+# Of several keys, each of which has a range of its own that is checked, too.
+Number = Annotated[float, BeforeValidator(number)]
+Positive = Annotated[float, Field(gt=0), BeforeValidator(number)]

@@ -11,12 +11,12 @@ import re
 import stat
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import yaml
 
 from pairsim.runtime.errors import InputError
-from pairsim.runtime.text import control_characters, shown
+from pairsim.runtime.text import as_typed, control_characters
 
 LARGEST_FILE = 2_000_000  # bytes; reading takes some 10 s per MB
 MOST_VALUES = 250_000  # keys and values, counted as often as aliases repeat them
@@ -60,24 +60,45 @@ class Section(dict[str, Any]):
 yaml.SafeDumper.add_representer(Section, yaml.SafeDumper.represent_dict)
 
 
+def places_in(data: Mapping[str, Any]) -> Mapping[str, Place]:
+    """Where the keys of a group were given, as far as that is known."""
+    return data.places if isinstance(data, Section) else {}
+
+
 def place_of(data: Mapping[str, Any], key: str) -> Place | None:
-    """Where a dotted key was given; if it is missing, the place of its group, else None."""
-    if isinstance(data, Section) and key in data.places:  # an unknown key that contains a point
-        return data.places[key]
+    """Where a dotted key, such as mesh.Np or cases[1].mesh.Np, was given.
+
+    If it is missing, the place of what it would be in; None if that is unknown.
+    """
     place = None
     inner: Any = data
-    for name in re.sub(r"\[\d+\]", "", key).split("."):
-        if not isinstance(inner, Section):
+    rest = key
+    while rest:
+        index = re.match(r"\[(\d+)\]\.?", rest)
+        if index is not None:
+            rest = rest[index.end() :]
+            if isinstance(inner, list) and int(index[1]) < len(inner):
+                inner = inner[int(index[1])]
+                place = _start(inner) or place
+        elif not isinstance(inner, Section):
             break
-        place = inner.places.get(name, place)
-        inner = inner.get(name)
+        else:
+            # A key may contain points, such as mesh.Np of a grid, and an unknown key anything.
+            names = (rest, rest.partition("[")[0], re.split(r"[.\[]", rest)[0])
+            name = next((name for name in names if name in inner.places), names[-1])
+            place = inner.places.get(name, place)
+            inner = inner.get(name)
+            rest = rest[max(len(name), 1) :].removeprefix(".")
     return place
+
+
+def _start(value: Any) -> Place | None:
+    """Place of the first key of a group."""
+    return next(iter(places_in(value).values()), None) if isinstance(value, Section) else None
 
 
 class _Loader(yaml.SafeLoader):
     """YAML without tags, with limits on size and depth, in which 1e-3 is a number and a repeated key is an error."""
-
-    yaml_implicit_resolvers: ClassVar[dict[str, Any]] = {}  # those of YAML 1.1 are not inherited
 
     def __init__(self, text: str, name: str) -> None:
         super().__init__(text)
@@ -97,7 +118,7 @@ class _Loader(yaml.SafeLoader):
             return yaml.composer.ComposerError(None, None, problem, event.start_mark)
 
         if (tag := getattr(event, "tag", None)) not in (None, "!"):
-            raise refuse(f"must not have tags such as {shown(tag)}")
+            raise refuse(f"must not have tags such as {as_typed(tag)}")
         if self._depth == DEEPEST:
             raise refuse(f"must have at most {DEEPEST} groups and lists within each other")
         self._depth += 1
@@ -135,7 +156,7 @@ class _Loader(yaml.SafeLoader):
             yaml.constructor.ConstructorError: It has too many digits.
         """
         if len(digits := self.construct_scalar(node)) > MOST_DIGITS:
-            problem = f"{shown(digits)} must have at most {MOST_DIGITS} digits"
+            problem = f"{as_typed(digits)} must have at most {MOST_DIGITS} digits"
             raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
         return int(digits)
 
@@ -151,10 +172,10 @@ class _Loader(yaml.SafeLoader):
                 continue
             key = self.construct_object(key_node, deep=True)
             if not isinstance(key, str):
-                problem = f"key {shown(key)} must be text"
+                problem = f"key {as_typed(key)} must be text"
                 raise yaml.constructor.ConstructorError(None, None, problem, key_node.start_mark)
             if key in seen:
-                problem = f"key {shown(key)} must be given only once"
+                problem = f"key {as_typed(key)} must be given only once"
                 raise yaml.constructor.ConstructorError(None, None, problem, key_node.start_mark)
             seen.add(key)
         self.flatten_mapping(node)
@@ -176,6 +197,7 @@ def _children(node: yaml.Node) -> list[yaml.Node]:
     return list(node.value) if isinstance(node, yaml.SequenceNode) else []
 
 
+_Loader.yaml_implicit_resolvers = {}  # those of YAML 1.1 are not inherited
 _Loader.add_constructor("tag:yaml.org,2002:map", _Loader.construct_section)
 _Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_yaml_int)
 for _kind, _pattern, _first in (

@@ -7,7 +7,7 @@ import traceback
 from collections.abc import Sequence
 from typing import Any
 
-from pairsim.runtime.text import printable, shown
+from pairsim.runtime.text import as_typed, printable
 
 MOST_MISTAKES = 20  # number of mistakes listed in a message
 LONGEST_PLACE, LONGEST_ADVICE = 200, 1000  # characters of a file, entry or key, and of what is allowed, in a message
@@ -62,7 +62,7 @@ class InputError(PairsimError, ValueError):
         self.line, self.entry, self.others = line, entry, tuple(others)
         place, entry, key = (printable(part, LONGEST_PLACE) for part in (file, entry, key))
         where = [place if line is None else f"{place}:{line}", *(part for part in (entry, key) if part)]
-        given = "" if value is None else f"got {shown(value)}; "
+        given = "" if value is None else f"got {as_typed(value)}; "
         self.sentence = f"{': '.join(where)}: {given}{printable(allowed, LONGEST_ADVICE)}"
         sentences = [error.sentence for error in self.mistakes]
         more = [f"and {len(sentences) - MOST_MISTAKES} more mistakes"] if len(sentences) > MOST_MISTAKES else []

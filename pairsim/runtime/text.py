@@ -2,24 +2,56 @@
 
 from __future__ import annotations
 
-import reprlib
 import unicodedata
+from collections.abc import Mapping, Sequence
+from itertools import islice
 from typing import Any
 
 LONGEST = 80  # characters of a value in a message
 CONTROL = ("Cc", "Cs")  # Unicode categories: control characters, and halves of surrogate pairs, which no file can hold
 
-_repr = reprlib.Repr(maxstring=LONGEST, maxother=LONGEST, maxlong=40, maxlist=8, maxtuple=8, maxdict=8, fillvalue="…")
+MOST_ENTRIES, MOST_LEVELS = 8, 4  # of groups and lists
 
 
-def shown(value: Any) -> str:
-    """A value as a message gives it: as Python writes it, but true and false as in YAML; shortened."""
+def as_typed(value: Any, levels: int = MOST_LEVELS) -> str:
+    """A value as it would be typed in a file, shortened.
+
+    Numbers have fifteen digits, so that the rounding error of a conversion does not show: 0.34, not
+    0.33999999999999997.
+
+    Args:
+        value: The value.
+        levels: Number of groups and lists within each other that are shown.
+    """
     if isinstance(value, bool):
         return str(value).lower()
+    if isinstance(value, int):
+        return _digits(value)
+    if isinstance(value, float):
+        return f"{value:.15g}"
+    if isinstance(value, Mapping | list | tuple):
+        return _entries(value, levels)
+    return "null" if value is None else repr(shortened(value, LONGEST) if isinstance(value, str) else value)
+
+
+def _entries(value: Mapping[Any, Any] | Sequence[Any], levels: int) -> str:
+    """The first entries of a group or list."""
+    more = ["…"] if len(value) > MOST_ENTRIES else []
+    if isinstance(value, Mapping):
+        pairs = islice(value.items(), MOST_ENTRIES if levels else 0)
+        each = [f"{printable(str(key), LONGEST)}: {as_typed(entry, levels - 1)}" for key, entry in pairs]
+        return "{" + ", ".join(each + more) + "}"
+    return (
+        f"[{', '.join([as_typed(entry, levels - 1) for entry in islice(value, MOST_ENTRIES if levels else 0)] + more)}]"
+    )
+
+
+def _digits(number: int) -> str:
+    """A whole number, shortened."""
     try:
-        return shortened(_repr.repr(value), 2 * LONGEST)
-    except ValueError:  # Python refuses to write integers of more than 4300 digits
-        return "a number of more than 4300 digits" if isinstance(value, int) else f"a {type(value).__name__}"
+        return shortened(str(number), LONGEST // 2)
+    except ValueError:  # Python refuses to convert more than 4300 digits
+        return "a number of more than 4300 digits"
 
 
 def printable(text: str, longest: int | None = None) -> str:
