@@ -15,7 +15,8 @@ from pydantic_core import PydanticCustomError
 from pairsim.config.mistakes import Mistake, missing
 from pairsim.config.quantities import quantity_range
 from pairsim.config.ranges import RANGE, spelled_out
-from pairsim.config.values import FOLDER_WORDS, Number, Positive, Whole, fits_a_folder, is_finite
+from pairsim.config.values import FOLDER_WORDS, Number, Positive, Whole, is_finite
+from pairsim.runtime.names import fits_a_folder
 
 MOST_CASES = 100_000
 MOST_VALUES = 10 * MOST_CASES  # of all keys of grid, or of a group of zip
@@ -64,7 +65,7 @@ def _bounds(value: Any) -> Any:
     """A value of `exclude`: any, but the bounds of {min, max} are numbers."""
     bounds = value.values() if isinstance(value, Mapping) else ()
     if not all(map(is_finite, bounds)):
-        raise _error("must have finite numbers for min and max")
+        raise _error("must have numbers for min and max")
     return value
 
 

@@ -13,7 +13,8 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
-LONGEST_NAME = 200  # bytes in UTF-8; file systems take 255, of which hashes and temporary names need some
+from pairsim.runtime.names import LONGEST_NAME, fits_a_folder
+
 NAME = r"^\w[\w.+-]{0,99}$"  # pattern of a name of a case
 NAME_WORDS = (
     f"a word of at most 100 letters ({LONGEST_NAME} bytes), digits and . _ + -, not beginning with one of . + -"
@@ -51,12 +52,6 @@ def whole(value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
         raise ValueError("must be a whole number")
     return value
-
-
-def fits_a_folder(name: str) -> bool:
-    """Whether a text can be the name of a folder: not hidden, not too long, and printable on one line."""
-    is_one = bool(name) and not name.startswith(".") and "/" not in name
-    return is_one and name.isprintable() and len(name.encode()) <= LONGEST_NAME
 
 
 def is_name(text: str) -> bool:

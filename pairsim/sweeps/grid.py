@@ -17,10 +17,11 @@ from pairsim.config.many_cases import SweepFile, check_sweep
 from pairsim.config.merging import merge
 from pairsim.config.mistakes import Mistake, Mistakes, input_error
 from pairsim.config.physical import BLOCK, forget_numbers
-from pairsim.config.values import FOLDER_WORDS, fits_a_folder, is_finite, is_name
+from pairsim.config.values import FOLDER_WORDS, is_finite, is_name
 from pairsim.config.yaml_file import Section, apply_settings, place_of, places_in, read_yaml
 from pairsim.results.folders import read_record
 from pairsim.runtime.errors import InputError
+from pairsim.runtime.names import fits_a_folder
 from pairsim.sweeps.commands import COMMANDS, Checked, SweepCommand
 
 NUMBERS = ("beta", "De", "Ca_e", "xi", "d0", "time.end")  # keys whose values a physical block can give
