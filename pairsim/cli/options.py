@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from pairsim.runtime.errors import InputError
+from pairsim.runtime.launcher import launched
 from pairsim.runtime.names import wrong_in
 
 if TYPE_CHECKING:
@@ -82,8 +83,12 @@ def show_estimate(case: SceneCase, directory: Path, estimate: Estimate) -> None:
 
 
 def rank() -> int:
-    """MPI rank of this process, without importing MPI."""
-    if (mpi := sys.modules.get("mpi4py.MPI")) is not None:
+    """MPI rank of this process, without importing MPI.
+
+    The launcher's word counts where its processes do not see each other, each being the only one of its MPI.
+    """
+    mpi = sys.modules.get("mpi4py.MPI")
+    if mpi is not None and (mpi.COMM_WORLD.size > 1 or launched() == 1):
         return int(mpi.COMM_WORLD.rank)
     launchers = ("PMI_RANK", "PMIX_RANK", "OMPI_COMM_WORLD_RANK", "SLURM_PROCID")
     return int(next((os.environ[name] for name in launchers if os.environ.get(name)), 0))

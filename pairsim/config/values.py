@@ -87,7 +87,8 @@ def _zero_or(least: float, most: float) -> Any:
 # Bounds come before the validator, so that they also appear in the JSON schema of a union.
 Whole = Annotated[int, BeforeValidator(whole)]
 CaseName = Annotated[str, Field(pattern=NAME, json_schema_extra={"words": NAME_WORDS}), BeforeValidator(_name)]
-Diameter = Annotated[float, Field(ge=1e-3, le=0.999), BeforeValidator(number)]
+DIAMETERS = 1e-3, 0.999  # [D_c]; cell sizes by default follow from the diameter
+Diameter = Annotated[float, Field(ge=DIAMETERS[0], le=DIAMETERS[1]), BeforeValidator(number)]
 FOLLOWED = {"De": (1e-6, 1e4), "Ca_e": (1e-6, 1e4)}  # ranges of the parameters over which curves are followed
 Deborah = Annotated[float, _zero_or(*FOLLOWED["De"]), BeforeValidator(_zero_or_at_least(FOLLOWED["De"][0]))]
 Capillary = Annotated[float, _zero_or(*FOLLOWED["Ca_e"]), BeforeValidator(_zero_or_at_least(FOLLOWED["Ca_e"][0]))]

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from pairsim.runtime.errors import InputError
-from pairsim.runtime.text import as_typed, control_characters
+from pairsim.runtime.text import as_typed, control_characters, printable
 
 LARGEST_FILE = 2_000_000  # bytes; reading takes some 10 s per MB
 MOST_VALUES = 250_000  # keys and values, counted as often as aliases repeat them
@@ -276,7 +276,9 @@ def read_yaml(path: Path) -> Section:
 def _problem(error: yaml.YAMLError, text: str) -> tuple[int | None, str]:
     """The line of an error of PyYAML, None if unknown, and what is wrong."""
     if isinstance(error, yaml.reader.ReaderError):
-        return text.count("\n", 0, error.position) + 1, f"the character U+{ord(error.character):04X} is not allowed"
+        return text.count(
+            "\n", 0, error.position
+        ) + 1, f"the character {printable(text[error.position])} is not allowed"
     if isinstance(error, yaml.MarkedYAMLError):
         return error.problem_mark.line + 1 if error.problem_mark else None, str(error.problem)
     return None, str(error)
