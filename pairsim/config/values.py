@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeGuard
 
 from pydantic import BeforeValidator, Field
 
@@ -22,7 +22,7 @@ NAME_WORDS = (
 FOLDER_WORDS = f"a name for a folder: at most {LONGEST_NAME} bytes, without /, not beginning with a point"
 
 
-def is_finite(value: Any) -> bool:
+def is_finite(value: Any) -> TypeGuard[float]:
     """Whether a value is a number that double precision can hold; booleans are not."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
