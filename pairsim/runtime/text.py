@@ -36,14 +36,14 @@ def as_typed(value: Any, levels: int = MOST_LEVELS) -> str:
 
 def _entries(value: Mapping[Any, Any] | Sequence[Any], levels: int) -> str:
     """The first entries of a group or list."""
-    more = ["…"] if len(value) > MOST_ENTRIES else []
+    most = MOST_ENTRIES if levels else 0
+    more = ["…"] if len(value) > most else []
     if isinstance(value, Mapping):
-        pairs = islice(value.items(), MOST_ENTRIES if levels else 0)
-        each = [f"{printable(str(key), LONGEST)}: {as_typed(entry, levels - 1)}" for key, entry in pairs]
-        return "{" + ", ".join(each + more) + "}"
-    return (
-        f"[{', '.join([as_typed(entry, levels - 1) for entry in islice(value, MOST_ENTRIES if levels else 0)] + more)}]"
-    )
+        pairs = islice(value.items(), most)
+        shown = [f"{printable(str(key), LONGEST)}: {as_typed(entry, levels - 1)}" for key, entry in pairs]
+        return "{" + ", ".join(shown + more) + "}"
+    shown = [as_typed(entry, levels - 1) for entry in islice(value, most)]
+    return f"[{', '.join(shown + more)}]"
 
 
 def _digits(number: int) -> str:

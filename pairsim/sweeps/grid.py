@@ -135,9 +135,12 @@ def _file(path: Path, name: str, key: str, data: Mapping[str, Any]) -> Section:
     """The content of a case file that a key of a grid file names.
 
     Raises:
-        InputError: It cannot be read.
+        InputError: It cannot be read, or is not in the folder of the grid file or below it.
     """
     named = path.parent / name
+    if Path(name).is_absolute() or ".." in Path(name).parts:
+        inside = "must be a file in the folder of this file or in a folder below it"
+        raise input_error([Mistake(key, name, inside)], data, str(path))
     try:
         return read_yaml(named)
     except InputError as error:
