@@ -191,6 +191,12 @@ def check_file[T: BaseModel](
     return file, mistakes + [m for m in check(file) if re.split(r"[.\[]", m.key)[0] not in named]
 
 
+PARSERS: dict[str, Callable[[Mapping[str, Any], str], SceneCase]] = {
+    "run": case_from_dict,
+    "curve": curve_from_dict,
+    "critical": critical_from_dict,
+}
+"""The function that validates the keys and values of a case of each command."""
 LOADERS: dict[str, Callable[[Path, tuple[str, ...]], SceneCase]] = {
     "run": load_case,
     "curve": load_curve,

@@ -80,6 +80,8 @@ def _is_number(value: Any) -> bool:
         float(value)
     except (TypeError, ValueError):
         return False
+    except OverflowError:
+        return True
     return True
 
 
@@ -111,14 +113,16 @@ def si(text: str, kind: Kind) -> float:
 
 
 def _in(unit: Any, number: float, given: pint.Unit) -> float:
-    """Convert a number from the unit given to a compatible one; infinite if double precision cannot hold it.
-
-    It is rounded to fifteen digits, so that 50 um is 5e-05 m and not 4.9999999999999996e-05.
-    """
+    """Convert a number from the unit given to a compatible one; infinite if double precision cannot hold it."""
     try:
-        return float(f"{_registry().Quantity(number, given).to(unit).magnitude:.15g}")
+        return rounded(_registry().Quantity(number, given).to(unit).magnitude)
     except ArithmeticError:
         return math.inf
+
+
+def rounded(value: float) -> float:
+    """A converted number to fifteen digits: 50 um is 5e-05 m, not 4.9999999999999996e-05."""
+    return float(f"{value:.15g}")
 
 
 def quantity_range(described: Mapping[str, Any], most: int, spacing: str = "linear") -> list[str]:

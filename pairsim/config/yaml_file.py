@@ -77,7 +77,7 @@ def place_of(data: Mapping[str, Any], key: str) -> Place | None:
         index = re.match(r"\[(\d+)\]\.?", rest)
         if index is not None:
             rest = rest[index.end() :]
-            if isinstance(inner, list) and int(index[1]) < len(inner):
+            if isinstance(inner, list | tuple) and int(index[1]) < len(inner):
                 inner = inner[int(index[1])]
                 place = _start(inner) or place
         elif not isinstance(inner, Section):

@@ -138,7 +138,8 @@ def _file(path: Path, name: str, key: str, data: Mapping[str, Any]) -> Section:
         InputError: It cannot be read, or is not in the folder of the grid file or below it.
     """
     named = path.parent / name
-    if Path(name).is_absolute() or ".." in Path(name).parts:
+    leaves = Path(name).is_absolute() or ".." in Path(name).parts
+    if leaves and places_in(data):  # the content of a file, perhaps someone else's; a Python program may name any file
         inside = "must be a file in the folder of this file or in a folder below it"
         raise input_error([Mistake(key, name, inside)], data, str(path))
     try:
@@ -221,7 +222,7 @@ class _Reader:
             if (merged := self._changed(changes, where)) is not None:
                 yield where, changes, merged, True
         cases = self.data.get("cases")
-        for i, entry in enumerate(cases if isinstance(cases, list) else ()):
+        for i, entry in enumerate(cases if isinstance(cases, list | tuple) else ()):
             where = self.names[i] if self.names is not None else f"cases[{i}]"
             if isinstance(entry, str):
                 try:

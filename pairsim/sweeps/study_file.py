@@ -126,7 +126,7 @@ class _Reader:
         alone = self.base.get("particles", 2) == 1
         if file.places == "d" and file.at and alone:
             yield Mistake("at", file.at, "must be left out: there is only one particle")
-        if file.places == "d" and not file.at and not alone and "at" not in self.data:
+        if file.places == "d" and not alone and not self.data.get("at"):
             yield missing("at", "must be the distances at which dU is compared")
         for i, (command, entry) in enumerate(zip(file.commands, file.discretisations, strict=True)):
             for key in self._followed(command):

@@ -6,6 +6,7 @@ What a file or a command line may contain at most is documented with `pairsim.co
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 from collections.abc import Callable
@@ -20,6 +21,7 @@ from pairsim.config.case_file import load_case
 from pairsim.config.values import FOLLOWED
 from pairsim.physics.materials.polymer import Law
 from pairsim.physics.pipe import Pipe
+from pairsim.results.physical_table import table_of
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import as_typed, printable
 from pairsim.sweeps.grid import read_grid
@@ -155,6 +157,9 @@ HOSTILE = {
         "1e300 m",
         *["--particle", "1m", "--viscosity", "1Pa.s", "--flow", "1ul/s"],
     ),
+    "400 digits of a quantity": run(
+        f"physical: {{tube: {'4' * 400}, viscosity: 1 Pa.s, flow_rate: 1 ul/s}}\n", "has no unit; must be a length"
+    ),
     "power of a unit": line(
         "must be from",
         "units",
@@ -193,7 +198,7 @@ def test_ends_with_one_short_message(name: str, complaint: Callable[..., str]) -
     message = complaint(HOSTILE[name])
     assert HOSTILE[name].expected in message
     first, *rest = message.splitlines()
-    assert first.startswith("pairsim: ")
+    assert first.startswith(("pairsim: ", "pairsim units: "))
     assert all(len(each) < LONGEST for each in (first, *rest))
     assert len(rest) <= (int(first.split()[1]) if first.endswith("mistakes:") else 0)
 
@@ -220,6 +225,23 @@ def test_message_lists_twenty_mistakes_and_counts_the_others(tmp_path: Path) -> 
     assert len(caught.value.mistakes) == 100
     assert len(lines) == 21
     assert lines[-1] == "and 80 more mistakes"
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ("t,null\n", "series.csv: got 'null'; must be a column of `pairsim`"),
+        ("t,dU\n0,x\n", "series.csv: must have numbers in its rows (could not convert string to float: 'x')"),
+        ("", "series.csv: cannot be read"),
+    ],
+)
+def test_damaged_table_is_refused(table: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "series.csv").write_text(table)
+    scales = {"length": 1e-3, "velocity": 1.0, "stress": 1.0, "time": 1.0}
+    (tmp_path / "run.json").write_text(json.dumps({"kind": "run", "scales": scales}))
+    with pytest.raises(InputError) as caught:
+        table_of(tmp_path, None, physical=True)
+    assert message in str(caught.value)
 
 
 @pytest.mark.parametrize("number", [*FOLLOWED["De"], 1.0])
