@@ -50,7 +50,7 @@ def check(given: Input, ended: Ended) -> None:
     if ended.code == 0:
         assert ended.out, (given, ended)
     else:
-        assert ended.err.startswith(("pairsim: ", "Usage: ")), (given, ended)
+        assert ended.err.startswith(("pairsim: ", "pairsim units: ", "pairsim schema: ", "Usage: ")), (given, ended)
         assert ended.out == "", (given, ended)
 
 
