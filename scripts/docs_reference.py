@@ -137,7 +137,7 @@ def cli() -> str:
         "",
         "## Reasons of failures",
         "",
-        "A command that ends with exit code 3 writes one of these into run.json:",
+        "A command that ends with exit code 3, or 4 for `environment`, writes one of these into run.json:",
         "",
     ]
     return "\n".join([*lines, *end, table(("reason", "meaning"), reasons)])

@@ -1,4 +1,4 @@
-"""Commands for writing case files: commented examples, and the list of keys."""
+"""First commands: commented examples, the list of keys, and a check of the installation."""
 
 from __future__ import annotations
 
@@ -26,6 +26,27 @@ def init(
     path = write_example(kind, name or kind, Path())
     typer.echo(str(path))
     typer.echo(f"next: pairsim {kind} {path} --dry-run", err=True)
+
+
+@app.command(epilog="Example: pairsim doctor")
+def doctor() -> None:
+    """Check the installation: compiler, caches, MPI, gmsh, FEniCSx, MUMPS, pictures.
+
+    Says what was found and what to do where something is missing, and computes a
+    small case, for which it may compile a form (some ten seconds).
+
+    Exit codes: 0 cases can be computed, 4 they cannot.
+    """
+    from pairsim.api.doctor import checks
+    from pairsim.runtime.errors import ENVIRONMENT
+
+    broken = False
+    for check in checks():
+        typer.echo(f"{check.status:8} {check.name}: {check.found}")
+        if check.remedy:
+            typer.echo(f"{'':8} try: {check.remedy}")
+        broken = broken or check.status == "broken"
+    raise typer.Exit(ENVIRONMENT if broken else 0)
 
 
 @app.command(

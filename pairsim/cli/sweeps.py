@@ -13,6 +13,7 @@ import typer
 
 from pairsim.cli.options import Progress, Quiet, Settings, print_table, rank, usable
 from pairsim.runtime.errors import InputError
+from pairsim.runtime.signals import Signals
 
 app = typer.Typer()
 
@@ -79,7 +80,7 @@ def sweep(
     the processes.
 
     Exit codes: 0 no case failed, 2 wrong input, 3 some cases failed or the disk
-    is full, 130 interrupted.
+    is full, 4 installation or system at fault (pairsim doctor), 130 interrupted.
     """
     from pairsim.sweeps.grid import read_grid
     from pairsim.sweeps.summary import dry_run_view, parse_shard, parse_time
@@ -126,8 +127,9 @@ def sweep(
         workers,
     )
     reporter = make_sweep_reporter("none" if quiet else progress, comm.rank if comm else 0)
-    code, message = run_sweep(checked, directory, options, comm, reporter)
-    _end_sweep(code, message, directory, quiet)
+    with Signals(final=True):
+        code, message = run_sweep(checked, directory, options, comm, reporter)
+        _end_sweep(code, message, directory, quiet)
 
 
 def _end_sweep(code: int, message: str, directory: Path, quiet: bool) -> NoReturn:
@@ -174,7 +176,7 @@ def study(
     interrupted study, and mpirun distributes the cases over the processes.
 
     Exit codes: 0 no case failed, 2 wrong input, 3 some cases failed or the disk
-    is full, 130 interrupted.
+    is full, 4 installation or system at fault (pairsim doctor), 130 interrupted.
     """
     from pairsim.config.yaml_file import read_yaml
     from pairsim.runtime.launcher import launcher_communicator
@@ -186,8 +188,9 @@ def study(
     directory = output or Path("runs") / checked.name
     comm = launcher_communicator()
     reporter = make_sweep_reporter("none" if quiet else progress, comm.rank if comm else 0)
-    code, message = run_study(checked, directory, case_timeout, comm, reporter)
-    _end_sweep(code, message, directory, quiet)
+    with Signals(final=True):
+        code, message = run_study(checked, directory, case_timeout, comm, reporter)
+        _end_sweep(code, message, directory, quiet)
 
 
 @app.command(epilog="Examples: pairsim status runs/sweep | pairsim status out --watch | pairsim status runs/quickstart")

@@ -99,22 +99,20 @@ class FieldsWriter:
         name: File name without suffix; existing files are replaced at the first frame.
         keep: Append after this number of frames of the existing files; after none if these are damaged.
 
+    Attributes:
+        frames: Number of frames in the files.
+
     Raises:
         OSError: There is no disk space for a copy of the frames to keep.
     """
 
     def __init__(self, folder: Path | str, name: str = "fields", keep: int = 0) -> None:
         self.folder, self.name = Path(folder), name
-        self._frames: list[ElementTree.Element] = []
+        self.frames = 0
         self._meshes: dict[int, bytes] = {}  # digest of the topology
         self._t = -np.inf
         if keep:
             self._cut(keep)
-
-    @property
-    def frames(self) -> int:
-        """Number of frames in the files."""
-        return len(self._frames)
 
     def _cut(self, keep: int) -> None:
         """Keep the first frames and remove the others; files that cannot be read are left unchanged."""
@@ -122,8 +120,7 @@ class FieldsWriter:
         if path.is_file() and shutil.disk_usage(self.folder).free < path.stat().st_size:
             raise OSError(errno.ENOSPC, "No space left for a copy of the frames to keep", str(path))
         try:
-            grids = ElementTree.parse(self.folder / f"{self.name}.xdmf").findall("Domain/Grid/Grid")[:keep]
-            meshes = {}
+            grids, meshes = self._grids(keep), {}
             with h5py.File(path, "r", locking=False) as old, h5py.File(part, "w", libver="earliest") as new:
                 for index in range(keep):
                     key = f"frames/{index:06d}"
@@ -133,14 +130,12 @@ class FieldsWriter:
                         mesh = old[f"mesh/{number:06d}"]
                         old.copy(mesh, new.require_group("mesh"))
                         meshes[number] = _digest(mesh["cells"][()], mesh["region"][()])
-            if len(grids) < keep:
-                raise KeyError(f"{len(grids)} of {keep} frames")
-        except (OSError, KeyError, RuntimeError, ElementTree.ParseError):
+        except (OSError, KeyError, RuntimeError):
             part.unlink(missing_ok=True)
             return
-        self._frames, self._meshes, self._t = grids, meshes, t
+        self.frames, self._meshes, self._t = keep, meshes, t
         part.replace(path)
-        self._write_xdmf()
+        self._write_xdmf(grids)
 
     def write(self, frame: FieldFrame) -> None:
         """Append a frame.
@@ -161,7 +156,7 @@ class FieldsWriter:
         grid = ElementTree.Element("Grid", Name=f"t = {frame.t:.6g}", GridType="Uniform")
         ElementTree.SubElement(grid, "Time", Value=repr(float(frame.t)))
         path = self.folder / f"{self.name}.h5"
-        if not self._frames:
+        if not self.frames:
             with _append(path, "w"):
                 pass
         _reserve(path, frame)
@@ -169,8 +164,8 @@ class FieldsWriter:
             self._write_mesh(h5, grid, frame, cells)
             self._write_fields(h5, grid, frame)
         self._meshes[frame.mesh_id], self._t = digest, frame.t
-        self._frames.append(grid)
-        self._write_xdmf()
+        self._write_xdmf([*self._grids(self.frames), grid])
+        self.frames += 1
 
     def _item(self, parent: ElementTree.Element, data: h5py.Dataset) -> None:
         """Add a reference to a dataset of the HDF5 file."""
@@ -199,7 +194,7 @@ class FieldsWriter:
         self._attribute(grid, "region", mesh["region"], "Cell")
 
     def _write_fields(self, h5: h5py.File, grid: ElementTree.Element, frame: FieldFrame) -> None:
-        key = f"frames/{len(self._frames):06d}"
+        key = f"frames/{self.frames:06d}"
         if key in h5:  # left by an interrupted write
             del h5[key]
         group = h5.create_group(key)
@@ -212,11 +207,27 @@ class FieldsWriter:
         group.attrs["mesh_id"] = frame.mesh_id
         group.attrs["t"] = frame.t  # written last: a frame without it is incomplete
 
-    def _write_xdmf(self) -> None:
+    def _grids(self, count: int) -> list[ElementTree.Element]:
+        """Read the descriptions of the first frames; they are not kept in memory, as a long run has many.
+
+        Raises:
+            OSError: There are fewer.
+        """
+        path = self.folder / f"{self.name}.xdmf"
+        try:
+            grids = ElementTree.parse(path).findall("Domain/Grid/Grid")[:count] if count else []
+        except ElementTree.ParseError as error:
+            raise OSError(errno.EIO, f"damaged ({error})", str(path)) from error
+        if len(grids) < count:
+            raise OSError(errno.EIO, f"damaged ({len(grids)} of {count} frames)", str(path))
+        return grids
+
+    def _write_xdmf(self, grids: list[ElementTree.Element]) -> None:
+        """Write the descriptions of all frames, and that of the last one alone."""
         collection = {"Name": self.name, "GridType": "Collection", "CollectionType": "Temporal"}
         series = ElementTree.Element("Grid", collection)
-        series.extend(self._frames)
-        last = copy.deepcopy(self._frames[-1])
+        series.extend(grids)
+        last = copy.deepcopy(grids[-1])
         last.remove(last[0])  # the time, which meshio.read rejects
         for grid, stem in ((series, self.name), (last, f"{self.name}_last")):
             root = ElementTree.Element("Xdmf", Version="3.0")

@@ -13,6 +13,7 @@ MOST_MISTAKES = 20  # number of mistakes listed in a message
 LONGEST_PLACE, LONGEST_ADVICE = 200, 1000  # characters of a file, entry or key, and of what is allowed, in a message
 
 __all__ = [
+    "EnvironmentFailure",
     "InputError",
     "InvertedCell",
     "MeshFailure",
@@ -25,6 +26,9 @@ __all__ = [
     "WallTime",
     "WriteFailure",
 ]
+
+ENVIRONMENT = 4
+"""Exit code of a command that fails because of its environment, not because of its case."""
 
 
 class PairsimError(Exception):
@@ -152,6 +156,15 @@ class WriteFailure(RunFailure):
     reason = "write_failed"
 
 
+class EnvironmentFailure(RunFailure):
+    """Something outside pairsim is missing or broken, such as a C compiler; the command ends with exit code 4.
+
+    The case is not at fault: a sweep repeats it with the next command. `pairsim doctor` checks the installation.
+    """
+
+    reason = "environment"
+
+
 class NoSteadyState(RunFailure):
     """No quasi-steady solution was found, for example because the branch of steady shapes ends in a fold."""
 
@@ -180,7 +193,12 @@ def unexpected() -> int:
         The exit code, 1.
     """
     traceback.print_exc()
+    abort_others(1)
+    return 1
+
+
+def abort_others(code: int) -> None:
+    """End all MPI processes with an exit code if there are several: the others wait for this one."""
     mpi = sys.modules.get("mpi4py.MPI")
     if mpi is not None and mpi.COMM_WORLD.size > 1:
-        mpi.COMM_WORLD.Abort(1)
-    return 1
+        mpi.COMM_WORLD.Abort(code)
