@@ -157,7 +157,7 @@ class Pipe:
             The flow as a function of time, for times up to t_end. Its values do not depend on t_end.
 
         Raises:
-            RuntimeError: The time integration failed.
+            NoSteadyState: The time integration failed.
         """
         if self.liquid is None:
             u = 2 * (1 - (self.r / TUBE_RADIUS) ** 2)
@@ -172,7 +172,8 @@ class Pipe:
         while solver.t < t_end:
             message = solver.step()
             if solver.status == "failed":
-                raise RuntimeError(message)
+                what = f"the flow without particles at De = {self.liquid.De:g} was lost at t = {solver.t:g}: {message}"
+                raise NoSteadyState(what, advice="another De or xi")
             times.append(solver.t)
             pieces.append(solver.dense_output())
         solution = scipy.integrate.OdeSolution(times, pieces)
