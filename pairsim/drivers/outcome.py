@@ -14,8 +14,8 @@ from pairsim.physics.scales import Scales
 from pairsim.results.output import FORMAT, RunFolder
 from pairsim.runtime.child_process import DISK
 from pairsim.runtime.errors import ENVIRONMENT, EnvironmentFailure
+from pairsim.runtime.fenicsx import petsc_version
 from pairsim.runtime.version import __version__
-from pairsim.solvers.newton import petsc_version
 
 EXIT_CODES = {"finished": 0, "failed": 3, "interrupted": 130}
 """Exit code of a command, by status."""

@@ -48,7 +48,8 @@ def _stamp(form: str) -> Path:
             digest.update(str(spec and spec.origin).encode())
     physics = Path(__file__).parents[1] / "physics"
     sources = [physics / "kinematics.py", *physics.glob("forms/*.py"), *physics.glob("materials/*.py")]
-    sources += [Path(__file__).with_name(name) for name in ("phases.py", "enriched_residual.py")]
+    ours = ("phases.py", "enriched_residual.py", "cell_loop.c", "cell_loop.py")
+    sources += [Path(__file__).with_name(name) for name in ours]
     for file in sorted(sources):
         digest.update(file.read_bytes())
     return cache() / f"compiled-{form.replace(':', '-')}-{digest.hexdigest()[:16]}"
@@ -207,6 +208,7 @@ def _compile(form: str) -> list[Path]:
     """Compile a kind of form, or load it if it is there; returns the paths of its modules."""
     from mpi4py import MPI
 
+    from pairsim.fem.cell_loop import compile_loops
     from pairsim.fem.enriched_residual import enriched_form
     from pairsim.fem.phases import neo_hookean_solid, newtonian_liquid, viscoelastic_liquid
 
@@ -220,7 +222,7 @@ def _compile(form: str) -> list[Path]:
     compiled = [phase.residual, phase.jacobian]
     if "enriched" in words:
         compiled.append(enriched_form(MPI.COMM_SELF, phase).residual)
-    return [Path(each.module.__file__) for each in compiled]
+    return [*(Path(each.module.__file__) for each in compiled), compile_loops()]
 
 
 def _compile_patiently(form: str) -> list[Path]:

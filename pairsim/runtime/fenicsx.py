@@ -47,4 +47,9 @@ except ImportError as error:
 dolfinx: Any = dolfinx
 PETSc: Any = petsc4py.PETSc
 
-__all__ = ["MPI", "PETSc", "dolfinx"]
+__all__ = ["MPI", "PETSc", "dolfinx", "petsc_version"]
+
+
+def petsc_version() -> str:
+    """Version of the PETSc in use."""
+    return ".".join(map(str, PETSc.Sys.getVersion()))
