@@ -29,9 +29,12 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from pairsim.results.output import write_text
+from pairsim.results.output import replaced, write_text
 from pairsim.runtime.errors import InputError
 
+HEAD = '<?xml version="1.0" encoding="utf-8"?>\n<Xdmf Version="3.0">\n <Domain>\n'
+END = "  </Grid>\n </Domain>\n</Xdmf>\n"
+BLOCK = 2**20  # bytes copied at a time
 TENSOR = ("zz", "zr", "rr", "tt")
 TOPOLOGY = {6: "Tri_6", 9: "Quad_9"}
 """XDMF cell types by number of nodes, in the spelling that both VTK and meshio read."""
@@ -133,9 +136,9 @@ class FieldsWriter:
         except (OSError, KeyError, RuntimeError):
             part.unlink(missing_ok=True)
             return
-        self.frames, self._meshes, self._t = keep, meshes, t
         part.replace(path)
-        self._write_xdmf(grids)
+        self._describe(grids)
+        self.frames, self._meshes, self._t = keep, meshes, t
 
     def write(self, frame: FieldFrame) -> None:
         """Append a frame.
@@ -164,7 +167,7 @@ class FieldsWriter:
             self._write_mesh(h5, grid, frame, cells)
             self._write_fields(h5, grid, frame)
         self._meshes[frame.mesh_id], self._t = digest, frame.t
-        self._write_xdmf([*self._grids(self.frames), grid])
+        self._describe([grid])
         self.frames += 1
 
     def _item(self, parent: ElementTree.Element, data: h5py.Dataset) -> None:
@@ -208,33 +211,53 @@ class FieldsWriter:
         group.attrs["t"] = frame.t  # written last: a frame without it is incomplete
 
     def _grids(self, count: int) -> list[ElementTree.Element]:
-        """Read the descriptions of the first frames; they are not kept in memory, as a long run has many.
+        """Read the descriptions of the first frames.
 
         Raises:
             OSError: There are fewer.
         """
         path = self.folder / f"{self.name}.xdmf"
         try:
-            grids = ElementTree.parse(path).findall("Domain/Grid/Grid")[:count] if count else []
+            grids = ElementTree.parse(path).findall("Domain/Grid/Grid")[:count]
         except ElementTree.ParseError as error:
             raise OSError(errno.EIO, f"damaged ({error})", str(path)) from error
         if len(grids) < count:
             raise OSError(errno.EIO, f"damaged ({len(grids)} of {count} frames)", str(path))
         return grids
 
-    def _write_xdmf(self, grids: list[ElementTree.Element]) -> None:
-        """Write the descriptions of all frames, and that of the last one alone."""
-        collection = {"Name": self.name, "GridType": "Collection", "CollectionType": "Temporal"}
-        series = ElementTree.Element("Grid", collection)
-        series.extend(grids)
+    def _describe(self, grids: list[ElementTree.Element]) -> None:
+        """Append descriptions to those of the frames so far, and write the last one alone.
+
+        Those so far are copied from file to file, as a long run has many.
+
+        Raises:
+            OSError: They cannot be written, or end otherwise than expected.
+        """
+        path, end = self.folder / f"{self.name}.xdmf", END.encode()
+        with replaced(path) as new:
+            if self.frames:
+                with path.open("rb") as old:
+                    old.seek(-len(end), os.SEEK_END)
+                    size = old.tell()
+                    if old.read() != end:
+                        raise OSError(errno.EIO, "damaged (not as it was written)", str(path))
+                    old.seek(0)
+                    while block := old.read(min(BLOCK, size - old.tell())):
+                        new.write(block)
+            else:
+                new.write(
+                    f'{HEAD}  <Grid Name="{self.name}" GridType="Collection" CollectionType="Temporal">\n'.encode()
+                )
+            new.write("".join(_indented(grid, 3) for grid in grids).encode() + end)
         last = copy.deepcopy(grids[-1])
         last.remove(last[0])  # the time, which meshio.read rejects
-        for grid, stem in ((series, self.name), (last, f"{self.name}_last")):
-            root = ElementTree.Element("Xdmf", Version="3.0")
-            ElementTree.SubElement(root, "Domain").append(grid)
-            ElementTree.indent(root, " ")
-            text = ElementTree.tostring(root, encoding="unicode", xml_declaration=False)
-            write_text(self.folder / f"{stem}.xdmf", f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n')
+        write_text(self.folder / f"{self.name}_last.xdmf", HEAD + _indented(last, 2) + " </Domain>\n</Xdmf>\n")
+
+
+def _indented(grid: ElementTree.Element, level: int) -> str:
+    """Text of a grid at a level of indentation."""
+    ElementTree.indent(grid, " ", level)
+    return " " * level + ElementTree.tostring(grid, encoding="unicode").rstrip() + "\n"
 
 
 def _append(path: Path, mode: str) -> h5py.File:
