@@ -20,7 +20,7 @@ from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.results.output import CHECKPOINT, RunFolder, write_bytes
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
-from pairsim.solvers.history import Counts, History, State
+from pairsim.solvers.history import Counts, Errors, History, State
 from pairsim.solvers.matrix_state import MatrixState, Place
 
 FORMAT = 4
@@ -83,6 +83,7 @@ class Checkpoint:
         if state.errors is not None:
             entries |= {"t_errors": state.errors.t, "t_y_errors": state.errors.t_y}
             arrays |= {f"error_{name}": value for name, value in _levels(state.errors).items()}
+            arrays |= {"error_imbalance": np.asarray(state.errors.imbalance), "error_dU": np.array(state.errors.dU)}
         for i, (outline, nodes) in enumerate(zip(reference.outlines, reference.positions, strict=True)):
             arrays |= {f"angles_{i}": outline.angles, f"positions_{i}": nodes}
         for i, mesh in enumerate((state.mesh, *state.inside)):
@@ -146,7 +147,8 @@ def _checkpoint(entries: dict[str, Any], arrays: dict[str, Any]) -> Checkpoint:
     errors = None
     if "t_errors" in entries:
         stored = {name.removeprefix("error_"): array for name, array in arrays.items() if name.startswith("error_")}
-        errors = _history(stored, entries["t_errors"], entries["t_y_errors"])
+        levels = vars(_history(stored, entries["t_errors"], entries["t_y_errors"]))
+        errors = Errors(**levels, dU=list(stored["dU"]), imbalance=stored["imbalance"])
     matrix = None
     if "memory" in entries:
         places = [

@@ -22,9 +22,9 @@ from pairsim.fem.diagnostics import velocities
 from pairsim.fem.recovered_scene import RecoveredScene
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NewtonFailure
-from pairsim.solvers.history import History
+from pairsim.solvers.history import Errors, History
 from pairsim.solvers.newton import Newton
-from pairsim.solvers.step_size import Scheme
+from pairsim.solvers.step_size import Scheme, extrapolation_weights
 
 # Part of the change of the error in a step that iterations with old factors may leave (chosen: with three times as much
 # the error of stresses lags behind), and their number where the error of the last step on this mesh is not known.
@@ -38,10 +38,10 @@ class ErrorEquation:
         errors: Errors of the last steps of an earlier run to continue.
 
     Attributes:
-        errors: Estimated exact minus discrete values of the last steps: positions, full vectors and free unknowns.
+        errors: Estimated exact minus discrete values of the last steps.
     """
 
-    def __init__(self, errors: History) -> None:
+    def __init__(self, errors: Errors) -> None:
         self.errors = errors
         self._recovered: RecoveredScene | None = None
 
@@ -73,7 +73,7 @@ class ErrorEquation:
         recovered = self._on(newton)
         with newton.clock("assembly"):
             recovered.recover(x, star, constraints.V @ y)
-        corrected = y.copy()
+        corrected, remeshed = y.copy(), not errors.y and bool(errors.dU)
         if errors.y:
             corrected += self._guess(newton, scheme)
         for _ in range(_iterations(newton.matrix.contraction) if errors.y else FIRST_ITERATIONS):
@@ -89,7 +89,18 @@ class ErrorEquation:
         dh, dx, dy = scene.comm.bcast((h_c - h, x_c - x, corrected - y))
         errors.push(t, dh, dx, dy)
         errors.t_y, errors.y = errors.t_y[:1], errors.y[:1]
-        return np.diff(velocities(scene.bodies, constraints.V @ (y + dy), h + dh) - U)
+        dU = np.diff(velocities(scene.bodies, constraints.V @ (y + dy), h + dh) - U)
+        if scene.polymer is not None:
+            # The stress of the run is balanced after a remeshing, which leaves its dU as it was, that of x_c is not.
+            # The dU that drives is forgotten as solvent and elastic stress exchange their loads, in a time xi De.
+            memory = scene.polymer.xi * scene.polymer.De
+            left = math.exp(-(t - past.t[0]) / memory) if memory > 0 else 0.0
+            errors.imbalance = errors.imbalance * left
+            if remeshed:
+                weights = extrapolation_weights(errors.t[1 : len(errors.dU) + 1], t)
+                errors.imbalance = dU - sum(w * old for w, old in zip(weights, errors.dU, strict=True))
+        errors.dU = [np.asarray(dU - errors.imbalance), *errors.dU[:1]]
+        return errors.dU[0]
 
     def _guess(self, newton: Newton, scheme: Scheme) -> Array:
         """First guess of the error: that of the last step, with velocities that keep the errors of all positions.

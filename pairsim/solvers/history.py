@@ -44,6 +44,20 @@ class History:
         self.t_y, self.y = [t, *self.t_y[:3]], [y, *self.y[:3]]
 
 
+@dataclass
+class Errors(History):
+    """Estimated exact minus discrete values of the last steps.
+
+    Attributes:
+        dU: Estimates of dU at the last steps, at most two, shape (N-1,) each [U_av].
+        imbalance: What imbalance of momentum after the last remeshing has in the dU of the error equation [U_av], shape
+            (N-1,).
+    """
+
+    dU: list[Array] = field(default_factory=list)
+    imbalance: Array | float = 0.0
+
+
 @dataclass(frozen=True)
 class State:
     """State of a time integration after an accepted step, from which it can be continued.
@@ -72,4 +86,4 @@ class State:
     due: bool
     counts: Counts
     seconds: dict[str, float]
-    errors: History | None = None
+    errors: Errors | None = None

@@ -24,7 +24,7 @@ from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import InvertedCell, MeshFailure, NewtonFailure, StepTooSmall
 from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.error_equation import ErrorEquation
-from pairsim.solvers.history import Counts, History, State
+from pairsim.solvers.history import Counts, Errors, History, State
 from pairsim.solvers.mesh_transfer import free_unknowns
 from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene, cut_particles
 from pairsim.solvers.newton_report import Report
@@ -90,7 +90,7 @@ class Transient(OnMeshedScene):
         self.meshed.put(Reference.spheres(geometry, outlines))
         self.history.x = [np.zeros(self.scene.size)]
         if problem.dU_error:
-            self._error = ErrorEquation(History([0.0], [np.zeros(self.scene.h_size)], [np.zeros(self.scene.size)]))
+            self._error = ErrorEquation(Errors([0.0], [np.zeros(self.scene.h_size)], [np.zeros(self.scene.size)]))
 
     def _restore(self, state: State) -> None:
         """Start from the state of an earlier run."""
