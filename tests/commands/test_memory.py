@@ -18,7 +18,7 @@ CURVE += f"d: {{start: 0.1, stop: 1, num: {POINTS}, spacing: log}}\nmax_points: 
 
 
 def growth(folder: Path, command: str, text: str, table: str, count: int) -> float:
-    """Growth of the resident memory from a fifth of the rows of a table to all of them [MB]."""
+    """Growth of the memory from a fifth of the rows of a table to all of them [MB]."""
     (folder / "case.yaml").write_text(text)
     words = module_command("pairsim", command, "case.yaml", "-o", "out", "-q")
     process = subprocess.Popen(words, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -28,9 +28,10 @@ def growth(folder: Path, command: str, text: str, table: str, count: int) -> flo
         while process.poll() is None:
             rows = path.read_bytes().count(b"\n") - 1 if path.exists() else 0
             status = Path(f"/proc/{process.pid}/status").read_text()
-            sizes = [line.split()[1] for line in status.splitlines() if line.startswith("VmRSS")]
+            # Memory that the system has moved to swap counts as well.
+            sizes = [float(line.split()[1]) for line in status.splitlines() if line.startswith(("RssAnon", "VmSwap"))]
             if sizes and rows >= count // 5:
-                last = float(sizes[0]) / 1000
+                last = sum(sizes) / 1000
                 first = first or last
             time.sleep(0.5)
     finally:
