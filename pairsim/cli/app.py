@@ -13,7 +13,18 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 from pairsim.cli import bench, first_steps, pictures, sweeps
-from pairsim.cli.options import CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings, rank, show_estimate
+from pairsim.cli.options import (
+    CaseFile,
+    DryRun,
+    Output,
+    Overwrite,
+    Progress,
+    Quiet,
+    Settings,
+    rank,
+    show_estimate,
+    usable,
+)
 from pairsim.cli.streams import discard_stdout, repair_streams
 from pairsim.runtime.errors import (
     ENVIRONMENT,
@@ -65,7 +76,12 @@ def _common(
 )
 def run(
     case: Annotated[
-        Path | None, typer.Argument(help="Case file (YAML); pairsim schema lists its keys.", show_default=False)
+        Path | None,
+        typer.Argument(
+            help="Case file (YAML); pairsim schema lists its keys.",
+            show_default=False,
+            callback=usable,
+        ),
     ] = None,
     output: Output = None,
     overwrite: Overwrite = False,
@@ -76,6 +92,7 @@ def run(
             help="Continue the run in this folder from its checkpoint. "
             "A case file or --set may change name, time.end, limits and output.",
             show_default=False,
+            callback=usable,
         ),
     ] = None,
     dry_run: DryRun = False,
@@ -238,8 +255,23 @@ def _end(result: Result, directory: Path, shown: Style, plot: bool) -> NoReturn:
 @app.command(epilog="Example: pairsim mesh configs/quickstart.yaml -o meshes/pair.msh --png meshes/pair.png")
 def mesh(
     case: CaseFile,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Mesh file: .msh (gmsh), .vtu or .xdmf.")],
-    png: Annotated[Path | None, typer.Option("--png", help="Picture of the mesh around the particles.")] = None,
+    output: Annotated[
+        Path,
+        typer.Option(
+            "-o",
+            "--output",
+            help="Mesh file: .msh (gmsh), .vtu or .xdmf.",
+            callback=usable,
+        ),
+    ],
+    png: Annotated[
+        Path | None,
+        typer.Option(
+            "--png",
+            help="Picture of the mesh around the particles.",
+            callback=usable,
+        ),
+    ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")] = False,
     set_: Settings = None,
 ) -> None:

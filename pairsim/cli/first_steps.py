@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from pairsim.cli.options import Settings, print_table
+from pairsim.cli.options import Settings, print_table, usable
 from pairsim.runtime.errors import InputError
 
 app = typer.Typer()
@@ -59,7 +59,12 @@ def schema(
     ] = "run",
     case: Annotated[
         Path | None,
-        typer.Option("--case", help="Show the value of each key in this case, defaults included.", show_default=False),
+        typer.Option(
+            "--case",
+            help="Show the value of each key in this case, defaults included.",
+            show_default=False,
+            callback=usable,
+        ),
     ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print a JSON Schema, with which editors check files.")

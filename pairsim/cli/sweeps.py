@@ -11,7 +11,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from pairsim.cli.options import Progress, Quiet, Settings, print_table, rank
+from pairsim.cli.options import Progress, Quiet, Settings, print_table, rank, usable
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.signals import Signals
 
@@ -26,10 +26,21 @@ CLEAR = "\x1b[2J\x1b[H"  # clears a terminal
 )
 def sweep(
     grid: Annotated[
-        Path, typer.Argument(help="Grid file (YAML): base, grid, zip, cases, exclude.", show_default=False)
+        Path,
+        typer.Argument(
+            help="Grid file (YAML): base, grid, zip, cases, exclude.",
+            show_default=False,
+            callback=usable,
+        ),
     ],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Folder for the sweep (default: runs/<name>).")
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="Folder for the sweep (default: runs/<name>).",
+            callback=usable,
+        ),
     ] = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="List the cases with estimated unknowns and time; compute nothing.")
@@ -140,10 +151,17 @@ def study(
         typer.Argument(
             help="Study file (YAML): base, discretisations, quantity, over, at, exact or reference, repeat.",
             show_default=False,
+            callback=usable,
         ),
     ],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Folder for the study (default: runs/<name>).")
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="Folder for the study (default: runs/<name>).",
+            callback=usable,
+        ),
     ] = None,
     case_timeout: Annotated[
         float | None, typer.Option(min=0.0, help="Largest wall time of a case, in seconds.")
@@ -177,7 +195,14 @@ def study(
 
 @app.command(epilog="Examples: pairsim status runs/sweep | pairsim status out --watch | pairsim status runs/quickstart")
 def status(
-    directory: Annotated[Path, typer.Argument(help="Folder of results.", show_default=False)],
+    directory: Annotated[
+        Path,
+        typer.Argument(
+            help="Folder of results.",
+            show_default=False,
+            callback=usable,
+        ),
+    ],
     watch: Annotated[bool, typer.Option("--watch", help="Repeat every two seconds until the command ends.")] = False,
 ) -> None:
     """Show the status of a folder of results.

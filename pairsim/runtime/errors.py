@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import sys
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
+
+from pairsim.runtime.text import as_typed, printable
+
+MOST_MISTAKES = 20  # number of mistakes listed in a message
+LONGEST_PLACE, LONGEST_ADVICE = 200, 1000  # characters of a file, entry or key, and of what is allowed, in a message
 
 __all__ = [
     "EnvironmentFailure",
@@ -33,7 +38,8 @@ class PairsimError(Exception):
 class InputError(PairsimError, ValueError):
     """Invalid input; the command ends with exit code 2.
 
-    The message has one line for each mistake: its location, the value given and the values allowed.
+    The message has one line for each of the first 20 mistakes: its location, the value given and the values allowed.
+    Values are shortened, and control characters are escaped.
 
     Args:
         file: Path of the file, or name of the command-line option.
@@ -58,10 +64,13 @@ class InputError(PairsimError, ValueError):
     ) -> None:
         self.file, self.key, self.value, self.allowed = file, key, value, allowed
         self.line, self.entry, self.others = line, entry, tuple(others)
-        where = [file if line is None else f"{file}:{line}", *(part for part in (entry, key) if part)]
-        shown = "" if value is None else f"got {as_typed(value)}; "
-        self.sentence = f"{': '.join(where)}: {shown}{allowed}"
-        super().__init__("\n".join(error.sentence for error in self.mistakes))
+        place, entry, key = (printable(part, LONGEST_PLACE) for part in (file, entry, key))
+        where = [place if line is None else f"{place}:{line}", *(part for part in (entry, key) if part)]
+        given = "" if value is None else f"got {as_typed(value)}; "
+        self.sentence = f"{': '.join(where)}: {given}{printable(allowed, LONGEST_ADVICE)}"
+        sentences = [error.sentence for error in self.mistakes]
+        more = [f"and {len(sentences) - MOST_MISTAKES} more mistakes"] if len(sentences) > MOST_MISTAKES else []
+        super().__init__("\n".join(sentences[:MOST_MISTAKES] + more))
 
     @property
     def mistakes(self) -> tuple[InputError, ...]:
@@ -72,23 +81,6 @@ class InputError(PairsimError, ValueError):
         """Support pickling, by which mpi4py sends errors between processes."""
         named = {"line": self.line, "entry": self.entry, "others": self.others}
         return _input_error, ((self.file, self.key, self.value, self.allowed), named)
-
-
-def as_typed(value: Any) -> str:
-    """A value as it would be typed in a file.
-
-    Numbers have fifteen digits, so that the rounding error of a conversion does not show: 0.34, not
-    0.33999999999999997.
-    """
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, float):
-        return f"{value:.15g}"
-    if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{key}: {as_typed(entry)}" for key, entry in value.items()) + "}"
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(map(as_typed, value))}]"
-    return "null" if value is None else repr(value)
 
 
 def _input_error(words: tuple[str, str, Any, str], named: dict[str, Any]) -> InputError:

@@ -84,7 +84,7 @@ class Transient(OnMeshedScene):
 
     Raises:
         MeshFailure: The first mesh could not be generated.
-        RuntimeError: The flow without particles could not be integrated.
+        NoSteadyState: The flow without particles could not be integrated.
     """
 
     def __init__(self, comm: MPI.Comm, problem: Problem, state: State | None = None) -> None:
