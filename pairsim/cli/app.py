@@ -14,7 +14,7 @@ import typer
 from pairsim.cli import bench, first_steps, pictures, sweeps
 from pairsim.cli.options import CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings, rank, show_estimate
 from pairsim.runtime.errors import InputError, PairsimError, RunFailure, unexpected
-from pairsim.runtime.version import __version__
+from pairsim.runtime.version import __version__, commit
 
 if TYPE_CHECKING:
     from pairsim.api.results import Result
@@ -35,14 +35,15 @@ app.add_typer(pictures.app)
 
 def _version(wanted: bool) -> None:
     if wanted:
-        typer.echo(f"pairsim {__version__}")
+        made_from = commit()
+        typer.echo(f"pairsim {__version__}" + (f" (commit {made_from})" if made_from else ""))
         raise typer.Exit
 
 
 @app.callback()
 def _common(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and its commit.")
     ] = False,
 ) -> None:
     pass

@@ -19,7 +19,7 @@ WITHOUT = {
             "mpi4py/__init__.py": "",
             "mpi4py/MPI.py": "raise RuntimeError('cannot load MPI library\\n' + 'libmpi.so: no such file\\n' * 40)",
         },
-        ("MPI cannot be loaded (cannot load MPI library)", "pip install 'pairsim[wheel]'"),
+        ("MPI cannot be loaded (cannot load MPI library)", "pip install 'pairsim[fenicsx]'"),
     ),
     "libraries of gmsh": (
         {"gmsh.py": "raise OSError('libGLU.so.1: cannot open shared object file')"},
