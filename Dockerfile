@@ -12,7 +12,7 @@ FROM python:3.13-slim-bookworm
 # hadolint ignore=DL3008
 RUN apt-get update \
     && apt-get install --yes --no-install-recommends \
-        gcc libc6-dev libglu1-mesa libgomp1 libxcursor1 libxft2 libxinerama1 libxrender1 \
+        gcc libc6-dev libgl1 libglu1-mesa libgomp1 libxcursor1 libxft2 libxinerama1 libxrender1 \
     && rm -rf /var/lib/apt/lists/*
 COPY --from=build /opt/pairsim /opt/pairsim
 ENV PATH=/opt/pairsim/bin:$PATH \

@@ -241,7 +241,6 @@ class Trial:
     def all_done(self) -> None:
         self.part("Submission until all is done")
         self.ended(self.submit("long.sh"))
-        self.run("pairsim status long")
         self.run("pairsim sweep long.yaml -o long")
         self.same_tables("long", "local-long")
 

@@ -25,7 +25,7 @@ with sigterm_waits():
         import gmsh  # noqa: F401
     except OSError as error:
         raise PairsimError(
-            f"gmsh cannot be loaded ({error}); on Debian: apt install libglu1-mesa libxrender1 libxcursor1 libxft2 "
+            f"gmsh cannot be loaded ({error}); on Debian: apt install libgl1 libglu1-mesa libxrender1 libxcursor1 libxft2 "
             "libxinerama1"
         ) from error
     import numpy  # noqa: F401

@@ -29,7 +29,7 @@ WITHOUT = {
     ),
     "libraries of gmsh": (
         {"gmsh.py": "raise OSError('libGLU.so.1: cannot open shared object file')"},
-        ("gmsh cannot be loaded (libGLU.so.1", "apt install libglu1-mesa"),
+        ("gmsh cannot be loaded (libGLU.so.1", "apt install libgl1 libglu1-mesa"),
     ),
 }
 
