@@ -36,8 +36,10 @@ from pairsim.runtime.version import __version__
 ROOT = Path(__file__).resolve().parent.parent
 DIST = ROOT / "dist"
 IN_WHEEL = ("py.typed", "commit.txt", "api/templates/report.html.j2", "config/examples/run.yaml")
-IN_SDIST = ("README.md", "CHANGELOG.md", "CITATION.cff", "LICENSE", "configs/sweep.yaml", "tests/conftest.py")
-IN_SDIST += ("docs/index.md", "scripts/pairsim", "Dockerfile", "environment.yml", "pixi.toml")
+IN_SDIST = (
+    *("README.md", "CHANGELOG.md", "CITATION.cff", "LICENSE", "Dockerfile", "environment.yml", "pixi.toml"),
+    *("configs/sweep.yaml", "docs/index.md", "scripts/pairsim", "tests/conftest.py"),
+)
 FIRST_STEPS = (
     ("--version",),
     ("init", "beads"),
@@ -127,7 +129,7 @@ def try_wheel(points: Checklist, wheel: Path, work: Path) -> None:
     environment = {name: value for name, value in clean_environment().items() if name != "PYTHONPATH"}
     begin = time.monotonic()
     subprocess.run([sys.executable, "-m", "venv", str(home)], check=True)
-    install = [home / "bin" / "python", "-m", "pip", "install", "--quiet", f"{wheel}[fenicsx]"]
+    install = [str(home / "bin" / "python"), "-m", "pip", "install", "--quiet", f"{wheel}[fenicsx]"]
     done = subprocess.run(install, env=environment, capture_output=True, text=True, check=False)
     fault = "" if done.returncode == 0 else done.stderr.strip().splitlines()[-1]
     points.check(f"pip install {wheel.name}[fenicsx] in {time.monotonic() - begin:.0f} s", fault)
