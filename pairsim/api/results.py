@@ -312,7 +312,7 @@ class CurveResult(Result):
     def _answer(self) -> list[str]:
         rows = self.zeros.to_dict("records")
         zeros = [Zero(row["d"], bool(row["stable"]), row.get("d_error")) for row in rows]
-        return answer_of_curve(self._columns(), zeros) if len(self.table) else ["No point was solved."]
+        return answer_of_curve(self._columns(), zeros, self.record) if len(self.table) else ["No point was solved."]
 
 
 class CriticalResult(Result):

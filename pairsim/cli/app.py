@@ -270,4 +270,5 @@ def _complain(error: Exception) -> None:
         lines = str(error).splitlines()
         if isinstance(error, InputError) and len(error.mistakes) > 1:
             lines.insert(0, f"{len(error.mistakes)} mistakes:")
-        typer.echo("pairsim: " + "\n  ".join(lines), err=True)
+        name = "" if lines[0].startswith("pairsim ") else "pairsim: "  # a mistake in an option names the command
+        typer.echo(name + "\n  ".join(lines), err=True)

@@ -21,8 +21,14 @@ def plot(
         Path | None, typer.Option("-o", "--output", help="Where the pictures go (default: the folder itself).")
     ] = None,
     formats: Annotated[
-        str, typer.Option("--format", metavar="png,pdf,svg", help="Kinds of files, one or more.")
-    ] = "png",
+        str | None,
+        typer.Option(
+            "--format",
+            metavar="png,pdf,svg",
+            help="Kinds of files, one or more (default: png); of --animate mp4 or gif (default: mp4 where ffmpeg is "
+            "found).",
+        ),
+    ] = None,
     width: Annotated[
         str, typer.Option(metavar="MM", help="Width: 85mm for a column of a journal, 170mm for a page.")
     ] = "170mm",
@@ -35,7 +41,7 @@ def plot(
         ),
     ] = None,
     animate: Annotated[
-        bool, typer.Option("--animate", help="Make the fields an animation: MP4 where ffmpeg is found, else GIF.")
+        bool, typer.Option("--animate", help="Make the fields an animation of all times (of a curve: distances).")
     ] = False,
     group: Annotated[
         str | None, typer.Option(metavar="KEY", help="Parameter of a sweep, or of several folders, for the colours.")
@@ -58,6 +64,8 @@ def plot(
     )
     for path in paths:
         typer.echo(str(path))
+    if animate and formats is None and paths[0].suffix == ".gif":
+        typer.echo("note: a GIF, as no ffmpeg was found; MP4 needs it: pip install imageio-ffmpeg", err=True)
 
 
 @app.command(epilog="Examples: pairsim report runs/quickstart | pairsim report runs/sweep")

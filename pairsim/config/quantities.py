@@ -100,11 +100,15 @@ def si(text: str, kind: Kind) -> float:
         raise ValueError(f"{error}; must be {kind.words}") from None
     if not unit.is_compatible_with(kind.unit):
         raise ValueError(f"has the unit {unit:~C}; must be {kind.words}")
-    # Rounded to fifteen digits, so that 50 um is 5e-05 m and not 4.9999999999999996e-05.
-    value = float(f"{_registry().Quantity(number, unit).to(kind.unit).magnitude:.15g}")
+    value = rounded(_registry().Quantity(number, unit).to(kind.unit).magnitude)
     if not (math.isfinite(value) and value > 0):
         raise ValueError(f"must be {kind.words}")
     return value
+
+
+def rounded(value: float) -> float:
+    """A converted number to fifteen digits: 50 um is 5e-05 m, not 4.9999999999999996e-05."""
+    return float(f"{value:.15g}")
 
 
 def quantity_range(described: Mapping[str, Any], most: int, spacing: str = "linear") -> list[str]:
@@ -130,7 +134,7 @@ def quantity_range(described: Mapping[str, Any], most: int, spacing: str = "line
     (start, unit), (stop, other) = ends["start"], ends["stop"]
     if not other.is_compatible_with(unit):
         raise ValueError("start and stop must have units of the same kind")
-    converted = float(f"{_registry().Quantity(stop, other).to(unit).magnitude:.15g}")
+    converted = rounded(_registry().Quantity(stop, other).to(unit).magnitude)
     values = spelled_out({**described, "start": start, "stop": converted}, most, spacing)
     return [f"{value:.12g} {unit:~C}" for value in values]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
@@ -64,11 +64,17 @@ def unknown_key(key: str, value: Any, groups: Groups) -> Mistake:
     return Mistake(key, value, f"{UNKNOWN}allowed: {', '.join(known)}")
 
 
-def mistakes_of(error: ValidationError, groups: Groups) -> list[Mistake]:
-    """The mistakes in a validation error of pydantic, one for each key."""
+def mistakes_of(error: ValidationError, groups: Groups, data: Mapping[str, Any]) -> list[Mistake]:
+    """The mistakes in a validation error of pydantic, one for each key.
+
+    Args:
+        error: The error.
+        groups: The models of the file.
+        data: The keys and values as given.
+    """
     found: dict[str, Mistake] = {}
     for problem in error.errors():
-        mistake = _mistake(problem, groups)
+        mistake = _mistake(problem, groups, data)
         found.setdefault(mistake.key, mistake)
     # A key that takes a number or a list yields two errors; the one that names an entry of the list is more specific.
     detailed = {key[: place.start()] for key in found for place in re.finditer(r"\[", key)}
@@ -76,29 +82,50 @@ def mistakes_of(error: ValidationError, groups: Groups) -> list[Mistake]:
     return [m for key, m in found.items() if key not in detailed and not (m.is_missing and key in intended)]
 
 
-def _mistake(problem: Any, groups: Groups) -> Mistake:
-    location = [str(part) for part in problem["loc"]]
-    group = location[0] if location and location[0] in groups else ""
-    depth = 2 if group and len(location) > 1 else 1
-    key = ".".join(location[:depth]) + "".join(f"[{part}]" for part in location[depth:] if part.isdigit())
+def _mistake(problem: Any, groups: Groups, data: Mapping[str, Any]) -> Mistake:
     value, kind = problem.get("input"), problem["type"]
+    key = _key(problem["loc"], data, missing=kind == "missing")
+    group, _, name = key.partition(".") if key.partition(".")[0] in groups else ("", "", key)
     value = list(value) if isinstance(value, tuple) else value
     if kind == "extra_forbidden":
         return unknown_key(key, value, groups)
     if kind == "missing":
-        needed = f"must be given in {group}" if group else "the four numbers of a case are beta, De, Ca_e and d0"
-        return missing(key, needed)
+        return missing(key, _needed(group, name, groups))
     if kind in ("range", "quantity"):
         return Mistake(key, value, problem["msg"])
     if kind == "model_type":
         return Mistake(key, value, f"must be a group of keys; allowed: {', '.join(groups[group].model_fields)}")
-    return Mistake(key, value, f"must be {allowed_in(groups[group], location[depth - 1], entry='[' in key)}")
+    field = re.split(r"[.\[]", name)[0]
+    return Mistake(key, value, f"must be {allowed_in(groups[group], field, entry='[' in key)}")
+
+
+def _key(location: Sequence[str | int], data: Mapping[str, Any], missing: bool) -> str:
+    """The dotted key of a location; the names of alternatives, which pydantic has in it, are not in the data."""
+    key = ""
+    inner: Any = data
+    for i, part in enumerate(location):
+        if isinstance(part, int):
+            if isinstance(inner, list | tuple) and part < len(inner):
+                key, inner = f"{key}[{part}]", inner[part]
+        elif isinstance(inner, Mapping) and (part in inner or (missing and i == len(location) - 1)):
+            key, inner = f"{key}.{part}" if key else part, inner.get(part)
+    return key
+
+
+def _needed(group: str, name: str, groups: Groups) -> str:
+    if group:
+        return f"must be given in {group}"
+    if BLOCK in groups:
+        return "the four numbers of a case are beta, De, Ca_e and d0"
+    return f"must be {allowed_in(groups[''], name)}"
 
 
 def allowed_in(model: type[BaseModel], name: str, entry: bool = False) -> str:
     """What a key (or, with `entry`, each entry of its list) allows, as text made from its JSON schema."""
     schema = model.model_json_schema()
     field = schema["properties"][name]
+    if "words" in field and not entry:
+        return str(field["words"])
     choices = [choice for choice in field.get("anyOf", [field]) if choice.get("type") != "null"]
     if entry:
         values = [choice.get("additionalProperties", choice) for choice in choices]
@@ -133,7 +160,8 @@ def _words(schema: Mapping[str, Any], models: Mapping[str, Any]) -> str:
     if "const" in schema:
         return str(schema["const"])
     if "enum" in schema:
-        return " or ".join(map(str, schema["enum"]))
+        *others, last = map(str, schema["enum"])
+        return f"{', '.join(others)} or {last}" if others else last
     if "anyOf" in schema:
         return joined(_words(s, models) for s in schema["anyOf"])
     if schema.get("type") == "object":

@@ -48,18 +48,41 @@ class Section(dict[str, Any]):
 yaml.SafeDumper.add_representer(Section, yaml.SafeDumper.represent_dict)
 
 
+def places_in(data: Mapping[str, Any]) -> Mapping[str, Place]:
+    """Where the keys of a group were given, as far as that is known."""
+    return data.places if isinstance(data, Section) else {}
+
+
 def place_of(data: Mapping[str, Any], key: str) -> Place | None:
-    """Where a dotted key was given; if it is missing, the place of its group, else None."""
-    if isinstance(data, Section) and key in data.places:  # an unknown key that contains a point
-        return data.places[key]
+    """Where a dotted key, such as mesh.Np or cases[1].mesh.Np, was given.
+
+    If it is missing, the place of what it would be in; None if that is unknown.
+    """
     place = None
     inner: Any = data
-    for name in re.sub(r"\[\d+\]", "", key).split("."):
-        if not isinstance(inner, Section):
+    rest = key
+    while rest:
+        index = re.match(r"\[(\d+)\]\.?", rest)
+        if index is not None:
+            rest = rest[index.end() :]
+            if isinstance(inner, list | tuple) and int(index[1]) < len(inner):
+                inner = inner[int(index[1])]
+                place = _start(inner) or place
+        elif not isinstance(inner, Section):
             break
-        place = inner.places.get(name, place)
-        inner = inner.get(name)
+        else:
+            # A key may contain points, such as mesh.Np of a grid, and an unknown key anything.
+            names = (rest, rest.partition("[")[0], re.split(r"[.\[]", rest)[0])
+            name = next((name for name in names if name in inner.places), names[-1])
+            place = inner.places.get(name, place)
+            inner = inner.get(name)
+            rest = rest[max(len(name), 1) :].removeprefix(".")
     return place
+
+
+def _start(value: Any) -> Place | None:
+    """Place of the first key of a group."""
+    return next(iter(places_in(value).values()), None) if isinstance(value, Section) else None
 
 
 def _construct(loader: yaml.SafeLoader, node: yaml.MappingNode) -> Section:

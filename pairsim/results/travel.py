@@ -68,8 +68,8 @@ def travel(table: dict[str, Array], start: float, stop: float, source: str) -> T
             source, "--to", stop, f"must be on the same side of the zeros of dU as {start:g}: dU = 0 at d = {zeros}"
         )
     if (curve(0.5 * (low + high)) > 0) != (stop > start):
-        motion = "separates" if stop < start else "approaches"
-        raise InputError(source, "--to", stop, f"must be on the other side of {start:g}: the pair {motion} there")
+        side, motion = ("above", "separates") if stop < start else ("below", "approaches")
+        raise InputError(source, "--to", stop, f"must be {side} {start:g}: the pair {motion} there")
     drift, mean = PchipInterpolator(x, table["drift"]), PchipInterpolator(x, (table["U_L"] + table["U_T"]) / 2)
     places = [low, *(float(value) for value in x if low < value < high), high]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 __all__ = [
@@ -55,7 +55,7 @@ class InputError(PairsimError, ValueError):
         self.file, self.key, self.value, self.allowed = file, key, value, allowed
         self.line, self.entry, self.others = line, entry, tuple(others)
         where = [file if line is None else f"{file}:{line}", *(part for part in (entry, key) if part)]
-        shown = "" if value is None else f"got {str(value).lower() if isinstance(value, bool) else repr(value)}; "
+        shown = "" if value is None else f"got {as_typed(value)}; "
         self.sentence = f"{': '.join(where)}: {shown}{allowed}"
         super().__init__("\n".join(error.sentence for error in self.mistakes))
 
@@ -68,6 +68,23 @@ class InputError(PairsimError, ValueError):
         """Support pickling, by which mpi4py sends errors between processes."""
         named = {"line": self.line, "entry": self.entry, "others": self.others}
         return _input_error, ((self.file, self.key, self.value, self.allowed), named)
+
+
+def as_typed(value: Any) -> str:
+    """A value as it would be typed in a file.
+
+    Numbers have fifteen digits, so that the rounding error of a conversion does not show: 0.34, not
+    0.33999999999999997.
+    """
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        return f"{value:.15g}"
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key}: {as_typed(entry)}" for key, entry in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(as_typed, value))}]"
+    return "null" if value is None else repr(value)
 
 
 def _input_error(words: tuple[str, str, Any, str], named: dict[str, Any]) -> InputError:

@@ -53,7 +53,7 @@ BAD = {
     "short tube": (GOOD + "length: 1.0\n", "length", "at least 1.9"),
     "auto with periodic ends": (GOOD + "length: auto\n", "length", "developed"),
     "unknown ends": (GOOD + "ends: open\n", "ends", "periodic or developed"),
-    "unknown accuracy": (GOOD + "accuracy: 2%\n", "accuracy", "5% or 1% or 0.1%"),
+    "unknown accuracy": (GOOD + "accuracy: 2%\n", "accuracy", "5%, 1% or 0.1%"),
     "fraction of a particle": (GOOD + "particles: 1.5\n", "particles", "whole number"),
     "coarse mesh": (GOOD + "mesh: {Np: 2}\n", "mesh.Np", "at least 6"),
     "number for a group": (GOOD + "time: 3\n", "time", "end, tol"),
