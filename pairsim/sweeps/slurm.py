@@ -78,8 +78,8 @@ def array_of(grid: Grid, *, tasks: int | None, ranks_per_case: int, walltime: fl
     return Array(tasks, work, time, math.ceil(memory / MEMORY_STEP) * MEMORY_STEP)
 
 
-def warnings_of(array: Array) -> list[str]:
-    """What the user of a job array should know before submitting it."""
+def warnings_of(array: Array, cases: int) -> list[str]:
+    """What the user of a job array of so many cases should know before submitting it."""
     found = []
     if array.time < SHORTEST_WALLTIME:
         found.append(
@@ -89,7 +89,8 @@ def warnings_of(array: Array) -> list[str]:
     if not array.fits:
         found.append(
             f"the longest task may not end within its time limit of {duration(array.time)} (estimate: "
-            f"{duration(array.work)}); submit the script again for what is left, or use more tasks (--shard 1/N)"
+            f"{duration(array.work)}); submit the script again for what is left"
+            + (", or use more tasks (--shard 1/N)" if array.tasks < cases else "")
         )
     return found
 
@@ -142,4 +143,4 @@ export OMP_NUM_THREADS=1
 # exec, so that the signal before the time limit reaches pairsim, which then stops its case in order.
 exec {command} --shard "$SLURM_ARRAY_TASK_ID/{array.tasks}"
 """
-    return text, warnings_of(array)
+    return text, warnings_of(array, len(grid.cases))
