@@ -81,7 +81,7 @@ def solve(name: str, scene: dict[str, Any], mesh: str) -> list[Row]:
     cells = meshes_of(scene)[JUDGED[0] if mesh == PEAK else mesh]
     keys = {"ends": "developed", "length": "auto", "mesh": cells, **scene, "d": distances}
     case = curve_from_dict(keys, name)
-    ensure_compiled(MPI.COMM_SELF, forms_of(case))
+    ensure_compiled(MPI.COMM_SELF, forms_of(case), print)
     places, begin = solution_order(case), time.perf_counter()
     start = Parameters(places[0], case.Ca_es, case.De)
     try:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from pairsim.cli.options import print_table
+from pairsim.cli.options import print_table, usable
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
@@ -66,7 +66,9 @@ def units(
     kind: Annotated[
         Literal["run", "curve", "critical"], typer.Option("--kind", help="The command that the case file is for.")
     ] = "run",
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Write a case file to this path.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Write a case file to this path.", callback=usable)
+    ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing case file.")] = False,
 ) -> None:
     """Compute the dimensionless numbers and scales of an experiment; with -o also write a case file.
@@ -163,7 +165,14 @@ def _show(report: BenchReport) -> None:
     "pairsim table runs/curve equilibria"
 )
 def table(
-    directory: Annotated[Path, typer.Argument(help="Folder of run, curve or critical.", show_default=False)],
+    directory: Annotated[
+        Path,
+        typer.Argument(
+            help="Folder of run, curve or critical.",
+            show_default=False,
+            callback=usable,
+        ),
+    ],
     name: Annotated[
         str | None,
         typer.Argument(
@@ -173,7 +182,15 @@ def table(
     physical: Annotated[
         bool, typer.Option("--physical", help="Convert to um, s, um/s and Pa; the case must have a physical block.")
     ] = False,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="CSV file to write (default: print).")] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="CSV file to write (default: print).",
+            callback=usable,
+        ),
+    ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
 ) -> None:
     """Print a table of results as CSV, with the unit of each column in the header.
@@ -196,7 +213,14 @@ def table(
     epilog="Examples: pairsim travel runs/curve --from 0.1 --to 0.5 | pairsim travel runs/curve --from 5um --to 25um"
 )
 def travel(
-    directory: Annotated[Path, typer.Argument(help="Folder of curve.", show_default=False)],
+    directory: Annotated[
+        Path,
+        typer.Argument(
+            help="Folder of curve.",
+            show_default=False,
+            callback=usable,
+        ),
+    ],
     start: Annotated[
         str, typer.Option("--from", metavar="D", help="First distance, in tube diameters D_c or with a unit.")
     ],

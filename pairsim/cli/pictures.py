@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from pairsim.cli.options import usable
+
 app = typer.Typer(rich_markup_mode="rich")
 
 
@@ -16,9 +18,23 @@ app = typer.Typer(rich_markup_mode="rich")
     "pairsim plot runs/viscoelastic --field N1,tr_c | pairsim plot runs/quickstart --field streamlines --animate"
 )
 def plot(
-    folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of results.", show_default=False)],
+    folders: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="DIR...",
+            help="Folders of results.",
+            show_default=False,
+            callback=usable,
+        ),
+    ],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Where the pictures go (default: the folder itself).")
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="Where the pictures go (default: the folder itself).",
+            callback=usable,
+        ),
     ] = None,
     formats: Annotated[
         str | None,
@@ -70,7 +86,15 @@ def plot(
 
 @app.command(epilog="Examples: pairsim report runs/quickstart | pairsim report runs/sweep")
 def report(
-    directory: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of results.", show_default=False)],
+    directory: Annotated[
+        Path,
+        typer.Argument(
+            metavar="DIR",
+            help="Folder of results.",
+            show_default=False,
+            callback=usable,
+        ),
+    ],
 ) -> None:
     """Write DIR/report.html: the answer, pictures, a table that sorts and filters, failures, warnings and provenance.
 

@@ -12,12 +12,14 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from pairsim.config.case import Number, Positive, Whole
 from pairsim.config.mistakes import Mistake, missing
 from pairsim.config.quantities import quantity_range
 from pairsim.config.ranges import RANGE, spelled_out
+from pairsim.config.values import FOLDER_WORDS, Number, Positive, Whole, is_finite
+from pairsim.runtime.names import fits_a_folder
 
 MOST_CASES = 100_000
+MOST_VALUES = 10 * MOST_CASES  # of all keys of grid, or of a group of zip
 ZERO = "d_cr"
 """Quantity of a study of curves that is not a column: the zero of dU with the largest peak."""
 
@@ -46,17 +48,30 @@ def _values(value: Any) -> list[Any]:
         raise _error(str(error)) from None
 
 
+def _few(groups: Any) -> Any:
+    """Keys of grid or zip whose ranges do not have too many values for the memory; whether these fit is checked later.
+
+    Raises:
+        PydanticCustomError: They have.
+    """
+    ranges = groups.values() if isinstance(groups, Mapping) else ()
+    counts = [described.get("num") for described in ranges if isinstance(described, Mapping)]
+    if sum(count for count in counts if isinstance(count, int)) > MOST_VALUES:
+        raise _error(f"must have ranges with at most {MOST_VALUES} values in all")
+    return groups
+
+
 def _bounds(value: Any) -> Any:
     """A value of `exclude`: any, but the bounds of {min, max} are numbers."""
     bounds = value.values() if isinstance(value, Mapping) else ()
-    if any(isinstance(bound, bool) or not isinstance(bound, int | float) for bound in bounds):
+    if not all(map(is_finite, bounds)):
         raise _error("must have numbers for min and max")
     return value
 
 
 def _folder(value: Any) -> Any:
-    if not isinstance(value, str) or not value or "/" in value or value.startswith("."):
-        raise _error("must be a valid name for a folder")
+    if not isinstance(value, str) or not fits_a_folder(value):
+        raise _error(f"must be {FOLDER_WORDS}")
     return value
 
 
@@ -83,13 +98,15 @@ _RANGE_SCHEMA = {
 _VALUES_SCHEMA: Any = {"anyOf": [{"type": "array", "minItems": 1}, _RANGE_SCHEMA]}
 _NUMBER = {"type": "number"}
 _POSITIVE = {"type": "number", "exclusiveMinimum": 0}
-Values = dict[str, Annotated[list[Any], BeforeValidator(_values), WithJsonSchema(_VALUES_SCHEMA)]]
+Values = Annotated[
+    dict[str, Annotated[list[Any], BeforeValidator(_values), WithJsonSchema(_VALUES_SCHEMA)]], BeforeValidator(_few)
+]
 Changes = Annotated[dict[str, Any] | str, _described("keys with their values, or the path of a case file")]
 Exclusion = Annotated[
     dict[str, Annotated[Any, BeforeValidator(_bounds)]],
     Field(min_length=1, json_schema_extra={"words": "keys with their values, such as {Ca_e: 0, De: {min: 1}}"}),
 ]
-FolderName = Annotated[str, BeforeValidator(_folder), _described("a valid name for a folder")]
+FolderName = Annotated[str, BeforeValidator(_folder), _described(FOLDER_WORDS)]
 
 
 class _Keys(BaseModel):

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, NoReturn
 
 from pairsim.config.physical import BLOCK
-from pairsim.config.yaml_file import Section, places_in
+from pairsim.config.yaml_file import DEEPEST, Section, places_in
 
 GROUPS = ("mesh", "time", "limits", "output", BLOCK)  # keys of a case whose value is a group of keys
 
@@ -28,7 +28,7 @@ def merge(
     """
     places = places_in(changes)
     for dotted, value in changes.items():
-        *groups, last = dotted.split(".")
+        *groups, last = dotted.split(".", DEEPEST)
         inner: Any = target
         for name in groups:
             inner = inner.group(name)

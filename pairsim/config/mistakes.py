@@ -10,8 +10,7 @@ from typing import Any
 
 from pairsim.config.yaml_file import place_of
 from pairsim.runtime.errors import InputError
-
-MOST_LISTED = 20  # number of mistakes listed in a message
+from pairsim.runtime.text import as_typed
 
 
 @dataclass(frozen=True)
@@ -91,12 +90,12 @@ class Mistakes:
     def add(self, error: InputError) -> None:
         """Add all mistakes of an error. A mistake in the base of a sweep occurs in every case, but is kept once."""
         for each in error.mistakes:
-            same = (each.file, each.line, each.key, repr(each.value), each.allowed)
+            same = (each.file, each.line, each.key, as_typed(each.value), each.allowed)
             self._found.setdefault(same, each)
             self._counts[same] += 1
 
     def error(self, cases: int = 0) -> InputError:
-        """One error with at most `MOST_LISTED` of the mistakes, in the order of the file.
+        """One error with all mistakes, in the order of the file.
 
         Args:
             cases: Number of cases that were checked: what is wrong in all of them is a mistake of "every case".
@@ -106,8 +105,6 @@ class Mistakes:
             entry = "every case" if self._counts[same] == cases > 1 else each.entry
             errors.append(InputError(each.file, each.key, each.value, each.allowed, line=each.line, entry=entry))
         first, *rest = sorted(errors, key=_order)
-        if (more := len(rest) + 1 - MOST_LISTED) > 0:
-            rest[MOST_LISTED - 1 :] = [InputError(first.file, "", None, f"and {more} more mistakes")]
         return InputError(
             first.file, first.key, first.value, first.allowed, line=first.line, entry=first.entry, others=rest
         )

@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import difflib
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
 from pairsim.config.mistakes import UNKNOWN, Mistake, missing
 from pairsim.config.physical import BLOCK
+from pairsim.runtime.text import as_typed
 
 Groups = dict[str, type[BaseModel]]
 LIST = "a list, each entry "
+MOST_OF_A_KEY = 10  # mistakes of one key that are read
+LONGEST_KEY = 100  # characters of a key up to which a similar one is looked for
+LONGEST_NUMBER = 40  # characters of a text that is read as a number, for a hint
 CLOSE = 0.65  # least similarity (difflib) at which a key counts as a misspelling of another
 
 
@@ -39,6 +45,8 @@ def dotted_keys(groups: Groups) -> list[str]:
 
 def meant(name: str, group: str, groups: Groups) -> str:
     """The known key most similar to an unknown one, preferably from the same group; "" if there is none."""
+    if len(name) > LONGEST_KEY:
+        return ""
     keys = sorted(dotted_keys(groups), key=lambda key: key.startswith(f"{BLOCK}."))  # keys of the physical block last
     own = [key for key in keys if key.rpartition(".")[0] == group]
     for wanted in (own, keys):
@@ -57,7 +65,9 @@ def unknown_key(key: str, value: Any, groups: Groups) -> Mistake:
     """The mistake of an unknown key; suggests a similar key or lists the allowed ones."""
     group, _, name = key.rpartition(".")
     if key in dotted_keys(groups):
-        return Mistake(key, value, f"{UNKNOWN}write it in its group, as {group}: {{{name}: {value}}}", meant=key)
+        return Mistake(
+            key, value, f"{UNKNOWN}write it in its group, as {group}: {{{name}: {as_typed(value)}}}", meant=key
+        )
     if hint := meant(name, group, groups):
         return Mistake(key, value, f"{UNKNOWN}did you mean {hint}?", meant=hint)
     known = groups.get(group, groups[""]).model_fields
@@ -73,7 +83,12 @@ def mistakes_of(error: ValidationError, groups: Groups, data: Mapping[str, Any])
         data: The keys and values as given.
     """
     found: dict[str, Mistake] = {}
-    for problem in error.errors():
+    seen: Counter[Any] = Counter()
+    for problem in error.errors(include_url=False, include_context=False):
+        within = problem["loc"][: 2 if problem["loc"][:1] and problem["loc"][0] in groups else 1]
+        seen[within] += 1
+        if seen[within] > MOST_OF_A_KEY:  # the entries of a long list
+            continue
         mistake = _mistake(problem, groups, data)
         found.setdefault(mistake.key, mistake)
     # A key that takes a number or a list yields two errors; the one that names an entry of the list is more specific.
@@ -96,7 +111,30 @@ def _mistake(problem: Any, groups: Groups, data: Mapping[str, Any]) -> Mistake:
     if kind == "model_type":
         return Mistake(key, value, f"must be a group of keys; allowed: {', '.join(groups[group].model_fields)}")
     field = re.split(r"[.\[]", name)[0]
-    return Mistake(key, value, f"must be {allowed_in(groups[group], field, entry='[' in key)}")
+    allowed = f"must be {allowed_in(groups[group], field, entry='[' in key)}"
+    return Mistake(key, value, allowed + (_decimal(value) if "number" in allowed else ""))
+
+
+def _decimal(value: Any) -> str:
+    """How to write a text that looks like a number, such as 010 or 1:30, in decimal; empty if it is none."""
+    text = value if isinstance(value, str) and len(value) <= LONGEST_NUMBER else ""
+    if re.fullmatch(r"[-+]?0\d+", text):
+        octal = f", or as {int(text, 8)} if it is octal" if not set("89") & set(text) else ""
+        return f"; write it as {int(text)}{octal}"
+    if re.fullmatch(r"[-+]?0[xob][0-9a-fA-F]+", text):
+        try:
+            return f"; write it as {int(text, 0)}"
+        except ValueError:
+            return ""
+    if re.fullmatch(r"[-+]?\d+(:[0-5]?\d)+(\.\d*)?", text):
+        whole, *parts = text.split(":")
+        seconds = abs(int(whole))
+        for part in parts[:-1]:
+            seconds = 60 * seconds + int(part)
+        return f"; write it as {60 * seconds + float(parts[-1]):g} if it is in base 60 (minutes:seconds)"
+    if re.fullmatch(r"[-+]?\d+(_\d+)+", text):
+        return f"; write it as {text.replace('_', '')}"
+    return f"; write it as {text.replace(',', '.')}" if re.fullmatch(r"[-+]?\d+,\d+", text) else ""
 
 
 def _key(location: Sequence[str | int], data: Mapping[str, Any], missing: bool) -> str:
@@ -120,9 +158,14 @@ def _needed(group: str, name: str, groups: Groups) -> str:
     return f"must be {allowed_in(groups[''], name)}"
 
 
+@cache
+def _json_schema(model: type[BaseModel]) -> dict[str, Any]:
+    return model.model_json_schema()
+
+
 def allowed_in(model: type[BaseModel], name: str, entry: bool = False) -> str:
     """What a key (or, with `entry`, each entry of its list) allows, as text made from its JSON schema."""
-    schema = model.model_json_schema()
+    schema = _json_schema(model)
     field = schema["properties"][name]
     if "words" in field and not entry:
         return str(field["words"])
@@ -172,6 +215,4 @@ def _words(schema: Mapping[str, Any], models: Mapping[str, Any]) -> str:
     if schema.get("type") == "array":
         return f"{LIST}{_words(schema['items'], models)}"
     text = kinds.get(str(schema.get("type")), "a value")
-    if "pattern" in schema:
-        text += " of at most 100 letters, digits and . _ + -, not beginning with one of . + -"
     return f"{text} {' and '.join(limits)}".strip() if limits else text

@@ -12,7 +12,7 @@ from pairsim.config.form_kinds import forms_of
 from pairsim.drivers.curve_output import CurveOutput
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import solution_order, steady_problem
-from pairsim.drivers.quasi_steady import INTERRUPTED, conclude
+from pairsim.drivers.quasi_steady import conclude, kept
 from pairsim.drivers.session import Options, Session, open_session
 from pairsim.fem.form_cache import ensure_compiled
 from pairsim.runtime.errors import NoSteadyState, RunFailure
@@ -113,7 +113,7 @@ def _run(case: CurveCase, session: Session, sensitivities: bool, warm_start: War
 
     def work(_: Signals) -> Outcome:
         nonlocal branch
-        ensure_compiled(session.comm, forms_of(case))
+        ensure_compiled(session.comm, forms_of(case), session.reporter.note)
         start = Parameters(places[0], case.Ca_es, case.De)
         narrowest = min((d for place in places for d in place), default=np.inf)
         problem = steady_problem(case, narrowest)
@@ -129,19 +129,19 @@ def _run(case: CurveCase, session: Session, sensitivities: bool, warm_start: War
         output.finish()
         return outcome
 
-    outcome = session.carry_out(work, INTERRUPTED)
+    outcome = session.carry_out(work, kept)
     if session.stopped_at_once:
         output.finish()
     else:
-        finished = session.carry_out(finish, INTERRUPTED)
+        finished = session.carry_out(finish, kept)
         outcome = finished if outcome.status == "finished" else outcome
-    points = [point for point, _ in output.points]
+    points = output.points
     return conclude(case, session, outcome, branch, points, output.warnings, {"points": len(points)})
 
 
 def _find_zeros(branch: Branch, output: CurveOutput) -> str:
     """Find and write the zeros of the curve of a pair; returns a summary, empty if there are none."""
-    points = [point for point, _ in output.points]
+    points = output.points
     zeros: list[Zero] = []
     try:
         for found in find_zeros(branch, points):

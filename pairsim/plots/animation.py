@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -135,5 +136,6 @@ def _write(movie: Movie, kind: str, out: Path, page: Page) -> Path:
     except OSError as error:
         raise InputError(str(path), "-o", None, f"cannot be written ({error.strerror or error})") from error
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):  # on a file system that is read-only
+            part.unlink(missing_ok=True)
     return path

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from contextlib import ContextDecorator
+from contextlib import ContextDecorator, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -169,7 +169,8 @@ class Page:
             except OSError as error:
                 raise InputError(str(path), "-o", None, f"cannot be written ({error.strerror or error})") from error
             finally:
-                part.unlink(missing_ok=True)
+                with suppress(OSError):  # on a file system that is read-only
+                    part.unlink(missing_ok=True)
             written.append(path)
         return written
 

@@ -17,9 +17,11 @@ from pairsim.config.many_cases import SweepFile, check_sweep
 from pairsim.config.merging import merge
 from pairsim.config.mistakes import Mistake, Mistakes, input_error
 from pairsim.config.physical import BLOCK, forget_numbers
+from pairsim.config.values import FOLDER_WORDS, is_finite, is_name
 from pairsim.config.yaml_file import Section, apply_settings, place_of, places_in, read_yaml
 from pairsim.results.folders import read_record
 from pairsim.runtime.errors import InputError
+from pairsim.runtime.names import fits_a_folder
 from pairsim.sweeps.commands import COMMANDS, Checked, SweepCommand
 
 NUMBERS = ("beta", "De", "Ca_e", "xi", "d0", "time.end")  # keys whose values a physical block can give
@@ -133,9 +135,13 @@ def _file(path: Path, name: str, key: str, data: Mapping[str, Any]) -> Section:
     """The content of a case file that a key of a grid file names.
 
     Raises:
-        InputError: It cannot be read.
+        InputError: It cannot be read, or is not in the folder of the grid file or below it.
     """
     named = path.parent / name
+    leaves = Path(name).is_absolute() or ".." in Path(name).parts
+    if leaves and places_in(data):  # the content of a file, perhaps someone else's; a Python program may name any file
+        inside = "must be a file in the folder of this file or in a folder below it"
+        raise input_error([Mistake(key, name, inside)], data, str(path))
     try:
         return read_yaml(named)
     except InputError as error:
@@ -178,6 +184,9 @@ class _Reader:
         if wrong:
             self.mistakes.add(input_error(wrong, data, str(path)))
         self.file = file or SweepFile()
+        self.name = self.file.name or path.stem
+        if not fits_a_folder(self.name):
+            self._refuse("name", self.name, f"is the name of the file; name must be given, as {FOLDER_WORDS}")
         self.command = COMMANDS[self.file.command]
         self.base = Section()
         if file is not None and "base" in file.model_fields_set:
@@ -221,7 +230,8 @@ class _Reader:
                 except InputError as error:
                     self.mistakes.add(error)
                     continue
-                entry = Section({"name": Path(entry).stem, **content}, content.places)
+                stem = Path(entry).stem
+                entry = Section({**({"name": stem} if is_name(stem) else {}), **content}, content.places)
             if isinstance(entry, dict) and (merged := self._changed(entry, where)) is not None:
                 yield where, flat(entry), merged, False
 
@@ -292,8 +302,7 @@ class _Reader:
         )
         whole = _whole_key(found)
         content = {**self.data, "base": self.base}
-        name = self.file.name or self.path.stem
-        return Grid(self.path, name, self.command, kept, varying, whole, duplicates, excluded, content)
+        return Grid(self.path, self.name, self.command, kept, varying, whole, duplicates, excluded, content)
 
 
 def _whole_key(keys: Iterable[str]) -> str:
@@ -321,9 +330,8 @@ def _matches(merged: Mapping[str, Any], entry: Mapping[str, Any]) -> bool:
 
     def fits(value: Any, wanted: Any) -> bool:
         if isinstance(wanted, dict) and wanted and set(wanted) <= {"min", "max"}:
-            number = isinstance(value, int | float) and not isinstance(value, bool)
-            return number and wanted.get("min", -math.inf) <= value <= wanted.get("max", math.inf)
-        if isinstance(value, int | float) and isinstance(wanted, int | float):
+            return is_finite(value) and wanted.get("min", -math.inf) <= value <= wanted.get("max", math.inf)
+        if is_finite(value) and is_finite(wanted):
             return math.isclose(value, wanted, rel_tol=1e-9)
         return bool(value == wanted)
 

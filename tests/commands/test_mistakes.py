@@ -54,10 +54,10 @@ def line(arguments: str, *expected: str) -> Wrong:
 
 
 MISTAKES = {
-    "number out of range": run(RUN.replace("0.4", "1.2"), "case.yaml:1: beta: got 1.2; must be", "below 1"),
-    "word for a number": run(RUN.replace("De: 0", "De: high"), "case.yaml:2: De: got 'high'; must be a finite number"),
+    "number out of range": run(RUN.replace("0.4", "1.2"), "case.yaml:1: beta: got 1.2; must be", "at most 0.999"),
+    "word for a number": run(RUN.replace("De: 0", "De: high"), "case.yaml:2: De: got 'high'; must be 0, or a finite"),
     "boolean for a number": run(RUN.replace("0.1\nd0", "yes\nd0"), "case.yaml:3: Ca_e: got true; must be"),
-    "entry of a list": run(RUN.replace("0.4", "[0.4, -1]"), "case.yaml:1: beta[1]: got -1; must be", "above 0"),
+    "entry of a list": run(RUN.replace("0.4", "[0.4, -1]"), "case.yaml:1: beta[1]: got -1; must be", "0.001"),
     "misspelt key": run(RUN + "lenght: 3\n", "case.yaml:5: lenght: got 3; unknown key; did you mean length?"),
     "key without its group": run(RUN + "end: 3\n", "case.yaml:5: end: got 3; unknown key; did you mean time.end?"),
     "another one": run(RUN + "Np: 20\n", "Np: got 20; unknown key; did you mean mesh.Np?"),
@@ -96,7 +96,9 @@ MISTAKES = {
     "list of another length": run(RUN.replace("0.4", "[0.4, 0.3, 0.2]"), "beta: got [0.4, 0.3, 0.2]; must be", "of 2"),
     "steps beyond the end": run(RUN + "time: {end: 1.0e-4}\n", "time.first_step: got 0.0005; must be at most"),
     "coarse mesh": run(RUN + "mesh:\n  growth: 0.2\n  Np: 2\n", "case.yaml:7: mesh.Np: got 2; must be", "at least 6"),
-    "mesh too large for memory": run(RUN + "mesh: {gap_cells: 100000}\n", "case.yaml:5: mesh: must give at most 2e+07"),
+    "mesh too large for memory": run(
+        RUN + "mesh: {max_size: 0.001, growth: 0.01}\n", "case.yaml:5: mesh: must give at most 2e+07"
+    ),
     "several at once": run(
         "beta: 2\nDe: -1\nlenght: 3\nmesh: {Np: 2}\n",
         *("6 mistakes:", "case.yaml:1: beta: ", "case.yaml:2: De: ", "case.yaml:3: lenght: ", "case.yaml:4: mesh.Np: "),

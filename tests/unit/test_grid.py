@@ -199,7 +199,7 @@ BAD = {
     "unknown section": ("gird: {d0: [0.1]}\n", "gird", "did you mean grid"),
     "unknown command": ("command: fly\ngrid: {d0: [0.1]}\n", "command", "run"),
     "a bad value": ("grid: {d0: [0.1, -0.2]}\n", "entry d0 = -0.2: d0", "at least 0.0001"),
-    "a bad value in cases": ("cases: [{d0: 0.1}, {Ca_e: -1}]\n", "cases[1]: Ca_e", "at least 0"),
+    "a bad value in cases": ("cases: [{d0: 0.1}, {Ca_e: -1}]\n", "cases[1]: Ca_e", "must be 0, or"),
     "a misspelt key": ("grid: {mesh.NP: [10]}\n", "mesh.NP", "did you mean mesh.Np?"),
     "inconsistent keys": ("grid: {length: [auto]}\n", "length", "developed"),
     "a lone value": ("grid: {d0: 0.1}\n", "grid.d0", "list of values"),
