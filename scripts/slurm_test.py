@@ -181,7 +181,7 @@ class Trial:
 
     def time_limit(self) -> None:
         self.part("The time limit: by Slurm's signal, and by the end that squeue tells")
-        self.emit("hurried.sh", "endless.yaml -o endless --walltime 0:01:00")
+        self.emit("hurried.sh", "endless.yaml -o endless --walltime 0:02:00")
         job = self.submit("hurried.sh")
         said = self.run("srun --time=1 pairsim sweep endless.yaml -o endless-srun --progress lines", code=130)
         require("the wall time of the sweep is over" in said, "the sweep ended in order before the limit of 60 s")
@@ -190,7 +190,7 @@ class Trial:
         require("SIGTERM" in log, "the log of the job: " + log.strip().splitlines()[-1])
         self.stopped_in_order("endless")
         self.stopped_in_order("endless-srun")
-        rows, job = self.rows("endless"), self.submit("hurried.sh")
+        rows, job = self.rows("endless"), self.submit("--time=10 hurried.sh")
         self.gets_on("endless")
         require(self.rows("endless") > rows, f"submitted again it goes on after row {rows}")
         self.run(f"scancel {job}")
