@@ -105,9 +105,9 @@ class Trial:
         for line in done.stderr.splitlines():
             print(f"  {line}", flush=True)
 
-    def submit(self, script: str) -> str:
-        """Submit a script and return the number of the job."""
-        return self.run(f"sbatch --parsable {script}").strip()
+    def submit(self, words: str) -> str:
+        """Submit a script, which options of sbatch may precede, and return the number of the job."""
+        return self.run(f"sbatch --parsable {words}").strip()
 
     def ended(self, job: str, seconds: float = 300) -> None:
         """Wait until no task of a job is in the queue."""
