@@ -24,6 +24,7 @@ LIBRARIES = 230e6  # memory after all imports [bytes]
 RUN_BYTES, STEADY_BYTES = (11e3, 15e3), (19e3, 28e3)
 USUAL, GROWTH = 15e3, 0.1
 COARSE_TOO = 1.3  # factor for also solving on a coarser mesh
+ERROR_TOO = 1.45  # factor of the time of a run for carrying its error along
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,8 @@ def run_estimate(case: Case) -> Estimate:
     else:
         pace = (3e-4 / case.time.tol) ** 0.45 if any(case.Ca_es) or polymer else 0.25
         steps = 10 * pace * math.log(1 + end / first) * (3 if polymer else 1) + end / case.time.max_step
-    return Estimate(round(size), START + steps * 1.6e-6 * size**1.15, _memory(size, RUN_BYTES, polymer))
+    each = 1.6e-6 * size**1.15 * (ERROR_TOO if case.dU_error else 1.0)
+    return Estimate(round(size), START + steps * each, _memory(size, RUN_BYTES, polymer))
 
 
 def _steady_estimate(case: CurveCase | CriticalCase, points: int) -> Estimate:
