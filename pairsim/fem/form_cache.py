@@ -9,6 +9,7 @@ that is restarted need not check them, and the checksums of their modules: loadi
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import fcntl
 import hashlib
 import importlib.util
@@ -226,7 +227,9 @@ def _compile(form: str) -> list[Path]:
         compiled.append(enriched_form(MPI.COMM_SELF, phase).residual)
     if "recovered" in words:
         compiled.append(recovered_form(MPI.COMM_SELF, phase).residual)
-    return [*(Path(each.module.__file__) for each in compiled), compile_loops()]
+    loops = compile_loops()
+    ctypes.CDLL(str(loops))  # like the forms: a torn library ends this process, and not that of a case
+    return [*(Path(each.module.__file__) for each in compiled), loops]
 
 
 def _compile_patiently(form: str) -> list[Path]:
@@ -259,7 +262,7 @@ def _discard(module: str) -> None:
 def _discard_unverified() -> None:
     """Delete the modules whose checksum is in no stamp file: they may be torn."""
     verified = {entry for stamp in cache().glob("compiled-*") for entry in (_modules(stamp) or {}).items()}
-    for path in cache().glob("libffcx_forms_*.so"):
+    for path in cache().glob("*.so"):
         if (path.name, _checksum(path)) not in verified:
             _discard(path.name.partition(".")[0])
 
