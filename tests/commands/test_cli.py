@@ -25,7 +25,7 @@ HEAVY = ("dolfinx", "gmsh", "matplotlib", "mpi4py", "numpy", "petsc4py", "pyvist
 def test_version_is_that_of_the_package() -> None:
     result = CliRunner().invoke(app, ["--version"])
     assert result.exit_code == 0
-    assert result.output.strip() == f"pairsim {package.__version__}"
+    assert re.fullmatch(rf"pairsim {re.escape(package.__version__)}( \(commit [0-9a-f]+\+?\))?", result.output.strip())
 
 
 def test_help_lists_every_command() -> None:
