@@ -4,8 +4,9 @@ usage: scripts/error_bars [-o runs/error_bars] [--only WORD] [--table]
 
 Solves every scene of configs/error_bars/scenes.yaml on three meshes, with the estimate of the error and with the
 coarser mesh that mesh_error asks for, and on two fine meshes of different kinds that give its truth. One process, some
-three hours in all; the same command goes on after any kind of end. Writes error_bars.csv, a row a gap and mesh, and
-error_bars.md into the folder; with --table it only judges.
+three hours in all, the cheapest scenes first; the same command goes on after any kind of end, with the scene and mesh
+that it was at. Writes error_bars.csv, a row a gap and mesh, and error_bars.md into the folder; with --table it only
+judges the scenes that are there, and lists those that are not.
 
 Exit code 0: all was solved and judged; 1: a scene could not be solved (its reason is in the table).
 """
