@@ -94,9 +94,7 @@ COLUMNS: tuple[Column, ...] = (
     Column("parameter_error", r"\epsilon", "error of the followed parameter where two zeros meet; empty elsewhere", ""),
     Column("dU_correction", r"\delta^h", "estimate of exact minus discrete dU", VELOCITY),
     Column("dU_correction_i", r"\delta^h_i", "estimate of exact minus discrete dU_i", VELOCITY),
-    Column(
-        "dU_error", r"\epsilon", "error of dU by mesh, ends and Newton's method, half-width", VELOCITY
-    ),
+    Column("dU_error", r"\epsilon", "error of dU by mesh, ends and Newton's method, half-width", VELOCITY),
     Column("dU_error_i", r"\epsilon_i", "error of dU_i by mesh, ends and Newton's method, half-width", VELOCITY),
     Column("ends_error", r"\epsilon_L", "the part of dU_error that is due to the ends of the tube", VELOCITY),
     Column("ends_error_i", r"\epsilon_{L,i}", "the part of dU_error_i that is due to the ends of the tube", VELOCITY),
