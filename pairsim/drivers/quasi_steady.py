@@ -34,8 +34,7 @@ def point_row(point: Point) -> dict[str, float]:
     for name, each in values.items():
         row |= {name + gap: value for gap, value in zip(gaps, each if each is not None else (), strict=False)}
     row |= {f"U_correction{each}": value for each, value in zip(particle_endings(o.U.size), estimate.U, strict=True)}
-    if estimate.dp_plus is not None:
-        row["dp_plus_correction"] = estimate.dp_plus
+    row["dp_plus_correction"] = estimate.dp_plus
     row |= {"newton": point.newton, "meshes": point.meshes, "m": o.m}
     row |= {"volume_error": o.volume_error, "distortion": point.distortion}
     if o.conformation is not None:

@@ -217,20 +217,19 @@ def error_column(names: Iterable[str], gap: str = "") -> str | None:
     return next((name for name in (f"dU_error{gap}", f"mesh_error{gap}") if name in there), None)
 
 
-def curve_columns(n: int, common: bool, newtonian: bool, mesh_error: bool, sensitivities: Sequence[str]) -> list[str]:
+def curve_columns(n: int, common: bool, mesh_error: bool, sensitivities: Sequence[str]) -> list[str]:
     """The columns that curve.csv begins with.
 
     Args:
         n: Number of particles.
         common: Whether there is a curve over one distance, which has slopes.
-        newtonian: Kind of the liquid; in a viscoelastic one the error of dp_plus is not estimated.
         mesh_error: Whether points were solved on a coarser mesh too.
         sensitivities: Parameters by which dU was differentiated.
     """
     names = ["drift", "dU_correction", "dU_error", "ends_error", *(["mesh_error"] if mesh_error else [])]
     names += [*(["slope"] if common else []), *(f"by_{name}" for name in sensitivities)]
     by_gap = (name + gap for name in names for gap in gap_endings(n))
-    corrections = [f"U_correction{each}" for each in particle_endings(n)] + ["dp_plus_correction"] * newtonian
+    corrections = [f"U_correction{each}" for each in particle_endings(n)] + ["dp_plus_correction"]
     return [*series_columns(n)[1:], "newton", *by_gap, *corrections, "wanted"]
 
 

@@ -16,6 +16,7 @@ from pairsim.fem.enrichment import Enrichment
 from pairsim.physics.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.end_effects import end_effects
+from pairsim.solvers.pressure_drop import InnerDrop
 from pairsim.solvers.steady import Steady
 
 # The half-width to quote is this times what the cells may have left, fixed and judged by scripts/error_bars
@@ -32,8 +33,7 @@ class ErrorEstimate:
 
     Attributes:
         U: Of the particles' velocities, (N,).
-        dp_plus: Of the pressure drop that the particles cause, None in a viscoelastic liquid: pressure is read off on
-            the ends, where it follows the prescribed stress too closely for its adjoint to be smooth.
+        dp_plus: Of the pressure drop that the particles cause.
         newton_dU: What Newton's method has left in every dU, to first order, (N-1,).
         spread_dU: By how much another recovery of the adjoint pressures changes the estimates of dU, (N-1,).
         scatter_dU: Root of the sum over the cells of the squares of what each has of the estimates of dU by the
@@ -43,7 +43,7 @@ class ErrorEstimate:
     """
 
     U: Array
-    dp_plus: float | None
+    dp_plus: float
     newton_dU: Array
     spread_dU: Array
     scatter_dU: Array
@@ -87,14 +87,10 @@ class ErrorEstimator:
         with steady.clock("jit"):
             if self._enrichment is None or self._enrichment.scene is not scene:
                 self._enrichment = Enrichment(scene, self._enrichment)
-        velocities = constraints.fields["U_p"]
-        rows = np.zeros((len(velocities) + (scene.polymer is None), constraints.size))
+        velocities, drop = constraints.fields["U_p"], InnerDrop.of(steady)
+        rows = np.zeros((len(velocities) + 1, constraints.size))
         rows[np.arange(len(velocities)), velocities] = 1.0
-        if scene.polymer is None:
-            index, weight = scene.drop
-            drop = np.zeros(scene.size)
-            drop[index] = weight
-            rows[-1] = constraints.N.T @ drop
+        rows[-1] = drop.row
         adjoints = np.array([steady.newton.linear_solve(row, transposed=True) for row in rows])
         residual = steady.residual()
         left = -adjoints @ residual
@@ -107,7 +103,7 @@ class ErrorEstimator:
         difference = np.eye(len(rows))[1:count] - np.eye(len(rows))[: count - 1]
         return ErrorEstimate(
             U=changes[:count],
-            dp_plus=float(changes[-1]) if scene.polymer is None else None,
+            dp_plus=drop.value - scene.pressure_drop(steady.state()[1]) + float(changes[-1]),
             newton_dU=difference @ left,
             spread_dU=difference @ tested.changes,
             scatter_dU=np.sqrt(np.einsum("ik,kl,il->i", difference, tested.stress_products, difference)),

@@ -106,8 +106,6 @@ def test_rigid_pair() -> None:
     for Np in (10, 14, 20, 28):
         found, estimate = solved(RIGID, Np=Np)
         assert estimate.dU_error[0] < 1e-13
-        assert last.dp_plus is not None
-        assert estimate.dp_plus is not None
         errors.append([(reference.U + last.U - found.U)[0], reference.dp_plus + last.dp_plus - found.dp_plus])
         estimates.append([estimate.U[0], estimate.dp_plus])
     ratios = np.array(estimates) / errors
@@ -123,6 +121,8 @@ def test_flow_rate_of_interpolated_ends() -> None:
     reference, last = solved(SINGLE, Np=28, max_size=0.05, rows=0.5)
     found, estimate = solved(SINGLE, Np=14, max_size=0.1, rows=0.5)
     assert 0.5 < estimate.U[0] / (reference.U + last.U - found.U)[0] < 1.6
+    # What is read off on the ends is a multiple of that off: it converges with the size of the cells only.
+    assert 0.7 < estimate.dp_plus / (reference.dp_plus + last.dp_plus - found.dp_plus) < 1.4
 
 
 @pytest.mark.slow
