@@ -18,6 +18,7 @@ from pairsim.runtime.errors import InputError
 OTHER = {"Ca_e": "De", "De": "Ca_e"}
 """The parameter that a picture is drawn over, and the one that tells its lines apart."""
 STYLES = {True: "-", False: (0, (4, 1.5))}
+LONG = 0.5  # an error of a distance beyond this part of it does not widen the picture
 ENDS = {"vanishes": ("X", "a stable and an unstable one meet"), "edge": ("s", "leaves the range of $d$")}
 
 
@@ -56,10 +57,13 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
         _draw_branch(axis, name, [row for row in rows if row["branch"] == branch], encoding)
     spread(axis, "x", [row[name] for row in rows])
     spread(axis, "y", [row["d_cr"] for row in rows])
-    seen = axis.get_ylim()
-    for row in rows:
-        _draw_error(axis, name, row, encoding.colour_of(row))
-    axis.set_ylim(seen)  # the error of a distance grows without bound towards a fold
+    bounded = [float(row.get("d_error") or 0) < LONG * row["d_cr"] for row in rows]
+    for drawn in (True, False):  # the error of a distance grows without bound towards a fold
+        seen = axis.get_ylim()
+        for row, short in zip(rows, bounded, strict=True):
+            if short == drawn and row["kind"] != "added":
+                _draw_error(axis, name, row, encoding.colour_of(row))
+    axis.set_ylim(seen)
     finish(axis, axis_label([name]), axis_label(["d_cr"]), [])
     encoding.bar(figure, [axis])
     key(figure, [*encoding.handles(), *_notes(rows)])
