@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from pairsim.fem.interpolation import interpolate
+from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.physics.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.solvers.steady import Steady
@@ -33,7 +34,7 @@ def end_effects(steady: Steady, adjoints: Array, residual: Array) -> Array:
     scene, x = steady.scene, steady.state()[1]
     liquid, nodes = scene.liquid, scene.nodes
     mesh, fields = liquid.six_node_mesh, ["u"] if scene.polymer is None else ["u", "s"]
-    values = np.hstack([liquid.nodal(field, x) for field in fields])
+    values, positions = np.hstack([liquid.nodal(field, x) for field in fields]), scene.positions(x)
     # What enters a periodic tube at its inlet has left it at its outlet: there is one jump.
     ends = [(nodes.outlet, -1.0)] if scene.periodic else [(nodes.inlet, 1.0), (nodes.outlet, -1.0)]
     changes = []
@@ -41,12 +42,21 @@ def end_effects(steady: Steady, adjoints: Array, residual: Array) -> Array:
         moved = x.copy()
         for at, inwards in ends:
             places = mesh.points[at] + [inwards * inside, 0.0]
-            found = interpolate(mesh, scene.positions(x), values, places) - _developed(steady, at)
+            found = _on_plane(mesh, positions, values, places) - _developed(steady, at)
             found[:, 0] -= (scene.flow_rate[1] @ found[:, 0]) / FLOW_RATE * scene.boundary_velocity(places)[:, 0]
             for field, added in zip(fields, np.split(found, [2], axis=1), strict=False):
                 liquid.nodal(field, moved)[at] += added  # a view
         changes.append(-adjoints @ (steady.newton.reduce(moved) - residual))
     return np.array(changes)
+
+
+def _on_plane(mesh: SixNodeMesh, positions: Array, values: Array, places: Array) -> Array:
+    """Interpolate P2 fields at places of one cross-section; only the cells there are searched."""
+    z, tolerance = positions[mesh.cells, 0], 1e-9
+    there = (z.min(axis=1) <= places[0, 0] + tolerance) & (z.max(axis=1) >= places[0, 0] - tolerance)
+    nodes, cells = np.unique(mesh.cells[there], return_inverse=True)
+    part = SixNodeMesh(mesh.points[nodes], cells.reshape(-1, mesh.cells.shape[1]))
+    return interpolate(part, positions[nodes], values[nodes], places)
 
 
 def _developed(steady: Steady, nodes: Indices) -> Array:
