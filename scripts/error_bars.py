@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from pairsim.config.curve_case import CurveCase
 
 SCENES = Path(__file__).resolve().parent.parent / "configs" / "error_bars" / "scenes.yaml"
-COLUMNS = ["scene", "mesh", "gap", "unknowns", "seconds", "dU", "dU_correction", "spread_dU", "newton_dU"]
+COLUMNS = ["scene", "mesh", "gap", "unknowns", "seconds", "dU", "drift", "dU_correction", "spread_dU", "newton_dU"]
 COLUMNS += ["scatter_dU", "ends_dU", "s_jump", "mesh_error", "reason"]
 ESTIMATED = ("dU_correction", "spread_dU", "scatter_dU", "mesh_error")
 # Meshes that are judged, and the two that give the truth; cells near the ends of the latter's ranges differ in kind.
@@ -109,7 +109,12 @@ def solve(name: str, scene: dict[str, Any], mesh: str) -> list[Row]:
         largest = max(points, key=lambda point: abs(point.dUs[gap]))
         row = {"scene": name, "mesh": mesh, "gap": gap + 1, "unknowns": unknowns, "seconds": round(seconds, 2)}
         estimate = largest.estimate
-        values = {"dU": largest.dUs, "dU_correction": estimate.dU, "newton_dU": estimate.newton_dU}
+        values = {
+            "dU": largest.dUs,
+            "drift": largest.drifts,
+            "dU_correction": estimate.dU,
+            "newton_dU": estimate.newton_dU,
+        }
         values |= {"spread_dU": estimate.spread_dU, "scatter_dU": estimate.scatter_dU, "ends_dU": estimate.ends_dU}
         if largest.mesh_errors is not None:
             values["mesh_error"] = largest.mesh_errors
@@ -181,6 +186,15 @@ def coarser(e: Judged) -> float:
     return e.said["mesh_error"]
 
 
+def with_drift(row: Row) -> float:
+    """The sum of dU and drift, which does not depend on how the mesh moves while the distances change.
+
+    The quasi-steady problem of particles that move relative to each other in a viscoelastic liquid does, and the motion
+    of the mesh depends on the sizes of the cells.
+    """
+    return float(row["dU"]) + float(row["drift"] or 0)
+
+
 def judged(rows: list[Row]) -> tuple[list[Judged], list[str], list[str]]:
     """Errors that can be judged; those that are undecided because of their truth; those that are negligible."""
     values = {(row["scene"], int(row["gap"]), row["mesh"]): row for row in rows if not row["reason"]}
@@ -189,8 +203,8 @@ def judged(rows: list[Row]) -> tuple[list[Judged], list[str], list[str]]:
         others = [values.get((scene, gap, other)) for other in (*FINE, PEAK)]
         if mesh not in JUDGED or any(other is None for other in others):
             continue
-        first, second, peak = (float(other["dU"]) for other in others if other is not None)
-        error, where = (first + second) / 2 - float(row["dU"]), f"{scene}, {mesh}, gap {gap}"
+        first, second, peak = (with_drift(other) for other in others if other is not None)
+        error, where = (first + second) / 2 - with_drift(row), f"{scene}, {mesh}, gap {gap}"
         if abs(error) < NEGLIGIBLE * abs(peak):
             negligible.append(where)
         elif abs(first - second) > KNOWN * abs(error):

@@ -25,7 +25,7 @@ RUN_BYTES, STEADY_BYTES = (11e3, 15e3), (19e3, 28e3)
 USUAL, GROWTH = 15e3, 0.1
 COARSE_TOO = 1.3  # factor for also solving on a coarser mesh
 # Newton iterations of the continuation to the first point and to each further one, and what the estimate of the error
-# of a point costs, in Newton iterations: half a one, and one on a new mesh.
+# of a point costs, in Newton iterations: .3 to .6, and .5 to 1.5 on a new mesh.
 FIRST_POINT, NEXT_POINT, ERROR_ESTIMATE = 40, 8, 0.8
 
 
