@@ -14,6 +14,7 @@ import pairsim
 from pairsim.cli.app import app
 from pairsim.config.case_file import FILES
 from pairsim.config.schema import schema_rows
+from pairsim.config.yaml_file import DEEPEST, LARGEST_FILE, MOST_VALUES
 from pairsim.results import columns as tables
 from pairsim.results.columns import Column, column
 from pairsim.runtime import errors
@@ -50,6 +51,9 @@ def case_files() -> str:
         "Keys of the YAML files that each command reads. Dotted keys are nested: `mesh.Np` is the key `Np` in the "
         "group `mesh`. Units are in brackets; quantities without one are dimensionless "
         "([definitions](../explanation/physics.md#dimensionless-numbers)).\n",
+        "Files are YAML with decimal numbers: `010` and `1:30`, which YAML 1.1 reads as 8 and 90, are refused, and so "
+        f"are tags. A file has at most {LARGEST_FILE / 1e6:g} MB, {MOST_VALUES:,} keys and values, and {DEEPEST} "
+        "groups and lists within each other.\n",
     ]
     for command in FILES:
         rows = [
@@ -133,7 +137,7 @@ def cli() -> str:
         "",
         "## Reasons of failures",
         "",
-        "A command that ends with exit code 3 writes one of these into run.json:",
+        "A command that ends with exit code 3, or 4 for `environment`, writes one of these into run.json:",
         "",
     ]
     return "\n".join([*lines, *end, table(("reason", "meaning"), reasons)])

@@ -92,7 +92,7 @@ def solve(name: str, scene: dict[str, Any], mesh: str) -> list[Row]:
     from pairsim.solvers.parameters import Parameters
 
     case = case_of(name, scene, mesh)
-    ensure_compiled(MPI.COMM_SELF, forms_of(case))
+    ensure_compiled(MPI.COMM_SELF, forms_of(case), print)
     places, begin = solution_order(case), time.perf_counter()
     start = Parameters(places[0], case.Ca_es, case.De)
     try:

@@ -22,6 +22,7 @@ from typing import Any
 
 import yaml
 
+from pairsim.config.yaml_file import read_yaml
 from pairsim.results.folders import read_record
 from pairsim.results.output import write_text
 from pairsim.runtime.child_process import module_command
@@ -60,7 +61,8 @@ def sweep(command: str, arguments: argparse.Namespace) -> Path | None:
     if arguments.table:
         return folder
     arguments.output.mkdir(parents=True, exist_ok=True)
-    content = {"command": command, "name": f"hard-{command}", "cases": [str(path) for path in files]}
+    cases = [{"name": path.stem, **read_yaml(path)} for path in files]
+    content = {"command": command, "name": f"hard-{command}", "cases": cases}
     write_text(grid, yaml.safe_dump(content, sort_keys=False))
     mpirun = find_mpirun() if arguments.n > 1 else None
     words = [mpirun, "-n", str(arguments.n)] if mpirun else []

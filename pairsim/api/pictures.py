@@ -6,13 +6,14 @@ from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 
+from pairsim.plots.animation import animate as make_animation
+from pairsim.plots.animation import default_movie
 from pairsim.plots.critical import draw_critical
 from pairsim.plots.curves import draw_curve
-from pairsim.plots.fields import animate as make_animation
 from pairsim.plots.fields import draw_fields
 from pairsim.plots.overlay import overlay
 from pairsim.plots.series import draw_series
-from pairsim.plots.style import Page
+from pairsim.plots.style import FORMATS, MOVIES, Page
 from pairsim.results.folders import kind_of
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.study_plots import plot_study
@@ -22,7 +23,7 @@ from pairsim.sweeps.sweep_plots import plot_sweep
 def plot(
     *folders: str | PathLike[str],
     out: str | PathLike[str] | None = None,
-    formats: str | Sequence[str] = "png",
+    formats: str | Sequence[str] | None = None,
     width: str | float = 170.0,
     group: str | None = None,
     panels: str | None = None,
@@ -34,7 +35,8 @@ def plot(
     Args:
         folders: One folder of any command, or several of runs or of curves.
         out: Where the pictures go: the folder itself by default; several folders need it.
-        formats: "png", "pdf", "svg", or several of them.
+        formats: "png" (the default), "pdf", "svg", or several of them; of animations "mp4" (the default where ffmpeg
+            is found), "gif", or both.
         width: Of the pictures, such as "85mm"; a number is in mm.
         group: Parameter that chooses the colours, of a sweep or of several folders.
         panels: Parameter whose values have a panel each, of a sweep or of several folders.
@@ -49,7 +51,9 @@ def plot(
     """
     if not folders:
         raise InputError("pairsim plot", "", None, "must name a folder of results")
-    places, page = [Path(folder) for folder in folders], Page.parse(formats, width)
+    places = [Path(folder) for folder in folders]
+    known = MOVIES if animate else FORMATS
+    page = Page.parse(formats or (default_movie() if animate else "png"), width, known)
     target = Path(out) if out is not None else places[0]
     if len(places) > 1:
         if out is None:

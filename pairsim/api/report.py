@@ -40,6 +40,7 @@ CAPTIONS = {
 }
 """What is said below pictures, by the names of their files."""
 WIDE, NARROW = 170.0, 85.0  # mm
+FIELDS = 100.0  # mm; the same file serves wide and narrow screens
 TYPES = {".svg": "image/svg+xml", ".png": "image/png"}
 
 
@@ -116,7 +117,7 @@ def _drawn(directory: Path, kind: Kind, width: float) -> tuple[dict[str, str], l
 
 def _drawings(directory: Path, out: Path, kind: Kind, width: float) -> list[Callable[[], list[Path]]]:
     """What draws a folder: lines as SVG, fields, which are pixels anyway, as PNG."""
-    lines, pixels = Page(("svg",), width), Page(("png",), min(width, 130.0), dpi=180.0)
+    lines, pixels = Page(("svg",), width), Page(("png",), FIELDS, dpi=225.0)
     if kind not in ("run", "curve"):
         return [lambda: plot(directory, out=out, formats="svg", width=width)]
     curve = kind == "curve"

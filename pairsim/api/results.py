@@ -174,12 +174,9 @@ class Result:
         hits = np.flatnonzero(np.isclose(places, value, rtol=1e-9, atol=1e-12))
         if not hits.size:
             listed = ", ".join(f"{place:g}" for place in places)
-            raise InputError(
-                "fields",
-                name,
-                value,
-                f"must be one of {listed}" if listed else "must be left out: no fields were written",
-            )
+            key = "fields: [...]" if name == "d" else "output.fields: true"
+            allowed = f"must be one of {listed}" if listed else f"was not written; the case needs `{key}` for fields"
+            raise InputError("fields", name, value, allowed)
         index = int(hits[0])
         return grid_of(self._frames[index] if self.folder is None else read_frame(self._path, index))
 
@@ -312,7 +309,7 @@ class CurveResult(Result):
     def _answer(self) -> list[str]:
         rows = self.zeros.to_dict("records")
         zeros = [Zero(row["d"], bool(row["stable"]), row.get("d_error")) for row in rows]
-        return answer_of_curve(self._columns(), zeros) if len(self.table) else ["No point was solved."]
+        return answer_of_curve(self._columns(), zeros, self.record) if len(self.table) else ["No point was solved."]
 
 
 class CriticalResult(Result):

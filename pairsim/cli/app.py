@@ -5,6 +5,7 @@ Large libraries are imported inside the commands, so that --help and input error
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
@@ -12,8 +13,29 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 from pairsim.cli import bench, first_steps, pictures, sweeps
-from pairsim.cli.options import CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings, rank, show_estimate
-from pairsim.runtime.errors import InputError, PairsimError, RunFailure, unexpected
+from pairsim.cli.options import (
+    CaseFile,
+    DryRun,
+    Output,
+    Overwrite,
+    Progress,
+    Quiet,
+    Settings,
+    rank,
+    show_estimate,
+    usable,
+)
+from pairsim.cli.streams import discard_stdout, repair_streams
+from pairsim.runtime.errors import (
+    ENVIRONMENT,
+    EnvironmentFailure,
+    InputError,
+    PairsimError,
+    RunFailure,
+    abort_others,
+    unexpected,
+)
+from pairsim.runtime.signals import Signals
 from pairsim.runtime.version import __version__
 
 if TYPE_CHECKING:
@@ -54,7 +76,12 @@ def _common(
 )
 def run(
     case: Annotated[
-        Path | None, typer.Argument(help="Case file (YAML); pairsim schema lists its keys.", show_default=False)
+        Path | None,
+        typer.Argument(
+            help="Case file (YAML); pairsim schema lists its keys.",
+            show_default=False,
+            callback=usable,
+        ),
     ] = None,
     output: Output = None,
     overwrite: Overwrite = False,
@@ -65,6 +92,7 @@ def run(
             help="Continue the run in this folder from its checkpoint. "
             "A case file or --set may change name, time.end, limits and output.",
             show_default=False,
+            callback=usable,
         ),
     ] = None,
     dry_run: DryRun = False,
@@ -79,7 +107,8 @@ def run(
     in D_c/U_av.
 
     Exit codes: 0 finished (also at contact or max_gap), 2 wrong input, 3
-    computation failed, 130 interrupted.
+    computation failed, 4 installation or system at fault (pairsim doctor), 130
+    interrupted.
     """
     from pairsim.config.case_file import load_case
     from pairsim.config.cost import run_estimate
@@ -100,15 +129,16 @@ def run(
     from pairsim.api import compute
 
     shown: Style = "none" if quiet else progress
-    result = compute.run(
-        checked,
-        folder=directory,
-        overwrite=overwrite,
-        resume=resume is not None,
-        progress=shown,
-        signals=True,
-    )
-    _end(result, directory, shown, plot=False)
+    with Signals(final=True):
+        result = compute.run(
+            checked,
+            folder=directory,
+            overwrite=overwrite,
+            resume=resume is not None,
+            progress=shown,
+            signals=True,
+        )
+        _end(result, directory, shown, plot=False)
 
 
 @app.command(
@@ -134,7 +164,8 @@ def curve(
     num, spacing}) in place of d0. Writes curve.csv (dU in U_av), equilibria.csv,
     curve.png, case.yaml and run.json.
 
-    Exit codes: 0 finished, 2 wrong input, 3 computation failed, 130 interrupted.
+    Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
+    system at fault (pairsim doctor), 130 interrupted.
     """
     from pairsim.config.case_file import load_curve
     from pairsim.config.cost import curve_estimate
@@ -148,15 +179,16 @@ def curve(
     from pairsim.api import compute
 
     shown: Style = "none" if quiet else progress
-    result = compute.curve(
-        checked,
-        folder=directory,
-        overwrite=overwrite,
-        sensitivities=sensitivities,
-        progress=shown,
-        signals=True,
-    )
-    _end(result, directory, shown, plot=True)
+    with Signals(final=True):
+        result = compute.curve(
+            checked,
+            folder=directory,
+            overwrite=overwrite,
+            sensitivities=sensitivities,
+            progress=shown,
+            signals=True,
+        )
+        _end(result, directory, shown, plot=True)
 
 
 @app.command(
@@ -179,7 +211,8 @@ def critical(
     \\[least, largest], the range of distances in tube diameters D_c. Writes
     critical.csv, critical.png, case.yaml and run.json.
 
-    Exit codes: 0 finished, 2 wrong input, 3 computation failed, 130 interrupted.
+    Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
+    system at fault (pairsim doctor), 130 interrupted.
     """
     from pairsim.config.case_file import load_critical
     from pairsim.config.cost import critical_estimate
@@ -193,20 +226,24 @@ def critical(
     from pairsim.api import compute
 
     shown: Style = "none" if quiet else progress
-    result = compute.critical(checked, folder=directory, overwrite=overwrite, progress=shown, signals=True)
-    _end(result, directory, shown, plot=True)
+    with Signals(final=True):
+        result = compute.critical(checked, folder=directory, overwrite=overwrite, progress=shown, signals=True)
+        _end(result, directory, shown, plot=True)
 
 
 def _end(result: Result, directory: Path, shown: Style, plot: bool) -> NoReturn:
     """Draw, give the folder (stdout) and what to do next (stderr), and exit with the code of the outcome."""
-    from pairsim.drivers.outcome import EXIT_CODES
+    from pairsim.drivers.outcome import exit_code
     from pairsim.results.answer import advice
 
-    code = EXIT_CODES[result.status]
+    code = exit_code(result.status, result.reason)
     if rank() == 0:
         if code == 0:
             if plot:
-                result.plot(directory)
+                try:
+                    result.plot(directory)
+                except InputError as error:
+                    typer.echo(f"warning: no picture: {error}; pairsim plot {directory} draws it", err=True)
             typer.echo(str(directory))
         if shown == "none" and code:
             typer.echo(result.message, err=True)
@@ -218,8 +255,23 @@ def _end(result: Result, directory: Path, shown: Style, plot: bool) -> NoReturn:
 @app.command(epilog="Example: pairsim mesh configs/quickstart.yaml -o meshes/pair.msh --png meshes/pair.png")
 def mesh(
     case: CaseFile,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Mesh file: .msh (gmsh), .vtu or .xdmf.")],
-    png: Annotated[Path | None, typer.Option("--png", help="Picture of the mesh around the particles.")] = None,
+    output: Annotated[
+        Path,
+        typer.Option(
+            "-o",
+            "--output",
+            help="Mesh file: .msh (gmsh), .vtu or .xdmf.",
+            callback=usable,
+        ),
+    ],
+    png: Annotated[
+        Path | None,
+        typer.Option(
+            "--png",
+            help="Picture of the mesh around the particles.",
+            callback=usable,
+        ),
+    ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")] = False,
     set_: Settings = None,
 ) -> None:
@@ -245,11 +297,20 @@ def mesh(
 
 def main() -> NoReturn:
     """Entry point: every `PairsimError` is printed as one message, without a traceback, and sets the exit code."""
+    repair_streams()
+    try:
+        os.getcwd()
+    except OSError:
+        _complain(EnvironmentFailure("the current folder has been removed", advice="cd to another one"))
+        sys.exit(ENVIRONMENT)
     try:
         app(standalone_mode=True)
     except InputError as error:
         _complain(error)
         sys.exit(2)
+    except EnvironmentFailure as error:
+        _complain(error)
+        sys.exit(ENVIRONMENT)
     except RunFailure as error:
         _complain(error)
         sys.exit(3)
@@ -258,6 +319,12 @@ def main() -> NoReturn:
         sys.exit(1)
     except KeyboardInterrupt:
         sys.exit(130)
+    except OSError as error:
+        named = error.filename or "standard output"
+        _complain(EnvironmentFailure(f"{named} cannot be used ({error.strerror or error})"))
+        discard_stdout()
+        abort_others(ENVIRONMENT)
+        sys.exit(ENVIRONMENT)
     except Exception:
         sys.exit(unexpected())
     sys.exit(0)
@@ -269,4 +336,5 @@ def _complain(error: Exception) -> None:
         lines = str(error).splitlines()
         if isinstance(error, InputError) and len(error.mistakes) > 1:
             lines.insert(0, f"{len(error.mistakes)} mistakes:")
-        typer.echo("pairsim: " + "\n  ".join(lines), err=True)
+        name = "" if lines[0].startswith("pairsim ") else "pairsim: "  # a mistake in an option names the command
+        typer.echo(name + "\n  ".join(lines), err=True)

@@ -6,11 +6,11 @@ Large libraries are imported inside the commands, so that --help and input error
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from pairsim.cli.options import print_table
+from pairsim.cli.options import print_table, usable
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
@@ -54,11 +54,20 @@ def units(
         str | None, _option("--density", "Density of the liquid (default: that of water)", "1000kg/m^3")
     ] = None,
     distance: Annotated[
-        str | None, _option("--distance", "Initial distance between the surfaces (default: 0.1 D_c)", "5um")
+        list[str] | None,
+        _option(
+            "--distance",
+            "Distance between the surfaces (repeat for one value each gap; with --kind curve, for its distances; with "
+            "--kind critical, for the least and the largest one)",
+            "5um",
+        ),
     ] = None,
     end: Annotated[str | None, _option("--end", "End time of the run (default: 2 D_c/U_av)", "0.1s")] = None,
+    kind: Annotated[
+        Literal["run", "curve", "critical"], typer.Option("--kind", help="The command that the case file is for.")
+    ] = "run",
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Write a case file for pairsim run to this path.")
+        Path | None, typer.Option("-o", "--output", help="Write a case file to this path.", callback=usable)
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing case file.")] = False,
 ) -> None:
@@ -68,14 +77,16 @@ def units(
     inertia is negligible, a warning if no steady shape is expected, and each
     default used.
     """
-    from pairsim.config.bench_report import DEFAULTS, bench_report
-    from pairsim.config.case_file import case_from_dict
+    from pairsim.config.bench_report import DEFAULTS, DISTANCES, bench_report
+    from pairsim.config.case_file import PARSERS
 
     _check_free(output, overwrite)
+    if end is not None and kind != "run":
+        raise InputError("pairsim units", "--end", end, f"must be left out with --kind {kind}")
     quantities = {
         **{"tube": tube, "particle": _one(particle), "flow_rate": flow, "velocity": velocity, "viscosity": viscosity},
         **{"modulus": _one(modulus), "young": _one(young), "relaxation": relaxation, "solvent": solvent},
-        **{"density": density, "distance": distance, "end": end},
+        **{"density": density, "distance": _one(distance), "end": end},
     }
     given = {key: value for key, value in quantities.items() if value is not None}
     written: dict[str, Any] = {"physical": given}
@@ -84,9 +95,9 @@ def units(
     if not modulus and not young:
         written["Ca_e"] = 0
     if distance is None:
-        written["d0"] = 0.1
+        written |= DISTANCES[kind]
     try:
-        case = case_from_dict({**written, "physical": DEFAULTS | given}, "pairsim units")
+        case = PARSERS[kind]({**written, "physical": DEFAULTS | given}, "pairsim units")
     except InputError as error:
         raise _of_options(error) from None
     report = bench_report(case, given)
@@ -94,10 +105,11 @@ def units(
         import yaml
 
         body = yaml.safe_dump(written, sort_keys=False, allow_unicode=True)
-        _write(output, "".join(f"# {line}\n" for line in _comments(report)) + body)
+        _write(output, "".join(f"# {line}\n" for line in _comments(report, kind)) + body)
     _show(report)
     if output is not None:
         typer.echo(str(output))
+        typer.echo(f"next: pairsim {kind} {output} --dry-run", err=True)
 
 
 def _check_free(output: Path | None, overwrite: bool) -> None:
@@ -129,9 +141,9 @@ def _of_options(error: InputError) -> InputError:
     return InputError(first.file, first.key, first.value, first.allowed, others=rest)
 
 
-def _comments(report: BenchReport) -> list[str]:
+def _comments(report: BenchReport, kind: str) -> list[str]:
     numbers = ", ".join(f"{row.name} {row.value}" for row in report.numbers)
-    return ["Written by pairsim units; pairsim schema lists all keys.", numbers, *report.warnings]
+    return [f"Written by pairsim units; pairsim schema {kind} lists all keys.", numbers, *report.warnings]
 
 
 def _show(report: BenchReport) -> None:
@@ -153,7 +165,14 @@ def _show(report: BenchReport) -> None:
     "pairsim table runs/curve equilibria"
 )
 def table(
-    directory: Annotated[Path, typer.Argument(help="Folder of run, curve or critical.", show_default=False)],
+    directory: Annotated[
+        Path,
+        typer.Argument(
+            help="Folder of run, curve or critical.",
+            show_default=False,
+            callback=usable,
+        ),
+    ],
     name: Annotated[
         str | None,
         typer.Argument(
@@ -163,7 +182,15 @@ def table(
     physical: Annotated[
         bool, typer.Option("--physical", help="Convert to um, s, um/s and Pa; the case must have a physical block.")
     ] = False,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="CSV file to write (default: print).")] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="CSV file to write (default: print).",
+            callback=usable,
+        ),
+    ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
 ) -> None:
     """Print a table of results as CSV, with the unit of each column in the header.
@@ -186,7 +213,14 @@ def table(
     epilog="Examples: pairsim travel runs/curve --from 0.1 --to 0.5 | pairsim travel runs/curve --from 5um --to 25um"
 )
 def travel(
-    directory: Annotated[Path, typer.Argument(help="Folder of curve.", show_default=False)],
+    directory: Annotated[
+        Path,
+        typer.Argument(
+            help="Folder of curve.",
+            show_default=False,
+            callback=usable,
+        ),
+    ],
     start: Annotated[
         str, typer.Option("--from", metavar="D", help="First distance, in tube diameters D_c or with a unit.")
     ],
@@ -200,17 +234,25 @@ def travel(
     the mean velocity U of the pair [D_c]; there must be no zero of dU between the
     distances. If the case has a physical block, also in s and mm.
     """
+    from pairsim.config.quantities import QUANTITY
     from pairsim.results.folders import kind_of, valid_record
     from pairsim.results.physical_table import scales_of
     from pairsim.results.travel import travel_in
 
     if (kind := kind_of(directory)) != "curve":
         raise InputError(str(directory), "", None, f"must be a folder of `pairsim curve`, not of `pairsim {kind}`")
-    ends = [_distance(directory, option, text) for option, text in (("--from", start), ("--to", stop))]
-    result = travel_in(directory, *ends)
+    typed = {"--from": start, "--to": stop}
+    ends = {option: _distance(directory, option, text) for option, text in typed.items()}
+    try:
+        result = travel_in(directory, *ends.values())
+    except InputError as error:
+        if error.key not in ends or QUANTITY.fullmatch(typed[error.key].strip()) is None:
+            raise
+        gives = f"gives d = {ends[error.key]:g}, which {error.allowed}"
+        raise InputError(error.file, error.key, typed[error.key], gives) from None
     typer.echo(
-        f"from d = {ends[0]:g} to {ends[1]:g}: {result.time:.4g} D_c/U_av and {result.length:.4g} D_c of tube "
-        f"(mean velocity {result.length / result.time:.4g} U_av)"
+        f"from d = {ends['--from']:g} to {ends['--to']:g}: {result.time:.4g} D_c/U_av and "
+        f"{result.length:.4g} D_c of tube (mean velocity {result.length / result.time:.4g} U_av)"
     )
     if "scales" in valid_record(directory):
         scales = scales_of(directory)

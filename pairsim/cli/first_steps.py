@@ -1,4 +1,4 @@
-"""Commands for writing case files: commented examples, and the list of keys."""
+"""First commands: commented examples, the list of keys, and a check of the installation."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from pairsim.cli.options import Settings, print_table
+from pairsim.cli.options import Settings, print_table, usable
 from pairsim.runtime.errors import InputError
 
 app = typer.Typer()
@@ -28,6 +28,27 @@ def init(
     typer.echo(f"next: pairsim {kind} {path} --dry-run", err=True)
 
 
+@app.command(epilog="Example: pairsim doctor")
+def doctor() -> None:
+    """Check the installation: compiler, caches, MPI, gmsh, FEniCSx, MUMPS, pictures.
+
+    Says what was found and what to do where something is missing, and computes a
+    small case, for which it may compile a form (some ten seconds).
+
+    Exit codes: 0 cases can be computed, 4 they cannot.
+    """
+    from pairsim.api.doctor import checks
+    from pairsim.runtime.errors import ENVIRONMENT
+
+    broken = False
+    for check in checks():
+        typer.echo(f"{check.status:8} {check.name}: {check.found}")
+        if check.remedy:
+            typer.echo(f"{'':8} try: {check.remedy}")
+        broken = broken or check.status == "broken"
+    raise typer.Exit(ENVIRONMENT if broken else 0)
+
+
 @app.command(
     epilog="Examples: pairsim schema curve | pairsim schema run --case case.yaml | "
     "pairsim schema run --json > run.schema.json"
@@ -38,7 +59,12 @@ def schema(
     ] = "run",
     case: Annotated[
         Path | None,
-        typer.Option("--case", help="Show the value of each key in this case, defaults included.", show_default=False),
+        typer.Option(
+            "--case",
+            help="Show the value of each key in this case, defaults included.",
+            show_default=False,
+            callback=usable,
+        ),
     ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print a JSON Schema, with which editors check files.")

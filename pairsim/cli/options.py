@@ -5,15 +5,39 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
+
+from pairsim.runtime.errors import InputError
+from pairsim.runtime.launcher import launched
+from pairsim.runtime.names import wrong_in
 
 if TYPE_CHECKING:
     from pairsim.config.case import SceneCase
     from pairsim.config.cost import Estimate
 
-CaseFile = Annotated[Path, typer.Argument(help="Case file (YAML); pairsim schema lists its keys.", show_default=False)]
+
+def usable(given: Any) -> Any:
+    """Refuse paths that no file can have; the callback of arguments and options that are paths.
+
+    Raises:
+        InputError: A path is too long or not in UTF-8.
+    """
+    for path in given if isinstance(given, list) else [given]:
+        if path is not None and (wrong := wrong_in(str(path))):
+            raise InputError("path", "", str(path), wrong)
+    return given
+
+
+CaseFile = Annotated[
+    Path,
+    typer.Argument(
+        help="Case file (YAML); pairsim schema lists its keys.",
+        show_default=False,
+        callback=usable,
+    ),
+]
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Replace a key of the file, such as mesh.Np=20; may be repeated."),
@@ -21,7 +45,10 @@ Settings = Annotated[
 Output = Annotated[
     Path | None,
     typer.Option(
-        "-o", "--output", help="Folder for the results (default: runs/<name>; without a name runs/<parameters>-<hash>)."
+        "-o",
+        "--output",
+        help="Folder for the results (default: runs/<name>; without a name runs/<parameters>-<hash>).",
+        callback=usable,
     ),
 ]
 DryRun = Annotated[
@@ -56,8 +83,12 @@ def show_estimate(case: SceneCase, directory: Path, estimate: Estimate) -> None:
 
 
 def rank() -> int:
-    """MPI rank of this process, without importing MPI."""
-    if (mpi := sys.modules.get("mpi4py.MPI")) is not None:
+    """MPI rank of this process, without importing MPI.
+
+    The launcher's word counts where its processes do not see each other, each being the only one of its MPI.
+    """
+    mpi = sys.modules.get("mpi4py.MPI")
+    if mpi is not None and (mpi.COMM_WORLD.size > 1 or launched() == 1):
         return int(mpi.COMM_WORLD.rank)
     launchers = ("PMI_RANK", "PMIX_RANK", "OMPI_COMM_WORLD_RANK", "SLURM_PROCID")
     return int(next((os.environ[name] for name in launchers if os.environ.get(name)), 0))

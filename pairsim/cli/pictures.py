@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from pairsim.cli.options import usable
+
 app = typer.Typer(rich_markup_mode="rich")
 
 
@@ -16,13 +18,33 @@ app = typer.Typer(rich_markup_mode="rich")
     "pairsim plot runs/viscoelastic --field N1,tr_c | pairsim plot runs/quickstart --field streamlines --animate"
 )
 def plot(
-    folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of results.", show_default=False)],
+    folders: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="DIR...",
+            help="Folders of results.",
+            show_default=False,
+            callback=usable,
+        ),
+    ],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Where the pictures go (default: the folder itself).")
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="Where the pictures go (default: the folder itself).",
+            callback=usable,
+        ),
     ] = None,
     formats: Annotated[
-        str, typer.Option("--format", metavar="png,pdf,svg", help="Kinds of files, one or more.")
-    ] = "png",
+        str | None,
+        typer.Option(
+            "--format",
+            metavar="png,pdf,svg",
+            help="Kinds of files, one or more (default: png); of --animate mp4 or gif (default: mp4 where ffmpeg is "
+            "found).",
+        ),
+    ] = None,
     width: Annotated[
         str, typer.Option(metavar="MM", help="Width: 85mm for a column of a journal, 170mm for a page.")
     ] = "170mm",
@@ -35,7 +57,7 @@ def plot(
         ),
     ] = None,
     animate: Annotated[
-        bool, typer.Option("--animate", help="Make the fields an animation: MP4 where ffmpeg is found, else GIF.")
+        bool, typer.Option("--animate", help="Make the fields an animation of all times (of a curve: distances).")
     ] = False,
     group: Annotated[
         str | None, typer.Option(metavar="KEY", help="Parameter of a sweep, or of several folders, for the colours.")
@@ -58,11 +80,21 @@ def plot(
     )
     for path in paths:
         typer.echo(str(path))
+    if animate and formats is None and paths[0].suffix == ".gif":
+        typer.echo("note: a GIF, as no ffmpeg was found; MP4 needs it: pip install imageio-ffmpeg", err=True)
 
 
 @app.command(epilog="Examples: pairsim report runs/quickstart | pairsim report runs/sweep")
 def report(
-    directory: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of results.", show_default=False)],
+    directory: Annotated[
+        Path,
+        typer.Argument(
+            metavar="DIR",
+            help="Folder of results.",
+            show_default=False,
+            callback=usable,
+        ),
+    ],
 ) -> None:
     """Write DIR/report.html: the answer, pictures, a table that sorts and filters, failures, warnings and provenance.
 

@@ -11,8 +11,9 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from pairsim.cli.options import Progress, Quiet, Settings, print_table, rank
+from pairsim.cli.options import Progress, Quiet, Settings, print_table, rank, usable
 from pairsim.runtime.errors import InputError
+from pairsim.runtime.signals import Signals
 
 app = typer.Typer()
 
@@ -25,10 +26,21 @@ CLEAR = "\x1b[2J\x1b[H"  # clears a terminal
 )
 def sweep(
     grid: Annotated[
-        Path, typer.Argument(help="Grid file (YAML): base, grid, zip, cases, exclude.", show_default=False)
+        Path,
+        typer.Argument(
+            help="Grid file (YAML): base, grid, zip, cases, exclude.",
+            show_default=False,
+            callback=usable,
+        ),
     ],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Folder for the sweep (default: runs/<name>).")
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="Folder for the sweep (default: runs/<name>).",
+            callback=usable,
+        ),
     ] = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="List the cases with estimated unknowns and time; compute nothing.")
@@ -68,7 +80,7 @@ def sweep(
     the processes.
 
     Exit codes: 0 no case failed, 2 wrong input, 3 some cases failed or the disk
-    is full, 130 interrupted.
+    is full, 4 installation or system at fault (pairsim doctor), 130 interrupted.
     """
     from pairsim.sweeps.grid import read_grid
     from pairsim.sweeps.summary import dry_run_view, parse_shard, parse_time
@@ -115,8 +127,9 @@ def sweep(
         workers,
     )
     reporter = make_sweep_reporter("none" if quiet else progress, comm.rank if comm else 0)
-    code, message = run_sweep(checked, directory, options, comm, reporter)
-    _end_sweep(code, message, directory, quiet)
+    with Signals(final=True):
+        code, message = run_sweep(checked, directory, options, comm, reporter)
+        _end_sweep(code, message, directory, quiet)
 
 
 def _end_sweep(code: int, message: str, directory: Path, quiet: bool) -> NoReturn:
@@ -138,10 +151,17 @@ def study(
         typer.Argument(
             help="Study file (YAML): base, discretisations, quantity, over, at, exact or reference, repeat.",
             show_default=False,
+            callback=usable,
         ),
     ],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Folder for the study (default: runs/<name>).")
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="Folder for the study (default: runs/<name>).",
+            callback=usable,
+        ),
     ] = None,
     case_timeout: Annotated[
         float | None, typer.Option(min=0.0, help="Largest wall time of a case, in seconds.")
@@ -156,7 +176,7 @@ def study(
     interrupted study, and mpirun distributes the cases over the processes.
 
     Exit codes: 0 no case failed, 2 wrong input, 3 some cases failed or the disk
-    is full, 130 interrupted.
+    is full, 4 installation or system at fault (pairsim doctor), 130 interrupted.
     """
     from pairsim.config.yaml_file import read_yaml
     from pairsim.runtime.launcher import launcher_communicator
@@ -168,13 +188,21 @@ def study(
     directory = output or Path("runs") / checked.name
     comm = launcher_communicator()
     reporter = make_sweep_reporter("none" if quiet else progress, comm.rank if comm else 0)
-    code, message = run_study(checked, directory, case_timeout, comm, reporter)
-    _end_sweep(code, message, directory, quiet)
+    with Signals(final=True):
+        code, message = run_study(checked, directory, case_timeout, comm, reporter)
+        _end_sweep(code, message, directory, quiet)
 
 
 @app.command(epilog="Examples: pairsim status runs/sweep | pairsim status out --watch | pairsim status runs/quickstart")
 def status(
-    directory: Annotated[Path, typer.Argument(help="Folder of results.", show_default=False)],
+    directory: Annotated[
+        Path,
+        typer.Argument(
+            help="Folder of results.",
+            show_default=False,
+            callback=usable,
+        ),
+    ],
     watch: Annotated[bool, typer.Option("--watch", help="Repeat every two seconds until the command ends.")] = False,
 ) -> None:
     """Show the status of a folder of results.

@@ -10,6 +10,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from pairsim.config.values import DIAMETERS, is_finite
+
 Accuracy = Literal["5%", "1%", "0.1%"]
 Liquid = Literal["newtonian", "thinning", "hardening"]
 # A Giesekus or PTT liquid with a smaller alpha or epsilon gets the cells of a liquid that hardens in extension, such as
@@ -107,7 +109,8 @@ def _diameters(case: dict[str, Any]) -> list[float]:
     """Diameters in a case that is not validated yet; invalid values are skipped, the validation rejects them later."""
     beta = case.get("beta")
     given = beta if isinstance(beta, (list, tuple)) else [beta]
-    return [b for b in given if isinstance(b, (int, float)) and 0 < b < 1] if case.get("particles", 2) else []
+    least, most = DIAMETERS
+    return [b for b in given if is_finite(b) and least <= b <= most] if case.get("particles", 2) else []
 
 
 _SMALL, _SMALLEST = Cells(28, 0.05, 0.25, 0.5), Cells(80, 0.025, 0.125, 0.5)

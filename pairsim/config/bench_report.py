@@ -7,11 +7,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pairsim.config.case import Case, shown
+from pairsim.config.case import Case, SceneCase
+from pairsim.config.curve_case import CriticalCase, CurveCase
 from pairsim.physics.materials.polymer import PARAMETERS
 
 WATER = "1000 kg/m^3"
 DEFAULTS = {"density": WATER}
+DISTANCES: dict[str, dict[str, Any]] = {
+    "run": {"d0": 0.1},
+    "curve": {"d": {"start": 0.02, "stop": 0.8, "num": 9}},
+    "critical": {"d": [0.02, 0.8]},
+}
+"""The distances of a case of each command if none are given [D_c]."""
 # Largest Ca_e with steady shapes of pairs in a Newtonian liquid, by beta (docs/notebook/quasi-steady.md, "Limits").
 STEADY_SHAPES = {0.2: 0.33, 0.4: 0.155, 0.6: 0.085}
 SMALL_RE = 1.0
@@ -56,7 +63,7 @@ def steady_limit(beta: float) -> float:
     return math.exp((1 - part) * math.log(STEADY_SHAPES[below]) + part * math.log(STEADY_SHAPES[above]))
 
 
-def bench_report(case: Case, given: Mapping[str, Any]) -> BenchReport:
+def bench_report(case: SceneCase, given: Mapping[str, Any]) -> BenchReport:
     """Describe a case that was given in units.
 
     Args:
@@ -73,11 +80,11 @@ def bench_report(case: Case, given: Mapping[str, Any]) -> BenchReport:
     beta, Ca_e = max(case.betas), max(case.Ca_es)
     particle_Re = Re * beta**2
     rows = [
-        Row("beta", shown(case.beta), "particle over tube diameter, D_p/D_c"),
+        Row("beta", _list(case.beta), "particle over tube diameter, D_p/D_c"),
         Row("De", f"{case.De:.4g}", "Deborah number lambda U_av/D_c"),
         Row("Ca_e", _list(case.Ca_e), "elastic capillary number eta_0 U_av/(D_c G_p)"),
         *([Row("xi", f"{case.xi:.4g}", "solvent over total viscosity")] if case.polymer else []),
-        *([Row("d0", _list(case.d0), "initial distance over tube diameter")] if case.n > 1 else []),
+        *([Row(*_distances(case), "distance between the surfaces over tube diameter")] if case.n > 1 else []),
         Row("Re", f"{Re:.3g}", "Reynolds number rho U_av D_c/eta_0"),
         Row("Re beta^2", f"{particle_Re:.3g}", "Reynolds number of a particle"),
     ]
@@ -94,11 +101,20 @@ def bench_report(case: Case, given: Mapping[str, Any]) -> BenchReport:
     return BenchReport(tuple(rows), tuple(names), inertia, tuple(_defaults(case, given)), tuple(_warnings(case, small)))
 
 
+def _distances(case: SceneCase) -> tuple[str, str]:
+    """The key of the distances, and their values."""
+    if isinstance(case, Case):
+        return "d0", _list(case.d0)
+    assert isinstance(case, CurveCase | CriticalCase)
+    values = [d for place in case.places for d in place] if isinstance(case, CurveCase) else case.d
+    return "d", f"{min(values):.4g} to {max(values):.4g}"
+
+
 def _list(value: Any) -> str:
     return ", ".join(f"{entry:.4g}" for entry in (value if isinstance(value, tuple) else (value,)))
 
 
-def _defaults(case: Case, given: Mapping[str, Any]) -> list[str]:
+def _defaults(case: SceneCase, given: Mapping[str, Any]) -> list[str]:
     taken = []
     if "relaxation" not in given:
         taken.append("no relaxation time: the liquid is Newtonian (De = 0)")
@@ -112,15 +128,16 @@ def _defaults(case: Case, given: Mapping[str, Any]) -> list[str]:
     if "modulus" not in given and "young" not in given:
         taken.append("no modulus: the particles are rigid (Ca_e = 0)")
     if "distance" not in given:
-        taken.append(f"distance between the surfaces: d0 = {shown(case.d0)} D_c")
-    if "end" not in given:
+        name, values = _distances(case)
+        taken.append(f"distance between the surfaces: {name} = {values} D_c")
+    if isinstance(case, Case) and "end" not in given:
         taken.append(f"end time: {case.time.end:g} D_c/U_av")
     if "density" not in given:
         taken.append(f"density: {WATER}")
     return taken
 
 
-def _warnings(case: Case, small_inertia: bool) -> list[str]:
+def _warnings(case: SceneCase, small_inertia: bool) -> list[str]:
     warnings = []
     for beta, Ca_e in sorted(set(zip(case.betas, case.Ca_es, strict=True))):
         if Ca_e > (limit := steady_limit(beta)):

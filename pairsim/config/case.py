@@ -6,57 +6,36 @@ validates YAML files against them; `pairsim.config.wording` writes the error mes
 
 from __future__ import annotations
 
-import math
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from pairsim.config.accuracy import DEFAULT, LEAST_THINNING, PIPE_CELL, SETTINGS, Accuracy
 from pairsim.config.physical import Physical
+from pairsim.config.values import (
+    Capillary,
+    CaseName,
+    CellCount,
+    CellSize,
+    Deborah,
+    Diameter,
+    Distance,
+    Epsilon,
+    Extensibility,
+    Fraction,
+    Gap,
+    Growth,
+    Interval,
+    Rows,
+    Seconds,
+    SolventPart,
+    Time,
+    Tolerance,
+    TubeLength,
+    Whole,
+)
 from pairsim.physics.materials.polymer import PARAMETERS, Law, Name, Polymer
 from pairsim.physics.scales import Scales
-
-
-def number(value: Any) -> Any:
-    """Validate a finite number; booleans and strings are rejected.
-
-    Raises:
-        ValueError: The value is not a finite number.
-    """
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ValueError("must be a number")
-    try:
-        as_float = float(value)
-    except OverflowError:
-        as_float = math.inf
-    if not math.isfinite(as_float):
-        raise ValueError("must be a finite number")
-    return as_float
-
-
-def whole(value: Any) -> Any:
-    """Validate a whole number; booleans are rejected.
-
-    Raises:
-        ValueError: The value is not a whole number.
-    """
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise ValueError("must be a whole number")
-    return value
-
-
-Number = Annotated[float, BeforeValidator(number)]
-Whole = Annotated[int, BeforeValidator(whole)]
-# Bounds come before the validator, so that they also appear in the JSON schema of a union.
-Diameter = Annotated[float, Field(gt=0, lt=1), BeforeValidator(number)]
-Capillary = Annotated[float, Field(ge=0), BeforeValidator(number)]
-Unit = Annotated[float, Field(ge=0, le=1), BeforeValidator(number)]
-Extensibility = Annotated[float, Field(gt=3), BeforeValidator(number)]
-CellSize = Annotated[float, Field(gt=0, le=0.5), BeforeValidator(number)]
-Positive = Annotated[float, Field(gt=0), BeforeValidator(number)]
-# A much narrower gap needs more cells than fit in memory, and gmsh does not report that.
-Distance = Annotated[float, Field(ge=1e-4), BeforeValidator(number)]
-
 
 MOST_OUTPUTS = 10_000
 
@@ -77,12 +56,12 @@ class MeshOptions(_Options):
         "Oldroyd-B, FENE-P and liquids with alpha or epsilon below "
         f"{LEAST_THINNING:g}, {SETTINGS[DEFAULT].thinning.Np} in other liquids)",
     )
-    growth: Number = Field(0.15, gt=0, le=2, description="growth of the cell size per unit distance from a particle")
-    gap_cells: Whole = Field(0, ge=0, description="cells across a gap between particles (0: Np/4)")
-    gap_exponent: Number = Field(
-        0.0, ge=0, le=1, description="below d = 0.1 the number of cells across a gap grows as (0.1/d)^gap_exponent"
+    growth: Growth = Field(0.15, description="growth of the cell size per unit distance from a particle")
+    gap_cells: CellCount = Field(0, description="cells across a gap between particles (0: Np/4)")
+    gap_exponent: Fraction = Field(
+        0.0, description="below d = 0.1 the number of cells across a gap grows as (0.1/d)^gap_exponent"
     )
-    wall_cells: Whole = Field(0, ge=0, description="cells between a particle and the wall (0: Np/4)")
+    wall_cells: CellCount = Field(0, description="cells between a particle and the wall (0: Np/4)")
     max_size: CellSize = Field(
         SETTINGS[DEFAULT].thinning.max_size,
         description="largest cell size [D_c] (default: by accuracy; at "
@@ -90,10 +69,9 @@ class MeshOptions(_Options):
         f"{SETTINGS[DEFAULT].thinning.max_size:g} and {SETTINGS[DEFAULT].thinning.per_beta:g} beta, without particles "
         f"{PIPE_CELL:g})",
     )
-    core_growth: Number = Field(0.3, gt=0, le=2, description="growth of the cell size per unit depth inside a particle")
-    rows: Number = Field(
+    core_growth: Growth = Field(0.3, description="growth of the cell size per unit depth inside a particle")
+    rows: Rows = Field(
         SETTINGS[DEFAULT].thinning.rows,
-        ge=0,
         description="distance from the particles beyond which cells lie in rows along the tube [D_c] (default: by "
         "accuracy; 0, no rows, in a Newtonian liquid and without particles)",
     )
@@ -102,16 +80,14 @@ class MeshOptions(_Options):
 class TimeOptions(_Options):
     """Time steps."""
 
-    end: Number = Field(2.0, gt=0, description="end time [D_c/U_av]")
-    tol: Number = Field(
+    end: Time = Field(2.0, description="end time [D_c/U_av]")
+    tol: Tolerance = Field(
         SETTINGS[DEFAULT].time_tol,
-        gt=0,
-        le=0.1,
         description="allowed local error of the particles' velocities [U_av] (default: by accuracy)",
     )
-    first_step: Number = Field(5e-4, gt=0, description="size of the first step [D_c/U_av]")
-    max_step: Number = Field(2.0, gt=0, description="largest step [D_c/U_av]")
-    fixed_step: Positive | None = Field(
+    first_step: Time = Field(5e-4, description="size of the first step [D_c/U_av]")
+    max_step: Time = Field(2.0, description="largest step [D_c/U_av]")
+    fixed_step: Time | None = Field(
         None, description="constant step size [D_c/U_av], without error control; shortened to land on output times"
     )
 
@@ -119,19 +95,21 @@ class TimeOptions(_Options):
 class Limits(_Options):
     """Conditions that end a run before its end time."""
 
-    min_gap: Number = Field(0.002, ge=0, description="contact: the run ends when a gap falls below this [D_c]")
-    max_gap: Positive | None = Field(None, description="the run ends when a gap exceeds this [D_c]")
-    wall_time: Positive | None = Field(
+    min_gap: Gap = Field(0.002, description="contact: the run ends when a gap falls below this [D_c]")
+    max_gap: Distance | None = Field(None, description="the run ends when a gap exceeds this [D_c]")
+    wall_time: Seconds | None = Field(
         None, description="largest wall time of the whole run [s]; the run fails beyond it"
     )
-    max_steps: Whole = Field(100_000, ge=1, description="largest number of steps; the run fails beyond it")
+    max_steps: Whole = Field(100_000, ge=1, le=10**9, description="largest number of steps; the run fails beyond it")
 
 
 class OutputOptions(_Options):
     """When files are written. Steps land on `times` and `every`; the first and the last step are always written."""
 
-    times: tuple[Positive, ...] = Field((), description="times at which fields are written to fields.xdmf [D_c/U_av]")
-    every: Positive | None = Field(None, description="interval between fields in fields.xdmf [D_c/U_av]")
+    times: tuple[Time, ...] = Field(
+        (), max_length=MOST_OUTPUTS, description="times at which fields are written to fields.xdmf [D_c/U_av]"
+    )
+    every: Time | None = Field(None, description="interval between fields in fields.xdmf [D_c/U_av]")
     frames: Whole = Field(
         20,
         ge=0,
@@ -139,8 +117,8 @@ class OutputOptions(_Options):
         description="approximate number of times in fields.xdmf, at steps as they come; if times and every are unset",
     )
     fields: bool = Field(True, strict=True, description="whether fields.xdmf is written")
-    checkpoint: Number = Field(
-        60.0, ge=0, description="interval between checkpoints (checkpoint.npz, for run --resume) [s of wall time]"
+    checkpoint: Interval = Field(
+        60.0, description="interval between checkpoints (checkpoint.npz, for run --resume) [s of wall time]"
     )
 
 
@@ -153,26 +131,26 @@ class SceneCase(_Options):
     beta: Diameter | tuple[Diameter, ...] | None = Field(
         None, description="particle over tube diameter D_p/D_c, between 0 and 1"
     )
-    De: Number = Field(ge=0, description="Deborah number lambda U_av/D_c; 0 is a Newtonian liquid")
+    De: Deborah = Field(description="Deborah number lambda U_av/D_c; 0 is a Newtonian liquid")
     Ca_e: Capillary | tuple[Capillary, ...] | None = Field(
         None, description="elastic capillary number eta_0 U_av/(D_c G_p); 0 is a rigid particle"
     )
-    name: str | None = Field(None, pattern=r"^\w[\w.+-]{0,99}$", description="name of the folder for the results")
+    name: CaseName | None = Field(None, description="name of the folder for the results")
     particles: Whole = Field(2, ge=0, le=50, description="number of particles on the axis")
-    xi: Number = Field(0.09, ge=0, le=1, description="solvent viscosity over eta_0 (De > 0)")
+    xi: SolventPart = Field(0.09, description="solvent viscosity over eta_0 (De > 0)")
     liquid: Literal["newtonian", Name] | None = Field(
         None, description="constitutive law; default: giesekus, newtonian at De = 0"
     )
-    alpha: Unit | None = Field(
+    alpha: Fraction | None = Field(
         None, description=f"mobility of the Giesekus liquid; default: 0.2 (liquid: {', '.join(PARAMETERS['alpha'])})"
     )
-    epsilon: Capillary | None = Field(
+    epsilon: Epsilon | None = Field(
         None, description=f"extensional parameter of the PTT liquids (liquid: {', '.join(PARAMETERS['epsilon'])})"
     )
     L2: Extensibility | None = Field(
         None, description=f"largest trace of the conformation tensor (liquid: {', '.join(PARAMETERS['L2'])})"
     )
-    length: Positive | Literal["auto"] | None = Field(
+    length: TubeLength | Literal["auto"] | None = Field(
         None,
         description="tube length [D_c]; default: 50 times the largest beta, 10 without particles; auto (with developed "
         "ends): long enough that the ends hardly affect dU",

@@ -21,7 +21,7 @@ def check_scene(case: SceneCase, counts: dict[str, int]) -> Iterator[Mistake]:
     """
     counts = {"beta": case.n, "Ca_e": case.n, **counts}
     absent = [
-        missing(key, f"must be a number or a list of {count}")
+        missing(key, "must be a number" + (f" or a list of {count}" if count > 1 else ""))
         for key, count in counts.items()
         if count > 0 and getattr(case, key) is None
     ]

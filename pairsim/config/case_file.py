@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import copy
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,10 +14,11 @@ from pairsim.config.case_checks import check_together
 from pairsim.config.cost import check_size
 from pairsim.config.curve_case import CriticalCase, CurveCase, check_critical, check_curve
 from pairsim.config.many_cases import StudyFile, SweepFile
-from pairsim.config.mistakes import Mistake, input_error
+from pairsim.config.mistakes import Mistake, input_error, without
 from pairsim.config.physical import BLOCK, Translation, forget_numbers, tuples
-from pairsim.config.wording import groups_of, mistakes_of, unknown_key
+from pairsim.config.wording import groups_of, mistakes_of
 from pairsim.config.yaml_file import Section, apply_settings, read_yaml
+from pairsim.runtime.errors import InputError
 
 MODELS: dict[str, type[SceneCase]] = {"run": Case, "curve": CurveCase, "critical": CriticalCase}
 """The model that defines the case file of each command."""
@@ -99,7 +100,7 @@ def _checked[T: SceneCase](
     except ValidationError as error:
         if (other := file_of_another_command(data, command)) is not None:
             raise input_error([other], data, *where) from None
-        mistakes += mistakes_of(error, groups_of(model))
+        mistakes += mistakes_of(error, groups_of(model), translation.data)
         if any(mistake.key.startswith(f"{BLOCK}.") for mistake in mistakes):
             mistakes = [mistake for mistake in mistakes if mistake.key != "De" or not mistake.is_missing]
         else:
@@ -118,15 +119,8 @@ def _further_mistakes[T: SceneCase](
 
     If values are wrong, checks that combine keys are unreliable, so only missing keys are reported.
     """
-    rest = copy.deepcopy(dict(data))
-    for mistake in found:
-        *groups, last = mistake.key.partition("[")[0].split(".")
-        inner = rest
-        for group in groups if mistake.key not in rest else ():
-            inner = inner[group]
-        inner.pop(last if inner is not rest else mistake.key.partition("[")[0], None)
     try:
-        case = model.model_validate({"De": 0, **rest})
+        case = model.model_validate({"De": 0, **without(data, found)})
     except ValidationError:
         return []
     named = {key for mistake in found for key in (mistake.key.partition("[")[0], mistake.meant)}
@@ -148,19 +142,61 @@ def file_of_another_command(data: Mapping[str, Any], command: str) -> Mistake | 
     )
 
 
-def check_keys(data: Mapping[str, Any], command: str, source: str) -> None:
-    """Check the keys of a sweep or study file.
+def wrong_keys(data: Mapping[str, Any], command: str, source: str, entry: str) -> InputError | None:
+    """The keys of a case that are wrong on their own, if any; missing keys and those that do not go together are not.
+
+    For the cases of a file whose other mistakes may have left out some of their keys.
+    """
+    model = MODELS[command]
+    translation = Translation(tuples(data), model.model_fields)
+    try:
+        model.model_validate(translation.data)
+    except ValidationError as error:
+        found = [m for m in mistakes_of(error, groups_of(model), translation.data) if not m.is_missing]
+        return input_error([translation.at_origin(m) for m in found], data, source, entry) if found else None
+    return None
+
+
+def check_file[T: BaseModel](
+    command: str, model: type[T], check: Callable[[T], Iterator[Mistake]], data: Mapping[str, Any], source: str
+) -> tuple[T | None, list[Mistake]]:
+    """Validate the keys of a sweep or study file, each on its own and against each other, but not its cases.
+
+    Args:
+        command: sweep or study.
+        model: The model of its file.
+        check: Checks of the keys against each other.
+        data: Keys and values.
+        source: Name of the file in messages.
+
+    Returns:
+        The file without its wrong keys, None if too little of it is left, and the mistakes.
 
     Raises:
-        InputError: There are unknown keys, or the file is for another command.
+        InputError: The file is for another command.
     """
-    model = FILES[command]
-    wrong = [unknown_key(key, value, {"": model}) for key, value in data.items() if key not in model.model_fields]
-    if wrong:
-        other = file_of_another_command(data, command)
-        raise input_error([other] if other is not None else wrong, data, source)
+    try:
+        file = model.model_validate(data)
+    except ValidationError as error:
+        if (other := file_of_another_command(data, command)) is not None:
+            raise input_error([other], data, source) from None
+        mistakes = mistakes_of(error, groups_of(model), data)
+    else:
+        return file, list(check(file))
+    try:
+        file = model.model_validate(without(data, mistakes))
+    except ValidationError:
+        return None, mistakes
+    named = {re.split(r"[.\[]", key)[0] for mistake in mistakes for key in (mistake.key, mistake.meant)}
+    return file, mistakes + [m for m in check(file) if re.split(r"[.\[]", m.key)[0] not in named]
 
 
+PARSERS: dict[str, Callable[[Mapping[str, Any], str], SceneCase]] = {
+    "run": case_from_dict,
+    "curve": curve_from_dict,
+    "critical": critical_from_dict,
+}
+"""The function that validates the keys and values of a case of each command."""
 LOADERS: dict[str, Callable[[Path, tuple[str, ...]], SceneCase]] = {
     "run": load_case,
     "curve": load_curve,

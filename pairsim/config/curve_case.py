@@ -9,10 +9,11 @@ from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from pairsim.config.accuracy import DEFAULT, SETTINGS
-from pairsim.config.case import Distance, Number, Positive, SceneCase, Whole, number
+from pairsim.config.case import SceneCase
 from pairsim.config.case_checks import check_scene
 from pairsim.config.mistakes import Mistake, missing
 from pairsim.config.ranges import RANGE, spelled_out
+from pairsim.config.values import FOLLOWED, CurveTolerance, Distance, Positive, Whole, number
 
 MOST_VALUES = 10_000
 _RANGE = "a list, or {start, stop, num, spacing: log or linear} with start and stop above 0 and num from 2 to 10000"
@@ -86,15 +87,15 @@ class CurveCase(SceneCase):
         description="distances between the facing surfaces [D_c]: a list of numbers (or of lists, one number for each "
         "gap), or a range",
     )
-    tol: Number = Field(
+    tol: CurveTolerance = Field(
         SETTINGS[DEFAULT].curve_tol,
-        gt=0,
-        le=1,
         description="points are added until the interpolation error of dU is below this fraction of the largest |dU| "
         "(default: by accuracy)",
     )
     max_points: Whole = Field(200, ge=1, le=MOST_VALUES, description="no points are added once the curve has this many")
-    fields: tuple[Positive, ...] = Field((), description="distances at which fields are written to fields.xdmf [D_c]")
+    fields: tuple[Distance, ...] = Field(
+        (), max_length=MOST_VALUES, description="distances at which fields are written to fields.xdmf [D_c]"
+    )
     mesh_error: bool = Field(
         False, strict=True, description="solve every point on a coarser mesh, too, as a check of dU_error"
     )
@@ -187,6 +188,10 @@ def check_critical(case: CriticalCase) -> Iterator[Mistake]:
             allowed = f"must be Ca_e or De with its values, such as {key}: {{Ca_e: [0.05, 0.1]}}"
             yield Mistake(key, dict(values), allowed)
             continue
+        (name, given), *_ = values.items()
+        least, most = FOLLOWED[name]
+        if wrong := [value for value in given if not least <= value <= most]:
+            yield Mistake(key, wrong[0], f"must be values of {name} from {least:g} to {most:g}")
         if "Ca_e" in values and case.Ca_e is not None and len({Ca_e for Ca_e in case.Ca_es if Ca_e}) != 1:
             yield Mistake("Ca_e", case.Ca_e, f"must be a single value above 0, as {key} replaces it")
         if "De" in values and case.De == 0:

@@ -31,10 +31,15 @@ def write_example(kind: str, name: str, directory: Path) -> Path:
     path = directory / f"{stem}.yaml"
     text = files("pairsim.config").joinpath("examples", f"{kind}.yaml").read_text(encoding="utf-8")
     try:
-        with path.open("x", encoding="utf-8") as file:
-            file.write(text.format(name=stem, file=path.name))
+        file = path.open("x", encoding="utf-8")
     except FileExistsError:
         raise InputError(str(path), "NAME", None, "must be another name: the file exists") from None
     except OSError as error:
+        raise InputError(str(path), "NAME", None, f"must be a writable file ({error.strerror})") from None
+    try:
+        with file:
+            file.write(text.format(name=stem, file=path.name))
+    except OSError as error:
+        path.unlink(missing_ok=True)
         raise InputError(str(path), "NAME", None, f"must be a writable file ({error.strerror})") from None
     return path

@@ -1,16 +1,112 @@
-"""The keys of sweep and study files.
+"""The keys of sweep and study files, and the checks that involve several of them.
 
-`pairsim.sweeps.grid` and `pairsim.sweeps.study_file` read these files and check the values.
+`pairsim.sweeps.grid` and `pairsim.sweeps.study_file` form the cases.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+from pydantic_core import PydanticCustomError
 
-Base = Annotated[dict[str, Any] | str, Field(description="keys that all cases share, or the path of a case file")]
-Values = dict[str, list[Any] | dict[str, Any]]
+from pairsim.config.mistakes import Mistake, missing
+from pairsim.config.quantities import quantity_range
+from pairsim.config.ranges import RANGE, spelled_out
+from pairsim.config.values import FOLDER_WORDS, Number, Positive, Whole, is_finite
+from pairsim.runtime.names import fits_a_folder
+
+MOST_CASES = 100_000
+MOST_VALUES = 10 * MOST_CASES  # of all keys of grid, or of a group of zip
+ZERO = "d_cr"
+"""Quantity of a study of curves that is not a column: the zero of dU with the largest peak."""
+
+
+def _error(allowed: str) -> PydanticCustomError:
+    return PydanticCustomError("range", "{allowed}", {"allowed": allowed})
+
+
+def _values(value: Any) -> list[Any]:
+    """The values of a key, given as a list or a range.
+
+    Raises:
+        PydanticCustomError: They are neither.
+    """
+    if isinstance(value, list):
+        if not value:
+            raise _error("must have at least one value")
+        return value
+    if not isinstance(value, Mapping) or not value.keys() <= set(RANGE):
+        hint = "; write mesh.Np for a key in a group" if isinstance(value, Mapping) else ""
+        raise _error(f"must be a list of values or {{start, stop, num, spacing: linear or log}}{hint}")
+    in_units = any(isinstance(value.get(key), str) for key in ("start", "stop"))
+    try:
+        return list(quantity_range(value, MOST_CASES) if in_units else spelled_out(value, MOST_CASES))
+    except ValueError as error:
+        raise _error(str(error)) from None
+
+
+def _few(groups: Any) -> Any:
+    """Keys of grid or zip whose ranges do not have too many values for the memory; whether these fit is checked later.
+
+    Raises:
+        PydanticCustomError: They have.
+    """
+    ranges = groups.values() if isinstance(groups, Mapping) else ()
+    counts = [described.get("num") for described in ranges if isinstance(described, Mapping)]
+    if sum(count for count in counts if isinstance(count, int)) > MOST_VALUES:
+        raise _error(f"must have ranges with at most {MOST_VALUES} values in all")
+    return groups
+
+
+def _bounds(value: Any) -> Any:
+    """A value of `exclude`: any, but the bounds of {min, max} are numbers."""
+    bounds = value.values() if isinstance(value, Mapping) else ()
+    if not all(map(is_finite, bounds)):
+        raise _error("must have numbers for min and max")
+    return value
+
+
+def _folder(value: Any) -> Any:
+    if not isinstance(value, str) or not fits_a_folder(value):
+        raise _error(f"must be {FOLDER_WORDS}")
+    return value
+
+
+def _as_list(value: Any) -> Any:
+    """A list as it is, any other value as a list of one."""
+    return value if isinstance(value, list) else [value]
+
+
+def _described(words: str) -> Any:
+    """What a key allows, for messages and tables."""
+    return Field(json_schema_extra={"words": words})
+
+
+_RANGE_SCHEMA = {
+    "type": "object",
+    "properties": {
+        **{key: {"type": ["number", "string"]} for key in ("start", "stop")},
+        "num": {"type": "integer", "minimum": 2, "maximum": MOST_CASES},
+        "spacing": {"enum": ["linear", "log"]},
+    },
+    "required": ["start", "stop", "num"],
+    "additionalProperties": False,
+}
+_VALUES_SCHEMA: Any = {"anyOf": [{"type": "array", "minItems": 1}, _RANGE_SCHEMA]}
+_NUMBER = {"type": "number"}
+_POSITIVE = {"type": "number", "exclusiveMinimum": 0}
+Values = Annotated[
+    dict[str, Annotated[list[Any], BeforeValidator(_values), WithJsonSchema(_VALUES_SCHEMA)]], BeforeValidator(_few)
+]
+Changes = Annotated[dict[str, Any] | str, _described("keys with their values, or the path of a case file")]
+Exclusion = Annotated[
+    dict[str, Annotated[Any, BeforeValidator(_bounds)]],
+    Field(min_length=1, json_schema_extra={"words": "keys with their values, such as {Ca_e: 0, De: {min: 1}}"}),
+]
+FolderName = Annotated[str, BeforeValidator(_folder), _described(FOLDER_WORDS)]
 
 
 class _Keys(BaseModel):
@@ -18,47 +114,133 @@ class _Keys(BaseModel):
 
 
 class SweepFile(_Keys):
-    """A grid file: many cases for one command."""
+    """A grid file: many cases for one command. Ranges become lists of values, a single group of `zip` a list of one."""
 
-    name: str | None = Field(None, description="name of the sweep and of its folder; default: that of the file")
+    name: FolderName | None = Field(None, description="name of the sweep and of its folder; default: that of the file")
     command: Literal["run", "curve", "critical"] = Field("run", description="command that computes each case")
-    base: Base = {}
+    base: Changes = Field({}, description="keys that all cases share, or the path of a case file")
     grid: Values = Field(
         {},
         description="keys (dotted within a group, such as mesh.Np), each with a list or a range; all combinations",
+        json_schema_extra={"words": "keys, each with a list of values or {start, stop, num, spacing: linear or log}"},
     )
-    zip: Values | list[Values] = Field(
-        {}, description="keys whose values are combined one by one; several such groups (a list) are multiplied"
+    zip: Annotated[
+        list[Annotated[Values, Field(min_length=1)]],
+        BeforeValidator(lambda value: [] if value == {} else _as_list(value)),
+        WithJsonSchema({"anyOf": [{"type": "object"}, {"type": "array", "items": {"type": "object"}}]}),
+    ] = Field(
+        [],
+        description="keys whose values are combined one by one; several such groups (a list) are multiplied",
+        json_schema_extra={"words": "keys with lists of equal length, or a list of such groups"},
     )
-    cases: list[dict[str, Any] | str] = Field([], description="further cases: keys and values, or paths of case files")
-    exclude: list[dict[str, Any]] = Field(
+    cases: list[Changes] = Field([], description="further cases: keys and values, or paths of case files")
+    exclude: list[Exclusion] = Field(
         [], description="combinations of grid and zip to leave out, by values or {min, max}"
     )
 
 
+def check_sweep(file: SweepFile) -> Iterator[Mistake]:
+    """Check the keys of a sweep file against each other; yields mistakes."""
+    seen = set(file.grid)
+    cases = math.prod(map(len, file.grid.values()))
+    for i, zipped in enumerate(file.zip):
+        key = f"zip[{i}]" if len(file.zip) > 1 else "zip"
+        lengths = {name: len(values) for name, values in zipped.items()}
+        if len(set(lengths.values())) > 1:
+            counts = ", ".join(f"{name} has {count}" for name, count in lengths.items())
+            yield Mistake(key, None, f"must have the same number of values for all keys; {counts}")
+        for name in sorted(seen & set(zipped)):
+            yield Mistake(f"{key}.{name}", None, "must occur only once in grid and zip")
+        seen |= set(zipped)
+        cases *= min(lengths.values())
+    if cases > MOST_CASES:
+        yield Mistake("grid", None, f"must give at most {MOST_CASES} cases, not {cases}")
+    if not (file.grid or file.zip or file.cases):
+        yield missing("grid", "must be given, or else zip or cases")
+
+
 class StudyFile(_Keys):
-    """A study file: one case in many discretisations."""
+    """A study file: one case in many discretisations. A single value of `at` or `exact` becomes a list of one."""
 
     discretisations: list[dict[str, Any]] = Field(
-        description="two or more discretisations, each with the keys that differ from base, command or repeat"
+        min_length=2,
+        description="two or more discretisations, each with the keys that differ from base, command or repeat",
+        json_schema_extra={"words": "a list of two or more, such as - {mesh.Np: 20, time.tol: 1e-4}"},
     )
-    name: str | None = Field(None, description="name of the study and of its folder; default: that of the file")
+    name: FolderName | None = Field(None, description="name of the study and of its folder; default: that of the file")
     command: Literal["run", "curve"] = Field("run", description="command that computes each discretisation")
-    base: Base = {}
-    quantity: str | None = Field(None, description="what is compared: a column, or d_cr of curves; default: dU")
+    base: Changes = Field({}, description="keys that all discretisations share, or the path of a case file")
+    quantity: str | None = Field(
+        None,
+        description="what is compared: a column, or d_cr of curves; default: dU",
+        json_schema_extra={"words": "the name of a column, or d_cr"},
+    )
     over: Literal["t", "d"] | None = Field(
-        None, description="whether `at` lists times or distances; default: d if there are curves, else t"
+        None,
+        description="whether `at` lists times or distances; default: d if there are curves, else t",
+        json_schema_extra={"words": "t (times) or d (distances that the run passes)"},
     )
-    at: float | list[float] = Field(
-        [], description="times [D_c/U_av] or distances [D_c] of the comparison; default: the end of a run"
+    at: Annotated[
+        list[Positive],
+        BeforeValidator(_as_list),
+        WithJsonSchema({"anyOf": [_POSITIVE, {"type": "array", "items": _POSITIVE}]}),
+    ] = Field(
+        [],
+        description="times [D_c/U_av] or distances [D_c] of the comparison; default: the end of a run",
+        json_schema_extra={"words": "a finite number above 0, or a list of these"},
     )
-    exact: float | list[float] | None = Field(
-        None, description="exact values at these times or distances, in place of a reference"
+    exact: (
+        Annotated[
+            list[Number],
+            BeforeValidator(_as_list),
+            WithJsonSchema({"anyOf": [_NUMBER, {"type": "array", "items": _NUMBER}]}),
+        ]
+        | None
+    ) = Field(
+        None,
+        description="exact values at these times or distances, in place of a reference",
+        json_schema_extra={"words": "a finite number, or a list of these"},
     )
-    reference: Literal["finest"] | int = Field(
+    reference: Literal["finest"] | Whole = Field(
         "finest",
         description="index (from 0) of the discretisation that errors refer to; finest: the one with the most unknowns",
     )
-    repeat: int = Field(
+    repeat: Whole = Field(
         1, ge=1, le=100, description="number of repetitions of each discretisation; wall times are medians"
     )
+
+    @property
+    def commands(self) -> list[Any]:
+        """The command of each discretisation: its own, else that of the file."""
+        return [entry.get("command", self.command) for entry in self.discretisations]
+
+    @property
+    def repeats(self) -> list[Any]:
+        """The number of repetitions of each discretisation: its own, else that of the file."""
+        own = (entry.get("repeat") for entry in self.discretisations)
+        return [self.repeat if count is None else count for count in own]
+
+    @property
+    def places(self) -> Literal["t", "d"]:
+        """Whether `at` lists times or distances."""
+        return self.over or ("d" if "curve" in self.commands else "t")
+
+
+def check_study(file: StudyFile) -> Iterator[Mistake]:
+    """Check the keys of a study file against each other; yields mistakes."""
+    for i, (command, count) in enumerate(zip(file.commands, file.repeats, strict=True)):
+        if command not in ("run", "curve"):
+            yield Mistake(f"discretisations[{i}].command", command, "must be run or curve")
+        if type(count) is not int or not 1 <= count <= 100:
+            yield Mistake(f"discretisations[{i}].repeat", count, "must be a whole number at least 1 and at most 100")
+    if file.over == "t" and "curve" in file.commands:
+        yield Mistake("over", file.over, "must be d, the distances of the curve")
+    count = 1 if file.quantity == ZERO else max(len(file.at), 1)
+    if file.exact is not None and len(file.exact) != count:
+        wanted = f"must be {count} number{'s, one for each of at' if count > 1 else ''}"
+        yield Mistake("exact", file.exact, wanted)
+    last = len(file.discretisations) - 1
+    if "reference" in file.model_fields_set and file.exact is not None:
+        yield Mistake("reference", file.reference, "must be left out if exact is given")
+    elif isinstance(file.reference, int) and not 0 <= file.reference <= last:
+        yield Mistake("reference", file.reference, f"must be finest, or the index of a discretisation from 0 to {last}")

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, NoReturn
 
 from pairsim.config.physical import BLOCK
-from pairsim.config.yaml_file import Place, Section
+from pairsim.config.yaml_file import DEEPEST, Section, places_in
 
 GROUPS = ("mesh", "time", "limits", "output", BLOCK)  # keys of a case whose value is a group of keys
 
@@ -26,9 +26,9 @@ def merge(
     Raises:
         InputError: A dotted key goes through a value that is not a group; raised by `refuse`.
     """
-    places: Mapping[str, Place] = changes.places if isinstance(changes, Section) else {}
+    places = places_in(changes)
     for dotted, value in changes.items():
-        *groups, last = dotted.split(".")
+        *groups, last = dotted.split(".", DEEPEST)
         inner: Any = target
         for name in groups:
             inner = inner.group(name)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import copy
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from pairsim.config.yaml_file import place_of
 from pairsim.runtime.errors import InputError
+from pairsim.runtime.text import as_typed
 
 
 @dataclass(frozen=True)
@@ -65,10 +68,57 @@ def input_error(mistakes: Sequence[Mistake], data: Mapping[str, Any], source: st
         value = list(mistake.value) if isinstance(mistake.value, tuple) else mistake.value
         return InputError(file, mistake.key, value, mistake.allowed, line=line, entry=entry, others=others)
 
-    def order(mistake: Mistake) -> tuple[bool, str, int]:
-        """Sort key: file and line; keys without a line come last."""
-        file, line = place_of(data, mistake.key) or (source, None)
-        return line is None, file, line or 0
-
-    first, *rest = sorted(mistakes, key=order)
+    first, *rest = sorted(mistakes, key=lambda mistake: _order(error(mistake)))
     return error(first, [error(mistake) for mistake in rest])
+
+
+def _order(error: InputError) -> tuple[bool, str, int]:
+    """Sort key: file and line; mistakes without a line come last."""
+    return error.line is None, error.file, error.line or 0
+
+
+class Mistakes:
+    """Collects the mistakes of a file with several cases, each of them once."""
+
+    def __init__(self) -> None:
+        self._found: dict[tuple[Any, ...], InputError] = {}
+        self._counts: Counter[tuple[Any, ...]] = Counter()
+
+    def __bool__(self) -> bool:
+        return bool(self._found)
+
+    def add(self, error: InputError) -> None:
+        """Add all mistakes of an error. A mistake in the base of a sweep occurs in every case, but is kept once."""
+        for each in error.mistakes:
+            same = (each.file, each.line, each.key, as_typed(each.value), each.allowed)
+            self._found.setdefault(same, each)
+            self._counts[same] += 1
+
+    def error(self, cases: int = 0) -> InputError:
+        """One error with all mistakes, in the order of the file.
+
+        Args:
+            cases: Number of cases that were checked: what is wrong in all of them is a mistake of "every case".
+        """
+        errors = []
+        for same, each in self._found.items():
+            entry = "every case" if self._counts[same] == cases > 1 else each.entry
+            errors.append(InputError(each.file, each.key, each.value, each.allowed, line=each.line, entry=entry))
+        first, *rest = sorted(errors, key=_order)
+        return InputError(
+            first.file, first.key, first.value, first.allowed, line=first.line, entry=first.entry, others=rest
+        )
+
+
+def without(data: Mapping[str, Any], mistakes: Iterable[Mistake]) -> dict[str, Any]:
+    """A copy of nested keys and values without the keys that have mistakes; lists with wrong entries are left out."""
+    rest = copy.deepcopy(dict(data))
+    for mistake in mistakes:
+        key = mistake.key.partition("[")[0]
+        inner: Any = rest
+        while isinstance(inner, dict) and key not in inner and "." in key:
+            group, _, key = key.partition(".")
+            inner = inner.get(group)
+        if isinstance(inner, dict):
+            inner.pop(key, None)
+    return rest

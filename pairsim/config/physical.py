@@ -32,6 +32,7 @@ from pairsim.config.quantities import (
     Velocity,
     Viscosity,
     distance_texts,
+    rounded,
     si,
 )
 from pairsim.physics.scales import Scales, mean_velocity
@@ -98,23 +99,23 @@ class Physical(BaseModel):
         def each(value: Any, kind: Kind, number: Callable[[float], float]) -> Any:
             if isinstance(value, tuple):
                 return tuple(each(entry, kind, number) for entry in value)
-            return number(si(value, kind))
+            return rounded(number(si(value, kind)))
 
         if self.particle is not None:
             found["beta"] = "particle", each(self.particle, LENGTH, lambda D_p: D_p / scales.length)
         if self.relaxation is not None:
-            found["De"] = "relaxation", si(self.relaxation, TIME) / scales.time
+            found["De"] = "relaxation", each(self.relaxation, TIME, lambda relaxation: relaxation / scales.time)
         if self.modulus is not None:
             found["Ca_e"] = "modulus", each(self.modulus, STRESS, lambda G_p: scales.stress / G_p)
         if self.young is not None:
             found["Ca_e"] = "young", each(self.young, STRESS, lambda E: YOUNG_OVER_SHEAR * scales.stress / E)
         if self.solvent is not None:
-            found["xi"] = "solvent", si(self.solvent, VISCOSITY) / scales.viscosity
+            found["xi"] = "solvent", each(self.solvent, VISCOSITY, lambda eta_s: eta_s / scales.viscosity)
         if self.distance is not None:
             distances = each(distance_texts(self.distance), LENGTH, lambda d: d / scales.length)
             found["d"] = "distance", distances if isinstance(self.distance, tuple | dict) else distances[0]
         if self.end is not None:
-            found["time.end"] = "end", si(self.end, TIME) / scales.time
+            found["time.end"] = "end", each(self.end, TIME, lambda end: end / scales.time)
         return found
 
 

@@ -47,6 +47,8 @@ TIME = Kind("a time", "s", "2 ms")
 DENSITY = Kind("a density", "kg/m^3", "1000 kg/m^3")
 
 
+LONGEST = 100  # characters of a quantity
+LEAST, MOST = 1e-30, 1e30  # limits of a quantity in its SI unit, whose products and ratios double precision can hold
 QUANTITY = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d_].*)")  # number and unit
 
 
@@ -63,7 +65,7 @@ def _parsed(text: str) -> tuple[float, pint.Unit]:
     Raises:
         ValueError: The text is not a number with a known unit; says why.
     """
-    match = QUANTITY.fullmatch(text.strip()) if isinstance(text, str) else None
+    match = QUANTITY.fullmatch(text.strip()) if isinstance(text, str) and len(text) <= LONGEST else None
     if match is None:
         raise ValueError("has no unit" if _is_number(text) else "is not a number with a unit")
     number, unit = match.groups()
@@ -78,6 +80,8 @@ def _is_number(value: Any) -> bool:
         float(value)
     except (TypeError, ValueError):
         return False
+    except OverflowError:
+        return True
     return True
 
 
@@ -100,11 +104,25 @@ def si(text: str, kind: Kind) -> float:
         raise ValueError(f"{error}; must be {kind.words}") from None
     if not unit.is_compatible_with(kind.unit):
         raise ValueError(f"has the unit {unit:~C}; must be {kind.words}")
-    # Rounded to fifteen digits, so that 50 um is 5e-05 m and not 4.9999999999999996e-05.
-    value = float(f"{_registry().Quantity(number, unit).to(kind.unit).magnitude:.15g}")
-    if not (math.isfinite(value) and value > 0):
+    value = _in(kind.unit, number, unit)
+    if number <= 0 or math.isnan(value):
         raise ValueError(f"must be {kind.words}")
+    if not LEAST <= value <= MOST:
+        raise ValueError(f"must be from {LEAST:g} to {MOST:g} {kind.unit}")
     return value
+
+
+def _in(unit: Any, number: float, given: pint.Unit) -> float:
+    """Convert a number from the unit given to a compatible one; infinite if double precision cannot hold it."""
+    try:
+        return rounded(_registry().Quantity(number, given).to(unit).magnitude)
+    except ArithmeticError:
+        return math.inf
+
+
+def rounded(value: float) -> float:
+    """A converted number to fifteen digits: 50 um is 5e-05 m, not 4.9999999999999996e-05."""
+    return float(f"{value:.15g}")
 
 
 def quantity_range(described: Mapping[str, Any], most: int, spacing: str = "linear") -> list[str]:
@@ -130,8 +148,7 @@ def quantity_range(described: Mapping[str, Any], most: int, spacing: str = "line
     (start, unit), (stop, other) = ends["start"], ends["stop"]
     if not other.is_compatible_with(unit):
         raise ValueError("start and stop must have units of the same kind")
-    converted = float(f"{_registry().Quantity(stop, other).to(unit).magnitude:.15g}")
-    values = spelled_out({**described, "start": start, "stop": converted}, most, spacing)
+    values = spelled_out({**described, "start": start, "stop": _in(unit, stop, other)}, most, spacing)
     return [f"{value:.12g} {unit:~C}" for value in values]
 
 

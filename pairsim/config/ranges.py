@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from pairsim.config.values import is_finite
+
 RANGE = ("start", "stop", "num", "spacing")
 
 
@@ -26,8 +28,8 @@ def spelled_out(described: Mapping[str, Any], most: int, spacing: str = "linear"
     if missing := [key for key in RANGE[:3] if key not in described]:
         raise ValueError(f"must have start, stop and num; {missing[0]} is missing")
     start, stop, num = (described[key] for key in RANGE[:3])
-    if any(isinstance(value, bool) or not isinstance(value, int | float) for value in (start, stop)):
-        raise ValueError("start and stop must be numbers")
+    if not (is_finite(start) and is_finite(stop)):
+        raise ValueError("start and stop must be finite numbers")
     if isinstance(num, bool) or not isinstance(num, int) or not 2 <= num <= most:
         raise ValueError(f"num must be a whole number from 2 to {most}")
     spacing = described.get("spacing", spacing)

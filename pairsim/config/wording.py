@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
 from pairsim.config.mistakes import UNKNOWN, Mistake, missing
 from pairsim.config.physical import BLOCK
+from pairsim.runtime.text import as_typed
 
 Groups = dict[str, type[BaseModel]]
 LIST = "a list, each entry "
+MOST_OF_A_KEY = 10  # mistakes of one key that are read
+LONGEST_KEY = 100  # characters of a key up to which a similar one is looked for
+LONGEST_NUMBER = 40  # characters of a text that is read as a number, for a hint
 CLOSE = 0.65  # least similarity (difflib) at which a key counts as a misspelling of another
 
 
@@ -39,6 +45,8 @@ def dotted_keys(groups: Groups) -> list[str]:
 
 def meant(name: str, group: str, groups: Groups) -> str:
     """The known key most similar to an unknown one, preferably from the same group; "" if there is none."""
+    if len(name) > LONGEST_KEY:
+        return ""
     keys = sorted(dotted_keys(groups), key=lambda key: key.startswith(f"{BLOCK}."))  # keys of the physical block last
     own = [key for key in keys if key.rpartition(".")[0] == group]
     for wanted in (own, keys):
@@ -57,18 +65,31 @@ def unknown_key(key: str, value: Any, groups: Groups) -> Mistake:
     """The mistake of an unknown key; suggests a similar key or lists the allowed ones."""
     group, _, name = key.rpartition(".")
     if key in dotted_keys(groups):
-        return Mistake(key, value, f"{UNKNOWN}write it in its group, as {group}: {{{name}: {value}}}", meant=key)
+        return Mistake(
+            key, value, f"{UNKNOWN}write it in its group, as {group}: {{{name}: {as_typed(value)}}}", meant=key
+        )
     if hint := meant(name, group, groups):
         return Mistake(key, value, f"{UNKNOWN}did you mean {hint}?", meant=hint)
     known = groups.get(group, groups[""]).model_fields
     return Mistake(key, value, f"{UNKNOWN}allowed: {', '.join(known)}")
 
 
-def mistakes_of(error: ValidationError, groups: Groups) -> list[Mistake]:
-    """The mistakes in a validation error of pydantic, one for each key."""
+def mistakes_of(error: ValidationError, groups: Groups, data: Mapping[str, Any]) -> list[Mistake]:
+    """The mistakes in a validation error of pydantic, one for each key.
+
+    Args:
+        error: The error.
+        groups: The models of the file.
+        data: The keys and values as given.
+    """
     found: dict[str, Mistake] = {}
-    for problem in error.errors():
-        mistake = _mistake(problem, groups)
+    seen: Counter[Any] = Counter()
+    for problem in error.errors(include_url=False, include_context=False):
+        within = problem["loc"][: 2 if problem["loc"][:1] and problem["loc"][0] in groups else 1]
+        seen[within] += 1
+        if seen[within] > MOST_OF_A_KEY:  # the entries of a long list
+            continue
+        mistake = _mistake(problem, groups, data)
         found.setdefault(mistake.key, mistake)
     # A key that takes a number or a list yields two errors; the one that names an entry of the list is more specific.
     detailed = {key[: place.start()] for key in found for place in re.finditer(r"\[", key)}
@@ -76,29 +97,78 @@ def mistakes_of(error: ValidationError, groups: Groups) -> list[Mistake]:
     return [m for key, m in found.items() if key not in detailed and not (m.is_missing and key in intended)]
 
 
-def _mistake(problem: Any, groups: Groups) -> Mistake:
-    location = [str(part) for part in problem["loc"]]
-    group = location[0] if location and location[0] in groups else ""
-    depth = 2 if group and len(location) > 1 else 1
-    key = ".".join(location[:depth]) + "".join(f"[{part}]" for part in location[depth:] if part.isdigit())
+def _mistake(problem: Any, groups: Groups, data: Mapping[str, Any]) -> Mistake:
     value, kind = problem.get("input"), problem["type"]
+    key = _key(problem["loc"], data, missing=kind == "missing")
+    group, _, name = key.partition(".") if key.partition(".")[0] in groups else ("", "", key)
     value = list(value) if isinstance(value, tuple) else value
     if kind == "extra_forbidden":
         return unknown_key(key, value, groups)
     if kind == "missing":
-        needed = f"must be given in {group}" if group else "the four numbers of a case are beta, De, Ca_e and d0"
-        return missing(key, needed)
+        return missing(key, _needed(group, name, groups))
     if kind in ("range", "quantity"):
         return Mistake(key, value, problem["msg"])
     if kind == "model_type":
         return Mistake(key, value, f"must be a group of keys; allowed: {', '.join(groups[group].model_fields)}")
-    return Mistake(key, value, f"must be {allowed_in(groups[group], location[depth - 1], entry='[' in key)}")
+    field = re.split(r"[.\[]", name)[0]
+    allowed = f"must be {allowed_in(groups[group], field, entry='[' in key)}"
+    return Mistake(key, value, allowed + (_decimal(value) if "number" in allowed else ""))
+
+
+def _decimal(value: Any) -> str:
+    """How to write a text that looks like a number, such as 010 or 1:30, in decimal; empty if it is none."""
+    text = value if isinstance(value, str) and len(value) <= LONGEST_NUMBER else ""
+    if re.fullmatch(r"[-+]?0\d+", text):
+        octal = f", or as {int(text, 8)} if it is octal" if not set("89") & set(text) else ""
+        return f"; write it as {int(text)}{octal}"
+    if re.fullmatch(r"[-+]?0[xob][0-9a-fA-F]+", text):
+        try:
+            return f"; write it as {int(text, 0)}"
+        except ValueError:
+            return ""
+    if re.fullmatch(r"[-+]?\d+(:[0-5]?\d)+(\.\d*)?", text):
+        whole, *parts = text.split(":")
+        seconds = abs(int(whole))
+        for part in parts[:-1]:
+            seconds = 60 * seconds + int(part)
+        return f"; write it as {60 * seconds + float(parts[-1]):g} if it is in base 60 (minutes:seconds)"
+    if re.fullmatch(r"[-+]?\d+(_\d+)+", text):
+        return f"; write it as {text.replace('_', '')}"
+    return f"; write it as {text.replace(',', '.')}" if re.fullmatch(r"[-+]?\d+,\d+", text) else ""
+
+
+def _key(location: Sequence[str | int], data: Mapping[str, Any], missing: bool) -> str:
+    """The dotted key of a location; the names of alternatives, which pydantic has in it, are not in the data."""
+    key = ""
+    inner: Any = data
+    for i, part in enumerate(location):
+        if isinstance(part, int):
+            if isinstance(inner, list | tuple) and part < len(inner):
+                key, inner = f"{key}[{part}]", inner[part]
+        elif isinstance(inner, Mapping) and (part in inner or (missing and i == len(location) - 1)):
+            key, inner = f"{key}.{part}" if key else part, inner.get(part)
+    return key
+
+
+def _needed(group: str, name: str, groups: Groups) -> str:
+    if group:
+        return f"must be given in {group}"
+    if BLOCK in groups:
+        return "the four numbers of a case are beta, De, Ca_e and d0"
+    return f"must be {allowed_in(groups[''], name)}"
+
+
+@cache
+def _json_schema(model: type[BaseModel]) -> dict[str, Any]:
+    return model.model_json_schema()
 
 
 def allowed_in(model: type[BaseModel], name: str, entry: bool = False) -> str:
     """What a key (or, with `entry`, each entry of its list) allows, as text made from its JSON schema."""
-    schema = model.model_json_schema()
+    schema = _json_schema(model)
     field = schema["properties"][name]
+    if "words" in field and not entry:
+        return str(field["words"])
     choices = [choice for choice in field.get("anyOf", [field]) if choice.get("type") != "null"]
     if entry:
         values = [choice.get("additionalProperties", choice) for choice in choices]
@@ -133,7 +203,8 @@ def _words(schema: Mapping[str, Any], models: Mapping[str, Any]) -> str:
     if "const" in schema:
         return str(schema["const"])
     if "enum" in schema:
-        return " or ".join(map(str, schema["enum"]))
+        *others, last = map(str, schema["enum"])
+        return f"{', '.join(others)} or {last}" if others else last
     if "anyOf" in schema:
         return joined(_words(s, models) for s in schema["anyOf"])
     if schema.get("type") == "object":
@@ -144,6 +215,4 @@ def _words(schema: Mapping[str, Any], models: Mapping[str, Any]) -> str:
     if schema.get("type") == "array":
         return f"{LIST}{_words(schema['items'], models)}"
     text = kinds.get(str(schema.get("type")), "a value")
-    if "pattern" in schema:
-        text += " of at most 100 letters, digits and . _ + -, not beginning with one of . + -"
     return f"{text} {' and '.join(limits)}".strip() if limits else text

@@ -1,8 +1,14 @@
-"""Read YAML files, keeping the file and line of each key for error messages."""
+"""Read YAML files, keeping the file and line of each key for error messages.
+
+A file is data: it cannot name types (tags), and its size, depth and number of values are limited, also where aliases
+repeat parts of it. Numbers are decimal, as in YAML 1.2: 010 and 1:30, which YAML 1.1 reads as 8 and 90, are text here,
+which no key that takes a number accepts.
+"""
 
 from __future__ import annotations
 
 import re
+import stat
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -10,7 +16,13 @@ from typing import Any, NamedTuple
 import yaml
 
 from pairsim.runtime.errors import InputError
+from pairsim.runtime.text import as_typed, control_characters, printable
 
+LARGEST_FILE = 2_000_000  # bytes; reading takes some 10 s per MB
+MOST_VALUES = 250_000  # keys and values, counted as often as aliases repeat them
+DEEPEST = 20  # groups and lists within each other
+MOST_KEYS = 1000  # in one group
+MOST_DIGITS = 400  # of a whole number; the largest number in double precision has 309
 OPTION = "--set"
 MERGE = "tag:yaml.org,2002:merge"  # of the key <<
 
@@ -48,93 +60,228 @@ class Section(dict[str, Any]):
 yaml.SafeDumper.add_representer(Section, yaml.SafeDumper.represent_dict)
 
 
+def places_in(data: Mapping[str, Any]) -> Mapping[str, Place]:
+    """Where the keys of a group were given, as far as that is known."""
+    return data.places if isinstance(data, Section) else {}
+
+
 def place_of(data: Mapping[str, Any], key: str) -> Place | None:
-    """Where a dotted key was given; if it is missing, the place of its group, else None."""
-    if isinstance(data, Section) and key in data.places:  # an unknown key that contains a point
-        return data.places[key]
+    """Where a dotted key, such as mesh.Np or cases[1].mesh.Np, was given.
+
+    If it is missing, the place of what it would be in; None if that is unknown.
+    """
     place = None
     inner: Any = data
-    for name in re.sub(r"\[\d+\]", "", key).split("."):
-        if not isinstance(inner, Section):
+    rest = key
+    while rest:
+        index = re.match(r"\[(\d+)\]\.?", rest)
+        if index is not None:
+            rest = rest[index.end() :]
+            if isinstance(inner, list | tuple) and int(index[1]) < len(inner):
+                inner = inner[int(index[1])]
+                place = _start(inner) or place
+        elif not isinstance(inner, Section):
             break
-        place = inner.places.get(name, place)
-        inner = inner.get(name)
+        else:
+            # A key may contain points, such as mesh.Np of a grid, and an unknown key anything.
+            names = (rest, rest.partition("[")[0], re.split(r"[.\[]", rest)[0])
+            name = next((name for name in names if name in inner.places), names[-1])
+            place = inner.places.get(name, place)
+            inner = inner.get(name)
+            rest = rest[max(len(name), 1) :].removeprefix(".")
     return place
 
 
-def _construct(loader: yaml.SafeLoader, node: yaml.MappingNode) -> Section:
-    """Construct a mapping. Keys must be strings and occur once; they may override keys merged with <<.
-
-    Raises:
-        yaml.constructor.ConstructorError: A key is not a string or occurs twice.
-    """
-    seen: set[str] = set()
-    for key_node, _ in node.value:
-        if key_node.tag == MERGE:
-            continue
-        key = loader.construct_object(key_node, deep=True)
-        if not isinstance(key, str):
-            raise yaml.constructor.ConstructorError(None, None, f"key {key!r} must be text", key_node.start_mark)
-        if key in seen:
-            raise yaml.constructor.ConstructorError(
-                None, None, f"key {key!r} must be given only once", key_node.start_mark
-            )
-        seen.add(key)
-    loader.flatten_mapping(node)
-    section = Section()
-    for key_node, value_node in node.value:
-        place = Place(str(loader.name), key_node.start_mark.line + 1)
-        section.put(loader.construct_object(key_node, deep=True), loader.construct_object(value_node, deep=True), place)
-    return section
+def _start(value: Any) -> Place | None:
+    """Place of the first key of a group."""
+    return next(iter(places_in(value).values()), None) if isinstance(value, Section) else None
 
 
 class _Loader(yaml.SafeLoader):
-    """YAML in which 1e-3 is a number and a repeated key is an error."""
+    """YAML without tags, with limits on size and depth, in which 1e-3 is a number and a repeated key is an error."""
+
+    def __init__(self, text: str, name: str) -> None:
+        super().__init__(text)
+        self.name = name
+        self._depth = 0
+        self._extents: dict[yaml.Node, tuple[int, int]] = {}
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        """Compose a node, within the limits.
+
+        Raises:
+            yaml.composer.ComposerError: A limit is exceeded, a node contains itself, or it has a tag.
+        """
+        event = self.peek_event()
+
+        def refuse(problem: str) -> yaml.composer.ComposerError:
+            return yaml.composer.ComposerError(None, None, problem, event.start_mark)
+
+        if (tag := getattr(event, "tag", None)) not in (None, "!"):
+            raise refuse(f"must not have tags such as {as_typed(tag)}")
+        if self._depth == DEEPEST:
+            raise refuse(f"must have at most {DEEPEST} groups and lists within each other")
+        self._depth += 1
+        node = super().compose_node(parent, index)
+        self._depth -= 1
+        if node is None or node in self._extents:
+            return node
+        if isinstance(event, yaml.AliasEvent):
+            raise refuse(f"*{event.anchor} must not contain itself")
+        inner = [self._extents[each] for each in _children(node)]
+        depth, values = 1 + max((depth for depth, _ in inner), default=0), 1 + sum(count for _, count in inner)
+        if depth > DEEPEST:
+            raise refuse(f"must have at most {DEEPEST} groups and lists within each other")
+        if values > MOST_VALUES or len(self._extents) > MOST_VALUES:
+            raise refuse(f"must have at most {MOST_VALUES} keys and values, aliases written out")
+        self._extents[node] = depth, values
+        return node
+
+    def construct_scalar(self, node: yaml.ScalarNode | yaml.MappingNode) -> str:
+        """The text of a scalar.
+
+        Raises:
+            yaml.constructor.ConstructorError: It has control characters.
+        """
+        text = str(super().construct_scalar(node))
+        if found := control_characters(text):
+            problem = f"text must not have control characters, such as {found}"
+            raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
+        return text
+
+    def construct_yaml_int(self, node: yaml.ScalarNode) -> int:
+        """A whole number.
+
+        Raises:
+            yaml.constructor.ConstructorError: It has too many digits.
+        """
+        if len(digits := self.construct_scalar(node)) > MOST_DIGITS:
+            problem = f"{as_typed(digits)} must have at most {MOST_DIGITS} digits"
+            raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
+        return int(digits)
+
+    def construct_section(self, node: yaml.MappingNode) -> Section:
+        """A mapping. Keys must be strings and occur once; they may override keys merged with <<.
+
+        Raises:
+            yaml.constructor.ConstructorError: A key is not a string or occurs twice, or there are too many.
+        """
+        seen: set[str] = set()
+        for key_node, _ in node.value:
+            if key_node.tag == MERGE:
+                continue
+            key = self.construct_object(key_node, deep=True)
+            if not isinstance(key, str):
+                problem = f"key {as_typed(key)} must be text"
+                raise yaml.constructor.ConstructorError(None, None, problem, key_node.start_mark)
+            if key in seen:
+                problem = f"key {as_typed(key)} must be given only once"
+                raise yaml.constructor.ConstructorError(None, None, problem, key_node.start_mark)
+            seen.add(key)
+        self.flatten_mapping(node)
+        if len(node.value) > MOST_KEYS:
+            problem = f"a group must have at most {MOST_KEYS} keys, not {len(node.value)}"
+            raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
+        section = Section()
+        for key_node, value_node in node.value:
+            place = Place(str(self.name), key_node.start_mark.line + 1)
+            value = self.construct_object(value_node, deep=True)
+            section.put(self.construct_object(key_node, deep=True), value, place)
+        return section
 
 
-_Loader.add_constructor("tag:yaml.org,2002:map", _construct)
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float", re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"), list("-+0123456789.")
-)
+def _children(node: yaml.Node) -> list[yaml.Node]:
+    """The nodes directly within a node: the entries of a list, keys and values of a mapping."""
+    if isinstance(node, yaml.MappingNode):
+        return [each for pair in node.value for each in pair]
+    return list(node.value) if isinstance(node, yaml.SequenceNode) else []
+
+
+_Loader.yaml_implicit_resolvers = {}  # those of YAML 1.1 are not inherited
+_Loader.add_constructor("tag:yaml.org,2002:map", _Loader.construct_section)
+_Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_yaml_int)
+for _kind, _pattern, _first in (
+    ("null", r"~|null|Null|NULL|", ["~", "n", "N", ""]),
+    ("bool", r"(?:yes|no|true|false|on|off)", list("yYnNtTfFoO")),
+    ("int", r"[-+]?(?:0|[1-9][0-9]*)", list("-+0123456789")),
+    ("float", r"[-+]?(?:[0-9]+\.[0-9]*|\.[0-9]+|[0-9]+(?=[eE]))(?:[eE][-+]?[0-9]+)?", list("-+0123456789.")),
+    ("float", r"[-+]?\.inf|\.nan", list("-+.")),
+    ("merge", r"<<", ["<"]),
+):
+    _flags = re.IGNORECASE if _kind == "bool" or "inf" in _pattern else 0
+    _Loader.add_implicit_resolver(f"tag:yaml.org,2002:{_kind}", re.compile(rf"(?:{_pattern})\Z", _flags), _first)
 
 
 def _parse(text: str, name: str) -> Any:
     """Parse a YAML text; `name` is the file in the places of its keys."""
-    loader = _Loader(text)
-    loader.name = name
+    loader = _Loader(text, name)
     try:
         return loader.get_single_data()
     finally:
         loader.dispose()
 
 
+def _text_of(path: Path) -> str:
+    """Read a text file of limited size.
+
+    Raises:
+        InputError: It is missing, unreadable, too large, not text, or not a regular file.
+    """
+
+    def refuse(allowed: str) -> InputError:
+        return InputError(str(path), "", None, allowed)
+
+    try:
+        status = path.stat()
+        if stat.S_ISDIR(status.st_mode):
+            raise refuse("must be a file, but is a folder")
+        if not stat.S_ISREG(status.st_mode):  # reading from a pipe may never end
+            raise refuse("must be a file, but is a pipe or a device")
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)
+    except FileNotFoundError:
+        raise refuse("no such file") from None
+    except OSError as error:
+        raise refuse(f"cannot be read: {error.strerror}") from None
+    except InputError:
+        raise
+    except ValueError:  # the name contains a null character or a lone surrogate
+        raise refuse("must be the name of a file") from None
+    if len(content) > LARGEST_FILE:
+        raise refuse(f"must be a file of at most {LARGEST_FILE / 1e6:g} MB")
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise InputError(str(path), "", None, "must be text in UTF-8", line=line) from None
+
+
 def read_yaml(path: Path) -> Section:
     """Read a YAML file whose top level is a mapping.
 
     Raises:
-        InputError: The file is missing, unreadable, not valid YAML, or its top level is not a mapping.
+        InputError: The file is missing, unreadable, not valid YAML, too large, or its top level is not a mapping.
     """
-    name = str(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputError(name, "", None, "no such file") from None
-    except IsADirectoryError:
-        raise InputError(name, "", None, "must be a file, but is a folder") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(name, "", None, f"cannot be read: {error}") from None
+    name, text = str(path), _text_of(path)
     try:
         data = _parse(text, name)
-    except yaml.MarkedYAMLError as error:
-        line = error.problem_mark.line + 1 if error.problem_mark else None
-        raise InputError(name, "", None, f"must be valid YAML: {error.problem}", line=line) from None
     except yaml.YAMLError as error:
-        raise InputError(name, "", None, f"must be valid YAML: {error}") from None
-    except ValueError as error:  # an invalid date, such as 2020-13-45
-        raise InputError(name, "", None, f"must be valid YAML: {error}") from None
+        line, problem = _problem(error, text)
+        raise InputError(name, "", None, f"must be valid YAML: {problem}", line=line) from None
     if not isinstance(data, Section):
         raise InputError(name, "", None, "must contain keys and values, such as beta: 0.4; see pairsim schema")
     return data
+
+
+def _problem(error: yaml.YAMLError, text: str) -> tuple[int | None, str]:
+    """The line of an error of PyYAML, None if unknown, and what is wrong."""
+    if isinstance(error, yaml.reader.ReaderError):
+        return text.count(
+            "\n", 0, error.position
+        ) + 1, f"the character {printable(text[error.position])} is not allowed"
+    if isinstance(error, yaml.MarkedYAMLError):
+        return error.problem_mark.line + 1 if error.problem_mark else None, str(error.problem)
+    return None, str(error)
 
 
 def apply_settings(data: Section, overrides: tuple[str, ...]) -> None:
@@ -149,13 +296,15 @@ def apply_settings(data: Section, overrides: tuple[str, ...]) -> None:
     """
     for setting in overrides:
         key, equals, text = setting.partition("=")
-        if not equals or not key:
-            raise InputError(OPTION, "", setting, "must be key=value, such as mesh.Np=20")
+        if not equals or not key or control_characters(setting):
+            raise InputError(OPTION, "", setting, "must be key=value on one line, such as mesh.Np=20")
         try:
             value = _parse(text, OPTION)
-        except (yaml.YAMLError, ValueError):
-            raise InputError(OPTION, key, text, "must be a valid YAML value") from None
+        except yaml.YAMLError as error:
+            raise InputError(OPTION, key, text, f"must be a valid YAML value: {_problem(error, text)[1]}") from None
         *groups, last = key.split(".")
+        if len(groups) >= DEEPEST:
+            raise InputError(OPTION, key, text, f"must have at most {DEEPEST} groups within each other")
         target = data
         for group in groups:
             target = target.group(group)

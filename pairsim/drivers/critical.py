@@ -11,7 +11,7 @@ from pairsim.config.form_kinds import forms_of
 from pairsim.drivers.critical_output import CriticalOutput
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import steady_problem
-from pairsim.drivers.quasi_steady import INTERRUPTED, conclude
+from pairsim.drivers.quasi_steady import conclude, kept
 from pairsim.drivers.session import Options, Session, open_session
 from pairsim.drivers.warnings import large_errors
 from pairsim.fem.form_cache import ensure_compiled
@@ -55,7 +55,7 @@ def _run(case: CriticalCase, session: Session) -> Outcome:
     def work(_: Signals) -> Outcome:
         nonlocal branch
         output.write()
-        ensure_compiled(session.comm, forms_of(case))
+        ensure_compiled(session.comm, forms_of(case), session.reporter.note)
         failures: list[str] = []
         for line, start in lines:
             output.begin_line(line)
@@ -76,7 +76,7 @@ def _run(case: CriticalCase, session: Session) -> Outcome:
         message = f"{len(output.rows)} critical distances on {output.branches} branches"
         return Outcome("finished", "end", message)
 
-    outcome = session.carry_out(work, INTERRUPTED)
+    outcome = session.carry_out(work, kept)
     large = large_errors(case, "the error of a critical distance or parameter", "itself", output.errors)
     warnings = [*output.warnings, *large]
     outcome = conclude(case, session, outcome, branch, output.points, warnings, {"ends": output.ends})

@@ -12,7 +12,7 @@ from pairsim.config.form_kinds import forms_of
 from pairsim.drivers.curve_output import CurveOutput
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import solution_order, steady_problem
-from pairsim.drivers.quasi_steady import INTERRUPTED, conclude, error_at
+from pairsim.drivers.quasi_steady import conclude, error_at, kept
 from pairsim.drivers.session import Options, Session, open_session
 from pairsim.drivers.warnings import large_errors
 from pairsim.fem.form_cache import ensure_compiled
@@ -114,7 +114,7 @@ def _run(case: CurveCase, session: Session, sensitivities: bool, warm_start: War
 
     def work(_: Signals) -> Outcome:
         nonlocal branch
-        ensure_compiled(session.comm, forms_of(case))
+        ensure_compiled(session.comm, forms_of(case), session.reporter.note)
         start = Parameters(places[0], case.Ca_es, case.De)
         narrowest = min((d for place in places for d in place), default=np.inf)
         problem = steady_problem(case, narrowest)
@@ -130,13 +130,13 @@ def _run(case: CurveCase, session: Session, sensitivities: bool, warm_start: War
         output.finish()
         return outcome
 
-    outcome = session.carry_out(work, INTERRUPTED)
+    outcome = session.carry_out(work, kept)
     if session.stopped_at_once:
         output.finish()
     else:
-        finished = session.carry_out(finish, INTERRUPTED)
+        finished = session.carry_out(finish, kept)
         outcome = finished if outcome.status == "finished" else outcome
-    points = [point for point, _ in output.points]
+    points = output.points
     warnings = [*output.warnings, *_large_errors(case, points)]
     return conclude(case, session, outcome, branch, points, warnings, {"points": len(points)})
 
@@ -152,7 +152,7 @@ def _large_errors(case: CurveCase, points: list[Point]) -> list[str]:
 
 def _find_zeros(branch: Branch, output: CurveOutput) -> str:
     """Find and write the zeros of the curve of a pair; returns a summary, empty if there are none."""
-    points = [point for point, _ in output.points]
+    points = output.points
     zeros: list[Zero] = []
     try:
         for found in find_zeros(branch, points):

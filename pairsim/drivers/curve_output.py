@@ -13,6 +13,7 @@ from pairsim.drivers.quasi_steady import health_columns, point_row
 from pairsim.drivers.session import Session
 from pairsim.results.columns import EQUILIBRIA_COLUMNS, curve_columns
 from pairsim.results.fields import SteadyMoment, frame
+from pairsim.results.output import table_line
 from pairsim.results.xdmf import FieldFrame, FieldsWriter
 from pairsim.solvers.branch import Point
 from pairsim.solvers.curve import Equilibrium
@@ -38,18 +39,23 @@ class CurveOutput:
         sensitivities: Whether points have derivatives with respect to the parameters.
 
     Attributes:
-        points: Each point and whether it was requested; in ascending d if all gaps have the same distance.
+        points: The points; in ascending d if all gaps have the same distance.
         warnings: Warnings about the results.
     """
 
     def __init__(self, case: CurveCase, session: Session, expected: int, sensitivities: bool) -> None:
         self.case, self.session, self.expected = case, session, expected
-        self.points: list[tuple[Point, bool]] = []
+        self._rows: list[tuple[Point, str]] = []  # the points and their rows of curve.csv
         self.warnings: list[str] = []
         parameters = [name for name, value in (("Ca_e", max(case.Ca_es)), ("De", case.De), ("beta", 1.0)) if value]
         columns = curve_columns(case.n, case.common, case.mesh_error, parameters if sensitivities else [])
         self._columns = [*columns, *health_columns(case)]
         self._frames: list[FieldFrame] = []
+
+    @property
+    def points(self) -> list[Point]:
+        """See the attributes of the class."""
+        return [point for point, _ in self._rows]
 
     def take(self, point: Point, wanted: bool, scene: Steady) -> None:
         """Write a point, and keep its fields in memory if the case asks for fields at its distance.
@@ -62,13 +68,13 @@ class CurveOutput:
         Raises:
             WriteFailure: The table cannot be written.
         """
-        self.points.append((point, wanted))
-        count = len(self.points)
+        line = table_line(self._columns, point_row(point) | {"wanted": float(wanted)})
+        self._rows.append((point, line))
+        count = len(self._rows)
         self.session.reporter.update(min(count, self.expected), _shown(point, count), count)
         if self.case.common:
-            self.points.sort(key=lambda entry: entry[0].d)
-        rows = [point_row(p) | {"wanted": float(asked)} for p, asked in self.points]
-        self.session.write_table("curve.csv", self._columns, rows)
+            self._rows.sort(key=lambda row: row[0].d)
+        self.session.write_table("curve.csv", self._columns, [row for _, row in self._rows])
         if self.session.folder is not None and any(abs(point.d - d) < 1e-9 * d for d in self.case.fields):
             (h, x), flow = scene.state(), scene.developed_flow
             undeformed = np.concatenate([np.zeros(body.size) for body in scene.bodies])

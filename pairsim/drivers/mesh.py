@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import matplotlib
@@ -12,6 +14,29 @@ from pairsim.config.case import Case
 from pairsim.fem.geometry import Geometry, MeshSettings, Reference
 from pairsim.fem.meshing import liquid_mesh, make_outlines, particle_meshes
 from pairsim.runtime.arrays import Array, Indices
+from pairsim.runtime.errors import WriteFailure
+
+FORMATS = {".msh": {"file_format": "gmsh22"}, ".xdmf": {"data_format": "XML"}}  # XML: one file, which can be renamed
+
+
+@contextmanager
+def _written(path: Path) -> Iterator[Path]:
+    """Context that writes a file under the temporary name that it yields.
+
+    Raises:
+        WriteFailure: It cannot be written; nothing is left behind.
+    """
+    part = path.with_name(f".part-{path.name}")  # keeps the suffix, which selects the format
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield part
+        part.replace(path)
+    except OSError as error:
+        message = f"{path} cannot be written ({error.strerror or error})"
+        raise WriteFailure(message, advice="another folder, or freeing disk space") from error
+    finally:
+        with suppress(OSError):  # on a file system that is read-only
+            part.unlink(missing_ok=True)
 
 
 def write_mesh(case: Case, path: Path, png: Path | None) -> dict[str, int]:
@@ -27,6 +52,7 @@ def write_mesh(case: Case, path: Path, png: Path | None) -> dict[str, int]:
 
     Raises:
         MeshFailure: No valid mesh could be made.
+        WriteFailure: A file cannot be written.
     """
     settings = MeshSettings(**case.mesh.model_dump())
     geometry = Geometry(case.betas, case.gaps, case.tube_length)
@@ -43,16 +69,16 @@ def write_mesh(case: Case, path: Path, png: Path | None) -> dict[str, int]:
         region.append(np.full(len(mesh.cells), number))
         start += len(mesh.points)
     every, connect, marker = np.vstack(points), np.vstack(cells), np.concatenate(region)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".part-{path.name}")
     # Names of physical and geometric groups in gmsh, which shows the regions by them.
     tags = {"gmsh:physical": [marker + 1], "gmsh:geometrical": [marker + 1]} if path.suffix == ".msh" else {}
-    meshio.Mesh(
+    mesh = meshio.Mesh(
         np.column_stack([every, np.zeros(len(every))]), [("triangle6", connect)], cell_data=tags or {"region": [marker]}
-    ).write(part, **({"file_format": "gmsh22"} if path.suffix == ".msh" else {}))
-    part.replace(path)
+    )
+    with _written(path) as part:
+        mesh.write(part, **FORMATS.get(path.suffix, {}))
     if png is not None:
-        _draw(every, connect, marker, geometry, png)
+        with _written(png) as part:
+            _draw(every, connect, marker, geometry, part)
     return {
         "cells of the liquid": len(liquid.cells),
         "cells of the particles": len(connect) - len(liquid.cells),
@@ -74,6 +100,7 @@ def _draw(points: Array, cells: Indices, region: Indices, geometry: Geometry, pn
         axes.add_collection(PolyCollection(outline[region == marker], facecolor=face, edgecolor="0.3", linewidth=0.3))
     axes.set(xlim=(-reach, reach), ylim=(0, 0.5), aspect="equal", xlabel="$z/D_c$", ylabel="$r/D_c$")
     figure.tight_layout()
-    png.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(png, dpi=150)
-    pyplot.close(figure)
+    try:
+        figure.savefig(png, dpi=150)
+    finally:
+        pyplot.close(figure)

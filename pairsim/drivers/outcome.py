@@ -12,11 +12,18 @@ from typing import Any
 
 from pairsim.physics.scales import Scales
 from pairsim.results.output import FORMAT, RunFolder
+from pairsim.runtime.child_process import DISK
+from pairsim.runtime.errors import ENVIRONMENT, EnvironmentFailure
+from pairsim.runtime.fenicsx import petsc_version
 from pairsim.runtime.version import __version__
-from pairsim.solvers.newton import petsc_version
 
 EXIT_CODES = {"finished": 0, "failed": 3, "interrupted": 130}
 """Exit code of a command, by status."""
+
+
+def exit_code(status: str, reason: str) -> int:
+    """Exit code of a command: 0 finished, 3 failed, 4 failed because of its environment, 130 interrupted."""
+    return ENVIRONMENT if reason == EnvironmentFailure.reason else EXIT_CODES[status]
 
 
 @dataclass(frozen=True)
@@ -35,8 +42,8 @@ class Outcome:
 
     @property
     def exit_code(self) -> int:
-        """0: finished, 3: failed, 130: interrupted."""
-        return EXIT_CODES[self.status]
+        """See the function `exit_code`."""
+        return exit_code(self.status, self.reason)
 
 
 def _versions() -> dict[str, str]:
@@ -121,4 +128,8 @@ class Record:
             content["scales"] = {name: getattr(scales, name) for name in names} | {"units": "m, s, m/s, Pa"}
         if phases:
             content["wall_time_by_phase"] = {**phases, "other": wall - sum(phases.values())}
-        self._folder.write_json("run.json", content)
+        try:
+            self._folder.write_json("run.json", content)
+        except OSError as error:
+            if outcome is None or error.errno not in DISK or not self._folder.overwrite_json("run.json", content):
+                raise

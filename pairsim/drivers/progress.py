@@ -51,20 +51,20 @@ class Reporter:
 class LineReporter(Reporter):
     """A line now and then on stderr, for logs: percent done, the state of the solution, seconds, and those left."""
 
-    def __init__(self) -> None:
-        self._last = 0.0
-
     def start(self, title: str, goal: str, total: float) -> None:
         self._title, self._total, self._begin = title, total, time.monotonic()
+        self._last, self._part = self._begin, 0.0
         self._say(f"{title}: {goal}")
 
     def update(self, done: float, text: str, count: int) -> None:
         now = time.monotonic()
         if count > 1 and now - self._last < LINE_EVERY:
             return
-        self._last = now
         part, passed = min(done / self._total, 1.0), now - self._begin
-        left = f", {duration(passed * (1 - part) / part)} left" if 0.01 < part < 1 else ""
+        # At the pace since the last line: steps grow, and those of the start would foretell hours.
+        pace = (part - self._part) / (now - self._last) if now > self._last else 0.0
+        left = f", {duration((1 - part) / pace)} left" if 0.01 < part < 1 and pace > 0 else ""
+        self._last, self._part = now, part
         self._say(f"  {part:4.0%}  {text}  ({duration(passed)}{left})")
 
     def note(self, text: str) -> None:

@@ -8,13 +8,16 @@ from typing import Any
 
 from pairsim.config.case import SceneCase
 from pairsim.drivers.outcome import Outcome
-from pairsim.drivers.session import Session
+from pairsim.drivers.session import Session, write_failure
 from pairsim.drivers.warnings import ErrorAt, coarse_mesh, near_ends, unresolved_stress
 from pairsim.results.columns import CURVE_HEALTH, POLYMER_HEALTH, gap_endings, named_row, particle_endings
 from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.continuation import where
 
-INTERRUPTED = "stopped by a signal; the results written so far are kept"
+
+def kept() -> str:
+    """End of the message of an interrupted computation, after the name of the signal."""
+    return "; the results written so far are kept"
 
 
 def health_columns(case: SceneCase) -> tuple[str, ...]:
@@ -96,5 +99,6 @@ def conclude(
     try:
         session.record.write(outcome, {**summary, **counts, "warnings": warnings}, phases)
     except OSError as error:
-        return Outcome("failed", "write_failed", f"run.json cannot be written: {error}")
+        failure = write_failure(error, session.directory, "the same command with --overwrite")
+        return Outcome("failed", failure.reason, str(failure))
     return outcome

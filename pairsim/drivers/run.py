@@ -20,7 +20,7 @@ from pairsim.results.checkpoint import Checkpoint, check_same, load
 from pairsim.results.output import CHECKPOINT, SERIES, plain, read_series
 from pairsim.runtime.errors import InputError, TooManySteps, WallTime, WriteFailure
 from pairsim.runtime.fenicsx import MPI
-from pairsim.runtime.signals import Signals
+from pairsim.runtime.signals import Signals, Stopped
 from pairsim.solvers.history import Counts
 from pairsim.solvers.step_size import reached
 from pairsim.solvers.transient import Step, Transient
@@ -120,11 +120,15 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
 
     def work(signals: Signals) -> Outcome:
         nonlocal transient
-        ensure_compiled(session.comm, forms_of(case))
+        ensure_compiled(session.comm, forms_of(case), session.reporter.note)
         transient = Transient(session.comm, problem_of(case), old.state if old is not None else None)
         return _march(case, transient, output, session, signals)
 
-    outcome = session.carry_out(work, "stopped at once; the rows written so far are kept")
+    def kept() -> str:
+        t = transient.history.t[0] if transient is not None else old.state.history.t[0] if old is not None else 0.0
+        return f" at t = {t:g}; continue with pairsim run --resume"
+
+    outcome = session.carry_out(work, kept)
     counts, t = Counts(), 0.0
     summary: dict[str, Any] = {}
     seconds: dict[str, float] = {}
@@ -195,7 +199,11 @@ def _summary(counts: Counts, t: float, unknowns: int) -> dict[str, Any]:
 
 
 def _march(case: Case, transient: Transient, output: RunOutput | None, session: Session, signals: Signals) -> Outcome:
-    """Take all time steps and write them; returns how the run ended."""
+    """Take all time steps and write them; returns how the run ended.
+
+    Raises:
+        Stopped: A process has received a signal; all steps taken are written.
+    """
     record, limits = session.record, case.limits
     if output is not None:
         output.attach(transient)
@@ -213,9 +221,7 @@ def _march(case: Case, transient: Transient, output: RunOutput | None, session: 
         if (outcome := _end(case, step.t, o.d.tolist())) is not None:
             return outcome
         if stop[0]:
-            name = signal.Signals(stop[0]).name
-            message = f"{name} at t = {step.t:g}; continue with pairsim run --resume"
-            return Outcome("interrupted", "interrupted", message)
+            raise Stopped(signal.Signals(stop[0]).name)
         if limits.wall_time is not None and stop[1] > limits.wall_time:
             message = f"{stop[1]:.0f} s have passed"
             raise WallTime(message, t=step.t, step=count, advice="a larger limits.wall_time, with --resume")

@@ -16,11 +16,12 @@ from pairsim.drivers.outcome import Outcome, Record
 from pairsim.drivers.progress import Reporter
 from pairsim.results.checkpoint import Checkpoint
 from pairsim.results.output import RunFolder, write_table
+from pairsim.runtime.child_process import DISK
 from pairsim.runtime.collective import collectively
 from pairsim.runtime.errors import RunFailure, WriteFailure
 from pairsim.runtime.fenicsx import MPI
 from pairsim.runtime.locks import sole_writer
-from pairsim.runtime.signals import Signals
+from pairsim.runtime.signals import Signals, Stopped
 
 
 @dataclass(frozen=True)
@@ -48,21 +49,29 @@ class Session:
     Attributes:
         comm, reporter: Those of the options.
         folder: The folder for the results, None on all processes but the first.
+        directory: Its path, on every process.
         checkpoint: The checkpoint to resume from, the same on every process; None to start at the beginning.
         record: Writes run.json.
-        stopped_at_once: Whether a signal has interrupted the computation at an arbitrary point. Collective calls are
-            then no longer possible, since the other processes may be at another point.
+        stopped_at_once: Whether a second Ctrl-C, or a KeyboardInterrupt without handlers, has interrupted the
+            computation at an arbitrary point. Collective calls are then no longer possible, since the other processes
+            may be at another point.
     """
 
     def __init__(
-        self, case: SceneCase, options: Options, folder: RunFolder | None, checkpoint: Checkpoint | None
+        self,
+        case: SceneCase,
+        options: Options,
+        folder: RunFolder | None,
+        checkpoint: Checkpoint | None,
+        signals: Signals,
+        directory: Path,
     ) -> None:
         self.comm, self.reporter = options.comm, options.reporter
-        self.folder, self.checkpoint = folder, checkpoint
+        self.folder, self.checkpoint, self.directory = folder, checkpoint, directory
         wall = checkpoint.wall if checkpoint else 0.0
         self.record = Record(folder, case.kind, options.command, self.comm.size, wall, case.scales)
         self.stopped_at_once = False
-        self._signals = options.signals
+        self._signals = signals
         self._title = case.name or case.slug
 
     def announce(self, goal: str, total: float, notes: Iterable[str] = ()) -> None:
@@ -77,24 +86,25 @@ class Session:
         for note in notes:
             self.reporter.note(note)
 
-    def carry_out(self, work: Callable[[Signals], Outcome], interrupted: str) -> Outcome:
-        """Call a function with signal handlers installed, and turn failures and interrupts into an outcome.
+    def carry_out(self, work: Callable[[Signals], Outcome], kept: Callable[[], str]) -> Outcome:
+        """Call a function, and turn failures and interrupts into an outcome.
 
         Args:
             work: The computation; it may poll the signals.
-            interrupted: Message of the outcome if a signal interrupts the computation at once.
+            kept: Returns the end of the message of an interrupt, after the name of the signal: what was kept.
 
         Returns:
             The outcome of `work`, or one for the `RunFailure` or signal that ended it.
         """
         try:
-            with Signals(impatient=True, installed=self._signals) as signals:
-                return work(signals)
+            return work(self._signals)
         except RunFailure as failure:
             return Outcome("failed", failure.reason, str(failure))
+        except Stopped as stopped:
+            return Outcome("interrupted", "interrupted", f"{stopped}{kept()}")
         except KeyboardInterrupt:
             self.stopped_at_once = True
-            return Outcome("interrupted", "interrupted", interrupted)
+            return Outcome("interrupted", "interrupted", f"stopped at once{kept()}")
 
     def write[T](
         self, write: Callable[[], T], *, retry: str = "the same command with --overwrite", t: float = 0.0, step: int = 0
@@ -103,7 +113,7 @@ class Session:
 
         Args:
             write: The function.
-            retry: The command to give after freeing disk space, for the message of a failure.
+            retry: The command to give once files can be written again, for the message of a failure.
             t: Time reached [D_c/U_av], for the message of a failure.
             step: Number of accepted steps, for the message of a failure.
 
@@ -116,16 +126,15 @@ class Session:
         try:
             return collectively(self.comm, write)
         except OSError as error:
-            advice = f"freeing disk space, then {retry}"
-            raise WriteFailure(str(error), t=t, step=step, advice=advice) from error
+            raise write_failure(error, self.directory, retry, t, step) from error
 
-    def write_table(self, name: str, columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> None:
+    def write_table(self, name: str, columns: Sequence[str], rows: Sequence[Mapping[str, Any] | str]) -> None:
         """Write a CSV table as a whole, replacing the file.
 
         Args:
             name: Name of the file in the folder.
             columns: Names of the columns.
-            rows: Values by column.
+            rows: Values by column, or the text of `table_line`.
 
         Raises:
             WriteFailure: It cannot be written; raised on every process.
@@ -136,6 +145,23 @@ class Session:
             write_table(self.folder.file(name), columns, rows)
 
         self.write(write)
+
+
+def write_failure(error: OSError, directory: Path, retry: str, t: float = 0.0, step: int = 0) -> WriteFailure:
+    """The failure for an error in writing to a folder, with advice for its cause.
+
+    Args:
+        error: The error.
+        directory: The folder.
+        retry: The command to give once files can be written again.
+        t: Time reached [D_c/U_av].
+        step: Number of accepted steps.
+    """
+    if not directory.is_dir():
+        message = f"the folder {directory} was removed while the command was at work"
+        return WriteFailure(message, t=t, step=step, advice="the case again, with a folder that stays")
+    remedy = "freeing disk space" if error.errno in DISK else f"making {directory} writable"
+    return WriteFailure(str(error), t=t, step=step, advice=f"{remedy}, then {retry}")
 
 
 @contextmanager
@@ -158,7 +184,9 @@ def open_session(
         WriteFailure: The first files of the folder cannot be written.
     """
     comm = options.comm
-    with sole_writer(comm, directory, options.command):
+    # The handlers stay until the last file is written: a signal that comes later changes nothing.
+    signals = Signals(impatient=True, installed=options.signals)
+    with signals, sole_writer(comm, directory, options.command):
         checkpoint = comm.bcast(collectively(comm, find_checkpoint)) if find_checkpoint is not None else None
 
         def make() -> RunFolder:
@@ -171,5 +199,5 @@ def open_session(
         try:
             folder = collectively(comm, make)
         except OSError as error:
-            raise WriteFailure(str(error), advice="freeing disk space, then the same command") from error
-        yield Session(case, options, folder, checkpoint)
+            raise write_failure(error, directory, "the same command") from error
+        yield Session(case, options, folder, checkpoint, signals, directory)

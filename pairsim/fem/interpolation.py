@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.tri import Triangulation
 from scipy.spatial import cKDTree
 
 from pairsim.fem.six_node_mesh import SixNodeMesh, shape_gradients, shape_values
@@ -25,6 +24,8 @@ def interpolate(mesh: SixNodeMesh, positions: Array, values: Array, wanted: Arra
     Returns:
         Values at the points, shape (m, k).
     """
+    from matplotlib.tri import Triangulation  # takes a third of the start-up and is not needed by every case
+
     parts = mesh.cells[:, _PARTS].reshape(-1, 3)
     finder = Triangulation(positions[:, 0], positions[:, 1], parts).get_trifinder()
     found = np.asarray(finder(wanted[:, 0], wanted[:, 1]), dtype=np.int64)

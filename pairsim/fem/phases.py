@@ -8,6 +8,7 @@ they are summed over processes elsewhere.
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -17,6 +18,7 @@ import numpy as np
 import ufl
 from numpy.typing import NDArray
 
+from pairsim.fem.cell_loop import CellJacobian
 from pairsim.fem.jit import JIT_OPTIONS
 from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.physics.forms import constitutive, continuity, mesh_motion
@@ -72,6 +74,7 @@ class CompiledPhase:
         element: Mixed element.
         residual: Compiled residual.
         jacobian: Compiled derivative of the residual with respect to x.
+        field_of_dof: Number of the field of each degree of freedom of a cell.
         coupled: Blocks of the Jacobian that can be non-zero, shape (fields, fields).
         x: Coefficient of the unknowns.
         star: Coefficient of the part of the unknowns that the time scheme fixes.
@@ -84,6 +87,7 @@ class CompiledPhase:
     element: basix.ufl._ElementBase
     residual: Any
     jacobian: Any
+    field_of_dof: Indices
     coupled: NDArray[np.bool_]
     x: ufl.Coefficient
     star: ufl.Coefficient
@@ -116,8 +120,10 @@ def components(space: Any, i: int, field: FieldSpec) -> list[Any]:
     return [space.sub(i).sub(c) for c in range(field.components)] if field.components > 1 else [space.sub(i)]
 
 
-def _coupled(element: basix.ufl._ElementBase, fields: tuple[FieldSpec, ...], create: Callable[..., Any]) -> Any:
-    """Blocks of the Jacobian that can be non-zero, shape (fields, fields).
+def _blocks(
+    element: basix.ufl._ElementBase, fields: tuple[FieldSpec, ...], create: Callable[..., Any]
+) -> tuple[Indices, NDArray[np.bool_]]:
+    """Field of each degree of freedom of a cell, and blocks of the Jacobian that can be non-zero (fields, fields).
 
     They are detected in the matrix of one cell with random values of all unknowns and constants, in which blocks
     without any form are exactly zero. The symbolic analysis with UFL takes seconds for a viscoelastic liquid.
@@ -130,7 +136,11 @@ def _coupled(element: basix.ufl._ElementBase, fields: tuple[FieldSpec, ...], cre
     form = create(space, lambda: random.uniform(0.2, 0.8))
     dense = fem.assemble_matrix(form).to_dense()
     blocks = [np.ravel([part.dofmap.list[0] for part in components(space, i, f)]) for i, f in enumerate(fields)]
-    return np.array([[bool(np.any(dense[np.ix_(i, j)] != 0)) for j in blocks] for i in blocks])
+    field_of_dof = np.empty(element.dim, dtype=np.int64)
+    for number, dofs in enumerate(blocks):
+        # Degrees of freedom of the only cell are numbered as those of the space, not necessarily in the cell's order.
+        field_of_dof[np.isin(space.dofmap.list[0], dofs)] = number
+    return field_of_dof, np.array([[bool(np.any(dense[np.ix_(i, j)] != 0)) for j in blocks] for i in blocks])
 
 
 _COMPILED: dict[tuple[str | bool, ...], CompiledPhase] = {}
@@ -173,9 +183,9 @@ def _compile(
         values = {c: fem.Constant(space.mesh, value()) for c in constants.values()}
         return fem.create_form(compiled_jacobian, [space, space], space.mesh, {}, functions, values)
 
-    coupled = _coupled(element, fields, on_one_cell)
+    field_of_dof, coupled = _blocks(element, fields, on_one_cell)
     _COMPILED[kind] = CompiledPhase(
-        kind, fields, element, compiled(residual), compiled_jacobian, coupled, x, star, constants, build
+        kind, fields, element, compiled(residual), compiled_jacobian, field_of_dof, coupled, x, star, constants, build
     )
     return _COMPILED[kind]
 
@@ -264,7 +274,6 @@ class Phase:
         size: Number of canonical degrees of freedom.
         canonical: Canonical number of each local degree of freedom, owned ones before ghosts.
         owned: Number of local degrees of freedom that this process owns.
-        entries: Positions in the data of the local matrix that can be non-zero, their canonical rows and columns.
     """
 
     def __init__(
@@ -291,8 +300,6 @@ class Phase:
         self._residual = create(compiled.residual, 1)
         self._jacobian = create(compiled.jacobian, 2)
         self._vector = np.zeros(len(self.x.x.array))
-        self._matrix = fem.create_matrix(self._jacobian)
-        self.entries = self._entries()
 
     def _offsets(self) -> dict[str, int]:
         nodes, vertices = len(self.six_node_mesh.points), len(self.six_node_mesh.vertices)
@@ -317,6 +324,11 @@ class Phase:
             self.offsets[name] + f.components * np.searchsorted(self.six_node_mesh.vertices, nodes) + component
         )
 
+    @property
+    def nodes(self) -> Indices:
+        """Node of each canonical degree of freedom, shape (size,)."""
+        return np.concatenate([np.repeat(self.carriers(f.name), f.components) for f in self.compiled.fields])
+
     def _number(self) -> Indices:
         node = self.mesh.geometry.input_global_indices[self.mesh.geometry.dofmap]
         canonical = np.full(len(self.x.x.array), -1, dtype=np.int64)
@@ -325,20 +337,6 @@ class Phase:
                 dofs = part.dofmap.list
                 canonical[dofs] = self.index(f.name, node[:, : dofs.shape[1]], c)
         return canonical
-
-    def _entries(self) -> tuple[Indices, Indices, Indices]:
-        """Positions in the data of the local matrix that can be non-zero, with canonical rows and columns."""
-        A = self._matrix
-        rows = np.repeat(np.arange(len(A.indptr) - 1), np.diff(A.indptr))
-        # The matrix has columns owned by other processes that are not among the ghosts of the function.
-        everywhere = np.concatenate(self.comm.allgather(self.canonical[: self.owned]))
-        column = everywhere[A.index_map(1).local_to_global(A.indices)]
-        row = self.canonical[rows]
-        starts = np.array([self.offsets[f.name] for f in self.compiled.fields])
-        field_row = np.searchsorted(starts, row, side="right") - 1
-        field_column = np.searchsorted(starts, column, side="right") - 1
-        keep = np.flatnonzero(self.compiled.coupled[field_row, field_column])
-        return keep, row[keep], column[keep]
 
     def nodal(self, name: str, values: Array) -> Array:
         """Nodal values of a P2 field in a canonical vector, shape (nodes, components)."""
@@ -362,8 +360,24 @@ class Phase:
         out[self.canonical] = self._vector
         return out
 
-    def jacobian(self) -> Array:
-        """Contribution of this process to the Jacobian, as data of the local matrix (see `entries`)."""
-        self._matrix.set_value(0.0)
-        fem.assemble_matrix(self._matrix, self._jacobian)
-        return np.asarray(self._matrix.data)
+    def cell_jacobian(self) -> CellJacobian:
+        """The Jacobian on the cells of this process, at the state of the phase when it is evaluated."""
+        cells = self.mesh.topology.index_map(2).size_local
+        dofs = self.canonical[self.space.dofmap.list[:cells]].astype(np.int32)
+        local = self.compiled.field_of_dof
+        coupled = self.compiled.coupled[np.ix_(local, local)]
+        form, ffi = self.compiled.jacobian.ufcx_form, self.compiled.jacobian.module.ffi
+        kernel = form.form_integrals[0].tabulate_tensor_float64
+        return CellJacobian(
+            ctypes.c_void_p(int(ffi.cast("uintptr_t", kernel))),
+            dofs,
+            np.concatenate([[0], np.cumsum(coupled.sum(axis=1))]).astype(np.int32),
+            np.nonzero(coupled)[1].astype(np.int32),
+            self.mesh.geometry.x,
+            self.mesh.geometry.dofmap[:cells],
+            self._packed,
+        )
+
+    def _packed(self) -> tuple[Array, int, Array]:
+        (coefficients,) = fem.pack_coefficients(self._jacobian).values()
+        return coefficients, coefficients.shape[1], fem.pack_constants(self._jacobian)

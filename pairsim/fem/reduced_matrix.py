@@ -1,4 +1,9 @@
-"""Contributions of assembled entries to the matrix T A P of the free unknowns."""
+"""Assembly of the matrix T A P of the free unknowns, straight from the cells.
+
+The cells' matrices come from the kernels that FFCx compiled, and a compiled loop (`cell_loop.c`) adds them with the
+factors of the constraints to places that are found once. A itself is never stored. See "Nonlinear and linear solvers"
+in docs/explanation/numerics.md.
+"""
 
 from __future__ import annotations
 
@@ -7,72 +12,174 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from pairsim.fem.cell_loop import CellJacobian, call
 from pairsim.fem.constraints import Constraints
 from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array, Indices
 
 
 @dataclass(frozen=True)
-class Entries:
-    """Contributions of the assembled Jacobian of one phase to T A P, one for each COO entry of T A P.
+class _Dependence:
+    """Free unknowns on which each unknown depends, or equations to which it contributes, in compressed form.
 
     Attributes:
-        source: Position in the data of the assembled matrix of the phase, shape (k,).
-        value: Factor without its power of g = gamma dt, shape (k,).
-        times_g: Indices of the contributions whose factor is multiplied by g.
-        over_g: Indices of the contributions whose factor is divided by g.
+        pointer: Start of the numbers of each unknown of a phase, shape (phase.size + 1,).
+        number: Numbers of columns or rows of T A P.
+        begin: Position of the first of them among those of all phases.
     """
 
-    source: Indices
-    value: Array
-    times_g: Indices
-    over_g: Indices
+    pointer: Indices
+    number: Indices
+    begin: int
 
-    def factors(self, g: float) -> Array:
-        """Factors of all contributions for a given g = gamma dt, shape (k,)."""
-        factors = self.value.copy()
-        factors[self.times_g] *= g
-        factors[self.over_g] /= g
-        return factors
+    @property
+    def here(self) -> slice:
+        """Slice of the factors of all phases that belongs to this phase."""
+        return slice(self.begin, self.begin + len(self.number))
+
+    @staticmethod
+    def of(matrix: sparse.csr_matrix, begin: int, end: int) -> _Dependence:
+        """Rows begin to end of a matrix whose rows are the unknowns of all phases."""
+        pointer = matrix.indptr[begin : end + 1]
+        number = matrix.indices[pointer[0] : pointer[-1]]
+        return _Dependence((pointer - pointer[0]).astype(np.int32), number.astype(np.int32), int(pointer[0]))
 
 
-def expand(scene: Scene, constraints: Constraints) -> tuple[Indices, Indices, list[Entries], Array]:
-    """COO structure of T A P, with the contributions of one phase after the other and the constant entries last.
+@dataclass(frozen=True)
+class _Contribution:
+    """Cells of one phase on this process, and where they contribute.
 
-    Returns:
-        Rows, columns, the contributions of each phase, and the values of the constant entries (see
-        `Scene.linear_terms`).
+    Attributes:
+        cells: Kernel, coefficients and unknowns of the cells.
+        rows: Equations to which the unknowns contribute.
+        columns: Free unknowns on which the unknowns depend.
+        positions: Position in the data of T A P of each contribution.
     """
-    P0, P1, T = constraints.N.tocoo(), (constraints.C @ constraints.M).tocoo(), constraints.T.tocsc()
-    # P maps a column of A to columns of T A P: through N without a factor g, and through C M with it, whose columns are
-    # distinguished by an offset of n_y.
-    image = sparse.csr_matrix(
-        (np.arange(1, P0.nnz + P1.nnz + 1), (np.r_[P0.row, P1.row], np.r_[P0.col + 0, P1.col + constraints.size])),
-        shape=(scene.size, 2 * constraints.size),
-    )
-    factor = np.r_[P0.data, P1.data]
 
-    def images(row: Indices, column: Indices) -> tuple[Indices, Indices, Indices, Array, np.ndarray]:
-        count_t, count_p = np.diff(T.indptr)[row], np.diff(image.indptr)[column]
-        source = np.repeat(np.arange(len(row)), count_t * count_p)
-        within = np.arange(len(source)) - np.repeat(np.cumsum(count_t * count_p) - count_t * count_p, count_t * count_p)
-        at_t = T.indptr[row[source]] + within // count_p[source]
-        at_p = image.indptr[column[source]] + within % count_p[source]
-        target = image.indices[at_p]
-        value = T.data[at_t] * factor[image.data[at_p] - 1]
-        return source, T.indices[at_t], target % constraints.size, value, target >= constraints.size
+    cells: CellJacobian
+    rows: _Dependence
+    columns: _Dependence
+    positions: np.ndarray
 
-    rows, columns, entries = [], [], []
-    for phase, offset in zip(scene.phases, scene.offsets, strict=False):
-        place, row, column = phase.entries
-        source, i, j, value, carries_g = images(row + offset, column + offset)
-        divided = constraints.integrated[i]
-        entries.append(
-            Entries(place[source], value, np.flatnonzero(carries_g & ~divided), np.flatnonzero(divided & ~carries_g))
+
+class ReducedMatrix:
+    """The contribution of this process to T A P, in compressed rows with ascending columns.
+
+    Args:
+        scene: The scene.
+        constraints: Its constraints.
+        order: Free unknown and equation of each row and column, a permutation; shape (n_y,).
+
+    Attributes:
+        indptr: Start of each row, shape (n_y + 1,).
+        indices: Columns.
+        data: Values at the last assembly.
+    """
+
+    def __init__(self, scene: Scene, constraints: Constraints, order: Indices) -> None:
+        self._size = n = constraints.size
+        place = np.empty(n, dtype=np.int64)
+        place[order] = np.arange(n)
+        self._equations = _renumbered(sparse.csr_matrix(constraints.T.T), place)
+        # P = N + g C M: both parts on one pattern.
+        N, CM = _renumbered(constraints.N, place), _renumbered(sparse.csr_matrix(constraints.C @ constraints.M), place)
+        self._free, self._direct, self._by_position = _on_one_pattern(N, CM)
+        self._integrated = np.flatnonzero(constraints.integrated[order][self._equations.indices])
+        linear = sparse.csr_matrix((n, n))
+        if scene.comm.rank == 0:
+            row, column, value = scene.linear_terms()
+            terms = sparse.csr_matrix(sparse.coo_matrix((value, (row, column)), shape=(scene.size, scene.size)))
+            linear = sparse.csr_matrix(self._equations.T @ terms @ N)
+        local = [
+            (phase.cell_jacobian(), _Dependence.of(self._equations, a, b), _Dependence.of(self._free, a, b))
+            for phase, a, b in zip(scene.phases, scene.offsets[:-1], scene.offsets[1:], strict=True)
+        ]
+        pattern = sparse.csr_matrix(sum((_pattern(n, *parts) for parts in local), _ones(linear)))
+        pattern.sort_indices()
+        self.indptr, self.indices = pattern.indptr.astype(np.int32), pattern.indices.astype(np.int32)
+        self.data = np.zeros(len(self.indices))
+        self._constant = _places(pattern, linear), linear.tocoo().data
+        self._contributions = [_Contribution(*parts, self._located(*parts)) for parts in local]
+
+    def _located(self, cells: CellJacobian, rows: _Dependence, columns: _Dependence) -> np.ndarray:
+        known = (
+            *(len(cells.dofs), np.int32(cells.dofs.shape[1]), cells.dofs, cells.coupled_pointer, cells.coupled),
+            *(rows.pointer, rows.number, columns.pointer, columns.number, self.indptr, self.indices),
         )
-        rows.append(i)
-        columns.append(j)
-    row, column, value = scene.linear_terms()
-    source, i, j, product, _ = images(row, column)
-    constant = product * value[source]
-    return np.concatenate([*rows, i]), np.concatenate([*columns, j]), entries, constant
+        positions: np.ndarray = np.empty(call("locate", *known, None), dtype=np.int32)
+        call("locate", *known, positions)
+        return positions
+
+    def assemble(self, g: float) -> None:
+        """Assemble at the present state of the phases.
+
+        Args:
+            g: gamma dt of the time scheme.
+        """
+        row_factor = self._equations.data.copy()
+        row_factor[self._integrated] /= g
+        column_factor = self._direct + g * self._by_position
+        self.data[:] = 0.0
+        self.data[self._constant[0]] = self._constant[1]
+        for part in self._contributions:
+            cells = part.cells
+            status = call(
+                *("assemble", cells.kernel, len(cells.dofs), np.int32(cells.dofs.shape[1])),
+                *cells.packed(),
+                *(cells.points, cells.nodes, np.int32(cells.nodes.shape[1])),
+                *(cells.dofs, cells.coupled_pointer, cells.coupled),
+                *(part.rows.pointer, row_factor[part.rows.here]),
+                *(part.columns.pointer, column_factor[part.columns.here], part.positions, self.data),
+            )
+            if status:
+                raise MemoryError
+
+
+def _renumbered(matrix: sparse.csr_matrix, place: Indices) -> sparse.csr_matrix:
+    """The matrix with column q moved to place[q]."""
+    return sparse.csr_matrix((matrix.data, place[matrix.indices], matrix.indptr), shape=matrix.shape)
+
+
+def _ones(matrix: sparse.csr_matrix) -> sparse.csr_matrix:
+    """Matrix of ones on the pattern of another one."""
+    return sparse.csr_matrix((np.ones(len(matrix.data)), matrix.indices, matrix.indptr), shape=matrix.shape)
+
+
+def _places(pattern: sparse.csr_matrix, matrix: sparse.csr_matrix) -> Indices:
+    """Positions in the data of a pattern of the entries of a matrix, all of which are in the pattern."""
+    numbers = sparse.csr_matrix((np.arange(len(pattern.indices)), pattern.indices, pattern.indptr), shape=pattern.shape)
+    entries = matrix.tocoo()
+    if not entries.nnz:  # SciPy returns a matrix for empty indices
+        return np.empty(0, dtype=np.int64)
+    return np.asarray(numbers[entries.row, entries.col], dtype=np.int64).ravel()
+
+
+def _on_one_pattern(a: sparse.csr_matrix, b: sparse.csr_matrix) -> tuple[sparse.csr_matrix, Array, Array]:
+    """Common pattern of two matrices, and the data of both on it."""
+    pattern = sparse.csr_matrix(_ones(a) + _ones(b))
+    data = np.zeros((2, len(pattern.indices)))
+    for values, matrix in zip(data, (a, b), strict=True):
+        values[_places(pattern, matrix)] = matrix.tocoo().data
+    return pattern, data[0], data[1]
+
+
+def _pattern(n: int, cells: CellJacobian, rows: _Dependence, columns: _Dependence) -> sparse.csr_matrix:
+    """Ones at the entries of T A P, shape (n, n), to which the cells of one phase contribute."""
+    size = cells.dofs.shape[1]
+    # Contributions (cell, row of its matrix) to every row of T A P.
+    unknown = cells.dofs.ravel()
+    count = np.diff(rows.pointer)[unknown]
+    contribution = np.repeat(np.arange(len(unknown)), count)
+    within = np.arange(len(contribution)) - np.repeat(np.cumsum(count) - count, count)
+    row = rows.number[rows.pointer[unknown[contribution]] + within]
+    touching = contribution[np.argsort(row, kind="stable")]
+    touching_pointer = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=n))])
+    known = (
+        *(n, np.int32(size), cells.dofs, touching_pointer.astype(np.int64), touching.astype(np.int64)),
+        *(cells.coupled_pointer, cells.coupled, columns.pointer, columns.number),
+    )
+    indptr = np.zeros(n + 1, dtype=np.int64)
+    found = call("row_patterns", *known, np.full(n, -1, dtype=np.int32), indptr, None)
+    indices = np.empty(found, dtype=np.int32)
+    call("row_patterns", *known, np.full(n, -1, dtype=np.int32), indptr, indices)
+    return sparse.csr_matrix((np.ones(found), indices, indptr), shape=(n, n))

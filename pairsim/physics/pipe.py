@@ -15,8 +15,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.integrate import LSODA, OdeSolution, solve_ivp
-from scipy.interpolate import barycentric_interpolate
+import scipy
 
 from pairsim.physics.conformation import logarithm
 from pairsim.physics.materials import polymer
@@ -64,7 +63,7 @@ def across(radii: Array, values: Array, wanted: Array) -> Array:
     Returns:
         Interpolated values, shape (m,) or (m, k).
     """
-    return np.asarray(barycentric_interpolate(radii, values, wanted, rng=0))
+    return np.asarray(scipy.interpolate.barycentric_interpolate(radii, values, wanted, rng=0))
 
 
 class Pipe:
@@ -158,7 +157,7 @@ class Pipe:
             The flow as a function of time, for times up to t_end. Its values do not depend on t_end.
 
         Raises:
-            RuntimeError: The time integration failed.
+            NoSteadyState: The time integration failed.
         """
         if self.liquid is None:
             u = 2 * (1 - (self.r / TUBE_RADIUS) ** 2)
@@ -168,15 +167,16 @@ class Pipe:
         # passed and the integration stopped once t_end is exceeded, so that a run that is continued with a later end
         # time has the same flow.
         far = max(OUT_OF_REACH, 2 * t_end)
-        solver = LSODA(self._rate, 0.0, self._start, far, rtol=1e-9, atol=1e-11, jac=self._jacobian)
+        solver = scipy.integrate.LSODA(self._rate, 0.0, self._start, far, rtol=1e-9, atol=1e-11, jac=self._jacobian)
         times, pieces = [0.0], []
         while solver.t < t_end:
             message = solver.step()
             if solver.status == "failed":
-                raise RuntimeError(message)
+                what = f"the flow without particles at De = {self.liquid.De:g} was lost at t = {solver.t:g}: {message}"
+                raise NoSteadyState(what, advice="another De or xi")
             times.append(solver.t)
             pieces.append(solver.dense_output())
-        solution = OdeSolution(times, pieces)
+        solution = scipy.integrate.OdeSolution(times, pieces)
         return lambda t: self._state(solution(t).reshape(4, -1))
 
     def steady(self, near: PipeState | None = None) -> PipeState:
@@ -198,7 +198,9 @@ class Pipe:
             # Integration in time selects the stable one of several steady flows; Newton's method then converges it.
             # 15 relaxation times were chosen: exp(-15) = 3e-7.
             end = 15 * self.liquid.De
-            done = solve_ivp(self._rate, (0.0, end), self._start, "LSODA", rtol=1e-4, atol=1e-6, jac=self._jacobian)
+            done = scipy.integrate.solve_ivp(
+                self._rate, (0.0, end), self._start, "LSODA", rtol=1e-4, atol=1e-6, jac=self._jacobian
+            )
             if not done.success:
                 raise NoSteadyState(f"no developed flow at De = {self.liquid.De:g}: {done.message}")
             c = done.y[:, -1]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from contextlib import ContextDecorator
+from contextlib import ContextDecorator, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any
 
 import matplotlib as mpl
 from cycler import cycler
@@ -21,8 +21,9 @@ from matplotlib.legend import Legend
 from pairsim.results.output import make_folder, part_of
 from pairsim.runtime.errors import InputError
 
-Format = Literal["png", "pdf", "svg"]
-FORMATS: tuple[Format, ...] = get_args(Format)
+FORMATS = ("png", "pdf", "svg")
+MOVIES = ("mp4", "gif")
+"""Kinds of animations."""
 MM = 1 / 25.4  # inches
 NARROW = 120.0  # mm; panels of narrower pictures lie below each other
 LEAST_WIDTH, MOST_WIDTH = 50.0, 400.0  # mm
@@ -90,17 +91,18 @@ class Page:
         dpi: Pixels by inch, of PNG and of what is made of pixels in PDF and SVG.
     """
 
-    formats: tuple[Format, ...] = ("png",)
+    formats: tuple[str, ...] = ("png",)
     width: float = 170.0
     dpi: float = 300.0
 
     @staticmethod
-    def parse(formats: str | Sequence[str] = "png", width: str | float = 170.0) -> Page:
+    def parse(formats: str | Sequence[str] = "png", width: str | float = 170.0, known: Sequence[str] = FORMATS) -> Page:
         """A page from words.
 
         Args:
             formats: Kinds of files, separated by commas if they are one text.
             width: mm as a number, or text such as "85mm".
+            known: What `formats` may be.
 
         Raises:
             InputError: A format is unknown, or the width is not between `LEAST_WIDTH` and `MOST_WIDTH`.
@@ -108,14 +110,14 @@ class Page:
         names = formats.split(",") if isinstance(formats, str) else list(formats)
         chosen = tuple(dict.fromkeys(name.strip().lower() for name in names))
         for name in chosen:
-            if name not in FORMATS:
-                raise InputError("--format", "", name, f"must be one or more of {', '.join(FORMATS)}")
+            if name not in known:
+                raise InputError("--format", "", name, f"must be one or more of {', '.join(known)}")
         match = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*(mm|cm|in)?\s*", str(width))
         size = float(match[1]) * {"mm": 1.0, "cm": 10.0, "in": 25.4}[match[2] or "mm"] if match else 0.0
         if not LEAST_WIDTH <= size <= MOST_WIDTH:
             allowed = f"must be {LEAST_WIDTH:g}mm to {MOST_WIDTH:g}mm, such as 85mm (a column) or 170mm (a page)"
             raise InputError("--width", "", width, allowed)
-        return Page(tuple(name for name in FORMATS if name in chosen), size)
+        return Page(tuple(name for name in known if name in chosen), size)
 
     @property
     def narrow(self) -> bool:
@@ -167,7 +169,8 @@ class Page:
             except OSError as error:
                 raise InputError(str(path), "-o", None, f"cannot be written ({error.strerror or error})") from error
             finally:
-                part.unlink(missing_ok=True)
+                with suppress(OSError):  # on a file system that is read-only
+                    part.unlink(missing_ok=True)
             written.append(path)
         return written
 

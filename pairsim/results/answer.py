@@ -67,10 +67,51 @@ def answer_of_run(series: Table, record: Mapping[str, Any]) -> list[str]:
         who = "The pair" if len(gaps) == 1 else f"Gap {ending.removeprefix('_')}"
         way = f"from d = {d[0]:.5g} at t = {series['t'][0]:.3g} to d = {d[-1]:.5g} at t = {series['t'][-1]:.4g}"
         lines.append(f"{who} {_motion(d, dU, error, record)}: {way}, dU = {with_error(dU[-1], error, '+')} at the end.")
+        if (scales := _Scales.of(record)) is not None:
+            way = f"from d = {scales.um(d[0]):.5g} um to {scales.um(d[-1]):.5g} um in {scales.s(series['t'][-1]):.4g} s"
+            lines.append(f"In physical units: {way}, dU = {scales.um_per_s(dU[-1], error)} um/s at the end.")
     if not gaps:
         velocities = ", ".join(f"{name} = {series[name][-1]:.6g}" for name in series if name.startswith("U_"))
         lines.append(f"At t = {series['t'][-1]:.4g}: {velocities or f'dp = {series["dp"][-1]:.6g}'}.")
     return [*lines, *_shapes(series, -1, "at the end")]
+
+
+@dataclass(frozen=True)
+class _Scales:
+    """The scales of a case with a `physical` block, which convert to the units of the answer.
+
+    Attributes:
+        length: D_c [m].
+        velocity: U_av [m/s].
+        time: D_c/U_av [s].
+    """
+
+    length: float
+    velocity: float
+    time: float
+
+    @classmethod
+    def of(cls, record: Mapping[str, Any]) -> _Scales | None:
+        """The scales in run.json, None if the case has no `physical` block."""
+        scales = record.get("scales")
+        return cls(scales["length"], scales["velocity"], scales["time"]) if scales is not None else None
+
+    def um(self, d: float) -> float:
+        """A length in micrometres."""
+        return 1e6 * self.length * d
+
+    def s(self, t: float) -> float:
+        """A time in seconds."""
+        return self.time * t
+
+    def um_per_s(self, U: float, error: float | None) -> str:
+        """A velocity with its error in micrometres per second."""
+        scale = 1e6 * self.velocity
+        return with_error(scale * U, None if error is None else scale * error, "+")
+
+    def zero(self, zero: Zero) -> str:
+        """A zero of dU with its error in micrometres."""
+        return with_error(self.um(zero.d), None if zero.error is None else self.um(zero.error))
 
 
 def _motion(d: Array, dU: Array, error: float | None, record: Mapping[str, Any]) -> str:
@@ -84,20 +125,24 @@ def _motion(d: Array, dU: Array, error: float | None, record: Mapping[str, Any])
     return f"{now} in the end, after moving the other way" if turned else now
 
 
-def answer_of_curve(table: Table, zeros: Sequence[Zero]) -> list[str]:
+def answer_of_curve(table: Table, zeros: Sequence[Zero], record: Mapping[str, Any]) -> list[str]:
     """The answer of a master curve.
 
     Args:
         table: Columns of curve.csv.
         zeros: Zeros of dU, in ascending distance.
+        record: run.json.
     """
     gaps = [name for name in table if name == "d" or name.startswith("d_")]
     if not gaps:
         velocities = ", ".join(f"{name} = {table[name][0]:.6g}" for name in table if name.startswith("U_"))
         return [f"{velocities}.", *_shapes(table, 0, "")]
     lines = []
+    scales = _Scales.of(record)
     if "dU" in table:
         lines.append(_regions(table["d"], table["dU"], zeros))
+        if scales is not None and zeros:
+            lines.append(f"In physical units: it keeps its distance at d = {', '.join(map(scales.zero, zeros))} um.")
     for name in relative_velocities(table):
         ending = name.removeprefix("dU")
         largest = int(np.argmax(np.abs(table[name])))
@@ -105,6 +150,9 @@ def answer_of_curve(table: Table, zeros: Sequence[Zero]) -> list[str]:
         error = float(table[column][largest]) if column is not None else None
         place = table.get(f"d{ending}", table[gaps[0]])[largest]
         lines.append(f"Largest |dU{ending}|: {with_error(table[name][largest], error, '+')} at d = {place:.4g}.")
+        if scales is not None:
+            velocity = scales.um_per_s(table[name][largest], error)
+            lines.append(f"In physical units: {velocity} um/s at d = {scales.um(place):.4g} um.")
     shapes = [name for name in table if name.startswith("D_")]
     ranges = ", ".join(f"{name} from {table[name].min():.3g} to {table[name].max():.3g}" for name in shapes)
     return [*lines, f"Taylor parameters: {ranges}."] if ranges else lines
@@ -133,13 +181,18 @@ def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list
     if not zeros:
         return ["No critical distance was found in the given range: dU keeps its sign."]
     lines = []
+    scales = _Scales.of(record)
     for stable, meaning in ((False, "closer pairs come together, wider ones separate"), (True, "pairs come to rest")):
         found = [zero.d for zero in zeros if zero.stable == stable]
         if found:
             kind = "stable" if stable else "unstable"
             where = f"d = {min(found):.4g} to {max(found):.4g}" if len(found) > 1 else f"d = {found[0]:.4g}"
+            if scales is not None:
+                extent = dict.fromkeys(f"{scales.um(d):.4g}" for d in (min(found), max(found)))
+                where += f" ({' to '.join(extent)} um)"
             lines.append(f"{len(found)} {kind} critical distance{'s' * (len(found) > 1)}, {where}: {meaning}.")
-    return [*lines, *(str(end["message"]) for end in record.get("ends", ()) if end.get("message"))]
+    ends = [str(end["message"]) for end in record.get("ends", ()) if end.get("message")]
+    return [*lines, *(f"A branch ends: {message}." for message in ends)]
 
 
 def _shapes(table: Table, row: int, when: str) -> list[str]:

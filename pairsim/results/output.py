@@ -10,11 +10,12 @@ import csv
 import json
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import yaml
@@ -74,15 +75,27 @@ def write_text(path: Path, text: str) -> None:
 
 def write_bytes(path: Path, content: bytes) -> None:
     """Write a file as `write_text` does."""
+    with replaced(path) as file:
+        file.write(content)
+
+
+@contextmanager
+def replaced(path: Path) -> Iterator[BinaryIO]:
+    """Context with a new file that replaces `path` at its end, as `write_text` does.
+
+    Raises:
+        OSError: It cannot be written; the old file is kept.
+    """
     part = part_of(path)
     try:
         with part.open("wb") as file:
-            file.write(content)
+            yield file
             file.flush()
             os.fsync(file.fileno())
         os.replace(part, path)
     except BaseException:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):  # on a file system that is read-only
+            part.unlink(missing_ok=True)
         raise
 
 
@@ -195,8 +208,30 @@ class RunFolder:
             OSError: The file cannot be written.
         """
         path = self.file(name)
-        write_text(path, json.dumps(plain(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n")
+        write_text(path, _json(content))
         return path
+
+    def overwrite_json(self, name: str, content: Mapping[str, Any]) -> bool:
+        """Overwrite a JSON file in place, within the disk space that it has: on a full disk, where `write_json` fails.
+
+        Returns:
+            Whether it has enough space; otherwise the old content is kept.
+
+        Raises:
+            ValueError: A number is nan or infinite.
+            OSError: The file cannot be written.
+        """
+        path, text = self.file(name), _json(content).encode()
+        if not path.is_file() or len(text) > 512 * path.stat().st_blocks:
+            return False
+        with path.open("r+b") as file:
+            file.write(text)
+            file.truncate()
+        return True
+
+
+def _json(content: Mapping[str, Any]) -> str:
+    return json.dumps(plain(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 class SeriesWriter:
@@ -264,26 +299,33 @@ class SeriesWriter:
         self.close()
 
 
-def write_table(path: Path, columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write a CSV table atomically; numbers are written with full precision.
+def table_line(columns: Sequence[str], row: Mapping[str, Any]) -> str:
+    """A row of a CSV table as text; numbers are written with full precision.
+
+    Raises:
+        ValueError: A number is nan or infinite.
+    """
+    entries = [row[name] for name in columns]
+    for name, entry in zip(columns, entries, strict=True):
+        if isinstance(entry, float) and not math.isfinite(entry):
+            raise ValueError(f"{name} is {entry}")
+    return ",".join(entry if isinstance(entry, str) else repr(entry) for entry in entries)
+
+
+def write_table(path: Path, columns: Sequence[str], rows: Sequence[Mapping[str, Any] | str]) -> None:
+    """Write a CSV table atomically.
 
     Args:
         path: The file.
         columns: Names of the columns.
-        rows: Values by column.
+        rows: Values by column, or the text of `table_line`.
 
     Raises:
         ValueError: A number is nan or infinite; the old file is kept.
         OSError: The file cannot be written; the old file is kept.
     """
-    lines = [",".join(columns)]
-    for row in rows:
-        entries = [row[name] for name in columns]
-        for name, entry in zip(columns, entries, strict=True):
-            if isinstance(entry, float) and not math.isfinite(entry):
-                raise ValueError(f"{path.name}: {name} is {entry}")
-        lines.append(",".join(entry if isinstance(entry, str) else repr(entry) for entry in entries))
-    write_text(path, "\n".join(lines) + "\n")
+    lines = [row if isinstance(row, str) else table_line(columns, row) for row in rows]
+    write_text(path, "\n".join([",".join(columns), *lines]) + "\n")
 
 
 def read_series(path: Path | str) -> dict[str, NDArray[np.float64]]:

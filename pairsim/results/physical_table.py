@@ -65,9 +65,11 @@ def table_of(directory: Path, name: str | None, physical: bool) -> str:
     scales = scales_of(directory) if physical else None
     try:
         header, *rows = csv.reader(path.read_text(encoding="utf-8").splitlines())
-    except (OSError, ValueError) as error:
+        units = [column(each).unit for each in header]
+    except KeyError as error:
+        raise InputError(str(path), "", error.args[0], "must be a column of `pairsim`") from None
+    except (OSError, ValueError, csv.Error) as error:
         raise InputError(str(path), "", None, f"cannot be read ({error})") from None
-    units = [column(each).unit for each in header]
     factors = [PHYSICAL[unit][1](scales) if scales is not None and unit else None for unit in units]
     shown = {unit: text for unit, (text, _) in PHYSICAL.items()} if physical else PLAIN
     text = io.StringIO()
@@ -76,5 +78,8 @@ def table_of(directory: Path, name: str | None, physical: bool) -> str:
     for row in rows:
         if len(row) == len(header):  # skips an incomplete last row of a running computation
             pairs = zip(row, factors, strict=True)
-            writer.writerow(value if factor is None else repr(float(value) * factor) for value, factor in pairs)
+            try:
+                writer.writerow(value if factor is None else repr(float(value) * factor) for value, factor in pairs)
+            except ValueError as error:
+                raise InputError(str(path), "", None, f"must have numbers in its rows ({error})") from None
     return text.getvalue()

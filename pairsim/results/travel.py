@@ -8,9 +8,8 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.integrate import quad
-from scipy.interpolate import PchipInterpolator
 
 from pairsim.results.output import read_series
 from pairsim.runtime.errors import InputError
@@ -68,13 +67,16 @@ def travel(table: dict[str, Array], start: float, stop: float, source: str) -> T
             source, "--to", stop, f"must be on the same side of the zeros of dU as {start:g}: dU = 0 at d = {zeros}"
         )
     if (curve(0.5 * (low + high)) > 0) != (stop > start):
-        motion = "separates" if stop < start else "approaches"
-        raise InputError(source, "--to", stop, f"must be on the other side of {start:g}: the pair {motion} there")
-    drift, mean = PchipInterpolator(x, table["drift"]), PchipInterpolator(x, (table["U_L"] + table["U_T"]) / 2)
+        side, motion = ("above", "separates") if stop < start else ("below", "approaches")
+        raise InputError(source, "--to", stop, f"must be {side} {start:g}: the pair {motion} there")
+    drift, mean = (
+        scipy.interpolate.PchipInterpolator(x, table["drift"]),
+        scipy.interpolate.PchipInterpolator(x, (table["U_L"] + table["U_T"]) / 2),
+    )
     places = [low, *(float(value) for value in x if low < value < high), high]
 
     def integral(rate: Callable[[float], float]) -> float:
-        parts = [quad(rate, a, b, epsrel=TOLERANCE, epsabs=0)[0] for a, b in pairwise(places)]
+        parts = [scipy.integrate.quad(rate, a, b, epsrel=TOLERANCE, epsabs=0)[0] for a, b in pairwise(places)]
         return float(abs(sum(parts)))
 
     time = integral(lambda at: np.exp(at) / curve(at))

@@ -29,9 +29,12 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from pairsim.results.output import write_text
+from pairsim.results.output import replaced, write_text
 from pairsim.runtime.errors import InputError
 
+HEAD = '<?xml version="1.0" encoding="utf-8"?>\n<Xdmf Version="3.0">\n <Domain>\n'
+END = "  </Grid>\n </Domain>\n</Xdmf>\n"
+BLOCK = 2**20  # bytes copied at a time
 TENSOR = ("zz", "zr", "rr", "tt")
 TOPOLOGY = {6: "Tri_6", 9: "Quad_9"}
 """XDMF cell types by number of nodes, in the spelling that both VTK and meshio read."""
@@ -99,22 +102,20 @@ class FieldsWriter:
         name: File name without suffix; existing files are replaced at the first frame.
         keep: Append after this number of frames of the existing files; after none if these are damaged.
 
+    Attributes:
+        frames: Number of frames in the files.
+
     Raises:
         OSError: There is no disk space for a copy of the frames to keep.
     """
 
     def __init__(self, folder: Path | str, name: str = "fields", keep: int = 0) -> None:
         self.folder, self.name = Path(folder), name
-        self._frames: list[ElementTree.Element] = []
+        self.frames = 0
         self._meshes: dict[int, bytes] = {}  # digest of the topology
         self._t = -np.inf
         if keep:
             self._cut(keep)
-
-    @property
-    def frames(self) -> int:
-        """Number of frames in the files."""
-        return len(self._frames)
 
     def _cut(self, keep: int) -> None:
         """Keep the first frames and remove the others; files that cannot be read are left unchanged."""
@@ -122,8 +123,7 @@ class FieldsWriter:
         if path.is_file() and shutil.disk_usage(self.folder).free < path.stat().st_size:
             raise OSError(errno.ENOSPC, "No space left for a copy of the frames to keep", str(path))
         try:
-            grids = ElementTree.parse(self.folder / f"{self.name}.xdmf").findall("Domain/Grid/Grid")[:keep]
-            meshes = {}
+            grids, meshes = self._grids(keep), {}
             with h5py.File(path, "r", locking=False) as old, h5py.File(part, "w", libver="earliest") as new:
                 for index in range(keep):
                     key = f"frames/{index:06d}"
@@ -133,14 +133,12 @@ class FieldsWriter:
                         mesh = old[f"mesh/{number:06d}"]
                         old.copy(mesh, new.require_group("mesh"))
                         meshes[number] = _digest(mesh["cells"][()], mesh["region"][()])
-            if len(grids) < keep:
-                raise KeyError(f"{len(grids)} of {keep} frames")
-        except (OSError, KeyError, RuntimeError, ElementTree.ParseError):
+        except (OSError, KeyError, RuntimeError):
             part.unlink(missing_ok=True)
             return
-        self._frames, self._meshes, self._t = grids, meshes, t
         part.replace(path)
-        self._write_xdmf()
+        self._describe(grids)
+        self.frames, self._meshes, self._t = keep, meshes, t
 
     def write(self, frame: FieldFrame) -> None:
         """Append a frame.
@@ -161,7 +159,7 @@ class FieldsWriter:
         grid = ElementTree.Element("Grid", Name=f"t = {frame.t:.6g}", GridType="Uniform")
         ElementTree.SubElement(grid, "Time", Value=repr(float(frame.t)))
         path = self.folder / f"{self.name}.h5"
-        if not self._frames:
+        if not self.frames:
             with _append(path, "w"):
                 pass
         _reserve(path, frame)
@@ -169,8 +167,8 @@ class FieldsWriter:
             self._write_mesh(h5, grid, frame, cells)
             self._write_fields(h5, grid, frame)
         self._meshes[frame.mesh_id], self._t = digest, frame.t
-        self._frames.append(grid)
-        self._write_xdmf()
+        self._describe([grid])
+        self.frames += 1
 
     def _item(self, parent: ElementTree.Element, data: h5py.Dataset) -> None:
         """Add a reference to a dataset of the HDF5 file."""
@@ -199,7 +197,7 @@ class FieldsWriter:
         self._attribute(grid, "region", mesh["region"], "Cell")
 
     def _write_fields(self, h5: h5py.File, grid: ElementTree.Element, frame: FieldFrame) -> None:
-        key = f"frames/{len(self._frames):06d}"
+        key = f"frames/{self.frames:06d}"
         if key in h5:  # left by an interrupted write
             del h5[key]
         group = h5.create_group(key)
@@ -212,18 +210,54 @@ class FieldsWriter:
         group.attrs["mesh_id"] = frame.mesh_id
         group.attrs["t"] = frame.t  # written last: a frame without it is incomplete
 
-    def _write_xdmf(self) -> None:
-        collection = {"Name": self.name, "GridType": "Collection", "CollectionType": "Temporal"}
-        series = ElementTree.Element("Grid", collection)
-        series.extend(self._frames)
-        last = copy.deepcopy(self._frames[-1])
+    def _grids(self, count: int) -> list[ElementTree.Element]:
+        """Read the descriptions of the first frames.
+
+        Raises:
+            OSError: There are fewer.
+        """
+        path = self.folder / f"{self.name}.xdmf"
+        try:
+            grids = ElementTree.parse(path).findall("Domain/Grid/Grid")[:count]
+        except ElementTree.ParseError as error:
+            raise OSError(errno.EIO, f"damaged ({error})", str(path)) from error
+        if len(grids) < count:
+            raise OSError(errno.EIO, f"damaged ({len(grids)} of {count} frames)", str(path))
+        return grids
+
+    def _describe(self, grids: list[ElementTree.Element]) -> None:
+        """Append descriptions to those of the frames so far, and write the last one alone.
+
+        Those so far are copied from file to file, as a long run has many.
+
+        Raises:
+            OSError: They cannot be written, or end otherwise than expected.
+        """
+        path, end = self.folder / f"{self.name}.xdmf", END.encode()
+        with replaced(path) as new:
+            if self.frames:
+                with path.open("rb") as old:
+                    old.seek(-len(end), os.SEEK_END)
+                    size = old.tell()
+                    if old.read() != end:
+                        raise OSError(errno.EIO, "damaged (not as it was written)", str(path))
+                    old.seek(0)
+                    while block := old.read(min(BLOCK, size - old.tell())):
+                        new.write(block)
+            else:
+                new.write(
+                    f'{HEAD}  <Grid Name="{self.name}" GridType="Collection" CollectionType="Temporal">\n'.encode()
+                )
+            new.write("".join(_indented(grid, 3) for grid in grids).encode() + end)
+        last = copy.deepcopy(grids[-1])
         last.remove(last[0])  # the time, which meshio.read rejects
-        for grid, stem in ((series, self.name), (last, f"{self.name}_last")):
-            root = ElementTree.Element("Xdmf", Version="3.0")
-            ElementTree.SubElement(root, "Domain").append(grid)
-            ElementTree.indent(root, " ")
-            text = ElementTree.tostring(root, encoding="unicode", xml_declaration=False)
-            write_text(self.folder / f"{stem}.xdmf", f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n')
+        write_text(self.folder / f"{self.name}_last.xdmf", HEAD + _indented(last, 2) + " </Domain>\n</Xdmf>\n")
+
+
+def _indented(grid: ElementTree.Element, level: int) -> str:
+    """Text of a grid at a level of indentation."""
+    ElementTree.indent(grid, " ", level)
+    return " " * level + ElementTree.tostring(grid, encoding="unicode").rstrip() + "\n"
 
 
 def _append(path: Path, mode: str) -> h5py.File:

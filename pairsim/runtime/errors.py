@@ -7,7 +7,13 @@ import traceback
 from collections.abc import Sequence
 from typing import Any
 
+from pairsim.runtime.text import as_typed, printable
+
+MOST_MISTAKES = 20  # number of mistakes listed in a message
+LONGEST_PLACE, LONGEST_ADVICE = 200, 1000  # characters of a file, entry or key, and of what is allowed, in a message
+
 __all__ = [
+    "EnvironmentFailure",
     "InputError",
     "InvertedCell",
     "MeshFailure",
@@ -21,6 +27,9 @@ __all__ = [
     "WriteFailure",
 ]
 
+ENVIRONMENT = 4
+"""Exit code of a command that fails because of its environment, not because of its case."""
+
 
 class PairsimError(Exception):
     """Base class of the exceptions that pairsim raises deliberately."""
@@ -29,7 +38,8 @@ class PairsimError(Exception):
 class InputError(PairsimError, ValueError):
     """Invalid input; the command ends with exit code 2.
 
-    The message has one line for each mistake: its location, the value given and the values allowed.
+    The message has one line for each of the first 20 mistakes: its location, the value given and the values allowed.
+    Values are shortened, and control characters are escaped.
 
     Args:
         file: Path of the file, or name of the command-line option.
@@ -54,10 +64,13 @@ class InputError(PairsimError, ValueError):
     ) -> None:
         self.file, self.key, self.value, self.allowed = file, key, value, allowed
         self.line, self.entry, self.others = line, entry, tuple(others)
-        where = [file if line is None else f"{file}:{line}", *(part for part in (entry, key) if part)]
-        shown = "" if value is None else f"got {str(value).lower() if isinstance(value, bool) else repr(value)}; "
-        self.sentence = f"{': '.join(where)}: {shown}{allowed}"
-        super().__init__("\n".join(error.sentence for error in self.mistakes))
+        place, entry, key = (printable(part, LONGEST_PLACE) for part in (file, entry, key))
+        where = [place if line is None else f"{place}:{line}", *(part for part in (entry, key) if part)]
+        given = "" if value is None else f"got {as_typed(value)}; "
+        self.sentence = f"{': '.join(where)}: {given}{printable(allowed, LONGEST_ADVICE)}"
+        sentences = [error.sentence for error in self.mistakes]
+        more = [f"and {len(sentences) - MOST_MISTAKES} more mistakes"] if len(sentences) > MOST_MISTAKES else []
+        super().__init__("\n".join(sentences[:MOST_MISTAKES] + more))
 
     @property
     def mistakes(self) -> tuple[InputError, ...]:
@@ -143,6 +156,15 @@ class WriteFailure(RunFailure):
     reason = "write_failed"
 
 
+class EnvironmentFailure(RunFailure):
+    """Something outside pairsim is missing or broken, such as a C compiler; the command ends with exit code 4.
+
+    The case is not at fault: a sweep repeats it with the next command. `pairsim doctor` checks the installation.
+    """
+
+    reason = "environment"
+
+
 class NoSteadyState(RunFailure):
     """No quasi-steady solution was found, for example because the branch of steady shapes ends in a fold."""
 
@@ -171,7 +193,12 @@ def unexpected() -> int:
         The exit code, 1.
     """
     traceback.print_exc()
+    abort_others(1)
+    return 1
+
+
+def abort_others(code: int) -> None:
+    """End all MPI processes with an exit code if there are several: the others wait for this one."""
     mpi = sys.modules.get("mpi4py.MPI")
     if mpi is not None and mpi.COMM_WORLD.size > 1:
-        mpi.COMM_WORLD.Abort(1)
-    return 1
+        mpi.COMM_WORLD.Abort(code)

@@ -8,7 +8,7 @@ import contextlib
 import os
 from typing import Any
 
-from pairsim.runtime.errors import PairsimError
+from pairsim.runtime.errors import EnvironmentFailure
 from pairsim.runtime.signals import sigterm_waits
 
 # PETSc's signal handler would turn SIGTERM into an abort, whereas pairsim completes the time step and writes its files.
@@ -24,7 +24,7 @@ with sigterm_waits():
     try:
         import gmsh  # noqa: F401
     except OSError as error:
-        raise PairsimError(
+        raise EnvironmentFailure(
             f"gmsh cannot be loaded ({error}); on Debian: apt install libglu1-mesa libxrender1 libxcursor1 libxft2 "
             "libxinerama1"
         ) from error
@@ -41,10 +41,15 @@ try:
     import dolfinx.mesh
     import petsc4py.PETSc
 except ImportError as error:
-    raise PairsimError(f"FEniCSx cannot be imported ({error}); {INSTALL}") from error
+    raise EnvironmentFailure(f"FEniCSx cannot be imported ({error}); {INSTALL}") from error
 
 # The type stubs of both packages are incomplete.
 dolfinx: Any = dolfinx
 PETSc: Any = petsc4py.PETSc
 
-__all__ = ["MPI", "PETSc", "dolfinx"]
+__all__ = ["MPI", "PETSc", "dolfinx", "petsc_version"]
+
+
+def petsc_version() -> str:
+    """Version of the PETSc in use."""
+    return ".".join(map(str, PETSc.Sys.getVersion()))

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 SIZES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS")
 
 
-def _size() -> int:
+def launched() -> int:
     """Number of processes started by the launcher; 1 without a launcher or if it does not set a known variable."""
     return max((int(os.environ[name]) for name in SIZES if os.environ.get(name, "").isdigit()), default=1)
 
@@ -30,8 +30,10 @@ def check_launcher(comm: MPI.Comm, advice: str = "") -> None:
         InputError: The launcher belongs to another MPI than mpi4py: it started several processes, but the
             communicator has one.
     """
-    if _size() > comm.size == 1:
-        problem = f"the launcher started {_size()} processes that do not see each other: its MPI is not that of mpi4py"
+    if launched() > comm.size == 1:
+        problem = (
+            f"the launcher started {launched()} processes that do not see each other: its MPI is not that of mpi4py"
+        )
         cure = f"Use the mpirun installed with this Python{advice}; see docs/how-to/cluster.md"
         raise InputError("mpirun", "", None, f"{problem}. {cure}")
 
@@ -42,7 +44,7 @@ def launcher_communicator() -> MPI.Comm | None:
     Raises:
         InputError: The launcher belongs to another MPI than mpi4py (see `check_launcher`).
     """
-    if _size() == 1 and "PMIX_RANK" not in os.environ:
+    if launched() == 1 and "PMIX_RANK" not in os.environ:
         return None
     from pairsim.runtime.mpi import MPI
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pairsim.runtime.errors import PairsimError
+from pairsim.runtime.errors import EnvironmentFailure
 
 INSTALL = (
     "install the wheel of FEniCSx with pip install 'pairsim[wheel]', or install pairsim into the Python of a FEniCSx "
@@ -13,6 +13,6 @@ try:
     from mpi4py import MPI
 except (ImportError, RuntimeError) as error:
     reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-    raise PairsimError(f"MPI cannot be loaded ({reason}); {INSTALL}") from error
+    raise EnvironmentFailure(f"MPI cannot be loaded ({reason}); {INSTALL}") from error
 
 __all__ = ["INSTALL", "MPI"]

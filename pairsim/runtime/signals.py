@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM as a flag that is checked between the steps of a computation."""
+"""SIGINT and SIGTERM as a flag that is checked between the steps and iterations of a computation."""
 
 from __future__ import annotations
 
@@ -16,27 +16,42 @@ if TYPE_CHECKING:
 _entered: list[Signals] = []
 
 
+class Stopped(KeyboardInterrupt):
+    """A signal has stopped the computation on all processes at the same point, so that collective calls go on working.
+
+    A KeyboardInterrupt of another kind may have come anywhere, on one process only.
+    """
+
+
 class Signals:
     """Context manager whose handlers record SIGINT and SIGTERM.
 
+    Further SIGTERMs change nothing: schedulers and launchers send several, and the first one already ends the
+    computation in order.
+
     Args:
-        impatient: Whether a second signal raises KeyboardInterrupt at once, without waiting for the end of the step.
+        impatient: Whether a second SIGINT (Ctrl-C) raises KeyboardInterrupt at once.
         installed: Whether handlers are installed. If not, signals keep their previous effect: by default SIGINT
             raises KeyboardInterrupt.
+        final: Whether the process ends with this context. After a signal, SIGTERM is then ignored for good, so that it
+            does not interrupt what the interpreter and MPI do at the end of a process.
 
     Attributes:
-        number: Number of the last signal caught, 0 if none.
+        number: Number of the last signal caught, 0 if none; one that an outer context has caught counts as well.
     """
 
-    def __init__(self, *, impatient: bool = False, installed: bool = True) -> None:
-        self.number = 0
-        self._impatient, self._installed = impatient, installed
+    def __init__(self, *, impatient: bool = False, installed: bool = True, final: bool = False) -> None:
+        self.number: int = received()
+        self._impatient, self._installed, self._final = impatient, installed, final
+        self._interrupts = 0
         self._old: dict[int, Any] = {}
 
     def _catch(self, number: int, _: FrameType | None) -> None:
-        if self.number and self._impatient:
-            raise KeyboardInterrupt
         self.number = number
+        if number == signal.SIGINT:
+            self._interrupts += 1
+            if self._interrupts > 1 and self._impatient:
+                raise KeyboardInterrupt
 
     def __enter__(self) -> Signals:
         # Python allows signal handlers to be installed from the main thread only.
@@ -51,7 +66,8 @@ class Signals:
         if _entered and self.number:
             _entered[-1].number = self.number  # pass a signal on that came too late to be handled in this context
         for number, old in self._old.items():
-            signal.signal(number, old)
+            ignored = self._final and self.number and number == signal.SIGTERM
+            signal.signal(number, signal.SIG_IGN if ignored else old)
 
 
 @contextmanager
@@ -89,14 +105,31 @@ def callback[**P, R](function: Callable[P, R]) -> Callable[P, R]:
     return call
 
 
+def received() -> int:
+    """Number of a signal that this process has received, 0 if none, or outside a `Signals` context."""
+    return _entered[-1].number if _entered else 0
+
+
+def stop_wanted(comm: MPI.Comm) -> int:
+    """Number of a signal that a process has received, 0 if none has; the same on every process.
+
+    Collective. Always 0 outside a `Signals` context.
+    """
+    if not _entered:
+        return 0
+    number = max(comm.allgather(_entered[-1].number))
+    _entered[-1].number = number  # what comes next is the same on every process
+    return number
+
+
 def heed(comm: MPI.Comm) -> None:
-    """Raise KeyboardInterrupt on every process if one of them has received a signal; to be called between solves.
+    """Raise `Stopped` on every process if one of them has received a signal; to be called between solves.
 
     Collective. Handlers only set a flag because exceptions do not propagate through the callbacks of gmsh and PETSc.
     Does nothing outside a `Signals` context.
 
     Raises:
-        KeyboardInterrupt: A process has received SIGINT or SIGTERM.
+        Stopped: A process has received SIGINT or SIGTERM.
     """
-    if _entered and any(comm.allgather(_entered[-1].number)):
-        raise KeyboardInterrupt
+    if number := stop_wanted(comm):
+        raise Stopped(signal.Signals(number).name)

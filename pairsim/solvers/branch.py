@@ -29,6 +29,9 @@ FEWEST_CELLS = 4  # on a half-circle; chosen
 SCOUT, SCOUT_CELLS = 2.0, 8
 # Factor by which a zero may lie outside the interval between two points of opposite sign; chosen.
 BESIDE = 1.05
+# Logarithm of the ratio of parameters between known solutions. Closer ones are not kept: a solution takes much memory,
+# and a known one is only needed where the present one is far away. Chosen.
+SPACING = 0.05
 
 
 @dataclass(frozen=True)
@@ -215,7 +218,8 @@ class Branch:
         self._nearest(parameters)
         self._follow(parameters)
         for scene, known in zip(self.scenes, self._known, strict=True):
-            known.append(scene.snapshot)
+            if min(_apart(snapshot.parameters, parameters) for snapshot in known) > SPACING:
+                known.append(scene.snapshot)
         return self._read(before)
 
     def _follow(self, parameters: Parameters) -> None:

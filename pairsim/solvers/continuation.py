@@ -23,12 +23,15 @@ MOST_APART = 0.4  # of a distance, relative to itself
 MOST_SHAPE = 0.15  # of a nodal position of a particle, relative to the largest diameter
 MOST_STRESS = 1.0  # of a nodal value of the log-conformation
 SMALLEST = 2e-3  # step, relative to the distance to the target, below which natural continuation stops
+# Factor of De or Ca_e above which the matrix of the last solution is not used for the first iteration. At De 0.02 its
+# second step leads out of the basin of attraction of solutions at De 0.08; with a new matrix De 1 is reached at once.
+FAR = 1.5
 EASY, HARD = 4, 8  # numbers of Newton iterations up to which the step is doubled, and from which it is halved
 MOST_RELAXED = 3  # consecutive steps by pseudo-time; without a limit they could approach a fold in ever smaller steps
 ARC = 0.1  # first step of the arc length
 MOST_ARCS = 60  # steps of the arc length
 COLD_CAPILLARY = 0.01
-COLD_DEBORAH = 0.02  # from 0.05 Newton's method takes up to ten iterations, and log c overflows at N_p 28
+COLD_DEBORAH = 0.01  # log c overflows from 0.02 in gaps of 0.02, from 0.05 at N_p 28
 STIFFER = (1.0, 0.2, 0.04, 0.008)  # factors of Ca_e that are tried in turn for the first solution
 
 
@@ -156,7 +159,10 @@ def follow(steady: Steady, target: Parameters) -> None:
             to = 1.0 if tau + step > 1 - 1e-9 else tau + step
             there, before = along(to), steady.snapshot
             try:
-                report = steady.solve(there, prepared(steady, there, steady.y + (to - tau) * tangent))
+                guess = prepared(steady, there, steady.y + (to - tau) * tangent)
+                if _far(before.parameters, there):
+                    steady.forget()
+                report = steady.solve(there, guess)
                 refused = report.reason
                 if report.converged:
                     longest = step * (2.0 if report.iterations <= EASY else 1.0 if report.iterations < HARD else 0.5)
@@ -173,6 +179,12 @@ def follow(steady: Steady, target: Parameters) -> None:
                     break
                 raise _lost(steady, target, refused)
         tau = to
+
+
+def _far(here: Parameters, there: Parameters) -> bool:
+    """Whether a step is so long that the matrix of the last solution is not used at the new parameters."""
+    pairs = [*zip(here.Ca_es, there.Ca_es, strict=True), (here.De, there.De)]
+    return any(new > FAR * old > 0 for old, new in pairs)
 
 
 def _lost(steady: Steady, target: Parameters, refused: str) -> NoSteadyState:

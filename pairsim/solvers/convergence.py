@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from scipy.optimize import brentq
+import scipy
 
 LEAST_ORDER, MOST_ORDER = 0.1, 10.0  # range of orders that are accepted; chosen
 
@@ -46,7 +46,7 @@ def extrapolated(h: Sequence[float], values: Sequence[float]) -> tuple[float, fl
 
     if mismatch(LEAST_ORDER) * mismatch(MOST_ORDER) > 0:
         return None
-    p = float(brentq(mismatch, LEAST_ORDER, MOST_ORDER))
+    p = float(scipy.optimize.brentq(mismatch, LEAST_ORDER, MOST_ORDER))
     return values[2] - second / ((middle / fine) ** p - 1), p
 
 

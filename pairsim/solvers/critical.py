@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
+import scipy
 
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
@@ -302,7 +302,9 @@ class Follower:
         fold, each of which the line passes twice.
         """
         length, sign = float(np.linalg.norm(after.here - before.here)), np.sign(before.tangent[1])
-        way = CubicHermiteSpline([0.0, length], [before.here, after.here], [before.tangent, after.tangent])
+        way = scipy.interpolate.CubicHermiteSpline(
+            [0.0, length], [before.here, after.here], [before.tangent, after.tangent]
+        )
         along = np.linspace(0, length, 401)
         q = way(along)[:, 1] * sign
         top = int(np.argmax(q))

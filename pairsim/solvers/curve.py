@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
+import scipy
 
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
@@ -73,7 +73,7 @@ class Equilibrium:
         return self.slope < 0
 
 
-def interpolant(points: list[Point]) -> CubicHermiteSpline:
+def interpolant(points: list[Point]) -> scipy.interpolate.CubicHermiteSpline:
     """Hermite interpolant of dU in log d from points in ascending d; scalar for a pair, otherwise one value per gap."""
     d = np.array([p.d for p in points])
     values, slopes = np.array([p.dUs for p in points]), np.array([p.slopes for p in points])

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
+import scipy
 
 from pairsim.runtime.arrays import Array
 
 
-def curve_interpolant(d: Array, values: Array, slopes: Array) -> CubicHermiteSpline:
+def curve_interpolant(d: Array, values: Array, slopes: Array) -> scipy.interpolate.CubicHermiteSpline:
     """Cubic Hermite interpolant in log d.
 
     Args:
@@ -20,4 +20,4 @@ def curve_interpolant(d: Array, values: Array, slopes: Array) -> CubicHermiteSpl
         The interpolant as a function of log d.
     """
     factors = d if values.ndim == 1 else d[:, None]
-    return CubicHermiteSpline(np.log(d), values, slopes * factors)
+    return scipy.interpolate.CubicHermiteSpline(np.log(d), values, slopes * factors)

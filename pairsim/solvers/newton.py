@@ -1,35 +1,31 @@
-"""Newton's method for T R(x(y)) = 0 with PETSc SNES and MUMPS. No other module uses PETSc objects.
+"""Newton's method for T R(x(y)) = 0 with PETSc SNES and MUMPS.
 
-The assembled entries of all phases are added to T A P through PETSc's COO interface, which also sums over processes;
-their positions and factors are computed once. The Jacobian is lagged while the iteration contracts well. See "Nonlinear
+The matrix T A P is assembled straight from the cells; on several processes PETSc's COO interface sums their parts. The
+Jacobian is lagged while the iteration contracts well. Its factors are in single precision, and solutions are refined
+with the matrix itself. Where that does not converge, near folds, the factors are in double precision. See "Nonlinear
 and linear solvers" in docs/explanation/numerics.md.
 """
 
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+import signal
 from typing import Any
 
 import numpy as np
 from scipy import sparse
 
 from pairsim.fem.constraints import Constraints
-from pairsim.fem.reduced_matrix import expand
 from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.fenicsx import PETSc
-from pairsim.runtime.signals import callback, sigterm_waits
+from pairsim.runtime.signals import Stopped, callback, sigterm_waits, stop_wanted
 from pairsim.solvers.kept_matrix import KeptMatrix
 from pairsim.solvers.matrix_state import MatrixState, Place
 from pairsim.solvers.newton_options import NewtonOptions
-
-
-def petsc_version() -> str:
-    """Version of the PETSc in use."""
-    return ".".join(map(str, PETSc.Sys.getVersion()))
-
+from pairsim.solvers.newton_report import Report
+from pairsim.solvers.reduced_system import ReducedSystem
 
 _PREFIXES = itertools.count()
 
@@ -38,27 +34,11 @@ REASONS = {-3: "the matrix is singular", -4: "the residual is not a number", -5:
 # Growth of the residual at which the iteration is stopped. No iteration with a larger growth was seen to converge, and
 # MUMPS takes tens of seconds for each matrix of such states.
 LOST = 1e8
-
-
-@dataclass(frozen=True)
-class Report:
-    """Result of a nonlinear solve.
-
-    Attributes:
-        converged: Whether the tolerance was met.
-        iterations: Number of Newton iterations (linear solves).
-        factorisations: Number of numeric factorisations.
-        reason: "converged", or the reason of the failure.
-        steps: Norm of the last step of each field, relative to the field.
-        residual: Euclidean norm of the last residual.
-    """
-
-    converged: bool
-    iterations: int
-    factorisations: int
-    reason: str
-    steps: dict[str, float]
-    residual: float
+# Residuals of linear systems relative to the right-hand side, all chosen. With factors in single precision the first
+# solution leaves 1e-6 to 1e-3, and every refinement gains a factor of 1e4. A Newton step needs no more than ROUGH if
+# the matrix is that of an earlier iterate, or after a step larger than NONLINEAR, which leaves a larger error itself.
+ACCURATE, ROUGH, NONLINEAR = 1e-8, 1e-2, 1e-2
+MOST_REFINEMENTS = 5  # chosen; a matrix that needs more is too close to a singular one for single precision
 
 
 class Newton:
@@ -71,6 +51,9 @@ class Newton:
         constraints: Its constraints.
         options: Tolerance, reuse of the matrix, and options of the factorisation.
         clock: Stopwatch for the phases of the computation.
+
+    Attributes:
+        single: Whether the factors are in single precision.
     """
 
     def __init__(
@@ -82,7 +65,7 @@ class Newton:
         clock: Clock | None = None,
     ) -> None:
         self.scene, self.constraints, self.options = scene, constraints, options or NewtonOptions()
-        self.clock = clock or Clock()
+        self.clock, self.single = clock or Clock(), self.options.single
         self.matrix = KeptMatrix(self.options.matrix)
         self._analysed: Place | None = None
         self._factored: Place | None = None
@@ -91,6 +74,7 @@ class Newton:
         self._x = np.zeros(scene.size)
         self._star: Array | None = None
         self._factorisations, self._leading, self._why = 0, 0.0, ""
+        self._stopped = ""  # name of the signal that stopped it
         self._residual_norm = self._first_norm = 0.0
         self._steps: dict[str, float] = {}
         with self.clock("symbolic"):
@@ -102,14 +86,9 @@ class Newton:
         return sparse.csr_matrix(sparse.coo_matrix((value, (row, column)), shape=(self.scene.size, self.scene.size)))
 
     def _create(self) -> None:
-        comm, n = self.scene.comm, self.constraints.size
-        rows, columns, self._entries, self._constant = expand(self.scene, self.constraints)
-        if comm.rank != 0:
-            self._constant = np.zeros_like(self._constant)
-        self._A = PETSc.Mat().create(comm)
-        self._A.setSizes([n, n])
-        self._A.setType("aij")
-        self._A.setPreallocationCOO(rows.astype(PETSc.IntType), columns.astype(PETSc.IntType))
+        comm = self.scene.comm
+        self._system = ReducedSystem(self.scene, self.constraints)
+        self._A = self._system.A
         self._y, self._r = self._A.createVecs()
         self._prefix = prefix = f"pairsim_{next(_PREFIXES)}_"
         self._relaxation = self.options.mumps.workspace
@@ -121,32 +100,21 @@ class Newton:
         self._snes.setType("newtonls")
         self._snes.setMaxFunctionEvaluations(-1)
         ksp = self._snes.getKSP()
-        ksp.setType("preonly")
+        ksp.setType("richardson")  # with exact factors one iteration, with factors in single precision a refinement
+        ksp.setNormType(PETSc.KSP.NormType.UNPRECONDITIONED)
         pc = ksp.getPC()
         pc.setType("lu")
         pc.setFactorSolverType("mumps")
         database = PETSc.Options()
         names = {f"{prefix}snes_linesearch_type": "basic", f"{prefix}snes_max_it": self.options.max_iterations}
         names |= {f"{prefix}mat_mumps_{k}": v for k, v in self.options.mumps.controls.items()}
+        names |= {f"{prefix}{k}": v for k, v in self._system.options.items()}
+        names |= {f"{prefix}pc_precision": "single" if self.single else "double"}
         for name, value in names.items():
             database[name] = value
         self._snes.setFromOptions()
         ksp.setFromOptions()
         self._names = list(names)
-        self._counts = comm.allgather(self._y.getLocalSize())
-        self._range = self._y.getOwnershipRange()
-
-    def _gather(self, vector: Any) -> Array:
-        """Gather a distributed vector on every process, shape (n_y,)."""
-        if self.scene.comm.size == 1:
-            return np.array(vector.getArray(readonly=True))
-        whole = np.empty(self.constraints.size)
-        self.scene.comm.Allgatherv(np.array(vector.getArray(readonly=True)), (whole, self._counts))
-        return whole
-
-    def _scaled_rows(self, reduced: Array) -> Array:
-        reduced[self.constraints.integrated] /= self._g
-        return reduced
 
     def state(self, y: Array) -> tuple[Array, Array]:
         """Material positions h and full vector x for free unknowns y, with h*, g and U_m of the last solve."""
@@ -154,27 +122,31 @@ class Newton:
         return h, self.constraints.expand(y, h)
 
     def _residual(self, snes: Any, y: Any, r: Any) -> None:
-        values = self._gather(y)
+        values = self._system.gather(y)
         _, x = self.state(values)
         self._x = x
         with self.clock("assembly"):
-            r.setArray(self._scaled_rows(self._tested(x))[self._range[0] : self._range[1]])
+            self._system.scatter(self._tested(x), r)
 
     def _tested(self, x: Array) -> Array:
-        """T R(x), summed over processes, shape (n_y,)."""
+        """T R(x), summed over processes, with scaled rows, shape (n_y,)."""
         self.scene.set(x)
         local = [phase.residual() for phase in self.scene.phases]
         full = np.concatenate([*local, np.zeros(self.scene.size - self.scene.m)])
         reduced = self.constraints.T @ full
         if self.scene.comm.size > 1:
             self.scene.comm.Allreduce(reduced.copy(), reduced)
-        return np.asarray(reduced + self.constraints.T @ (self._linear @ x + self.scene.load()))
+        reduced += self.constraints.T @ (self._linear @ x + self.scene.load())
+        reduced[self.constraints.integrated] /= self._g
+        return np.asarray(reduced)
 
     def _jacobian(self, snes: Any, y: Any, A: Any, _: Any) -> None:
+        rough = not self.matrix.due or (snes.getIterationNumber() > 0 and self._leading > NONLINEAR)
+        snes.getKSP().setTolerances(rtol=ROUGH if rough else ACCURATE, max_it=MOST_REFINEMENTS)
         if not self.matrix.due:
             return
         with self.clock("assembly"):
-            self._assemble(A)
+            self._system.assemble(self._g)
         with self.clock("factorisation"):
             self._factor(snes.getKSP(), A)
         self.matrix.made(self._g)
@@ -183,15 +155,24 @@ class Newton:
         self._factorisations += 1
 
     def _factor(self, ksp: Any, A: Any) -> None:
-        """Factorise the matrix; repeat the analysis with twice the workspace if delayed pivots exceed it."""
+        """Factorise the matrix; repeat the analysis with twice the workspace if delayed pivots exceed it.
+
+        A matrix that is singular in single precision is factorised in double precision.
+        """
         ksp.setOperators(A)
         for _ in range(MOST_ANALYSES):
             with sigterm_waits():
                 ksp.setUp()
-            if ksp.getPC().getFactorMatrix().getMumpsInfog(1) not in (-8, -9):
+            status = ksp.getPC().getFactorMatrix().getMumpsInfog(1)
+            if status >= 0:
                 return
-            self._relaxation *= 2
-            self._forget_factor()
+            if status in (-8, -9):
+                self._relaxation *= 2
+                self._forget_factor()
+            elif self.single:
+                self.use_double()
+            else:
+                return
             ksp.setOperators(A)
 
     def _forget_factor(self) -> None:
@@ -201,17 +182,19 @@ class Newton:
         self.matrix.forget()
         self._analysed = None
 
-    def _assemble(self, A: Any) -> None:
-        """Assemble T A P at the current state of the phases."""
-        parts = []
-        for phase, entries in zip(self.scene.phases, self._entries, strict=True):
-            parts.append(phase.jacobian()[entries.source] * entries.factors(self._g))
-        A.setValuesCOO(np.concatenate([*parts, self._constant]), PETSc.InsertMode.INSERT_VALUES)
-        A.assemble()
+    def use_double(self) -> None:
+        """Discard the factors, and keep those of this scene in double precision from now on."""
+        self.single = False
+        PETSc.Options()[f"{self._prefix}pc_precision"] = "double"
+        self._forget_factor()
+        self._snes.getKSP().getPC().setFromOptions()
 
     def _converged(self, snes: Any, its: int, norms: tuple[float, float, float]) -> int:
         reason = PETSc.SNES.ConvergedReason
         self._residual_norm = norms[2]
+        if number := stop_wanted(self.scene.comm):
+            self._stopped = signal.Signals(number).name
+            return reason.DIVERGED_FUNCTION_DOMAIN
         if not np.isfinite(norms[2]):
             self._why = "the residual is not finite"
             return reason.DIVERGED_FUNCTION_NANORINF
@@ -221,7 +204,7 @@ class Newton:
         if norms[2] > LOST * max(self._first_norm, 1.0):
             self._why = "the residual grows without bound"
             return reason.DIVERGED_DTOL
-        step, x = self._gather(snes.getSolutionUpdate()), self._gather(snes.getSolution())
+        step, x = self._system.gather(snes.getSolutionUpdate()), self._system.gather(snes.getSolution())
         self._steps = self.scaled(step, x)
         # The norms are broadcast, since they may differ between processes by rounding and all must decide alike.
         # Divergence is judged without the pressures, which may change by a multiple of their small initial values.
@@ -266,24 +249,36 @@ class Newton:
 
         Returns:
             The solution, or the last iterate without convergence, and a report.
+
+        Raises:
+            Stopped: A process has received SIGINT or SIGTERM. This is checked before every iteration; a factorisation
+                by MUMPS cannot be interrupted.
         """
         self._h_star, self._g, self._U_m, self._star = h_star, g, U_m, star
         if star is not None:
             self.scene.set_step(star, g, U_m)
         self.matrix.begin_solve(g)
-        self._steps, self._why, self._factorisations = {}, "", 0
+        self._steps, self._why, self._stopped, self._factorisations = {}, "", "", 0
         self._residual_norm = self._first_norm = 0.0
-        self._y.setArray(y[self._range[0] : self._range[1]])
+        self._system.scatter(y, self._y)
         with self.clock("solve"):
             inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation"))
             try:
                 self._snes.solve(None, self._y)
+                if self._snes.getConvergedReason() == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE and self.single:
+                    self.use_double()
+                    self.matrix.begin_solve(g)
+                    self._system.scatter(y, self._y)
+                    self._snes.solve(None, self._y)
                 converged = self._snes.getConvergedReason() > 0
             except PETSc.Error as error:
                 converged, self._why = False, str(error)
             inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation")) - inside
         self.clock.seconds["solve"] -= inside
-        solution = self._gather(self._y)
+        if self._stopped:
+            self._forget_factor()
+            raise Stopped(self._stopped)
+        solution = self._system.gather(self._y)
         if converged and (why := self.overstretched(solution)):
             converged, self._why = False, why
         if not converged:
@@ -327,11 +322,17 @@ class Newton:
     def linear_solve(self, rhs: Array, *, transposed: bool = False) -> Array:
         """Solve a linear system with the matrix factorised last, or with its transpose; shapes (n_y,)."""
         b, x = self._A.createVecs()
-        b.setArray(rhs[self._range[0] : self._range[1]])
+        self._system.scatter(rhs, b)
         ksp = self._snes.getKSP()
+        ksp.setTolerances(rtol=ACCURATE, max_it=MOST_REFINEMENTS)
         with self.clock("solve"):
-            (ksp.solveTranspose if transposed else ksp.solve)(b, x)
-        values = self._gather(x)
+            solve = ksp.solveTranspose if transposed else ksp.solve
+            solve(b, x)
+            if self.single and ksp.getConvergedReason() < 0:
+                self.use_double()
+                self._factor(ksp, self._A)
+                solve(b, x)
+        values = self._system.gather(x)
         b.destroy()
         x.destroy()
         return values
@@ -339,7 +340,7 @@ class Newton:
     def reduce(self, x: Array) -> Array:
         """T R for a full vector x, shape (n,), which may violate the constraints."""
         with self.clock("assembly"):
-            return self._scaled_rows(self._tested(x))
+            return self._tested(x)
 
     @property
     def matrix_state(self) -> MatrixState | None:
@@ -370,9 +371,9 @@ class Newton:
         """Residual T R at y, with h*, g and U_m of the last solve, shape (n_y,)."""
         vector = self._y.duplicate()
         out = self._r.duplicate()
-        vector.setArray(y[self._range[0] : self._range[1]])
+        self._system.scatter(y, vector)
         self._residual(self._snes, vector, out)
-        values = self._gather(out)
+        values = self._system.gather(out)
         vector.destroy()
         out.destroy()
         return values
@@ -380,12 +381,12 @@ class Newton:
     def jacobian_times(self, y: Array, direction: Array) -> Array:
         """Product of T A P at y with a direction, shape (n_y,); discards the current matrix."""
         self.residual_at(y)
-        self._assemble(self._A)
+        self._system.assemble(self._g)
         self.matrix.forget()
         vector, out = self._A.createVecs()
-        vector.setArray(direction[self._range[0] : self._range[1]])
+        self._system.scatter(direction, vector)
         self._A.mult(vector, out)
-        values = self._gather(out)
+        values = self._system.gather(out)
         vector.destroy()
         out.destroy()
         return values

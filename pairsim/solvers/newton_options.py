@@ -70,12 +70,14 @@ class NewtonOptions:
     Attributes:
         tolerance: Largest estimated error of a field after the last iteration, relative to the norm of the field.
         max_iterations: Largest number of iterations in one solve.
+        single: Whether the factors are in single precision until the refinement of a solution fails.
         matrix: Criteria for a new matrix.
         mumps: Control parameters of the factorisation.
     """
 
     tolerance: float = 1e-8
     max_iterations: int = 12
+    single: bool = True
     matrix: MatrixPolicy = MatrixPolicy()
     mumps: MumpsOptions = MumpsOptions()
 

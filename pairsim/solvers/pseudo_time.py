@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pairsim.runtime.signals import heed
-from pairsim.solvers.newton import Report
+from pairsim.solvers.newton_report import Report
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady import Steady
 

@@ -28,7 +28,7 @@ from pairsim.runtime.signals import heed
 from pairsim.solvers.developed_flow import DevelopedFlows
 from pairsim.solvers.mesh_transfer import carry_particles, free_unknowns
 from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene, cut_particles
-from pairsim.solvers.newton import Report
+from pairsim.solvers.newton_report import Report
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 

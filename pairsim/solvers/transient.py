@@ -27,7 +27,7 @@ from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.history import Counts, History, State
 from pairsim.solvers.mesh_transfer import free_unknowns
 from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene, cut_particles
-from pairsim.solvers.newton import Report
+from pairsim.solvers.newton_report import Report
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.step_size import Scheme, extrapolation_weights, land, reached, velocity_error
 from pairsim.solvers.stress_balance import balanced
@@ -84,7 +84,7 @@ class Transient(OnMeshedScene):
 
     Raises:
         MeshFailure: The first mesh could not be generated.
-        RuntimeError: The flow without particles could not be integrated.
+        NoSteadyState: The flow without particles could not be integrated.
     """
 
     def __init__(self, comm: MPI.Comm, problem: Problem, state: State | None = None) -> None:

@@ -21,7 +21,7 @@ from pairsim.drivers.progress import Reporter
 from pairsim.drivers.session import Options
 from pairsim.plots.curves import draw_curve
 from pairsim.plots.style import Page
-from pairsim.runtime.errors import unexpected
+from pairsim.runtime.errors import InputError, unexpected
 from pairsim.runtime.signals import Signals
 
 
@@ -35,14 +35,14 @@ def solve(pairs: list[tuple[Path, Path]]) -> Outcome:
         The outcome of the last curve.
     """
     comm, warm_start = MPI.COMM_WORLD, WarmStart()
-    with Signals() as signals:
+    with Signals(final=True) as signals:
         for file, directory in pairs:
             case = load_curve(file)
             command = shlex.join(["pairsim", "curve", str(file), "-o", str(directory)])
             options = Options(comm, overwrite=True, reporter=Reporter(), command=command, signals=True)
             outcome = run_curve(case, directory, options, warm_start=warm_start)
             if outcome.status == "finished" and comm.rank == 0:
-                with suppress(OSError):  # a picture can be drawn again
+                with suppress(OSError, InputError):  # a picture can be drawn again
                     draw_curve(directory, directory, Page())
             if any(comm.allgather(signals.number)):
                 break

@@ -11,19 +11,19 @@ from itertools import product
 from pathlib import Path
 from typing import Any, NoReturn
 
-from pairsim.config.case_file import check_keys
+from pairsim.config.case_file import check_file, wrong_keys
 from pairsim.config.identity import folder_name, key_of
+from pairsim.config.many_cases import SweepFile, check_sweep
 from pairsim.config.merging import merge
+from pairsim.config.mistakes import Mistake, Mistakes, input_error
 from pairsim.config.physical import BLOCK, forget_numbers
-from pairsim.config.quantities import quantity_range
-from pairsim.config.ranges import RANGE, spelled_out
-from pairsim.config.yaml_file import Place, Section, apply_settings, place_of, read_yaml
+from pairsim.config.values import FOLDER_WORDS, is_finite, is_name
+from pairsim.config.yaml_file import Section, apply_settings, place_of, places_in, read_yaml
 from pairsim.results.folders import read_record
 from pairsim.runtime.errors import InputError
+from pairsim.runtime.names import fits_a_folder
 from pairsim.sweeps.commands import COMMANDS, Checked, SweepCommand
 
-MOST_CASES = 100_000
-MOST_MISTAKES = 20  # number of mistakes listed in a message
 NUMBERS = ("beta", "De", "Ca_e", "xi", "d0", "time.end")  # keys whose values a physical block can give
 
 
@@ -97,105 +97,117 @@ def read_grid(path: Path, settings: tuple[str, ...] = ()) -> Grid:
     return grid_from(path, read_yaml(path), settings)
 
 
-def grid_from(path: Path, data: dict[str, Any], settings: tuple[str, ...] = ()) -> Grid:
-    """As `read_grid`, from the content of a grid file; relative paths in it refer to the folder of `path`."""
-    return _Reader(path, data).grid(settings)
+def grid_from(
+    path: Path, data: dict[str, Any], settings: tuple[str, ...] = (), names: Sequence[str] | None = None
+) -> Grid:
+    """As `read_grid`, from the content of a grid file.
+
+    Args:
+        path: The file, to whose folder relative paths in the content refer.
+        data: The content.
+        settings: key=value settings that replace keys in every case.
+        names: Names of the entries of `cases` in messages.
+    """
+    return _Reader(path, data, settings, names).grid()
 
 
-def read_base(path: Path, data: dict[str, Any]) -> dict[str, Any]:
+def wrong_keys_in(
+    path: Path, data: dict[str, Any], settings: tuple[str, ...], names: Sequence[str] | None = None
+) -> InputError | None:
+    """The mistakes of a grid file in single keys, for a file that has other mistakes; arguments as for `grid_from`."""
+    return _Reader(path, data, settings, names).wrong_keys()
+
+
+def read_base(path: Path, data: Mapping[str, Any]) -> Section:
     """The base case in the content of a grid file, with dotted keys nested.
 
     Raises:
-        InputError: `base` is invalid.
+        InputError: The file of the base cannot be read, or a dotted key goes through a value that is no group.
     """
-    return _Reader(path, data).base
+    base = data.get("base", {})
+    if isinstance(base, str):
+        base = _file(path, base, "base", data)
+    forget_numbers(base)
+    return _merged(Section(), base, (str(path), "base", data))
+
+
+def _file(path: Path, name: str, key: str, data: Mapping[str, Any]) -> Section:
+    """The content of a case file that a key of a grid file names.
+
+    Raises:
+        InputError: It cannot be read, or is not in the folder of the grid file or below it.
+    """
+    named = path.parent / name
+    leaves = Path(name).is_absolute() or ".." in Path(name).parts
+    if leaves and places_in(data):  # the content of a file, perhaps someone else's; a Python program may name any file
+        inside = "must be a file in the folder of this file or in a folder below it"
+        raise input_error([Mistake(key, name, inside)], data, str(path))
+    try:
+        return read_yaml(named)
+    except InputError as error:
+        if error.line is not None or error.file != str(named):
+            raise
+        raise input_error([Mistake(key, name, error.allowed)], data, str(path)) from None
+
+
+def _merged(target: Section, changes: Mapping[str, Any], where: tuple[str, str, Mapping[str, Any]]) -> Section:
+    """Merge changes into a case, in place.
+
+    Args:
+        target: The case.
+        changes: Keys and values, dotted or nested.
+        where: For messages: the file, the name of the entry in it, and its content.
+
+    Raises:
+        InputError: A dotted key goes through a value that is no group.
+    """
+    source, entry, data = where
+
+    def refuse(key: str, value: Any, allowed: str) -> NoReturn:
+        place = place_of(changes, key) or place_of(data, entry)
+        file, line = (source, None) if place is None else place
+        raise InputError(file, key, value, allowed, line=line, entry=entry)
+
+    merge(target, changes, refuse)
+    return target
 
 
 class _Reader:
-    """Reads the content of a grid file."""
+    """Reads the content of a grid file; its mistakes are collected, so that all of them are reported at once."""
 
-    def __init__(self, path: Path, data: dict[str, Any]) -> None:
-        self.path, self.data = path, data
-        check_keys(data, "sweep", str(path))
-        name = data.get("command", "run")
-        if not isinstance(name, str) or name not in COMMANDS:
-            self.refuse("command", name, f"must be {' or '.join(COMMANDS)}")
-        self.command = COMMANDS[name]
-        self.name = data.get("name", path.stem)
-        if not isinstance(self.name, str) or not self.name or "/" in self.name or self.name.startswith("."):
-            self.refuse("name", self.name, "must be a valid name for a folder")
-        self.base = self._base()
+    def __init__(
+        self, path: Path, data: dict[str, Any], settings: tuple[str, ...], names: Sequence[str] | None
+    ) -> None:
+        self.path, self.data, self.settings, self.names = path, data, settings, names
+        self.mistakes = Mistakes()
+        file, wrong = check_file("sweep", SweepFile, check_sweep, data, str(path))
+        if wrong:
+            self.mistakes.add(input_error(wrong, data, str(path)))
+        self.file = file or SweepFile()
+        self.name = self.file.name or path.stem
+        if not fits_a_folder(self.name):
+            self._refuse("name", self.name, f"is the name of the file; name must be given, as {FOLDER_WORDS}")
+        self.command = COMMANDS[self.file.command]
+        self.base = Section()
+        if file is not None and "base" in file.model_fields_set:
+            try:
+                self.base = read_base(path, data)
+            except InputError as error:
+                self.mistakes.add(error)
 
-    def refuse(self, key: str, value: Any, allowed: str) -> NoReturn:
-        section, _, name = key.partition(": ")  # keys of grid and zip are given as "section: key"
-        inner = self.data.get(section)
-        place = place_of(inner, name) if isinstance(inner, Section) else None
-        place = place or place_of(self.data, section.split(",")[0])
-        raise InputError(str(self.path), key, value, allowed, line=place.line if place else None)
-
-    def _base(self) -> Section:
-        base = self.data.get("base", {})
-        if isinstance(base, str):
-            base = read_yaml(self.path.parent / base)
-        if not isinstance(base, dict):
-            self.refuse("base", base, "must be keys and values of a case, or the path of a case file")
-        forget_numbers(base)
-        merged = Section()
-        self._merge(merged, base, "base")
-        return merged
-
-    def _merge(self, target: Section, changes: Mapping[str, Any], where: str) -> None:
-        """Merge changes into a case; `where` names the entry in error messages."""
-
-        def refuse(key: str, value: Any, allowed: str) -> NoReturn:
-            self.refuse(f"{where}: {key}", value, allowed)
-
-        merge(target, changes, refuse)
-
-    def _values(self, section: str, key: str, value: Any) -> list[Any]:
-        """The values of a key of grid or zip, given as a list or a range."""
-        where = f"{section}: {key}"
-        if isinstance(value, list):
-            if not value:
-                self.refuse(where, value, "must have at least one value")
-            return value
-        if not isinstance(value, dict) or not set(value) <= set(RANGE):
-            choices = "a list of values or {start, stop, num, spacing: linear or log}"
-            self.refuse(where, value, f"must be {choices}; write mesh.Np for a key in a group")
-        try:
-            if key.startswith(f"{BLOCK}."):
-                return list(quantity_range(value, MOST_CASES))
-            return list(spelled_out(value, MOST_CASES))
-        except ValueError as error:
-            self.refuse(where, value, str(error))
+    def _refuse(self, key: str, value: Any, allowed: str) -> None:
+        self.mistakes.add(input_error([Mistake(key, value, allowed)], self.data, str(self.path)))
 
     def _axes(self) -> list[list[Section]]:
         """The factors of the product of all combinations: for each, the list of its changes."""
-        axes: list[list[Section]] = []
-        grid, zips = self.data.get("grid", {}), self.data.get("zip", {})
-        if not isinstance(grid, dict):
-            self.refuse("grid", grid, "must be keys, each with a list or a range of values")
-        axes += [
-            [Section({key: value}, _places(grid)) for value in self._values("grid", key, values)]
-            for key, values in grid.items()
+        axes = [
+            [Section({key: value}, places_in(self.data["grid"])) for value in values]
+            for key, values in self.file.grid.items()
         ]
-        for zipped in zips if isinstance(zips, list) else [zips] if zips else []:
-            if not isinstance(zipped, dict) or not zipped:
-                self.refuse("zip", zipped, "must be keys with lists of equal length, or a list of such groups")
-            columns = {key: self._values("zip", key, values) for key, values in zipped.items()}
-            lengths = {key: len(values) for key, values in columns.items()}
-            if len(set(lengths.values())) > 1:
-                counts = ", ".join(f"{key} has {count}" for key, count in lengths.items())
-                self.refuse("zip", None, f"must have the same number of values for all keys; {counts}")
-            rows = zip(*columns.values(), strict=True)
-            axes.append([Section(dict(zip(columns, row, strict=True)), _places(zipped)) for row in rows])
-        seen: set[str] = set()
-        for axis in axes:
-            if repeated := seen & set(axis[0]):
-                self.refuse(sorted(repeated)[0], None, "must occur only once in grid and zip")
-            seen |= set(axis[0])
-        if math.prod(map(len, axes)) > MOST_CASES:
-            self.refuse("grid", None, f"must give at most {MOST_CASES} cases, not {math.prod(map(len, axes))}")
+        for i, columns in enumerate(self.file.zip):
+            given = self.data["zip"][i] if isinstance(self.data["zip"], list) else self.data["zip"]
+            rows = zip(*columns.values(), strict=False)
+            axes.append([Section(dict(zip(columns, row, strict=True)), places_in(given)) for row in rows])
         return axes
 
     def _entries(self) -> Iterator[tuple[str, dict[str, Any], Section, bool]]:
@@ -207,44 +219,50 @@ class _Reader:
                 for key, value in part.items():
                     changes.put(key, value, part.places.get(key))
             where = "entry " + ", ".join(f"{key} = {value}" for key, value in changes.items())
-            merged = copy.deepcopy(self.base)
-            self._merge(merged, changes, where)
-            yield where, changes, merged, True
-        cases = self.data.get("cases", [])
-        if not isinstance(cases, list) or not all(isinstance(entry, dict | str) for entry in cases):
-            allowed = "must be a list of keys and values, such as - {Ca_e: 0.2, d0: 0.1}, and paths of case files"
-            self.refuse("cases", cases, allowed)
-        for i, entry in enumerate(cases):
+            if (merged := self._changed(changes, where)) is not None:
+                yield where, changes, merged, True
+        cases = self.data.get("cases")
+        for i, entry in enumerate(cases if isinstance(cases, list | tuple) else ()):
+            where = self.names[i] if self.names is not None else f"cases[{i}]"
             if isinstance(entry, str):
-                path = self.path.parent / entry
-                content = read_yaml(path)
-                entry = Section({"name": path.stem, **content}, content.places)
-            merged = copy.deepcopy(self.base)
-            self._merge(merged, entry, f"cases[{i}]")
-            yield f"cases[{i}]", flat(entry), merged, False
-        if not axes and not cases:
-            self.refuse("grid", None, "is missing; must be given, or else zip or cases")
+                try:
+                    content = _file(self.path, entry, where, self.data)
+                except InputError as error:
+                    self.mistakes.add(error)
+                    continue
+                stem = Path(entry).stem
+                entry = Section({**({"name": stem} if is_name(stem) else {}), **content}, content.places)
+            if isinstance(entry, dict) and (merged := self._changed(entry, where)) is not None:
+                yield where, flat(entry), merged, False
 
-    def _exclusions(self) -> list[dict[str, Any]]:
-        entries = self.data.get("exclude", [])
-        allowed = "must be a list of keys and values, such as - {Ca_e: 0, De: {min: 1}}"
-        if not isinstance(entries, list) or not all(isinstance(entry, dict) and entry for entry in entries):
-            self.refuse("exclude", entries, allowed)
-        for i, entry in enumerate(entries):
-            for key, value in entry.items():
-                bounds = value.values() if isinstance(value, dict) else ()
-                if any(isinstance(bound, bool) or not isinstance(bound, int | float) for bound in bounds):
-                    self.refuse(f"exclude[{i}]: {key}", value, "must have numbers for min and max")
-        return entries
+    def _changed(self, changes: Mapping[str, Any], where: str) -> Section | None:
+        """The base with changes and settings; None if they cannot be merged, which is a mistake."""
+        try:
+            merged = _merged(copy.deepcopy(self.base), changes, (str(self.path), where, self.data))
+            apply_settings(merged, self.settings)
+        except InputError as error:
+            self.mistakes.add(error)
+            return None
+        return merged
 
-    def grid(self, settings: tuple[str, ...]) -> Grid:
+    def wrong_keys(self) -> InputError | None:
+        """The mistakes so far, and those of single keys in the cases; None without any."""
+        cases = 0
+        for where, _, merged, _ in self._entries():
+            cases += 1
+            if (error := wrong_keys(merged, self.command.name, str(self.path), where)) is not None:
+                self.mistakes.add(error)
+        return self.mistakes.error(cases) if self.mistakes else None
+
+    def grid(self) -> Grid:
         """Merge the keys of every entry, apply exclusions, validate, and remove duplicates."""
-        exclusions = self._exclusions()
+        if self.mistakes and (error := self.wrong_keys()) is not None:
+            raise error
+        exclusions: list[dict[str, Any]] = list(self.file.exclude)
         used = [False] * len(exclusions)
         found: dict[str, tuple[Checked, dict[str, Any]]] = {}
         varied: dict[str, None] = {}
-        mistakes: dict[tuple[Any, ...], InputError] = {}
-        duplicates = excluded = 0
+        duplicates = excluded = cases = 0
         for where, changes, merged, optional in self._entries():
             varied |= dict.fromkeys(changes)
             hits = [i for i, entry in enumerate(exclusions) if optional and _matches(merged, entry)]
@@ -253,27 +271,24 @@ class _Reader:
             if hits:
                 excluded += 1
                 continue
-            apply_settings(merged, settings)
+            cases += 1
             try:
                 checked = self.command.check(merged, str(self.path), where)
             except InputError as error:
-                for mistake in error.mistakes:
-                    # A mistake in the base occurs in every entry, but is reported once.
-                    same = (mistake.file, mistake.line, mistake.key, repr(mistake.value), mistake.allowed)
-                    mistakes.setdefault(same, mistake)
+                self.mistakes.add(error)
                 continue
             key = case_key(self.command, checked)
             if key in found:
                 duplicates += 1
             else:
                 found[key] = (checked, merged)
-        if mistakes:
-            raise _together(list(mistakes.values()))
         for i, hit in enumerate(used):
             if not hit:
-                self.refuse(f"exclude[{i}]", exclusions[i], "must match at least one entry of the grid")
-        if not found:
-            self.refuse("exclude", None, "must leave at least one case")
+                self._refuse(f"exclude[{i}]", exclusions[i], "must match at least one entry of the grid")
+        if not found and not self.mistakes:
+            self._refuse("exclude", None, "must leave at least one case")
+        if self.mistakes:
+            raise self.mistakes.error(cases)
         if any(key.startswith(BLOCK) for key in varied):  # the numbers computed from it vary, too
             varied |= dict.fromkeys(NUMBERS)
         values = {
@@ -281,29 +296,13 @@ class _Reader:
             for key in varied
         }
         varying = tuple(key for key, column in values.items() if any(value != column[0] for value in column))
-        cases = tuple(
+        kept = tuple(
             SweepCase(folder_name(checked.slug, key), key, checked, {name: values[name][i] for name in varying})
             for i, (key, (checked, _)) in enumerate(found.items())
         )
         whole = _whole_key(found)
         content = {**self.data, "base": self.base}
-        return Grid(self.path, self.name, self.command, cases, varying, whole, duplicates, excluded, content)
-
-
-def _places(section: Mapping[str, Any]) -> Mapping[str, Place]:
-    return section.places if isinstance(section, Section) else {}
-
-
-def _together(mistakes: Sequence[InputError]) -> InputError:
-    """Combine errors into one that lists at most `MOST_MISTAKES` mistakes."""
-    first, *rest = (
-        InputError(m.file, m.key, m.value, m.allowed, line=m.line, entry=m.entry) for m in mistakes[:MOST_MISTAKES]
-    )
-    if len(mistakes) > MOST_MISTAKES:
-        rest.append(InputError(first.file, "", None, f"and {len(mistakes) - MOST_MISTAKES} more mistakes"))
-    return InputError(
-        first.file, first.key, first.value, first.allowed, line=first.line, entry=first.entry, others=rest
-    )
+        return Grid(self.path, self.name, self.command, kept, varying, whole, duplicates, excluded, content)
 
 
 def _whole_key(keys: Iterable[str]) -> str:
@@ -331,9 +330,8 @@ def _matches(merged: Mapping[str, Any], entry: Mapping[str, Any]) -> bool:
 
     def fits(value: Any, wanted: Any) -> bool:
         if isinstance(wanted, dict) and wanted and set(wanted) <= {"min", "max"}:
-            number = isinstance(value, int | float) and not isinstance(value, bool)
-            return number and wanted.get("min", -math.inf) <= value <= wanted.get("max", math.inf)
-        if isinstance(value, int | float) and isinstance(wanted, int | float):
+            return is_finite(value) and wanted.get("min", -math.inf) <= value <= wanted.get("max", math.inf)
+        if is_finite(value) and is_finite(wanted):
             return math.isclose(value, wanted, rel_tol=1e-9)
         return bool(value == wanted)
 

@@ -86,7 +86,7 @@ class LineSweepReporter(SweepReporter):
         self._say(f"[{ended}/{len(ledger.entries)}] {_headline(entry)}" + (f"  ({pace})" if pace else ""))
 
     def note(self, text: str) -> None:
-        self._say(f"note: {text}")
+        self._say(text)
 
     def finish(self, text: str) -> None:
         self._say(text)
@@ -130,7 +130,7 @@ class BarSweepReporter(SweepReporter):
         self._live.update(Group(bar, counts, Text(self.pace(ledger), style="dim"), table), refresh=True)
 
     def note(self, text: str) -> None:
-        self._live.console.print(Text(f"note: {text}"))
+        self._live.console.print(Text(text))
 
     def finish(self, text: str) -> None:
         self._live.stop()

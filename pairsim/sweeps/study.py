@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from pairsim.config.many_cases import ZERO
 from pairsim.results.folders import read_record
 from pairsim.results.output import read_series, write_text
 from pairsim.runtime.arrays import Array
@@ -26,7 +27,7 @@ from pairsim.solvers.convergence import extrapolated, observed_order, pareto
 from pairsim.sweeps.grid import SweepCase
 from pairsim.sweeps.ledger import cell, read_sweep
 from pairsim.sweeps.progress import SweepReporter
-from pairsim.sweeps.study_file import TABLE, ZERO, Study, columns
+from pairsim.sweeps.study_file import TABLE, Study, columns
 from pairsim.sweeps.sweep import Options, run_sweep
 
 if TYPE_CHECKING:

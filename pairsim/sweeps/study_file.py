@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 from pairsim.config.case import Case, SceneCase
-from pairsim.config.case_file import check_keys
+from pairsim.config.case_file import check_file
 from pairsim.config.curve_case import CurveCase
-from pairsim.config.yaml_file import place_of
+from pairsim.config.many_cases import ZERO, StudyFile, check_study
+from pairsim.config.mistakes import Mistake, Mistakes, input_error, missing
+from pairsim.config.yaml_file import OPTION, Section, places_in
 from pairsim.results.columns import series_columns
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.grid import Grid, SweepCase, flat, grid_from, read_base, value_at
+from pairsim.sweeps.grid import Grid, SweepCase, flat, grid_from, read_base, value_at, wrong_keys_in
 
 OWN = ("command", "repeat")  # keys of a discretisation that do not belong to its case
 TABLE = "study.csv"
+FROM_AT = "must be left out: it follows from at"
 MODELS: dict[str, type[SceneCase]] = {"run": Case, "curve": CurveCase}
-ZERO = "d_cr"
-"""Quantity of a curve that is not a column: the zero of dU with the largest peak."""
-
-Refuse = Callable[[str, Any, str], None]
 
 
 @dataclass(frozen=True)
@@ -90,131 +88,115 @@ def read_study(path: Path, data: dict[str, Any], settings: tuple[str, ...] = ())
         settings: key=value settings that replace keys in every case.
 
     Raises:
-        InputError: The file has a mistake; gives file, key, value and what is allowed.
+        InputError: The file has mistakes; lists file, key, value and what is allowed.
     """
-
-    def refuse(key: str, value: Any, allowed: str) -> None:
-        place = place_of(data, key.partition(":")[0])
-        raise InputError(str(path), key, value, allowed, line=place.line if place else None)
-
-    check_keys(data, "study", str(path))
-    commands = _commands(data, refuse)
-    entries = data["discretisations"]
-    base = read_base(path, {key: data[key] for key in ("name", "base") if key in data})
-    over = _over(data, set(commands), refuse)
-    at = _places(data, over, base.get("particles", 2), refuse)
-    grids, order = _grids(path, data, (base, commands, over, at), settings, refuse)
-    cases = [grids[command].cases[i] for command, i in order]
-    keys = dict.fromkeys(key for entry in entries for key in flat(entry) if key not in ("name", *OWN))
-    resolved = [case.checked.resolved for case in cases]
-    varying = [key for key in keys if any(value_at(r, key) != value_at(resolved[0], key) for r in resolved)]
-    varying[:0] = ["command"] if len(grids) > 1 else []
-
-    allowed = sorted({name for case in cases for name in columns(case)})
-    if set(grids) == {"curve"} and all(r.get("particles", 2) == 2 for r in resolved):
-        allowed.append(ZERO)
-    quantity = data.get("quantity", "dU" if "dU" in allowed else allowed[0])
-    if quantity not in allowed:
-        refuse("quantity", quantity, f"must be one of {', '.join(allowed)}")
-    count = 1 if quantity == ZERO else max(len(at), 1)
-    exact = None
-    if "exact" in data:
-        wanted = f"must be {count} number{'s, one for each of at' if count > 1 else ''}"
-        exact = _numbers(data["exact"], "exact", wanted, refuse)
-        if len(exact) != count:
-            refuse("exact", data["exact"], wanted)
-    reference = data.get("reference", "finest")
-    if "exact" in data and "reference" in data:
-        refuse("reference", reference, "must be left out if exact is given")
-    if reference != "finest" and not (type(reference) is int and 0 <= reference < len(entries)):
-        refuse("reference", reference, f"must be finest, or the index of a discretisation from 0 to {len(entries) - 1}")
-    chosen = None if reference == "finest" else reference
-    name = next(iter(grids.values())).name
-    return Study(name, grids, tuple(order), tuple(varying), quantity, over, at, exact, chosen, _repeat(data, refuse))
+    return _Reader(path, data, settings).study()
 
 
-def _commands(data: Mapping[str, Any], refuse: Refuse) -> list[str]:
-    """The command of every discretisation."""
-    default, entries = data.get("command", "run"), data.get("discretisations")
-    if not isinstance(default, str) or default not in MODELS:
-        refuse("command", default, "must be run or curve")
-    if not isinstance(entries, list) or len(entries) < 2 or not all(isinstance(entry, dict) for entry in entries):
-        refuse("discretisations", entries, "must be a list of two or more, such as - {mesh.Np: 20, time.tol: 1e-4}")
-    assert isinstance(entries, list)
-    for i, entry in enumerate(entries):
-        own = entry.get("command", default)
-        if not isinstance(own, str) or own not in MODELS:
-            refuse(f"discretisations[{i}]: command", entry["command"], "must be run or curve")
-    return [entry.get("command", default) for entry in entries]
+class _Reader:
+    """Reads the content of a study file; its mistakes are collected, so that all of them are reported at once."""
 
+    def __init__(self, path: Path, data: dict[str, Any], settings: tuple[str, ...]) -> None:
+        self.path, self.data, self.settings = path, data, settings
+        self.mistakes = Mistakes()
+        file, wrong = check_file("study", StudyFile, check_study, data, str(path))
+        self._add(wrong)
+        base: Mapping[str, Any] = {}
+        try:
+            base = read_base(path, data) if file is not None and "base" in file.model_fields_set else {}
+        except InputError as error:
+            self.mistakes.add(error)
+        if file is None:
+            raise self.mistakes.error()
+        self.file, self.base = file, base
+        self._add(self._check_places())
+        followed = {key for command in file.commands for key in self._followed(command)}
+        for setting in settings:
+            name, _, value = setting.partition("=")
+            if any(name == key or name.startswith(f"{key}.") for key in followed):
+                self.mistakes.add(InputError(OPTION, name, value, FROM_AT))
 
-def _repeat(data: Mapping[str, Any], refuse: Refuse) -> tuple[int, ...]:
-    """Number of repetitions of each discretisation: its own `repeat`, else that of the file."""
-    own = [(f"discretisations[{i}]: repeat", entry.get("repeat")) for i, entry in enumerate(data["discretisations"])]
-    counts = [("repeat", data.get("repeat", 1)), *((key, n) for key, n in own if n is not None)]
-    for key, count in counts:
-        if type(count) is not int or not 1 <= count <= 100:
-            refuse(key, count, "must be a whole number from 1 to 100")
-    return tuple(counts[0][1] if n is None else n for _, n in own)
+    def _add(self, mistakes: Iterable[Mistake]) -> None:
+        if found := list(mistakes):
+            self.mistakes.add(input_error(found, self.data, str(self.path)))
 
+    def _check_places(self) -> Iterator[Mistake]:
+        """Find mistakes in `at`, and values in the discretisations that follow from it."""
+        file = self.file
+        alone = self.base.get("particles", 2) == 1
+        if file.places == "d" and file.at and alone:
+            yield Mistake("at", file.at, "must be left out: there is only one particle")
+        if file.places == "d" and not alone and not self.data.get("at"):
+            yield missing("at", "must be the distances at which dU is compared")
+        for i, (command, entry) in enumerate(zip(file.commands, file.discretisations, strict=True)):
+            for key in self._followed(command):
+                for name in flat(entry):
+                    if name == key or name.startswith(f"{key}."):
+                        yield Mistake(f"discretisations[{i}].{name}", None, FROM_AT)
 
-def _over(data: Mapping[str, Any], commands: set[str], refuse: Refuse) -> Literal["t", "d"]:
-    """Whether results are compared at times or at distances."""
-    over = data.get("over", "d" if "curve" in commands else "t")
-    if over not in ("t", "d") or (over == "t" and "curve" in commands):
-        refuse(
-            "over", over, f"must be {'d' if 'curve' in commands else 't (times) or d (distances that the run passes)'}"
-        )
-    return "t" if over == "t" else "d"
+    def _followed(self, command: str) -> dict[str, list[float]]:
+        """The keys of a case that follow from `at`, with their values."""
+        file = self.file
+        if not file.at or (command == "run" and file.places == "d"):
+            return {}
+        return {"d": file.at} if command == "curve" else {"output.times": file.at}
 
+    def _contents(self) -> Iterator[tuple[str, dict[str, Any], list[int]]]:
+        """Yield for each command the content of a grid file, and the indices of its discretisations."""
+        file = self.file
+        for command in dict.fromkeys(name for name in file.commands if name in MODELS):
+            own = [i for i, name in enumerate(file.commands) if name == command]
+            # A base shared by both commands may have keys that only the other command knows.
+            other = {key for name in set(file.commands) & set(MODELS) - {command} for key in MODELS[name].model_fields}
+            kept = {k: v for k, v in self.base.items() if k not in other or k in MODELS[command].model_fields}
+            base = Section(kept, places_in(self.base))
+            cases = []
+            for i in own:
+                entry = self.data["discretisations"][i]
+                keys = {**self._followed(command), **{k: v for k, v in entry.items() if k not in OWN}}
+                cases.append(Section(keys, places_in(entry)))
+            name = file.name or self.path.stem
+            yield command, {"name": name, "base": base, "command": command, "cases": cases}, own
 
-def _places(data: Mapping[str, Any], over: str, particles: Any, refuse: Refuse) -> tuple[float, ...]:
-    """The times or distances of `at`."""
-    at = _numbers(data.get("at", []), "at", "must be a number above 0, or a list of them", refuse)
-    if any(place <= 0 for place in at):
-        refuse("at", data["at"], "must be above 0")
-    if over == "d" and at and particles == 1:
-        refuse("at", data["at"], "must be left out: there is only one particle")
-    if over == "d" and not at and particles != 1:
-        refuse("at", None, "is missing; must be the distances at which dU is compared")
-    return at
+    def study(self) -> Study:
+        """Form the grid of each command, and check the rest of the file against their cases."""
+        grids: dict[str, Grid] = {}
+        places: dict[int, tuple[str, int]] = {}
+        partial = bool(self.mistakes)
+        for command, content, own in self._contents():
+            entries = [f"discretisations[{i}]" for i in own]
+            places |= {i: (command, k) for k, i in enumerate(own)}
+            if partial:
+                if (wrong := wrong_keys_in(self.path, content, self.settings, entries)) is not None:
+                    self.mistakes.add(wrong)
+                continue
+            try:
+                grids[command] = grid_from(self.path, content, self.settings, entries)
+            except InputError as error:
+                self.mistakes.add(error)
+        for grid in grids.values():
+            if grid.duplicates:
+                allowed = f"must all differ; {grid.duplicates} are equal to an earlier one"
+                self._add([Mistake("discretisations", None, allowed)])
+        if self.mistakes:
+            raise self.mistakes.error()
+        file = self.file
+        order = tuple(places[i] for i in range(len(file.discretisations)))
+        cases = [grids[command].cases[k] for command, k in order]
+        keys = dict.fromkeys(key for entry in file.discretisations for key in flat(entry) if key not in ("name", *OWN))
+        resolved = [case.checked.resolved for case in cases]
+        varying = [key for key in keys if any(value_at(r, key) != value_at(resolved[0], key) for r in resolved)]
+        varying[:0] = ["command"] if len(grids) > 1 else []
 
-
-def _grids(
-    path: Path,
-    data: Mapping[str, Any],
-    checked: tuple[dict[str, Any], list[str], str, tuple[float, ...]],
-    settings: tuple[str, ...],
-    refuse: Refuse,
-) -> tuple[dict[str, Grid], list[tuple[str, int]]]:
-    """The grid of each command, and for each discretisation its command and index."""
-    base, commands, over, at = checked
-    cases: dict[str, list[dict[str, Any]]] = {}
-    order = []
-    for entry, command in zip(data["discretisations"], commands, strict=True):
-        wanted = {"d": list(at)} if command == "curve" else {"output.times": list(at)} if over == "t" else {}
-        wanted = wanted if at else {}
-        given = [*flat(entry), *(setting.partition("=")[0].strip() for setting in settings)]
-        for key in wanted:
-            if any(name == key or name.startswith(f"{key}.") for name in given):
-                refuse(f"discretisations: {key}", None, "must be left out: it follows from at")
-        own = cases.setdefault(command, [])
-        order.append((command, len(own)))
-        own.append({**wanted, **{key: value for key, value in entry.items() if key not in OWN}})
-    grids = {}
-    for command, own in cases.items():
-        # A base shared by both commands may have keys that only the other command knows.
-        other = {key for name in cases if name != command for key in MODELS[name].model_fields}
-        kept = {k: v for k, v in base.items() if k not in other or k in MODELS[command].model_fields}
-        content = {"name": data.get("name", path.stem), "base": kept, "command": command, "cases": own}
-        grids[command] = grid_from(path, content, settings)
-        if grids[command].duplicates:
-            refuse("discretisations", None, f"must all differ; {grids[command].duplicates} are equal to an earlier one")
-    return grids, order
-
-
-def _numbers(value: Any, key: str, allowed: str, refuse: Refuse) -> tuple[float, ...]:
-    values = value if isinstance(value, list) else [value]
-    if any(isinstance(v, bool) or not isinstance(v, int | float) or not math.isfinite(v) for v in values):
-        refuse(key, value, allowed)
-    return tuple(map(float, values))
+        known = sorted({name for case in cases for name in columns(case)})
+        if set(grids) == {"curve"} and all(r.get("particles", 2) == 2 for r in resolved):
+            known.append(ZERO)
+        quantity = file.quantity or ("dU" if "dU" in known else known[0])
+        if quantity not in known:
+            unknown = Mistake("quantity", quantity, f"must be one of {', '.join(known)}")
+            raise input_error([unknown], self.data, str(self.path))
+        name = next(iter(grids.values())).name
+        exact = None if file.exact is None else tuple(file.exact)
+        reference = None if file.reference == "finest" else file.reference
+        varied, at, repeat = tuple(varying), tuple(file.at), tuple(file.repeats)
+        return Study(name, grids, order, varied, quantity, file.places, at, exact, reference, repeat)

@@ -61,7 +61,7 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
     front = sorted((float(row["wall_time"]), float(row["error"])) for row in points if row["pareto"] == "true")
     if front:  # a row without any error beats all, and has no place on a logarithmic axis
         label = "cheapest for its error"
-        handles += axes.step(*zip(*front, strict=True), where="post", color="0.4", zorder=0, label=label)
+        handles += axes.step(*zip(*front, strict=True), where="post", color="0.4", zorder=1, label=label)
     compared = column(next((name.partition("@")[0] for name in table[0] if "@" in name), "d_cr"))
     label = f"error of ${compared.symbol}$  [${compared.unit or '-'}$]"
     axes.set(xscale="log", yscale="log", xlabel="wall time  [s]", ylabel=label)

@@ -23,9 +23,9 @@ def parse_time(text: str) -> float:
     Raises:
         InputError: The text has another form.
     """
-    if re.fullmatch(r"\d+(\.\d*)?", text) and float(text) > 0:
+    if re.fullmatch(r"\d{1,9}(\.\d*)?", text) and float(text) > 0:
         return float(text)
-    if match := re.fullmatch(r"(\d+):([0-5]?\d)(?::([0-5]?\d))?", text):
+    if match := re.fullmatch(r"(\d{1,6}):([0-5]?\d)(?::([0-5]?\d))?", text):
         hours, minutes, seconds = (int(part or 0) for part in match.groups())
         return 3600.0 * hours + 60 * minutes + seconds
     raise InputError("--walltime", "", text, "must be seconds, H:MM or H:MM:SS")
@@ -37,7 +37,7 @@ def parse_shard(text: str) -> tuple[int, int]:
     Raises:
         InputError: The text has another form.
     """
-    match = re.fullmatch(r"(\d+)/(\d+)", text)
+    match = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text)
     if match is None or not 1 <= int(match[1]) <= int(match[2]):
         raise InputError("--shard", "", text, "must be part/parts counted from 1, such as 2/8")
     return int(match[1]), int(match[2])

@@ -20,9 +20,9 @@ import yaml
 
 from pairsim.fem import form_cache
 from pairsim.results.output import plain, write_text
-from pairsim.runtime.child_process import DISK, TOO_LARGE, Child, module_command
+from pairsim.runtime.child_process import DISK, TOO_LARGE
 from pairsim.runtime.collective import collectively
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import ENVIRONMENT, EnvironmentFailure, InputError
 from pairsim.runtime.locks import FolderLock, command_line
 from pairsim.runtime.signals import Signals
 from pairsim.runtime.version import __version__
@@ -37,7 +37,8 @@ if TYPE_CHECKING:
 
 POLL = 0.02  # interval at which child processes and messages are polled [s]
 CASES = "cases"  # folder of the case files
-NOT_THE_CASE = ("disk_full", "write_failed", "not_started")  # failures of the machine, not of the case: always repeated
+# Failures of the machine, not of the case: always repeated.
+NOT_THE_CASE = ("disk_full", "write_failed", "not_started", EnvironmentFailure.reason)
 
 
 @dataclass(frozen=True)
@@ -84,10 +85,12 @@ def run_sweep(
         reporter: Shows progress (on the first process).
 
     Returns:
-        Exit code (0: no case has failed; 3: some have, or the disk is full; 130: interrupted) and a message.
+        Exit code (0: no case has failed; 3: some have, or the disk is full; 4: the environment is at fault; 130:
+        interrupted) and a message.
 
     Raises:
         InputError: The folder belongs to another grid, or another sweep is writing to it.
+        EnvironmentFailure: The forms cannot be compiled.
     """
     rank, size = (comm.rank, comm.size) if comm else (0, 1)
     if size > 1 and options.ranks_per_case > size:
@@ -111,7 +114,7 @@ def run_sweep(
                 return 3, f"{directory} cannot be written ({error.strerror}); {again}" if rank == 0 else ""
             allowed = f"must be a folder that can be used ({error})"
             raise InputError(str(directory), "-o", None, allowed) from error
-        _compile_forms(root.forms if root else (), comm, signals, reporter)
+        _compile_forms(root.forms if root else (), comm, reporter)
         count = options.workers if root is not None else 1
         workers = [CaseWorker(grid.command, options.ranks_per_case, options.case_timeout) for _ in range(count)]
         for worker in workers:
@@ -122,29 +125,34 @@ def run_sweep(
         return _serve(comm, workers[0], signals), ""
 
 
-def _compile_forms(forms: tuple[str, ...], comm: MPI.Comm | None, signals: Signals, reporter: SweepReporter) -> None:
-    """Compile the forms that are missing, on one process of each machine; the others wait without computing."""
-    leader = True
+def _compile_forms(forms: tuple[str, ...], comm: MPI.Comm | None, reporter: SweepReporter) -> None:
+    """Compile the forms that are missing, on one process of each machine; the others wait without computing.
+
+    Raises:
+        EnvironmentFailure: They cannot be compiled; raised on every process.
+    """
+    node = None
     if comm:
         forms = comm.bcast(forms)
         from mpi4py import MPI
 
         node = comm.Split_type(MPI.COMM_TYPE_SHARED)
-        leader = node.rank == 0
-        node.Free()
-    if leader and (wanted := form_cache.missing(forms)):
+    error: EnvironmentFailure | None = None
+    if (node is None or node.rank == 0) and (wanted := form_cache.missing(forms)):
         reporter.note(f"compiling {', '.join(wanted)}")
-        child = Child(module_command("pairsim.fem.form_cache", *wanted))
-        while (code := child.poll()) is None:
-            if signals.number:
-                child.kill()
-            time.sleep(POLL)
-        if code and not signals.number:  # the cases will report the error
-            reporter.note(f"compiling failed: {child.stderr.strip().rpartition(chr(10))[2]}")
-    if comm:
+        try:
+            form_cache.compile_apart(wanted, reporter.note)
+        except EnvironmentFailure as caught:
+            error = caught
+    if comm and node:
         request = comm.Ibarrier()
         while not request.Test():
             time.sleep(POLL)
+        form_cache.share_cache(node)
+        node.Free()
+        error = next((each for each in comm.allgather(error) if each is not None), None)
+    if error is not None:
+        raise error
 
 
 def _serve(comm: MPI.Comm, worker: CaseWorker, signals: Signals) -> int:
@@ -339,6 +347,8 @@ class _Root:
         self.reporter.case(entry, self.ledger)
         if result.reason == "disk_full" and not TOO_LARGE.search(result.message):
             self._stop(3, f"the disk is full ({result.message}); free disk space and repeat the command")
+        elif result.reason == EnvironmentFailure.reason:
+            self._stop(ENVIRONMENT, result.message)
         elif self.options.fail_fast and result.status in ("failed", "timeout"):
             self._stop(3, f"{result.folder} {result.status} ({result.reason})")
 

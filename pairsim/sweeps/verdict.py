@@ -9,6 +9,7 @@ import signal
 from typing import Any
 
 from pairsim.runtime.child_process import FULL, TOO_LARGE
+from pairsim.runtime.errors import ENVIRONMENT, EnvironmentFailure
 
 MEMORY = re.compile(r"MemoryError|std::bad_alloc|Cannot allocate memory|Out of memory")
 
@@ -43,6 +44,8 @@ def judge(code: int, record: dict[str, Any], stderr: str, stopped: str, seconds:
         return "timeout", "case_timeout", f"stopped after {seconds:.0f} s"
     if stopped:
         return "pending", "interrupted", "stopped with the sweep"
+    if code == ENVIRONMENT:
+        return "failed", EnvironmentFailure.reason, record.get("message") or last.removeprefix("pairsim: ")
     if code == 3 and status == "failed":
         reason, message = record.get("reason", "failed"), record.get("message", "")
         if reason == "write_failed" and (full := _disk_full(message)):

@@ -46,7 +46,7 @@ def test_missing_library_is_one_line(lacking: str, tmp_path: Path) -> None:
         timeout=60,
         check=False,
     )
-    assert done.returncode == 1
+    assert done.returncode == 4
     assert len(done.stderr.splitlines()) == 1
     assert all(part in done.stderr for part in expected)
     assert not (tmp_path / "runs").exists()

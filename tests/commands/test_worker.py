@@ -16,7 +16,6 @@ from support.commands import Pairsim, words_of
 from support.inputs import TINY
 
 from pairsim.runtime.child_process import Child, descendants, module_command
-from pairsim.runtime.signals import Signals
 from pairsim.sweeps.commands import read_curve
 from pairsim.sweeps.grid import read_grid
 from pairsim.sweeps.progress import SweepReporter
@@ -178,7 +177,6 @@ def test_compiling_forms_does_not_import_what_lies_in_the_current_folder(
     notes: list[str] = []
     reporter = SweepReporter()
     monkeypatch.setattr(reporter, "note", notes.append)
-    with Signals() as signals:
-        _compile_forms(("newtonian:moving",), None, signals, reporter)
+    _compile_forms(("newtonian:moving",), None, reporter)
     assert notes == ["compiling newtonian:moving"], "and no failure"
     assert not decoys.exists()

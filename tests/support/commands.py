@@ -61,7 +61,10 @@ def apart(folder: Path, *arguments: str, ranks: int = 0, timeout: float = 600) -
 
 
 def interrupted(words: list[str], table: Path, number: int) -> dict[str, Any]:
-    """run.json of a command that was sent a signal once its table had five lines or more; it ends in order."""
+    """run.json of a command that was sent a signal once its table had five lines or more; it ends in order.
+
+    SIGTERM is repeated until the end: schedulers send several.
+    """
     command = module_command("pairsim", *words)
     process = subprocess.Popen(command, cwd=table.parents[1], stderr=subprocess.PIPE, text=True)
     try:
@@ -69,6 +72,10 @@ def interrupted(words: list[str], table: Path, number: int) -> dict[str, Any]:
             assert process.poll() is None
             time.sleep(0.1)
         process.send_signal(number)
+        deadline = time.monotonic() + 250
+        while number == signal.SIGTERM and process.poll() is None and time.monotonic() < deadline:
+            time.sleep(0.02)
+            process.send_signal(number)
         _, complaint = process.communicate(timeout=250)
     finally:
         process.kill()

@@ -13,7 +13,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers import continuation
 from pairsim.solvers.continuation import follow
-from pairsim.solvers.newton import Report
+from pairsim.solvers.newton_report import Report
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.pseudo_time import relax
 from pairsim.solvers.steady import Steady

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import imageio_ffmpeg
 import numpy as np
 import pytest
 from matplotlib import image
@@ -16,6 +17,7 @@ from support.result_folders import make_curve, make_run
 from pairsim.api.pictures import plot
 from pairsim.physics.conformation import polymer_stress, trace_of
 from pairsim.physics.materials.polymer import Polymer
+from pairsim.plots.animation import default_movie
 from pairsim.plots.critical import _draw_error
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.field_values import FIELDS
@@ -209,13 +211,24 @@ def test_fields_by_name_and_as_an_animation(tmp_path: Path) -> None:
     names = [file.name for file in plot(folder, field="all", width="85mm")]
     assert names == [f"field-{name}.png" for name in ("velocity", "streamlines", "N1", "tau_zz", "pressure")]
     assert all(colours(folder / name) > 300 for name in names)
-    (movie,) = plot(folder, animate=True, field="velocity", width="85mm")
-    assert movie.stem == "field-velocity"
-    if movie.suffix == ".gif":  # without ffmpeg
-        with Image.open(movie) as picture:
-            assert picture.n_frames == 2
+    movies = plot(folder, animate=True, field="velocity", width="85mm", formats=["gif", "mp4"])
+    assert [movie.name for movie in movies] == ["field-velocity.mp4", "field-velocity.gif"]
+    assert imageio_ffmpeg.count_frames_and_secs(str(movies[0]))[0] == 2
+    with Image.open(movies[1]) as picture:
+        assert picture.n_frames == 2
     with pytest.raises(InputError, match="has one frame"):
         plot(make_run(tmp_path / "still", 2, [scene(0.1, PAIR)]), animate=True)
+
+
+def test_without_ffmpeg_an_animation_is_a_gif(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert default_movie() == "gif"
+    folder = make_run(tmp_path / "run", *CASES["pair"])
+    with pytest.raises(InputError, match="needs ffmpeg, which was not found: pip install imageio-ffmpeg, or use"):
+        plot(folder, animate=True, formats="mp4")
+    with pytest.raises(InputError, match="got 'png'; must be one or more of mp4, gif"):
+        plot(folder, animate=True, formats="png")
 
 
 def test_every_picture_of_a_field_is_one_that_overwrite_removes() -> None:

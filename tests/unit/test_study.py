@@ -55,7 +55,7 @@ def test_front_holds_what_no_other_beats() -> None:
 def test_times_can_only_be_given_by_at(entry: str, settings: tuple[str, ...], tmp_path: Path) -> None:
     path = tmp_path / "study.yaml"
     path.write_text(STUDY.replace("{mesh.Np: 8}", f"{{mesh.Np: 8}}, {entry}" if entry else "{mesh.Np: 8}", 1))
-    with pytest.raises(InputError, match=r"discretisations: output\.times: must be left out: it follows from at"):
+    with pytest.raises(InputError, match=r"output\.times: .*must be left out: it follows from at"):
         read_study(path, read_yaml(path), settings)
 
 
@@ -69,7 +69,7 @@ def test_discretisation_may_be_repeated_less_often_than_the_others(tmp_path: Pat
     path = tmp_path / "again.yaml"
     assert grid_from(path, last.content).key == last.key, "its folder's grid.yaml is that sweep's"
     assert not study.repetition(3)
-    with pytest.raises(InputError, match=r"discretisations\[0\]: repeat: got 1.5; must be a whole number"):
+    with pytest.raises(InputError, match=r"discretisations\[0\]\.repeat: got 1.5; must be a whole number"):
         checked(tmp_path, STUDY.replace("{mesh.Np: 8}", "{mesh.Np: 8, repeat: 1.5}", 1))
 
 
@@ -82,8 +82,8 @@ def test_discretisation_may_be_repeated_less_often_than_the_others(tmp_path: Pat
         ("reference: 4", "index of a discretisation from 0 to 3"),
         ("reference: 1\nexact: [0.1, 0.2]", "must be left out if exact is given"),
         ("exact: 0.1", "2 numbers, one for each of at"),
-        ("repeat: 0", "repeat: got 0; must be a whole number from 1 to 100"),
-        ("exact: [.nan, 0.1]", "2 numbers, one for each of at"),
+        ("repeat: 0", "repeat: got 0; must be a whole number at least 1 and at most 100"),
+        ("exact: [.nan, 0.1]", "exact[0]: got nan; must be a finite number"),
         ("command: [run, curve]", "command: got ['run', 'curve']; must be run or curve"),
         ("over: x", "t (times) or d (distances that the run passes)"),
     ],
@@ -101,7 +101,7 @@ def test_wrong_study_is_refused_with_key_and_value(changes: str, message: str, t
         ("[{mesh.Np: 8}, {mesh.Np: 8}]", "1 are equal to an earlier one"),
         ("[{mesh.Np: 8}, {mesh.Np: 2}]", "mesh.Np: got 2"),
         ("[{mesh.Np: 8}, {output.times: [0.01]}]", "must be left out: it follows from at"),
-        ("[{mesh.Np: 8}, {command: sweep}]", "discretisations[1]: command: got 'sweep'; must be run or curve"),
+        ("[{mesh.Np: 8}, {command: sweep}]", "discretisations[1].command: got 'sweep'; must be run or curve"),
         ("[{mesh.Np: 8}, {command: curve}]\nover: t", "over: got 't'; must be d"),
     ],
 )

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
-from pairsim.results.travel import travel
+from pairsim.cli.app import app
+from pairsim.results.travel import COLUMNS, travel
 from pairsim.runtime.errors import InputError
 
 D = np.geomspace(0.05, 1, 12)
@@ -71,6 +76,26 @@ def test_what_cannot_be_reached_is_refused(start: float, stop: float, key: str, 
     with pytest.raises(InputError, match=message) as caught:
         travel(ZERO, start, stop, "test")
     assert caught.value.key == key
+
+
+@pytest.mark.parametrize(
+    ("start", "stop", "message"),
+    [
+        ("5um", "17um", "--to: got '17um'; gives d = 0.34, which must be between 0.1 and 0.3, the ends of the curve"),
+        ("4um", "10um", "--from: got '4um'; gives d = 0.08, which must be between"),
+        ("0.1", "0.34", "--to: got 0.34; must be between"),
+    ],
+)
+def test_messages_show_the_distance_as_it_was_typed(start: str, stop: str, message: str, tmp_path: Path) -> None:
+    """17 um in a tube of 50 um is .33999999999999997 D_c in double precision."""
+    record = {"status": "finished", "kind": "curve"}
+    record |= {"scales": {"length": 50e-6, "time": 0.005, "velocity": 0.01, "stress": 170.0}}
+    (tmp_path / "run.json").write_text(json.dumps(record))
+    header, row = ",".join(COLUMNS), "{},0.001,0,1.8,1.8,0"
+    (tmp_path / "curve.csv").write_text("\n".join([header, row.format(0.1), row.format(0.3)]) + "\n")
+    result = CliRunner().invoke(app, ["travel", str(tmp_path), "--from", start, "--to", stop])
+    assert isinstance(result.exception, InputError)
+    assert message in str(result.exception)
 
 
 def test_curve_of_one_particle_has_no_way() -> None:

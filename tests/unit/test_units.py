@@ -14,7 +14,15 @@ from typer.testing import CliRunner
 
 from pairsim.cli.app import app
 from pairsim.config.bench_report import steady_limit
-from pairsim.config.case_file import case_from_dict, critical_from_dict, curve_from_dict, load_case, read_with
+from pairsim.config.case_file import (
+    case_from_dict,
+    critical_from_dict,
+    curve_from_dict,
+    load_case,
+    load_critical,
+    load_curve,
+    read_with,
+)
 from pairsim.config.quantities import LENGTH, VISCOSITY, quantity_range, si
 from pairsim.physics.scales import Scales, mean_velocity
 from pairsim.runtime.errors import InputError
@@ -76,6 +84,11 @@ def test_curves_and_critical_distances_take_the_block_too() -> None:
     assert curve_from_dict(block, "test").places == [pytest.approx((d,)) for d in (0.1, 0.2, 0.4)]
     critical = critical_from_dict({**bench(distance=["1 um", "40 um"], end=None), "along": {"De": [0.5, 1]}}, "test")
     assert critical.d == pytest.approx((0.02, 0.8))
+
+
+def test_numbers_have_no_digits_of_rounding() -> None:
+    """17 um over 50 um is .33999999999999997 in double precision."""
+    assert case_from_dict(bench(distance="17 um"), "test").d0 == 0.34
 
 
 def test_without_relaxation_time_the_liquid_is_newtonian_and_rigid_particles_need_no_modulus() -> None:
@@ -233,6 +246,33 @@ def test_steady_limit_passes_through_what_was_measured() -> None:
         [0.33, 0.33, 0.155, 0.085, 0.085]
     )
     assert 0.085 < steady_limit(0.5) < 0.155
+
+
+@pytest.mark.parametrize(
+    ("words", "loader", "distances"),
+    [
+        (["--kind", "curve"], load_curve, (0.02, 0.8)),
+        (["--kind", "curve", "--distance", "2um", "--distance", "20um"], load_curve, (0.04, 0.4)),
+        (["--kind", "critical", "--distance", "2um", "--distance", "20um"], load_critical, (0.04, 0.4)),
+        (
+            ["--distance", "5um", "--distance", "10um", "--particle", "15um", "--particle", "10um"],
+            load_case,
+            (0.1, 0.2),
+        ),
+    ],
+)
+def test_units_writes_a_case_of_each_command(
+    words: list[str], loader: Any, distances: tuple[float, float], tmp_path: Path
+) -> None:
+    path = tmp_path / "case.yaml"
+    given = [*UNITS, "--flow", "1ul/min", "--modulus", "5kPa", *words]
+    result = CliRunner().invoke(app, [*given, "-o", str(path)])
+    assert result.exit_code == 0, result.output
+    assert result.output.endswith(f"next: pairsim {loader(path).kind} {path} --dry-run\n")
+    assert f"\nd{'0' * (loader is load_case)} " in result.output
+    case = loader(path)
+    found = case.d0 if loader is load_case else case.d
+    assert (np.min(found), np.max(found)) == pytest.approx(distances)
 
 
 def test_units_writes_a_case_only_when_asked_and_replaces_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -25,7 +25,9 @@ def test_keys_know_their_lines(tmp_path: Path) -> None:
     path = write(tmp_path, TEXT)
     data = read_yaml(path)
     assert data == {"a": 1, "mesh": {"Np": 20, "growth": 0.1}, "list": [{"x": 1}, {"y": 2}]}
-    for key, line in (("a", 1), ("mesh", 2), ("mesh.Np", 3), ("mesh.growth[0]", 4), ("mesh.other", 2), ("list[1]", 5)):
+    lines = {"a": 1, "mesh": 2, "mesh.Np": 3, "mesh.growth[0]": 4, "mesh.other": 2}
+    lines |= {"list[1]": 6, "list[1].y": 6, "list[1].other": 6, "list[7]": 5}
+    for key, line in lines.items():
         assert place_of(data, key) == Place(str(path), line)
     assert place_of(data, "b") is None
     assert data["list"][1].places["y"].line == 6

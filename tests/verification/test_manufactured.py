@@ -28,7 +28,7 @@ from pairsim.physics.materials.polymer import Polymer
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.history import Counts, History, State
-from pairsim.solvers.newton import Report
+from pairsim.solvers.newton_report import Report
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.step_size import StepControl
 from pairsim.solvers.transient import Transient

@@ -14,8 +14,9 @@ from support.scenes import soft_pair
 from pairsim.fem.geometry import MeshSettings
 from pairsim.physics.materials.polymer import Law
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.newton import Newton, Report
+from pairsim.solvers.newton import Newton
 from pairsim.solvers.newton_options import MatrixPolicy, NewtonOptions
+from pairsim.solvers.newton_report import Report
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady import Steady

@@ -1,0 +1,103 @@
+"""The compiled loops over cells of `cell_loop.c`, which assemble the matrix of the free unknowns.
+
+They are compiled with the forms (`pairsim.fem.form_cache`), with the same compiler and flags into the same cache.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import hashlib
+import os
+import shlex
+import subprocess
+import sysconfig
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pairsim.fem.jit import JIT_OPTIONS, cache
+from pairsim.runtime.arrays import Array
+
+SOURCE = Path(__file__).with_name("cell_loop.c")
+
+
+@dataclass(frozen=True)
+class CellJacobian:
+    """The Jacobian of a phase cell by cell, on the cells of one process.
+
+    Attributes:
+        kernel: Compiled function that tabulates the matrix of a cell.
+        dofs: Canonical numbers of the unknowns of each cell, shape (cells, k).
+        coupled_pointer: Start of the columns of each row of a cell's matrix that can be non-zero, shape (k + 1,).
+        coupled: Their numbers.
+        points: Coordinates of the nodes on this process, shape (nodes, 3).
+        nodes: Nodes of each cell, shape (cells, 6).
+        packed: Function that returns the coefficients of all cells, their number in a cell, and the constants.
+    """
+
+    kernel: ctypes.c_void_p
+    dofs: NDArray[np.int32]
+    coupled_pointer: NDArray[np.int32]
+    coupled: NDArray[np.int32]
+    points: Array
+    nodes: NDArray[np.int32]
+    packed: Callable[[], tuple[Array, int, Array]]
+
+
+def _library() -> Path:
+    """Path of the compiled library; its name contains a hash of the source and of the command that compiles it."""
+    digest = hashlib.sha256(SOURCE.read_bytes() + shlex.join(_command()).encode()).hexdigest()[:16]
+    return cache() / f"cell-loop-{digest}.so"
+
+
+def _command() -> list[str]:
+    compiler = shlex.split(os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc")
+    return [*compiler, *map(str, JIT_OPTIONS["cffi_extra_compile_args"]), "-std=c11", "-fPIC", "-shared"]
+
+
+def compile_loops() -> Path:
+    """Compile the loops unless this was done before, and return the path of the library.
+
+    Raises:
+        RuntimeError: The compiler failed.
+        OSError: There is no compiler, or the cache is not writable.
+    """
+    library = _library()
+    if not library.exists():
+        library.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=library.parent) as folder:
+            built = Path(folder) / library.name
+            done = subprocess.run([*_command(), str(SOURCE), "-o", str(built)], capture_output=True, text=True)
+            if done.returncode != 0:
+                raise RuntimeError(f"{shlex.join(done.args)} failed: {done.stderr.strip()}")
+            built.replace(library)  # another process may do the same at the same time
+    return library
+
+
+@functools.cache
+def _loops() -> Any:
+    loops = ctypes.CDLL(str(compile_loops()))
+    loops.row_patterns.restype = loops.locate.restype = ctypes.c_int64
+    loops.assemble.restype = ctypes.c_int
+    return loops
+
+
+def _argument(value: Any) -> Any:
+    """A C argument: pointers of arrays, int64 for Python's integers, int32 for those of NumPy."""
+    if isinstance(value, np.ndarray):
+        assert value.flags.c_contiguous
+        return value.ctypes.data_as(ctypes.c_void_p)
+    if isinstance(value, np.int32):
+        return ctypes.c_int32(int(value))
+    return ctypes.c_int64(value) if isinstance(value, int) else value
+
+
+def call(name: str, *arguments: Any) -> int:
+    """Call a function of `cell_loop.c` with arrays, int (int64_t), np.int32 (int32_t), None (NULL) or a pointer."""
+    return int(getattr(_loops(), name)(*map(_argument, arguments)))

@@ -1,0 +1,79 @@
+"""Fill-reducing order of elimination: nested dissection on the graph of mesh nodes.
+
+Unknowns of one node have nearly the same neighbours. The graph of nodes is several times smaller than that of the
+unknowns, which METIS would have to compress first.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+
+from pairsim.fem.constraints import Constraints
+from pairsim.fem.scene import Scene
+from pairsim.runtime.arrays import Indices
+from pairsim.runtime.fenicsx import PETSc
+from pairsim.runtime.signals import sigterm_waits
+
+# Share of the nodes to which an unknown may be connected before it is eliminated last, as velocities of rigid particles
+# and multipliers are; chosen.
+DENSE = 0.05
+
+
+def node_of_unknowns(scene: Scene, constraints: Constraints) -> Indices:
+    """Node, numbered over all phases, of every free unknown; -1 for those of no single node; shape (n_y,)."""
+    node_of = np.full(scene.size, -1)
+    first = 0
+    for phase, offset in zip(scene.phases, scene.offsets, strict=False):
+        node_of[offset : offset + phase.size] = first + phase.nodes
+        first += len(phase.six_node_mesh.points)
+    dependence = abs(constraints.N) + abs(sparse.csr_matrix(constraints.C @ constraints.M))
+    by_unknown = sparse.csc_matrix(dependence)
+    by_unknown.sort_indices()
+    count = np.diff(by_unknown.indptr)
+    found = np.full(constraints.size, -1)
+    some = np.flatnonzero((count > 0) & (count < DENSE * first))
+    found[some] = node_of[by_unknown.indices[by_unknown.indptr[some]]]
+    return found
+
+
+def elimination_order(scene: Scene, constraints: Constraints) -> Indices | None:
+    """Free unknowns in the order in which they are eliminated, shape (n_y,), in a scene on one process.
+
+    None if PETSc was built without METIS.
+    """
+    node = node_of_unknowns(scene, constraints)
+    used, group = np.unique(node[node >= 0], return_inverse=True)
+    unknowns = np.flatnonzero(node >= 0)
+    members = sparse.csr_matrix((np.ones(len(unknowns)), (unknowns, group)), shape=(constraints.size, len(used)))
+    P = abs(constraints.N) + abs(sparse.csr_matrix(constraints.C @ constraints.M))
+    touched = []
+    for phase, offset in zip(scene.phases, scene.offsets, strict=False):
+        cells = phase.cell_jacobian().dofs
+        pointer = np.arange(len(cells) + 1) * cells.shape[1]
+        incidence = sparse.csr_matrix(
+            (np.ones(cells.size), cells.ravel() + offset, pointer), shape=(len(cells), scene.size)
+        )
+        touched.append(sparse.csr_matrix(incidence @ (P @ members)))
+    touch = sparse.vstack(touched, format="csr")
+    graph = sparse.csr_matrix(touch.T @ touch)
+    graph.sort_indices()
+    matrix = PETSc.Mat().createAIJ(
+        graph.shape,
+        csr=(graph.indptr.astype(PETSc.IntType), graph.indices.astype(PETSc.IntType), graph.data),
+        comm=PETSc.COMM_SELF,
+    )
+    try:
+        with sigterm_waits():
+            rows, columns = matrix.getOrdering("metisnd")
+    except PETSc.Error:
+        return None
+    finally:
+        matrix.destroy()
+    rank = np.empty(len(used), dtype=np.int64)
+    rank[rows.getIndices()] = np.arange(len(used))
+    rows.destroy()
+    columns.destroy()
+    last = np.full(constraints.size, len(used))
+    last[unknowns] = rank[group]
+    return np.argsort(last, kind="stable")

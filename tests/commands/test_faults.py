@@ -1,0 +1,237 @@
+"""What is missing, full, closed, torn or removed: a sentence, an exit code, nothing left behind, and on later."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import meshio
+import pytest
+from support.commands import Pairsim
+from support.inputs import TINY
+
+from pairsim.drivers.outcome import Outcome, Record
+from pairsim.drivers.session import write_failure
+from pairsim.fem import form_cache
+from pairsim.fem.jit import JIT_OPTIONS, cache
+from pairsim.results import output
+from pairsim.results.folders import read_record
+from pairsim.results.output import RunFolder
+from pairsim.runtime.child_process import module_command
+from pairsim.sweeps.verdict import judge
+
+TUBE = "particles: 0\nDe: 0\nlength: 2\nends: developed\ntime: {end: 0.01}\n"
+PAIR = "beta: 0.4\nDe: 0\nCa_e: 0\nd0: 0.1\nlength: 3\nmesh: {Np: 6}\ntime: {end: 0.01}\n"
+FULL = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def refuse(*_: object, **__: object) -> None:
+    raise FULL
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("redirection", "code"), [("2>/dev/full", 0), ("2>&-", 0), (">&-", 0), (">/dev/full", 4), ("<&- >&- 2>&-", 0)]
+)
+def test_a_closed_or_full_stream_costs_no_result(redirection: str, code: int, tmp_path: Path) -> None:
+    (tmp_path / "case.yaml").write_text(TUBE)
+    command = " ".join(module_command("pairsim", "run", "case.yaml", "-o", "out"))
+    done = subprocess.run(["bash", "-c", f"{command} {redirection}"], cwd=tmp_path, capture_output=True, check=False)
+    assert done.returncode == code
+    assert b"Traceback" not in done.stderr
+    assert ("standard output cannot be used" in done.stderr.decode()) == bool(code)
+    assert read_record(tmp_path / "out")["status"] == "finished"
+
+
+def test_a_current_folder_that_was_removed_is_a_sentence(tmp_path: Path) -> None:
+    (tmp_path / "gone").mkdir()
+    command = " ".join(module_command("pairsim", "schema"))
+    done = subprocess.run(
+        ["bash", "-c", f"cd gone; rmdir ../gone; {command}"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 4
+    assert done.stderr.splitlines()[-1].startswith("pairsim: environment: the current folder has been removed")
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("part", ["mesh", "picture"])
+def test_mesh_that_cannot_be_written_leaves_nothing(
+    part: str, tmp_path: Path, pairsim: Pairsim, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "case.yaml").write_text(PAIR)
+    if part == "mesh":
+        monkeypatch.setattr(meshio.Mesh, "write", refuse)
+    else:
+        monkeypatch.setattr("matplotlib.figure.Figure.savefig", refuse)
+    done = pairsim("mesh", "case.yaml", "-o", "m/m.msh", "--png", "m/m.png")
+    assert done.returncode == 3
+    assert "cannot be written (No space left on device)" in done.stderr
+    assert [path.name for path in (tmp_path / "m").iterdir()] == (["m.msh"] if part == "picture" else [])
+
+
+def test_mesh_as_xdmf_is_one_file(tmp_path: Path, pairsim: Pairsim) -> None:
+    (tmp_path / "case.yaml").write_text(PAIR)
+    assert pairsim("mesh", "case.yaml", "-o", "m/m.xdmf").returncode == 0
+    assert [path.name for path in (tmp_path / "m").iterdir()] == ["m.xdmf"]
+    assert "triangle6" in meshio.read(tmp_path / "m" / "m.xdmf").cells_dict
+
+
+@pytest.mark.slow
+def test_picture_that_cannot_be_written_is_a_warning(
+    tmp_path: Path, pairsim: Pairsim, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "case.yaml").write_text(PAIR.replace("d0: 0.1", "d: [0.1]").replace("time: {end: 0.01}\n", ""))
+    monkeypatch.setattr("pairsim.plots.style.Figure.savefig", refuse)
+    done = pairsim("curve", "case.yaml", "-o", "out")
+    assert done.returncode == 0
+    assert done.stdout.strip() == "out"
+    assert "warning: no picture: out/curve.png" in done.stderr
+    assert "pairsim plot out draws it" in done.stderr
+    assert read_record(tmp_path / "out")["status"] == "finished"
+
+
+def test_full_disk_does_not_hide_the_end_of_a_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Run.json has its disk space since the beginning, and is overwritten in place where a new file has none."""
+    record = Record(RunFolder.create(tmp_path / "out"), "run", "pairsim run", 1)
+    record.write(None, {}, {})
+    monkeypatch.setattr(output, "write_text", refuse)
+    with pytest.raises(OSError, match="No space left"):
+        record.write(None, {}, {})
+    record.write(Outcome("failed", "write_failed", "full"), {}, {})
+    assert read_record(tmp_path / "out")["status"] == "failed"
+    with pytest.raises(OSError, match="No space left"):
+        record.write(Outcome("failed", "write_failed", "x" * 10_000), {}, {})
+    assert read_record(tmp_path / "out")["message"] == "full", "what does not fit is not begun"
+
+
+def test_advice_is_for_the_cause(tmp_path: Path) -> None:
+    def advice(error: OSError, folder: Path) -> str:
+        failure = write_failure(error, folder, "--resume")
+        return f"{failure.message}; {failure.advice}"
+
+    assert "freeing disk space, then --resume" in advice(FULL, tmp_path)
+    assert f"making {tmp_path} writable" in advice(OSError(errno.EROFS, "Read-only file system"), tmp_path)
+    removed = advice(FileNotFoundError(errno.ENOENT, "No such file or directory"), tmp_path / "gone")
+    assert "was removed" in removed
+    assert "disk space" not in removed
+
+
+@pytest.fixture
+def empty_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The base folder of an empty cache of compiled forms, for this process and its children."""
+    base = tmp_path / "cache"
+    base.mkdir()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(base))
+    monkeypatch.setitem(JIT_OPTIONS, "cache_dir", str(base / "pairsim"))
+    return base
+
+
+@pytest.mark.slow
+def test_no_compiler_is_a_sentence_and_not_the_fault_of_a_case(
+    empty_cache: Path, tmp_path: Path, pairsim: Pairsim, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CC", "no-such-compiler")
+    (tmp_path / "case.yaml").write_text(TUBE)
+    done = pairsim("run", "case.yaml", "-o", "out", "-q")
+    assert done.returncode == 4
+    assert "there is no C compiler (no-such-compiler)" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert read_record(tmp_path / "out")["reason"] == "environment"
+    (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1, 0.2]}\n")
+    done = pairsim("sweep", "grid.yaml", "-o", "swept", "-q")
+    assert done.returncode == 4
+    assert "there is no C compiler" in done.stderr
+    cases = json.loads((tmp_path / "swept" / "sweep.json").read_text())["cases"]
+    assert [(case["status"], case["attempts"]) for case in cases] == [("pending", 0)] * 2
+
+
+def test_environment_of_a_case_in_a_sweep() -> None:
+    said = "pairsim: environment: MPI cannot be loaded (libmpi.so)"
+    assert judge(4, {}, said, "", 1.0) == ("failed", "environment", said.removeprefix("pairsim: "))
+
+
+@pytest.mark.slow
+def test_cache_that_cannot_be_written_is_replaced_for_one_command(
+    tmp_path: Path, pairsim_apart: Pairsim, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    (tmp_path / "case.yaml").write_text(TUBE)
+    done = pairsim_apart("run", "case.yaml", "-o", "out")
+    assert done.returncode == 0, done.stderr
+    (note,) = (line for line in done.stderr.splitlines() if "note:" in line)
+    assert "cannot be written" in note
+    assert "temporary folder" in note
+    assert not list(tmp_path.glob("pairsim-*")), "the temporary folder is removed"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stamped", [True, False])
+def test_torn_modules_are_compiled_anew(
+    stamped: bool, tmp_path: Path, pairsim_apart: Pairsim, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Loading one would end the process with SIGBUS; with stamps it is not even tried."""
+    names = form_cache._modules(form_cache._stamp("newtonian:fixed"))
+    assert names
+    copy = tmp_path / "cache" / "pairsim" / cache().name
+    copy.mkdir(parents=True)
+    for name in names:
+        for file in cache().glob(f"{name.partition('.')[0]}.*"):
+            shutil.copy(file, copy)
+        os.truncate(copy / name, 4096)
+    if stamped:
+        shutil.copy(form_cache._stamp("newtonian:fixed"), copy)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    (tmp_path / "case.yaml").write_text(TUBE)
+    done = pairsim_apart("run", "case.yaml", "-o", "out", "-q")
+    assert done.returncode == 0, done.stderr
+    assert all((copy / name).stat().st_size > 4096 for name in names)
+
+
+def test_no_home_folder_is_needed() -> None:
+    environment = {name: value for name, value in os.environ.items() if name not in ("HOME", "XDG_CACHE_HOME")}
+    program = "from pairsim.fem import jit; print(jit.cache())"
+    done = subprocess.run(
+        module_command("timeit", "-n", "1", "-r", "1", program),
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "pairsim" in done.stdout
+
+
+@pytest.mark.slow
+def test_doctor_says_what_was_found(tmp_path: Path, pairsim_apart: Pairsim) -> None:
+    done = pairsim_apart("doctor")
+    assert done.returncode == 0, done.stdout
+    for name in (
+        "C compiler",
+        "cache of compiled forms",
+        "mpirun",
+        "MPI",
+        "gmsh and FEniCSx",
+        "a small case",
+        "pictures",
+    ):
+        assert f"ok       {name}" in done.stdout, name
+
+
+def test_doctor_says_what_to_do(empty_cache: Path, pairsim: Pairsim, monkeypatch: pytest.MonkeyPatch) -> None:
+    def run(*_: Any, **__: Any) -> Any:
+        return subprocess.CompletedProcess([], -7, '{"name": "MPI", "status": "ok", "found": "MPICH"}\n', "")
+
+    ran: Callable[..., Any] = run
+    monkeypatch.setenv("CC", "no-such-compiler")
+    monkeypatch.setattr("pairsim.api.doctor.subprocess.run", ran)
+    done = pairsim("doctor")
+    assert done.returncode == 4
+    assert "broken   C compiler: no-such-compiler is not on PATH\n         try: apt install gcc" in done.stdout
+    assert "the check stopped after MPI: ended by SIGBUS" in done.stdout

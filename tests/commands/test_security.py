@@ -1,0 +1,149 @@
+"""The statements of SECURITY.md about what files cannot do. Limits on files are tested in `test_hostile_input.py`."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import subprocess
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.commands import Pairsim
+
+from pairsim.config.case_file import load_case
+from pairsim.config.quantities import LENGTH, si
+from pairsim.results.checkpoint import load
+from pairsim.runtime.errors import InputError
+from pairsim.sweeps.grid import read_grid
+
+CASE = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\n"
+GRID = "base: {beta: 0.4, De: 0, Ca_e: 0.1}\ngrid: {d0: [0.1, 0.2]}\n"
+SHELL = "$(touch executed)`touch executed`; touch executed #'\"\\ & touch executed"
+
+
+class Executed:
+    """Runs a command when it is unpickled."""
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return os.system, ("touch executed",)
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder, the current one."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        "!!python/object/apply:os.system [touch executed]",
+        "!!python/name:os.system",
+        "!!python/module:os",
+        "!anything 1",
+    ],
+)
+def test_yaml_makes_no_objects(value: str, here: Path) -> None:
+    path = here / "case.yaml"
+    path.write_text(CASE + f"name: {value}\n")
+    with pytest.raises(InputError, match="must not have tags"):
+        load_case(path)
+    assert not (here / "executed").exists()
+
+
+@pytest.mark.parametrize(
+    "unit", ["__import__('os').system('touch executed')", "um if 1 else m", "(lambda: um)()", "um;m"]
+)
+def test_quantities_are_not_evaluated(unit: str, here: Path) -> None:
+    with pytest.raises(ValueError, match=r"must be a length"):
+        si(f"1 {unit}", LENGTH)
+    assert not (here / "executed").exists()
+
+
+@pytest.mark.parametrize("name", ["../out", "/tmp/out", "..", ".hidden", "a/b", "a\\b", "~", "$HOME", "-rf"])
+def test_name_of_a_case_is_no_path(name: str, here: Path) -> None:
+    path = here / "case.yaml"
+    path.write_text(CASE + f"name: '{name}'\n")
+    with pytest.raises(InputError, match="must be a word"):
+        load_case(path)
+
+
+@pytest.mark.parametrize("name", ["../out", "/tmp/out", "..", ".hidden", "a/b"])
+def test_name_of_a_sweep_is_no_path(name: str, here: Path) -> None:
+    path = here / "grid.yaml"
+    path.write_text(f"name: '{name}'\n" + GRID)
+    with pytest.raises(InputError, match="must be a name for a folder"):
+        read_grid(path)
+
+
+@pytest.mark.parametrize("named", ["../case.yaml", "/etc/passwd", "below/../../case.yaml", "{outside}/case.yaml"])
+@pytest.mark.parametrize("key", ["base", "cases"])
+def test_files_named_in_a_sweep_lie_below_it(key: str, named: str, here: Path) -> None:
+    (here / "case.yaml").write_text(CASE)
+    folder = here / "folder"
+    (folder / "below").mkdir(parents=True)
+    value = named.format(outside=here)
+    text = f"base: {value}\ngrid: {{d0: [0.1]}}\n" if key == "base" else f"cases: [{value}]\n"
+    (folder / "grid.yaml").write_text(text)
+    with pytest.raises(InputError, match="must be a file in the folder of this file"):
+        read_grid(folder / "grid.yaml")
+    (folder / "below" / "case.yaml").write_text(CASE)
+    (folder / "grid.yaml").write_text("cases: [below/case.yaml]\n")
+    assert len(read_grid(folder / "grid.yaml").cases) == 1
+
+
+def test_checkpoint_holds_no_objects(here: Path) -> None:
+    content = io.BytesIO()
+    np.save(content, np.array([Executed()], dtype=object), allow_pickle=True)
+    with zipfile.ZipFile(here / "checkpoint.npz", "w") as archive:
+        archive.writestr("told.npy", content.getvalue())
+    with pytest.raises(InputError, match="must be a complete checkpoint"):
+        load(here)
+    assert not (here / "executed").exists()
+
+
+def test_job_script_quotes_what_it_contains(here: Path, pairsim: Pairsim) -> None:
+    grid = here / f"grid {SHELL.replace('/', '')}.yaml"
+    grid.write_text("name: a b;c\n" + GRID)
+    setting = f"mesh={{Np: 8}} # {SHELL}"
+    script = pairsim("sweep", grid.name, "--emit", "slurm", "-o", f"out {SHELL}", "--set", setting).stdout
+    assert "#SBATCH --job-name=a-b-c\n" in script
+    commented = [line for line in script.splitlines() if line.startswith("#")]
+    assert not any("touch" in line for line in commented)
+    shown = script.replace("\nexec ", "\nprintf '%s\\0' ")  # the words in place of what they would start
+    environment = {**os.environ, "SLURM_ARRAY_TASK_ID": "1"}
+    done = subprocess.run(["bash", "-c", shown], cwd=here, env=environment, capture_output=True, text=True, check=True)
+    words = done.stdout.split("\0")
+    assert str(grid) in words
+    assert str(here / f"out {SHELL}") in words
+    assert setting in words
+    assert not (here / "executed").exists()
+    assert not any(path.name == "executed" for path in here.rglob("*"))
+
+
+def test_record_of_settings_holds_them_as_comments(here: Path) -> None:
+    """grid.yaml in the folder of a sweep begins with the settings; a line break would make keys of them."""
+    (here / "grid.yaml").write_text(GRID)
+    with pytest.raises(InputError, match="must be key=value on one line"):
+        read_grid(here / "grid.yaml", ("mesh.Np=8\nname: x",))
+
+
+def test_report_shows_text_as_text(here: Path, pairsim: Pairsim) -> None:
+    folder = here / "<img src=x onerror=alert(1)>"
+    folder.mkdir()
+    hostile = "<script>alert(1)</script>"
+    record = {"status": "failed", "kind": "run", "reason": hostile, "message": hostile, "command": hostile}
+    (folder / "run.json").write_text(json.dumps(record))
+    (folder / "case.yaml").write_text(CASE)
+    (folder / "series.csv").write_text("t,dU\n")
+    done = pairsim("report", folder.name)
+    assert done.returncode == 0, done.stderr
+    page = (folder / "report.html").read_text()
+    assert "default-src 'none'" in page
+    assert hostile not in page
+    assert folder.name not in page
+    assert "&lt;script&gt;alert(1)" in page

@@ -1,0 +1,83 @@
+"""The order in which unknowns are eliminated, and factors in single precision."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from pairsim.config.case_file import curve_from_dict
+from pairsim.drivers.problems import steady_problem
+from pairsim.solvers import newton, reduced_system
+from pairsim.solvers.continuation import begin
+from pairsim.solvers.elimination_order import elimination_order, node_of_unknowns
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady import Steady
+
+KEYS = {"beta": 0.4, "De": 0, "Ca_e": 0.01, "d": [0.1], "ends": "developed", "length": 4.0, "mesh": {"Np": 8}}
+
+
+def pair() -> Steady:
+    case = curve_from_dict(KEYS, "test")
+    return Steady(MPI.COMM_WORLD, steady_problem(case, 0.1), Parameters((0.1,), case.Ca_es, 0.0))
+
+
+@pytest.fixture
+def scene() -> Iterator[Steady]:
+    steady = pair()
+    yield steady
+    steady.close()
+
+
+def solved(steady: Steady) -> float:
+    begin(steady)
+    return float(steady.velocity_row() @ steady.y)
+
+
+def test_unknowns_of_a_node_are_eliminated_together_and_those_of_all_nodes_last(scene: Steady) -> None:
+    order = elimination_order(scene.scene, scene.constraints)
+    assert order is not None
+    assert np.array_equal(np.sort(order), np.arange(scene.constraints.size))
+    node = node_of_unknowns(scene.scene, scene.constraints)
+    own = node[order]
+    last = np.count_nonzero(node < 0)
+    assert (own[-last:] < 0).all()
+    assert np.count_nonzero(np.diff(own)) == len(np.unique(own)) - 1
+
+
+def test_order_of_nodes_gives_factors_as_small_as_the_order_of_unknowns(
+    scene: Steady, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    solved(scene)
+    ours = scene.newton.factor_megabytes
+    monkeypatch.setattr(reduced_system, "elimination_order", lambda *_: None)
+    other = pair()
+    solved(other)
+    assert ours <= 1.1 * other.newton.factor_megabytes
+    other.close()
+
+
+def test_double_precision_takes_over_where_refinement_fails(scene: Steady, monkeypatch: pytest.MonkeyPatch) -> None:
+    expected = solved(scene)
+    assert scene.newton.single
+    monkeypatch.setattr(newton, "MOST_REFINEMENTS", 1)
+    other = pair()
+    assert solved(other) == pytest.approx(expected, abs=1e-12)
+    assert not other.newton.single
+    other.close()
+
+
+@pytest.mark.parametrize("transposed", [False, True])
+def test_linear_solves_are_refined(scene: Steady, transposed: bool) -> None:
+    solved(scene)
+    scene.factor()
+    row = scene.velocity_row()
+    single = scene.newton.linear_solve(row, transposed=transposed)
+    assert scene.newton.single
+    scene.newton.use_double()
+    scene.forget()
+    scene.factor()
+    double = scene.newton.linear_solve(row, transposed=transposed)
+    assert np.linalg.norm(single - double) < 1e-6 * np.linalg.norm(double)

@@ -1,0 +1,79 @@
+"""When a run makes a new mesh, and how it takes its first step there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import pytest
+from mpi4py import MPI
+
+from pairsim.fem.geometry import MeshSettings
+from pairsim.solvers.step_size import StepControl
+from pairsim.solvers.transient import Step, Transient
+from tests.support.scenes import soft_pair
+
+FIXED, CONTROLLED = StepControl(3e-4, 1e-8, 2.0, fixed=0.02), StepControl(3e-4, 1e-8, 2.0)
+
+
+@dataclass
+class Attempts:
+    """Every attempted step; Newton's method diverges in that of number `failing`, counted from 1."""
+
+    failing: int = 0
+    found: list[dict[str, Any]] = field(default_factory=list)
+
+
+@pytest.fixture
+def attempts(monkeypatch: pytest.MonkeyPatch) -> Attempts:
+    known = Attempts()
+    attempt = Transient._attempt
+
+    def watched(self: Transient, dt: float, gradually: bool = False) -> Any:
+        *others, report, error = attempt(self, dt, gradually)
+        known.found.append({"t": self.history.t[0], "dt": dt, "gradually": gradually, "mesh": self.counts.remeshings})
+        return *others, replace(report, converged=report.converged and len(known.found) != known.failing), error
+
+    monkeypatch.setattr(Transient, "_attempt", watched)
+    return known
+
+
+def first_steps(number: int, control: StepControl = CONTROLLED, new_mesh_after: int = 0) -> list[Step]:
+    """The first steps of a soft pair on coarse cells."""
+    problem = soft_pair(0.4, 0.1, 0.1, control=control, mesh=MeshSettings(Np=8), length=4.9)
+    transient = Transient(MPI.COMM_WORLD, problem)
+    found = []
+    try:
+        for step in transient.steps(iter([1.0])):
+            found.append(step)
+            transient._due = len(found) == new_mesh_after
+            if len(found) == number:
+                break
+    finally:
+        transient.close()
+    return found
+
+
+@pytest.mark.parametrize(("control", "gradually"), [(FIXED, [True, False, True]), (CONTROLLED, [True, False, False])])
+def test_fixed_steps_begin_gradually_on_every_mesh(
+    control: StepControl, gradually: list[bool], attempts: Attempts
+) -> None:
+    """A prescribed step cannot be made smaller where the first guess is interpolated."""
+    found = first_steps(3, control, new_mesh_after=2)
+    assert [step.mesh_id for step in found] == [0, 0, 1]
+    assert [attempt["gradually"] for attempt in attempts.found] == gradually
+
+
+def test_step_at_which_newton_fails_is_repeated_on_a_new_mesh(attempts: Attempts) -> None:
+    attempts.failing = 4
+    assert [step.mesh_id for step in first_steps(4)] == [0, 0, 0, 1]
+    failed, repeated = attempts.found[3:5]
+    assert repeated == failed | {"mesh": 1}
+
+
+def test_step_that_fails_on_a_new_mesh_is_made_smaller(attempts: Attempts) -> None:
+    attempts.failing = 3
+    assert [step.mesh_id for step in first_steps(3, new_mesh_after=2)] == [0, 0, 1]
+    failed, repeated = attempts.found[2:4]
+    assert repeated["t"] == failed["t"]
+    assert repeated["dt"] < failed["dt"]
