@@ -36,7 +36,8 @@ from pairsim.solvers.branch import Branch
 from pairsim.solvers.newton_options import MumpsOptions
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import Problem
-from pairsim.solvers.transient import Step, Transient
+from pairsim.solvers.step import Step
+from pairsim.solvers.transient import Transient
 
 NOTEBOOK = Path(__file__).resolve().parent.parent / "docs" / "notebook"
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}

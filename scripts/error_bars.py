@@ -1,6 +1,6 @@
 """Error bars of dU against errors: fixes the safety factor of dU_error on half of the scenes, judges it on the others.
 
-usage: scripts/error_bars [-o runs/error_bars] [--only WORD] [--table]
+usage: scripts/error_bars [-o runs/error_bars] [--only WORD] [--table] [--runs]
 
 Solves every scene of configs/error_bars/scenes.yaml on three meshes, with the estimate of the error and with the
 coarser mesh that mesh_error asks for, and on two fine meshes of different kinds that give its truth. One process, some
@@ -24,6 +24,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import error_bars_runs
 import yaml
 from measuring import with_one_thread
 
@@ -293,8 +294,11 @@ def main() -> int:
     parser.add_argument("-o", "--output", type=Path, default=Path("runs/error_bars"))
     parser.add_argument("--only", default="", metavar="WORD", help="scenes whose name contains it")
     parser.add_argument("--table", action="store_true", help="judge what there is, compute nothing")
+    parser.add_argument("--runs", action="store_true", help="runs in time instead (scripts/error_bars_runs.py)")
     arguments = parser.parse_args()
     arguments.output.mkdir(parents=True, exist_ok=True)
+    if arguments.runs:
+        return int(error_bars_runs.judge(arguments.output, arguments.only, arguments.table) > 0)
     scenes, table = yaml.safe_load(SCENES.read_text()), arguments.output / "error_bars.csv"
     if not arguments.table:
         compute(scenes, table, arguments.only)

@@ -1,8 +1,9 @@
 # Sourced by the commands of this folder: makes .venv at the project's root on first use.
-# usage: setup_venv EXTRAS, such as `setup_venv wheel` or `setup_venv wheel,dev`
+# usage: setup_venv EXTRAS, such as `setup_venv fenicsx` or `setup_venv fenicsx,dev`
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 venv="$root/.venv"
+uv_python=3.13 # where no interpreter is new enough
 
 say() { echo "pairsim set-up: $*" >&2; }
 
@@ -18,6 +19,31 @@ find_python() {
         if is_new_enough "$candidate"; then echo "$candidate"; return 0; fi
     done
     return 1
+}
+
+# A path of uv: the user's, or one that the pip of an older Python can install into .uv.
+find_uv() {
+    local candidate
+    for candidate in uv "$HOME/.local/bin/uv" "$root/.uv/bin/uv"; do
+        if "$candidate" --version >/dev/null 2>&1; then echo "$candidate"; return 0; fi
+    done
+    for candidate in python3 python /usr/bin/python3; do
+        "$candidate" -m pip --version >/dev/null 2>&1 || continue
+        say "installing uv into .uv with the pip of $(command -v "$candidate")"
+        "$candidate" -m pip install --quiet --disable-pip-version-check --upgrade --target "$root/.uv" uv >&2 || continue
+        if "$root/.uv/bin/uv" --version >/dev/null 2>&1; then echo "$root/.uv/bin/uv"; return 0; fi
+    done
+    return 1
+}
+
+# The path of a Python that uv downloads, into the user's folder of such interpreters.
+python_of_uv() {
+    local uv found
+    uv=$(find_uv) || return 1
+    say "no Python 3.12 or newer was found; uv installs $uv_python"
+    export UV_PYTHON_PREFERENCE=only-managed UV_PYTHON_INSTALL_BIN=0
+    "$uv" python install --quiet "$uv_python" >&2 || return 1
+    found=$(cd / && "$uv" python find "$uv_python") && is_new_enough "$found" && echo "$found"
 }
 
 includes() { # whether the list $1 has all entries of the list $2
@@ -49,8 +75,9 @@ setup_venv() {
     fi
     # Without pip it is what an interrupted set-up left.
     if ! is_new_enough "$venv/bin/python" || ! "$venv/bin/python" -m pip --version >/dev/null 2>&1; then
-        python=$(find_python) || {
-            say "no Python 3.12 or newer with venv was found; install one, or set PAIRSIM_PYTHON to it"
+        python=$(find_python || python_of_uv) || {
+            say "no Python 3.12 or newer with venv was found, and uv could not bring one; install either, or set" \
+                "PAIRSIM_PYTHON to an interpreter"
             exit 1
         }
         # A site's own FEniCSx (Debian, conda, Spack) is used where that Python has it.
@@ -64,7 +91,7 @@ setup_venv() {
         "$python" -m venv "${options[@]}" "$venv" || { rm -rf "$venv"; exit 1; }
     fi
     if grep -q '^include-system-site-packages = true' "$venv/pyvenv.cfg"; then
-        extras=$(echo "$extras" | sed 's/\(^\|,\)wheel//; s/^,//')
+        extras=$(echo "$extras" | sed 's/\(^\|,\)fenicsx//; s/^,//')
     fi
     rm -f "$venv/.pairsim-ready"
     say "installing (once; some minutes, about 1 GB)"

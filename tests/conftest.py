@@ -18,6 +18,7 @@ FORMS = [
     *(f"{law}:fixed" for law in LAWS),
     "fene-p:moving",
     *(f"{kind}:enriched" for kind in ("newtonian:moving", "neo-hookean", "giesekus:moving:steady")),
+    *(f"{kind}:recovered" for kind in ("newtonian:moving", "neo-hookean", "giesekus:moving")),
 ]
 """Kinds of forms that the tests solve with."""
 

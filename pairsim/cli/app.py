@@ -36,7 +36,7 @@ from pairsim.runtime.errors import (
     unexpected,
 )
 from pairsim.runtime.signals import Signals
-from pairsim.runtime.version import __version__
+from pairsim.runtime.version import __version__, commit
 
 if TYPE_CHECKING:
     from pairsim.api.results import Result
@@ -57,14 +57,15 @@ app.add_typer(pictures.app)
 
 def _version(wanted: bool) -> None:
     if wanted:
-        typer.echo(f"pairsim {__version__}")
+        made_from = commit()
+        typer.echo(f"pairsim {__version__}" + (f" (commit {made_from})" if made_from else ""))
         raise typer.Exit
 
 
 @app.callback()
 def _common(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and its commit.")
     ] = False,
 ) -> None:
     pass

@@ -13,16 +13,31 @@ from pairsim.runtime.errors import InputError
 app = typer.Typer()
 
 
-@app.command(epilog="Examples: pairsim init | pairsim init beads --kind curve")
+@app.command(
+    epilog="Examples: pairsim init | pairsim init beads --kind curve | pairsim init --example quickstart | "
+    "pairsim init --list"
+)
 def init(
-    name: Annotated[str | None, typer.Argument(help="Name of the case and of its file (default: the kind).")] = None,
+    name: Annotated[
+        str | None, typer.Argument(help="Name of the case and of its file (default: the kind, or the example).")
+    ] = None,
     kind: Annotated[
         Literal["run", "curve", "critical", "sweep"], typer.Option("--kind", help="The command that reads the file.")
     ] = "run",
+    example: Annotated[
+        str | None, typer.Option("--example", help="Copy this example of the documentation instead, under NAME.")
+    ] = None,
+    list_: Annotated[bool, typer.Option("--list", help="List the names of these examples; write nothing.")] = False,
 ) -> None:
     """Write a commented example to NAME.yaml; an existing file is never replaced."""
-    from pairsim.config.example import write_example
+    from pairsim.config.example import copy_example, shipped_examples, write_example
 
+    if list_:
+        typer.echo("\n".join(shipped_examples()))
+        return
+    if example is not None:
+        typer.echo(str(copy_example(example, name or example, Path())))
+        return
     path = write_example(kind, name or kind, Path())
     typer.echo(str(path))
     typer.echo(f"next: pairsim {kind} {path} --dry-run", err=True)

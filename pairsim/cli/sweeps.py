@@ -67,7 +67,11 @@ def sweep(
         ),
     ] = None,
     emit: Annotated[
-        str | None, typer.Option(metavar="slurm", help="Print a script for a Slurm job array; compute nothing.")
+        str | None,
+        typer.Option(
+            metavar="slurm",
+            help="Print a script for a Slurm job array, with time and memory from the cost estimate; compute nothing.",
+        ),
     ] = None,
     progress: Progress = "auto",
     quiet: Quiet = False,
@@ -98,10 +102,12 @@ def sweep(
         extra += ["--cold"] if cold else []
         extra += ["--case-timeout", f"{case_timeout:g}"] if case_timeout else []
         tasks = part[1] if part else None
-        typer.echo(
-            job_script(checked, directory, tasks=tasks, ranks_per_case=ranks_per_case, walltime=seconds, extra=extra),
-            nl=False,
+        script, warnings = job_script(
+            checked, directory, tasks=tasks, ranks_per_case=ranks_per_case, walltime=seconds, extra=extra
         )
+        typer.echo(script, nl=False)
+        for warning in warnings:
+            typer.echo(f"warning: {warning}", err=True)
         return
     if dry_run:
         if rank() == 0:

@@ -295,6 +295,9 @@ class Case(SceneCase):
     d0: Distance | tuple[Distance, ...] | None = Field(
         None, description="initial distance between the facing surfaces [D_c]"
     )
+    dU_error: bool = Field(
+        False, strict=True, description="estimate the error of dU at every step (a third to two thirds more time)"
+    )
     time: TimeOptions = TimeOptions()
     limits: Limits = Limits()
     output: OutputOptions = OutputOptions()
@@ -316,7 +319,7 @@ class Case(SceneCase):
                 for name in ("min_gap", "max_gap")
                 if (value := getattr(self.limits, name)) != Limits.model_fields[name].default
             }
-            given = {"d0": self.d0, **limits}
+            given = {"d0": self.d0, "dU_error": self.dU_error or None, **limits}
             why = "there is only one particle" if self.n else "there are no particles"
             idle |= {key: why for key, value in given.items() if value is not None}
         return idle

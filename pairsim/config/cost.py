@@ -27,6 +27,7 @@ COARSE_TOO = 1.3  # factor for also solving on a coarser mesh
 # Newton iterations of the continuation to the first point and to each further one, and what the estimate of the error
 # of a point costs, in Newton iterations: .3 to .6, and .5 to 1.5 on a new mesh.
 FIRST_POINT, NEXT_POINT, ERROR_ESTIMATE = 40, 8, 0.8
+ERROR_TOO = 1.45  # factor of the time of a run for carrying its error along
 
 
 @dataclass(frozen=True)
@@ -106,7 +107,8 @@ def run_estimate(case: Case) -> Estimate:
     else:
         pace = (3e-4 / case.time.tol) ** 0.45 if any(case.Ca_es) or polymer else 0.25
         steps = 10 * pace * math.log(1 + end / first) * (3 if polymer else 1) + end / case.time.max_step
-    return Estimate(round(size), START + steps * 1.6e-6 * size**1.15, _memory(size, RUN_BYTES, polymer))
+    each = 1.6e-6 * size**1.15 * (ERROR_TOO if case.dU_error else 1.0)
+    return Estimate(round(size), START + steps * each, _memory(size, RUN_BYTES, polymer))
 
 
 def _steady_estimate(case: CurveCase | CriticalCase, points: int) -> Estimate:

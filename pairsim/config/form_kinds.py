@@ -14,5 +14,7 @@ def forms_of(case: SceneCase) -> tuple[str, ...]:
     parts = [case.law.name if case.law else "newtonian", "moving" if moving else "fixed"]
     parts += ["steady"] if case.law and steady else []
     kinds = (":".join(parts), *(("neo-hookean",) if soft else ()))
-    # The error of quasi-steady solutions is estimated.
-    return tuple(f"{kind}:enriched" for kind in kinds) if steady else kinds
+    # The error of quasi-steady solutions is estimated, that of runs on demand.
+    if isinstance(case, Case):
+        return tuple(f"{kind}:recovered" for kind in kinds) if case.dU_error and case.n > 1 else kinds
+    return tuple(f"{kind}:enriched" for kind in kinds)

@@ -26,6 +26,7 @@ def problem_of(case: Case) -> Problem:
         time_options.first_step,
         polymer=case.polymer,
         t_end=time_options.end,
+        dU_error=case.dU_error and case.n > 1,
         U_m=2 * (1 - 2 / 3 * largest**2),  # initial guess: Faxen's law without wall corrections
     )
 

@@ -22,8 +22,9 @@ from pairsim.runtime.errors import InputError, TooManySteps, WallTime, WriteFail
 from pairsim.runtime.fenicsx import MPI
 from pairsim.runtime.signals import Signals, Stopped
 from pairsim.solvers.history import Counts
+from pairsim.solvers.step import Step
 from pairsim.solvers.step_size import reached
-from pairsim.solvers.transient import Step, Transient
+from pairsim.solvers.transient import Transient
 
 OTHERS = ("curve.csv", "critical.csv", "study.csv", "sweep.json", "grid.yaml")  # files of other commands
 RETRY = "--resume"

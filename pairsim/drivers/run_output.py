@@ -11,15 +11,31 @@ from typing import Any
 import numpy as np
 
 from pairsim.config.case import Case
-from pairsim.drivers.warnings import coarse_mesh, long_steps, narrow_gap, near_ends, unresolved_stress
+from pairsim.drivers.warnings import (
+    coarse_mesh,
+    large_run_error,
+    long_steps,
+    narrow_gap,
+    near_ends,
+    unresolved_stress,
+)
 from pairsim.results.checkpoint import Checkpoint
-from pairsim.results.columns import HEALTH, POLYMER_HEALTH, named_row, relative_velocities, series_columns
+from pairsim.results.columns import (
+    HEALTH,
+    POLYMER_HEALTH,
+    error_columns,
+    named_row,
+    relative_velocities,
+    series_columns,
+)
 from pairsim.results.fields import frame
 from pairsim.results.output import SERIES, RunFolder, SeriesWriter, plain, read_series
 from pairsim.results.xdmf import FieldsWriter
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.time_error import TimeError
-from pairsim.solvers.transient import Step, Transient
+from pairsim.solvers.run_error import RunError
+from pairsim.solvers.step import Step
+from pairsim.solvers.time_error import LEAST, SET_IN, TimeError
+from pairsim.solvers.transient import Transient
 
 CHEAP = 50.0  # least interval between checkpoints at output times, over the wall time of writing one
 
@@ -65,6 +81,8 @@ class RunWarnings:
         widest: Largest length of the row of particles [D_c].
         narrowest: Gap and length of the adjacent arcs [D_c] when their ratio was smallest.
         steps: Estimate of the error of dU due to the time steps.
+        errors: Errors of dU to quote.
+        largest: The largest of them after stresses have set in [U_av].
     """
 
     case: Case
@@ -72,9 +90,12 @@ class RunWarnings:
     widest: float = 0.0
     narrowest: tuple[float, float] = (1.0, 0.0)
     steps: TimeError = field(init=False)
+    errors: RunError = field(init=False)
+    largest: float = 0.0
 
     def __post_init__(self) -> None:
         self.steps = TimeError(order=2 if self.case.polymer else 3)
+        self.errors = RunError(self.case.De if self.case.polymer else 0.0)
 
     @staticmethod
     def of(case: Case, series: Mapping[str, Array], narrowest: tuple[float, float]) -> RunWarnings:
@@ -88,17 +109,46 @@ class RunWarnings:
         gaps = [series[name] for name in series if name == "d" or name.startswith("d_")]
         s_jump = float(np.max(series.get("s_jump", [0.0]), initial=0.0))
         worst = RunWarnings(case, s_jump, span(case, gaps), narrowest)
-        relative = [series[name] for name in relative_velocities(series)]
-        for t, mesh, *dU in zip(series["t"], series["mesh"], *relative, strict=True):
-            worst.steps.add(float(t), int(mesh), dU)
+        rows = len(series["t"])
+
+        def table(names: list[str]) -> Array:
+            return np.array([series[name] for name in names]).reshape(len(names), rows).T
+
+        estimated = [name for name in series if name.startswith("dU_correction")]
+        relative, corrections = table(relative_velocities(series)), table(estimated)
+        for i, (t, mesh) in enumerate(zip(series["t"], series["mesh"], strict=True)):
+            worst.add(float(t), int(mesh), relative[i], corrections[i] if estimated else None)
         return worst
+
+    def add(self, t: float, mesh: int, dU: Array, correction: Array | None) -> Array | None:
+        """Take in an accepted step.
+
+        Args:
+            t: Time [D_c/U_av].
+            mesh: Number of remeshings before the step.
+            dU: Relative velocities [U_av], shape (N-1,).
+            correction: Estimates of exact minus discrete dU [U_av], shape (N-1,); None if there are none.
+
+        Returns:
+            The errors of dU to quote [U_av], shape (N-1,); None without estimates.
+        """
+        self.steps.add(t, mesh, dU)
+        if correction is None:
+            return None
+        error = self.errors.add(t, mesh, dU, correction, self.steps.largest)
+        if t > SET_IN:
+            self.largest = max(self.largest, float(error.max()))
+        return error
 
     @property
     def warnings(self) -> list[str]:
         """Warnings about the results."""
         stress, narrow = unresolved_stress(self.case, self.s_jump), narrow_gap(*self.narrowest)
         steps, ends = long_steps(self.case, self.steps.part), near_ends(self.case, self.widest)
-        return [*coarse_mesh(self.case), *steps, *stress, *narrow, *ends]
+        # Where dU is nothing but errors, as for equal rigid particles, a part of it means nothing.
+        part = self.largest / self.steps.peak if self.steps.peak > LEAST else 0.0
+        error = large_run_error(self.case, part)
+        return [*coarse_mesh(self.case), *steps, *error, *stress, *narrow, *ends]
 
 
 class RunOutput:
@@ -116,7 +166,8 @@ class RunOutput:
 
     def __init__(self, case: Case, folder: RunFolder, old: Checkpoint | None) -> None:
         self.case, self.folder, self.old = case, folder, old
-        columns = [*series_columns(case.n), *HEALTH, *(POLYMER_HEALTH if case.polymer else ())]
+        errors = error_columns(case.n) if case.dU_error and case.n > 1 else []
+        columns = [*series_columns(case.n), *errors, *HEALTH, *(POLYMER_HEALTH if case.polymer else ())]
         self.series = SeriesWriter(folder.file(SERIES), columns, old.rows if old else None)
         self.fields = FieldsWriter(folder.path, keep=old.frames if old else 0) if case.output.fields else None
         lost = old.frames - self.fields.frames if old and self.fields else 0
@@ -180,7 +231,10 @@ class RunOutput:
         if o.conformation is not None:
             values |= asdict(o.conformation)
             self.worst.s_jump = max(self.worst.s_jump, o.conformation.s_jump)
-        self.worst.steps.add(step.t, step.mesh_id, o.dU)
+        correction = step.dU_correction
+        error = self.worst.add(step.t, step.mesh_id, o.dU, correction)
+        if correction is not None and error is not None:
+            values |= dict(zip(error_columns(self.case.n), [*correction, *error], strict=True))
         self.worst.widest = max(self.worst.widest, span(self.case, list(o.d)))
         for gap, (upstream, downstream) in zip(map(float, o.d), pairwise(self.transient.meshed.outlines), strict=True):
             arc = max(upstream.size_at(0.0), downstream.size_at(float(np.pi)))

@@ -46,6 +46,21 @@ def long_steps(case: Case, part: float) -> list[str]:
     ]
 
 
+def large_run_error(case: Case, part: float) -> list[str]:
+    """Warn of an estimated error of dU in a run that exceeds `accuracy`.
+
+    Args:
+        case: The case.
+        part: Largest dU_error relative to the largest |dU|.
+    """
+    if 100 * part <= float(case.accuracy.removesuffix("%")):
+        return []
+    return [
+        f"dU_error is up to {100 * part:.2g} % of the largest |dU|, more than accuracy: {case.accuracy}; use a finer "
+        "mesh (mesh.Np, mesh.max_size) or a smaller time.tol"
+    ]
+
+
 def unresolved_stress(case: SceneCase, s_jump: float) -> list[str]:
     """Warn of a polymer stress that the mesh does not resolve; `s_jump` is the largest change of s within a cell."""
     allowed = SETTINGS[case.accuracy].s_jump

@@ -51,14 +51,20 @@ class CellJacobian:
 
 
 def _library() -> Path:
-    """Path of the compiled library; its name contains a hash of the source and of the command that compiles it."""
-    digest = hashlib.sha256(SOURCE.read_bytes() + shlex.join(_command()).encode()).hexdigest()[:16]
+    """Path of the compiled library; its name contains a hash of the source and of the options of the compiler.
+
+    Another compiler, or none, makes no difference to a library that is there.
+    """
+    digest = hashlib.sha256(SOURCE.read_bytes() + shlex.join(_options()).encode()).hexdigest()[:16]
     return cache() / f"cell-loop-{digest}.so"
 
 
+def _options() -> list[str]:
+    return [*map(str, JIT_OPTIONS["cffi_extra_compile_args"]), "-std=c11", "-fPIC", "-shared"]
+
+
 def _command() -> list[str]:
-    compiler = shlex.split(os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc")
-    return [*compiler, *map(str, JIT_OPTIONS["cffi_extra_compile_args"]), "-std=c11", "-fPIC", "-shared"]
+    return [*shlex.split(os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc"), *_options()]
 
 
 def compile_loops() -> Path:

@@ -95,6 +95,26 @@ def gaps(bodies: list[Body], h: Array) -> Array:
     return np.array([b[-1, 0] - a[0, 0] for a, b in pairwise(outlines)])
 
 
+def velocities(bodies: list[Body], velocity: Array, h: Array) -> Array:
+    """Velocities of the particles, averaged over their volumes [U_av], shape (N,).
+
+    Args:
+        bodies: The particles.
+        velocity: Velocity of their material, shape (n_h,).
+        h: Its positions, shape (n_h,).
+    """
+    return np.array(
+        [
+            velocity[body.start]
+            if body.phase is None
+            else body.quadrature.mean(
+                body.displacement(velocity)[:, 0], body.phase.six_node_mesh.points + body.displacement(h)
+            )
+            for body in bodies
+        ]
+    )
+
+
 def observe(
     scene: Scene, constraints: Constraints, y: Array, h: Array, x: Array, dp_without_particles: float
 ) -> Observation:
@@ -108,15 +128,12 @@ def observe(
         x: Full vector, shape (n,).
         dp_without_particles: Pressure drop of the same tube without particles.
     """
-    velocity = constraints.V @ y
-    U, D, change = [], [], 0.0
+    D, change = [], 0.0
     for body in scene.bodies:
         if body.phase is None:
-            U.append(float(velocity[body.start]))
             D.append(0.0)
             continue
         points = body.phase.six_node_mesh.points + body.displacement(h)
-        U.append(body.quadrature.mean(body.displacement(velocity)[:, 0], points))
         D.append(taylor_parameter(body.outline_points(h)))
         reference = body.quadrature.volume(body.phase.six_node_mesh.points)
         change = max(change, abs(body.quadrature.volume(points) / reference - 1))
@@ -126,7 +143,7 @@ def observe(
         conformation = health(liquid.nodal("s", x), scene.positions(x), liquid.six_node_mesh)
     return Observation(
         d=gaps(scene.bodies, h),
-        U=np.array(U),
+        U=velocities(scene.bodies, constraints.V @ y, h),
         D=np.array(D),
         dp=scene.pressure_drop(x),
         dp_without_particles=dp_without_particles,

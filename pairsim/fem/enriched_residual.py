@@ -6,6 +6,7 @@ which need not lie in the space of the solution: what an estimate of the discret
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -49,7 +50,7 @@ def enriched_form(comm: MPI.Comm, phase: CompiledPhase) -> EnrichedForm:
     liquid = any(f.name == "u" for f in phase.fields)
     untested = UNPHYSICAL["liquid" if liquid else "solid"]
     fields = tuple(replace(f, degree=f.degree + 1) for f in phase.fields if f.name not in untested)
-    element = basix.ufl.mixed_element([_element(f) for f in fields])
+    element = discontinuous(fields)
     mesh = phase.x.ufl_function_space().ufl_domain()
     test = ufl.TestFunction(ufl.FunctionSpace(mesh, element))
     dX = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE + 1})
@@ -60,9 +61,14 @@ def enriched_form(comm: MPI.Comm, phase: CompiledPhase) -> EnrichedForm:
     return _COMPILED[phase.kind]
 
 
-def _element(field: FieldSpec) -> basix.ufl._ElementBase:
-    shape = (field.components,) if field.components > 1 else None
-    return basix.ufl.element("Lagrange", "triangle", field.degree, shape=shape, discontinuous=True)
+def discontinuous(fields: Iterable[FieldSpec]) -> basix.ufl._ElementBase:
+    """The mixed element of fields, discontinuous from cell to cell."""
+
+    def element(field: FieldSpec) -> basix.ufl._ElementBase:
+        shape = (field.components,) if field.components > 1 else None
+        return basix.ufl.element("Lagrange", "triangle", field.degree, shape=shape, discontinuous=True)
+
+    return basix.ufl.mixed_element([element(f) for f in fields])
 
 
 def nodes_of(degree: int) -> Array:

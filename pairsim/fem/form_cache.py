@@ -9,6 +9,7 @@ that is restarted need not check them, and the checksums of their modules: loadi
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import fcntl
 import hashlib
 import importlib.util
@@ -48,7 +49,7 @@ def _stamp(form: str) -> Path:
             digest.update(str(spec and spec.origin).encode())
     physics = Path(__file__).parents[1] / "physics"
     sources = [physics / "kinematics.py", *physics.glob("forms/*.py"), *physics.glob("materials/*.py")]
-    ours = ("phases.py", "enriched_residual.py", "cell_loop.c", "cell_loop.py")
+    ours = ("phases.py", "enriched_residual.py", "recovered_residual.py", "cell_loop.c", "cell_loop.py")
     sources += [Path(__file__).with_name(name) for name in ours]
     for file in sorted(sources):
         digest.update(file.read_bytes())
@@ -88,7 +89,8 @@ def compile_missing(forms: Iterable[str]) -> None:
 
     Args:
         forms: Names `<law>:moving`, `<law>:fixed`, `<law>:moving:steady`, `<law>:fixed:steady` or `neo-hookean`; with
-            `:enriched` appended, the residual of the error estimate is compiled, too.
+            `:enriched` appended, the residual of the error estimate is compiled, too, with `:recovered` that of the
+            error of runs.
     """
     cache().mkdir(parents=True, exist_ok=True)
     with (cache() / "compile.lock").open("a+") as lock:
@@ -211,6 +213,7 @@ def _compile(form: str) -> list[Path]:
     from pairsim.fem.cell_loop import compile_loops
     from pairsim.fem.enriched_residual import enriched_form
     from pairsim.fem.phases import neo_hookean_solid, newtonian_liquid, viscoelastic_liquid
+    from pairsim.fem.recovered_residual import recovered_form
 
     law, *words = form.split(":")
     if law == "neo-hookean":
@@ -222,7 +225,11 @@ def _compile(form: str) -> list[Path]:
     compiled = [phase.residual, phase.jacobian]
     if "enriched" in words:
         compiled.append(enriched_form(MPI.COMM_SELF, phase).residual)
-    return [*(Path(each.module.__file__) for each in compiled), compile_loops()]
+    if "recovered" in words:
+        compiled.append(recovered_form(MPI.COMM_SELF, phase).residual)
+    loops = compile_loops()
+    ctypes.CDLL(str(loops))  # like the forms: a torn library ends this process, and not that of a case
+    return [*(Path(each.module.__file__) for each in compiled), loops]
 
 
 def _compile_patiently(form: str) -> list[Path]:
@@ -255,7 +262,7 @@ def _discard(module: str) -> None:
 def _discard_unverified() -> None:
     """Delete the modules whose checksum is in no stamp file: they may be torn."""
     verified = {entry for stamp in cache().glob("compiled-*") for entry in (_modules(stamp) or {}).items()}
-    for path in cache().glob("libffcx_forms_*.so"):
+    for path in cache().glob("*.so"):
         if (path.name, _checksum(path)) not in verified:
             _discard(path.name.partition(".")[0])
 

@@ -49,6 +49,7 @@ class PatchRecovery:
         inside = np.arange(count.max()) < count[:, None]
         self._nodes = np.zeros(inside.shape, dtype=np.int64)
         self._nodes[inside] = patches.indices
+        self._inside = inside
         self._centres = mesh.points[mesh.vertices]
         x = (mesh.points[self._nodes] - self._centres[:, None]) * inside[..., None]
         self._scales = np.sqrt((x**2).sum(axis=1) / count[:, None])
@@ -86,6 +87,39 @@ class PatchRecovery:
             local = (x - self._centres[at][:, None]) / self._scales[at][:, None]
             total += weight[:, None] * (_monomials(local, self._degree) @ coefficients[at])
         return total
+
+    def fits(self, odd: bool) -> sparse.csr_matrix:
+        """The polynomials around all vertices as a matrix that acts on the nodal values of a field of one parity in r.
+
+        Returns:
+            Shape (n_vertices k, n_nodes) for k coefficients.
+        """
+        part, inverse = self._of_parity[odd]
+        every = self._inverse @ np.swapaxes(self._basis, 1, 2)
+        every[self._on_axis] = inverse @ np.swapaxes(part, 1, 2)
+        size, inside = every.shape[1], self._inside
+        within = np.broadcast_to(inside[:, None], every.shape)
+        columns = np.broadcast_to(self._nodes[:, None], every.shape)[within]
+        starts = np.concatenate([[0], np.cumsum(np.repeat(inside.sum(axis=1), size))])
+        return sparse.csr_matrix((every[within], columns, starts), shape=(len(every) * size, len(self._mesh.points)))
+
+    def values(self, vertices: Indices, barycentric: Array, x: Array) -> sparse.csr_matrix:
+        """The recovered field at points, as a matrix that acts on the polynomials of `fits`.
+
+        Args:
+            vertices: Nodes that are the vertices of each point's cell, (q, 3).
+            barycentric: Coordinates of each point in it, (q, 3).
+            x: Positions of the points, (q, 2).
+
+        Returns:
+            Shape (q, n_vertices k) for k coefficients.
+        """
+        at, size = self._number[vertices], self._basis.shape[2]
+        local = (x[:, None] - self._centres[at]) / self._scales[at]
+        powers = _monomials(local, self._degree) * barycentric[..., None]
+        columns = at[..., None] * size + np.arange(size)
+        starts = np.arange(len(x) + 1) * 3 * size
+        return sparse.csr_matrix((powers.ravel(), columns.ravel(), starts), shape=(len(x), len(self._centres) * size))
 
 
 def _inverse_normal(basis: Array) -> Array:

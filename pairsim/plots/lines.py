@@ -102,7 +102,7 @@ def lines_of(directory: Path, parameters: Mapping[str, Any], *, curve: bool, fai
 
 
 def draw_line(axis: Axes, line: Line, x: str, look: Mapping[str, Any]) -> None:
-    """One line: that of a curve with its band, points and zeros; a cross ends that of a case which failed.
+    """One line with its band, that of a curve with points and zeros; a cross ends that of a case which failed.
 
     Args:
         axis: The panel.
@@ -116,11 +116,13 @@ def draw_line(axis: Axes, line: Line, x: str, look: Mapping[str, Any]) -> None:
         fine, curve, error = line.smooth()
         axis.plot(fine, curve, **plain)
         if error is not None:
-            axis.fill_between(fine, curve - error, curve + error, color=look["color"], alpha=look["band"], linewidth=0)
+            fill(axis, fine, curve, error, look)
     if line.curve or len(points) == 1:
         axis.plot(points, values, look["marker"], color=look["color"], markersize=2.5 if look["marker"] != "." else 3.5)
     if not line.curve:
         axis.plot(points, values, **plain)
+        if (name := error_column(line.table, line.gap)) is not None:
+            fill(axis, points, values, line.table[name], look)
     for zero, stable in line.zeros:
         face = look["color"] if stable else "white"
         axis.plot([zero], [0], "o", color=look["color"], markerfacecolor=face, markersize=ZERO, zorder=5)
@@ -128,11 +130,15 @@ def draw_line(axis: Axes, line: Line, x: str, look: Mapping[str, Any]) -> None:
         axis.plot(points[-1:], values[-1:], "x", color=look["color"], markersize=5)
 
 
+def fill(axis: Axes, x: Array, y: Array, error: Array, look: Mapping[str, Any]) -> None:
+    """The band of half-width `error` around a line."""
+    axis.fill_between(x, y - error, y + error, color=look["color"], alpha=look["band"], linewidth=0)
+
+
 def notes(lines: Sequence[Line]) -> list[Any]:
     """Entries of the legend for what else is drawn: bands, zeros, failures."""
     entries: list[Any] = []
-    curves = [line for line in lines if line.curve and len(line.table[line.d]) > 1]
-    if any(error_column(line.table, line.gap) for line in curves):
+    if any(line.y.startswith("dU") and error_column(line.table, line.gap) for line in lines):
         entries.append(Patch(color="0.35", alpha=BAND, linewidth=0, label=r"error of $\Delta U$"))
     entries += zero_notes([zero for line in lines for zero in line.zeros])
     if any(line.failed for line in lines):

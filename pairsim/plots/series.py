@@ -8,8 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from pairsim.plots.labels import axis_label, case_parts, finish, read_case
+from pairsim.plots.lines import BAND, fill
 from pairsim.plots.style import LINES, Page, printing, small_print
-from pairsim.results.columns import column, relative_velocities
+from pairsim.results.columns import column, error_column, relative_velocities
 from pairsim.results.output import SERIES, read_series
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
@@ -47,7 +48,8 @@ def draw_series(directory: Path, out: Path, page: Page) -> list[Path]:
         for i, name in enumerate(names):
             x = against[min(i, len(against) - 1)]
             label = f"${column(name).symbol}$" if against == ["t"] else f"${column(name).symbol}({column(x).symbol})$"
-            _line(axis, series[x], series[name], i, label)
+            error = error_column(series, name.removeprefix("dU")) if name in relative else None
+            _line(axis, series[x], series[name], i, label, series[error] if error is not None else None)
         finish(axis, axis_label(against), axis_label(names), [series[name] for name in names])
         axis.xaxis.set_major_locator(MaxNLocator(5))
         axis.yaxis.set_major_locator(MaxNLocator(6))
@@ -57,6 +59,8 @@ def draw_series(directory: Path, out: Path, page: Page) -> list[Path]:
     return page.save(figure, out, "series")
 
 
-def _line(axis: Axes, x: Array, y: Array, place: int, label: str) -> None:
+def _line(axis: Axes, x: Array, y: Array, place: int, label: str, error: Array | None) -> None:
     style = LINES[place % len(LINES)]
-    axis.plot(x, y, linestyle=style, marker="o" if len(x) == 1 else "", label=label)
+    (line,) = axis.plot(x, y, linestyle=style, marker="o" if len(x) == 1 else "", label=label)
+    if error is not None:
+        fill(axis, x, y, error, {"color": line.get_color(), "band": BAND})

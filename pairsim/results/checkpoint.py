@@ -23,7 +23,7 @@ from pairsim.runtime.errors import InputError
 from pairsim.solvers.history import Counts, History, State
 from pairsim.solvers.matrix_state import MatrixState, Place
 
-FORMAT = 3
+FORMAT = 4
 FREE = ("name", "time.end", "physical.end", "limits", "output")
 """Keys and groups of keys that may be changed when a run is resumed."""
 
@@ -79,9 +79,10 @@ class Checkpoint:
             "counts": asdict(state.counts),
             "seconds": state.seconds,
         }
-        arrays: dict[str, Any] = {"origin": self.origin}
-        for name, values in (("h", history.h), ("x", history.x), ("y", history.y)):
-            arrays |= {f"{name}_{k}": value for k, value in enumerate(values)}
+        arrays: dict[str, Any] = {"origin": self.origin, **_levels(history)}
+        if state.errors is not None:
+            entries |= {"t_errors": state.errors.t, "t_y_errors": state.errors.t_y}
+            arrays |= {f"error_{name}": value for name, value in _levels(state.errors).items()}
         for i, (outline, nodes) in enumerate(zip(reference.outlines, reference.positions, strict=True)):
             arrays |= {f"angles_{i}": outline.angles, f"positions_{i}": nodes}
         for i, mesh in enumerate((state.mesh, *state.inside)):
@@ -97,6 +98,18 @@ class Checkpoint:
         buffer = io.BytesIO()
         np.savez(buffer, allow_pickle=False, told=np.array(json.dumps(entries)), **arrays)
         write_bytes(folder.file(CHECKPOINT), buffer.getvalue())
+
+
+def _levels(history: History) -> dict[str, Array]:
+    """The arrays of a history by name."""
+    levels = (("h", history.h), ("x", history.x), ("y", history.y))
+    return {f"{name}_{k}": value for name, values in levels for k, value in enumerate(values)}
+
+
+def _history(arrays: dict[str, Any], t: list[float], t_y: list[float]) -> History:
+    """The history of arrays that were stored by these names."""
+    h, x, y = ([arrays[f"{name}_{k}"] for k in range(len(times))] for name, times in (("h", t), ("x", t), ("y", t_y)))
+    return History(t, h, x, y, t_y)
 
 
 def load(folder: Path) -> Checkpoint | None:
@@ -130,8 +143,10 @@ def _checkpoint(entries: dict[str, Any], arrays: dict[str, Any]) -> Checkpoint:
         tuple(arrays[f"positions_{i}"] for i in range(count)),
         entries["deformed"],
     )
-    levels = {name: [arrays[f"{name}_{k}"] for k in range(len(entries["t"]))] for name in ("h", "x")}
-    y = [arrays[f"y_{k}"] for k in range(len(entries["t_y"]))]
+    errors = None
+    if "t_errors" in entries:
+        stored = {name.removeprefix("error_"): array for name, array in arrays.items() if name.startswith("error_")}
+        errors = _history(stored, entries["t_errors"], entries["t_y_errors"])
     matrix = None
     if "memory" in entries:
         places = [
@@ -140,7 +155,7 @@ def _checkpoint(entries: dict[str, Any], arrays: dict[str, Any]) -> Checkpoint:
         ]
         matrix = MatrixState((places[0], places[-1]), **entries["memory"])
     state = State(
-        history=History(entries["t"], levels["h"], levels["x"], y, entries["t_y"]),
+        history=_history(arrays, entries["t"], entries["t_y"]),
         reference=reference,
         mesh=mesh(0),
         inside=tuple(mesh(i) if soft else None for i, soft in enumerate(entries["soft"], 1)),
@@ -150,6 +165,7 @@ def _checkpoint(entries: dict[str, Any], arrays: dict[str, Any]) -> Checkpoint:
         due=entries["due"],
         counts=Counts(**entries["counts"]),
         seconds=entries["seconds"],
+        errors=errors,
     )
     gaps, (gap, arc) = tuple(entries["gaps"]), entries["narrowest"]
     return Checkpoint(

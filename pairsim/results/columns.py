@@ -273,6 +273,11 @@ def series_columns(n: int) -> list[str]:
     return [*names, *(f"dU_{i}" for i in gaps), *(f"D_{i}" for i in particles), "dp", "dp_plus"]
 
 
+def error_columns(n: int) -> list[str]:
+    """The columns of the error of dU in series.csv, after `series_columns`, for `n` particles."""
+    return [f"{name}{gap}" for name in ("dU_correction", "dU_error") for gap in gap_endings(n)]
+
+
 def named_row(
     t: float,
     d: Iterable[float],

@@ -25,8 +25,8 @@ with sigterm_waits():
         import gmsh  # noqa: F401
     except OSError as error:
         raise EnvironmentFailure(
-            f"gmsh cannot be loaded ({error}); on Debian: apt install libglu1-mesa libxrender1 libxcursor1 libxft2 "
-            "libxinerama1"
+            f"gmsh cannot be loaded ({error}); on Debian: apt install libgl1 libglu1-mesa libxrender1 libxcursor1 "
+            "libxft2 libxinerama1"
         ) from error
     import numpy  # noqa: F401
     import scipy.linalg  # noqa: F401

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pairsim.runtime.errors import EnvironmentFailure
 
 INSTALL = (
-    "install the wheel of FEniCSx with pip install 'pairsim[wheel]', or install pairsim into the Python of a FEniCSx "
+    "install the wheel of FEniCSx with pip install 'pairsim[fenicsx]', or install pairsim into the Python of a FEniCSx "
     "with DOLFINx 0.11"
 )
 

@@ -59,6 +59,7 @@ class State:
         due: Whether the liquid is remeshed before the next step.
         counts: Work since the start of the run.
         seconds: Wall time since the start of the run by phase of the computation [s].
+        errors: Estimated exact minus discrete values of the last steps, None if they are not estimated.
     """
 
     history: History
@@ -71,3 +72,4 @@ class State:
     due: bool
     counts: Counts
     seconds: dict[str, float]
+    errors: History | None = None

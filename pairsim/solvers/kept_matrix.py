@@ -28,6 +28,11 @@ class KeptMatrix:
         # In the present solve: relative difference of g from that of the matrix, last step and its rate.
         self._mismatch = self._step = self._last_rate = 0.0
 
+    @property
+    def contraction(self) -> float:
+        """Rate of contraction to expect of further iterations with this matrix in the present solve."""
+        return max(self.rate, self._mismatch)
+
     def begin_solve(self, g: float) -> None:
         """Decide whether the matrix is reused in a solve with g = gamma dt."""
         ratio = g / self.g if self.g else math.inf

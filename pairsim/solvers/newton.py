@@ -131,9 +131,11 @@ class Newton:
     def _tested(self, x: Array) -> Array:
         """T R(x), summed over processes, with scaled rows, shape (n_y,)."""
         self.scene.set(x)
-        local = [phase.residual() for phase in self.scene.phases]
-        full = np.concatenate([*local, np.zeros(self.scene.size - self.scene.m)])
-        reduced = self.constraints.T @ full
+        return self.restricted([phase.residual() for phase in self.scene.phases], x)
+
+    def restricted(self, local: list[Array], x: Array) -> Array:
+        """T R(x), with scaled rows, from this process's parts of the residuals of all phases (canonical vectors)."""
+        reduced = self.constraints.T @ np.concatenate([*local, np.zeros(self.scene.size - self.scene.m)])
         if self.scene.comm.size > 1:
             self.scene.comm.Allreduce(reduced.copy(), reduced)
         reduced += self.constraints.T @ (self._linear @ x + self.scene.load())
@@ -285,9 +287,8 @@ class Newton:
             self._forget_factor()
             reason = self._snes.getConvergedReason()
             self._why = self._why or REASONS.get(reason, f"SNES reason {reason}")
-        iterations = self._snes.getIterationNumber()
-        report = Report(converged, iterations, self._factorisations, self._why, dict(self._steps), self._residual_norm)
-        return solution, report
+        counts = self._snes.getIterationNumber(), self._factorisations
+        return solution, Report(converged, *counts, self._why, dict(self._steps), self._residual_norm)
 
     def overstretched(self, y: Array) -> str:
         """Message if tr c exceeds L2 in a FENE-P liquid, where solutions are spurious; otherwise empty."""
@@ -319,12 +320,12 @@ class Newton:
         """Memory of the current factors on all processes [1e6 bytes]."""
         return int(self._snes.getKSP().getPC().getFactorMatrix().getMumpsInfog(22))
 
-    def linear_solve(self, rhs: Array, *, transposed: bool = False) -> Array:
-        """Solve a linear system with the matrix factorised last, or with its transpose; shapes (n_y,)."""
+    def linear_solve(self, rhs: Array, *, transposed: bool = False, rough: bool = False) -> Array:
+        """Solve with the matrix factorised last, or its transpose, to ACCURATE or ROUGH of the residual; (n_y,)."""
         b, x = self._A.createVecs()
         self._system.scatter(rhs, b)
         ksp = self._snes.getKSP()
-        ksp.setTolerances(rtol=ACCURATE, max_it=MOST_REFINEMENTS)
+        ksp.setTolerances(rtol=ROUGH if rough else ACCURATE, max_it=MOST_REFINEMENTS)
         with self.clock("solve"):
             solve = ksp.solveTranspose if transposed else ksp.solve
             solve(b, x)
@@ -369,8 +370,7 @@ class Newton:
 
     def residual_at(self, y: Array) -> Array:
         """Residual T R at y, with h*, g and U_m of the last solve, shape (n_y,)."""
-        vector = self._y.duplicate()
-        out = self._r.duplicate()
+        vector, out = self._y.duplicate(), self._r.duplicate()
         self._system.scatter(y, vector)
         self._residual(self._snes, vector, out)
         values = self._system.gather(out)

@@ -58,6 +58,7 @@ class Problem:
         extrapolated: Number of earlier solutions, at most four, from which the first guess is extrapolated.
         polymer: Polymer contribution to the liquid, None for a Newtonian liquid.
         t_end: Time up to which the flow without particles is computed [D_c/U_av].
+        dU_error: Whether the discretisation error of dU is estimated.
     """
 
     betas: tuple[float, ...]
@@ -75,6 +76,7 @@ class Problem:
     extrapolated: int = 4
     polymer: Polymer | None = None
     t_end: float = 1000.0
+    dU_error: bool = False
 
 
 @dataclass(frozen=True)

@@ -66,6 +66,16 @@ class TimeError:
             self._largest = max(self._largest, factor * size * float(np.prod(t - old)))
 
     @property
+    def largest(self) -> float:
+        """Largest error so far [U_av]."""
+        return self._largest
+
+    @property
+    def peak(self) -> float:
+        """Largest |dU| so far, at least LEAST [U_av]."""
+        return max(self._peak, LEAST)
+
+    @property
     def part(self) -> float:
         """Largest error relative to the largest |dU|."""
-        return self._largest / max(self._peak, LEAST)
+        return self._largest / self.peak

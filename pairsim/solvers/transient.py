@@ -7,13 +7,12 @@ and histories. Of the liquid only the log-conformation has a history, which is i
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from pairsim.fem import diagnostics
 from pairsim.fem.constraints import Constraints
-from pairsim.fem.diagnostics import Observation
 from pairsim.fem.geometry import Geometry, Outline, Reference
 from pairsim.fem.remeshing import FRESH_DISTORTION, needs_mesh
 from pairsim.fem.scene import Scene
@@ -24,11 +23,13 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import InvertedCell, MeshFailure, NewtonFailure, StepTooSmall
 from pairsim.runtime.fenicsx import MPI
+from pairsim.solvers.error_equation import ErrorEquation
 from pairsim.solvers.history import Counts, History, State
 from pairsim.solvers.mesh_transfer import free_unknowns
 from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene, cut_particles
 from pairsim.solvers.newton_report import Report
 from pairsim.solvers.problems import Problem
+from pairsim.solvers.step import Step
 from pairsim.solvers.step_size import Scheme, extrapolation_weights, land, reached, velocity_error
 from pairsim.solvers.stress_balance import balanced
 
@@ -41,37 +42,6 @@ CONFORMATION_WEIGHT = 0.4
 SURE_STEP = 1e-3
 # Least error in units of the tolerance, for scenes that do not change; 0 stands for an unknown error.
 NO_ERROR = 1e-12
-
-
-@dataclass(frozen=True)
-class Step:
-    """An accepted time step.
-
-    Attributes:
-        t: Time at the end of the step [D_c/U_av].
-        dt: Size of the step [D_c/U_av].
-        error: Local error in units of the tolerance, 0 if unknown.
-        report: Report of Newton's method.
-        observation: Quantities evaluated from the solution.
-        distortion: Smallest ratio of a liquid cell's current to its reference Jacobian.
-        scene: Scene on the mesh of this step.
-        mesh_id: Number of remeshings before the step.
-        x: Full vector, shape (n,).
-        h: Positions of the material, shape (n_h,).
-        velocity: Velocity of the material [U_av], shape (n_h,).
-    """
-
-    t: float
-    dt: float
-    error: float
-    report: Report
-    observation: Observation
-    distortion: float
-    scene: Scene
-    mesh_id: int
-    x: Array
-    h: Array
-    velocity: Array
 
 
 class Transient(OnMeshedScene):
@@ -95,6 +65,7 @@ class Transient(OnMeshedScene):
         self._U_m, self._dt, self._due = problem.U_m, problem.control.fixed or problem.first_step, False
         self.history = History()
         self._carried: Array | None = None
+        self._error: ErrorEquation | None = None
         if state is None:
             self._begin()
         else:
@@ -118,6 +89,8 @@ class Transient(OnMeshedScene):
         self.history = History([0.0], [h])
         self.meshed.put(Reference.spheres(geometry, outlines))
         self.history.x = [np.zeros(self.scene.size)]
+        if problem.dU_error:
+            self._error = ErrorEquation(History([0.0], [np.zeros(self.scene.h_size)], [np.zeros(self.scene.size)]))
 
     def _restore(self, state: State) -> None:
         """Start from the state of an earlier run."""
@@ -125,6 +98,8 @@ class Transient(OnMeshedScene):
         self.meshed.put(state.reference, state.mesh)
         self.history, self.counts = replace(state.history), replace(state.counts)
         self._U_m, self._dt, self._due = state.U_m, state.dt, state.due
+        if state.errors is not None:
+            self._error = ErrorEquation(replace(state.errors))
         if state.matrix_state is not None:
             self.newton.recall(state.matrix_state)
         for name, seconds in state.seconds.items():
@@ -144,6 +119,7 @@ class Transient(OnMeshedScene):
             due=self._due,
             counts=replace(self.counts),
             seconds=dict(self.clock.seconds),
+            errors=replace(self._error.errors) if self._error is not None else None,
         )
 
     def _particles(self, outlines: Sequence[Outline], insides: Sequence[SixNodeMesh | None]) -> MeshedScene:
@@ -280,6 +256,8 @@ class Transient(OnMeshedScene):
         old = self.scene
         spheres = None if old.reference.deformed else geometry
         self.meshed.remesh(h, geometry, spheres, lambda distortion: distortion >= FRESH_DISTORTION)
+        if self._error is not None:
+            self._carry_errors(old, shift)
         past = zip(self.history.t, self.history.x, self.history.h, strict=True)
         self.history.x = self.comm.bcast([self._carried_over(old, t, x, h, shift) for t, x, h in past])
         if self.problem.polymer is not None and self._carried is not None:
@@ -292,6 +270,19 @@ class Transient(OnMeshedScene):
         new = self.meshed.carried(old, x, h, shift)
         self._prescribe_ends(new, t)
         return new
+
+    def _carry_errors(self, old: Scene, shift: float) -> None:
+        """Interpolate the errors to the new mesh: what the interpolant of the corrected solution differs by."""
+        assert self._error is not None
+        past, errors = self.history, self._error.errors
+        errors.t_y, errors.y = [], []
+        levels = zip(past.t, past.x, past.h, errors.x, errors.h, strict=True)
+        errors.x = self.comm.bcast(
+            [
+                self._carried_over(old, t, x + dx, h + dh, shift) - self._carried_over(old, t, x, h, shift)
+                for t, x, h, dx, dh in levels
+            ]
+        )
 
     def _balance(self) -> None:
         """Restore the momentum balance of the interpolated s, with the same change of s at all old times."""
@@ -348,9 +339,13 @@ class Transient(OnMeshedScene):
                 valid, distortion = self.comm.bcast((valid, distortion))
                 if valid and distortion > 0 and control.accepts(error):
                     self.counts.steps += 1
-                    self.history.push(t + size, h, x, y)
                     without_particles = self.pipe(t + size).gradient * self.problem.length
                     observation = diagnostics.observe(self.scene, self.constraints, y, h, x, without_particles)
+                    correction = None
+                    if self._error is not None:
+                        step = self.history, t + size, self._U_m, y, observation.U
+                        correction = self._error.advance(self.newton, *step)
+                    self.history.push(t + size, h, x, y)
                     self._U_m = float(observation.U.mean()) if observation.U.size else 0.0
                     self._dt = control.next(self._dt, size, error)
                     self._due = needs_mesh(distortion, observation.d, self.scene.reference.geometry.gaps)
@@ -367,6 +362,7 @@ class Transient(OnMeshedScene):
                         x=x,
                         h=h,
                         velocity=self.constraints.M @ y,
+                        dU_correction=correction,
                     )
                     continue
                 self.counts.rejected += 1

@@ -17,15 +17,21 @@ from pairsim.sweeps.worker import Task
 
 def part_of(cases: tuple[SweepCase, ...], shard: Shard | None) -> list[SweepCase]:
     """The cases of a shard: each case, the most expensive first, goes to the shard with the least load so far."""
-    if shard is None:
-        return list(cases)
-    loads = [(0.0, i) for i in range(1, shard.n + 1)]
+    return list(cases) if shard is None else shards(cases, shard.n)[shard.i - 1]
+
+
+def shards(cases: tuple[SweepCase, ...], count: int) -> list[list[SweepCase]]:
+    """The cases of each of so many shards, in their order."""
+    loads = [(0.0, i) for i in range(count)]
     owner = {}
     for case in sorted(cases, key=lambda case: -case.checked.estimate.seconds):
         load, i = heapq.heappop(loads)
         owner[case.folder] = i
         heapq.heappush(loads, (load + case.checked.estimate.seconds, i))
-    return [case for case in cases if owner[case.folder] == shard.i]
+    parts: list[list[SweepCase]] = [[] for _ in range(count)]
+    for case in cases:
+        parts[owner[case.folder]].append(case)
+    return parts
 
 
 def units(tasks: list[Task], neighbours: tuple[str, ...], workers: int) -> deque[list[Task]]:

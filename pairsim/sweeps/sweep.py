@@ -25,6 +25,7 @@ from pairsim.runtime.collective import collectively
 from pairsim.runtime.errors import ENVIRONMENT, EnvironmentFailure, InputError
 from pairsim.runtime.locks import FolderLock, command_line
 from pairsim.runtime.signals import Signals
+from pairsim.runtime.slurm import job_end
 from pairsim.runtime.version import __version__
 from pairsim.sweeps.grid import Grid, SweepCase
 from pairsim.sweeps.ledger import Ledger, Shard
@@ -244,8 +245,8 @@ class _Root:
     def _deadline(self) -> float | None:
         """Time at which to stop, early enough for the running cases to end in order; None without a limit."""
         left = [self.options.walltime] if self.options.walltime else []
-        if (end := os.environ.get("SLURM_JOB_END_TIME", "")).isdigit():
-            left.append(int(end) - time.time())
+        if (end := job_end()) is not None:
+            left.append(end - time.time())
         if not left:
             return None
         allowed = min(left)

@@ -82,7 +82,7 @@ def assert_same(one: Path, other: Path, tolerance: float = 1e-10) -> None:
 @pytest.fixture(scope="module", params=[0, pytest.param(1, marks=pytest.mark.slow)], ids=["newtonian", "viscoelastic"])
 def stopped(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Case, Path, Path]:
     """A case, the folder of an uninterrupted run, and that of a run stopped after five steps and resumed."""
-    base, case = tmp_path_factory.mktemp("runs"), soft(De=request.param)
+    base, case = tmp_path_factory.mktemp("runs"), soft(De=request.param, dU_error=True)
     assert run(case, base / "whole").status == "finished"
     assert run(case, base / "cut", Stops(5)).status == "interrupted"
     assert len(read_series(base / "cut" / "series.csv")["t"]) == 5

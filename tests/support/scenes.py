@@ -15,8 +15,9 @@ from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.curve import trace
 from pairsim.solvers.newton import Newton
 from pairsim.solvers.problems import Problem
+from pairsim.solvers.step import Step
 from pairsim.solvers.step_size import StepControl
-from pairsim.solvers.transient import Step, Transient
+from pairsim.solvers.transient import Transient
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,10 @@ class Limited:
         self.problem = SimpleNamespace(law=True, betas=(0.4,))
         self.constraints = SimpleNamespace(fields={"s": np.zeros(0, dtype=int)})
         self.comm = SimpleNamespace(bcast=lambda value: value)
-        self.snapshot = None
+
+    @property
+    def snapshot(self) -> SimpleNamespace:
+        return SimpleNamespace(parameters=self.parameters)
 
     def solve(self, parameters: Parameters, guess: Array) -> Report:
         if parameters.De <= 0.4:
@@ -48,6 +51,8 @@ class Limited:
         return False
 
     def factor(self) -> None: ...
+
+    def forget(self) -> None: ...
 
     def recall(self, snapshot: object) -> None: ...
 

@@ -18,6 +18,7 @@ PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}
         ({"alpha": 0.3, "xi": 0.5}, ["alpha, xi have no effect: the liquid is Newtonian at De = 0"]),
         ({"epsilon": 0.1, "L2": 50}, ["epsilon, L2 have no effect: the liquid is Newtonian at De = 0"]),
         ({"particles": 1}, ["d0 has no effect: there is only one particle"]),
+        ({"particles": 1, "dU_error": True}, ["d0, dU_error have no effect: there is only one particle"]),
         (
             {"particles": 0, "limits": {"max_gap": 1, "min_gap": 0.002}},
             ["beta, Ca_e, d0, limits.max_gap have no effect: there are no particles"],

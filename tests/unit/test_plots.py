@@ -8,6 +8,7 @@ import imageio_ffmpeg
 import numpy as np
 import pytest
 from matplotlib import image
+from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 from PIL import Image
 from support.field_samples import PAIR, scene
@@ -21,7 +22,7 @@ from pairsim.plots.animation import default_movie
 from pairsim.plots.critical import _draw_error
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.field_values import FIELDS
-from pairsim.plots.lines import Line
+from pairsim.plots.lines import BAND, Line, draw_line, notes
 from pairsim.plots.meridional_section import outlines, tessellate
 from pairsim.plots.overlay import varying_keys
 from pairsim.plots.style import GREY, MM, Page
@@ -140,6 +141,20 @@ def test_curve_is_drawn_as_its_interpolant_with_the_error_estimate_where_there_i
     _, _, error = Line({}, table, "dU", True).smooth()
     assert error is not None
     assert set(error) == {2.0}
+
+
+def test_run_is_drawn_with_the_band_of_its_error() -> None:
+    t = np.array([1.0, 2.0, 3.0])
+    table = {"t": t, "d": t / 10, "dU": t**2, "dU_error": t / 10}
+    for shown, bands in ((table, 1), ({name: table[name] for name in ("t", "d", "dU")}, 0)):
+        figure, axis = plt.subplots()
+        line = Line({}, shown, "dU", False)
+        draw_line(axis, line, "t", {"color": "C0", "linestyle": "-", "marker": "o", "band": BAND})
+        assert len(axis.collections) == len(notes([line])) == bands
+        if bands:
+            edge = axis.collections[0].get_paths()[0].vertices
+            assert (edge[:, 1].min(), edge[:, 1].max()) == pytest.approx((0.9, 9.3))
+        plt.close(figure)
 
 
 @pytest.mark.slow

@@ -54,6 +54,18 @@ def test_rounding_errors_of_a_rigid_pair_do_not_count() -> None:
     assert estimate(np.arange(1, 51) * 0.1, noise) < 1e-3
 
 
+def test_error_to_quote_above_the_requested_accuracy_gives_a_warning() -> None:
+    """Relative to the largest |dU|, after stresses have set in; nothing without estimates."""
+    case = case_from_dict(KEYS | {"dU_error": True}, "")
+    for correction, shown in ((np.array([5e-3]), True), (np.array([1e-3]), False), (None, False)):
+        worst = RunWarnings(case)
+        for t in np.arange(1, 20) * 0.1:
+            worst.add(float(t), 0, np.array([1.0]), correction)
+        assert any("dU_error is up to 1 % of the largest |dU|" in text for text in worst.warnings) is False
+        worst.add(2.0, 0, np.array([1.0]), None if correction is None else 2 * correction)
+        assert any("dU_error is up to 2 % of the largest |dU|" in text for text in worst.warnings) is shown
+
+
 def test_estimated_error_above_the_requested_accuracy_gives_a_warning() -> None:
     assert not long_steps(case_from_dict(KEYS, ""), 0.009)
     (warning,) = long_steps(case_from_dict(KEYS | {"time": {"fixed_step": 0.1}}, ""), 0.24)

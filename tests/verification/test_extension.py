@@ -25,8 +25,8 @@ from pairsim.solvers.meshed_scene import MeshedScene
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import Problem, SteadyProblem
 from pairsim.solvers.steady import Steady
+from pairsim.solvers.step import Step
 from pairsim.solvers.step_size import StepControl
-from pairsim.solvers.transient import Step
 
 START_UP = {0.5: 1.0727, 1: 1.1272, 2: 1.1980, 3: 1.2371, 5: 1.2707, 10: 1.2848}
 STEADY = {0.05: 0.0931695, 0.1: 0.1861966, 0.2: 0.379230}  # Ca: D
