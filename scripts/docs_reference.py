@@ -78,7 +78,7 @@ def column_pages() -> str:
     liquid = "\nIn a viscoelastic liquid these follow:\n"
     polymer = described(map(column, tables.POLYMER_HEALTH))
     many = [tables.COLUMNS[i] for i in range(len(tables.COLUMNS)) if tables.COLUMNS[i].name.endswith("_i")]
-    curve = tables.curve_columns(2, True, True, True, ("Ca_e", "De", "beta"))
+    curve = tables.curve_columns(2, True, True, ("Ca_e", "De", "beta"))
     critical = [*tables.CRITICAL_COLUMNS, "mesh_error"]
     parts = [
         "# Columns of the tables\n",

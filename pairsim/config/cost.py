@@ -24,6 +24,9 @@ LIBRARIES = 230e6  # memory after all imports [bytes]
 RUN_BYTES, STEADY_BYTES = (11e3, 15e3), (19e3, 28e3)
 USUAL, GROWTH = 15e3, 0.1
 COARSE_TOO = 1.3  # factor for also solving on a coarser mesh
+# Newton iterations of the continuation to the first point and to each further one, and what the estimate of the error
+# of a point costs, in Newton iterations: .3 to .6, and .5 to 1.5 on a new mesh.
+FIRST_POINT, NEXT_POINT, ERROR_ESTIMATE = 40, 8, 0.8
 ERROR_TOO = 1.45  # factor of the time of a run for carrying its error along
 
 
@@ -113,7 +116,8 @@ def _steady_estimate(case: CurveCase | CriticalCase, points: int) -> Estimate:
     size, polymer = unknowns(case), case.polymer is not None
     each = 0.8e-6 * size**1.15 * (3 if polymer else 1) * (1.5 if case.mesh_error else 1)
     memory = _memory(size * (COARSE_TOO if case.mesh_error else 1.0), STEADY_BYTES, polymer)
-    return Estimate(round(size), START + (40 + 8 * points) * each, memory)
+    iterations = FIRST_POINT + NEXT_POINT * points + ERROR_ESTIMATE * (points + 1)
+    return Estimate(round(size), START + iterations * each, memory)
 
 
 def curve_estimate(case: CurveCase) -> Estimate:

@@ -13,6 +13,7 @@ from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import steady_problem
 from pairsim.drivers.quasi_steady import conclude, kept
 from pairsim.drivers.session import Options, Session, open_session
+from pairsim.drivers.warnings import large_errors
 from pairsim.fem.form_cache import ensure_compiled
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.signals import Signals
@@ -76,7 +77,9 @@ def _run(case: CriticalCase, session: Session) -> Outcome:
         return Outcome("finished", "end", message)
 
     outcome = session.carry_out(work, kept)
-    outcome = conclude(case, session, outcome, branch, output.points, output.warnings, {"ends": output.ends})
+    large = large_errors(case, "the error of a critical distance or parameter", "itself", output.errors)
+    warnings = [*output.warnings, *large]
+    outcome = conclude(case, session, outcome, branch, output.points, warnings, {"ends": output.ends})
     if branch is not None:
         branch.close()
     session.reporter.finish(outcome.message)

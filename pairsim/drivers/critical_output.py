@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 from pairsim.config.curve_case import CriticalCase
-from pairsim.drivers.quasi_steady import health_columns, point_row
+from pairsim.drivers.quasi_steady import error_at, health_columns, point_row
 from pairsim.drivers.session import Session
+from pairsim.drivers.warnings import ErrorAt
 from pairsim.results.columns import CRITICAL_COLUMNS
 from pairsim.solvers.branch import Point
-from pairsim.solvers.critical import Critical, End, Finding, Missed
+from pairsim.solvers.critical import Critical, End, Finding, Followed, Missed, value_of
 from pairsim.solvers.curve import Jump
 
 
@@ -24,15 +25,18 @@ class CriticalOutput:
     Attributes:
         rows: Rows of critical.csv so far.
         points: The quasi-steady solutions at the critical distances.
+        errors: Their estimated errors, relative to the distance or, where two zeros meet, to the parameter.
         ends: Entries of run.json about the ends of the branches.
         warnings: Warnings about the results.
     """
 
     def __init__(self, case: CriticalCase, session: Session) -> None:
         self.session = session
+        self._followed = None if case.along is None else cast(Followed, next(iter(case.along)))
         self._columns = [*CRITICAL_COLUMNS, *(["mesh_error"] if case.mesh_error else []), *health_columns(case)]
         self.rows: list[dict[str, Any]] = []
         self.points: list[Point] = []
+        self.errors: list[ErrorAt] = []
         self.ends: list[dict[str, Any]] = []
         self.warnings: list[str] = []
         self._solved = self._wanted = 0
@@ -83,8 +87,12 @@ class CriticalOutput:
         row |= {"d_error": "", "parameter_error": ""}
         if critical.by_parameter is None:
             row["d_error"] = row["dU_error"] / abs(row["slope"])
+            size = abs(row["slope"]) * point.d
         else:  # where two zeros meet, the slope vanishes
             row["parameter_error"] = row["dU_error"] / abs(critical.by_parameter)
+            assert self._followed is not None
+            size = abs(critical.by_parameter) * value_of(self._followed, place)
+        self.errors.append(error_at(point, 0, size))
         self.rows.append({name: row[name] for name in self._columns})
         text = f"Ca_e = {row['Ca_e']:.5g}  De = {place.De:.5g}  d_cr = {point.d:.5f}  {critical.kind}"
         self.session.reporter.update(self._wanted, text, self._solved)

@@ -12,14 +12,15 @@ from pairsim.config.form_kinds import forms_of
 from pairsim.drivers.curve_output import CurveOutput
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import solution_order, steady_problem
-from pairsim.drivers.quasi_steady import conclude, kept
+from pairsim.drivers.quasi_steady import conclude, error_at, kept
 from pairsim.drivers.session import Options, Session, open_session
+from pairsim.drivers.warnings import large_errors
 from pairsim.fem.form_cache import ensure_compiled
 from pairsim.runtime.errors import NoSteadyState, RunFailure
 from pairsim.runtime.fenicsx import MPI
 from pairsim.runtime.signals import Signals
-from pairsim.solvers.branch import Branch
-from pairsim.solvers.curve import Zero, equilibria, find_zeros, trace
+from pairsim.solvers.branch import Branch, Point
+from pairsim.solvers.curve import ROUNDING, Zero, equilibria, find_zeros, trace
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 
@@ -136,7 +137,17 @@ def _run(case: CurveCase, session: Session, sensitivities: bool, warm_start: War
         finished = session.carry_out(finish, kept)
         outcome = finished if outcome.status == "finished" else outcome
     points = output.points
-    return conclude(case, session, outcome, branch, points, output.warnings, {"points": len(points)})
+    warnings = [*output.warnings, *_large_errors(case, points)]
+    return conclude(case, session, outcome, branch, points, warnings, {"points": len(points)})
+
+
+def _large_errors(case: CurveCase, points: list[Point]) -> list[str]:
+    """Warnings of large errors of dU, relative to the largest |dU| of the curve."""
+    peak = max((float(np.abs(point.dUs).max(initial=0.0)) for point in points), default=0.0)
+    if peak < ROUNDING:
+        return []
+    errors = [error_at(point, gap, peak) for point in points for gap in range(len(point.gaps))]
+    return large_errors(case, "dU_error", "the largest |dU|", errors)
 
 
 def _find_zeros(branch: Branch, output: CurveOutput) -> str:

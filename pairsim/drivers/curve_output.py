@@ -48,9 +48,7 @@ class CurveOutput:
         self._rows: list[tuple[Point, str]] = []  # the points and their rows of curve.csv
         self.warnings: list[str] = []
         parameters = [name for name, value in (("Ca_e", max(case.Ca_es)), ("De", case.De), ("beta", 1.0)) if value]
-        columns = curve_columns(
-            case.n, case.common, case.polymer is None, case.mesh_error, parameters if sensitivities else []
-        )
+        columns = curve_columns(case.n, case.common, case.mesh_error, parameters if sensitivities else [])
         self._columns = [*columns, *health_columns(case)]
         self._frames: list[FieldFrame] = []
 

@@ -9,9 +9,10 @@ from typing import Any
 from pairsim.config.case import SceneCase
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.session import Session, write_failure
-from pairsim.drivers.warnings import coarse_mesh, near_ends, unresolved_stress
+from pairsim.drivers.warnings import ErrorAt, coarse_mesh, near_ends, unresolved_stress
 from pairsim.results.columns import CURVE_HEALTH, POLYMER_HEALTH, gap_endings, named_row, particle_endings
 from pairsim.solvers.branch import Branch, Point
+from pairsim.solvers.continuation import where
 
 
 def kept() -> str:
@@ -31,18 +32,24 @@ def point_row(point: Point) -> dict[str, float]:
     gaps = gap_endings(o.d.size + 1)
     estimate = point.estimate
     values = {"slope": point.slopes, "drift": point.drifts, "mesh_error": point.mesh_errors}
-    values |= {"dU_correction": estimate.dU, "dU_error": point.dU_errors}
+    values |= {"dU_correction": estimate.dU, "dU_error": point.dU_errors, "ends_error": estimate.ends_error}
     values |= {f"by_{name}": change for name, change in point.sensitivities.items()}
     for name, each in values.items():
         row |= {name + gap: value for gap, value in zip(gaps, each if each is not None else (), strict=False)}
     row |= {f"U_correction{each}": value for each, value in zip(particle_endings(o.U.size), estimate.U, strict=True)}
-    if estimate.dp_plus is not None:
-        row["dp_plus_correction"] = estimate.dp_plus
+    row["dp_plus_correction"] = estimate.dp_plus
     row |= {"newton": point.newton, "meshes": point.meshes, "m": o.m}
     row |= {"volume_error": o.volume_error, "distortion": point.distortion}
     if o.conformation is not None:
         row |= asdict(o.conformation)
     return {name: float(value) for name, value in row.items()}
+
+
+def error_at(point: Point, gap: int, size: float) -> ErrorAt:
+    """The estimated error of a relative velocity of a point, relative to a velocity."""
+    estimate = point.estimate
+    ends = float(estimate.ends_error[gap]) / size
+    return ErrorAt(float(point.dU_errors[gap]) / size, where(point.parameters), ends, bool(estimate.cancelling[gap]))
 
 
 def costs(branch: Branch | None) -> tuple[dict[str, Any], dict[str, float]]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 from pairsim.config.accuracy import SETTINGS, Accuracy, liquid_of
 from pairsim.config.case import Case, SceneCase
 
@@ -12,6 +15,7 @@ NEAR_ENDS = {"developed": 0.5, "periodic": 0.65}
 # Relative length as above, and the largest error measured below it with either kind of ends [% of the largest |dU|].
 ENDS_ERRORS = ((0.33, 44), (0.5, 7), (0.65, 2))
 COARSEST: Accuracy = "5%"
+NOTABLE = 0.1  # part of `accuracy` below which an error is too small for a warning that its estimate cancels; chosen
 
 
 def coarse_mesh(case: SceneCase) -> list[str]:
@@ -67,6 +71,49 @@ def unresolved_stress(case: SceneCase, s_jump: float) -> list[str]:
         f"{allowed:g}, the error of dU may exceed {case.accuracy} of its largest value (docs/how-to/accuracy.md); "
         "compare with a finer mesh (mesh.Np near the particles, mesh.max_size elsewhere)"
     ]
+
+
+@dataclass(frozen=True)
+class ErrorAt:
+    """The estimated error of a result.
+
+    Attributes:
+        relative: The error, relative to the size of what is asked for.
+        where: The place, such as "d = 0.1".
+        ends: The part of it that is due to the ends of the tube, relative as well.
+        cancelling: Whether the contributions of the cells cancel but for a small part, so that the sign is not certain.
+    """
+
+    relative: float
+    where: str
+    ends: float
+    cancelling: bool
+
+
+def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorAt]) -> list[str]:
+    """Warn of estimated errors that exceed `accuracy`, and of estimates that are small remainders of a large sum.
+
+    Args:
+        case: The case.
+        error: Name of the error.
+        size: What it is relative to.
+        errors: The errors of all results.
+    """
+    warnings, allowed = [], float(case.accuracy.removesuffix("%")) / 100
+    worst = max(errors, key=lambda each: each.relative, default=None)
+    if worst is not None and worst.relative > allowed:
+        advice = "a larger length" if worst.ends > worst.relative / 2 else "a finer mesh (mesh.Np, mesh.max_size)"
+        warnings.append(
+            f"{error} is {100 * worst.relative:.2g} % of {size} at {worst.where}, more than accuracy: {case.accuracy}; "
+            f"use {advice}"
+        )
+    if unsure := [each.where for each in errors if each.cancelling and each.relative > NOTABLE * allowed]:
+        places = unsure[0] if len(unsure) == 1 else f"{len(unsure)} places, such as {unsure[0]}"
+        warnings.append(
+            f"dU_correction is what remains of much larger contributions at {places}: the cells do not resolve what "
+            "the stress does to dU there, and the sign of the error is not known (docs/explanation/error-estimate.md)"
+        )
+    return warnings
 
 
 def narrow_gap(gap: float, arc: float) -> list[str]:

@@ -8,6 +8,8 @@ one test function (their momentum equations are added there), which is that of t
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from pairsim.fem.enriched_residual import EnrichedResidual, nodes_of
@@ -27,6 +29,23 @@ WIDE = {2: 14, 3: 25}
 NARROW = {2: 9}
 
 
+@dataclass(frozen=True)
+class TestedResidual:
+    """A residual tested with the recovered weights of k functionals; the same on every process.
+
+    Attributes:
+        sums: The residuals, (k,).
+        changes: By how much another recovery of the pressures' weights changes them, (k,).
+        stress_products: Sums over the cells of the products of what two functionals have of the constitutive equation
+            there, (k, k). Where the weight of the stress is not resolved its contributions have random signs, and the
+            root of a functional's sum of squares is the size of error to expect of their sum.
+    """
+
+    sums: Array
+    changes: Array
+    stress_products: Array
+
+
 class Enrichment:
     """Recoveries and enriched residuals of all phases of a scene.
 
@@ -41,15 +60,11 @@ class Enrichment:
         kept = {id(enriched.phase): enriched for enriched in (before._phases if before else ())}
         self._phases = [kept.get(id(phase)) or _EnrichedPhase(phase) for phase in scene.phases]
 
-    def tested(self, weights: Array) -> tuple[Array, Array]:
+    def tested(self, weights: Array) -> TestedResidual:
         """The residual at the phases' present unknowns, tested with what the recovery adds to weights.
 
         Args:
             weights: Test functions as full vectors, (k, n).
-
-        Returns:
-            Residuals, (k,), and by how much another recovery of the pressures' weights changes them, (k,); the same on
-            every process.
         """
         scene = self.scene
         sums = np.zeros((2, len(weights)))
@@ -61,16 +76,22 @@ class Enrichment:
                 solid, start = next(solids), scene.offset(body.phase)
                 own = weights[:, start : start + body.phase.size]
                 recovered = solid.recover(own)
-                sums += solid.tested(solid.additions(recovered), solid.narrow_additions(own))
+                sums += solid.tested(solid.residual.assemble(), solid.additions(recovered), solid.narrow_additions(own))
                 surfaces[-1] = solid.on_outline(recovered, body)
         liquid = self._phases[0]
         own = weights[:, : scene.liquid.size]
         additions = liquid.additions(liquid.recover(own))
         self._constrain(liquid, additions, surfaces)
-        sums += liquid.tested(additions, liquid.narrow_additions(own))
+        residual = liquid.residual.assemble()
+        sums += liquid.tested(residual, additions, liquid.narrow_additions(own))
+        products = np.zeros((len(weights), len(weights)))
+        if "s" in residual:
+            by_cell = np.einsum("kmqc,mqc->km", additions["s"], residual["s"])
+            products = by_cell @ by_cell.T
         if scene.comm.size > 1:
             scene.comm.Allreduce(MPI.IN_PLACE, sums)
-        return sums[0], sums[1]
+            scene.comm.Allreduce(MPI.IN_PLACE, products)
+        return TestedResidual(sums[0], sums[1], products)
 
     def _constrain(self, liquid: _EnrichedPhase, additions: dict[str, Array], surfaces: list[Array | None]) -> None:
         """Put the boundary conditions of the liquid into its additions."""
@@ -149,9 +170,8 @@ class _EnrichedPhase:
             result[name] = plus - own
         return result
 
-    def tested(self, additions: dict[str, Array], others: dict[str, Array]) -> Array:
+    def tested(self, residual: dict[str, Array], additions: dict[str, Array], others: dict[str, Array]) -> Array:
         """This process's part of the residual tested with additions, and its change with others instead, (2, k)."""
-        residual = self.residual.assemble()
         one = {name: np.einsum("kmqc,mqc->k", each, residual[name]) for name, each in additions.items()}
         two = [np.einsum("kmqc,mqc->k", each, residual[name]) - one[name] for name, each in others.items()]
         return np.array([sum(one.values()), sum(two)])

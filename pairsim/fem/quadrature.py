@@ -58,15 +58,18 @@ class CellQuadrature:
         at_points = np.einsum("qa,ma->mq", self.shapes, values[self.mesh.cells], optimize=True)
         return float((w * at_points).sum() / w.sum())
 
+    def integrals(self, weights: Array) -> Array:
+        """Integrals of the P1 shape functions with weights at the quadrature points, (m, q); returns shape (v,)."""
+        s, t = self._rule[0].T
+        linear = np.stack([1 - s - t, s, t], axis=1)
+        load = np.zeros(len(self.mesh.points))
+        np.add.at(load, self.mesh.cells[:, :3], np.einsum("mq,qa->ma", weights, linear))
+        return load[self.mesh.vertices]
+
     @cached_property
     def p1_load(self) -> Array:
         """Volume integrals of the P1 shape functions over the reference domain, shape (v,)."""
-        s, t = self._rule[0].T
-        linear = np.stack([1 - s - t, s, t], axis=1)
-        local = np.einsum("mq,qa->ma", self.weights(self.mesh.points), linear)
-        load = np.zeros(len(self.mesh.points))
-        np.add.at(load, self.mesh.cells[:, :3], local)
-        return load[self.mesh.vertices]
+        return self.integrals(self.weights(self.mesh.points))
 
 
 def end_load(mesh: SixNodeMesh, nodes: Indices, degree: int) -> Array:

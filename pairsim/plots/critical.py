@@ -18,6 +18,7 @@ from pairsim.runtime.errors import InputError
 OTHER = {"Ca_e": "De", "De": "Ca_e"}
 """The parameter that a picture is drawn over, and the one that tells its lines apart."""
 STYLES = {True: "-", False: (0, (4, 1.5))}
+LONG = 0.5  # an error of a distance beyond this part of it does not widen the picture
 ENDS = {"vanishes": ("X", "a stable and an unstable one meet"), "edge": ("s", "leaves the range of $d$")}
 
 
@@ -56,6 +57,13 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
         _draw_branch(axis, name, [row for row in rows if row["branch"] == branch], encoding)
     spread(axis, "x", [row[name] for row in rows])
     spread(axis, "y", [row["d_cr"] for row in rows])
+    bounded = [float(row.get("d_error") or 0) < LONG * row["d_cr"] for row in rows]
+    for drawn in (True, False):  # the error of a distance grows without bound towards a fold
+        seen = axis.get_ylim()
+        for row, short in zip(rows, bounded, strict=True):
+            if short == drawn and row["kind"] != "added":
+                _draw_error(axis, name, row, encoding.colour_of(row))
+    axis.set_ylim(seen)
     finish(axis, axis_label([name]), axis_label(["d_cr"]), [])
     encoding.bar(figure, [axis])
     key(figure, [*encoding.handles(), *_notes(rows)])
@@ -79,6 +87,15 @@ def _draw_branch(axis: Axes, name: str, points: list[dict[str, Any]], encoding: 
             axis.plot(row[name], row["d_cr"], ENDS[row["kind"]][0], color=colour, markersize=5)
 
 
+def _draw_error(axis: Axes, name: str, row: dict[str, Any], colour: str) -> None:
+    """The interval of a distance or, where two zeros meet, of the parameter."""
+    look: dict[str, Any] = {"fmt": "none", "ecolor": colour, "elinewidth": 2.4, "alpha": 0.35}
+    if row.get("d_error"):
+        axis.errorbar(row[name], row["d_cr"], yerr=float(row["d_error"]), **look)
+    elif row.get("parameter_error"):
+        axis.errorbar(row[name], row["d_cr"], xerr=float(row["parameter_error"]), **look)
+
+
 def _notes(rows: list[dict[str, Any]]) -> list[Line2D]:
     entries = []
     for stable, label in ((True, "stable"), (False, "unstable")):
@@ -89,6 +106,10 @@ def _notes(rows: list[dict[str, Any]]) -> list[Line2D]:
                 "markerfacecolor": "0.2" if stable else "white",
             }
             entries.append(Line2D([], [], color="0.2", label=label, **look))
+    if any(row.get("d_error") or row.get("parameter_error") for row in rows):
+        entries.append(
+            Line2D([], [], color="0.2", alpha=0.35, linestyle="", marker="|", markeredgewidth=2.4, label="error")
+        )
     for kind, (marker, label) in ENDS.items():
         if any(row["kind"] == kind for row in rows):
             entries.append(Line2D([], [], color="0.2", linestyle="", marker=marker, label=label))

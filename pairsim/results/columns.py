@@ -94,8 +94,10 @@ COLUMNS: tuple[Column, ...] = (
     Column("parameter_error", r"\epsilon", "error of the followed parameter where two zeros meet; empty elsewhere", ""),
     Column("dU_correction", r"\delta^h", "estimate of exact minus discrete dU", VELOCITY),
     Column("dU_correction_i", r"\delta^h_i", "estimate of exact minus discrete dU_i", VELOCITY),
-    Column("dU_error", r"\epsilon", "error of dU by mesh and Newton's method, half-width of an interval", VELOCITY),
-    Column("dU_error_i", r"\epsilon_i", "error of dU_i by mesh and Newton's method, half-width", VELOCITY),
+    Column("dU_error", r"\epsilon", "error of dU by mesh, ends and Newton's method, half-width", VELOCITY),
+    Column("dU_error_i", r"\epsilon_i", "error of dU_i by mesh, ends and Newton's method, half-width", VELOCITY),
+    Column("ends_error", r"\epsilon_L", "the part of dU_error that is due to the ends of the tube", VELOCITY),
+    Column("ends_error_i", r"\epsilon_{L,i}", "the part of dU_error_i that is due to the ends of the tube", VELOCITY),
     Column("U_correction_L", r"\delta^h_L", "estimate of exact minus discrete U_L", VELOCITY),
     Column("U_correction_T", r"\delta^h_T", "estimate of exact minus discrete U_T", VELOCITY),
     Column("U_correction_i", r"\delta^h_i", "estimate of exact minus discrete U_i", VELOCITY),
@@ -215,26 +217,25 @@ def error_column(names: Iterable[str], gap: str = "") -> str | None:
     return next((name for name in (f"dU_error{gap}", f"mesh_error{gap}") if name in there), None)
 
 
-def curve_columns(n: int, common: bool, newtonian: bool, mesh_error: bool, sensitivities: Sequence[str]) -> list[str]:
+def curve_columns(n: int, common: bool, mesh_error: bool, sensitivities: Sequence[str]) -> list[str]:
     """The columns that curve.csv begins with.
 
     Args:
         n: Number of particles.
         common: Whether there is a curve over one distance, which has slopes.
-        newtonian: Kind of the liquid; in a viscoelastic one the error of dp_plus is not estimated.
         mesh_error: Whether points were solved on a coarser mesh too.
         sensitivities: Parameters by which dU was differentiated.
     """
-    names = ["drift", "dU_correction", "dU_error", *(["mesh_error"] if mesh_error else [])]
+    names = ["drift", "dU_correction", "dU_error", "ends_error", *(["mesh_error"] if mesh_error else [])]
     names += [*(["slope"] if common else []), *(f"by_{name}" for name in sensitivities)]
     by_gap = (name + gap for name in names for gap in gap_endings(n))
-    corrections = [f"U_correction{each}" for each in particle_endings(n)] + ["dp_plus_correction"] * newtonian
+    corrections = [f"U_correction{each}" for each in particle_endings(n)] + ["dp_plus_correction"]
     return [*series_columns(n)[1:], "newton", *by_gap, *corrections, "wanted"]
 
 
 CRITICAL_COLUMNS = (
     *("Ca_e", "De", "d_cr", "stable", "kind", "branch", "slope", "U", "D_L", "D_T", "dp", "dp_plus"),
-    *("newton", "drift", "dU_correction", "dU_error", "d_error", "parameter_error"),
+    *("newton", "drift", "dU_correction", "dU_error", "ends_error", "d_error", "parameter_error"),
 )
 """The columns that critical.csv begins with."""
 EQUILIBRIA_COLUMNS = ("d", "stable", "slope", "peak", "d_error", "certain")

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from matplotlib import image
 from matplotlib import pyplot as plt
+from matplotlib.figure import Figure
 from PIL import Image
 from support.field_samples import PAIR, scene
 from support.pictures import colours, drawn_figures, overlapping
@@ -18,6 +19,7 @@ from pairsim.api.pictures import plot
 from pairsim.physics.conformation import polymer_stress, trace_of
 from pairsim.physics.materials.polymer import Polymer
 from pairsim.plots.animation import default_movie
+from pairsim.plots.critical import _draw_error
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.field_values import FIELDS
 from pairsim.plots.lines import BAND, Line, draw_line, notes
@@ -259,3 +261,15 @@ def test_trace_of_the_conformation_is_that_of_the_stress(liquid: Polymer) -> Non
 def test_page_has_panels_beside_each_other_where_there_is_room() -> None:
     assert [axis.get_position().x0 > 0.4 for axis in Page(width=170).panels(2)[1]] == [False, True]
     assert [axis.get_position().x0 > 0.4 for axis in Page(width=85).panels(2)[1]] == [False, False]
+
+
+def test_intervals_of_critical_distances() -> None:
+    """Upright at a distance, lying where two zeros meet, none without an error."""
+    axis = Figure().subplots()
+    for d_error, parameter_error in (("0.01", ""), ("", "0.2"), ("", "")):
+        row = {"De": 1.0, "d_cr": 0.1, "d_error": d_error, "parameter_error": parameter_error}
+        _draw_error(axis, "De", row, "k")
+    drawn = [np.array(collection.get_segments()[0]) for collection in axis.collections]
+    assert len(drawn) == 2
+    assert drawn[0] == pytest.approx(np.array([[1.0, 0.09], [1.0, 0.11]]))
+    assert drawn[1] == pytest.approx(np.array([[0.8, 0.1], [1.2, 0.1]]))

@@ -9,7 +9,7 @@ import pytest
 from pairsim.config.case import Case
 from pairsim.config.case_file import case_from_dict
 from pairsim.drivers.run import _end
-from pairsim.drivers.warnings import coarse_mesh, narrow_gap, near_ends, unresolved_stress
+from pairsim.drivers.warnings import ErrorAt, coarse_mesh, large_errors, narrow_gap, near_ends, unresolved_stress
 
 
 def case(**keys: Any) -> Case:
@@ -39,6 +39,25 @@ def test_unresolved_stress_gives_a_warning_by_accuracy() -> None:
     assert not unresolved_stress(case(De=1, accuracy="5%"), 1.9)
     assert unresolved_stress(case(De=1, accuracy="5%"), 2.1)
     assert unresolved_stress(case(De=1, accuracy="0.1%"), 1.4)
+
+
+def test_errors_above_accuracy_and_estimates_that_cancel_are_told() -> None:
+    def told(*errors: ErrorAt, **keys: Any) -> list[str]:
+        return large_errors(case(**keys), "dU_error", "the largest |dU|", errors)
+
+    small, large = ErrorAt(0.002, "d = 0.3", 0.0, False), ErrorAt(0.03, "d = 0.1", 0.0, False)
+    assert not told()
+    assert not told(small)
+    (warning,) = told(small, large)
+    assert "dU_error is 3 % of the largest |dU| at d = 0.1, more than accuracy: 1%; use a finer mesh" in warning
+    assert not told(large, accuracy="5%")
+    (warning,) = told(ErrorAt(0.03, "d = 0.1", 0.02, False))
+    assert "use a larger length" in warning
+    assert not told(ErrorAt(0.002, "d = 0.2", 0.0, True), accuracy="5%"), "too small to matter"
+    (warning,) = told(ErrorAt(0.006, "d = 0.2", 0.0, True), ErrorAt(0.0006, "d = 0.4", 0.0, True))
+    assert "dU_correction is what remains of much larger contributions at d = 0.2:" in warning
+    (warning,) = told(ErrorAt(0.006, "d = 0.2", 0.0, True), ErrorAt(0.004, "d = 0.4", 0.0, True))
+    assert "at 2 places, such as d = 0.2" in warning
 
 
 def test_cells_of_a_thinning_liquid_are_coarse_for_one_that_hardens() -> None:
