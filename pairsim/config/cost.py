@@ -18,15 +18,15 @@ from pairsim.config.mistakes import Mistake
 STRIPS = 200  # slices of the tube over which the number of cells is summed
 MOST_UNKNOWNS = 2e7  # a larger mesh takes gmsh days or exhausts the memory
 START = 1.2  # seconds for imports and the first mesh
-LIBRARIES = 230e6  # memory after all imports [bytes]
+LIBRARIES = 210e6  # memory after all imports [bytes]
 # Bytes per unknown at 15,000 unknowns, in a Newtonian and in a viscoelastic liquid. The memory of the LU factors grows
 # slightly faster than the number of unknowns.
-RUN_BYTES, STEADY_BYTES = (11e3, 15e3), (19e3, 28e3)
+RUN_BYTES, STEADY_BYTES = (4e3, 6e3), (6e3, 8e3)
 USUAL, GROWTH = 15e3, 0.1
 COARSE_TOO = 1.3  # factor for also solving on a coarser mesh
 # Newton iterations of the continuation to the first point and to each further one, and what the estimate of the error
 # of a point costs, in Newton iterations: .3 to .6, and .5 to 1.5 on a new mesh.
-FIRST_POINT, NEXT_POINT, ERROR_ESTIMATE = 40, 8, 0.8
+FIRST_POINT, NEXT_POINT, ERROR_ESTIMATE = 20, 8, 0.8
 ERROR_TOO = 1.45  # factor of the time of a run for carrying its error along
 
 
@@ -107,14 +107,14 @@ def run_estimate(case: Case) -> Estimate:
     else:
         pace = (3e-4 / case.time.tol) ** 0.45 if any(case.Ca_es) or polymer else 0.25
         steps = 10 * pace * math.log(1 + end / first) * (3 if polymer else 1) + end / case.time.max_step
-    each = 1.6e-6 * size**1.15 * (ERROR_TOO if case.dU_error else 1.0)
+    each = 1.1e-6 * size**1.15 * (ERROR_TOO if case.dU_error else 1.0)
     return Estimate(round(size), START + steps * each, _memory(size, RUN_BYTES, polymer))
 
 
 def _steady_estimate(case: CurveCase | CriticalCase, points: int) -> Estimate:
     """Estimated cost of a first quasi-steady solution and this number of further points."""
     size, polymer = unknowns(case), case.polymer is not None
-    each = 0.8e-6 * size**1.15 * (3 if polymer else 1) * (1.5 if case.mesh_error else 1)
+    each = 0.4e-6 * size**1.15 * (3 if polymer else 1) * (1.5 if case.mesh_error else 1)
     memory = _memory(size * (COARSE_TOO if case.mesh_error else 1.0), STEADY_BYTES, polymer)
     iterations = FIRST_POINT + NEXT_POINT * points + ERROR_ESTIMATE * (points + 1)
     return Estimate(round(size), START + iterations * each, memory)

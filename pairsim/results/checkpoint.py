@@ -91,7 +91,7 @@ class Checkpoint:
                 arrays |= {f"points_{i}": mesh.points, f"cells_{i}": mesh.cells}
         if (matrix := state.matrix_state) is not None:
             places = matrix.places[-1:] if matrix.places[0] is matrix.places[1] else matrix.places
-            entries["memory"] = {"rate": matrix.rate, "relaxation": matrix.relaxation}
+            entries["memory"] = {"rate": matrix.rate, "relaxation": matrix.relaxation, "single": matrix.single}
             entries["places"] = [{"g": place.g, "U_m": place.U_m} for place in places]
             for i, place in enumerate(places):
                 arrays |= {f"place_x_{i}": place.x}

@@ -32,8 +32,10 @@ class MatrixState:
         places: State of the matrix that MUMPS analysed (ordering and scaling), and of the matrix factorised last.
         rate: Last rate of contraction with the factorised matrix.
         relaxation: Workspace of MUMPS above its estimate [%].
+        single: Whether the factors are in single precision.
     """
 
     places: tuple[Place, Place]
     rate: float
     relaxation: int
+    single: bool

@@ -27,6 +27,7 @@ from pairsim.runtime.errors import MeshFailure
 from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.mesh_transfer import carry_liquid
 from pairsim.solvers.newton import Newton
+from pairsim.solvers.newton_options import NewtonOptions
 from pairsim.solvers.problems import SceneProblem
 
 
@@ -183,7 +184,9 @@ class MeshedScene:
             Free unknowns of the mesh displacement, and the full vector with zeros elsewhere.
         """
         if self._extension is None:
-            self._extension = Newton(self.scene, extension_constraints(self.scene), clock=self.clock)
+            # In double precision a solution does not depend on whether the matrix was used before, as in a resumed run.
+            options = NewtonOptions(single=False)
+            self._extension = Newton(self.scene, extension_constraints(self.scene), options, clock=self.clock)
         eta, _ = self._extension.solve(np.zeros(self._extension.constraints.size), h, 1.0, 0.0)
         return eta, self._extension.state(eta)[1]
 

@@ -78,21 +78,17 @@ class Newton:
         self._residual_norm = self._first_norm = 0.0
         self._steps: dict[str, float] = {}
         with self.clock("symbolic"):
-            self._linear = self._linear_operator()
+            row, column, value = scene.linear_terms()
+            self._linear = sparse.csr_matrix(sparse.coo_matrix((value, (row, column)), shape=(scene.size, scene.size)))
             self._create()
 
-    def _linear_operator(self) -> sparse.csr_matrix:
-        row, column, value = self.scene.linear_terms()
-        return sparse.csr_matrix(sparse.coo_matrix((value, (row, column)), shape=(self.scene.size, self.scene.size)))
-
     def _create(self) -> None:
-        comm = self.scene.comm
         self._system = ReducedSystem(self.scene, self.constraints)
         self._A = self._system.A
         self._y, self._r = self._A.createVecs()
         self._prefix = prefix = f"pairsim_{next(_PREFIXES)}_"
         self._relaxation = self.options.mumps.workspace
-        self._snes = PETSc.SNES().create(comm)
+        self._snes = PETSc.SNES().create(self.scene.comm)
         self._snes.setOptionsPrefix(prefix)
         self._snes.setFunction(callback(self._residual), self._r)
         self._snes.setJacobian(callback(self._jacobian), self._A)
@@ -100,11 +96,9 @@ class Newton:
         self._snes.setType("newtonls")
         self._snes.setMaxFunctionEvaluations(-1)
         ksp = self._snes.getKSP()
-        ksp.setType("richardson")  # with exact factors one iteration, with factors in single precision a refinement
-        ksp.setNormType(PETSc.KSP.NormType.UNPRECONDITIONED)
-        pc = ksp.getPC()
-        pc.setType("lu")
-        pc.setFactorSolverType("mumps")
+        self._refine(self.single)
+        ksp.getPC().setType("lu")
+        ksp.getPC().setFactorSolverType("mumps")
         database = PETSc.Options()
         names = {f"{prefix}snes_linesearch_type": "basic", f"{prefix}snes_max_it": self.options.max_iterations}
         names |= {f"{prefix}mat_mumps_{k}": v for k, v in self.options.mumps.controls.items()}
@@ -157,10 +151,7 @@ class Newton:
         self._factorisations += 1
 
     def _factor(self, ksp: Any, A: Any) -> None:
-        """Factorise the matrix; repeat the analysis with twice the workspace if delayed pivots exceed it.
-
-        A matrix that is singular in single precision is factorised in double precision.
-        """
+        """Factorise; analyse again with twice the workspace if delayed pivots exceed it, use double if singular."""
         ksp.setOperators(A)
         for _ in range(MOST_ANALYSES):
             with sigterm_waits():
@@ -189,7 +180,14 @@ class Newton:
         self.single = False
         PETSc.Options()[f"{self._prefix}pc_precision"] = "double"
         self._forget_factor()
+        self._refine(False)
         self._snes.getKSP().getPC().setFromOptions()
+
+    def _refine(self, single: bool) -> None:
+        """Refine solutions with factors in single precision; others are taken as they are, near folds too."""
+        ksp, norm = self._snes.getKSP(), PETSc.KSP.NormType
+        ksp.setType("richardson" if single else "preonly")
+        ksp.setNormType(norm.UNPRECONDITIONED if single else norm.NONE)
 
     def _converged(self, snes: Any, its: int, norms: tuple[float, float, float]) -> int:
         reason = PETSc.SNES.ConvergedReason
@@ -348,7 +346,7 @@ class Newton:
         """State of the matrix for the next solve, None if the next solve assembles a new one."""
         if self.matrix.g is None or self._factored is None or self._analysed is None:
             return None
-        return MatrixState((self._analysed, self._factored), self.matrix.rate, self._relaxation)
+        return MatrixState((self._analysed, self._factored), self.matrix.rate, self._relaxation, self.single)
 
     def recall(self, state: MatrixState) -> None:
         """Reproduce the matrix of a stored state, so that a continued run has the same Newton steps.
@@ -357,7 +355,7 @@ class Newton:
         in dU, a small difference of large velocities.
         """
         self._relaxation = state.relaxation
-        self._forget_factor()
+        (self._forget_factor if state.single else self.use_double)()
         analysed, factored = state.places
         for place in (factored,) if analysed is factored else state.places:
             self._x, self._star, self._g, self._U_m = place.x, place.star, place.g, place.U_m

@@ -243,7 +243,8 @@ def test_elasticity_turns_separation_into_attraction() -> None:
 def test_a_viscoelastic_run_goes_on_after_a_remeshing_as_on_the_old_mesh() -> None:
     """The stress that is carried over balances the velocities that are; without that dU is 10 % of its peak off.
 
-    What remains is the difference of two meshes, which dU takes on within a time of some .05.
+    What remains is the difference of two meshes, which dU takes on within a time of some .05: .5 and 1.1 % of the peak
+    with two meshes that gmsh makes of positions that agree to rounding.
     """
     pair = soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=12), length=4.0, periodic=False, t_end=10.0)
     problem = replace(pair, polymer=GIESEKUS[1.0])
@@ -258,7 +259,7 @@ def test_a_viscoelastic_run_goes_on_after_a_remeshing_as_on_the_old_mesh() -> No
     transient.close()
     assert {step.mesh_id for step in new} == {1}
     old_mesh = CubicSpline([0.5, *(step.t for step in kept)], [first[-1], *(dU(step) for step in kept)])
-    assert max(abs(dU(step) - old_mesh(step.t)) for step in new) < 1e-2 * peak
+    assert max(abs(dU(step) - old_mesh(step.t)) for step in new) < 2e-2 * peak
 
 
 def test_solution_past_the_pole_of_fene_p_is_none() -> None:
