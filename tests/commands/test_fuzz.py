@@ -77,6 +77,7 @@ def fuzz(kind: str, count: int, runner: Runner) -> Counter[int]:
     return codes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_no_input_ends_with_a_traceback(kind: str, runner: Runner) -> None:
     count = KINDS[kind][1]

@@ -156,6 +156,7 @@ def test_scatter_of_an_unresolved_stress() -> None:
     assert error < estimate.dU_error[0] < 10 * error
 
 
+@pytest.mark.slow
 def test_estimates_do_not_depend_on_the_number_of_processes(  # type: ignore[no-untyped-def]
     pairsim, tmp_path: Path
 ) -> None:
