@@ -20,18 +20,22 @@ from pairsim.runtime.signals import sigterm_waits
 DENSE = 0.05
 
 
-def node_of_unknowns(scene: Scene, constraints: Constraints) -> Indices:
+def dependence_on_unknowns(constraints: Constraints) -> sparse.csr_matrix:
+    """Pattern of the dependence of the full vector on the free unknowns, shape (n, n_y)."""
+    return sparse.csr_matrix(abs(constraints.N) + abs(constraints.C @ constraints.M))
+
+
+def node_of_unknowns(scene: Scene, dependence: sparse.csr_matrix) -> Indices:
     """Node, numbered over all phases, of every free unknown; -1 for those of no single node; shape (n_y,)."""
     node_of = np.full(scene.size, -1)
     first = 0
     for phase, offset in zip(scene.phases, scene.offsets, strict=False):
         node_of[offset : offset + phase.size] = first + phase.nodes
         first += len(phase.six_node_mesh.points)
-    dependence = abs(constraints.N) + abs(sparse.csr_matrix(constraints.C @ constraints.M))
     by_unknown = sparse.csc_matrix(dependence)
     by_unknown.sort_indices()
     count = np.diff(by_unknown.indptr)
-    found = np.full(constraints.size, -1)
+    found = np.full(dependence.shape[1], -1)
     some = np.flatnonzero((count > 0) & (count < DENSE * first))
     found[some] = node_of[by_unknown.indices[by_unknown.indptr[some]]]
     return found
@@ -42,11 +46,11 @@ def elimination_order(scene: Scene, constraints: Constraints) -> Indices | None:
 
     None if PETSc was built without METIS.
     """
-    node = node_of_unknowns(scene, constraints)
+    dependence = dependence_on_unknowns(constraints)
+    node = node_of_unknowns(scene, dependence)
     used, group = np.unique(node[node >= 0], return_inverse=True)
     unknowns = np.flatnonzero(node >= 0)
     members = sparse.csr_matrix((np.ones(len(unknowns)), (unknowns, group)), shape=(constraints.size, len(used)))
-    P = abs(constraints.N) + abs(sparse.csr_matrix(constraints.C @ constraints.M))
     touched = []
     for phase, offset in zip(scene.phases, scene.offsets, strict=False):
         cells = phase.cell_jacobian().dofs
@@ -54,7 +58,7 @@ def elimination_order(scene: Scene, constraints: Constraints) -> Indices | None:
         incidence = sparse.csr_matrix(
             (np.ones(cells.size), cells.ravel() + offset, pointer), shape=(len(cells), scene.size)
         )
-        touched.append(sparse.csr_matrix(incidence @ (P @ members)))
+        touched.append(sparse.csr_matrix(incidence @ (dependence @ members)))
     touch = sparse.vstack(touched, format="csr")
     graph = sparse.csr_matrix(touch.T @ touch)
     graph.sort_indices()

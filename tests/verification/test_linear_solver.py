@@ -12,7 +12,7 @@ from pairsim.config.case_file import curve_from_dict
 from pairsim.drivers.problems import steady_problem
 from pairsim.solvers import newton, reduced_system
 from pairsim.solvers.continuation import begin
-from pairsim.solvers.elimination_order import elimination_order, node_of_unknowns
+from pairsim.solvers.elimination_order import dependence_on_unknowns, elimination_order, node_of_unknowns
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady import Steady
 
@@ -40,7 +40,7 @@ def test_unknowns_of_a_node_are_eliminated_together_and_those_of_all_nodes_last(
     order = elimination_order(scene.scene, scene.constraints)
     assert order is not None
     assert np.array_equal(np.sort(order), np.arange(scene.constraints.size))
-    node = node_of_unknowns(scene.scene, scene.constraints)
+    node = node_of_unknowns(scene.scene, dependence_on_unknowns(scene.constraints))
     own = node[order]
     last = np.count_nonzero(node < 0)
     assert (own[-last:] < 0).all()
