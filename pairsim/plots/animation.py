@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,9 +24,9 @@ from pairsim.plots.sections import (
     view_height,
     views_of,
 )
-from pairsim.plots.style import Page, printing, small_print
+from pairsim.plots.style import Page, picture_file, printing, small_print
 from pairsim.results.columns import LENGTH
-from pairsim.results.output import make_folder, part_of
+from pairsim.results.output import make_folder
 from pairsim.results.xdmf import read_frame
 from pairsim.runtime.errors import InputError
 
@@ -115,7 +114,6 @@ def _write(movie: Movie, kind: str, out: Path, page: Page) -> Path:
     """Write one animation; the file appears whole."""
     make_folder(out)
     path = out / f"{movie.stem}.{kind}"
-    part = part_of(path).with_suffix(path.suffix)  # writers go by the ending
     rate = max(2, round(len(movie.views) / SECONDS))
     figure = page.figure(view_height(page, movie.views[0]) + bar_height(page) * len(movie.layers) + 15.5)
     axis = figure.subplots()
@@ -123,19 +121,12 @@ def _write(movie: Movie, kind: str, out: Path, page: Page) -> Path:
     for layer, scale in scaled:
         add_bar(figure, [axis], layer, scale)
     small_print(figure, movie.parts)
-    try:
-        with mpl.rc_context({"animation.ffmpeg_path": ffmpeg() or "ffmpeg"}):
-            writer: AbstractMovieWriter = FFMpegWriter(fps=rate) if kind == "mp4" else PillowWriter(fps=rate)
-            with writer.saving(figure, str(part), DPI):
-                for place, (view, title) in enumerate(zip(movie.views, movie.titles, strict=True)):
-                    axis.clear()
-                    draw_view(axis, view, place, scaled)
-                    axis.set(xlabel=rf"$z\ [{LENGTH}]$", title=title)
-                    writer.grab_frame()
-        part.replace(path)
-    except OSError as error:
-        raise InputError(str(path), "-o", None, f"cannot be written ({error.strerror or error})") from error
-    finally:
-        with suppress(OSError):  # on a file system that is read-only
-            part.unlink(missing_ok=True)
+    with picture_file(path) as part, mpl.rc_context({"animation.ffmpeg_path": ffmpeg() or "ffmpeg"}):
+        writer: AbstractMovieWriter = FFMpegWriter(fps=rate) if kind == "mp4" else PillowWriter(fps=rate)
+        with writer.saving(figure, str(part), DPI):
+            for place, (view, title) in enumerate(zip(movie.views, movie.titles, strict=True)):
+                axis.clear()
+                draw_view(axis, view, place, scaled)
+                axis.set(xlabel=rf"$z\ [{LENGTH}]$", title=title)
+                writer.grab_frame()
     return path

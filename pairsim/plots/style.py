@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from contextlib import ContextDecorator, suppress
+from collections.abc import Iterator, Sequence
+from contextlib import ContextDecorator, contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -79,6 +79,24 @@ PRINT: Any = {
 def printing() -> ContextDecorator:
     """The style, as a decorator of whatever draws."""
     return mpl.rc_context(PRINT)
+
+
+@contextmanager
+def picture_file(path: Path) -> Iterator[Path]:
+    """Temporary name of a picture with the same ending, which becomes its name when the block has written it.
+
+    Raises:
+        InputError: The file cannot be written.
+    """
+    part = part_of(path).with_suffix(path.suffix)  # writers of animations go by the ending
+    try:
+        yield part
+        part.replace(path)
+    except OSError as error:
+        raise InputError(str(path), "-o", None, f"cannot be written ({error.strerror or error})") from error
+    finally:
+        with suppress(OSError):  # on a file system that is read-only
+            part.unlink(missing_ok=True)
 
 
 @dataclass(frozen=True)
@@ -160,17 +178,10 @@ class Page:
         written = []
         for name in self.formats:
             path = folder / f"{stem}.{name}"
-            part = part_of(path)
-            try:
+            with picture_file(path) as part:
                 figure.savefig(
                     part, format=name, dpi=self.dpi, metadata=None if name == "png" else {date_key(name): None}
                 )
-                part.replace(path)
-            except OSError as error:
-                raise InputError(str(path), "-o", None, f"cannot be written ({error.strerror or error})") from error
-            finally:
-                with suppress(OSError):  # on a file system that is read-only
-                    part.unlink(missing_ok=True)
             written.append(path)
         return written
 
