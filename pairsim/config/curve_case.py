@@ -101,13 +101,13 @@ class CurveCase(SceneCase):
     )
     velocity: Velocity | None = Field(
         None,
-        description="velocity at which the rigid particles are moved, 0 to hold them [U_av]; the forces that this takes "
-        "are columns of curve.csv (default: no force acts on the particles)",
+        description="velocity at which the rigid particles are moved, 0 to hold them [U_av]; the forces that this "
+        "takes are columns of curve.csv (default: no force acts on the particles)",
     )
     flow: Literal[0, 1] = Field(
         1,
-        description="mean velocity of the liquid in the tube [U_av]; 0 is a liquid at rest, between closed ends if they "
-        "are developed, in which velocity must be given: with velocity: 1 the unit U_av is that of the particles",
+        description="mean velocity of the liquid in the tube [U_av]; 0 is a liquid at rest, between closed ends if "
+        "these are developed, in which velocity must be given: with velocity: 1 the unit is that of the particles",
     )
 
     @property

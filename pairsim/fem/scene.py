@@ -2,9 +2,10 @@
 
 The full vector x, shape (n,), consists of the canonical vectors of the phases (the liquid, then the soft particles from
 upstream), the Lagrange multiplier m of the zero mean pressure, with periodic ends the pressure drop dp, and the forces
-F on particles whose velocity is prescribed, which are the Lagrange multipliers of that condition. The positions of the particles' material form a second vector h, shape (n_h,): for a soft particle the displacements (z, r)
-of all nodes from its undeformed sphere centred at the origin, for a rigid particle the axial position of its centre.
-Constraints (`pairsim.fem.constraints`) define x as a function of the free unknowns and of h.
+F on particles whose velocity is prescribed, which are the Lagrange multipliers of that condition. The positions of the
+particles' material form a second vector h, shape (n_h,): for a soft particle the displacements (z, r) of all nodes from
+its undeformed sphere centred at the origin, for a rigid particle the axial position of its centre. Constraints
+(`pairsim.fem.constraints`) define x as a function of the free unknowns and of h.
 """
 
 from __future__ import annotations
