@@ -99,7 +99,7 @@ def compute(setting: Setting) -> Found:
             f"Oldroyd-B, De_b {place:g}",
             "K",
             point["K"] + point["correction"],
-            3e-3 if setting.quick else 5e-4 if place < 1.5 else 5e-3,
+            3e-3 if setting.quick else 1e-3 if place < 1.5 else 5e-3,
             error=point["error"],
             headline=place in (0.3, 0.6, 0.9, 1.2),
         )
@@ -122,7 +122,21 @@ def tables(found: dict[str, Any], published: dict[float, float]) -> dict[str, Ta
         last = points[-1]
         stress = ["", ""] if last is None else [f"{last['s_jump']:.2g}", wake(last)]
         lines.append([f"{place:g}", number(place * RADIUS), *cells, f"{published.get(place, '')}", *stress])
-    return {"meshes": Table(head, lines)}
+    return {"meshes": Table(head, lines), "agreement": agreement(found, published)}
+
+
+def agreement(found: dict[str, Any], published: dict[float, float]) -> Table:
+    """How far K of the finest mesh is from that of the next finer and from the published value, in percent."""
+    lines = []
+    *_, second, (finest, _, _) = [({}, 0.0, 0), *found.values()]
+    for place, point in finest.items():
+        K = point["K"] + point["correction"]
+        other, known = second[0].get(place), published.get(place)
+        cells = [100 * point["error"] / K, None if other is None else 100 * (K - other["K"] - other["correction"]) / K]
+        cells.append(None if known is None else 100 * (K - known) / K)
+        signs = ("", "+", "+")
+        lines.append([f"{place:g}", *("" if c is None else f"{c:{s}.2g}" for c, s in zip(cells, signs, strict=True))])
+    return Table(["De_b", "half-width, % of K", "minus the next finer mesh, %", "minus published, %"], lines)
 
 
 def wake(point: dict[str, float]) -> str:
