@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from pairsim.config.cost import curve_estimate
 from pairsim.config.curve_case import CurveCase
 from pairsim.config.form_kinds import forms_of
 from pairsim.drivers.curve_output import CurveOutput
@@ -109,7 +110,7 @@ def _run(case: CurveCase, session: Session, sensitivities: bool, warm_start: War
     places = solution_order(case)
     expected = max(len(places), 1)
     goal = f"{expected} point{'s' * (expected > 1)}, more as needed"
-    session.announce(goal, expected, case.notes)
+    session.announce(goal, expected, [*case.notes, *curve_estimate(case).notes])
     output = CurveOutput(case, session, expected, sensitivities)
     branch: Branch | None = None
 
