@@ -2,8 +2,8 @@
 
 usage: field_balances.py FOLDER
 
-Reads fields.xdmf, case.yaml and the table of a folder of `pairsim run` or `pairsim curve`, integrates the fields of each
-frame over the six-node triangles, and prints JSON, one entry a frame.
+Reads fields.xdmf and case.yaml of a folder of `pairsim run` or `pairsim curve`, integrates the fields of each frame
+over the six-node triangles, and prints JSON, one entry a frame.
 
 Mass: the flow rate through cross-sections, averaged over slices of tube with a smooth weight, particles included if
 they are soft; and the volumes of soft particles. Force: with a smooth v that is 1 on a particle and 0 on the wall, the
@@ -78,7 +78,9 @@ class Fields:
         """A stress with components zz, zr, rr, tt at the points, (cells, q, 4); zero if it was not written."""
         if f"{name}_zz" not in self._data:
             return np.zeros((*self.p.shape, 4))
-        values = [np.einsum("qa,ma->mq", self._N, self._data[f"{name}_{k}"][self._cells]) for k in ("zz", "zr", "rr", "tt")]
+        values = [
+            np.einsum("qa,ma->mq", self._N, self._data[f"{name}_{k}"][self._cells]) for k in ("zz", "zr", "rr", "tt")
+        ]
         return np.stack(values, axis=-1)
 
     def power(self, sigma: Array) -> float:
@@ -112,7 +114,9 @@ def outlines(position: Array, cells: Array, soft: list[Array]) -> list[tuple[flo
         edge = unique[count == 1]
         middle = position[edge].mean(axis=1)
         ends = position[:, 0].min() + 1e-6, position[:, 0].max() - 1e-6
-        inside = (middle[:, 1] > 1e-6) & (middle[:, 1] < 0.5 - 1e-6) & (middle[:, 0] > ends[0]) & (middle[:, 0] < ends[1])
+        inside = (
+            (middle[:, 1] > 1e-6) & (middle[:, 1] < 0.5 - 1e-6) & (middle[:, 0] > ends[0]) & (middle[:, 0] < ends[1])
+        )
         nodes = position[np.unique(edge[inside])]
         nodes = nodes[np.argsort(nodes[:, 0])]
         on_axis = nodes[nodes[:, 1] < 1e-9][:, 0].reshape(-1, 2)

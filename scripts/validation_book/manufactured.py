@@ -22,7 +22,10 @@ def compute(setting: Setting) -> Found:
         found = {n: test.errors("general", n, list(TIMES)) for n in meshes}
         lines, orders = table(found, "cells across the radius")
         expected = {"u": 3.0, "p": 2.0, "s": 2.0}
-        rows = [order(f"space, {meshes[-2]} to {meshes[-1]} cells", name, orders[name], expected[name], "space") for name in expected]
+        rows = [
+            order(f"space, {meshes[-2]} to {meshes[-1]} cells", name, orders[name], expected[name], "space")
+            for name in expected
+        ]
         tables = {"space-errors": lines}
         if not setting.quick:
             found = {count: in_time(test, count) for count in (24, 48)}

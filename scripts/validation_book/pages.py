@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from accuracy_page import put, table
+
 from pairsim.results.answer import with_error
 from pairsim.results.output import write_text
 from validation_book.comparisons import BOOK, REFERENCES, Comparison, Found, Subject, references
@@ -44,10 +45,7 @@ def blocks(found: Found) -> dict[str, str]:
 
 def cells(row: Comparison) -> list[str]:
     """The cells of a comparison: quantity, value with its interval, reference, difference."""
-    if row.error:
-        value = with_error(row.value, row.error).replace("+-", "±")
-    else:
-        value = f"{row.value:.7g}"
+    value = with_error(row.value, row.error).replace("+-", "±") if row.error else f"{row.value:.7g}"
     return [row.what, row.quantity, value, f"{row.exact:.9g}", difference(row)]
 
 
@@ -75,7 +73,9 @@ def index_table(subjects: Mapping[str, Subject], found: Mapping[str, Found]) -> 
 
 def source_list() -> str:
     """The sources of references.yaml."""
-    return table(["source", "what it is"], [[key, " ".join(text.split())] for key, text in references()["sources"].items()])
+    return table(
+        ["source", "what it is"], [[key, " ".join(text.split())] for key, text in references()["sources"].items()]
+    )
 
 
 def report(name: str, found: Found, seconds: float) -> str:

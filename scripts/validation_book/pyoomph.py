@@ -8,12 +8,12 @@ from itertools import groupby
 import matplotlib
 
 matplotlib.use("Agg")
-import pandas as pd
 from matplotlib import pyplot
 
 import pairsim
-from validation_book.comparisons import BOOK, CONFIGS, Comparison, Found, Setting, Subject
+from validation_book.comparisons import BOOK, CONFIGS, Comparison, Found, Keys, Setting, Subject, rows_of
 
+type Row = dict[str, float]
 TABLE = BOOK / "pyoomph.csv"
 CASE = CONFIGS / "soft-curve.yaml"
 
@@ -32,33 +32,37 @@ def compute(setting: Setting) -> Found:
         coarse = {row["d"]: row["dU"] for row in listed if row["cells"] != finest}
         if setting.quick:
             fine = fine[1:2]
-        keys = {"beta": beta, "d": [row["d"] for row in fine], "Ca_e": fine[0]["Ca_e"], "max_points": len(fine)}
-        ours = pairsim.curve(CASE, **keys).check().table.set_index("d")
+        keys: Keys = {"beta": beta, "d": [row["d"] for row in fine], "Ca_e": fine[0]["Ca_e"], "max_points": len(fine)}
+        ours = {row["d"]: row for row in rows_of(pairsim.curve(CASE, **keys))}
         rows += [row for each in fine for row in compared(each, ours, coarse)]
         curves[beta] = fine, ours
     draw(setting, curves)
     return Found(rows)
 
 
-def compared(theirs: dict[str, float], ours: pd.DataFrame, coarse: dict[float, float]) -> list[Comparison]:
+def compared(
+    theirs: dict[str, float], ours: dict[float, dict[str, float]], coarse: dict[float, float]
+) -> list[Comparison]:
     """One distance. The source names what the last refinement of their mesh has changed."""
     beta, d = theirs["beta"], theirs["d"]
-    row, what = ours.loc[d], f"beta {beta:g}, d {d:g}"
+    row, what = ours[d], f"beta {beta:g}, d {d:g}"
     change = 100 * abs(theirs["dU"] / coarse[d] - 1)
-    source = f"pyoomph 0.2.2, {theirs['cells']:.0f} cells ({theirs['unknowns']:,.0f} unknowns); 40 cells: {change:.2g} %"
-    dU = float(row["dU"] + row["dU_correction"])
+    source = (
+        f"pyoomph 0.2.2, {theirs['cells']:.0f} cells ({theirs['unknowns']:,.0f} unknowns); 40 cells: {change:.2g} %"
+    )
+    dU = row["dU"] + row["dU_correction"]
     return [
-        Comparison(what, "dU", dU, float(row["dU_error"]), theirs["dU"], source, 3e-3, d == 0.1, "dU"),
-        Comparison(what, "D_T", float(row["D_T"]), None, theirs["D_T"], source, 3e-3, table="shapes"),
-        Comparison(what, "D_L", float(row["D_L"]), None, theirs["D_L"], source, 3e-3, table="shapes"),
+        Comparison(what, "dU", dU, row["dU_error"], theirs["dU"], source, 3e-3, d == 0.1, "dU"),
+        Comparison(what, "D_T", row["D_T"], None, theirs["D_T"], source, 3e-3, table="shapes"),
+        Comparison(what, "D_L", row["D_L"], None, theirs["D_L"], source, 3e-3, table="shapes"),
     ]
 
 
-def draw(setting: Setting, curves: dict[float, tuple[list[dict[str, float]], pd.DataFrame]]) -> None:
+def draw(setting: Setting, curves: dict[float, tuple[list[Row], dict[float, Row]]]) -> None:
     """Both curves of every confinement."""
     figure, axes = pyplot.subplots(1, len(curves), figsize=(4 * len(curves), 3.2), squeeze=False)
     for axis, (beta, (theirs, ours)) in zip(axes[0], curves.items(), strict=True):
-        axis.plot(ours.index, ours["dU"], "-", label="pairsim")
+        axis.plot(list(ours), [row["dU"] for row in ours.values()], "-", label="pairsim")
         axis.plot([row["d"] for row in theirs], [row["dU"] for row in theirs], "o", ms=5, mfc="none", label="pyoomph")
         axis.axhline(0, color="grey", lw=0.6)
         axis.set(xscale="log", xlabel=r"$d$", ylabel=r"$\Delta U$", title=rf"$\beta = {beta:g}$")

@@ -7,7 +7,17 @@ from pathlib import Path
 
 import pairsim.runtime.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
 from pairsim.results.output import write_text
-from validation_book import balances, extension, giesekus_pairs, manufactured, pyoomph, rigid, soft, sphere_in_tube, tube
+from validation_book import (
+    balances,
+    extension,
+    giesekus_pairs,
+    manufactured,
+    pyoomph,
+    rigid,
+    soft,
+    sphere_in_tube,
+    tube,
+)
 from validation_book.comparisons import BOOK, Found, Setting, Subject
 
 MODULES = (sphere_in_tube, rigid, soft, extension, tube, manufactured, pyoomph, balances, giesekus_pairs)

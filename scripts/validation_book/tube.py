@@ -30,7 +30,12 @@ def giesekus(test: Any, setting: Setting) -> list[Comparison]:
         liquid = Polymer("giesekus", 0.09, 0.2, De=De)
         flow = Pipe(liquid).steady()
         key, what = f"De {De:g}", f"Giesekus, De {De:g}, one dimension"
-        for name, value in (("dp/L", flow.gradient), ("u(0)", flow.u[0]), ("c_rz wall", flow.c[-1, 1]), ("c_zz wall", flow.c[-1, 0])):
+        for name, value in (
+            ("dp/L", flow.gradient),
+            ("u(0)", flow.u[0]),
+            ("c_rz wall", flow.c[-1, 1]),
+            ("c_zz wall", flow.c[-1, 0]),
+        ):
             rows.append(against(reference("tube", f"{name} {key}"), what, name, value, 1e-7, headline=name == "dp/L"))
         if not setting.quick:
             gradient, centre = test.pipe_in_two_dimensions(liquid, [20 * De], max_size=0.05)[20 * De]
@@ -78,23 +83,18 @@ def start_up(test: Any) -> list[Comparison]:
     times = [float(t) for t in test.START_UP]
     liquid = Polymer("giesekus", 0.09, 0.2, De=1.0)
     found = test.pipe_in_two_dimensions(liquid, times)
-    rows = [
-        against(
-            *(reference("tube start-up", f"dp/L t {t:g}"), f"Giesekus, De 1, mesh, t = {t:g}", "dp/L", found[t][0], 3e-3),
-            **{"table": "start-up", "headline": t == 0.5},
-        )
-        for t in times
-    ]
+    rows = []
+    for t in times:
+        known, what = reference("tube start-up", f"dp/L t {t:g}"), f"Giesekus, De 1, mesh, t = {t:g}"
+        rows.append(against(known, what, "dp/L", found[t][0], 3e-3, table="start-up", headline=t == 0.5))
     newtonian = replace(liquid, name="oldroyd-b", alpha=0.0)
     found = test.pipe_in_two_dimensions(newtonian, times)
     exact = "exact: 32 [xi + (1 - xi)(1 - exp(-t/De))]"
-    return rows + [
-        Comparison(
-            *(f"Oldroyd-B, De 1, mesh, t = {t:g}", "dp/L", found[t][0], None),
-            *(32 * (liquid.xi + (1 - liquid.xi) * (1 - np.exp(-t))), exact, 3e-3, t == 0.5, "start-up"),
-        )
-        for t in times
-    ]
+    for t in times:
+        gradient = 32 * (liquid.xi + (1 - liquid.xi) * (1 - np.exp(-t)))
+        what, headline = f"Oldroyd-B, De 1, mesh, t = {t:g}", t == 0.5
+        rows.append(Comparison(what, "dp/L", found[t][0], None, gradient, exact, 3e-3, headline, "start-up"))
+    return rows
 
 
 SUBJECT = Subject("tube", "Flow of all laws in the tube", compute)
