@@ -38,7 +38,7 @@ def main() -> int:
         print(report(name, found, time.process_time() - begin), flush=True)
         good = good and all(row.good for row in found.comparisons)
     if not arguments.quick:
-        write_book(SUBJECTS)
+        write_book()
     return int(not good)
 
 

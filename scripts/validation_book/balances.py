@@ -63,4 +63,4 @@ def by_script(folder: Path) -> list[dict[str, Any]]:
     return list(json.loads(done.stdout))
 
 
-SUBJECT = Subject("balances", "Balances on written fields", compute)
+SUBJECT = Subject("balances", compute)

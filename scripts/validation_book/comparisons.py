@@ -152,13 +152,11 @@ class Subject:
     """A page of the book.
 
     Attributes:
-        name: Name of the page and its results.
-        title: Its title in the index.
+        name: Name of the page and its results, one of `contents.TITLES`.
         compute: Computes its comparisons.
     """
 
     name: str
-    title: str
     compute: Callable[[Setting], Found]
 
 

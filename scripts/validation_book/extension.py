@@ -91,4 +91,4 @@ def draw(setting: Setting, test: object, times: list[float], found: list[float])
     pyplot.close(figure)
 
 
-SUBJECT = Subject("extension", "A soft sphere in extension", compute)
+SUBJECT = Subject("extension", compute)

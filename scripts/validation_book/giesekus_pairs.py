@@ -36,4 +36,4 @@ def critical(setting: Setting, keys: Keys) -> tuple[float, str]:
     return row["d_cr"], with_error(row["d_cr"], row["d_error"]).replace("+-", "±")
 
 
-SUBJECT = Subject("giesekus-pairs", "Rigid pairs in Giesekus liquids", compute)
+SUBJECT = Subject("giesekus-pairs", compute)

@@ -60,4 +60,4 @@ def order(what: str, name: str, found: float, expected: float, group: str) -> Co
     return Comparison(what, f"order of {name}", found, None, expected, THEORY, allowed, name == "u", group)
 
 
-SUBJECT = Subject("manufactured", "Manufactured solutions", compute)
+SUBJECT = Subject("manufactured", compute)

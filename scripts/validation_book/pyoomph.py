@@ -72,4 +72,4 @@ def draw(setting: Setting, curves: dict[float, tuple[list[Row], dict[float, Row]
     pyplot.close(figure)
 
 
-SUBJECT = Subject("pyoomph", "Soft pairs against pyoomph", compute)
+SUBJECT = Subject("pyoomph", compute)

@@ -69,4 +69,4 @@ def pairs() -> list[Comparison]:
     return rows
 
 
-SUBJECT = Subject("rigid", "Rigid spheres in the tube", compute)
+SUBJECT = Subject("rigid", compute)

@@ -64,4 +64,4 @@ def bullet() -> list[Comparison]:
     return rows
 
 
-SUBJECT = Subject("soft", "Soft spheres, first order in Ca_e", compute)
+SUBJECT = Subject("soft", compute)

@@ -173,4 +173,4 @@ def picture(setting: Setting, found: dict[str, Line], published: dict[float, flo
     pyplot.close(figure)
 
 
-SUBJECT = Subject("sphere-in-tube", "Sphere dragged through a tube", compute)
+SUBJECT = Subject("sphere-in-tube", compute)

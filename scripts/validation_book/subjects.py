@@ -19,9 +19,11 @@ from validation_book import (
     tube,
 )
 from validation_book.comparisons import BOOK, Found, Setting, Subject
+from validation_book.contents import TITLES
 
 MODULES = (sphere_in_tube, rigid, soft, extension, tube, manufactured, pyoomph, balances, giesekus_pairs)
 SUBJECTS: dict[str, Subject] = {module.SUBJECT.name: module.SUBJECT for module in MODULES}
+assert list(SUBJECTS) == list(TITLES), "the pages are those of contents.TITLES"
 
 
 def computed(subject: Subject, output: Path, *, quick: bool) -> Found:

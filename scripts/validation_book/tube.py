@@ -97,4 +97,4 @@ def start_up(test: Any) -> list[Comparison]:
     return rows
 
 
-SUBJECT = Subject("tube", "Flow of all laws in the tube", compute)
+SUBJECT = Subject("tube", compute)
