@@ -63,7 +63,7 @@ def test_force_on_a_moved_sphere_is_written_answered_and_swept(tmp_path: Path, p
     assert done.returncode == 0, done.stderr
     (force,) = read_series(tmp_path / "out" / "curve.csv")["F_1"]
     assert force == pytest.approx(5.9474 * 3 * np.pi * 0.5, rel=5e-3)
-    assert f"F_1 = {force:.1f}" in done.stderr + done.stdout
+    assert f"F_1 = {int(force)}." in done.stderr
     assert CURVE_SWEEP.values(tmp_path / "out")["F_1"] == force
     assert "F_1" in CURVE_SWEEP.check(yaml.safe_load(keys), "case.yaml").columns
 
