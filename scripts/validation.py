@@ -2,9 +2,9 @@
 
 usage: scripts/validation SUBJECT ... | all [-o runs/validation] [--quick] [--pages]
 
-Each subject writes its numbers to docs/validation/results/SUBJECT.json, from which the tables of the pages are made, and
-its pictures. With --pages nothing is computed. With --quick cells are coarse and points few, and only DIR is written
-to. The exit code is 1 if a difference is larger than allowed.
+Each subject writes its numbers to docs/validation/results/SUBJECT.json, from which the tables of the pages are made,
+and its pictures. With --pages nothing is computed. With --quick cells are coarse and points few, and only DIR is
+written to. The exit code is 1 if a difference is larger than allowed.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def main() -> int:
         print(report(name, found, time.process_time() - begin), flush=True)
         good = good and all(row.good for row in found.comparisons)
     if not arguments.quick:
-        write_book(SUBJECTS)
+        write_book()
     return int(not good)
 
 

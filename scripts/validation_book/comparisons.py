@@ -6,7 +6,7 @@ import importlib.util
 import json
 import math
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from functools import cache
 from pathlib import Path
@@ -15,9 +15,15 @@ from typing import Any
 
 import yaml
 
+from pairsim.api.results import Result
+
 ROOT = Path(__file__).resolve().parents[2]
 BOOK, CONFIGS = ROOT / "docs" / "validation", ROOT / "configs" / "validation"
 REFERENCES = BOOK / "references.yaml"
+
+
+Keys = dict[str, Any]
+"""Keys of a case and arguments of `pairsim.curve` and its like."""
 
 
 @dataclass(frozen=True)
@@ -146,13 +152,11 @@ class Subject:
     """A page of the book.
 
     Attributes:
-        name: Name of the page and its results.
-        title: Its title in the index.
+        name: Name of the page and its results, one of `contents.TITLES`.
         compute: Computes its comparisons.
     """
 
     name: str
-    title: str
     compute: Callable[[Setting], Found]
 
 
@@ -175,7 +179,10 @@ def verification(name: str) -> ModuleType:
     return module
 
 
-def only(values: Sequence[Any]) -> Any:
-    """The only entry of a sequence."""
-    (value,) = values
-    return value
+def rows_of(result: Result) -> list[dict[str, float]]:
+    """The rows of the table of a finished computation.
+
+    Raises:
+        RunFailure: It failed.
+    """
+    return [{str(key): value for key, value in row.items()} for row in result.check().table.to_dict("records")]

@@ -38,7 +38,9 @@ def compute(setting: Setting) -> Found:
     return Found(rows)
 
 
-def compared(what: str, times: list[float], found: list[float], exact: list[float], allowed: float, table: str) -> list[Comparison]:
+def compared(
+    what: str, times: list[float], found: list[float], exact: list[float], allowed: float, table: str
+) -> list[Comparison]:
     """The stretch at some times."""
     return [
         Comparison(f"{what}, t G/eta = {t:g}", "l", float(a), None, float(b), EXACT, allowed, t == 2, table)
@@ -55,7 +57,9 @@ def steady(setting: Setting) -> list[Comparison]:
     for Ca in (0.05, 0.1, 0.2):
         follow(sphere, Parameters((), (Ca,)))
         D = float(sphere.observe().D[0])
-        rows.append(against(reference("extension", f"D Ca {Ca:g}"), f"steady, Ca {Ca:g}", "D", D, 2e-3, headline=Ca == 0.2))
+        rows.append(
+            against(reference("extension", f"D Ca {Ca:g}"), f"steady, Ca {Ca:g}", "D", D, 2e-3, headline=Ca == 0.2)
+        )
     sphere.close()
     return rows
 
@@ -87,4 +91,4 @@ def draw(setting: Setting, test: object, times: list[float], found: list[float])
     pyplot.close(figure)
 
 
-SUBJECT = Subject("extension", "A soft sphere in extension", compute)
+SUBJECT = Subject("extension", compute)

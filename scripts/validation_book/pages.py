@@ -7,27 +7,34 @@ import re
 from collections.abc import Mapping, Sequence
 
 from accuracy_page import put, table
+
 from pairsim.results.answer import with_error
 from pairsim.results.output import write_text
-from validation_book.comparisons import BOOK, REFERENCES, Comparison, Found, Subject, references
+from validation_book.comparisons import BOOK, Comparison, Found, references
+from validation_book.contents import TITLES
 
 
-def write_book(subjects: Mapping[str, Subject]) -> None:
+def write_book() -> None:
     """Write the tables of all pages for which there are results, and that of the index."""
-    for path, text in pages(subjects).items():
+    for path, text in pages().items():
         write_text(BOOK / path, text)
 
 
-def pages(subjects: Mapping[str, Subject]) -> dict[str, str]:
+def all_results() -> dict[str, Found]:
+    """The present results by the names of their pages, in the order of the book."""
+    return {name: Found.read(path) for name in TITLES if (path := BOOK / "results" / f"{name}.json").is_file()}
+
+
+def pages() -> dict[str, str]:
     """The text of every page by its file, with the tables of the present results."""
-    found = {name: Found.read(path) for name in subjects if (path := BOOK / "results" / f"{name}.json").is_file()}
+    found = all_results()
     texts = {}
     for name, results in found.items():
         text = (BOOK / f"{name}.md").read_text()
         for mark, content in blocks(results).items():
             text = put(text, mark, content)
         texts[f"{name}.md"] = text
-    index = put((BOOK / "index.md").read_text(), "index", index_table(subjects, found))
+    index = put((BOOK / "index.md").read_text(), "index", index_table(found))
     texts["index.md"] = put(index, "sources", source_list())
     return texts
 
@@ -44,10 +51,7 @@ def blocks(found: Found) -> dict[str, str]:
 
 def cells(row: Comparison) -> list[str]:
     """The cells of a comparison: quantity, value with its interval, reference, difference."""
-    if row.error:
-        value = with_error(row.value, row.error).replace("+-", "±")
-    else:
-        value = f"{row.value:.7g}"
+    value = with_error(row.value, row.error).replace("+-", "±") if row.error else f"{row.value:.7g}"
     return [row.what, row.quantity, value, f"{row.exact:.9g}", difference(row)]
 
 
@@ -61,11 +65,11 @@ def comparison_table(rows: Sequence[Comparison]) -> str:
     return table(["", "quantity", "pairsim", "reference", "difference"], [cells(row) for row in rows])
 
 
-def index_table(subjects: Mapping[str, Subject], found: Mapping[str, Found]) -> str:
+def index_table(found: Mapping[str, Found]) -> str:
     """The headlines of all subjects, with their sources."""
     lines = []
     for name, results in found.items():
-        title = f"[{subjects[name].title}]({name}.md)"
+        title = f"[{TITLES[name]}]({name}.md)"
         for row in results.comparisons:
             if row.headline:
                 lines.append([title, *cells(row), row.source if row.source in references()["sources"] else "see page"])
@@ -75,7 +79,9 @@ def index_table(subjects: Mapping[str, Subject], found: Mapping[str, Found]) -> 
 
 def source_list() -> str:
     """The sources of references.yaml."""
-    return table(["source", "what it is"], [[key, " ".join(text.split())] for key, text in references()["sources"].items()])
+    return table(
+        ["source", "what it is"], [[key, " ".join(text.split())] for key, text in references()["sources"].items()]
+    )
 
 
 def report(name: str, found: Found, seconds: float) -> str:
@@ -90,6 +96,3 @@ def report(name: str, found: Found, seconds: float) -> str:
 def marks(text: str) -> set[str]:
     """Names of the marks of a page."""
     return set(re.findall(r"<!-- end of ([^>]+) -->", text))
-
-
-__all__ = ["REFERENCES", "blocks", "marks", "pages", "report", "write_book"]

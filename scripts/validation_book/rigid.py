@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import pi
 
 import pairsim
-from validation_book.comparisons import CONFIGS, Comparison, Found, Setting, Subject, against, reference
+from validation_book.comparisons import CONFIGS, Comparison, Found, Keys, Setting, Subject, against, reference, rows_of
 
 BETAS = (0.2, 0.4, 0.6)
 ALONE, PAIR = CONFIGS / "rigid-sphere.yaml", CONFIGS / "rigid-pair.yaml"
@@ -21,8 +21,11 @@ def compute(setting: Setting) -> Found:
 
 def free(beta: float) -> list[Comparison]:
     """A force-free sphere."""
-    row = pairsim.curve(ALONE, beta=beta).check().table.iloc[0]
-    what, known = f"free sphere, beta {beta:g}", [reference("rigid sphere", f"{q} beta {beta:g}") for q in ("U", "dp_plus")]
+    (row,) = rows_of(pairsim.curve(ALONE, beta=beta))
+    what, known = (
+        f"free sphere, beta {beta:g}",
+        [reference("rigid sphere", f"{q} beta {beta:g}") for q in ("U", "dp_plus")],
+    )
     dp_plus = row["dp_plus"] + row["dp_plus_correction"]
     return [
         against(known[0], what, "U", row["U_1"] + row["U_correction_1"], 1e-6, headline=beta == 0.4),
@@ -33,8 +36,12 @@ def free(beta: float) -> list[Comparison]:
 def moved(beta: float) -> list[Comparison]:
     """Drag on a sphere in a liquid at rest, and on one that is held in the flow."""
     rows = []
-    for key, motion, U in (("dragged", {"velocity": 1, "flow": 0}, 1.0), ("held", {"velocity": 0}, -2.0)):
-        row = pairsim.curve(ALONE, beta=beta, **motion).check().table.iloc[0]
+    motions: dict[str, tuple[Keys, float]] = {
+        "dragged": ({"velocity": 1, "flow": 0}, 1.0),
+        "held": ({"velocity": 0}, -2.0),
+    }
+    for key, (motion, U) in motions.items():
+        (row,) = rows_of(pairsim.curve(ALONE, beta=beta, **motion))
         unit = 3 * pi * beta * U
         known = reference("drag", f"{key} beta {beta:g}")
         K = (row["F_1"] + row["F_correction_1"]) / unit
@@ -47,22 +54,19 @@ def moved(beta: float) -> list[Comparison]:
 
 def pairs() -> list[Comparison]:
     """Two equal spheres, which keep their distance."""
-    table = pairsim.curve(PAIR).check().table.set_index("d")
     rows = []
-    for d, row in table.iterrows():
+    for row in rows_of(pairsim.curve(PAIR)):
+        d = row["d"]
         what = f"free pair, beta 0.4, d {d:g}"
         dp_plus = row["dp_plus"] + row["dp_plus_correction"]
+        U, none, dp = (reference("rigid pair", key) for key in (f"U d {d:g}", "dU", f"dp_plus d {d:g}"))
+        more: Keys = {"error": row["dU_error"], "headline": d == 0.1}
         rows += [
-            against(
-                reference("rigid pair", f"U d {d:g}"), what, "U", row["U_L"] + row["U_correction_L"], 1e-6, table="pairs"
-            ),
-            against(reference("rigid pair", f"dp_plus d {d:g}"), what, "dp_plus", dp_plus, 1e-3, table="pairs"),
-            against(
-                *(reference("rigid pair", "dU"), what, "dU", row["dU"], 1e-11),
-                **{"error": row["dU_error"], "table": "pairs", "headline": d == 0.1},
-            ),
+            against(U, what, "U", row["U_L"] + row["U_correction_L"], 1e-6, table="pairs"),
+            against(dp, what, "dp_plus", dp_plus, 1e-3, table="pairs"),
+            against(none, what, "dU", row["dU"], 1e-11, table="pairs", **more),
         ]
     return rows
 
 
-SUBJECT = Subject("rigid", "Rigid spheres in the tube", compute)
+SUBJECT = Subject("rigid", compute)

@@ -15,6 +15,7 @@ from validation_book.comparisons import (
     against,
     number,
     reference,
+    rows_of,
     verification,
 )
 
@@ -40,9 +41,9 @@ def slope(beta: float, d: float) -> tuple[Comparison, list[str]]:
     known = reference("soft", f"S beta {beta:g} d {d:g}")
     slopes, errors = [], []
     for Ca in CAPILLARIES:
-        row = pairsim.curve(PAIR, beta=beta, d=[d], Ca_e=Ca).check().table.iloc[0]
-        slopes.append(float(row["dU"] + row["dU_correction"]) / Ca)
-        errors.append(float(row["dU_error"]) / Ca)
+        (found,) = rows_of(pairsim.curve(PAIR, beta=beta, d=[d], Ca_e=Ca))
+        slopes.append((found["dU"] + found["dU_correction"]) / Ca)
+        errors.append(found["dU_error"] / Ca)
     limit = 2 * slopes[1] - slopes[0]
     headline = (beta, d) == PAIRS[0]
     what = f"soft pair, beta {beta:g}, d {d:g}"
@@ -59,10 +60,8 @@ def bullet() -> list[Comparison]:
         known = reference("soft", f"f_{n}")
         rows.append(against(known, "single sphere, Ca_e 0.001", f"f_{n}", float(small[n]), allowed, headline=n == 3))
     even = float(np.abs(small[[2, 4]]).max())
-    rows.append(
-        Comparison("single sphere, Ca_e 0.001", "largest of f_2, f_4", even, None, 0.0, "symmetry", 0.01)
-    )
+    rows.append(Comparison("single sphere, Ca_e 0.001", "largest of f_2, f_4", even, None, 0.0, "symmetry", 0.01))
     return rows
 
 
-SUBJECT = Subject("soft", "Soft spheres, first order in Ca_e", compute)
+SUBJECT = Subject("soft", compute)

@@ -7,11 +7,23 @@ from pathlib import Path
 
 import pairsim.runtime.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
 from pairsim.results.output import write_text
-from validation_book import balances, extension, giesekus_pairs, manufactured, pyoomph, rigid, soft, sphere_in_tube, tube
+from validation_book import (
+    balances,
+    extension,
+    giesekus_pairs,
+    manufactured,
+    pyoomph,
+    rigid,
+    soft,
+    sphere_in_tube,
+    tube,
+)
 from validation_book.comparisons import BOOK, Found, Setting, Subject
+from validation_book.contents import TITLES
 
 MODULES = (sphere_in_tube, rigid, soft, extension, tube, manufactured, pyoomph, balances, giesekus_pairs)
 SUBJECTS: dict[str, Subject] = {module.SUBJECT.name: module.SUBJECT for module in MODULES}
+assert list(SUBJECTS) == list(TITLES), "the pages are those of contents.TITLES"
 
 
 def computed(subject: Subject, output: Path, *, quick: bool) -> Found:
