@@ -115,7 +115,7 @@ class Steady(OnMeshedScene):
         return constraints
 
     def _constraints_on(self, meshed: MeshedScene) -> Constraints:
-        return steady_constraints(meshed.scene, meshed.unit_extensions())
+        return steady_constraints(meshed.scene)
 
     @property
     def meshes(self) -> int:
