@@ -1,17 +1,19 @@
-"""Computes and draws the figures of the study that pairsim follows, and judges what the study says of them.
+"""Computes and draws the figures of the paper that pairsim follows, and judges what the paper says of them.
 
-usage: scripts/paper FIGURE... [-o runs/paper] [--quick] [--table] [--page]
+usage: scripts/paper FIGURE... [-o DIR] [--quick] [--set KEY=VALUE] [--table] [--page]
 
-FIGURE is one or more of fig02 to fig17, or all. The same command goes on after any kind of end; under mpirun the cases
-are distributed over the processes:
+FIGURE is one or more of fig02 to fig17; of finer and periodic, which solve cases again on finer meshes and with
+periodic ends, for statements that do not hold; or all. The same command goes on after any kind of end; under mpirun the
+cases are distributed over the processes:
 
     .venv/bin/mpirun -n 2 .venv/bin/python scripts/paper.py all
 
 configs/paper/FIGURE holds the computations of a figure, which are grid files of `pairsim sweep` (case files of `pairsim
 mesh` for fig02), and figure.yaml, the description of its picture. A figure that shows results of another one computes
-these, too. Results are in DIR/FIGURE/FILE, pictures of 85 and 170 mm as PDF and PNG in DIR/pictures, the statements of
-section 3 of the study with their verdicts in DIR/statements.md. --quick computes the same on coarse meshes with few
-points (configs/paper/quick.yaml). --table computes nothing. --page writes docs/paper.md and its pictures.
+these, too. Results are in DIR/FIGURE/FILE (DIR is runs/paper, with --quick runs/paper-quick), pictures of 85 and 170 mm
+as PDF and PNG in DIR/pictures, the statements of section 3 of the paper with their verdicts in DIR/statements.md.
+--quick computes the same on coarse meshes with few points (configs/paper/quick.yaml). --table computes nothing. --page
+writes docs/paper.md and its pictures.
 
 Exit code 0: all cases finished; 2: wrong input; 3: some cases failed, or a picture lacks results; 130: interrupted.
 """
@@ -19,13 +21,15 @@ Exit code 0: all cases finished; 2: wrong input; 3: some cases failed, or a pict
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import yaml
-from paper_results import CONFIGS, Figure, NotComputed, Results, computations, figures
+from paper_results import CONFIGS, NotComputed, Results, computations, figures
+from paper_statements import CHECKS, judged
 
 from pairsim.errors import InputError, PairsimError
 
@@ -36,42 +40,43 @@ ALL = "all"
 INTERRUPTED = 130
 
 
-def chosen(words: list[str]) -> dict[str, Figure]:
-    """The figures of these names.
+def chosen(words: list[str]) -> list[str]:
+    """The figures, and folders of checks, of these names.
 
     Raises:
         InputError: A name is unknown.
     """
-    known = figures()
+    known = [*figures(), *CHECKS]
     for word in words:
         if word not in known and word != ALL:
             raise InputError("scripts/paper", "FIGURE", word, f"must be one or more of {', '.join(known)}, or {ALL}")
-    return {name: figure for name, figure in known.items() if ALL in words or name in words}
+    return [name for name in known if ALL in words or name in words]
 
 
-def needed(wanted: dict[str, Figure]) -> list[str]:
-    """Computations of figures and those that their pictures show, each once."""
-    names = [each for name, figure in wanted.items() for each in (*computations(name), *figure.needs)]
-    return sorted(set(names))
+def needed(names: list[str]) -> list[str]:
+    """Computations of figures and those that their pictures show, each once; those of checks come last."""
+    known, found = figures(), []
+    for name in names:
+        found += [*computations(name), *(known[name].needs if name in known else ())]
+    return list(dict.fromkeys(found))
 
 
 def quick_settings(name: str, command: str) -> tuple[str, ...]:
     """What `--quick` replaces in the cases of a computation, as `--set` does."""
-    own = figures()[name.partition("/")[0]].quick.get(name)
+    figure = figures().get(name.partition("/")[0])
+    own = figure.quick.get(name) if figure else None
     settings: dict[str, Any] = yaml.safe_load((CONFIGS / "quick.yaml").read_text())[command] if own is None else own
-    return tuple(
-        f"{key}={yaml.safe_dump(value, default_flow_style=True, width=1000).split(chr(10))[0]}"
-        for key, value in settings.items()
-    )
+    return tuple(f"{key}={json.dumps(value)}" for key, value in settings.items())
 
 
-def compute(name: str, output: Path, quick: bool, comm: MPI.Comm | None) -> int:
+def compute(name: str, output: Path, quick: bool, settings: tuple[str, ...], comm: MPI.Comm | None) -> int:
     """Compute what is not there yet of a computation; returns the exit code of the sweep, on all processes.
 
     Args:
         name: The computation.
         output: The output folder.
         quick: Whether on coarse meshes.
+        settings: What `--set` replaces in all cases.
         comm: All processes, None without mpirun.
     """
     from pairsim.config.yaml_file import read_yaml
@@ -83,7 +88,7 @@ def compute(name: str, output: Path, quick: bool, comm: MPI.Comm | None) -> int:
     content = read_yaml(path)
     if "beta" in content:
         return mesh(path, output / f"{name}.vtu") if comm is None or comm.rank == 0 else 0
-    settings = quick_settings(name, content.get("command", "run")) if quick else ()
+    settings = (*(quick_settings(name, content.get("command", "run")) if quick else ()), *settings)
     reporter = make_sweep_reporter("auto", comm.rank if comm else 0)
     code, _ = run_sweep(read_grid(path, settings), output / name, Options(settings=settings), comm, reporter)
     return code
@@ -100,7 +105,7 @@ def mesh(path: Path, target: Path) -> int:
     return 0
 
 
-def compute_all(wanted: dict[str, Figure], output: Path, quick: bool) -> int:
+def compute_all(wanted: list[str], output: Path, quick: bool, settings: tuple[str, ...]) -> int:
     """Compute everything that figures show; returns the largest exit code, on all processes."""
     from pairsim.runtime.launcher import launcher_communicator
     from pairsim.runtime.signals import Signals
@@ -111,7 +116,7 @@ def compute_all(wanted: dict[str, Figure], output: Path, quick: bool) -> int:
         for place, name in enumerate(names, 1):
             if comm is None or comm.rank == 0:
                 print(f"{name} ({place} of {len(names)}, {time.monotonic() - begin:.0f} s so far)", file=sys.stderr)
-            code = compute(name, output, quick, comm)
+            code = compute(name, output, quick, settings, comm)
             worst = max(worst, code)
             if code not in (0, 3):
                 break
@@ -120,16 +125,17 @@ def compute_all(wanted: dict[str, Figure], output: Path, quick: bool) -> int:
     return worst
 
 
-def present(wanted: dict[str, Figure], output: Path) -> list[str]:
+def present(wanted: list[str], output: Path) -> list[str]:
     """Draw figures and judge statements; returns the names of figures without results."""
     from paper_page import statement_table
     from paper_pictures import draw
-    from paper_statements import judged
 
     from pairsim.results.output import write_text
 
     results, missing = Results(output), []
-    for name, figure in wanted.items():
+    for name, figure in figures().items():
+        if name not in wanted:
+            continue
         try:
             for path in draw(name, figure, results, output / "pictures"):
                 print(path)
@@ -147,10 +153,9 @@ def main() -> int:
     form = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(prog="paper", description=__doc__, formatter_class=form)
     parser.add_argument("figures", nargs="+", metavar="FIGURE")
-    parser.add_argument(
-        "-o", "--output", type=Path, help="folder of the results (runs/paper, --quick: runs/paper-quick)"
-    )
+    parser.add_argument("-o", "--output", type=Path, help="folder of the results (default: runs/paper)")
     parser.add_argument("--quick", action="store_true", help="coarse meshes, few points")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="replace a key in all cases")
     parser.add_argument("--table", action="store_true", help="draw and judge the results that are there")
     parser.add_argument("--page", action="store_true", help="write docs/paper.md")
     arguments = parser.parse_args()
@@ -158,7 +163,7 @@ def main() -> int:
     try:
         wanted = chosen(arguments.figures)
         output.mkdir(parents=True, exist_ok=True)
-        code = 0 if arguments.table else compute_all(wanted, output, arguments.quick)
+        code = 0 if arguments.table else compute_all(wanted, output, arguments.quick, tuple(arguments.set))
         if code not in (0, 3):
             return code
         missing = present(wanted, output)

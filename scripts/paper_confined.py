@@ -1,4 +1,4 @@
-"""Statements of section 3.2 of the study on confinement, fields and shapes, and those of its summary."""
+"""Statements of section 3.2 of the paper on confinement, fields and shapes, and those of its summary."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def _(results: Results) -> Finding:
 
 def shapes_over_De(results: Results) -> list[Curve]:
     """The curves of Fig. 16."""
-    return [results.curve(beta=0.4, De=De, Ca_e=0.15) for De in (0.0, *DES)]
+    return [results.curve_with_fields(0.1, beta=0.4, De=De, Ca_e=0.15) for De in (0.0, *DES)]
 
 
 @statement("fig16", "The particles are deformed less and less as De increases: the trailing one.")

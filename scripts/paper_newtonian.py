@@ -1,4 +1,4 @@
-"""Statements of section 3.1 of the study: pairs in a Newtonian liquid."""
+"""Statements of section 3.1 of the paper: pairs in a Newtonian liquid."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ SETTLED = 0.05
 SIMILAR = 0.5
 """"qualitatively similar": a correlation above this."""
 ALONE = 0.6
-"""Distance from which particles do not interact any more, as the study has it [D_c]."""
+"""Distance from which particles do not interact any more, as the paper has it [D_c]."""
 
 
 def fig6(results: Results, Ca_e: float) -> Transient:
@@ -146,7 +146,7 @@ def _(results: Results) -> Finding:
 
 
 def elongates(results: Results, name: str) -> Finding:
-    """Whether a particle is elongated when the relative velocity is least, and the pair first closes, then separates."""
+    """Whether a particle is elongated when dU is least, and the pair first comes closer, then separates."""
     checks: list[Check] = []
     parts = []
     for Ca_e in (0.1, 0.15):

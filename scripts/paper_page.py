@@ -37,7 +37,7 @@ def statement_table(rows: Sequence[Row]) -> str:
         verdict = f"**{row.verdict}**" if row.verdict == "does not hold" else row.verdict
         text = "<br>".join(map(cell, parts))
         lines.append([cell(row.statement.text), text, verdict, f"`scripts/paper {row.statement.figure}`"])
-    return table(["the study says", "our figures", "", "command"], lines)
+    return table(["the paper says", "our figures", "", "command"], lines)
 
 
 def counts(rows: Sequence[Row]) -> str:
@@ -67,9 +67,10 @@ def effort_row(name: str, results: Results) -> list[str]:
                 points += len(case.table["t"])
             elif isinstance(case, Critical):
                 points += len(case.rows)
+    used = sorted({str(case.parameters["accuracy"]) for each in computations(name) for case in results.cases(each)})
     errors = [f"{100 * value:.2g}" if value == value else "" for value in (largest(intervals), largest(ends))]
     done = f"{finished} of {total}" + (f", {failed} failed" if failed else "") if total else "none"
-    return [f"[{title(name)}](#{name})", done, f"{seconds:.0f}", str(points or ""), *errors]
+    return [f"[{title(name)}](#{name})", done, ", ".join(used), f"{seconds:.0f}", str(points or ""), *errors]
 
 
 def largest(values: Sequence[float]) -> float:
@@ -84,7 +85,14 @@ def title(name: str) -> str:
 
 def effort(results: Results) -> str:
     """Table of all figures."""
-    head = ["figure", "own cases finished", "s of one core", "points or steps", "largest dU_error, % of the peak"]
+    head = [
+        "figure",
+        "own cases finished",
+        "accuracy",
+        "s of one core",
+        "points or steps",
+        "largest dU_error, % of the peak",
+    ]
     head += ["ends_error, % of the peak"]
     return table(head, [effort_row(name, results) for name in figures() if computations(name)])
 

@@ -60,7 +60,7 @@ class Panel(BaseModel):
 
 
 class Figure(BaseModel):
-    """A figure of the study.
+    """A figure of the paper.
 
     Attributes:
         caption: What it shows.
@@ -80,7 +80,7 @@ class Figure(BaseModel):
 
 
 def figures() -> dict[str, Figure]:
-    """All figures by name, such as fig07, in the order of the study."""
+    """All figures by name, such as fig07, in the order of the paper."""
     files = sorted(CONFIGS.glob(f"*/{DESCRIPTION}"))
     return {path.parent.name: Figure.model_validate(yaml.safe_load(path.read_text())) for path in files}
 

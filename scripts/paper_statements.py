@@ -1,4 +1,4 @@
-"""What section 3 of the study says, statement by statement, judged by the results of scripts/paper.
+"""What section 3 of the paper says, statement by statement, judged by the results of scripts/paper.
 
 A statement is a function of the results that returns checks: by how much something is as stated, and the error of that
 number. Quantities that are called nearly the same may differ by `NEARLY`, and so on: the words that need a number are
@@ -25,11 +25,11 @@ NEARLY = 0.1
 VANISHED = 0.05
 """"decreases to zero": below this part of the peak."""
 DRAWN = 3e-3
-"""Values of dU below this part of the peak cannot be told from zero in a drawing, such as those of the study."""
+"""Values of dU below this part of the peak cannot be told from zero in a drawing, such as those of the paper."""
 RUN_ERROR = 0.01
 """Error of dU in a run, relative to its largest |dU|: `accuracy: 1%`."""
 SOFT = (0.01, 0.05, 0.1, 0.15)
-"""The study's Ca_e of soft particles."""
+"""The paper's Ca_e of soft particles."""
 
 type Verdict = Literal["holds", "within error", "does not hold", "not computed"]
 type Check = tuple[float, float]
@@ -58,7 +58,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Statement:
-    """A statement of the study.
+    """A statement of the paper.
 
     Attributes:
         figure: The figure that it is about, such as fig07.
@@ -98,7 +98,7 @@ class Row:
 MODULES = ("paper_newtonian", "paper_viscoelastic", "paper_confined")
 """The modules with the statements, which register them when they are imported."""
 STATEMENTS: list[Statement] = []
-"""All statements in the order of the study."""
+"""All statements in the order of the paper."""
 CHECKS = {"finer": "finer meshes", "periodic": "periodic ends"}
 """Folders of configs/paper with computations of the same cases in other discretisations, and what these are."""
 
@@ -164,7 +164,7 @@ def drawn(curve: Curve, error: float) -> float:
 
 
 def by_softness(results: Results, **where: Any) -> list[Curve]:
-    """The curves of the study's four Ca_e."""
+    """The curves of the paper's four Ca_e."""
     return [results.curve(Ca_e=Ca_e, **where) for Ca_e in SOFT]
 
 

@@ -1,4 +1,4 @@
-"""Statements of section 3.2 of the study, pairs in a viscoelastic liquid, and of its summary."""
+"""Statements of section 3.2 of the paper, pairs in a viscoelastic liquid, and of its summary."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from paper_statements import (
 )
 
 DES = (0.125, 0.25, 0.5, 1.0, 2.0)
-"""The study's De."""
+"""The paper's De."""
 FAR = 1.0
 """Far apart: one tube diameter and more."""
 ABSENT = 0.02
