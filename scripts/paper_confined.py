@@ -99,7 +99,7 @@ def _(results: Results) -> Finding:
     return stronger_when_confined(results, "tau_p_zz_extra")
 
 
-@statement("fig14", "This promotes deformation and increases the relative velocity.")
+@statement("fig14", "The larger stress at beta .6 promotes deformation and increases the relative velocity.")
 def _(results: Results) -> Finding:
     curves = [results.curve_with_fields(0.1, beta=beta, De=0.5, Ca_e=0.15) for beta in (0.4, 0.6)]
     shapes = [deviations(c.frame(0.1)) for c in curves]
@@ -110,7 +110,7 @@ def _(results: Results) -> Finding:
     return Finding(tuple(checks), f"rms deviation from a sphere (trailing, leading) {text}; |dU| {numbers(fast)}")
 
 
-@statement("fig15", "So is the pressure perturbation.")
+@statement("fig15", "The pressure perturbation is larger in the more confined case.")
 def _(results: Results) -> Finding:
     return stronger_when_confined(results, "pressure_extra")
 
@@ -125,7 +125,7 @@ def _(results: Results) -> Finding:
     return less_deformed(results, 0)
 
 
-@statement("fig16", "The same: the leading one.")
+@statement("fig16", "The particles are deformed less and less as De increases: the leading one.")
 def _(results: Results) -> Finding:
     return less_deformed(results, 1)
 

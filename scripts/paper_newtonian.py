@@ -66,7 +66,7 @@ def _(results: Results) -> Finding:
     return Finding(tuple((-v, run_error(r)) for v, r in zip(least, runs, strict=True)), f"least dU {numbers(least)}")
 
 
-@statement("fig06", "Then they repel each other.")
+@statement("fig06", "After that soft pairs repel each other.")
 def _(results: Results) -> Finding:
     runs = soft_runs(results)
     last = [run.last("dU") for run in runs]
@@ -140,7 +140,7 @@ def _(results: Results) -> Finding:
     return elongates(results, "D_T")
 
 
-@statement("fig06", "The same: the leading one.")
+@statement("fig06", "The particles first elongate while their distance shrinks, then slowly separate: the leading one.")
 def _(results: Results) -> Finding:
     return elongates(results, "D_L")
 
@@ -179,12 +179,12 @@ def _(results: Results) -> Finding:
     return collapse(results, True, "dU")
 
 
-@statement("fig07", "So does the deformation parameter of the trailing particle.")
+@statement("fig07", "D_T from different d_0 collapses on a master curve (Newtonian).")
 def _(results: Results) -> Finding:
     return collapse(results, True, "D_T")
 
 
-@statement("fig07", "So does the deformation parameter of the leading particle.")
+@statement("fig07", "D_L from different d_0 collapses on a master curve (Newtonian).")
 def _(results: Results) -> Finding:
     return collapse(results, True, "D_L")
 
@@ -260,7 +260,7 @@ def _(results: Results) -> Finding:
     return Finding(tuple((-point.dU, point.error) for point in least), text)
 
 
-@statement("fig07", "At beta .2 they do so at all larger distances.")
+@statement("fig07", "At beta .2 the particles attract each other at all larger distances.")
 def _(results: Results) -> Finding:
     curves = by_softness(results, beta=0.2, De=0)
     beyond = [c.extreme(1, ALONE) for c in curves]

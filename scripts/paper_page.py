@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import datetime
 import math
-import shutil
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
 from accuracy_page import machine, put, table
+from paper_pictures import canvas_of
 from paper_results import Critical, Curve, Figure, Marker, NotComputed, Results, Transient, computations, figures
 from paper_statements import CHECKS, Row, judged
 
+from pairsim.plots.style import Page
 from pairsim.results.output import write_text
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "paper.md"
 IMAGES = ROOT / "docs" / "images" / "paper"
-SHOWN = 170
-"""Width of the pictures on the page [mm]; narrower ones are in the folder of the results."""
+WIDTH, DPI = 170.0, 130.0
+"""Width [mm] and pixels by inch of the pictures on the page."""
 VERDICTS = ("holds", "within error", "does not hold", "not computed")
 
 
@@ -97,16 +99,35 @@ def effort(results: Results) -> str:
     return table(head, [effort_row(name, results) for name in figures() if computations(name)])
 
 
+def unfinished(name: str, results: Results) -> bool:
+    """Whether cases of a computation are to do; a mesh has none."""
+    if (results.output / f"{name}.vtu").is_file():
+        return False
+    record = results.record(name)
+    return record is None or record["counts"]["finished"] + record["counts"]["failed"] < len(record["cases"])
+
+
+def save_for_page(name: str, figure: Figure, results: Results) -> None:
+    """Draw a figure for the page, on which fewer pixels will do.
+
+    Raises:
+        NotComputed: It has nothing to show.
+    """
+    page = Page(("png",), WIDTH, DPI)
+    page.save(canvas_of(figure, results, page), IMAGES, name)
+
+
 def section(name: str, figure: Figure, rows: Sequence[Row], results: Results) -> str:
     """Heading, picture and statements of a figure."""
-    lines = [f"### {title(name)} {{#{name}}}", "", f"*{figure.caption}.*", ""]
-    picture = results.output / "pictures" / f"{name}-{SHOWN}mm.png"
-    if picture.is_file():
-        IMAGES.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(picture, IMAGES / f"{name}.png")
+    lines = [f"### {title(name)} {{#{name}}}", "", textwrap.fill(f"*{figure.caption}.*", 100), ""]
+    left = [each for each in figure.needs if unfinished(each, results)]
+    if left:
+        lines += [textwrap.fill(f"Not complete: cases of {', '.join(left)} are still to be computed.", 100), ""]
+    try:
+        save_for_page(name, figure, results)
         lines += [f"![{title(name)}](images/paper/{name}.png)", ""]
-    else:
-        lines += ["Not computed yet.", ""]
+    except NotComputed:
+        (IMAGES / f"{name}.png").unlink(missing_ok=True)
     own = [row for row in rows if row.statement.figure == name]
     return "\n".join([*lines, statement_table(own)]) if own else "\n".join(lines)
 

@@ -65,18 +65,21 @@ class Figure(BaseModel):
     Attributes:
         caption: What it shows.
         panels: Its panels.
+        also: Computations that its statements look at, beside those of its panels.
         quick: Settings of its own for `--quick`, by computation, in place of those of the command.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     caption: str
     panels: tuple[Panel, ...]
+    also: tuple[str, ...] = ()
     quick: dict[str, dict[str, Any]] = Field(default_factory=dict)
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """Computations that its panels show."""
-        return tuple(dict.fromkeys(name for panel in self.panels for name in (*panel.of, *panel.markers)))
+        """Computations that its panels show, and those of `also`."""
+        shown = [name for panel in self.panels for name in (*panel.of, *panel.markers)]
+        return tuple(dict.fromkeys([*shown, *self.also]))
 
 
 def figures() -> dict[str, Figure]:

@@ -104,12 +104,12 @@ def _(results: Results) -> Finding:
     return Finding((nearly((soft.d, rigid.d), rigid.d, soft.error),), f"Ca_e .01: {soft.d:.4f}, rigid: {rigid.d:.4f}")
 
 
-@statement("fig09", "Beyond a tube diameter the relative velocity decreases to 0, whatever Ca_e (De .25).")
+@statement("fig09", "Beyond a tube diameter the relative velocity has decreased to 0 (De .25, whatever Ca_e).")
 def _(results: Results) -> Finding:
     return vanished(by_softness(results, beta=0.4, De=0.25), FAR)
 
 
-@statement("fig09", "The same at all De.")
+@statement("fig09", "Beyond a tube diameter the relative velocity has decreased to 0 (all De).")
 def _(results: Results) -> Finding:
     return vanished([results.curve(beta=0.4, De=De, Ca_e=Ca_e) for De in DES for Ca_e in SOFT], FAR)
 
@@ -132,12 +132,12 @@ def _(results: Results) -> Finding:
     return superimposed(results, 0.5)
 
 
-@statement("fig09", "The same at De 1.")
+@statement("fig09", "At De 1 the curves of all Ca_e are nearly superimposed.")
 def _(results: Results) -> Finding:
     return superimposed(results, 1.0)
 
 
-@statement("fig09", "The same at De 2.")
+@statement("fig09", "At De 2 the curves of all Ca_e are nearly superimposed.")
 def _(results: Results) -> Finding:
     return superimposed(results, 2.0)
 
@@ -224,7 +224,7 @@ def _(results: Results) -> Finding:
     return enlarges_then_contracts(results, 0.1)
 
 
-@statement("fig10", "The same at Ca_e .15.")
+@statement("fig10", "For softer particles (Ca_e .15) d_cr first grows with De, up to De .5, then shrinks.")
 def _(results: Results) -> Finding:
     return enlarges_then_contracts(results, 0.15)
 
@@ -238,12 +238,12 @@ def peak_grows_then_falls(results: Results, Ca_e: float) -> Finding:
     return Finding(tuple(checks), f"largest dU at De 0, .125, .25, .5, 1, 2: {numbers(values)}; least {numbers(least)}")
 
 
-@statement("fig10", "So does the peak of the repulsive velocity at Ca_e .1.")
+@statement("fig10", "The repulsive peak, too, grows with De up to .5 and shrinks then (Ca_e .1).")
 def _(results: Results) -> Finding:
     return peak_grows_then_falls(results, 0.1)
 
 
-@statement("fig10", "So does the peak of the repulsive velocity at Ca_e .15.")
+@statement("fig10", "The repulsive peak, too, grows with De up to .5 and shrinks then (Ca_e .15).")
 def _(results: Results) -> Finding:
     return peak_grows_then_falls(results, 0.15)
 
@@ -273,17 +273,17 @@ def _(results: Results) -> Finding:
     return softness_reduces(results, 0.125)
 
 
-@statement("fig11", "The same at De .25.")
+@statement("fig11", "A larger Ca_e always reduces d_cr: De .25.")
 def _(results: Results) -> Finding:
     return softness_reduces(results, 0.25)
 
 
-@statement("fig11", "The same at De .5.")
+@statement("fig11", "A larger Ca_e always reduces d_cr: De .5.")
 def _(results: Results) -> Finding:
     return softness_reduces(results, 0.5)
 
 
-@statement("fig11", "The same at De 1.")
+@statement("fig11", "A larger Ca_e always reduces d_cr: De 1.")
 def _(results: Results) -> Finding:
     return softness_reduces(results, 1.0)
 
