@@ -225,6 +225,11 @@ class SceneCase(_Options):
         raise NotImplementedError
 
     @property
+    def driven(self) -> tuple[float, float | None]:
+        """Mean velocity of the liquid, and that at which all particles are moved, None if no force acts on them."""
+        return 1.0, None
+
+    @property
     def law(self) -> Law | None:
         """The constitutive law of the liquid, None if it is Newtonian; the only place where this is decided."""
         name = self.liquid or "giesekus"

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from pairsim.config.cost import curve_estimate
 from pairsim.config.curve_case import CurveCase
 from pairsim.config.form_kinds import forms_of
 from pairsim.drivers.curve_output import CurveOutput
@@ -14,12 +15,13 @@ from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import solution_order, steady_problem
 from pairsim.drivers.quasi_steady import conclude, error_at, kept
 from pairsim.drivers.session import Options, Session, open_session
-from pairsim.drivers.warnings import large_errors
+from pairsim.drivers.warnings import ErrorAt, large_errors
 from pairsim.fem.form_cache import ensure_compiled
 from pairsim.runtime.errors import NoSteadyState, RunFailure
 from pairsim.runtime.fenicsx import MPI
 from pairsim.runtime.signals import Signals
 from pairsim.solvers.branch import Branch, Point
+from pairsim.solvers.continuation import where
 from pairsim.solvers.curve import ROUNDING, Zero, equilibria, find_zeros, trace
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
@@ -108,7 +110,7 @@ def _run(case: CurveCase, session: Session, sensitivities: bool, warm_start: War
     places = solution_order(case)
     expected = max(len(places), 1)
     goal = f"{expected} point{'s' * (expected > 1)}, more as needed"
-    session.announce(goal, expected, case.notes)
+    session.announce(goal, expected, [*case.notes, *curve_estimate(case).notes])
     output = CurveOutput(case, session, expected, sensitivities)
     branch: Branch | None = None
 
@@ -122,7 +124,7 @@ def _run(case: CurveCase, session: Session, sensitivities: bool, warm_start: War
         for point, wanted in trace(branch, places, case.tol, case.max_points):
             output.take(point, wanted, branch.fine)
         message = f"{len(output.points)} points"
-        if case.n == 2:
+        if case.n == 2 and case.velocity is None:
             message += f"; dU = 0: {_find_zeros(branch, output) or 'at no d'}"
         return Outcome("finished", "end", message)
 
@@ -137,7 +139,7 @@ def _run(case: CurveCase, session: Session, sensitivities: bool, warm_start: War
         finished = session.carry_out(finish, kept)
         outcome = finished if outcome.status == "finished" else outcome
     points = output.points
-    warnings = [*output.warnings, *_large_errors(case, points)]
+    warnings = [*output.warnings, *(_large_errors if case.velocity is None else _large_force_errors)(case, points)]
     return conclude(case, session, outcome, branch, points, warnings, {"points": len(points)})
 
 
@@ -148,6 +150,16 @@ def _large_errors(case: CurveCase, points: list[Point]) -> list[str]:
         return []
     errors = [error_at(point, gap, peak) for point in points for gap in range(len(point.gaps))]
     return large_errors(case, "dU_error", "the largest |dU|", errors)
+
+
+def _large_force_errors(case: CurveCase, points: list[Point]) -> list[str]:
+    """Warnings of large errors of the forces that move the particles, relative to themselves."""
+    errors = [
+        ErrorAt(float(error / abs(F)), where(point.parameters), 0.0, False)
+        for point in points
+        for F, error in zip(point.observation.F, point.estimate.F_error, strict=True)
+    ]
+    return large_errors(case, "F_error", "F", errors)
 
 
 def _find_zeros(branch: Branch, output: CurveOutput) -> str:

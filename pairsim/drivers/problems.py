@@ -5,6 +5,7 @@ from __future__ import annotations
 from pairsim.config.case import Case, SceneCase
 from pairsim.config.curve_case import CurveCase
 from pairsim.fem.geometry import MeshSettings
+from pairsim.fem.scene import at_rest, poiseuille
 from pairsim.solvers.problems import Problem, SteadyProblem
 from pairsim.solvers.step_size import StepControl
 
@@ -38,8 +39,18 @@ def steady_problem(case: SceneCase, narrowest: float) -> SteadyProblem:
         case: The validated case.
         narrowest: Smallest distance on the curve [D_c], which sets the cells.
     """
-    settings = MeshSettings(**case.mesh.model_dump())
-    return SteadyProblem(case.betas, case.tube_length, case.ends == "periodic", settings, case.law, narrowest=narrowest)
+    settings, (flow, velocity) = MeshSettings(**case.mesh.model_dump()), case.driven
+    return SteadyProblem(
+        case.betas,
+        case.tube_length,
+        case.ends == "periodic",
+        settings,
+        case.law,
+        poiseuille if flow else at_rest,
+        flow,
+        velocity,
+        narrowest=narrowest,
+    )
 
 
 def solution_order(case: CurveCase) -> list[tuple[float, ...]]:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.config.case import FREE_ENDS, Case
+from pairsim.config.cost import run_estimate
 from pairsim.config.form_kinds import forms_of
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import problem_of
@@ -116,7 +117,8 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
         return output
 
     output = session.write(begin, retry=RETRY)
-    session.announce(*_goal(case), [*case.notes, *notes, *(output.damage if output is not None else [])])
+    notes = [*case.notes, *run_estimate(case).notes, *notes]
+    session.announce(*_goal(case), [*notes, *(output.damage if output is not None else [])])
     transient: Transient | None = None
 
     def work(signals: Signals) -> Outcome:

@@ -35,6 +35,8 @@ class ErrorEstimate:
     Attributes:
         U: Of the particles' velocities, (N,).
         dp_plus: Of the pressure drop that the particles cause.
+        F: Of the forces that move the particles at a prescribed velocity, (N,), or (0,).
+        F_error: Half-widths of the intervals around these forces, of the same terms as `dU_error`, (N,), or (0,).
         newton_dU: What Newton's method has left in every dU, to first order, (N-1,).
         spread_dU: By how much another recovery of the adjoint pressures changes the estimates of dU, (N-1,).
         scatter_dU: Root of the sum over the cells of the squares of what each has of the estimates of dU by the
@@ -46,6 +48,8 @@ class ErrorEstimate:
 
     U: Array
     dp_plus: float
+    F: Array
+    F_error: Array
     newton_dU: Array
     spread_dU: Array
     scatter_dU: Array
@@ -60,8 +64,7 @@ class ErrorEstimate:
     @property
     def dU_error(self) -> Array:
         """Half-width of the interval around dU that should hold the exact one, (N-1,)."""
-        cells = np.maximum(self.regular_dU, self.scatter_dU)
-        return np.asarray(SAFETY * cells + self.ends_error + np.abs(self.newton_dU))
+        return _half_width(self.dU, self.spread_dU, self.scatter_dU, self.ends_dU, self.newton_dU)
 
     @property
     def regular_dU(self) -> Array:
@@ -100,27 +103,32 @@ class ErrorEstimator:
         with steady.clock("jit"):
             if self._enrichment is None or self._enrichment.scene is not scene:
                 self._enrichment = Enrichment(scene, self._enrichment)
-        velocities, drop = constraints.fields["U_p"], InnerDrop.of(steady)
-        rows = np.zeros((len(velocities) + 1, constraints.size))
-        rows[np.arange(len(velocities)), velocities] = 1.0
+        velocities, forces = constraints.fields["U_p"], constraints.fields.get("F", np.empty(0, np.int64))
+        own, drop = np.concatenate([velocities, forces]), InnerDrop.of(steady)
+        rows = np.zeros((len(own) + 1, constraints.size))
+        rows[np.arange(len(own)), own] = 1.0
         rows[-1] = drop.row
         adjoints = np.array([steady.newton.linear_solve(row, transposed=True) for row in rows])
         residual = steady.residual()
         left = -adjoints @ residual
         changes = -adjoints @ _flow_rate_defect(steady, residual)
-        ends = end_effects(steady, adjoints[: len(velocities)], residual)
+        ends = end_effects(steady, adjoints[: len(own)], residual)
         with steady.clock("assembly"):
             scene.set(steady.state()[1])
             tested = self._enrichment.tested((constraints.T.T @ adjoints.T).T)
         changes, count = changes - tested.sums, len(velocities)
         difference = np.eye(len(rows))[1:count] - np.eye(len(rows))[: count - 1]
+        scatter = np.sqrt(np.diagonal(tested.stress_products))
+        F = slice(count, len(own))
         return ErrorEstimate(
             U=changes[:count],
             dp_plus=drop.value - scene.pressure_drop(steady.state()[1]) + float(changes[-1]),
+            F=changes[F],
+            F_error=_half_width(changes[F], tested.changes[F], scatter[F], np.abs(ends[:, F]).max(axis=0), left[F]),
             newton_dU=difference @ left,
             spread_dU=difference @ tested.changes,
             scatter_dU=np.sqrt(np.einsum("ik,kl,il->i", difference, tested.stress_products, difference)),
-            ends_dU=np.abs(np.diff(ends)).max(axis=0),
+            ends_dU=np.abs(np.diff(ends[:, :count])).max(axis=0),
             cells=_indicators(self._enrichment, tested, count) if self._cells else None,
         )
 
@@ -137,6 +145,11 @@ def _indicators(enrichment: Enrichment, tested: TestedResidual, count: int) -> C
     return CellIndicators(scene.reference.geometry, scene.reference.mirrored, corners, every)
 
 
+def _half_width(change: Array, spread: Array, scatter: Array, ends: Array, newton: Array) -> Array:
+    """Half-widths of intervals, from the signed estimates and the four other terms of `ErrorEstimate`, (k,) each."""
+    return np.asarray(SAFETY * (np.maximum(np.abs(change) + np.abs(spread), scatter) + ends) + np.abs(newton))
+
+
 def _flow_rate_defect(steady: Steady, residual: Array) -> Array:
     """Change of the residual when the velocity at prescribed ends is scaled to the flow rate that it should have.
 
@@ -144,11 +157,11 @@ def _flow_rate_defect(steady: Steady, residual: Array) -> Array:
     cells, and every velocity with it; no residual tells.
     """
     scene = steady.scene
-    if scene.periodic:
+    if scene.periodic or scene.flow == 0:
         return np.zeros(steady.constraints.size)
     x = steady.state()[1]
     index, weight = scene.flow_rate
-    excess = FLOW_RATE / float(weight @ x[index]) - 1
+    excess = scene.flow * FLOW_RATE / float(weight @ x[index]) - 1
     for nodes in (scene.nodes.inlet, scene.nodes.outlet):
         x[scene.liquid.index("u", nodes)] *= 1 + excess
     return steady.newton.reduce(x) - residual

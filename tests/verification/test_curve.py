@@ -245,6 +245,14 @@ def test_pseudo_time_reaches_the_steady_solution(viscoelastic: Branch) -> None:
     scene.recall(before)
 
 
+def test_a_steady_solution_does_not_change_in_pseudo_time(viscoelastic: Branch) -> None:
+    scene = viscoelastic.fine
+    liquid, left = scene.scene.liquid, scene.residual()
+    liquid.set_star(scene.state()[1][: liquid.size])
+    liquid.constants["rate"].value = 10.0
+    assert scene.newton.residual_at(scene.y) == pytest.approx(left, abs=1e-12)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("Ca_e", "d"), [(0.02, 0.0474), (0.1, 0.0554)])
 def test_small_spheres_have_a_stable_distance(Ca_e: float, d: float) -> None:
