@@ -2,9 +2,9 @@
 
 usage: scripts/paper FIGURE... [-o DIR] [--quick] [--set KEY=VALUE] [--table] [--page]
 
-FIGURE is one or more of fig02 to fig17; of finer and periodic, which solve cases again on finer meshes and with
-periodic ends, for statements that do not hold; or all. The same command goes on after any kind of end; under mpirun the
-cases are distributed over the processes:
+FIGURE is one or more of fig02 to fig17; of finer, periodic and transients, which solve cases again on finer meshes,
+with periodic ends and in time, for statements that do not hold; or all. The same command goes on after any kind of end;
+under mpirun the cases are distributed over the processes:
 
     .venv/bin/mpirun -n 2 .venv/bin/python scripts/paper.py all
 
@@ -40,8 +40,8 @@ ALL = "all"
 INTERRUPTED = 130
 
 
-def chosen(words: list[str]) -> list[str]:
-    """The figures, and folders of checks, of these names.
+def chosen(words: list[str], quick: bool) -> list[str]:
+    """The figures, and folders of checks, of these names; `all` has no checks on coarse meshes, which decide nothing.
 
     Raises:
         InputError: A name is unknown.
@@ -50,7 +50,8 @@ def chosen(words: list[str]) -> list[str]:
     for word in words:
         if word not in known and word != ALL:
             raise InputError("scripts/paper", "FIGURE", word, f"must be one or more of {', '.join(known)}, or {ALL}")
-    return [name for name in known if ALL in words or name in words]
+    every = (figures() if quick else known) if ALL in words else ()
+    return [name for name in known if name in every or name in words]
 
 
 def needed(names: list[str]) -> list[str]:
@@ -161,7 +162,7 @@ def main() -> int:
     arguments = parser.parse_args()
     output: Path = arguments.output or Path("runs") / ("paper-quick" if arguments.quick else "paper")
     try:
-        wanted = chosen(arguments.figures)
+        wanted = chosen(arguments.figures, arguments.quick)
         output.mkdir(parents=True, exist_ok=True)
         code = 0 if arguments.table else compute_all(wanted, output, arguments.quick, tuple(arguments.set))
         if code not in (0, 3):

@@ -15,7 +15,9 @@ from paper_statements import (
     deviations,
     drawn,
     falling,
+    in_time,
     nearly,
+    not_opposite,
     numbers,
     rising,
     run_error,
@@ -280,6 +282,11 @@ def _(results: Results) -> Finding:
     zeros = [c.zero(stable=True) for c in by_softness(results, beta=0.2, De=0)]
     spread = nearly([z.d for z in zeros], min(z.d for z in zeros), sum(z.error for z in zeros[::3]))
     return Finding((spread,), f"d = {numbers((z.d for z in zeros), '.4f')} at Ca_e {numbers(SOFT, 'g')}")
+
+
+@in_time("The stable equilibrium distance is almost independent of Ca_e.")
+def _(results: Results) -> Finding:
+    return not_opposite(results, 0.058, beta=0.2, De=0)
 
 
 @statement("fig07", "At beta .2 both the positive and the negative peak of dU increase with Ca_e.")

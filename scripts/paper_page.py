@@ -96,7 +96,10 @@ def effort(results: Results) -> str:
         "largest dU_error, % of the peak",
     ]
     head += ["ends_error, % of the peak"]
-    return table(head, [effort_row(name, results) for name in figures() if computations(name)])
+    return table(
+        head,
+        [effort_row(name, results) for name, each in figures().items() if computations(name) and not each.of_meshes],
+    )
 
 
 def unfinished(name: str, results: Results) -> bool:

@@ -76,6 +76,11 @@ class Figure(BaseModel):
     quick: dict[str, dict[str, Any]] = Field(default_factory=dict)
 
     @property
+    def of_meshes(self) -> bool:
+        """Whether it shows meshes, and no results."""
+        return self.panels[0].kind == "mesh"
+
+    @property
     def needs(self) -> tuple[str, ...]:
         """Computations that its panels show, and those of `also`."""
         shown = [name for panel in self.panels for name in (*panel.of, *panel.markers)]

@@ -99,8 +99,10 @@ MODULES = ("paper_newtonian", "paper_viscoelastic", "paper_confined")
 """The modules with the statements, which register them when they are imported."""
 STATEMENTS: list[Statement] = []
 """All statements in the order of the paper."""
-CHECKS = {"finer": "finer meshes", "periodic": "periodic ends"}
-"""Folders of configs/paper with computations of the same cases in other discretisations, and what these are."""
+CHECKS = {"finer": "finer meshes", "periodic": "periodic ends", "transients": "in time"}
+"""Folders of configs/paper with computations that check what does not hold, and what these are."""
+IN_TIME: dict[str, Callable[[Results], Finding]] = {}
+"""What runs in time say of a statement, by its text."""
 
 
 def statement(figure: str, text: str) -> Callable[[Callable[[Results], Finding]], Callable[[Results], Finding]]:
@@ -113,13 +115,41 @@ def statement(figure: str, text: str) -> Callable[[Callable[[Results], Finding]]
     return add
 
 
+def in_time(text: str) -> Callable[[Callable[[Results], Finding]], Callable[[Results], Finding]]:
+    """Decorator of a function that judges a statement by runs in time."""
+
+    def add(find: Callable[[Results], Finding]) -> Callable[[Results], Finding]:
+        IN_TIME[text] = find
+        return find
+
+    return add
+
+
+def not_opposite(results: Results, d0: float, **where: Any) -> Finding:
+    """Check of statements by which the stiff and the softest pair do not go opposite ways from one distance.
+
+    Args:
+        results: Results of the transients.
+        d0: The distance.
+        where: Parameters of both.
+    """
+    runs = [results.run(d0=d0, Ca_e=Ca_e, **where) for Ca_e in (SOFT[0], SOFT[-1])]
+    dU = [run.last("dU") for run in runs]
+    text = "; ".join(f"Ca_e {a:g}: dU {v:.2e}" for a, v in zip((SOFT[0], SOFT[-1]), dU, strict=True))
+    opposite = -float(np.sign(dU[0] * dU[1])) * min(map(abs, dU))
+    return Finding(((-opposite, 0.0),), f"from d = {d0:g}, at t = {runs[0].last('t'):g}, {runs[1].last('t'):g}: {text}")
+
+
 def judged(results: Results) -> list[Row]:
     """All statements with their verdicts."""
     for name in MODULES:
         import_module(name)
     rows = []
     for each in STATEMENTS:
-        others = {name: each.judge(Results(results.output, (name,))) for name in CHECKS}
+        others = {name: each.judge(Results(results.output, (name,))) for name in CHECKS if name != "transients"}
+        if each.text in IN_TIME:
+            transient = Statement(each.figure, each.text, IN_TIME[each.text])
+            others["transients"] = transient.judge(Results(results.output, ("transients",)))
         found = {name: other for name, other in others.items() if other[0] != "not computed"}
         rows.append(Row(each, *each.judge(results), found))
     return rows

@@ -17,7 +17,9 @@ from paper_statements import (
     common_distances,
     drawn,
     falling,
+    in_time,
     nearly,
+    not_opposite,
     numbers,
     rising,
     rising_dU,
@@ -161,6 +163,15 @@ def _(results: Results) -> Finding:
     return Finding(tuple((p.dU, drawn(c, p.error)) for c, p in zip(curves, least, strict=True)), text)
 
 
+@in_time("At De 2 there is no attraction any more.")
+def _(results: Results) -> Finding:
+    runs = [results.run(beta=0.4, De=2, Ca_e=Ca_e, d0=0.03) for Ca_e in (0.1, 0.15)]
+    dU = [run.last("dU") for run in runs]
+    return Finding(
+        tuple((v, 0.0) for v in dU), f"from d = .03 at Ca_e .1, .15: dU {numbers(dU)} at t = {runs[0].last('t'):g}"
+    )
+
+
 @statement("fig09", "At high De the attractive range shrinks and the repulsive peak grows.")
 def _(results: Results) -> Finding:
     checks: list[Check] = []
@@ -286,6 +297,11 @@ def _(results: Results) -> Finding:
 @statement("fig11", "A larger Ca_e always reduces d_cr: De 1.")
 def _(results: Results) -> Finding:
     return softness_reduces(results, 1.0)
+
+
+@in_time("A larger Ca_e always reduces d_cr: De 1.")
+def _(results: Results) -> Finding:
+    return not_opposite(results, 0.185, beta=0.4, De=1)
 
 
 @statement("fig11", "The effect of Ca_e is the stronger the lower De.")
