@@ -120,13 +120,11 @@ def superimposed(results: Results, De: float) -> Finding:
     """Whether the curves of all Ca_e are nearly the same."""
     curves = by_softness(results, beta=0.4, De=De)
     places, peak = common_distances(curves), max(c.peak for c in curves)
-    values = np.array([c.at("dU", places) for c in curves])
-    spread = float(np.ptp(values, axis=0).max()) / peak
-    at = float(places[int(np.ptp(values, axis=0).argmax())])
-    error = 2 * max(c.largest_interval for c in curves)
-    return Finding(
-        ((NEARLY - spread, error),), f"they differ by up to {spread:.0%} of the largest |dU| (at d = {at:.2f})"
-    )
+    spreads = np.ptp(np.array([c.at("dU", places) for c in curves]), axis=0) / peak
+    d, spread = float(places[spreads.argmax()]), float(spreads.max())
+    error = sum(sorted(float(c.at("dU_error", d)) for c in curves)[-2:]) / peak
+    text = f"they differ by up to {spread:.0%} ± {error:.0%} of the largest |dU| (at d = {d:.2f})"
+    return Finding(((NEARLY - spread, error),), text)
 
 
 @statement("fig09", "At De .5 the curves of all Ca_e are nearly superimposed.")
