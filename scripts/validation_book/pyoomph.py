@@ -8,9 +8,11 @@ from itertools import groupby
 import matplotlib
 
 matplotlib.use("Agg")
+import numpy as np
 from matplotlib import pyplot
 
 import pairsim
+from pairsim.api.results import CurveResult
 from validation_book.comparisons import BOOK, CONFIGS, Comparison, Found, Keys, Setting, Subject, Table, number, rows_of
 
 type Row = dict[str, float]
@@ -34,11 +36,12 @@ def compute(setting: Setting) -> Found:
         if setting.quick:
             fine = fine[1:2]
         keys: Keys = {"beta": beta, "d": [row["d"] for row in fine], "Ca_e": fine[0]["Ca_e"], "max_points": len(fine)}
-        ours = {row["d"]: row for row in rows_of(pairsim.curve(CASE, **keys))}
+        curve = pairsim.curve(CASE, **keys)
+        ours = {row["d"]: row for row in rows_of(curve)}
         peak = max(abs(row["dU"]) for row in fine)
         rows += [row for each in fine for row in compared(each, ours[each["d"]], coarse[each["d"]], peak)]
         lines += [refined(each, ours[each["d"]], coarse[each["d"]], peak) for each in fine]
-        curves[beta] = fine, ours
+        curves[beta] = fine, curve
     draw(setting, curves)
     head = [
         "beta",
@@ -70,14 +73,19 @@ def refined(theirs: Row, ours: Row, coarse: float, peak: float) -> list[str]:
     return [f"{theirs['beta']:g}", f"{theirs['d']:g}", number(coarse), number(theirs["dU"]), *parts]
 
 
-def draw(setting: Setting, curves: dict[float, tuple[list[Row], dict[float, Row]]]) -> None:
+def draw(setting: Setting, curves: dict[float, tuple[list[Row], CurveResult]]) -> None:
     """Both curves of every confinement."""
     figure, axes = pyplot.subplots(1, len(curves), figsize=(4 * len(curves), 3.2), squeeze=False)
     for axis, (beta, (theirs, ours)) in zip(axes[0], curves.items(), strict=True):
-        axis.plot(list(ours), [row["dU"] for row in ours.values()], "-", label="pairsim")
-        axis.plot([row["d"] for row in theirs], [row["dU"] for row in theirs], "o", ms=5, mfc="none", label="pyoomph")
+        d = [row["d"] for row in theirs]
+        if len(d) > 1:
+            between = np.geomspace(d[0], d[-1], 200)
+            axis.plot(between, 1e3 * ours.dU(between), "-", label="pairsim")
+        axis.plot(d, [1e3 * row["dU"] for row in theirs], "o", ms=5, mfc="none", label="pyoomph")
         axis.axhline(0, color="grey", lw=0.6)
-        axis.set(xscale="log", xlabel=r"$d$", ylabel=r"$\Delta U$", title=rf"$\beta = {beta:g}$")
+        axis.set(xscale="log", xlabel=r"$d$", ylabel=r"$10^3\,\Delta U$", title=rf"$\beta = {beta:g}$")
+        axis.set_xticks(d, [f"{each:g}" for each in d])
+        axis.minorticks_off()
         axis.legend()
     figure.tight_layout()
     figure.savefig(setting.pictures / "pyoomph.png", dpi=150)
