@@ -200,7 +200,7 @@ class SceneCase(_Options):
     @property
     def adapts(self) -> bool:
         """Whether the mesh follows from the error wanted: `accuracy` is no level, and `mesh` is what it sets."""
-        if is_level(self.accuracy) or not self.n:
+        if is_level(self.accuracy) or self.n < 2 or self.driven[1] is not None:
             return False
         return self.mesh == MeshOptions(**settings_of(self.accuracy).mesh(liquid_of(dict(self)), self.betas))
 

@@ -101,7 +101,7 @@ def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorA
     """
     warnings, allowed = [], case.error_wanted
     worst = max(errors, key=lambda each: each.relative, default=None)
-    if worst is not None and worst.relative > allowed:
+    if worst is not None and worst.relative > allowed and not case.adapts:  # see `Adaptation.report`
         advice = "a larger length" if worst.ends > worst.relative / 2 else "a finer mesh (mesh.Np, mesh.max_size)"
         warnings.append(
             f"{error} is {100 * worst.relative:.2g} % of {size} at {worst.where}, more than accuracy: {case.accuracy}; "

@@ -26,7 +26,7 @@ from pairsim.runtime.arrays import Array, Indices
 # (docs/notebook/adaptation.md); the larger one makes sizes change less from round to round.
 ORDER = 5.0
 # Growth of the cell size per unit distance, and the least and the largest factor of a size in one round; chosen.
-GRADATION, LEAST_FACTOR, MOST_FACTOR = 0.2, 0.3, 1.5
+GRADATION, LEAST_FACTOR, MOST_FACTOR = 0.2, 0.4, 1.5
 EQUILATERAL = 4 / 3**0.5  # square of the side of an equilateral triangle over its area
 ASKED = 1.12  # size that gmsh is asked for over the side of an equilateral triangle of the area it makes; measured
 SMOOTHINGS = 2  # rounds of averaging over the cells around a vertex; contributions of single cells are random

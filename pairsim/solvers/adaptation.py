@@ -19,7 +19,7 @@ from pairsim.fem.size_field import MOST_FACTOR, AdaptedSizes, SizeField
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.fenicsx import MPI
-from pairsim.solvers.branch import COARSER, SCOUT, SCOUT_CELLS, Branch, Point, coarser, started, walked
+from pairsim.solvers.branch import COARSER, Branch, Point, coarser, started, walked
 from pairsim.solvers.continuation import follow
 from pairsim.solvers.curve import ROUNDING
 from pairsim.solvers.error_estimate import SAFETY, ErrorEstimator
@@ -30,15 +30,17 @@ from pairsim.solvers.steady import Steady
 ROUNDS = 3
 # Factor of the cells of the mesh from which adaptation starts in a viscoelastic liquid, over those that `accuracy` sets
 # everywhere, and its fewest cells on a half-circle; chosen.
-START, START_CELLS = 1.8, 8
+START, START_CELLS = 1.8, 14
 # Part of the error allowed that a mesh is made for, and the part that the ends of the tube must leave to the cells.
 AIM, LEAST_ROOM = 0.8, 0.2
 # Order in the cell size of errors that neighbouring cells have in common, and bounds on the factor by which all cells
 # of a Newtonian liquid become smaller in a round; chosen.
 ORDER, FACTORS = 3.0, (1.15, 2.0)
-# Distances of the scout that gives the size of dU where the case itself has few distances [D_c], and the largest number
-# of those of the case that are taken; chosen.
+# Distances of the scout that gives the size of dU where the case itself has few distances [D_c], the largest number of
+# those of the case that are taken, and the scout's cells: number on a half-circle, growth, and largest size relative to
+# the smallest diameter. Chosen; the size is found to some 5 %.
 SCALE_DISTANCES, ENOUGH, MOST_PLACES = (0.8, 0.4, 0.2, 0.1, 0.05), 3, 6
+SCALE_CELLS, SCALE_GROWTH, SCALE_SIZE = 10, 0.3, 0.35
 
 
 @dataclass(frozen=True)
@@ -77,7 +79,9 @@ def reference_scale(
         wanted = sorted({*wanted, *(o for o in others if sum(o) - max(map(sum, wanted)) < room / 4)}, reverse=True)
     else:
         wanted = [wanted[i] for i in np.unique(np.linspace(0, len(wanted) - 1, MOST_PLACES).round().astype(int))]
-    scout = walked(comm, coarser(problem, SCOUT, SCOUT_CELLS), replace(parameters, gaps=wanted[0]))
+    size = max(problem.mesh.max_size, SCALE_SIZE * min(problem.betas))
+    cells = replace(problem.mesh, Np=SCALE_CELLS, growth=SCALE_GROWTH, max_size=size, gap_cells=0, wall_cells=0)
+    scout = walked(comm, replace(problem, mesh=cells), replace(parameters, gaps=wanted[0]))
     largest, found = 0.0, []
     try:
         for gaps in wanted:
@@ -102,6 +106,7 @@ class AdaptiveBranch(Branch):
         mesh_error: Whether to solve on a coarser mesh too, as a check of the estimated error.
         sensitivities: Whether to compute derivatives with respect to Ca_e, De and beta.
         allowed: Largest error of dU [U_av].
+        zeros_only: Whether only zeros are solved again, not the points among which they are looked for.
 
     Attributes:
         rounds: Number of rounds at each of the distances for which meshes are made.
@@ -121,8 +126,9 @@ class AdaptiveBranch(Branch):
         sensitivities: bool = False,
         *,
         allowed: float,
+        zeros_only: bool = False,
     ) -> None:
-        self._comm, self._allowed = comm, allowed
+        self._comm, self._allowed, self._zeros_only = comm, allowed, zeros_only
         start = problem if problem.law is None else coarser(problem, START, START_CELLS)
         super().__init__(comm, start, parameters, mesh_error, sensitivities)
         self._estimator = ErrorEstimator(cells=True)
@@ -137,6 +143,8 @@ class AdaptiveBranch(Branch):
 
     def at(self, parameters: Parameters) -> Point:
         """The solution at given parameters, on a mesh that keeps its error small where one was found."""
+        if self._zeros_only:
+            return super().at(parameters)
         return self._kept(lambda _: super(AdaptiveBranch, self).at(parameters))
 
     def zero(self, left: float, right: float, guess: float) -> Point:
@@ -162,8 +170,10 @@ class AdaptiveBranch(Branch):
             return False
         estimate = point.estimate
         room = self._allowed - estimate.ends_error - np.abs(estimate.newton_dU)
-        if (room < LEAST_ROOM * self._allowed).any():  # the ends of the tube
+        least = LEAST_ROOM * self._allowed
+        if self.rounds[place] and (room < least).any():  # the tube is too short; coarse cells overestimate its effect
             return False
+        room = np.maximum(room, least)
         self.rounds[place] += 1
         most = AIM * room / SAFETY
         finer = float(np.max(estimate.regular_dU / most)) ** (1 / ORDER)
