@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
+from textwrap import fill
 
 from accuracy_page import put, table
 
@@ -12,6 +13,9 @@ from pairsim.results.answer import with_error
 from pairsim.results.output import write_text
 from validation_book.comparisons import BOOK, Comparison, Found, references
 from validation_book.contents import TITLES
+
+WIDTH = 100  # of lines of prose
+PLUS_MINUS = "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}"
 
 
 def write_book() -> None:
@@ -46,18 +50,18 @@ def blocks(found: Found) -> dict[str, str]:
         groups.setdefault(row.table, []).append(row)
     result = {name: comparison_table(rows) for name, rows in groups.items()}
     result |= {name: table(each.head, each.rows) for name, each in found.tables.items()}
-    return result | {name: f"{text}\n" for name, text in found.notes.items()}
+    return result | {name: f"{fill(text, WIDTH)}\n" for name, text in found.notes.items()}
 
 
 def cells(row: Comparison) -> list[str]:
     """The cells of a comparison: quantity, value with its interval, reference, difference."""
-    value = with_error(row.value, row.error).replace("+-", "±") if row.error else f"{row.value:.7g}"
+    value = with_error(row.value, row.error).replace(" +- ", PLUS_MINUS) if row.error else f"{row.value:.7g}"
     return [row.what, row.quantity, value, f"{row.exact:.9g}", difference(row)]
 
 
 def difference(row: Comparison) -> str:
     """The difference: in percent of the reference, absolute where that is 0."""
-    return f"{row.difference:+.1e}" if math.isnan(row.relative) else f"{100 * row.relative:+.2g} %"
+    return f"{row.difference:+.1e}" if math.isnan(row.relative) else f"{100 * row.relative:+.2g}\N{NO-BREAK SPACE}%"
 
 
 def comparison_table(rows: Sequence[Comparison]) -> str:
@@ -69,12 +73,11 @@ def index_table(found: Mapping[str, Found]) -> str:
     """The headlines of all subjects, with their sources."""
     lines = []
     for name, results in found.items():
-        title = f"[{TITLES[name]}]({name}.md)"
+        lines.append([f"**[{TITLES[name]}]({name}.md)**", *[""] * 5])
         for row in results.comparisons:
             if row.headline:
-                lines.append([title, *cells(row), row.source if row.source in references()["sources"] else "see page"])
-                title = ""
-    return table(["subject", "what", "quantity", "pairsim", "reference", "difference", "source"], lines)
+                lines.append([*cells(row), row.source if row.source in references()["sources"] else "see page"])
+    return table(["", "quantity", "pairsim", "reference", "difference", "source"], lines)
 
 
 def source_list() -> str:

@@ -28,7 +28,6 @@ from validation_book.comparisons import (
     Subject,
     Table,
     against,
-    number,
     reference,
     references,
     rows_of,
@@ -123,20 +122,20 @@ def compute(setting: Setting) -> Found:
 
 
 def tables(found: dict[str, Line], published: dict[float, float]) -> dict[str, Table]:
-    """K on all meshes, the stress on the finest that has a solution, and how well values agree."""
-    head = ["De_b", "De", *(f"{name} ({line.unknowns:,} unknowns)" for name, line in found.items())]
-    head += ["published", "`s_jump`", "largest tr **c**, at z, r"]
-    lines = []
+    """K on all meshes, how well values agree, and the stress on the finest mesh that has a solution."""
+    head = ["De_b", *(f"{name}, {line.unknowns:,} unknowns" for name, line in found.items()), "published"]
+    lines, stress = [], []
     for place in PLACES:
-        points = [line.points.get(place) for line in found.values()]
-        there = [point for point in points if point is not None]
-        if there:
-            cells = ["" if p is None else with_error(p["K"], p["error"]).replace("+-", "±") for p in points]
-            last = there[-1]
-            wake = f"{last['c_max']:.3g} at {last['z']:.3f}, {last['r']:.3f}"
-            lines.append([f"{place:g}", number(place * RADIUS), *cells, f"{published.get(place, '')}"])
-            lines[-1] += [f"{last['s_jump']:.2g}", wake]
-    return {"meshes": Table(head, lines), "agreement": agreement(found, published)}
+        there = {name: line.points[place] for name, line in found.items() if place in line.points}
+        if not there:
+            break
+        cells = [with_error(there[name]["K"], there[name]["error"]) if name in there else "" for name in found]
+        lines.append([f"{place:g}", *(cell.replace("+-", "±") for cell in cells), f"{published.get(place, '')}"])
+        name, last = list(there.items())[-1]
+        wake = f"{last['c_max']:.3g} at {last['z']:.3f}, {last['r']:.3f}"
+        stress.append([f"{place:g}", name, f"{last['s_jump']:.2g}", wake])
+    parts = {"meshes": Table(head, lines), "agreement": agreement(found, published)}
+    return parts | {"stress": Table(["De_b", "mesh", "`s_jump`", "largest tr **c**, at z, r"], stress)}
 
 
 def agreement(found: dict[str, Line], published: dict[float, float]) -> Table:
@@ -153,10 +152,11 @@ def agreement(found: dict[str, Line], published: dict[float, float]) -> Table:
 
 def ends(found: dict[str, Line]) -> str:
     """Where the continuation ended on each mesh."""
-    parts = [f"{line.end:.2f} on that of {name}" for name, line in found.items() if line.lost]
-    text = f"The continuation ended at De_b {' and '.join(parts)}." if parts else ""
-    others = [f" On that of {name} it was followed to {line.end:g}." for name, line in found.items() if not line.lost]
-    return (text + "".join(others)).strip()
+    parts = [
+        f"De_b {line.end:.2f} on the mesh of {name}{'' if line.lost else ', and was not asked to go on'}"
+        for name, line in found.items()
+    ]
+    return f"The continuation reached {', '.join(parts)}."
 
 
 def picture(setting: Setting, found: dict[str, Line], published: dict[float, float]) -> None:
