@@ -35,6 +35,7 @@ from pairsim.config.values import (
     Extensibility,
     Fraction,
     Gap,
+    Grading,
     Growth,
     Interval,
     Rows,
@@ -66,6 +67,11 @@ class MeshOptions(_Options):
         f"{DEFAULT}, {SETTINGS[DEFAULT].newtonian.Np} in a Newtonian liquid, {SETTINGS[DEFAULT].hardening.Np} in "
         "Oldroyd-B, FENE-P and liquids with alpha or epsilon below "
         f"{LEAST_THINNING:g}, {SETTINGS[DEFAULT].thinning.Np} in other liquids)",
+    )
+    grading: Grading = Field(
+        SETTINGS[DEFAULT].thinning.grading,
+        description="length of the cells at the poles of a particle over that at its equator, of Np cells in all "
+        "(default: by accuracy; 1 in a Newtonian liquid, in Oldroyd-B and FENE-P)",
     )
     growth: Growth = Field(0.15, description="growth of the cell size per unit distance from a particle")
     gap_cells: CellCount = Field(0, description="cells across a gap between particles (0: Np/4)")
@@ -172,8 +178,8 @@ class SceneCase(_Options):
     accuracy: Accuracy = Field(
         DEFAULT,
         description="target error of dU, relative to the largest |dU| of the curve; sets mesh and time steps. 5%, 1% "
-        "and 0.1% stand for settings that were measured; other percentages are kept by adapting the mesh, unless keys "
-        "under mesh are given",
+        "and 0.1% stand for settings that were measured; curves and critical keep other percentages by adapting the "
+        "mesh, unless keys under mesh are given",
     )
     mesh: MeshOptions = MeshOptions()
     physical: Physical | None = Field(
@@ -339,6 +345,11 @@ class Case(SceneCase):
     def gaps(self) -> tuple[float, ...]:
         """Initial distances [D_c], one for each gap from upstream."""
         return _each(self.d0, max(self.n - 1, 0))
+
+    @property
+    def adapts(self) -> bool:
+        """Runs keep the mesh of their settings: cells for the quasi-steady pair do not resolve its start."""
+        return False
 
     def _slug_parts(self) -> list[str]:
         parts = super()._slug_parts()

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from pairsim.config.case import Case, SceneCase
-from pairsim.drivers.problems import steady_problem
-from pairsim.fem.geometry import MeshSettings
-from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.config.case import SceneCase
 from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.adaptation import ENOUGH, AdaptiveBranch, Scale, has_scale, reference_scale
 from pairsim.solvers.branch import Point
@@ -106,35 +103,3 @@ class Adaptation:
             f"to {100 * worst:.2g} % of the largest |dU| ({size:.3g})"
         )
         return entry, [warning]
-
-
-def adapted_mesh(case: Case, comm: MPI.Comm, full: MeshSettings) -> tuple[MeshSettings, dict[str, Any], list[str]]:
-    """Cells for a run in time: those that keep the error of the quasi-steady pair at its initial distances.
-
-    Args:
-        case: The case.
-        comm: Its communicator.
-        full: The cells that `accuracy` sets everywhere, which are kept where there is no quasi-steady solution.
-
-    Returns:
-        The cells, the entry of run.json, and warnings.
-    """
-    first = Parameters(case.gaps, case.Ca_es, case.De)
-    try:
-        adaptation = Adaptation.begin(case, comm, steady_problem(case, min(case.gaps)), first, [case.gaps])
-    except (NoSteadyState, MeshFailure) as failure:
-        reason = (
-            f"the mesh was not adapted: there is no quasi-steady solution at the initial distance ({failure.message})"
-        )
-        return full, {"wanted": case.error_wanted, "kept": False}, [reason]
-    if adaptation is None:
-        return full, {"wanted": case.error_wanted, "kept": True}, []
-    branch = adaptation.branch
-    try:
-        point = branch.at(first)
-        entry, warnings = adaptation.report([point], adaptation.size([point]))
-        # A gap that narrows later has as many cells as without adaptation.
-        cells = branch.problem.mesh
-        return replace(cells, gap_cells=full.gap_cells or round(full.Np / 4)), entry, warnings
-    finally:
-        branch.close()

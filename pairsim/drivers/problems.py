@@ -17,13 +17,8 @@ def mesh_settings(case: SceneCase) -> MeshSettings:
     return MeshSettings(**case.mesh.model_dump())
 
 
-def problem_of(case: Case, cells: MeshSettings | None = None) -> Problem:
-    """The problem of a run in time.
-
-    Args:
-        case: The validated case.
-        cells: Cell sizes; by default those of the case.
-    """
+def problem_of(case: Case) -> Problem:
+    """The problem of a run in time."""
     time_options = case.time
     largest = max(case.betas, default=0.0)
     return Problem(
@@ -32,7 +27,7 @@ def problem_of(case: Case, cells: MeshSettings | None = None) -> Problem:
         case.gaps,
         case.tube_length,
         case.ends == "periodic",
-        cells or mesh_settings(case),
+        mesh_settings(case),
         StepControl(time_options.tol, SMALLEST_STEP, time_options.max_step, time_options.fixed_step),
         time_options.first_step,
         polymer=case.polymer,

@@ -32,6 +32,7 @@ class MeshSettings:
 
     Attributes:
         Np: Least number of cells along each half-circle.
+        grading: Length of the arcs at the poles over that at the equator, of Np arcs in all.
         growth: Growth of the cell size per unit distance from a particle.
         gap_cells: Number of cells across the gap between two particles; 0 means N_p/4.
         gap_exponent: For d < 0.1 the number of cells across a gap is multiplied by (0.1/d)**gap_exponent.
@@ -53,6 +54,7 @@ class MeshSettings:
     max_size: float = 0.2
     core_growth: float = 0.3
     rows: float = 0.0
+    grading: float = 1.0
     sizes: CellSizes | None = None
 
 

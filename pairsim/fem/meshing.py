@@ -77,7 +77,8 @@ def _outline_size(geometry: Geometry, settings: MeshSettings, i: int, angles: Ar
     if settings.sizes is not None:
         size = settings.sizes.along_outline(i, angles)
     else:
-        size = np.minimum(math.pi * a / settings.Np, (TUBE_RADIUS - r) / (settings.wall_arcs * settings.Np))
+        arcs = math.pi * a / settings.Np * _graded(angles, settings.grading)
+        size = np.minimum(arcs, (TUBE_RADIUS - r) / (settings.wall_arcs * settings.Np))
     for j, gap in ((i - 1, i - 1), (i + 1, i)):
         if 0 <= j < len(geometry.betas):
             distance = np.hypot(z - geometry.centres[j], r) - geometry.betas[j] / 2
@@ -85,6 +86,13 @@ def _outline_size(geometry: Geometry, settings: MeshSettings, i: int, angles: Ar
             # sqrt(a d), much larger than d.
             size = np.minimum(size, np.maximum(distance, 0.0) * 2 / _gap_cells(settings, geometry.gaps[gap]))
     return size
+
+
+def _graded(angles: Array, grading: float) -> Array:
+    """Length of an arc over the mean of all: grading^cos^2(angle), scaled such that their number is kept."""
+    half = math.log(grading) / 2
+    mean = math.exp(-half) * np.i0(half)  # of grading^(-cos^2) over the half-circle
+    return np.asarray(mean * grading ** (np.cos(angles) ** 2))
 
 
 Distances = Callable[[float, float], list[tuple[float, float]]]

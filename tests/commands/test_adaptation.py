@@ -44,12 +44,3 @@ def test_dU_that_is_zero_asks_for_no_mesh() -> None:
     result = pairsim.curve(PAIR | {"Ca_e": 0, "d": [0.1]})
     assert "adaptation" not in result.record
     assert abs(result.table["dU"].iloc[0]) < 1e-11
-
-
-@pytest.mark.slow
-def test_a_run_has_the_cells_of_the_quasi_steady_pair() -> None:
-    result = pairsim.run(PAIR | {"d0": 0.1, "time": {"end": 0.002}})
-    record = result.record["adaptation"]
-    assert record["kept"]
-    assert [mesh["d"] for mesh in record["meshes"]] == [0.1]
-    assert record["scout_d"] == [0.8, 0.4, 0.2, 0.1, 0.05]

@@ -15,6 +15,7 @@ from pairsim.cli.app import app
 from pairsim.config.accuracy import SETTINGS
 from pairsim.config.case import SceneCase
 from pairsim.config.case_file import case_from_dict, curve_from_dict, load_case, load_critical, load_curve
+from pairsim.config.curve_case import CurveCase
 from pairsim.config.schema import schema_rows
 
 MINIMAL = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}
@@ -81,15 +82,15 @@ def test_higher_accuracy_never_has_larger_cells(liquid: dict[str, object], beta:
 
 
 def test_an_accuracy_between_the_levels_adapts_unless_the_mesh_is_given() -> None:
-    def adapts(**keys: object) -> bool:
-        return case_from_dict({**MINIMAL, "De": 1, **keys}, "test").adapts
+    def case(**keys: object) -> CurveCase:
+        return curve_from_dict({"beta": 0.4, "De": 1, "Ca_e": 0.1, "d": [0.1], **keys}, "test")
 
-    assert adapts(accuracy="0.5%")
-    assert not adapts(accuracy="1.0%"), "a level, however it is written"
-    assert not adapts(accuracy="0.5%", mesh={"Np": 20})
-    case = case_from_dict({**MINIMAL, "De": 1, "accuracy": " .50 %"}, "test")
-    assert case.accuracy == "0.5%"
-    assert case_from_dict(case.resolved(), "test").adapts, "case.yaml of the folder is the same case"
+    assert case(accuracy="0.5%").adapts
+    assert not case(accuracy="1.0%").adapts, "a level, however it is written"
+    assert not case(accuracy="0.5%", mesh={"Np": 20}).adapts
+    assert case(accuracy=" .50 %").accuracy == "0.5%"
+    assert curve_from_dict(case(accuracy="0.5%").resolved(), "test").adapts, "case.yaml is the same case"
+    assert not case_from_dict({**MINIMAL, "accuracy": "0.5%"}, "test").adapts
 
 
 def test_cells_around_small_particles_in_elastic_liquids_are_smaller() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -126,3 +128,12 @@ def test_sizes_are_asked_for_no_more_often_than_a_mesh_has_nodes(monkeypatch: py
     geometry, settings = Geometry((0.4, 0.4), (0.1,), 4.0), MeshSettings(Np=28)
     mesh = liquid_mesh(Reference.spheres(geometry, make_outlines(geometry, settings)), settings)
     assert asked[0] < len(mesh.points)
+
+
+def test_grading_moves_arcs_from_the_poles_to_the_equator() -> None:
+    geometry, equal = Geometry((0.2,), (), 4.0), MeshSettings(Np=40, wall_arcs=0.1)
+    one, two = (make_outlines(geometry, replace(equal, grading=grading))[0] for grading in (1.0, 2.0))
+    assert len(one.angles) == len(two.angles) == 41
+    lengths = np.diff(two.angles)
+    assert lengths[0] / lengths[20] == pytest.approx(2.0, rel=0.01)
+    assert np.allclose(np.diff(one.angles), np.pi / 40)
