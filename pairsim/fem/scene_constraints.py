@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import sparse
 
+from pairsim.fem import mesh_velocity
 from pairsim.fem.constraints import Constraints, Triplets, Unknowns
 from pairsim.fem.geometry import Outline
 from pairsim.fem.scene import Body, Scene
@@ -238,12 +239,12 @@ def _constrain_pressure(scene: Scene, y: Unknowns, N: Triplets, rows: Triplets) 
 
 
 def _constrain_scalars(scene: Scene, y: Unknowns, N: Triplets, rows: Triplets) -> None:
-    """Add the Lagrange multiplier m of the zero mean pressure and, with periodic ends, the pressure drop dp."""
-    for name, index in (("m", scene.m), ("dp", scene.dp)):
-        if index is not None:
-            unknown = y.take(name, 1)
-            N.add(np.array([index]), unknown)
-            rows.add(unknown, np.array([index]))
+    """Add the multiplier m of the zero mean pressure, the pressure drop dp of periodic ends and prescribed forces F."""
+    for name, index in (("m", [scene.m]), ("dp", [] if scene.dp is None else [scene.dp]), ("F", scene.F)):
+        if len(index):
+            unknown = y.take(name, len(index))
+            N.add(np.asarray(index), unknown)
+            rows.add(unknown, np.asarray(index))
 
 
 def _finished(
@@ -281,7 +282,7 @@ def _finished(
     )
 
 
-def steady_constraints(scene: Scene, extensions: Array) -> Constraints:
+def steady_constraints(scene: Scene) -> Constraints:
     """Constraints of a quasi-steady scene: each particle translates without deforming, with an unknown velocity U_i.
 
     The unknowns of a soft particle are the displacements of its nodes (h = h* + M y, that is g = 1 and U_m = 0). Its
@@ -291,8 +292,6 @@ def steady_constraints(scene: Scene, extensions: Array) -> Constraints:
 
     Args:
         scene: A quasi-steady scene.
-        extensions: Velocity of the mesh at the vertices for unit velocity of each particle and zero velocity of wall
-            and ends, shape (N, vertices, 2); not used in a Newtonian liquid.
     """
     y = Unknowns()
     N, C, M, V, rows, balance = (Triplets() for _ in range(6))
@@ -342,12 +341,10 @@ def steady_constraints(scene: Scene, extensions: Array) -> Constraints:
     if scene.polymer is not None:
         liquid = scene.liquid
         vertices = liquid.six_node_mesh.vertices
-        for i in range(len(scene.bodies)):
-            # Wall and ends of the mesh move at the mean velocity of the particles.
-            rest = (1 - extensions[:, :, 0].sum(axis=0)) / len(scene.bodies)
-            N.add(liquid.index("w", vertices, 0), U[i], extensions[i, :, 0] + rest)
-            other = extensions[i, :, 1] - extensions[:, :, 1].sum(axis=0) / len(scene.bodies)
-            N.add(liquid.index("w", vertices, 1), U[i], other)
+        z = liquid.six_node_mesh.points[vertices, 0]
+        for velocity, share in zip(U, mesh_velocity.shares(scene.reference, z, scene.periodic), strict=True):
+            at = np.flatnonzero(share)
+            N.add(liquid.index("w", vertices[at], 0), velocity, share[at])
     return _finished(scene, y, N, C, M, V, rows, base, a, integrated)
 
 
@@ -356,7 +353,7 @@ def steady_base(scene: Scene, size: float) -> Array:
     bodies = scene.bodies
     scene.bodies = [replace(body, outline=Outline(body.outline.radius * size, body.outline.angles)) for body in bodies]
     try:
-        return steady_constraints(scene, np.zeros((len(bodies), len(scene.liquid.six_node_mesh.vertices), 2))).base
+        return steady_constraints(scene).base
     finally:
         scene.bodies = bodies
 

@@ -133,6 +133,8 @@ class MeshedScene:
                 periodic=self.problem.periodic,
                 boundary_velocity=self.problem.boundary_velocity,
                 polymer=self._polymer,
+                flow=self.problem.flow,
+                velocity=self.problem.velocity,
                 steady=self._steady,
             )
         self.constraints = self._constrain(self)
@@ -193,20 +195,6 @@ class MeshedScene:
     def displaced(self, h: Array) -> Array:
         """Full vector with the displacement of the mesh for material positions h, and zeros elsewhere, shape (n,)."""
         return self.extend(h)[1] if self.scene.moving else np.zeros(self.scene.size)
-
-    def unit_extensions(self) -> Array:
-        """Velocity of the mesh at the vertices for unit velocity of each particle, shape (N, vertices, 2)."""
-        scene, vertices = self.scene, self.scene.liquid.six_node_mesh.vertices
-        if scene.polymer is None or not scene.moving:
-            return np.ones((len(self.bodies), len(vertices), 2)) * [1.0, 0.0]
-        h = np.zeros(scene.h_size)
-        still = scene.liquid.nodal("eta", self.displaced(h))[vertices]
-        fields = []
-        for body in self.bodies:
-            moved = h.copy()
-            moved[body.start : body.start + body.size : 2] = 1.0
-            fields.append(scene.liquid.nodal("eta", self.displaced(moved))[vertices] - still)
-        return np.array(fields)
 
     def carried(self, old: Scene, x: Array, h: Array, shift: float = 0.0) -> Array:
         """Interpolate the liquid of an old scene to the present mesh.

@@ -151,10 +151,10 @@ def test_ends_of_a_short_tube(ends: str, most: float) -> None:
 def test_scatter_of_an_unresolved_stress() -> None:
     """In FENE-P the estimate is below half of the error, since it cancels; the interval holds the error all the same.
 
-    With N_p 56 and 48 dU is 1.0553e-3 and 1.0552e-3.
+    On four meshes of 59,000 to 109,000 unknowns (N_p 48 to 64) dU is 1.068e-3 to 1.076e-3.
     """
     keys = {"beta": 0.4, "De": 0.5, "Ca_e": 0, "liquid": "fene-p", "L2": 100, "d": (0.3,), "length": "auto"}
     found, estimate = solved(keys, Np=20, max_size=0.07, rows=0.5)
-    error = 1.0552e-3 - found.dU[0]
+    error = 1.072e-3 - found.dU[0]
     assert abs(estimate.dU[0]) + abs(estimate.spread_dU[0]) < 0.7 * error
     assert error < estimate.dU_error[0] < 10 * error
