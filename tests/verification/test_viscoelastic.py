@@ -70,6 +70,14 @@ def test_developed_flow_is_exact(De: float) -> None:
         assert flow.c[-1, :3] == pytest.approx([zz, zr, rr], rel=1e-6)
 
 
+@pytest.mark.parametrize("t", [0.0, 1.0])
+def test_newtonian_flow_is_that_of_poiseuille(t: float) -> None:
+    flow = Pipe(None).until(1.0)(t)
+    assert flow.gradient == 32
+    assert flow.u == pytest.approx(2 * (1 - 4 * flow.r**2))
+    assert polymer_stress(GIESEKUS[1.0], flow.c) == pytest.approx(np.zeros_like(flow.c))
+
+
 def test_a_flow_in_layers_is_told() -> None:
     """With alpha above 1/2 and hardly any solvent the shear stress falls with the shear rate, and layers form."""
     with pytest.raises(NoSteadyState, match="no developed flow"):
