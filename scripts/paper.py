@@ -3,8 +3,8 @@
 usage: scripts/paper FIGURE... [-o DIR] [--quick] [--set KEY=VALUE] [--table] [--page]
 
 FIGURE is one or more of fig02 to fig17; of finer, periodic and transients, which solve cases again on finer meshes,
-with periodic ends and in time, for statements that do not hold; or all. The same command goes on after any end; under
-mpirun the cases are distributed over the processes:
+with periodic ends and in time, for statements that do not hold; or all. The same command goes on after any kind of end;
+under mpirun the cases are distributed over the processes:
 
     .venv/bin/mpirun -n 2 .venv/bin/python scripts/paper.py all
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from paper_results import Curve, Results, Transient, listed
+from paper_results import Curve, NotComputed, Results, Transient, listed
 from paper_statements import (
     NEARLY,
     SOFT,
@@ -172,7 +172,9 @@ def collapse(results: Results, newtonian: bool, name: str) -> Finding:
                 rest = abs(marker.run.last(name) - float(marker.curve.at(name, marker.d))) / scale
             rests.append(rest)
             checks.append((NEARLY - rest, 0.0))
-    text = f"{len(rests)} transients end within {numbers([max(rests, default=0)], '.1%')} of the largest value"
+    if not rests:
+        raise NotComputed("no transient with its curve")
+    text = f"{len(rests)} transients end within {numbers([max(rests)], '.1%')} of the largest value"
     return Finding(tuple(checks), text + (", without their drift" if name != "dU" else ", with their drift"))
 
 
@@ -219,9 +221,13 @@ def _(results: Results) -> Finding:
 
 def vanished(curves: list[Curve], distance: float) -> Finding:
     """Whether dU has decreased to zero at a distance."""
-    parts = [max(abs(float(c.at("dU", d))) for d in common_distances([c]) if d >= distance) / c.peak for c in curves]
-    return Finding(tuple((VANISHED - p, c.largest_interval) for p, c in zip(parts, curves, strict=True)),
-                   f"largest |dU| beyond d = {distance:g}: {numbers(parts, '.2%')} of the peak")  # fmt: skip
+    checks, parts = [], []
+    for curve in curves:
+        places = np.array([distance, *curve.d[curve.d > distance]])
+        values = np.abs(curve.at("dU", places)) / curve.peak
+        parts.append(float(values.max()))
+        checks.append((VANISHED - parts[-1], float(curve.at("dU_error", places[values.argmax()])) / curve.peak))
+    return Finding(tuple(checks), f"largest |dU| beyond d = {distance:g}: {numbers(parts, '.2%')} of the peak")
 
 
 @statement("fig07", "At beta .4, Ca_e .1 both |D| grow as the particles come closer.")

@@ -72,7 +72,8 @@ def effort_row(name: str, results: Results) -> list[str]:
     used = sorted({str(case.parameters["accuracy"]) for each in computations(name) for case in results.cases(each)})
     errors = [f"{100 * value:.2g}" if value == value else "" for value in (largest(intervals), largest(ends))]
     done = f"{finished} of {total}" + (f", {failed} failed" if failed else "") if total else "none"
-    return [f"[{title(name)}](#{name})", done, ", ".join(used), f"{seconds:.0f}", str(points or ""), *errors]
+    shown = title(name) if name in CHECKS else f"[{title(name)}](#{name})"
+    return [shown, done, ", ".join(used), f"{seconds:.0f}", str(points or ""), *errors]
 
 
 def largest(values: Sequence[float]) -> float:
@@ -81,8 +82,8 @@ def largest(values: Sequence[float]) -> float:
 
 
 def title(name: str) -> str:
-    """Fig. 7 of fig07."""
-    return f"Fig. {int(name.removeprefix('fig'))}"
+    """Fig. 7 of fig07; what a folder of checks is for."""
+    return CHECKS[name] if name in CHECKS else f"Fig. {int(name.removeprefix('fig'))}"
 
 
 def effort(results: Results) -> str:
@@ -96,10 +97,8 @@ def effort(results: Results) -> str:
         "largest dU_error, % of the peak",
     ]
     head += ["ends_error, % of the peak"]
-    return table(
-        head,
-        [effort_row(name, results) for name, each in figures().items() if computations(name) and not each.of_meshes],
-    )
+    names = [name for name, figure in figures().items() if computations(name) and not figure.of_meshes]
+    return table(head, [effort_row(name, results) for name in (*names, *CHECKS)])
 
 
 def unfinished(name: str, results: Results) -> bool:

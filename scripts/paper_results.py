@@ -331,13 +331,17 @@ class Results:
                 return case
         raise NotComputed(f"fields at {place:g}, " + ", ".join(f"{key} {value:g}" for key, value in where.items()))
 
+    def runs(self, **where: Any) -> list[Transient]:
+        """All runs that have some parameters."""
+        return self.all_of(Transient, **where)
+
     def run(self, **where: Any) -> Transient:
         """The run that has some parameters and ends last.
 
         Raises:
             NotComputed: There is none.
         """
-        if not (found := self.all_of(Transient, **where)):
+        if not (found := self.runs(**where)):
             raise NotComputed("run with " + ", ".join(f"{key} {value:g}" for key, value in where.items()))
         return max(found, key=lambda case: case.last("t"))
 

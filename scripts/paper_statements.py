@@ -14,7 +14,7 @@ from importlib import import_module
 from typing import Any, Literal
 
 import numpy as np
-from paper_results import Curve, Extremum, NotComputed, Results, Transient
+from paper_results import Curve, Extremum, NotComputed, Results, Transient, figures
 
 from pairsim.plots.meridional_section import outlines
 from pairsim.results.xdmf import FieldFrame
@@ -149,7 +149,7 @@ def judged(results: Results) -> list[Row]:
         others = {name: each.judge(Results(results.output, (name,))) for name in CHECKS if name != "transients"}
         if each.text in IN_TIME:
             transient = Statement(each.figure, each.text, IN_TIME[each.text])
-            others["transients"] = transient.judge(Results(results.output, ("transients",)))
+            others["transients"] = transient.judge(Results(results.output, ("transients", *figures())))
         found = {name: other for name, other in others.items() if other[0] != "not computed"}
         rows.append(Row(each, *each.judge(results), found))
     return rows

@@ -12,8 +12,18 @@ from pairsim.solvers.step_size import StepControl
 SMALLEST_STEP = 1e-8
 
 
-def problem_of(case: Case) -> Problem:
-    """The problem of a run in time."""
+def mesh_settings(case: SceneCase) -> MeshSettings:
+    """The cell sizes of a case, without adaptation."""
+    return MeshSettings(**case.mesh.model_dump())
+
+
+def problem_of(case: Case, cells: MeshSettings | None = None) -> Problem:
+    """The problem of a run in time.
+
+    Args:
+        case: The validated case.
+        cells: Cell sizes; by default those of the case.
+    """
     time_options = case.time
     largest = max(case.betas, default=0.0)
     return Problem(
@@ -22,7 +32,7 @@ def problem_of(case: Case) -> Problem:
         case.gaps,
         case.tube_length,
         case.ends == "periodic",
-        MeshSettings(**case.mesh.model_dump()),
+        cells or mesh_settings(case),
         StepControl(time_options.tol, SMALLEST_STEP, time_options.max_step, time_options.fixed_step),
         time_options.first_step,
         polymer=case.polymer,

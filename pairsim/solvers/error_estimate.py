@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pairsim.fem.enrichment import Enrichment
+from pairsim.fem.enrichment import Enrichment, TestedResidual
+from pairsim.fem.size_field import CellIndicators
 from pairsim.physics.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.end_effects import end_effects
@@ -42,6 +43,7 @@ class ErrorEstimate:
             constitutive equation; 0 in a Newtonian liquid, (N-1,). Where stress or adjoint are not resolved the signs
             are random, and the estimate is no more than the remainder of a sum of this size.
         ends_dU: By how much the ends of the tube change every dU, (N-1,).
+        cells: What the cells have of `scatter_dU`, on the first process; None unless it was asked for.
     """
 
     U: Array
@@ -52,6 +54,7 @@ class ErrorEstimate:
     spread_dU: Array
     scatter_dU: Array
     ends_dU: Array
+    cells: CellIndicators | None = None
 
     @property
     def dU(self) -> Array:
@@ -62,6 +65,11 @@ class ErrorEstimate:
     def dU_error(self) -> Array:
         """Half-width of the interval around dU that should hold the exact one, (N-1,)."""
         return _half_width(self.dU, self.spread_dU, self.scatter_dU, self.ends_dU, self.newton_dU)
+
+    @property
+    def regular_dU(self) -> Array:
+        """What the signed estimate says of the cells' part of the error, without safety factor, (N-1,)."""
+        return np.asarray(np.abs(self.dU) + np.abs(self.spread_dU))
 
     @property
     def ends_error(self) -> Array:
@@ -75,9 +83,14 @@ class ErrorEstimate:
 
 
 class ErrorEstimator:
-    """Estimates the discretisation error of quasi-steady solutions; keeps what a mesh needs for the next one on it."""
+    """Estimates the discretisation error of quasi-steady solutions; keeps what a mesh needs for the next one on it.
 
-    def __init__(self) -> None:
+    Args:
+        cells: Whether estimates keep what single cells contribute.
+    """
+
+    def __init__(self, cells: bool = False) -> None:
+        self._cells = cells
         self._enrichment: Enrichment | None = None
 
     def estimate(self, steady: Steady) -> ErrorEstimate:
@@ -116,7 +129,20 @@ class ErrorEstimator:
             spread_dU=difference @ tested.changes,
             scatter_dU=np.sqrt(np.einsum("ik,kl,il->i", difference, tested.stress_products, difference)),
             ends_dU=np.abs(np.diff(ends[:, :count])).max(axis=0),
+            cells=_indicators(self._enrichment, tested, count) if self._cells else None,
         )
+
+
+def _indicators(enrichment: Enrichment, tested: TestedResidual, count: int) -> CellIndicators | None:
+    """The contributions of the cells of all processes to the scatter of every dU, on the first process."""
+    if tested.stress_by_cell is None:
+        return None
+    scene, squares = enrichment.scene, np.diff(tested.stress_by_cell[:count], axis=0).T ** 2
+    parts = scene.comm.gather((enrichment.corners(), squares))
+    if parts is None:
+        return None
+    corners, every = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return CellIndicators(scene.reference.geometry, scene.reference.mirrored, corners, every)
 
 
 def _half_width(change: Array, spread: Array, scatter: Array, ends: Array, newton: Array) -> Array:

@@ -304,8 +304,7 @@ def test_a_matrix_that_cannot_be_factored_ends_the_branch() -> None:
 
 
 def test_the_mesh_error_is_that_of_a_coarser_mesh() -> None:
-    found = curve(mesh={"Np": 20}, mesh_error=True).iloc[0]
-    finest = curve(mesh={"Np": 40})["dU"].item()
+    found, finest = curve(mesh={"Np": 20}, mesh_error=True).iloc[0], 6.786399e-3  # with N_p 56
     coarse = curve(mesh={"Np": 14, "growth": 0.15 * 2**0.5, "max_size": 0.2 * 2**0.5})["dU"].item()
     assert found["mesh_error"] == pytest.approx(abs(found["dU"] - coarse), rel=1e-6)
     assert abs(found["dU"] - finest) < min(found["mesh_error"], found["dU_error"])
