@@ -78,7 +78,7 @@ def column_pages() -> str:
     liquid = "\nIn a viscoelastic liquid these follow:\n"
     polymer = described(map(column, tables.POLYMER_HEALTH))
     many = [tables.COLUMNS[i] for i in range(len(tables.COLUMNS)) if tables.COLUMNS[i].name.endswith("_i")]
-    curve = tables.curve_columns(2, True, True, ("Ca_e", "De", "beta"))
+    curve = tables.curve_columns(2, True, True, ("Ca_e", "De", "beta"), True)
     critical = [*tables.CRITICAL_COLUMNS, "mesh_error"]
     parts = [
         "# Columns of the tables\n",
@@ -92,8 +92,8 @@ def column_pages() -> str:
         "With one particle, or more than two, columns are numbered from upstream, such as `d_1`, `d_2`, `U_3`:\n",
         described(many),
         "## curve.csv\n",
-        "Of `pairsim curve`: one row for each distance. `mesh_error` is there unless `mesh_error: false`, the columns "
-        "`by_...` with `--sensitivities`.\n",
+        "Of `pairsim curve`: one row for each distance. `mesh_error` is there with `mesh_error: true`, the columns "
+        "`by_...` with `--sensitivities`, the columns `F...` where the case has `velocity`.\n",
         described(map(column, [*curve, *tables.CURVE_HEALTH])) + liquid,
         polymer,
         "## equilibria.csv\n",

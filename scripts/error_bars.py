@@ -187,15 +187,6 @@ def coarser(e: Judged) -> float:
     return e.said["mesh_error"]
 
 
-def with_drift(row: Row) -> float:
-    """The sum of dU and drift, which does not depend on how the mesh moves while the distances change.
-
-    The quasi-steady problem of particles that move relative to each other in a viscoelastic liquid does, and the motion
-    of the mesh depends on the sizes of the cells.
-    """
-    return float(row["dU"]) + float(row["drift"] or 0)
-
-
 def judged(rows: list[Row]) -> tuple[list[Judged], list[str], list[str]]:
     """Errors that can be judged; those that are undecided because of their truth; those that are negligible."""
     values = {(row["scene"], int(row["gap"]), row["mesh"]): row for row in rows if not row["reason"]}
@@ -204,8 +195,8 @@ def judged(rows: list[Row]) -> tuple[list[Judged], list[str], list[str]]:
         others = [values.get((scene, gap, other)) for other in (*FINE, PEAK)]
         if mesh not in JUDGED or any(other is None for other in others):
             continue
-        first, second, peak = (with_drift(other) for other in others if other is not None)
-        error, where = (first + second) / 2 - with_drift(row), f"{scene}, {mesh}, gap {gap}"
+        first, second, peak = (float(other["dU"]) for other in others if other is not None)
+        error, where = (first + second) / 2 - float(row["dU"]), f"{scene}, {mesh}, gap {gap}"
         if abs(error) < NEGLIGIBLE * abs(peak):
             negligible.append(where)
         elif abs(first - second) > KNOWN * abs(error):

@@ -71,13 +71,8 @@ def print_table(view: object) -> None:
 
 def show_estimate(case: SceneCase, directory: Path, estimate: Estimate) -> None:
     """What a case will cost, where its results will go, and what its user should know of it."""
-    from pairsim.runtime.duration import duration
-
     if rank() == 0:
-        typer.echo(
-            f"{directory}: about {estimate.unknowns:,} unknowns, {duration(estimate.seconds)} on one core, "
-            f"{estimate.memory / 1e6:.0f} MB"
-        )
+        typer.echo(f"{directory}: {estimate}")
         for note in case.notes:
             typer.echo(f"note: {note}")
 

@@ -1,18 +1,47 @@
 """Cell sizes and tolerances for each value of `accuracy:`, the error of dU relative to the peak of the curve.
 
-The measurements behind these settings are in docs/notebook/accuracy.md.
+Three levels have settings that were measured (docs/notebook/accuracy.md) and cost what they say. Any other percentage
+has settings between those of the levels, and is kept by adapting the mesh (`pairsim.solvers.adaptation`).
 """
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field
 
 from pairsim.config.values import DIAMETERS, is_finite
 
-Accuracy = Literal["5%", "1%", "0.1%"]
+LEAST_PERCENT, MOST_PERCENT = 0.01, 20.0
+MOST_TOLERANCE = 0.1  # of tolerances extrapolated beyond the levels
+
+
+def percentage(value: Any) -> str:
+    """Validate a percentage and write it in its shortest form, such as "0.5%".
+
+    Raises:
+        ValueError: The value is no percentage, or outside the range.
+    """
+    number = re.fullmatch(r"\s*(\d{1,9}\.?\d{0,9}|\.\d{1,9})\s*%\s*", value) if isinstance(value, str) else None
+    if number is None or not LEAST_PERCENT <= float(number[1]) <= MOST_PERCENT:
+        raise ValueError(f"must be a percentage from {LEAST_PERCENT:g}% to {MOST_PERCENT:g}%")
+    return f"{float(number[1]):g}%"
+
+
+Accuracy = Annotated[
+    str,
+    Field(
+        pattern=r"^\s*(\d+\.?\d*|\.\d+)\s*%\s*$",
+        json_schema_extra={
+            "words": f"5%, 1%, 0.1%, or another percentage from {LEAST_PERCENT:g}% to {MOST_PERCENT:g}%"
+        },
+    ),
+    BeforeValidator(percentage),
+]
 Liquid = Literal["newtonian", "thinning", "hardening"]
 # A Giesekus or PTT liquid with a smaller alpha or epsilon gets the cells of a liquid that hardens in extension, such as
 # Oldroyd-B. The threshold is a guess: measured were alpha 0.2, epsilon 0.25 and Oldroyd-B.
@@ -114,9 +143,51 @@ def _diameters(case: dict[str, Any]) -> list[float]:
 
 
 _SMALL, _SMALLEST = Cells(28, 0.05, 0.25, 0.5), Cells(80, 0.025, 0.125, 0.5)
-SETTINGS: dict[Accuracy, Settings] = {
+SETTINGS: dict[str, Settings] = {
     "5%": Settings(Cells(20, 0.2), Cells(20, 0.1, 0.35, 0.5), _SMALL, s_jump=2.0, time_tol=1e-3, curve_tol=1e-2),
     "1%": Settings(Cells(40, 0.2), _SMALL, Cells(64, 0.05, 0.25, 0.5), s_jump=1.6, time_tol=3e-4, curve_tol=2e-3),
     "0.1%": Settings(Cells(56, 0.14), _SMALLEST, _SMALLEST, s_jump=1.0, time_tol=5e-5, curve_tol=5e-4),
 }
-DEFAULT: Accuracy = "1%"
+DEFAULT = "1%"
+
+
+def percent(accuracy: str) -> float:
+    """The number of a valid accuracy, in percent."""
+    return float(accuracy.removesuffix("%"))
+
+
+def is_level(accuracy: str) -> bool:
+    """Whether an accuracy stands for settings that were measured; otherwise it is kept by adaptation."""
+    return accuracy in SETTINGS
+
+
+def settings_of(accuracy: str) -> Settings:
+    """The settings of a valid accuracy: those of a level, or power laws between the two nearest levels.
+
+    Cells are no finer than those of the finest level and no coarser than those of the coarsest one; tolerances follow
+    the power laws beyond.
+    """
+    if is_level(accuracy):
+        return SETTINGS[accuracy]
+    wanted, levels = percent(accuracy), sorted(SETTINGS, key=percent)
+    upper = next((i for i, level in enumerate(levels) if i and percent(level) >= wanted), len(levels) - 1)
+    low, high = levels[upper - 1], levels[upper]
+    part = math.log(wanted / percent(low)) / math.log(percent(high) / percent(low))
+    inside = min(max(part, 0.0), 1.0)
+    a, b = SETTINGS[low], SETTINGS[high]
+
+    def power(x: float, y: float, at: float) -> float:
+        return x if x == y else float(f"{x * (y / x) ** at:.3g}")
+
+    def cells(x: Cells, y: Cells) -> Cells:
+        Np = round(power(x.Np, y.Np, inside))
+        return Cells(Np, power(x.max_size, y.max_size, inside), power(x.per_beta, y.per_beta, inside), x.rows)
+
+    return Settings(
+        newtonian=cells(a.newtonian, b.newtonian),
+        thinning=cells(a.thinning, b.thinning),
+        hardening=cells(a.hardening, b.hardening),
+        s_jump=power(a.s_jump, b.s_jump, inside),
+        time_tol=min(power(a.time_tol, b.time_tol, part), MOST_TOLERANCE),
+        curve_tol=min(power(a.curve_tol, b.curve_tol, part), MOST_TOLERANCE),
+    )

@@ -8,15 +8,18 @@ predicted for very soft pairs and for pairs that come into contact. Memory was w
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 from pairsim.config.case import Case, SceneCase
 from pairsim.config.curve_case import CriticalCase, CurveCase
 from pairsim.config.mistakes import Mistake
+from pairsim.runtime.duration import duration
 
 STRIPS = 200  # slices of the tube over which the number of cells is summed
 MOST_UNKNOWNS = 2e7  # a larger mesh takes gmsh days or exhausts the memory
+LARGE = 3e5  # unknowns whose first mesh and factorisation take so long that the user is told beforehand; chosen
 START = 1.2  # seconds for imports and the first mesh
 LIBRARIES = 210e6  # memory after all imports [bytes]
 # Bytes per unknown at 15,000 unknowns, in a Newtonian and in a viscoelastic liquid. The memory of the LU factors grows
@@ -43,6 +46,18 @@ class Estimate:
     unknowns: int
     seconds: float
     memory: float
+
+    def __str__(self) -> str:
+        """One line, which says so if this machine has less memory."""
+        here = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+        less = f"; this machine has {here / 1e6:.0f} MB of memory" if here < self.memory else ""
+        took = f"{duration(self.seconds)} on one core, {self.memory / 1e6:.0f} MB"
+        return f"about {self.unknowns:,} unknowns, {took}{less}"
+
+    @property
+    def notes(self) -> list[str]:
+        """Notes for the user before the computation begins: the estimate, if the case is large."""
+        return [str(self)] if self.unknowns >= LARGE else []
 
 
 def liquid_cells(case: SceneCase) -> float:

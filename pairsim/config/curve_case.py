@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
@@ -13,7 +13,7 @@ from pairsim.config.case import SceneCase
 from pairsim.config.case_checks import check_scene
 from pairsim.config.mistakes import Mistake, missing
 from pairsim.config.ranges import RANGE, spelled_out
-from pairsim.config.values import FOLLOWED, CurveTolerance, Distance, Positive, Whole, number
+from pairsim.config.values import FOLLOWED, CurveTolerance, Distance, Positive, Velocity, Whole, number
 
 MOST_VALUES = 10_000
 _RANGE = "a list, or {start, stop, num, spacing: log or linear} with start and stop above 0 and num from 2 to 10000"
@@ -99,6 +99,16 @@ class CurveCase(SceneCase):
     mesh_error: bool = Field(
         False, strict=True, description="solve every point on a coarser mesh, too, as a check of dU_error"
     )
+    velocity: Velocity | None = Field(
+        None,
+        description="velocity at which the rigid particles are moved, 0 to hold them [U_av]; the forces that this "
+        "takes are columns of curve.csv (default: no force acts on the particles)",
+    )
+    flow: Literal[0, 1] = Field(
+        1,
+        description="mean velocity of the liquid in the tube [U_av]; 0 is a liquid at rest, between closed ends if "
+        "these are developed, in which velocity must be given: with velocity: 1 the unit is that of the particles",
+    )
 
     @property
     def places(self) -> list[tuple[float, ...]]:
@@ -113,12 +123,19 @@ class CurveCase(SceneCase):
         return tuple(max(values) for values in zip(*self.places, strict=True))
 
     @property
+    def driven(self) -> tuple[float, float | None]:
+        """See `SceneCase`."""
+        return float(self.flow), self.velocity
+
+    @property
     def common(self) -> bool:
         """Whether all gaps have the same distance at every point, so that the result is a curve over d."""
         return self.n > 1 and all(len(set(place)) == 1 for place in self.places)
 
     def _slug_parts(self) -> list[str]:
-        return ["curve", *super()._slug_parts()]
+        parts = ["curve", *super()._slug_parts()]
+        parts += [] if self.velocity is None else [f"velocity{self.velocity:g}"]
+        return parts if self.flow else [*parts, "at-rest"]
 
 
 class CriticalCase(SceneCase):
@@ -171,6 +188,12 @@ def check_curve(case: CurveCase) -> Iterator[Mistake]:
             if not lowest <= d <= highest:
                 allowed = f"must be between the smallest and the largest d, {lowest:g} and {highest:g}"
                 yield Mistake("fields", d, allowed)
+    if case.velocity is not None and any(case.Ca_es):
+        yield Mistake("velocity", case.velocity, "must be left out: only rigid particles (Ca_e: 0) can be moved")
+    if case.flow == 0 and not case.velocity:
+        yield Mistake("flow", case.flow, "must be 1: nothing moves, unless velocity is given and not 0")
+    if case.flow == 0 and case.physical is not None:
+        yield Mistake("flow", case.flow, "must be 1 with a physical block, whose unit of velocity is that of the flow")
     yield from check_scene(case, {})
 
 

@@ -107,6 +107,7 @@ Gap = Annotated[float, Field(ge=0, le=1e4), BeforeValidator(number)]
 Time = Annotated[float, Field(ge=1e-9, le=1e6), BeforeValidator(number)]
 Tolerance = Annotated[float, Field(ge=1e-9, le=0.1), BeforeValidator(number)]
 CurveTolerance = Annotated[float, Field(ge=1e-9, le=1), BeforeValidator(number)]
+Velocity = Annotated[float, Field(ge=-1e3, le=1e3), BeforeValidator(number)]
 Interval = Annotated[float, Field(ge=0, le=1e9), BeforeValidator(number)]
 Seconds = Annotated[float, Field(ge=0.001, le=1e9), BeforeValidator(number)]
 # Of several keys, each of which has a range of its own that is checked, too.

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
+from pairsim.config.cost import critical_estimate
 from pairsim.config.curve_case import CriticalCase
 from pairsim.config.form_kinds import forms_of
+from pairsim.drivers.adaptive import Adaptation
 from pairsim.drivers.critical_output import CriticalOutput
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import steady_problem
@@ -48,12 +50,14 @@ def _run(case: CriticalCase, session: Session) -> Outcome:
     region = _region(case)
     lines = list(_lines(case, region))
     count = len(lines) * (len(region.values) if region is not None else 1)
-    session.announce(f"zeros of dU between d = {least:g} and {most:g}", count, case.notes)
+    notes = [*case.notes, *critical_estimate(case).notes]
+    session.announce(f"zeros of dU between d = {least:g} and {most:g}", count, notes)
     output = CriticalOutput(case, session)
     branch: Branch | None = None
+    adaptation: Adaptation | None = None
 
     def work(_: Signals) -> Outcome:
-        nonlocal branch
+        nonlocal branch, adaptation
         output.write()
         ensure_compiled(session.comm, forms_of(case), session.reporter.note)
         failures: list[str] = []
@@ -61,7 +65,7 @@ def _run(case: CriticalCase, session: Session) -> Outcome:
             output.begin_line(line)
             try:
                 if branch is None:
-                    branch = Branch(session.comm, steady_problem(case, least), start, case.mesh_error)
+                    adaptation, branch = _begin(case, session, start)
                 branch.at(start)
                 findings = find_all(branch, least, most) if region is None else follow_all(branch, region)
                 for found in findings:
@@ -79,11 +83,31 @@ def _run(case: CriticalCase, session: Session) -> Outcome:
     outcome = session.carry_out(work, kept)
     large = large_errors(case, "the error of a critical distance or parameter", "itself", output.errors)
     warnings = [*output.warnings, *large]
-    outcome = conclude(case, session, outcome, branch, output.points, warnings, {"ends": output.ends})
+    summary: dict[str, Any] = {"ends": output.ends}
+    if adaptation is not None:
+        summary["adaptation"], missed = adaptation.report(output.points, adaptation.scale.dU)
+        warnings += missed
+    outcome = conclude(case, session, outcome, branch, output.points, warnings, summary)
     if branch is not None:
         branch.close()
     session.reporter.finish(outcome.message)
     return outcome
+
+
+def _begin(case: CriticalCase, session: Session, start: Parameters) -> tuple[Adaptation | None, Branch]:
+    """A first solution. Meshes are adapted to zeros, not where zeros are followed: one mesh then serves all of a line.
+
+    Raises:
+        NoSteadyState: No solution was found.
+        MeshFailure: A mesh could not be generated.
+    """
+    problem = steady_problem(case, case.d[0])
+    if case.adapts and case.along is None:
+        options: Any = {"mesh_error": case.mesh_error, "zeros_only": True}
+        adaptation = Adaptation.begin(case, session.comm, problem, start, [start.gaps], **options)
+        if adaptation is not None:
+            return adaptation, adaptation.branch
+    return None, Branch(session.comm, problem, start, case.mesh_error)
 
 
 def _region(case: CriticalCase) -> Region | None:

@@ -7,19 +7,22 @@ from typing import Any
 
 import numpy as np
 
+from pairsim.config.cost import curve_estimate
 from pairsim.config.curve_case import CurveCase
 from pairsim.config.form_kinds import forms_of
+from pairsim.drivers.adaptive import Adaptation
 from pairsim.drivers.curve_output import CurveOutput
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import solution_order, steady_problem
 from pairsim.drivers.quasi_steady import conclude, error_at, kept
 from pairsim.drivers.session import Options, Session, open_session
-from pairsim.drivers.warnings import large_errors
+from pairsim.drivers.warnings import ErrorAt, large_errors
 from pairsim.fem.form_cache import ensure_compiled
 from pairsim.runtime.errors import NoSteadyState, RunFailure
 from pairsim.runtime.fenicsx import MPI
 from pairsim.runtime.signals import Signals
 from pairsim.solvers.branch import Branch, Point
+from pairsim.solvers.continuation import where
 from pairsim.solvers.curve import ROUNDING, Zero, equilibria, find_zeros, trace
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
@@ -58,6 +61,11 @@ class WarmStart:
         self.close()
         self._branch = Branch(comm, problem, first, mesh_error, sensitivities)
         return self._branch
+
+    def replace(self, branch: Branch) -> None:
+        """Keep another branch, from which no other curve is continued, until it is closed."""
+        self.close()
+        self._branch, self._kind = branch, ()
 
     def close(self) -> None:
         """Free the memory of the solvers; the next curve is solved from undeformed spheres."""
@@ -108,21 +116,29 @@ def _run(case: CurveCase, session: Session, sensitivities: bool, warm_start: War
     places = solution_order(case)
     expected = max(len(places), 1)
     goal = f"{expected} point{'s' * (expected > 1)}, more as needed"
-    session.announce(goal, expected, case.notes)
+    session.announce(goal, expected, [*case.notes, *curve_estimate(case).notes])
     output = CurveOutput(case, session, expected, sensitivities)
     branch: Branch | None = None
+    adaptation: Adaptation | None = None
 
     def work(_: Signals) -> Outcome:
-        nonlocal branch
+        nonlocal branch, adaptation
         ensure_compiled(session.comm, forms_of(case), session.reporter.note)
         start = Parameters(places[0], case.Ca_es, case.De)
         narrowest = min((d for place in places for d in place), default=np.inf)
         problem = steady_problem(case, narrowest)
-        branch = warm_start.start(session.comm, problem, start, case.mesh_error, sensitivities)
+        if case.adapts:
+            options: Any = {"sensitivities": sensitivities, "mesh_error": case.mesh_error}
+            adaptation = Adaptation.begin(case, session.comm, problem, start, places, **options)
+        if adaptation is not None:
+            branch = adaptation.branch
+            warm_start.replace(branch)
+        else:
+            branch = warm_start.start(session.comm, problem, start, case.mesh_error, sensitivities)
         for point, wanted in trace(branch, places, case.tol, case.max_points):
             output.take(point, wanted, branch.fine)
         message = f"{len(output.points)} points"
-        if case.n == 2:
+        if case.n == 2 and case.velocity is None:
             message += f"; dU = 0: {_find_zeros(branch, output) or 'at no d'}"
         return Outcome("finished", "end", message)
 
@@ -137,8 +153,12 @@ def _run(case: CurveCase, session: Session, sensitivities: bool, warm_start: War
         finished = session.carry_out(finish, kept)
         outcome = finished if outcome.status == "finished" else outcome
     points = output.points
-    warnings = [*output.warnings, *_large_errors(case, points)]
-    return conclude(case, session, outcome, branch, points, warnings, {"points": len(points)})
+    summary: dict[str, Any] = {"points": len(points)}
+    warnings = [*output.warnings, *(_large_errors if case.velocity is None else _large_force_errors)(case, points)]
+    if adaptation is not None:
+        summary["adaptation"], missed = adaptation.report(points, adaptation.size(points))
+        warnings += missed
+    return conclude(case, session, outcome, branch, points, warnings, summary)
 
 
 def _large_errors(case: CurveCase, points: list[Point]) -> list[str]:
@@ -148,6 +168,16 @@ def _large_errors(case: CurveCase, points: list[Point]) -> list[str]:
         return []
     errors = [error_at(point, gap, peak) for point in points for gap in range(len(point.gaps))]
     return large_errors(case, "dU_error", "the largest |dU|", errors)
+
+
+def _large_force_errors(case: CurveCase, points: list[Point]) -> list[str]:
+    """Warnings of large errors of the forces that move the particles, relative to themselves."""
+    errors = [
+        ErrorAt(float(error / abs(F)), where(point.parameters), 0.0, False)
+        for point in points
+        for F, error in zip(point.observation.F, point.estimate.F_error, strict=True)
+    ]
+    return large_errors(case, "F_error", "F", errors)
 
 
 def _find_zeros(branch: Branch, output: CurveOutput) -> str:

@@ -24,9 +24,13 @@ def _shown(point: Point, count: int) -> str:
     """A line of progress for a point."""
     o = point.observation
     gaps = f"d = {', '.join(f'{d:.5f}' for d in point.gaps)}  " if point.gaps else ""
-    velocities = ", ".join(f"{dU:+.4e}" for dU in o.dU) if o.U.size > 1 else f"{o.U[0]:.6f}"
-    name = "dU" if o.U.size > 1 else "U"
-    return f"{gaps}{name} = {velocities}  Newton {point.newton}  point {count}"
+    if len(o.F):
+        name, values = "F", ", ".join(f"{F:.6g}" for F in o.F)
+    elif o.U.size > 1:
+        name, values = "dU", ", ".join(f"{dU:+.4e}" for dU in o.dU)
+    else:
+        name, values = "U", f"{o.U[0]:.6f}"
+    return f"{gaps}{name} = {values}  Newton {point.newton}  point {count}"
 
 
 class CurveOutput:
@@ -48,7 +52,8 @@ class CurveOutput:
         self._rows: list[tuple[Point, str]] = []  # the points and their rows of curve.csv
         self.warnings: list[str] = []
         parameters = [name for name, value in (("Ca_e", max(case.Ca_es)), ("De", case.De), ("beta", 1.0)) if value]
-        columns = curve_columns(case.n, case.common, case.mesh_error, parameters if sensitivities else [])
+        parameters = parameters if sensitivities else []
+        columns = curve_columns(case.n, case.common, case.mesh_error, parameters, case.velocity is not None)
         self._columns = [*columns, *health_columns(case)]
         self._frames: list[FieldFrame] = []
 

@@ -11,7 +11,8 @@ import meshio
 import numpy as np
 
 from pairsim.config.case import Case
-from pairsim.fem.geometry import Geometry, MeshSettings, Reference
+from pairsim.drivers.problems import mesh_settings
+from pairsim.fem.geometry import Geometry, Reference
 from pairsim.fem.meshing import liquid_mesh, make_outlines, particle_meshes
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.errors import WriteFailure
@@ -54,7 +55,7 @@ def write_mesh(case: Case, path: Path, png: Path | None) -> dict[str, int]:
         MeshFailure: No valid mesh could be made.
         WriteFailure: A file cannot be written.
     """
-    settings = MeshSettings(**case.mesh.model_dump())
+    settings = mesh_settings(case)
     geometry = Geometry(case.betas, case.gaps, case.tube_length)
     outlines = make_outlines(geometry, settings)
     liquid = liquid_mesh(Reference.spheres(geometry, outlines), settings)

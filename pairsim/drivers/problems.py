@@ -5,14 +5,25 @@ from __future__ import annotations
 from pairsim.config.case import Case, SceneCase
 from pairsim.config.curve_case import CurveCase
 from pairsim.fem.geometry import MeshSettings
+from pairsim.fem.scene import at_rest, poiseuille
 from pairsim.solvers.problems import Problem, SteadyProblem
 from pairsim.solvers.step_size import StepControl
 
 SMALLEST_STEP = 1e-8
 
 
-def problem_of(case: Case) -> Problem:
-    """The problem of a run in time."""
+def mesh_settings(case: SceneCase) -> MeshSettings:
+    """The cell sizes of a case, without adaptation."""
+    return MeshSettings(**case.mesh.model_dump())
+
+
+def problem_of(case: Case, cells: MeshSettings | None = None) -> Problem:
+    """The problem of a run in time.
+
+    Args:
+        case: The validated case.
+        cells: Cell sizes; by default those of the case.
+    """
     time_options = case.time
     largest = max(case.betas, default=0.0)
     return Problem(
@@ -21,7 +32,7 @@ def problem_of(case: Case) -> Problem:
         case.gaps,
         case.tube_length,
         case.ends == "periodic",
-        MeshSettings(**case.mesh.model_dump()),
+        cells or mesh_settings(case),
         StepControl(time_options.tol, SMALLEST_STEP, time_options.max_step, time_options.fixed_step),
         time_options.first_step,
         polymer=case.polymer,
@@ -38,8 +49,18 @@ def steady_problem(case: SceneCase, narrowest: float) -> SteadyProblem:
         case: The validated case.
         narrowest: Smallest distance on the curve [D_c], which sets the cells.
     """
-    settings = MeshSettings(**case.mesh.model_dump())
-    return SteadyProblem(case.betas, case.tube_length, case.ends == "periodic", settings, case.law, narrowest=narrowest)
+    settings, (flow, velocity) = MeshSettings(**case.mesh.model_dump()), case.driven
+    return SteadyProblem(
+        case.betas,
+        case.tube_length,
+        case.ends == "periodic",
+        settings,
+        case.law,
+        poiseuille if flow else at_rest,
+        flow,
+        velocity,
+        narrowest=narrowest,
+    )
 
 
 def solution_order(case: CurveCase) -> list[tuple[float, ...]]:

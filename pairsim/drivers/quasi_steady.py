@@ -10,7 +10,7 @@ from pairsim.config.case import SceneCase
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.session import Session, write_failure
 from pairsim.drivers.warnings import ErrorAt, coarse_mesh, near_ends, unresolved_stress
-from pairsim.results.columns import CURVE_HEALTH, POLYMER_HEALTH, gap_endings, named_row, particle_endings
+from pairsim.results.columns import CURVE_HEALTH, FORCES, POLYMER_HEALTH, gap_endings, named_row, particle_endings
 from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.continuation import where
 
@@ -37,6 +37,8 @@ def point_row(point: Point) -> dict[str, float]:
     for name, each in values.items():
         row |= {name + gap: value for gap, value in zip(gaps, each if each is not None else (), strict=False)}
     row |= {f"U_correction{each}": value for each, value in zip(particle_endings(o.U.size), estimate.U, strict=True)}
+    for name, each in zip(FORCES, (o.F, estimate.F, estimate.F_error), strict=True):
+        row |= {name + ending: value for ending, value in zip(particle_endings(o.U.size), each, strict=False)}
     row["dp_plus_correction"] = estimate.dp_plus
     row |= {"newton": point.newton, "meshes": point.meshes, "m": o.m}
     row |= {"volume_error": o.volume_error, "distortion": point.distortion}

@@ -10,9 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.config.case import FREE_ENDS, Case
+from pairsim.config.cost import run_estimate
 from pairsim.config.form_kinds import forms_of
+from pairsim.drivers.adaptive import adapted_mesh
 from pairsim.drivers.outcome import Outcome
-from pairsim.drivers.problems import problem_of
+from pairsim.drivers.problems import mesh_settings, problem_of
 from pairsim.drivers.run_output import RunOutput, RunWarnings, milestones
 from pairsim.drivers.session import Options, Session, open_session
 from pairsim.fem.form_cache import ensure_compiled
@@ -116,13 +118,20 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
         return output
 
     output = session.write(begin, retry=RETRY)
-    session.announce(*_goal(case), [*case.notes, *notes, *(output.damage if output is not None else [])])
+    notes = [*case.notes, *run_estimate(case).notes, *notes]
+    session.announce(*_goal(case), [*notes, *(output.damage if output is not None else [])])
     transient: Transient | None = None
+    adapted: dict[str, Any] = {}
+    warnings: list[str] = []
 
     def work(signals: Signals) -> Outcome:
         nonlocal transient
         ensure_compiled(session.comm, forms_of(case), session.reporter.note)
-        transient = Transient(session.comm, problem_of(case), old.state if old is not None else None)
+        cells = mesh_settings(case)
+        if case.adapts:
+            cells, adapted["adaptation"], missed = adapted_mesh(case, session.comm, cells)
+            warnings.extend(missed)
+        transient = Transient(session.comm, problem_of(case, cells), old.state if old is not None else None)
         return _march(case, transient, output, session, signals)
 
     def kept() -> str:
@@ -146,7 +155,9 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
                 ended = Outcome("failed", WriteFailure.reason, str(error))
                 raise
             finally:
-                session.record.write(ended, summary | {"warnings": output.warnings}, dict(seconds))
+                session.record.write(
+                    ended, summary | adapted | {"warnings": [*warnings, *output.warnings]}, dict(seconds)
+                )
 
     try:
         if session.stopped_at_once:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pairsim.config.accuracy import SETTINGS, Accuracy, liquid_of
+from pairsim.config.accuracy import SETTINGS, liquid_of, settings_of
 from pairsim.config.case import Case, SceneCase
 
 LONG_ARC = 1.5  # allowed length of an arc over the gap beside it; dU is 2.5 % off at 3 (N_p 40, gap 0.005)
@@ -14,7 +14,7 @@ LONG_ARC = 1.5  # allowed length of an arc over the gap beside it; dU is 2.5 % o
 NEAR_ENDS = {"developed": 0.5, "periodic": 0.65}
 # Relative length as above, and the largest error measured below it with either kind of ends [% of the largest |dU|].
 ENDS_ERRORS = ((0.33, 44), (0.5, 7), (0.65, 2))
-COARSEST: Accuracy = "5%"
+COARSEST = "5%"
 NOTABLE = 0.1  # part of `accuracy` below which an error is too small for a warning that its estimate cancels; chosen
 
 
@@ -37,7 +37,7 @@ def long_steps(case: Case, part: float) -> list[str]:
         case: The case.
         part: Estimated error of dU due to the time steps, relative to the largest |dU|.
     """
-    if 100 * part <= float(case.accuracy.removesuffix("%")):
+    if part <= case.error_wanted:
         return []
     key = "time.tol or time.first_step" if case.time.fixed_step is None else "time.fixed_step"
     return [
@@ -53,7 +53,7 @@ def large_run_error(case: Case, part: float) -> list[str]:
         case: The case.
         part: Largest dU_error relative to the largest |dU|.
     """
-    if 100 * part <= float(case.accuracy.removesuffix("%")):
+    if part <= case.error_wanted:
         return []
     return [
         f"dU_error is up to {100 * part:.2g} % of the largest |dU|, more than accuracy: {case.accuracy}; use a finer "
@@ -63,7 +63,7 @@ def large_run_error(case: Case, part: float) -> list[str]:
 
 def unresolved_stress(case: SceneCase, s_jump: float) -> list[str]:
     """Warn of a polymer stress that the mesh does not resolve; `s_jump` is the largest change of s within a cell."""
-    allowed = SETTINGS[case.accuracy].s_jump
+    allowed = settings_of(case.accuracy).s_jump
     if s_jump <= allowed:
         return []
     return [
@@ -99,9 +99,9 @@ def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorA
         size: What it is relative to.
         errors: The errors of all results.
     """
-    warnings, allowed = [], float(case.accuracy.removesuffix("%")) / 100
+    warnings, allowed = [], case.error_wanted
     worst = max(errors, key=lambda each: each.relative, default=None)
-    if worst is not None and worst.relative > allowed:
+    if worst is not None and worst.relative > allowed and not case.adapts:  # see `Adaptation.report`
         advice = "a larger length" if worst.ends > worst.relative / 2 else "a finer mesh (mesh.Np, mesh.max_size)"
         warnings.append(
             f"{error} is {100 * worst.relative:.2g} % of {size} at {worst.where}, more than accuracy: {case.accuracy}; "

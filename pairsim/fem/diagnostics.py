@@ -27,6 +27,7 @@ class Observation:
         D: Taylor parameters, shape (N,).
         dp: Pressure drop over the length of the tube [eta_0 U_av/D_c].
         dp_without_particles: Pressure drop of the same tube without particles [eta_0 U_av/D_c].
+        F: Forces on the particles that move them at a prescribed velocity [eta_0 U_av D_c], shape (N,), or (0,).
         m: Lagrange multiplier of the zero mean pressure, a uniform source in the continuity equation.
         volume_error: Largest relative change of the volume of a particle.
         conformation: Indicators of the conformation field, None for a Newtonian liquid.
@@ -37,6 +38,7 @@ class Observation:
     D: Array
     dp: float
     dp_without_particles: float
+    F: Array
     m: float
     volume_error: float
     conformation: Health | None
@@ -147,6 +149,7 @@ def observe(
         D=np.array(D),
         dp=scene.pressure_drop(x),
         dp_without_particles=dp_without_particles,
+        F=x[scene.F],
         m=float(x[scene.m]),
         volume_error=change,
         conformation=conformation,

@@ -39,11 +39,13 @@ class TestedResidual:
         stress_products: Sums over the cells of the products of what two functionals have of the constitutive equation
             there, (k, k). Where the weight of the stress is not resolved its contributions have random signs, and the
             root of a functional's sum of squares is the size of error to expect of their sum.
+        stress_by_cell: These contributions themselves in the cells of this process, (k, m); None in a Newtonian liquid.
     """
 
     sums: Array
     changes: Array
     stress_products: Array
+    stress_by_cell: Array | None
 
 
 class Enrichment:
@@ -84,14 +86,19 @@ class Enrichment:
         self._constrain(liquid, additions, surfaces)
         residual = liquid.residual.assemble()
         sums += liquid.tested(residual, additions, liquid.narrow_additions(own))
-        products = np.zeros((len(weights), len(weights)))
+        products, by_cell = np.zeros((len(weights), len(weights))), None
         if "s" in residual:
             by_cell = np.einsum("kmqc,mqc->km", additions["s"], residual["s"])
             products = by_cell @ by_cell.T
         if scene.comm.size > 1:
             scene.comm.Allreduce(MPI.IN_PLACE, sums)
             scene.comm.Allreduce(MPI.IN_PLACE, products)
-        return TestedResidual(sums[0], sums[1], products)
+        return TestedResidual(sums[0], sums[1], products, by_cell)
+
+    def corners(self) -> Array:
+        """Vertices of this process's cells of the liquid in the reference domain, (m, 3, 2)."""
+        liquid = self._phases[0]
+        return np.asarray(liquid.phase.six_node_mesh.points[liquid.residual.cells[:, :3]])
 
     def _constrain(self, liquid: _EnrichedPhase, additions: dict[str, Array], surfaces: list[Array | None]) -> None:
         """Put the boundary conditions of the liquid into its additions."""

@@ -3,13 +3,27 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
 from pairsim.runtime.arrays import Array
+
+
+class CellSizes(Protocol):
+    """Cell sizes that were adapted to solutions (`pairsim.fem.size_field`)."""
+
+    def on(self, geometry: Geometry) -> Callable[[float, float], float]:
+        """Size [D_c] as a function of (z, r)."""
+
+    def along_outline(self, i: int, angles: Array) -> Array:
+        """Lengths of arcs at polar angles of the outline of particle i [D_c]."""
+
+    def scaled(self, factor: float) -> CellSizes:
+        """All sizes times a factor."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +41,7 @@ class MeshSettings:
         core_growth: Growth of the cell size per unit depth inside a particle.
         rows: Distance from the outermost particles beyond which cells are arranged in rows along the tube [D_c]; 0 for
             unstructured cells everywhere.
+        sizes: Adapted sizes, in place of those by N_p, the wall and `max_size`; None without adaptation.
     """
 
     Np: int = 40
@@ -38,6 +53,7 @@ class MeshSettings:
     max_size: float = 0.2
     core_growth: float = 0.3
     rows: float = 0.0
+    sizes: CellSizes | None = None
 
 
 @dataclass(frozen=True)

@@ -74,7 +74,10 @@ def _wall_cells(settings: MeshSettings) -> float:
 def _outline_size(geometry: Geometry, settings: MeshSettings, i: int, angles: Array) -> Array:
     a = geometry.betas[i] / 2
     z, r = geometry.centres[i] + a * np.cos(angles), a * np.sin(angles)
-    size = np.minimum(math.pi * a / settings.Np, (TUBE_RADIUS - r) / (settings.wall_arcs * settings.Np))
+    if settings.sizes is not None:
+        size = settings.sizes.along_outline(i, angles)
+    else:
+        size = np.minimum(math.pi * a / settings.Np, (TUBE_RADIUS - r) / (settings.wall_arcs * settings.Np))
     for j, gap in ((i - 1, i - 1), (i + 1, i)):
         if 0 <= j < len(geometry.betas):
             distance = np.hypot(z - geometry.centres[j], r) - geometry.betas[j] / 2
@@ -141,13 +144,15 @@ def _liquid_size(reference: Reference, settings: MeshSettings) -> Callable[[floa
     distances = _from_nodes(reference) if reference.deformed else _from_spheres(reference)
     gap_cells = [_gap_cells(settings, gap) for gap in reference.geometry.gaps]
     wall_cells = _wall_cells(settings)
+    adapted = settings.sizes.on(reference.geometry) if settings.sizes is not None else None
 
     def size(z: float, r: float) -> float:
-        h = settings.max_size
+        h = settings.max_size if adapted is None else adapted(z, r)
         surface = distances(z, r)
         for distance, arc in surface:
             h = min(h, arc + settings.growth * distance)
-            h = min(h, max((TUBE_RADIUS - r + distance) / wall_cells, 0.5 * arc))
+            if adapted is None:
+                h = min(h, max((TUBE_RADIUS - r + distance) / wall_cells, 0.5 * arc))
         for i, cells in enumerate(gap_cells):
             (s, arc), (other, other_arc) = surface[i], surface[i + 1]
             h = min(h, max((s + other) / cells, 0.25 * min(arc, other_arc)))

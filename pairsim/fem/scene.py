@@ -1,10 +1,11 @@
 """A scene: the phases of a case on one mesh, their boundaries, and the full vector of all fields.
 
 The full vector x, shape (n,), consists of the canonical vectors of the phases (the liquid, then the soft particles from
-upstream), the Lagrange multiplier m of the zero mean pressure and, with periodic ends, the pressure drop dp. The
-positions of the particles' material form a second vector h, shape (n_h,): for a soft particle the displacements (z, r)
-of all nodes from its undeformed sphere centred at the origin, for a rigid particle the axial position of its centre.
-Constraints (`pairsim.fem.constraints`) define x as a function of the free unknowns and of h.
+upstream), the Lagrange multiplier m of the zero mean pressure, with periodic ends the pressure drop dp, and the forces
+F on particles whose velocity is prescribed, which are the Lagrange multipliers of that condition. The positions of the
+particles' material form a second vector h, shape (n_h,): for a soft particle the displacements (z, r) of all nodes from
+its undeformed sphere centred at the origin, for a rigid particle the axial position of its centre. Constraints
+(`pairsim.fem.constraints`) define x as a function of the free unknowns and of h.
 """
 
 from __future__ import annotations
@@ -35,6 +36,11 @@ BoundaryVelocity = Callable[[Array], Array]
 def poiseuille(points: Array) -> Array:
     """Fully developed Newtonian flow of unit mean velocity at points (z, r), shape (n, 2); returns shape (n, 2)."""
     return np.column_stack([2 * (1 - (points[:, 1] / TUBE_RADIUS) ** 2), np.zeros(len(points))])
+
+
+def at_rest(points: Array) -> Array:
+    """No flow, for a tube with closed ends: zeros of shape (n, 2)."""
+    return np.zeros((len(points), 2))
 
 
 @dataclass(frozen=True)
@@ -176,6 +182,8 @@ class Scene:
         periodic: Whether the ends are periodic, with an imposed flow rate; otherwise their velocity is prescribed.
         boundary_velocity: Velocity on the wall and on prescribed ends as a function of points, (k, 2) -> (k, 2).
         polymer: Polymer contribution to the liquid, with the initial De; None for a Newtonian liquid.
+        flow: Mean velocity of the flow through periodic ends [U_av].
+        velocity: Prescribed velocity of all particles, which are rigid [U_av]; None if no force acts on them.
         steady: Whether the scene is quasi-steady; the velocity of the mesh is then the extension of the velocities of
             the particles into the liquid.
 
@@ -185,6 +193,7 @@ class Scene:
         h_size: Number n_h of entries of h.
         m: Index of the Lagrange multiplier of the zero mean pressure.
         dp: Index of the pressure drop, None unless the ends are periodic.
+        F: Indices of the forces that move the particles at the prescribed velocity, shape (N,) or (0,).
 
     Raises:
         MeshFailure: The nodes of mesh and reference domain do not coincide.
@@ -200,10 +209,12 @@ class Scene:
         periodic: bool,
         boundary_velocity: BoundaryVelocity = poiseuille,
         polymer: Polymer | None = None,
+        flow: float = 1.0,
+        velocity: float | None = None,
         steady: bool = False,
     ) -> None:
         self.comm, self.reference, self.bodies, self.periodic = comm, reference, list(bodies), periodic
-        self.boundary_velocity = boundary_velocity
+        self.boundary_velocity, self.flow, self.velocity = boundary_velocity, flow, velocity
         self._polymer, self.steady = polymer, steady
         soft = any(body.phase is not None for body in self.bodies)
         self.moving = mesh_moves(len(self.bodies), soft=soft, viscoelastic=polymer is not None, steady=steady)
@@ -219,7 +230,9 @@ class Scene:
         self.offsets = np.concatenate([[0], np.cumsum([phase.size for phase in self.phases])]).astype(np.int64)
         self.m = int(self.offsets[-1])
         self.dp = self.m + 1 if periodic else None
-        self.size = self.m + (2 if periodic else 1)
+        first = self.m + (2 if periodic else 1)
+        self.F = np.arange(first, first + (len(self.bodies) if velocity is not None else 0))
+        self.size = first + len(self.F)
         self.h_size = sum(body.size for body in self.bodies)
 
     @property
@@ -294,8 +307,9 @@ class Scene:
         """Rows, columns and values of the terms with scalar unknowns, which are not part of the forms.
 
         m int q is added to continuity, and the equation of m is int p_f = 0. With periodic ends dp int_inlet v_z is
-        subtracted from momentum (Eq. (9) of the paper), and the equation of dp is the flow rate (Eq. (14)). Both pairs
-        are symmetric.
+        subtracted from momentum (Eq. (9) of the paper), and the equation of dp is the flow rate (Eq. (14)). The force F
+        on a particle is subtracted from momentum at its downstream pole, which the constraints add to that of the whole
+        surface, and the equation of F is the velocity of the pole. All pairs are symmetric.
         """
         index, weight = self.gauge
         m = np.full(len(index), self.m)
@@ -306,13 +320,20 @@ class Scene:
             rows += [index, dp]
             columns += [dp, index]
             values += [-weight, -weight]
+        if len(self.F):
+            index = self.liquid.index("u", np.array([at[0] for at in self.nodes.interfaces]), 0)
+            rows += [index, self.F]
+            columns += [self.F, index]
+            values += [-np.ones(len(self.F))] * 2
         return np.concatenate(rows), np.concatenate(columns), np.concatenate(values)
 
     def load(self) -> Array:
-        """Constant part of the residual, the imposed flow rate, shape (n,)."""
+        """Constant part of the residual, the imposed flow rate and velocities, shape (n,)."""
         f = np.zeros(self.size)
         if self.dp is not None:
-            f[self.dp] = FLOW_RATE
+            f[self.dp] = FLOW_RATE * self.flow
+        if self.velocity is not None:
+            f[self.F] = self.velocity
         return f
 
     def overstretched(self, x: Array) -> str:

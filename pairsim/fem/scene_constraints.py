@@ -239,12 +239,12 @@ def _constrain_pressure(scene: Scene, y: Unknowns, N: Triplets, rows: Triplets) 
 
 
 def _constrain_scalars(scene: Scene, y: Unknowns, N: Triplets, rows: Triplets) -> None:
-    """Add the Lagrange multiplier m of the zero mean pressure and, with periodic ends, the pressure drop dp."""
-    for name, index in (("m", scene.m), ("dp", scene.dp)):
-        if index is not None:
-            unknown = y.take(name, 1)
-            N.add(np.array([index]), unknown)
-            rows.add(unknown, np.array([index]))
+    """Add the multiplier m of the zero mean pressure, the pressure drop dp of periodic ends and prescribed forces F."""
+    for name, index in (("m", [scene.m]), ("dp", [] if scene.dp is None else [scene.dp]), ("F", scene.F)):
+        if len(index):
+            unknown = y.take(name, len(index))
+            N.add(np.asarray(index), unknown)
+            rows.add(unknown, np.asarray(index))
 
 
 def _finished(

@@ -71,21 +71,22 @@ class Pipe:
 
     Args:
         liquid: The polymer, or None for a Newtonian liquid.
+        flow: Mean velocity [U_av].
         points: Number of Gauss points in r.
 
     Attributes:
         r: Radii: the axis, the Gauss points and the wall, shape (points + 2,).
     """
 
-    def __init__(self, liquid: Polymer | None, points: int = 60) -> None:
-        self.liquid = liquid
+    def __init__(self, liquid: Polymer | None, flow: float = 1.0, *, points: int = 60) -> None:
+        self.liquid, self._flow = liquid, flow
         x, w = np.polynomial.legendre.leggauss(points)
         self._inner = (x + 1) / 2 * TUBE_RADIUS
         weights = w / 2 * TUBE_RADIUS
-        # The flow rate -pi int r^2 u' dr = pi/4, with u' from the momentum balance, gives the pressure gradient as
+        # The flow rate -pi int r^2 u' dr = flow pi/4, with u' from the momentum balance, gives the pressure gradient as
         # G = xi of_solvent - of_stress . tau_rz.
         by_gradient = weights @ (self._inner**3 / 2)
-        self._of_solvent = 0.25 / by_gradient
+        self._of_solvent = 0.25 * flow / by_gradient
         self._of_stress = np.concatenate([[0.0], weights * self._inner**2 / by_gradient, [0.0]])
         # The axis and the wall have zero quadrature weight.
         self.r = np.concatenate([[0.0], self._inner, [TUBE_RADIUS]])
@@ -160,8 +161,8 @@ class Pipe:
             NoSteadyState: The time integration failed.
         """
         if self.liquid is None:
-            u = 2 * (1 - (self.r / TUBE_RADIUS) ** 2)
-            still = PipeState(32.0, self.r, u, np.tile([1.0, 0.0, 1.0, 1.0], (len(self.r), 1)))
+            u = 2 * self._flow * (1 - (self.r / TUBE_RADIUS) ** 2)
+            still = PipeState(32.0 * self._flow, self.r, u, np.tile([1.0, 0.0, 1.0, 1.0], (len(self.r), 1)))
             return lambda _: still
         # LSODA chooses its first step from the end time and shortens the last one to reach it. A remote end time is
         # passed and the integration stopped once t_end is exceeded, so that a run that is continued with a later end

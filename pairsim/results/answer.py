@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -135,8 +136,10 @@ def answer_of_curve(table: Table, zeros: Sequence[Zero], record: Mapping[str, An
     """
     gaps = [name for name in table if name == "d" or name.startswith("d_")]
     if not gaps:
-        velocities = ", ".join(f"{name} = {table[name][0]:.6g}" for name in table if name.startswith("U_"))
-        return [f"{velocities}.", *_shapes(table, 0, "")]
+        velocities = ", ".join(f"{name} = {table[name][0]:.6g}" for name in table if re.fullmatch(r"U_\d+", name))
+        forces = [name for name in table if re.fullmatch(r"F_\d+", name)]
+        moved = [f"{name} = {with_error(table[name][0], table[f'F_error{name[1:]}'][0])}" for name in forces]
+        return [f"{', '.join([velocities, *moved])}.", *_shapes(table, 0, "")]
     lines = []
     scales = _Scales.of(record)
     if "dU" in table:

@@ -28,6 +28,13 @@ class Column:
 
 RATE = r"U_{av}/D_c"
 TIME, VELOCITY, LENGTH, STRESS = r"D_c/U_{av}", r"U_{av}", r"D_c", r"\eta_0 U_{av}/D_c"
+FORCE = r"\eta_0 U_{av} D_c"
+# What names, symbols and descriptions of the particles' columns end with.
+ENDINGS = (
+    ("_L", "_L", "the leading (downstream) particle"),
+    ("_T", "_T", "the trailing (upstream) particle"),
+    ("_i", "_i", "particle i, counted from upstream,"),
+)
 COLUMNS: tuple[Column, ...] = (
     Column("t", r"t", "time", TIME),
     Column("d", r"d", "distance between the facing surfaces of the pair on the axis", LENGTH),
@@ -42,6 +49,10 @@ COLUMNS: tuple[Column, ...] = (
     Column("D_i", r"D_i", "Taylor parameter (L_z - L_r)/(L_z + L_r) of particle i, counted from upstream", ""),
     Column("dp", r"\Delta p", "pressure drop over the length of the tube", STRESS),
     Column("dp_plus", r"\Delta p^+", "pressure drop in excess of that of the same tube without particles", STRESS),
+    *(
+        Column(f"F{i}", f"F{s}", f"force along the tube that moves {who} at the prescribed velocity", FORCE)
+        for i, s, who in ENDINGS
+    ),
     Column("dt", r"\Delta t", "size of the time step that ends at t", TIME),
     Column(
         "newton", r"n", "Newton iterations of the step, or of the continuation from the previous point", "", whole=True
@@ -102,6 +113,14 @@ COLUMNS: tuple[Column, ...] = (
     Column("U_correction_T", r"\delta^h_T", "estimate of exact minus discrete U_T", VELOCITY),
     Column("U_correction_i", r"\delta^h_i", "estimate of exact minus discrete U_i", VELOCITY),
     Column("dp_plus_correction", r"\delta^h", "estimate of exact minus discrete dp_plus", STRESS),
+    *(
+        Column(f"F_correction{i}", rf"\delta^h{s}", f"estimate of exact minus discrete F{i}", FORCE)
+        for i, s, _ in ENDINGS
+    ),
+    *(
+        Column(f"F_error{i}", rf"\epsilon{s}", f"error of F{i} by mesh, ends and Newton's method, half-width", FORCE)
+        for i, s, _ in ENDINGS
+    ),
     Column("mesh_error", r"\epsilon", "|dU - dU on a mesh with cells 2^0.5 times larger|", VELOCITY),
     Column("mesh_error_i", r"\epsilon_i", "|dU_i - dU_i on a mesh with cells 2^0.5 times larger|", VELOCITY),
     Column("wanted", "", "1 for a requested point, 0 for a point added by refinement", "", whole=True),
@@ -128,6 +147,8 @@ HEALTH = ("dt", "newton", "mesh", "m", "volume_error", "distortion")
 """Diagnostic columns of series.csv, after `series_columns`."""
 POLYMER_HEALTH = ("c_max", "c_max_z", "c_max_r", "c_min", "s_jump")
 """Diagnostic columns that follow in a viscoelastic liquid."""
+FORCES = ("F", "F_correction", "F_error")
+"""Columns of every particle in curve.csv, if the velocity of the particles is prescribed."""
 CURVE_HEALTH = ("meshes", "m", "volume_error", "distortion")
 """Diagnostic columns of curve.csv and critical.csv, before those of a viscoelastic liquid."""
 
@@ -217,7 +238,7 @@ def error_column(names: Iterable[str], gap: str = "") -> str | None:
     return next((name for name in (f"dU_error{gap}", f"mesh_error{gap}") if name in there), None)
 
 
-def curve_columns(n: int, common: bool, mesh_error: bool, sensitivities: Sequence[str]) -> list[str]:
+def curve_columns(n: int, common: bool, mesh_error: bool, sensitivities: Sequence[str], forces: bool) -> list[str]:
     """The columns that curve.csv begins with.
 
     Args:
@@ -225,11 +246,14 @@ def curve_columns(n: int, common: bool, mesh_error: bool, sensitivities: Sequenc
         common: Whether there is a curve over one distance, which has slopes.
         mesh_error: Whether points were solved on a coarser mesh too.
         sensitivities: Parameters by which dU was differentiated.
+        forces: Whether the velocity of the particles is prescribed.
     """
     names = ["drift", "dU_correction", "dU_error", "ends_error", *(["mesh_error"] if mesh_error else [])]
     names += [*(["slope"] if common else []), *(f"by_{name}" for name in sensitivities)]
     by_gap = (name + gap for name in names for gap in gap_endings(n))
     corrections = [f"U_correction{each}" for each in particle_endings(n)] + ["dp_plus_correction"]
+    if forces:
+        corrections += [name + each for name in FORCES for each in particle_endings(n)]
     return [*series_columns(n)[1:], "newton", *by_gap, *corrections, "wanted"]
 
 

@@ -100,6 +100,7 @@ def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -
             wall_cells=round(mesh.wall_cells / factor),
             growth=mesh.growth * factor,
             max_size=mesh.max_size * factor,
+            sizes=mesh.sizes.scaled(factor) if mesh.sizes is not None else None,
         ),
     )
 

@@ -18,10 +18,11 @@ class DevelopedFlows:
     Args:
         comm: Communicator of the case.
         law: Constitutive law, None for a Newtonian liquid.
+        flow: Mean velocity [U_av].
     """
 
-    def __init__(self, comm: MPI.Comm, law: Law | None) -> None:
-        self._comm, self._law = comm, law
+    def __init__(self, comm: MPI.Comm, law: Law | None, flow: float = 1.0) -> None:
+        self._comm, self._law, self._flow = comm, law, flow
         self._known: dict[float, PipeState] = {}
 
     def at(self, De: float) -> PipeState:
@@ -33,7 +34,7 @@ class DevelopedFlows:
         if De not in self._known:
             nearest = min(self._known, key=lambda other: abs(other - De), default=np.inf)
             near = self._known[nearest] if abs(nearest - De) <= ALL_BUT_THE_SAME * De else None
-            pipe = Pipe(self._law.at(De) if self._law else None)
+            pipe = Pipe(self._law.at(De) if self._law else None, self._flow)
             self._known[De] = self._comm.bcast(pipe.steady(near))
         return self._known[De]
 

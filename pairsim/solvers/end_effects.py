@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from pairsim.fem.interpolation import interpolate
+from pairsim.fem.scene import poiseuille
 from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.physics.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array, Indices
@@ -43,7 +44,7 @@ def end_effects(steady: Steady, adjoints: Array, residual: Array) -> Array:
         for at, inwards in ends:
             places = mesh.points[at] + [inwards * inside, 0.0]
             found = _on_plane(mesh, positions, values, places) - _developed(steady, at)
-            found[:, 0] -= (scene.flow_rate[1] @ found[:, 0]) / FLOW_RATE * scene.boundary_velocity(places)[:, 0]
+            found[:, 0] -= (scene.flow_rate[1] @ found[:, 0]) / FLOW_RATE * poiseuille(places)[:, 0]
             for field, added in zip(fields, np.split(found, [2], axis=1), strict=False):
                 liquid.nodal(field, moved)[at] += added  # a view
         changes.append(-adjoints @ (steady.newton.reduce(moved) - residual))

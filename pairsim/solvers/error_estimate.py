@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pairsim.fem.enrichment import Enrichment
+from pairsim.fem.enrichment import Enrichment, TestedResidual
+from pairsim.fem.size_field import CellIndicators
 from pairsim.physics.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.end_effects import end_effects
@@ -34,20 +35,26 @@ class ErrorEstimate:
     Attributes:
         U: Of the particles' velocities, (N,).
         dp_plus: Of the pressure drop that the particles cause.
+        F: Of the forces that move the particles at a prescribed velocity, (N,), or (0,).
+        F_error: Half-widths of the intervals around these forces, of the same terms as `dU_error`, (N,), or (0,).
         newton_dU: What Newton's method has left in every dU, to first order, (N-1,).
         spread_dU: By how much another recovery of the adjoint pressures changes the estimates of dU, (N-1,).
         scatter_dU: Root of the sum over the cells of the squares of what each has of the estimates of dU by the
             constitutive equation; 0 in a Newtonian liquid, (N-1,). Where stress or adjoint are not resolved the signs
             are random, and the estimate is no more than the remainder of a sum of this size.
         ends_dU: By how much the ends of the tube change every dU, (N-1,).
+        cells: What the cells have of `scatter_dU`, on the first process; None unless it was asked for.
     """
 
     U: Array
     dp_plus: float
+    F: Array
+    F_error: Array
     newton_dU: Array
     spread_dU: Array
     scatter_dU: Array
     ends_dU: Array
+    cells: CellIndicators | None = None
 
     @property
     def dU(self) -> Array:
@@ -57,8 +64,12 @@ class ErrorEstimate:
     @property
     def dU_error(self) -> Array:
         """Half-width of the interval around dU that should hold the exact one, (N-1,)."""
-        cells = np.maximum(np.abs(self.dU) + np.abs(self.spread_dU), self.scatter_dU)
-        return np.asarray(SAFETY * cells + self.ends_error + np.abs(self.newton_dU))
+        return _half_width(self.dU, self.spread_dU, self.scatter_dU, self.ends_dU, self.newton_dU)
+
+    @property
+    def regular_dU(self) -> Array:
+        """What the signed estimate says of the cells' part of the error, without safety factor, (N-1,)."""
+        return np.asarray(np.abs(self.dU) + np.abs(self.spread_dU))
 
     @property
     def ends_error(self) -> Array:
@@ -72,9 +83,14 @@ class ErrorEstimate:
 
 
 class ErrorEstimator:
-    """Estimates the discretisation error of quasi-steady solutions; keeps what a mesh needs for the next one on it."""
+    """Estimates the discretisation error of quasi-steady solutions; keeps what a mesh needs for the next one on it.
 
-    def __init__(self) -> None:
+    Args:
+        cells: Whether estimates keep what single cells contribute.
+    """
+
+    def __init__(self, cells: bool = False) -> None:
+        self._cells = cells
         self._enrichment: Enrichment | None = None
 
     def estimate(self, steady: Steady) -> ErrorEstimate:
@@ -87,28 +103,51 @@ class ErrorEstimator:
         with steady.clock("jit"):
             if self._enrichment is None or self._enrichment.scene is not scene:
                 self._enrichment = Enrichment(scene, self._enrichment)
-        velocities, drop = constraints.fields["U_p"], InnerDrop.of(steady)
-        rows = np.zeros((len(velocities) + 1, constraints.size))
-        rows[np.arange(len(velocities)), velocities] = 1.0
+        velocities, forces = constraints.fields["U_p"], constraints.fields.get("F", np.empty(0, np.int64))
+        own, drop = np.concatenate([velocities, forces]), InnerDrop.of(steady)
+        rows = np.zeros((len(own) + 1, constraints.size))
+        rows[np.arange(len(own)), own] = 1.0
         rows[-1] = drop.row
         adjoints = np.array([steady.newton.linear_solve(row, transposed=True) for row in rows])
         residual = steady.residual()
         left = -adjoints @ residual
         changes = -adjoints @ _flow_rate_defect(steady, residual)
-        ends = end_effects(steady, adjoints[: len(velocities)], residual)
+        ends = end_effects(steady, adjoints[: len(own)], residual)
         with steady.clock("assembly"):
             scene.set(steady.state()[1])
             tested = self._enrichment.tested((constraints.T.T @ adjoints.T).T)
         changes, count = changes - tested.sums, len(velocities)
         difference = np.eye(len(rows))[1:count] - np.eye(len(rows))[: count - 1]
+        scatter = np.sqrt(np.diagonal(tested.stress_products))
+        F = slice(count, len(own))
         return ErrorEstimate(
             U=changes[:count],
             dp_plus=drop.value - scene.pressure_drop(steady.state()[1]) + float(changes[-1]),
+            F=changes[F],
+            F_error=_half_width(changes[F], tested.changes[F], scatter[F], np.abs(ends[:, F]).max(axis=0), left[F]),
             newton_dU=difference @ left,
             spread_dU=difference @ tested.changes,
             scatter_dU=np.sqrt(np.einsum("ik,kl,il->i", difference, tested.stress_products, difference)),
-            ends_dU=np.abs(np.diff(ends)).max(axis=0),
+            ends_dU=np.abs(np.diff(ends[:, :count])).max(axis=0),
+            cells=_indicators(self._enrichment, tested, count) if self._cells else None,
         )
+
+
+def _indicators(enrichment: Enrichment, tested: TestedResidual, count: int) -> CellIndicators | None:
+    """The contributions of the cells of all processes to the scatter of every dU, on the first process."""
+    if tested.stress_by_cell is None:
+        return None
+    scene, squares = enrichment.scene, np.diff(tested.stress_by_cell[:count], axis=0).T ** 2
+    parts = scene.comm.gather((enrichment.corners(), squares))
+    if parts is None:
+        return None
+    corners, every = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return CellIndicators(scene.reference.geometry, scene.reference.mirrored, corners, every)
+
+
+def _half_width(change: Array, spread: Array, scatter: Array, ends: Array, newton: Array) -> Array:
+    """Half-widths of intervals, from the signed estimates and the four other terms of `ErrorEstimate`, (k,) each."""
+    return np.asarray(SAFETY * (np.maximum(np.abs(change) + np.abs(spread), scatter) + ends) + np.abs(newton))
 
 
 def _flow_rate_defect(steady: Steady, residual: Array) -> Array:
@@ -118,11 +157,11 @@ def _flow_rate_defect(steady: Steady, residual: Array) -> Array:
     cells, and every velocity with it; no residual tells.
     """
     scene = steady.scene
-    if scene.periodic:
+    if scene.periodic or scene.flow == 0:
         return np.zeros(steady.constraints.size)
     x = steady.state()[1]
     index, weight = scene.flow_rate
-    excess = FLOW_RATE / float(weight @ x[index]) - 1
+    excess = scene.flow * FLOW_RATE / float(weight @ x[index]) - 1
     for nodes in (scene.nodes.inlet, scene.nodes.outlet):
         x[scene.liquid.index("u", nodes)] *= 1 + excess
     return steady.newton.reduce(x) - residual

@@ -133,6 +133,8 @@ class MeshedScene:
                 periodic=self.problem.periodic,
                 boundary_velocity=self.problem.boundary_velocity,
                 polymer=self._polymer,
+                flow=self.problem.flow,
+                velocity=self.problem.velocity,
                 steady=self._steady,
             )
         self.constraints = self._constrain(self)

@@ -207,9 +207,9 @@ class Newton:
         step, x = self._system.gather(snes.getSolutionUpdate()), self._system.gather(snes.getSolution())
         self._steps = self.scaled(step, x)
         # The norms are broadcast, since they may differ between processes by rounding and all must decide alike.
-        # Divergence is judged without the pressures, which may change by a multiple of their small initial values.
+        # Divergence is judged without pressures and forces, which may change by a multiple of their initial values.
         largest = max((v for k, v in self._steps.items() if k != "m"), default=0.0)
-        leading = max((v for k, v in self._steps.items() if k not in ("m", "p_f", "p_s", "dp")), default=0.0)
+        leading = max((v for k, v in self._steps.items() if k not in ("m", "p_f", "p_s", "dp", "F")), default=0.0)
         largest, leading = self.scene.comm.bcast((largest, leading))
         growth, self._leading = leading / self._leading if its > 1 and self._leading else 0.0, leading
         left = self.matrix.error_left(its, largest)

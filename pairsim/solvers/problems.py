@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -34,6 +34,10 @@ class SceneProblem(Protocol):
     @property
     def boundary_velocity(self) -> BoundaryVelocity: ...
     @property
+    def flow(self) -> float: ...
+    @property
+    def velocity(self) -> float | None: ...
+    @property
     def newton(self) -> NewtonOptions: ...
 
 
@@ -59,7 +63,12 @@ class Problem:
         polymer: Polymer contribution to the liquid, None for a Newtonian liquid.
         t_end: Time up to which the flow without particles is computed [D_c/U_av].
         dU_error: Whether the discretisation error of dU is estimated.
+        flow: Mean velocity of the liquid, which defines the unit of velocity.
+        velocity: No velocity is prescribed: the errors of time steps are judged by the velocities of the particles.
     """
+
+    flow: ClassVar[float] = 1.0
+    velocity: ClassVar[float | None] = None
 
     betas: tuple[float, ...]
     Ca_es: tuple[float, ...]
@@ -90,6 +99,8 @@ class SteadyProblem:
         mesh: Cell sizes.
         law: Constitutive law, None for a Newtonian liquid; De is one of the `Parameters`.
         boundary_velocity: Velocity on the wall and on prescribed ends as a function of points, (k, 2) -> (k, 2).
+        flow: Mean velocity of the liquid in the tube [U_av], 0 for a liquid at rest; `boundary_velocity` has the same.
+        velocity: Prescribed velocity of all particles, which are rigid [U_av]; None if no force acts on them.
         newton: Options of Newton's method.
         narrowest: Smallest distance of the branch, for which the outlines are divided into arcs [D_c].
     """
@@ -100,6 +111,8 @@ class SteadyProblem:
     mesh: MeshSettings
     law: Law | None = None
     boundary_velocity: BoundaryVelocity = poiseuille
+    flow: float = 1.0
+    velocity: float | None = None
     newton: NewtonOptions = STEADY
     narrowest: float = np.inf
 

@@ -79,7 +79,7 @@ class Steady(OnMeshedScene):
     def __init__(self, comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters) -> None:
         self.comm, self.problem, self.parameters = comm, problem, parameters
         self.clock = Clock()
-        self._flows = DevelopedFlows(comm, problem.law)
+        self._flows = DevelopedFlows(comm, problem.law, problem.flow)
         self.iterations = self.factorisations = 0
         # Parameters at which a mesh around spheres was last found to be too distorted.
         self._refused: Parameters | None = None
@@ -221,12 +221,15 @@ class Steady(OnMeshedScene):
         if self.scene.dp is not None:
             assert old.dp is not None
             y[self.constraints.fields["dp"]] = x[old.dp]
+        if len(self.scene.F):
+            y[self.constraints.fields["F"]] = x[old.F]
         return y
 
     def _cold_guess(self) -> Array:
         """First guess: undeformed spheres in the developed flow.
 
-        The velocity on the axis is reduced by the Faxen correction 2/3 beta^2 of a sphere in Poiseuille flow.
+        The velocity on the axis is reduced by the Faxen correction 2/3 beta^2 of a sphere in Poiseuille flow, or is the
+        prescribed one.
         """
         liquid, constraints = self.scene.liquid, self.constraints
         mesh = liquid.six_node_mesh
@@ -241,7 +244,8 @@ class Steady(OnMeshedScene):
         y = free_unknowns(self.constraints, x)
         largest = max(self.problem.betas, default=0.0)
         on_axis = self.problem.boundary_velocity(np.zeros((1, 2)))[0, 0]
-        y[constraints.fields["U_p"]] = on_axis * (1 - 2 / 3 * largest**2)
+        free = on_axis * (1 - 2 / 3 * largest**2)
+        y[constraints.fields["U_p"]] = free if self.problem.velocity is None else self.problem.velocity
         return y
 
     # Parameters

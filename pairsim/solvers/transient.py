@@ -289,8 +289,6 @@ class Transient(OnMeshedScene):
         liquid, h = self.scene.liquid, self.history.h[0]
         self._prescribe_ends(self.constraints.base, self.history.t[0])
         y = self._first_guess(self._U_m)
-        if self.scene.moving:
-            y[self.constraints.fields["eta"]], _ = self.meshed.extend(h)
         x = self.constraints.expand(y, h)
         change = balanced(self.scene, x, h, self.constraints.M @ y, self._U_m, self.clock) - x
         begin, end = liquid.offsets["s"], liquid.offsets["s"] + 4 * len(liquid.six_node_mesh.points)

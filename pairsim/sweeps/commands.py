@@ -18,7 +18,7 @@ from pairsim.config.cost import Estimate, critical_estimate, curve_estimate, run
 from pairsim.config.curve_case import CriticalCase, CurveCase
 from pairsim.config.form_kinds import forms_of
 from pairsim.config.identity import identity_of
-from pairsim.results.columns import gap_endings, relative_velocities
+from pairsim.results.columns import FORCES, gap_endings, relative_velocities
 from pairsim.results.folders import read_record
 
 Value = float | int | str | list[float] | list[bool] | None
@@ -120,11 +120,14 @@ def read_run(directory: Path) -> dict[str, Value]:
         return {}
 
 
+FORCE = [f"{name}_1" for name in FORCES]  # columns of the only point of a single particle that is moved
+
+
 def curve_result_columns(case: CurveCase) -> tuple[str, ...]:
-    """Points, zeros, and by gap the largest |dU| with its distance and errors."""
+    """Points, zeros, and by gap the largest |dU| with its distance and errors; the force on a single moved particle."""
     names = ["d_peak{}", "dU_peak{}", "dU_error{}", *(["mesh_error{}"] if case.mesh_error else [])]
-    zeros = ["zeros", "stable"] if case.n == 2 else []
-    return ("points", *zeros, *(name.format(gap) for gap in gap_endings(case.n) for name in names))
+    others = ["zeros", "stable"] if case.n == 2 else FORCE if case.n == 1 and case.velocity is not None else []
+    return ("points", *others, *(name.format(gap) for gap in gap_endings(case.n) for name in names))
 
 
 def read_curve(directory: Path) -> dict[str, Value]:
@@ -133,6 +136,7 @@ def read_curve(directory: Path) -> dict[str, Value]:
     try:
         points = _rows(directory / "curve.csv")
         values["points"] = len(points)
+        values |= {name: float(points[0][name]) for name in FORCE if name in points[0]}
         for name in relative_velocities(points[0]):
             gap, peak = name.removeprefix("dU"), max(points, key=lambda point: abs(float(point[name])))
             sources = {"d_peak": "d", "dU_peak": "dU", "dU_error": "dU_error", "mesh_error": "mesh_error"}

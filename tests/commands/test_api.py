@@ -158,8 +158,12 @@ def test_wrong_cases_are_typed_errors(name: str) -> None:
         pairsim.load(given, **overrides)
 
 
-def test_a_failure_is_a_result_whose_check_raises_it() -> None:
-    result = pairsim.curve(CURVE, Ca_e=3, d=[0.05], fields=[])
+def test_a_failure_is_a_result_whose_check_raises_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    def none(*_: object) -> Iterator[Any]:
+        raise pairsim.errors.NoSteadyState("there is none", advice="softer words")
+
+    monkeypatch.setattr("pairsim.drivers.curve.trace", none)
+    result = pairsim.curve(CURVE, fields=[])
     assert (result.status, result.reason) == ("failed", "no_steady_state")
     with pytest.raises(pairsim.errors.NoSteadyState) as caught:
         result.check()

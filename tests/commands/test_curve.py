@@ -29,6 +29,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError, NoSteadyState
 from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.curve import Zero
+from pairsim.sweeps.commands import COMMANDS
 
 CURVE = "beta: 0.4\nDe: 0\nCa_e: 0.1\nends: developed\nlength: auto\nmesh: {Np: 10}\nd: [0.3, 0.1]\n"
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": "auto", "mesh": {"Np": 8}}
@@ -36,6 +37,7 @@ PAIR |= {"mesh_error": False}
 GIESEKUS = PAIR | {"De": 0.5, "Ca_e": 0.05, "length": 3.0, "mesh": {"Np": 8, "max_size": 0.15}}
 GIESEKUS |= {"d": [0.3], "fields": [0.3]}
 Fields = dict[str, Array]
+CURVE_SWEEP = COMMANDS["curve"]
 
 
 def test_curve_command(tmp_path: Path, pairsim: Pairsim) -> None:
@@ -52,6 +54,18 @@ def test_curve_command(tmp_path: Path, pairsim: Pairsim) -> None:
     assert (tmp_path / "out" / "equilibria.csv").read_text().splitlines()[0].startswith("d,stable,slope,peak")
     assert {"fields.xdmf", "curve.png", "run.json"} < {p.name for p in (tmp_path / "out").iterdir()}
     assert pairsim("curve", "case.yaml", "-o", "out").returncode == 2  # results are not overwritten without --overwrite
+
+
+def test_force_on_a_moved_sphere_is_written_answered_and_swept(tmp_path: Path, pairsim: Pairsim) -> None:
+    keys = "beta: 0.5\nDe: 0\nCa_e: 0\nparticles: 1\nends: developed\nlength: 3\nmesh: {Np: 8}\nvelocity: 1\nflow: 0\n"
+    (tmp_path / "case.yaml").write_text(keys)
+    done = pairsim("curve", "case.yaml", "-o", "out")
+    assert done.returncode == 0, done.stderr
+    (force,) = read_series(tmp_path / "out" / "curve.csv")["F_1"]
+    assert force == pytest.approx(5.9474 * 3 * np.pi * 0.5, rel=5e-3)
+    assert f"F_1 = {int(force)}." in done.stderr
+    assert CURVE_SWEEP.values(tmp_path / "out")["F_1"] == force
+    assert "F_1" in CURVE_SWEEP.check(yaml.safe_load(keys), "case.yaml").columns
 
 
 @pytest.mark.slow

@@ -74,6 +74,14 @@ MISTAKES = {
     "entry of a range of values": critical(
         CRITICAL.replace("0.1]", "-1]"), "case.yaml:4: along.Ca_e[1]: got -1; must be a finite number above 0\n"
     ),
+    "soft particles that are moved": curve(
+        CURVE + "velocity: 1\n", "case.yaml:5: velocity: got 1; must be left out: only rigid particles (Ca_e: 0)"
+    ),
+    "liquid at rest without anything that moves": curve(
+        CURVE.replace("Ca_e: 0.1", "Ca_e: 0") + "velocity: 0\nflow: 0\n", "case.yaml:6: flow: got 0; must be 1: nothing"
+    ),
+    "half a flow": curve(CURVE + "flow: 0.5\n", "case.yaml:5: flow: got 0.5; must be 0 or 1"),
+    "velocity in a run": run(RUN + "velocity: 1\n", "case.yaml:5: velocity: got 1; unknown key"),
     "units of another kind": run(
         "physical: {tube: 50 um, viscosity: 1 Pa.s,\n  flow_rate: 3 mm}\nCa_e: 0\nbeta: 0.4\nd0: 0.1\n",
         "case.yaml:2: physical.flow_rate: got '3 mm'; has the unit mm; must be a flow rate",

@@ -200,7 +200,7 @@ def test_ends_of_both_kinds_agree(soft_run: Path) -> None:
 
 def test_unequal_pair_runs_into_contact() -> None:
     """A smaller, faster rigid sphere behind a larger one catches up; the run ends by itself."""
-    pair = {"beta": [0.3, 0.4], "De": 0, "Ca_e": 0, "d0": 0.1, "mesh": {"Np": 12}}
+    pair = {"beta": [0.3, 0.4], "De": 0, "Ca_e": 0, "d0": 0.1, "ends": "developed", "length": 3, "mesh": {"Np": 8}}
     result = pairsim.run(pair, time={"end": 50}, limits={"min_gap": 0.02})
     assert (result.status, result.reason) == ("finished", "contact")
     assert result.table["d"].iloc[-1] < 0.02 < result.table["d"].iloc[-2]

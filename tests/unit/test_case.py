@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -70,11 +71,25 @@ def test_accuracy_sets_what_the_case_leaves_open() -> None:
 @pytest.mark.parametrize("beta", [0.05, 0.1, 0.2, 0.4, 0.8])
 @pytest.mark.parametrize("liquid", [{"De": 0}, {"De": 1}, {"De": 1, "liquid": "oldroyd-b"}], ids=str)
 def test_higher_accuracy_never_has_larger_cells(liquid: dict[str, object], beta: float) -> None:
-    cells = [
-        case_from_dict({**MINIMAL, **liquid, "beta": beta, "accuracy": a}, "test").mesh for a in ("5%", "1%", "0.1%")
-    ]
-    assert cells[0].max_size >= cells[1].max_size >= cells[2].max_size
-    assert cells[0].Np <= cells[1].Np <= cells[2].Np
+    wanted = ("20%", "5%", "2%", "1%", "0.3%", "0.1%", "0.01%")
+    cases = [case_from_dict({**MINIMAL, **liquid, "beta": beta, "accuracy": a}, "test") for a in wanted]
+    for coarse, fine in pairwise(cases):
+        assert coarse.mesh.max_size >= fine.mesh.max_size
+        assert coarse.mesh.Np <= fine.mesh.Np
+        assert coarse.time.tol > fine.time.tol
+    assert cases[2].mesh.Np < cases[3].mesh.Np < cases[4].mesh.Np, "between levels the settings are, too"
+
+
+def test_an_accuracy_between_the_levels_adapts_unless_the_mesh_is_given() -> None:
+    def adapts(**keys: object) -> bool:
+        return case_from_dict({**MINIMAL, "De": 1, **keys}, "test").adapts
+
+    assert adapts(accuracy="0.5%")
+    assert not adapts(accuracy="1.0%"), "a level, however it is written"
+    assert not adapts(accuracy="0.5%", mesh={"Np": 20})
+    case = case_from_dict({**MINIMAL, "De": 1, "accuracy": " .50 %"}, "test")
+    assert case.accuracy == "0.5%"
+    assert case_from_dict(case.resolved(), "test").adapts, "case.yaml of the folder is the same case"
 
 
 def test_cells_around_small_particles_in_elastic_liquids_are_smaller() -> None:

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from pairsim.cli.app import app
 from pairsim.config.case_file import FILES, LOADERS, load_case, load_curve
-from pairsim.config.cost import curve_estimate, run_estimate
+from pairsim.config.cost import Estimate, curve_estimate, run_estimate
 from pairsim.config.identity import default_folder
 from pairsim.config.schema import schema_rows
 from pairsim.runtime.errors import InputError
@@ -136,6 +136,13 @@ def test_dry_run_tells_the_cost_and_writes_nothing(kind: str, tmp_path: Path, mo
 def test_dry_run_names_keys_without_effect(tmp_path: Path) -> None:
     (tmp_path / "case.yaml").write_text("beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\nalpha: 0.1\n")
     assert "note: alpha has no effect" in say("run", str(tmp_path / "case.yaml"), "--dry-run")
+
+
+def test_user_of_a_large_case_is_told_beforehand() -> None:
+    """As progress begins with the first step or point, after the mesh and a factorisation."""
+    assert Estimate(100_000, 60.0, 1e9).notes == []
+    assert Estimate(1_000_000, 60.0, 1e9).notes == ["about 1,000,000 unknowns, 1 min 00 s on one core, 1000 MB"]
+    assert re.search(r", 1000000 MB; this machine has \d+ MB of memory$", Estimate(1_000_000, 60.0, 1e12).notes[0])
 
 
 @pytest.mark.parametrize(

@@ -34,7 +34,7 @@ FOLD = 0.33339  # no steady shape above it
 RELAXATION = {0.5: 1.21294, 1: 1.15119, 2: 1.07652, 3: 1.03894, 4: 1.01990}
 
 
-def stretches(Ca: float, times: list[float], *, rate: float = 1.0, l_0: float = 1.0, Np: int = 20) -> list[float]:
+def stretches(Ca: float, times: list[float], *, rate: float = 1.0, l_0: float = 1.0, Np: int = 10) -> list[float]:
     """Axial stretch at the times t G/eta."""
     beta = 0.05  # the wall of the tube is 20 radii away, so are the ends
     problem = Problem(

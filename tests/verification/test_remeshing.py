@@ -1,18 +1,25 @@
-"""When a run makes a new mesh, and how it takes its first step there."""
+"""When a run makes a new mesh, where the stress is balanced there, and how it takes its first step."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
 import pytest
 from mpi4py import MPI
 
 from pairsim.fem.geometry import MeshSettings
+from pairsim.fem.scene import Scene
+from pairsim.fem.scene_constraints import balance_constraints
+from pairsim.physics.materials.polymer import Polymer
+from pairsim.runtime.arrays import Array
+from pairsim.solvers.mesh_transfer import free_unknowns
 from pairsim.solvers.step_size import StepControl
 from pairsim.solvers.transient import Step, Transient
 from tests.support.scenes import soft_pair
 
+GIESEKUS = Polymer("giesekus", 0.09, 0.2, De=1.0)
 FIXED, CONTROLLED = StepControl(3e-4, 1e-8, 2.0, fixed=0.02), StepControl(3e-4, 1e-8, 2.0)
 
 
@@ -38,9 +45,9 @@ def attempts(monkeypatch: pytest.MonkeyPatch) -> Attempts:
     return known
 
 
-def first_steps(number: int, control: StepControl = CONTROLLED, new_mesh_after: int = 0) -> list[Step]:
+def first_steps(number: int, control: StepControl = CONTROLLED, new_mesh_after: int = 0, **changes: Any) -> list[Step]:
     """The first steps of a soft pair on coarse cells."""
-    problem = soft_pair(0.4, 0.1, 0.1, control=control, mesh=MeshSettings(Np=8), length=4.9)
+    problem = soft_pair(0.4, 0.1, 0.1, control=control, mesh=MeshSettings(Np=8), length=4.9, **changes)
     transient = Transient(MPI.COMM_WORLD, problem)
     found = []
     try:
@@ -77,3 +84,34 @@ def test_step_that_fails_on_a_new_mesh_is_made_smaller(attempts: Attempts) -> No
     failed, repeated = attempts.found[2:4]
     assert repeated["t"] == failed["t"]
     assert repeated["dt"] < failed["dt"]
+
+
+def test_stress_is_balanced_on_a_new_mesh(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Once, in a viscoelastic liquid; test_viscoelastic.py shows what that is good for."""
+    balanced = []
+
+    def watched(scene: Scene, x: Array, *_: object) -> Array:
+        balanced.append(scene)
+        return x
+
+    monkeypatch.setattr("pairsim.solvers.transient.balanced", watched)
+    *_, last = first_steps(2, new_mesh_after=1, polymer=GIESEKUS, Ca_es=(0.0, 0.0), t_end=1.0)
+    assert balanced == [last.scene]
+    first_steps(2, new_mesh_after=1)
+    assert len(balanced) == 1
+
+
+def test_stress_is_balanced_at_the_velocities_of_the_surfaces() -> None:
+    """With the velocities of the material as unknowns the liquid has the velocity that it has in a step."""
+    pair = soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=8), length=4.0, periodic=False, polymer=GIESEKUS)
+    transient = Transient(MPI.COMM_WORLD, replace(pair, Ca_es=(0.1, 0.0)))
+    try:
+        scene, constraints, h = transient.scene, transient.constraints, transient.history.h[0]
+        y = np.random.default_rng(0).standard_normal(constraints.size)
+        x = constraints.expand(y, h)
+        balance = balance_constraints(scene, x)
+        unknowns, material = free_unknowns(balance, x), balance.V.tocoo()
+        unknowns[material.col] = (constraints.M @ y)[material.row]
+        assert scene.liquid.nodal("u", balance.expand(unknowns, h)) == pytest.approx(scene.liquid.nodal("u", x))
+    finally:
+        transient.close()

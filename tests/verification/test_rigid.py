@@ -1,10 +1,14 @@
-"""Rigid spheres in a Newtonian tube against multipoles with exact wall images."""
+"""Rigid spheres in a tube against multipoles with exact wall images, free and moved at a prescribed velocity."""
 
 from __future__ import annotations
+
+from math import pi
 
 import numpy as np
 import pytest
 from support.scenes import solve_rigid
+
+import pairsim
 
 SINGLE = {0.2: (1.94677814, 0.0102456698), 0.4: (1.79081169, 0.3327323298), 0.6: (1.55302692, 2.7447509031)}
 PAIR = {0.1: (1.781813862, 0.6196818815), 0.3: (1.788255961, 0.6533886603)}
@@ -51,3 +55,32 @@ def test_narrow_gaps_and_tight_tubes_can_be_meshed_and_solved() -> None:
     tight = solve_rigid((0.8, 0.8), (0.1,), Np=20)
     assert abs(tight.U[1] - tight.U[0]) < 1e-9
     assert tight.U[0] < SINGLE[0.6][0]
+
+
+# Drag in a liquid at rest and on a sphere that is held, over 6 pi eta_0 a times its own velocity or the largest one of
+# the flow.
+DRAG = {0.4: (3.59137327, 3.21573662), 0.6: (11.0918968, 8.61300714)}
+MOVED = {"De": 0, "Ca_e": 0, "particles": 1, "ends": "developed", "length": "auto"}
+
+
+@pytest.mark.parametrize("beta", DRAG)
+@pytest.mark.parametrize("motion", [{"velocity": 1, "flow": 0}, {"velocity": 0, "flow": 1}], ids=["dragged", "held"])
+def test_force_on_a_moved_sphere_is_the_exact_one_within_its_interval(beta: float, motion: dict[str, float]) -> None:
+    (row,) = pairsim.curve({**MOVED, **motion, "beta": beta}).check().table.to_dict("records")
+    dragged, held = DRAG[beta]
+    exact = 3 * pi * beta * (-2 * held if motion["flow"] else dragged)
+    error = abs(row["F_1"] - exact)
+    assert error < min(5e-5 * abs(exact), row["F_error_1"])
+    assert abs(row["F_1"] + row["F_correction_1"] - exact) < 0.25 * error
+    assert row["F_error_1"] < 10 * error
+
+
+def test_force_and_velocity_are_two_sides_of_one_problem() -> None:
+    """A pair held together at the velocity at which it moves by itself needs no force; drag grows with the velocity."""
+    pair = MOVED | {"beta": 0.4, "particles": 2, "d": [0.1], "mesh": {"Np": 12}}
+    free = pairsim.curve(pair).check().table["U_L"][0]
+    at, faster = (pairsim.curve(pair, velocity=U).check().table.iloc[0] for U in (free, free + 1))
+    assert np.abs(at[["F_L", "F_T"]]).max() < 1e-9
+    at_rest = pairsim.curve(pair, velocity=1, flow=0, ends="periodic", length=8).check().table.iloc[0]
+    assert np.allclose(faster[["F_L", "F_T"]], at_rest[["F_L", "F_T"]], rtol=1e-4)
+    assert at_rest["F_L"] == pytest.approx(at_rest["F_T"], rel=1e-9)

@@ -34,7 +34,7 @@ def run(**keys: Any) -> pd.DataFrame:
 
 
 @cache
-def slope(beta: float, d: float, Np: int = 40) -> float:
+def slope(beta: float, d: float, Np: int) -> float:
     """dU/Ca_e at Ca_e 1e-3, when the stresses have developed and d has not moved."""
     Ca = 1e-3
     time = {"end": 60 * Ca, "max_step": 3 * Ca, "first_step": Ca / 100}
@@ -43,16 +43,17 @@ def slope(beta: float, d: float, Np: int = 40) -> float:
 
 
 @pytest.mark.parametrize(
-    ("beta", "d"), [(0.4, 0.1), *(pytest.param(*pair, marks=pytest.mark.slow) for pair in ((0.4, 0.3), (0.2, 0.1)))]
+    ("beta", "d", "Np"),
+    [(0.4, 0.1, 28), *(pytest.param(*pair, marks=pytest.mark.slow) for pair in ((0.4, 0.3, 28), (0.2, 0.1, 40)))],
 )
-def test_nearly_rigid_pair_separates_as_first_order_theory(beta: float, d: float) -> None:
-    assert slope(beta, d) == pytest.approx(SLOPE[beta, d], rel=5e-3)
+def test_nearly_rigid_pair_separates_as_first_order_theory(beta: float, d: float, Np: int) -> None:
+    assert slope(beta, d, Np) == pytest.approx(SLOPE[beta, d], rel=5e-3)
 
 
 @pytest.mark.slow
-def test_relative_velocity_converges_at_third_order_at_least() -> None:
-    error = [abs(slope(0.4, 0.1, Np) - SLOPE[0.4, 0.1]) for Np in (10, 20, 40)]
-    assert np.log2(error[0] / error[2]) / 2 > 3
+def test_relative_velocity_converges_at_third_order() -> None:
+    coarse, fine = (abs(slope(0.4, 0.1, Np) - SLOPE[0.4, 0.1]) for Np in (10, 28))
+    assert np.log(coarse / fine) / np.log(28 / 10) > 2.8
 
 
 def modes(body: Body, h: np.ndarray, Ca: float) -> np.ndarray:
@@ -102,7 +103,7 @@ def test_softness_gives_a_dip_and_then_a_separation_that_grows_with_it() -> None
 
 
 def test_volumes_stay() -> None:
-    series = run(ends="periodic", length=None, mesh={"Np": 20}, time={"end": 1.0})
+    series = run(mesh={"Np": 10}, time={"end": 1.0})
     assert series["volume_error"].max() < 1e-6
 
 
@@ -127,7 +128,7 @@ def test_fixed_steps_leave_an_error_of_second_order_by_the_first_one() -> None:
         control = StepControl(1.0, 1e-12, 1.0, fixed=dt)
         scene = {"mesh": MeshSettings(Np=8), "length": 4.9, "periodic": False}
         problem = soft_pair(0.4, 0.1, 0.1, control=control, newton=replace(TRANSIENT, tolerance=1e-11), **scene)
-        step = march(problem, [0.2])[-1]
+        step = march(problem, [0.1])[-1]
         return np.array([dU(step), *step.observation.D]), step.observation.m
 
     (coarse, m_1), (middle, m_2), (fine, m_3) = (states(dt) for dt in (0.005, 0.0025, 0.00125))

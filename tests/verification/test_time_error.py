@@ -10,7 +10,8 @@ import pytest
 import pairsim
 from pairsim.errors import NewtonFailure
 
-PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "mesh": {"Np": 12}, "output": {"fields": False}}
+PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": 4, "mesh": {"Np": 8}}
+PAIR |= {"output": {"fields": False}}
 
 
 def fixed(step: float, end: float, **keys: Any) -> pairsim.RunResult:

@@ -85,7 +85,7 @@ def test_one_dimensional_start_up_is_exact() -> None:
 
 def pipe_in_two_dimensions(liquid: Polymer, times: list[float], **mesh: float) -> dict[float, tuple[float, float]]:
     """Pressure gradient and axial velocity on the mesh of a piece of tube without particles, repeated without end."""
-    control, length = StepControl(3e-4, 1e-8, 1.0), 0.5
+    control, length = StepControl(3e-4, 1e-8, 1.0), 0.25
     problem = Problem((), (), (), length, True, MeshSettings(**mesh), control, 1e-3, polymer=liquid, t_end=times[-1])
     transient = Transient(MPI.COMM_WORLD, problem)
     found = {}

@@ -1,0 +1,140 @@
+"""Meshes that follow from `accuracy`: the branch that makes them, and what run.json and warnings say of the outcome."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from pairsim.config.case import Case, SceneCase
+from pairsim.drivers.problems import steady_problem
+from pairsim.fem.geometry import MeshSettings
+from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.runtime.fenicsx import MPI
+from pairsim.solvers.adaptation import ENOUGH, AdaptiveBranch, Scale, has_scale, reference_scale
+from pairsim.solvers.branch import Point
+from pairsim.solvers.continuation import where
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.problems import SteadyProblem
+
+MOST_NAMED = 5  # distances that a warning names
+
+
+@dataclass(frozen=True)
+class Adaptation:
+    """The error wanted of a command, and the meshes that keep it.
+
+    Attributes:
+        wanted: Error wanted, as a part of the scale.
+        scale: What it is a part of, from a coarse solution.
+        branch: The branch with these meshes.
+    """
+
+    wanted: float
+    scale: Scale
+    branch: AdaptiveBranch
+
+    @classmethod
+    def begin(
+        cls,
+        case: SceneCase,
+        comm: MPI.Comm,
+        problem: SteadyProblem,
+        first: Parameters,
+        places: Sequence[tuple[float, ...]],
+        *,
+        sensitivities: bool = False,
+        mesh_error: bool = False,
+        zeros_only: bool = False,
+    ) -> Adaptation | None:
+        """Find the scale and a first solution; None if there is no dU that an error could be compared to.
+
+        Args:
+            case: The case.
+            comm: Its communicator.
+            problem: Its problem.
+            first: Parameters of the first solution.
+            places: Distances of the case.
+            sensitivities, mesh_error, zeros_only: See `AdaptiveBranch`.
+
+        Raises:
+            NoSteadyState: No solution was found at the first parameters.
+            MeshFailure: A mesh could not be generated.
+        """
+        scale, wanted = reference_scale(comm, problem, first, places), case.error_wanted
+        if not has_scale(scale):
+            return None
+        allowed = wanted * scale.dU
+        branch = AdaptiveBranch(comm, problem, first, mesh_error, sensitivities, allowed=allowed, zeros_only=zeros_only)
+        return cls(wanted, scale, branch)
+
+    def size(self, points: Sequence[Point]) -> float:
+        """The |dU| that errors are a part of: the largest of a curve, or the scale where there are few points."""
+        peak = max((float(np.abs(point.dUs).max()) for point in points), default=0.0)
+        return peak if len(points) >= ENOUGH else max(peak, self.scale.dU)
+
+    def report(self, points: Sequence[Point], size: float) -> tuple[dict[str, Any], list[str]]:
+        """The entry of run.json, and a warning of the points whose error is larger than wanted.
+
+        Args:
+            points: Points whose error should be kept.
+            size: What errors are a part of [U_av].
+        """
+        errors = {where(point.parameters): float(point.dU_errors.max()) / size for point in points}
+        missed = [place for place, error in errors.items() if error > self.wanted]
+        worst = max(errors.values(), default=0.0)
+        entry = {
+            "wanted": self.wanted,
+            "reached": worst,
+            "kept": not missed,
+            "reference_dU": size,
+            "scout_dU": self.scale.dU,
+            "scout_d": [gaps[0] if len(set(gaps)) == 1 else list(gaps) for gaps in self.scale.at],
+            "rounds": max(self.branch.rounds.values(), default=0),
+            "meshes": [
+                {"d": gaps[0] if len(set(gaps)) == 1 else list(gaps), "unknowns": n, "rounds": self.branch.rounds[gaps]}
+                for gaps, n in sorted(self.branch.unknowns.items())
+            ],
+        }
+        if not missed:
+            return entry, []
+        more = f" and {len(missed) - MOST_NAMED} more" if len(missed) > MOST_NAMED else ""
+        warning = (
+            f"accuracy: {100 * self.wanted:g}% was not kept at {', '.join(missed[:MOST_NAMED])}{more}: dU_error is up "
+            f"to {100 * worst:.2g} % of the largest |dU| ({size:.3g})"
+        )
+        return entry, [warning]
+
+
+def adapted_mesh(case: Case, comm: MPI.Comm, full: MeshSettings) -> tuple[MeshSettings, dict[str, Any], list[str]]:
+    """Cells for a run in time: those that keep the error of the quasi-steady pair at its initial distances.
+
+    Args:
+        case: The case.
+        comm: Its communicator.
+        full: The cells that `accuracy` sets everywhere, which are kept where there is no quasi-steady solution.
+
+    Returns:
+        The cells, the entry of run.json, and warnings.
+    """
+    first = Parameters(case.gaps, case.Ca_es, case.De)
+    try:
+        adaptation = Adaptation.begin(case, comm, steady_problem(case, min(case.gaps)), first, [case.gaps])
+    except (NoSteadyState, MeshFailure) as failure:
+        reason = (
+            f"the mesh was not adapted: there is no quasi-steady solution at the initial distance ({failure.message})"
+        )
+        return full, {"wanted": case.error_wanted, "kept": False}, [reason]
+    if adaptation is None:
+        return full, {"wanted": case.error_wanted, "kept": True}, []
+    branch = adaptation.branch
+    try:
+        point = branch.at(first)
+        entry, warnings = adaptation.report([point], adaptation.size([point]))
+        # A gap that narrows later has as many cells as without adaptation.
+        cells = branch.problem.mesh
+        return replace(cells, gap_cells=full.gap_cells or round(full.Np / 4)), entry, warnings
+    finally:
+        branch.close()

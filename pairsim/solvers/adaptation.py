@@ -1,0 +1,220 @@
+"""Quasi-steady solutions on meshes that follow from the error wanted.
+
+A point whose estimated error is too large is solved again on a mesh made for it, up to ROUNDS times. In a viscoelastic
+liquid cells become smaller where they contribute to the scatter of the estimate (`pairsim.fem.size_field`), in a
+Newtonian one all cells do. Meshes are kept by the distances for which meshes are made (`SteadyProblem.nominal`):
+neighbouring points share them.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pairsim.fem.size_field import MOST_FACTOR, AdaptedSizes, SizeField
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.runtime.fenicsx import MPI
+from pairsim.solvers.branch import COARSER, Branch, Point, coarser, started, walked
+from pairsim.solvers.continuation import follow
+from pairsim.solvers.curve import ROUNDING
+from pairsim.solvers.error_estimate import SAFETY, ErrorEstimator
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.problems import SteadyProblem
+from pairsim.solvers.steady import Steady
+
+ROUNDS = 3
+# Factor of the cells of the mesh from which adaptation starts in a viscoelastic liquid, over those that `accuracy` sets
+# everywhere, and its fewest cells on a half-circle; chosen.
+START, START_CELLS = 1.8, 14
+# Part of the error allowed that a mesh is made for, and the part that the ends of the tube must leave to the cells.
+AIM, LEAST_ROOM = 0.8, 0.2
+# Order in the cell size of errors that neighbouring cells have in common, and bounds on the factor by which all cells
+# of a Newtonian liquid become smaller in a round; chosen.
+ORDER, FACTORS = 3.0, (1.15, 2.0)
+# Distances of the scout that gives the size of dU where the case itself has few distances [D_c], the largest number of
+# those of the case that are taken, and the scout's cells: number on a half-circle, growth, and largest size relative to
+# the smallest diameter. Chosen; the size is found to some 5 %.
+SCALE_DISTANCES, ENOUGH, MOST_PLACES = (0.8, 0.4, 0.2, 0.1, 0.05), 3, 6
+SCALE_CELLS, SCALE_GROWTH, SCALE_SIZE = 10, 0.3, 0.35
+
+
+@dataclass(frozen=True)
+class Scale:
+    """The size of dU to which errors are compared.
+
+    Attributes:
+        dU: Largest |dU| of a coarse solution [U_av].
+        at: Distances at which it was looked for, of each solution.
+    """
+
+    dU: float
+    at: tuple[tuple[float, ...], ...]
+
+
+def reference_scale(
+    comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters, places: Sequence[tuple[float, ...]]
+) -> Scale:
+    """The largest |dU| of a curve, or of the curve that a single point lies on, from coarse solutions.
+
+    Args:
+        comm: Communicator of the case.
+        problem: The problem.
+        parameters: Its parameters.
+        places: The distances of the case.
+
+    Raises:
+        NoSteadyState: There is no solution at the first of the distances.
+        MeshFailure: No mesh could be made for it.
+    """
+    wanted = sorted(set(places), reverse=True)
+    if len(wanted) < ENOUGH:
+        # Distances are widened only as far as meshes for them fit into the tube.
+        others = {tuple(d for _ in parameters.gaps) for d in SCALE_DISTANCES}
+        room = problem.length - sum(problem.betas) - max(map(sum, wanted))
+        wanted = sorted({*wanted, *(o for o in others if sum(o) - max(map(sum, wanted)) < room / 4)}, reverse=True)
+    else:
+        wanted = [wanted[i] for i in np.unique(np.linspace(0, len(wanted) - 1, MOST_PLACES).round().astype(int))]
+    size = max(problem.mesh.max_size, SCALE_SIZE * min(problem.betas))
+    cells = replace(problem.mesh, Np=SCALE_CELLS, growth=SCALE_GROWTH, max_size=size, gap_cells=0, wall_cells=0)
+    scout = walked(comm, replace(problem, mesh=cells), replace(parameters, gaps=wanted[0]))
+    largest, found = 0.0, []
+    try:
+        for gaps in wanted:
+            follow(scout, replace(parameters, gaps=gaps))
+            velocities = scout.y[scout.constraints.fields["U_p"]]
+            largest = max(largest, float(np.abs(np.diff(velocities)).max()))
+            found.append(gaps)
+    except (NoSteadyState, MeshFailure):  # soft particles at the narrowest distances
+        pass
+    finally:
+        scout.close()
+    return Scale(largest, tuple(found))
+
+
+class AdaptiveBranch(Branch):
+    """A branch whose points are solved on finer meshes until their estimated errors are small enough.
+
+    Args:
+        comm: Communicator of the case.
+        problem: The problem, with the cells that `accuracy` sets everywhere.
+        parameters: Parameters of the first solution.
+        mesh_error: Whether to solve on a coarser mesh too, as a check of the estimated error.
+        sensitivities: Whether to compute derivatives with respect to Ca_e, De and beta.
+        allowed: Largest error of dU [U_av].
+        zeros_only: Whether only zeros are solved again, not the points among which they are looked for.
+
+    Attributes:
+        rounds: Number of rounds at each of the distances for which meshes are made.
+        unknowns: Unknowns of the meshes with which points were accepted, by the same distances.
+
+    Raises:
+        NoSteadyState: No solution was found at the first parameters.
+        MeshFailure: A mesh could not be generated.
+    """
+
+    def __init__(
+        self,
+        comm: MPI.Comm,
+        problem: SteadyProblem,
+        parameters: Parameters,
+        mesh_error: bool,
+        sensitivities: bool = False,
+        *,
+        allowed: float,
+        zeros_only: bool = False,
+    ) -> None:
+        self._comm, self._allowed, self._zeros_only = comm, allowed, zeros_only
+        start = problem if problem.law is None else coarser(problem, START, START_CELLS)
+        super().__init__(comm, start, parameters, mesh_error, sensitivities)
+        self._estimator = ErrorEstimator(cells=True)
+        self._fields: dict[tuple[float, ...], SizeField] = {}
+        self.rounds: Counter[tuple[float, ...]] = Counter()
+        self.unknowns: dict[tuple[float, ...], int] = {}
+
+    @property
+    def problem(self) -> SteadyProblem:
+        """The problem with the cells of the present mesh."""
+        return self.fine.problem
+
+    def at(self, parameters: Parameters) -> Point:
+        """The solution at given parameters, on a mesh that keeps its error small where one was found."""
+        if self._zeros_only:
+            return super().at(parameters)
+        return self._kept(lambda _: super(AdaptiveBranch, self).at(parameters))
+
+    def zero(self, left: float, right: float, guess: float) -> Point:
+        """A zero of dU as by `Branch.zero`, on a mesh that keeps the error of dU small where one was found."""
+        return self._kept(lambda last: super(AdaptiveBranch, self).zero(left, right, last.d if last else guess))
+
+    def _kept(self, solve: Callable[[Point | None], Point]) -> Point:
+        """Solve for a point, and again on finer meshes while its error is too large."""
+        before, point = self.fine.iterations, solve(None)
+        while (point.dU_errors > self._allowed).any() and self._refine(point):
+            with suppress(NoSteadyState, MeshFailure):
+                point = solve(point)
+        self.unknowns[self._nominal(point)] = self.fine.constraints.size
+        return replace(point, newton=self.fine.iterations - before)
+
+    def _nominal(self, point: Point) -> tuple[float, ...]:
+        return self.problem.nominal(point.gaps)
+
+    def _refine(self, point: Point) -> bool:
+        """Go on to a finer mesh for a point; False if there is none."""
+        place = self._nominal(point)
+        if self.rounds[place] >= ROUNDS:
+            return False
+        estimate = point.estimate
+        room = self._allowed - estimate.ends_error - np.abs(estimate.newton_dU)
+        least = LEAST_ROOM * self._allowed
+        if self.rounds[place] and (room < least).any():  # the tube is too short; coarse cells overestimate its effect
+            return False
+        room = np.maximum(room, least)
+        self.rounds[place] += 1
+        most = AIM * room / SAFETY
+        finer = float(np.max(estimate.regular_dU / most)) ** (1 / ORDER)
+        if self.problem.law is None:
+            problem = coarser(self.problem, 1 / float(np.clip(finer, *FACTORS)))
+        else:
+            self._fields[place] = self._comm.bcast(self._sizes(point, most, finer))
+            sizes = AdaptedSizes(tuple(self._fields.values()))
+            problem = replace(self.problem, mesh=replace(self.problem.mesh, sizes=sizes))
+        return self._go_on(problem, point.parameters)
+
+    def _sizes(self, point: Point, most: Array, finer: float) -> SizeField | None:
+        """Cell sizes for a point, on the first process."""
+        cells = point.estimate.cells
+        if cells is None:
+            return None
+        # Smaller cells where the scatter comes from diminish all of the error. Where other parts prevail that is not
+        # enough, and all cells become smaller.
+        prevails = bool((point.estimate.regular_dU > point.estimate.scatter_dU).any())
+        largest_factor = min(MOST_FACTOR, 1 / finer) if prevails else MOST_FACTOR
+        return cells.sizes(most, largest_factor, self.problem.mesh.rows or self.problem.length)
+
+    def _go_on(self, problem: SteadyProblem, parameters: Parameters) -> bool:
+        """Carry the solution over to other cells; False, with the old ones kept, if that fails."""
+        scenes: list[Steady] = []
+        try:
+            scenes.append(started(self._comm, problem, parameters, self.fine))
+            if len(self.scenes) > 1:
+                scenes.append(started(self._comm, coarser(problem, COARSER), parameters, self.fine))
+        except (NoSteadyState, MeshFailure):
+            for scene in scenes:
+                scene.close()
+            return False
+        for scene, old in zip(scenes, self.scenes, strict=True):
+            scene.take_over_costs(old)
+            old.close()
+        self.scenes = scenes
+        self._known = [[scene.snapshot] for scene in scenes]
+        return True
+
+
+def has_scale(scale: Scale) -> bool:
+    """Whether there is a dU to which errors can be compared: that of equal rigid spheres in Newtonian liquids is 0."""
+    return scale.dU > ROUNDING

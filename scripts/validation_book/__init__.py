@@ -1,0 +1,1 @@
+"""Subjects of the validation book, docs/validation: each computes its comparisons, which the pages show."""

@@ -1,0 +1,176 @@
+"""A sphere dragged along the axis of a tube through liquid at rest: the benchmark of viscoelastic flows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf, pi
+
+import matplotlib
+
+matplotlib.use("Agg")
+from matplotlib import pyplot
+
+import pairsim
+from pairsim.config.case_file import curve_from_dict
+from pairsim.config.yaml_file import read_yaml
+from pairsim.drivers.problems import steady_problem
+from pairsim.results.answer import with_error
+from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.runtime.fenicsx import MPI
+from pairsim.solvers.branch import Branch
+from pairsim.solvers.parameters import Parameters
+from validation_book.comparisons import (
+    CONFIGS,
+    Found,
+    Keys,
+    Setting,
+    Subject,
+    Table,
+    against,
+    reference,
+    references,
+    rows_of,
+)
+
+CASE = CONFIGS / "sphere-in-tube.yaml"
+BETA = 0.5
+RADIUS = BETA / 2  # [D_c]: De_b = lambda U/a is De over this
+UNIT = 3 * pi * BETA  # 6 pi eta_0 a U
+PUBLISHED = "sphere in tube, Oldroyd-B"
+PLACES = (0.3, 0.6, 0.9, 1.2, 1.5, 1.8, 2.1, 2.4, 2.7, 3.0, 3.3, 3.6)  # De_b
+# Meshes of `accuracy`, with the last De_b that is asked for. Beyond, steps on the finest mesh take minutes each.
+LAST = {"5%": PLACES[-1], "1%": PLACES[-1], "0.1%": 2.1}
+QUICK: Keys = {"mesh": {"Np": 14, "max_size": 0.12}}
+type Points = dict[float, dict[str, float]]
+
+
+@dataclass(frozen=True)
+class Line:
+    """Solutions on one mesh.
+
+    Attributes:
+        points: By De_b, K with correction and half-width, and indicators of the stress.
+        end: The last De_b of the continuation.
+        lost: Whether it ended there before the last De_b that was asked for.
+        unknowns: Number of unknowns.
+    """
+
+    points: Points
+    end: float
+    lost: bool
+    unknowns: int
+
+
+def along(mesh: Keys, places: Sequence[float]) -> Line:
+    """Solve at ascending De_b, each continued from the last."""
+    case = curve_from_dict({**read_yaml(CASE), **mesh, "De": places[0] * RADIUS}, CASE.name)
+    points: Points = {}
+    branch = Branch(MPI.COMM_WORLD, steady_problem(case, inf), Parameters((), case.Ca_es, case.De), mesh_error=False)
+    try:
+        for place in places:
+            point = branch.at(Parameters((), case.Ca_es, place * RADIUS))
+            stress = point.observation.conformation
+            assert stress is not None
+            points[place] = {
+                "K": float(point.observation.F[0] + point.estimate.F[0]) / UNIT,
+                "error": float(point.estimate.F_error[0]) / UNIT,
+                "c_max": stress.c_max,
+                "z": stress.c_max_z,
+                "r": stress.c_max_r,
+                "s_jump": stress.s_jump,
+            }
+    except (NoSteadyState, MeshFailure):
+        pass
+    end, unknowns = branch.fine.parameters.De / RADIUS, branch.fine.constraints.size
+    branch.close()
+    return Line(points, end, len(points) < len(places), unknowns)
+
+
+def compute(setting: Setting) -> Found:
+    """K over De_b on every mesh, and where the continuation ends."""
+    (newtonian,) = rows_of(pairsim.curve(CASE, De=0, liquid=None, xi=0.09))
+    K = (newtonian["F_1"] + newtonian["F_correction_1"]) / UNIT
+    error = newtonian["F_error_1"] / UNIT
+    known = reference("sphere in tube, Newtonian", "K")
+    rows = [against(known, "Newtonian", "K", K, 2e-5, error=error, headline=True)]
+    if setting.quick:
+        found = {"coarse": along(QUICK, PLACES[:1])}
+    else:
+        found = {
+            name: along({"accuracy": name}, [place for place in PLACES if place <= last]) for name, last in LAST.items()
+        }
+    *_, finest = found.values()
+    published = {
+        float(key.removeprefix("K De_b ")): value for key, value in references()["groups"][PUBLISHED]["values"].items()
+    }
+    rows += [
+        against(
+            reference(PUBLISHED, f"K De_b {place:g}"),
+            f"Oldroyd-B, De_b {place:g}",
+            "K",
+            point["K"],
+            3e-3 if setting.quick else 1e-3 if place < 1.5 else 5e-3,
+            error=point["error"],
+            headline=place in (0.3, 0.6, 0.9, 1.2),
+        )
+        for place, point in finest.points.items()
+        if place in published
+    ]
+    picture(setting, found, published)
+    return Found(rows, tables(found, published), {"ends": ends(found)})
+
+
+def tables(found: dict[str, Line], published: dict[float, float]) -> dict[str, Table]:
+    """K on all meshes, how well values agree, and the stress on the finest mesh that has a solution."""
+    head = ["De_b", *(f"{name}, {line.unknowns:,} unknowns" for name, line in found.items()), "published"]
+    lines, stress = [], []
+    for place in PLACES:
+        there = {name: line.points[place] for name, line in found.items() if place in line.points}
+        if not there:
+            break
+        cells = [with_error(there[name]["K"], there[name]["error"]) if name in there else "" for name in found]
+        lines.append([f"{place:g}", *(cell.replace("+-", "±") for cell in cells), f"{published.get(place, '')}"])
+        name, last = list(there.items())[-1]
+        wake = f"{last['c_max']:.3g} at {last['z']:.3f}, {last['r']:.3f}"
+        stress.append([f"{place:g}", name, f"{last['s_jump']:.2g}", wake])
+    parts = {"meshes": Table(head, lines), "agreement": agreement(found, published)}
+    return parts | {"stress": Table(["De_b", "mesh", "`s_jump`", "largest tr **c**, at z, r"], stress)}
+
+
+def agreement(found: dict[str, Line], published: dict[float, float]) -> Table:
+    """How far K of the finest mesh is from that of the next finer and from the published value, in percent."""
+    rows = []
+    before, finest = [Line({}, 0.0, True, 0), *found.values()][-2:]
+    for place, point in finest.points.items():
+        K, other = point["K"], before.points.get(place, {}).get("K")
+        cells = [f"{place:g}", f"{100 * point['error'] / K:.2g}"]
+        cells += ["" if each is None else f"{100 * (K - each) / K:+.2g}" for each in (other, published.get(place))]
+        rows.append(cells)
+    return Table(["De_b", "half-width, % of K", "minus the next finer mesh, %", "minus published, %"], rows)
+
+
+def ends(found: dict[str, Line]) -> str:
+    """Where the continuation ended on each mesh."""
+    parts = [
+        f"De_b {line.end:.2f} on the mesh of {name}{'' if line.lost else ', and was not asked to go on'}"
+        for name, line in found.items()
+    ]
+    return f"The continuation reached {', '.join(parts)}."
+
+
+def picture(setting: Setting, found: dict[str, Line], published: dict[float, float]) -> None:
+    """K against De_b."""
+    figure, axis = pyplot.subplots(figsize=(5, 3.6))
+    for (name, line), marker in zip(found.items(), "sdo", strict=False):
+        K, errors = ([point[key] for point in line.points.values()] for key in ("K", "error"))
+        axis.errorbar(list(line.points), K, errors, marker=marker, ms=4, capsize=2, label=f"mesh of {name}")
+    axis.plot(list(published), list(published.values()), "kx", ms=7, label="Lunsmann et al.")
+    axis.set(xlabel=r"$\mathrm{De}_b = \lambda U/a$", ylabel=r"$K = F/(6\pi\eta_0 a U)$")
+    axis.legend()
+    figure.tight_layout()
+    figure.savefig(setting.pictures / "sphere-in-tube.png", dpi=150)
+    pyplot.close(figure)
+
+
+SUBJECT = Subject("sphere-in-tube", compute)
