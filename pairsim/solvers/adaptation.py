@@ -28,9 +28,9 @@ from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady import Steady
 
 ROUNDS = 3
-# Factor of the cells of the mesh from which adaptation starts in a viscoelastic liquid, over those that `accuracy` sets
-# everywhere, and its fewest cells on a half-circle; chosen.
-START, START_CELLS = 1.8, 14
+# Factors of the cells of the mesh from which adaptation starts in a Newtonian and in a viscoelastic liquid, over those
+# that `accuracy` sets everywhere, and its fewest cells on a half-circle; chosen.
+START, ELASTIC_START, START_CELLS = 1.4, 1.8, 14
 # Part of the error allowed that a mesh is made for, and the part that the ends of the tube must leave to the cells.
 AIM, LEAST_ROOM = 0.8, 0.2
 # Order in the cell size of errors that neighbouring cells have in common, and bounds on the factor by which all cells
@@ -129,7 +129,7 @@ class AdaptiveBranch(Branch):
         zeros_only: bool = False,
     ) -> None:
         self._comm, self._allowed, self._zeros_only = comm, allowed, zeros_only
-        start = problem if problem.law is None else coarser(problem, START, START_CELLS)
+        start = coarser(problem, START if problem.law is None else ELASTIC_START, START_CELLS)
         super().__init__(comm, start, parameters, mesh_error, sensitivities)
         self._estimator = ErrorEstimator(cells=True)
         self._fields: dict[tuple[float, ...], SizeField] = {}

@@ -136,7 +136,7 @@ def test_pictures_are_drawn(soft_run: Path, pairsim: Pairsim) -> None:
 
 
 SHORT = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "length": 4, "mesh": {"Np": 8}}
-SHORT |= {"time": {"end": 0.01, "first_step": 0.001}, "dU_error": True}
+SHORT |= {"time": {"end": 0.004, "first_step": 0.001}, "dU_error": True}
 
 
 @pytest.fixture(scope="module")
@@ -151,7 +151,7 @@ def test_ranks_give_the_same_series(alone: pd.DataFrame, tmp_path: Path, pairsim
     done = pairsim("run", "case.yaml", "-o", "out", ranks=3)  # tests of resumed runs and of curves have two
     assert done.returncode == 0, done.stderr
     together = read_series(tmp_path / "out" / "series.csv")
-    assert len(together["t"]) > 5
+    assert len(together["t"]) > 3
     for name in ("t", "d", "U_L", "U_T", "dU", "D_L", "D_T", "dp", "dp_plus", "dU_correction", "dU_error"):
         assert together[name] == pytest.approx(alone[name].to_numpy(), abs=1e-8)
 

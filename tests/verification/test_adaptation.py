@@ -24,6 +24,7 @@ def adaptive(allowed: float, **keys: object) -> tuple[AdaptiveBranch, Parameters
     return AdaptiveBranch(MPI.COMM_WORLD, problem, first, case.mesh_error, allowed=allowed), first
 
 
+@pytest.mark.slow
 def test_a_newtonian_error_is_kept_by_smaller_cells() -> None:
     truth, allowed = 6.785e-3, 4e-5  # 0.6 %; N_p 40 (docs/explanation/error-estimate.md)
     branch, first = adaptive(allowed, De=0, Ca_e=0.1, d=[0.1], mesh={"Np": 12})
@@ -60,6 +61,7 @@ def test_what_cannot_be_kept_ends_with_the_error_reached(monkeypatch: pytest.Mon
     branch.close()
 
 
+@pytest.mark.slow
 def test_the_scale_of_a_single_point_is_that_of_the_curve_it_lies_on() -> None:
     case = curve_from_dict(TUBE | {"De": 0, "Ca_e": 0.02, "d": [0.8]}, "test")
     first = Parameters(case.places[0], case.Ca_es, case.De)
