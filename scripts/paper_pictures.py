@@ -191,7 +191,9 @@ def _draw_critical(axis: Axes, panel: Panel, results: Results, values: list[Any]
     handles = []
     for place, value in _placed(cases, panel.by, values):
         look = _look(place)
-        handles.append(Line2D([], [], label=_equation(panel.by, value), marker=MARKERS[place], **look))
+        handles.append(
+            Line2D([], [], label=_equation(panel.by, value), marker=MARKERS[place], markerfacecolor="white", **look)
+        )
         for case in (case for case in cases if _value(case, panel.by) == value):
             if isinstance(case, Curve):
                 zeros = [d for d, stable in case.zeros if not stable][:1]

@@ -17,6 +17,7 @@ from paper_statements import (
     common_distances,
     drawn,
     falling,
+    falls_along,
     in_time,
     nearly,
     not_opposite,
@@ -288,7 +289,7 @@ def softness_reduces(results: Results, De: float) -> Finding:
     text = (
         f"d_cr {d_cr[0]:.4f} ± {errors[0]:.4f} at Ca_e {Ca_es[0]:g}, {d_cr[-1]:.4f} ± {errors[-1]:.4f} at {Ca_es[-1]:g}"
     )
-    return Finding(tuple(falling(d_cr, errors)), text)
+    return Finding(tuple(falls_along(d_cr, errors)), text)
 
 
 @statement("fig11", "A larger Ca_e always reduces d_cr: De .125.")

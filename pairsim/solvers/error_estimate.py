@@ -72,6 +72,11 @@ class ErrorEstimate:
         return np.asarray(np.abs(self.dU) + np.abs(self.spread_dU))
 
     @property
+    def cells_dU(self) -> Array:
+        """The cells' part of the error, without safety factor, (N-1,)."""
+        return np.maximum(self.regular_dU, self.scatter_dU)
+
+    @property
     def ends_error(self) -> Array:
         """The part of `dU_error` that is due to the ends of the tube, (N-1,)."""
         return SAFETY * self.ends_dU
