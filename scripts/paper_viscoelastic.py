@@ -344,12 +344,7 @@ def _(results: Results) -> Finding:
 
 @statement("fig11", "The first line is at De .0125.")
 def _(results: Results) -> Finding:
-    try:
-        Ca_es = critical_over_softness(results, 0.0125)[0]
-    except NotComputed:
-        if results.critical(0.0125):
-            return Finding(((-1.0, 0.0),), "no critical distance there from Ca_e .005 on; Figs. 9 and 10 have De .125")
-        raise
-    reach = max(Ca_es)
-    text = f"at De .0125 there are critical distances up to Ca_e {reach:g} only; Figs. 9 and 10 have De .125"
-    return Finding(((reach - 0.05, 0.0),), text)
+    curves = [results.curve(beta=0.4, De=0.0125, Ca_e=Ca_e) for Ca_e in (0.01, 0.05)]
+    zeros = distances(curves)
+    text = f"d_cr at Ca_e .01, .05: {numbers(zero.d for zero in zeros)}; Figs. 9 and 10 have De .125"
+    return Finding(tuple((zero.d - ABSENT, zero.error) for zero in zeros), text)
