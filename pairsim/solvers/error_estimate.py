@@ -113,7 +113,7 @@ class ErrorEstimator:
         rows = np.zeros((len(own) + 1, constraints.size))
         rows[np.arange(len(own)), own] = 1.0
         rows[-1] = drop.row
-        adjoints = np.array([steady.newton.linear_solve(row, transposed=True) for row in rows])
+        adjoints = steady.newton.linear_solve(rows, transposed=True)
         residual = steady.residual()
         left = -adjoints @ residual
         changes = -adjoints @ _flow_rate_defect(steady, residual)
