@@ -191,7 +191,9 @@ def _draw_critical(axis: Axes, panel: Panel, results: Results, values: list[Any]
     handles = []
     for place, value in _placed(cases, panel.by, values):
         look = _look(place)
-        handles.append(Line2D([], [], label=_equation(panel.by, value), marker=MARKERS[place], **look))
+        handles.append(
+            Line2D([], [], label=_equation(panel.by, value), marker=MARKERS[place], markerfacecolor="white", **look)
+        )
         for case in (case for case in cases if _value(case, panel.by) == value):
             if isinstance(case, Curve):
                 zeros = [d for d, stable in case.zeros if not stable][:1]
@@ -232,7 +234,7 @@ def _draw_shapes(axis: Axes, panel: Panel, results: Results, values: list[Any]) 
     for place, value in _placed(cases, panel.by, values):
         for case in (case for case in cases if _value(case, panel.by) == value):
             for line in _closed(case.frame(panel.d)):
-                axis.plot(*line.T, **_look(place))
+                axis.plot(*line.T, **_look(place, linewidth=0.8))
         handles.append(Line2D([], [], label=_equation(panel.by, value), **_look(place)))
     axis.set(aspect="equal", xlabel=rf"$z\ [{LENGTH}]$", ylabel=rf"$r\ [{LENGTH}]$")
     return handles
@@ -268,7 +270,7 @@ def _draw_fields(panels: Sequence[Panel], results: Results, page: Page) -> Canva
     columns = 1 if page.narrow else len(panels)
     z0, z1, r0, r1 = views[0].window
     height = (page.width / columns - 14) * (r1 - r0) / (z1 - z0) + 24
-    canvas = page.figure(height * len(panels) / columns)
+    canvas = page.figure(height * len(panels) / columns + (0 if panels[0].own_scale else 6))
     axes = list(canvas.subplots(len(panels) // columns, columns, squeeze=False).flat)
     together = Layer([layer.values[0] for layer in layers], layers[0].label, layers[0].liquid, layers[0].solid, True)
     common = scale_of(together, views)

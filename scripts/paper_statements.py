@@ -166,6 +166,15 @@ def falling(values: Sequence[float], errors: Sequence[float]) -> list[Check]:
     return rising([-value for value in values], errors)
 
 
+def falls_along(values: Sequence[float], errors: Sequence[float]) -> list[Check]:
+    """Checks that values fall along a branch whose neighbours have nearly the same error.
+
+    The first and the last value must differ by more than their errors; between neighbours the sign is enough.
+    """
+    steps = [(-step, 0.0 if step < 0 else error) for (step, error) in rising(values, errors)]
+    return [(values[0] - values[-1], errors[0] + errors[-1]), *steps]
+
+
 def rising_dU(found: Sequence[Extremum]) -> list[Check]:
     """Checks that each dU is above the one before."""
     return rising([each.dU for each in found], [each.error for each in found])

@@ -182,7 +182,7 @@ def check_curve(case: CurveCase) -> Iterator[Mistake]:
         return
     if case.fields and not case.common:
         yield Mistake("fields", list(case.fields), "must be left out if the gaps have different distances")
-    elif case.fields:
+    elif case.fields and case.places:
         lowest, highest = (f(place[0] for place in case.places) for f in (min, max))
         for d in case.fields:
             if not lowest <= d <= highest:

@@ -176,6 +176,7 @@ def _large_force_errors(case: CurveCase, points: list[Point]) -> list[str]:
         ErrorAt(float(error / abs(F)), where(point.parameters), 0.0, False)
         for point in points
         for F, error in zip(point.observation.F, point.estimate.F_error, strict=True)
+        if F
     ]
     return large_errors(case, "F_error", "F", errors)
 

@@ -72,7 +72,7 @@ def test_force_on_a_moved_sphere_is_written_answered_and_swept(tmp_path: Path, p
 def test_critical_distances_follow_the_zero_of_the_curve(tmp_path: Path) -> None:
     """At De .5, beta .4 there is an unstable distance, smaller for larger Ca_e; it is the zero of a curve there."""
     mesh = {"Np": 8, "max_size": 0.1}  # 0.1 is that of `accuracy: 5%`: no warning of it
-    pair = {"beta": 0.4, "De": 0.5, "Ca_e": 0.1, "ends": "developed", "length": 4.2, "mesh": mesh, "mesh_error": False}
+    pair = {"beta": 0.4, "De": 0.5, "Ca_e": 0.1, "ends": "developed", "length": 3.0, "mesh": mesh, "mesh_error": False}
     critical = pairsim.critical(pair, along={"Ca_e": [0.05, 0.1]}, d=[0.22, 0.28], folder=tmp_path / "out").check()
     rows = critical.table[critical.table["kind"] == "wanted"]
     assert rows["Ca_e"].tolist() == pytest.approx([0.05, 0.1])
@@ -166,7 +166,7 @@ SHORT = {
 @pytest.mark.slow
 @pytest.mark.parametrize("command", SHORT)
 def test_shipped_case_runs(command: str, tmp_path: Path, pairsim: Pairsim) -> None:
-    coarse = ["mesh.Np=8", "mesh.max_size=0.2", "mesh_error=false"]
+    coarse = ["mesh.Np=8", "mesh.max_size=0.2", "mesh_error=false", "ends=developed", "length=3"]
     settings = [word for setting in [*coarse, *SHORT[command]] for word in ("--set", setting)]
     done = pairsim(command, str(ROOT / "configs" / f"{command}.yaml"), "-o", "out", *settings)
     assert done.returncode == 0, done.stderr
@@ -211,8 +211,8 @@ def test_bad_case_is_refused(name: str, tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def alone() -> pairsim.CurveResult:
-    """A curve on one process, with a zero and a point that is added."""
-    return pairsim.curve(GIESEKUS, De=0.3, Ca_e=0.1, d=[0.3, 0.1], fields=[], max_points=3, tol=1e-3).check()
+    """A curve of a rigid and a soft particle on one process, with a zero and a point that is added."""
+    return pairsim.curve(GIESEKUS, De=0.3, Ca_e=[0, 0.1], d=[0.3, 0.1], fields=[], max_points=3, tol=1e-3).check()
 
 
 @pytest.mark.slow
@@ -226,6 +226,11 @@ def test_ranks_give_the_same_curve(alone: pairsim.CurveResult, tmp_path: Path, p
     assert together.zeros["d"].to_numpy() == pytest.approx(alone.zeros["d"].to_numpy(), abs=1e-8)
     for name in ("U_L", "dU", "D_L", "D_T", "dp_plus", "drift", "slope", "c_max"):
         assert together.table[name].to_numpy() == pytest.approx(alone.table[name].to_numpy(), abs=1e-8), name
+    for name in ("dU_correction", "dU_error", "ends_error", "U_correction_L", "U_correction_T"):
+        assert together.table[name].to_numpy() == pytest.approx(alone.table[name].to_numpy(), rel=1e-5), name
+    assert alone.table["dU_correction"].to_numpy() == pytest.approx(
+        (alone.table["U_correction_L"] - alone.table["U_correction_T"]).to_numpy(), rel=1e-9
+    )
 
 
 @pytest.mark.slow

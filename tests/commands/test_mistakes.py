@@ -74,6 +74,9 @@ MISTAKES = {
     "entry of a range of values": critical(
         CRITICAL.replace("0.1]", "-1]"), "case.yaml:4: along.Ca_e[1]: got -1; must be a finite number above 0\n"
     ),
+    "fields of a curve without distances": curve(
+        CURVE.replace("d: [0.1, 0.3]", "fields: [0.1]"), "case.yaml: d: is missing; must be a list"
+    ),
     "soft particles that are moved": curve(
         CURVE + "velocity: 1\n", "case.yaml:5: velocity: got 1; must be left out: only rigid particles (Ca_e: 0)"
     ),

@@ -18,7 +18,7 @@ from pairsim.cli.app import app
 from pairsim.config.case_file import FILES
 from pairsim.config.schema import schema_rows
 
-SHOWN = ("index", "tutorials/first-pair", "explanation/physics", "reference/case-files")
+SHOWN = ("index", "tutorials/first-pair", "explanation/physics", "reference/case-files", "validation/index")
 
 
 @pytest.fixture(scope="module")

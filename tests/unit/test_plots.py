@@ -163,7 +163,8 @@ def test_run_is_drawn_with_the_band_of_its_error() -> None:
 def test_nothing_overlaps_and_every_axis_has_a_label_with_a_unit(
     tmp_path: Path, width: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    runs = [make_run(tmp_path / name, n, frames) for name, (n, frames) in CASES.items()]
+    names = CASES if width == 85 else ("pipe", "pair", "three")  # where there is more room, those with most in them
+    runs = [make_run(tmp_path / name, *CASES[name]) for name in names]
     curves = [make_curve(tmp_path / f"c{a}", a) for a in (0.02, 0.15)]
     with drawn_figures(monkeypatch) as figures:
         for folder in (*runs, *curves):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +15,6 @@ from pairsim.fem.enriched_residual import EnrichedResidual, nodes_of
 from pairsim.fem.enrichment import WIDE
 from pairsim.fem.patch_recovery import PatchRecovery
 from pairsim.fem.six_node_mesh import shape_values
-from pairsim.results.output import read_series
 from pairsim.solvers.branch import walked
 from pairsim.solvers.error_estimate import ErrorEstimate, ErrorEstimator
 from pairsim.solvers.parameters import Parameters
@@ -160,22 +158,3 @@ def test_scatter_of_an_unresolved_stress() -> None:
     error = 1.072e-3 - found.dU[0]
     assert abs(estimate.dU[0]) + abs(estimate.spread_dU[0]) < 0.7 * error
     assert error < estimate.dU_error[0] < 10 * error
-
-
-@pytest.mark.slow
-def test_estimates_do_not_depend_on_the_number_of_processes(  # type: ignore[no-untyped-def]
-    pairsim, tmp_path: Path
-) -> None:
-    """Soft and rigid, with all that the tables say of the error, on one and on two processes."""
-    keys = "beta: 0.4\nDe: 0.5\nCa_e: [0.05, 0]\nends: developed\nlength: 4\nd: [0.3]\nmesh: {Np: 8, max_size: 0.1}\n"
-    (tmp_path / "case.yaml").write_text(keys)
-    tables = []
-    for ranks in (1, 2):
-        done = pairsim("curve", "case.yaml", "-o", f"out{ranks}", ranks=ranks)
-        assert done.returncode == 0, done.stderr
-        tables.append(read_series(tmp_path / f"out{ranks}" / "curve.csv"))
-    one, two = tables
-    for name in ("dU_correction", "dU_error", "ends_error", "U_correction_L", "U_correction_T"):
-        assert one[name][0] != 0
-        assert two[name][0] == pytest.approx(one[name][0], rel=1e-5)
-    assert one["dU_correction"][0] == pytest.approx(one["U_correction_L"][0] - one["U_correction_T"][0], rel=1e-9)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -9,11 +10,13 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
+from pairsim.fem.diagnostics import liquid_distortion
 from pairsim.fem.geometry import MeshSettings
 from pairsim.fem.scene import Scene
 from pairsim.fem.scene_constraints import balance_constraints
 from pairsim.physics.materials.polymer import Polymer
 from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import InvertedCell
 from pairsim.solvers.mesh_transfer import free_unknowns
 from pairsim.solvers.step_size import StepControl
 from pairsim.solvers.transient import Step, Transient
@@ -25,9 +28,10 @@ FIXED, CONTROLLED = StepControl(3e-4, 1e-8, 2.0, fixed=0.02), StepControl(3e-4, 
 
 @dataclass
 class Attempts:
-    """Every attempted step; Newton's method diverges in that of number `failing`, counted from 1."""
+    """Every attempted step, counted from 1; in some Newton's method diverges, in others a cell is inverted."""
 
     failing: int = 0
+    inverting: Container[int] = ()
     found: list[dict[str, Any]] = field(default_factory=list)
 
 
@@ -41,7 +45,11 @@ def attempts(monkeypatch: pytest.MonkeyPatch) -> Attempts:
         known.found.append({"t": self.history.t[0], "dt": dt, "gradually": gradually, "mesh": self.counts.remeshings})
         return *others, replace(report, converged=report.converged and len(known.found) != known.failing), error
 
+    def distortion(scene: Scene, x: Array) -> float:
+        return -0.1 if len(known.found) in known.inverting else liquid_distortion(scene, x)
+
     monkeypatch.setattr(Transient, "_attempt", watched)
+    monkeypatch.setattr("pairsim.fem.diagnostics.liquid_distortion", distortion)
     return known
 
 
@@ -71,8 +79,11 @@ def test_fixed_steps_begin_gradually_on_every_mesh(
     assert [attempt["gradually"] for attempt in attempts.found] == gradually
 
 
-def test_step_at_which_newton_fails_is_repeated_on_a_new_mesh(attempts: Attempts) -> None:
-    attempts.failing = 4
+@pytest.mark.parametrize(("failing", "inverting"), [(4, ()), (0, (4,))], ids=["diverges", "inverts a cell"])
+def test_step_that_fails_is_repeated_on_a_new_mesh(
+    failing: int, inverting: tuple[int, ...], attempts: Attempts
+) -> None:
+    attempts.failing, attempts.inverting = failing, inverting
     assert [step.mesh_id for step in first_steps(4)] == [0, 0, 0, 1]
     failed, repeated = attempts.found[3:5]
     assert repeated == failed | {"mesh": 1}
@@ -84,6 +95,13 @@ def test_step_that_fails_on_a_new_mesh_is_made_smaller(attempts: Attempts) -> No
     failed, repeated = attempts.found[2:4]
     assert repeated["t"] == failed["t"]
     assert repeated["dt"] < failed["dt"]
+
+
+def test_smallest_step_that_inverts_a_cell_ends_the_run(attempts: Attempts) -> None:
+    attempts.inverting = range(10)
+    with pytest.raises(InvertedCell):
+        first_steps(1, StepControl(3e-4, 1e-4, 2.0))
+    assert len(attempts.found) == 2
 
 
 def test_stress_is_balanced_on_a_new_mesh(monkeypatch: pytest.MonkeyPatch) -> None:

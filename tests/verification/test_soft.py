@@ -95,7 +95,7 @@ def test_softness_gives_a_dip_and_then_a_separation_that_grows_with_it() -> None
     """Fig. 6a: a negative relative velocity at first, then a positive one that grows with Ca_e."""
     late = []
     for Ca in (0.01, 0.05, 0.1, 0.15):
-        series = run(Ca_e=Ca, mesh={"Np": 20}, time={"end": 2.0, "first_step": min(5e-4, Ca / 100)})
+        series = run(Ca_e=Ca, mesh={"Np": 12}, time={"end": 2.0, "first_step": min(5e-4, Ca / 100)})
         assert series["dU"].min() < -0.03 * Ca
         late.append(series["dU"].iloc[-1])
     assert all(late[i] < late[i + 1] for i in range(3))

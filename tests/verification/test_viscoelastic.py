@@ -70,6 +70,14 @@ def test_developed_flow_is_exact(De: float) -> None:
         assert flow.c[-1, :3] == pytest.approx([zz, zr, rr], rel=1e-6)
 
 
+@pytest.mark.parametrize("t", [0.0, 1.0])
+def test_newtonian_flow_is_that_of_poiseuille(t: float) -> None:
+    flow = Pipe(None).until(1.0)(t)
+    assert flow.gradient == 32
+    assert flow.u == pytest.approx(2 * (1 - 4 * flow.r**2))
+    assert polymer_stress(GIESEKUS[1.0], flow.c) == pytest.approx(np.zeros_like(flow.c))
+
+
 def test_a_flow_in_layers_is_told() -> None:
     """With alpha above 1/2 and hardly any solvent the shear stress falls with the shear rate, and layers form."""
     with pytest.raises(NoSteadyState, match="no developed flow"):
@@ -83,9 +91,11 @@ def test_one_dimensional_start_up_is_exact() -> None:
     assert oldroyd(0.7).gradient == pytest.approx(32 * (0.09 + 0.91 * (1 - np.exp(-0.7))), rel=1e-7)
 
 
-def pipe_in_two_dimensions(liquid: Polymer, times: list[float], **mesh: float) -> dict[float, tuple[float, float]]:
+def pipe_in_two_dimensions(
+    liquid: Polymer, times: list[float], length: float = 0.5, **mesh: float
+) -> dict[float, tuple[float, float]]:
     """Pressure gradient and axial velocity on the mesh of a piece of tube without particles, repeated without end."""
-    control, length = StepControl(3e-4, 1e-8, 1.0), 0.25
+    control = StepControl(3e-4, 1e-8, 1.0)
     problem = Problem((), (), (), length, True, MeshSettings(**mesh), control, 1e-3, polymer=liquid, t_end=times[-1])
     transient = Transient(MPI.COMM_WORLD, problem)
     found = {}
@@ -99,14 +109,14 @@ def pipe_in_two_dimensions(liquid: Polymer, times: list[float], **mesh: float) -
 
 
 def test_start_up_on_the_mesh_follows_the_exact_one() -> None:
-    found = pipe_in_two_dimensions(GIESEKUS[1.0], list(START_UP))
+    found = pipe_in_two_dimensions(GIESEKUS[1.0], list(START_UP), 0.25)
     for t, gradient in START_UP.items():
         assert found[t][0] == pytest.approx(gradient, rel=3e-3)
 
 
 @pytest.mark.parametrize("De", [pytest.param(0.5, marks=pytest.mark.slow), 1.0])
 def test_steady_flow_on_a_fine_mesh_is_exact(De: float) -> None:
-    found = pipe_in_two_dimensions(GIESEKUS[De], [20 * De], max_size=0.05)[20 * De]
+    found = pipe_in_two_dimensions(GIESEKUS[De], [20 * De], 0.25, max_size=0.05)[20 * De]
     assert found[0] == pytest.approx(STEADY[De][0], rel=1e-4)
     assert found[1] == pytest.approx(STEADY[De][1], rel=1e-4)
 
@@ -168,7 +178,7 @@ def test_jacobian_of_the_pipe_is_that_of_differences(name: str) -> None:
 @pytest.mark.parametrize("name", LAWS)
 def test_every_law_starts_up_on_the_mesh(name: str) -> None:
     """The UFL form of each law against the one-dimensional flow, which is written for c and not for log c."""
-    found = pipe_in_two_dimensions(LAWS[name], [0.3, 1.0], max_size=0.1)
+    found = pipe_in_two_dimensions(LAWS[name], [0.3, 1.0], 0.25, max_size=0.1)
     exact = Pipe(LAWS[name]).until(1.0)
     for t, (gradient, _) in found.items():
         assert gradient == pytest.approx(exact(t).gradient, rel=3e-3)
@@ -234,7 +244,7 @@ def test_a_soft_pair_starts_up_as_on_a_fine_mesh() -> None:
 def test_elasticity_turns_separation_into_attraction() -> None:
     """Fig. 10: at d .1 a soft pair separates at De 0 and comes together at De 1."""
     assert pair_until(1.2, 0.0)["dU"].iloc[-1] > 0
-    last = pair_until(1.2, 1.0).iloc[-1]
+    last = pair_until(0.8, 1.0).iloc[-1]
     assert last["dU"] < -5e-4
     assert last["c_min"] > 0
 
