@@ -115,7 +115,7 @@ def sweep(
     limit: int | None = None,
     case_timeout: float | None = None,
 ) -> SweepResult:
-    """Compute every case of a grid that is not finished yet, each in its own process.
+    """Compute every case of a grid that is not finished yet, in child processes.
 
     Under mpirun, all processes call this function and each computes cases.
 

@@ -249,7 +249,7 @@ def _end(result: Result, directory: Path, shown: Style, plot: bool) -> NoReturn:
         if shown == "none" and code:
             typer.echo(result.message, err=True)
         elif shown not in ("none", "json"):
-            typer.echo(advice(result.kind, result.status, directory), err=True)
+            typer.echo(advice(result.kind, result.status, directory, "dU" in result.table), err=True)
     raise typer.Exit(code)
 
 

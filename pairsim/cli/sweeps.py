@@ -54,7 +54,7 @@ def sweep(
     ranks_per_case: Annotated[int, typer.Option(min=1, help="MPI processes of each case.")] = 1,
     workers: Annotated[int, typer.Option(min=1, help="Number of cases computed at the same time, without mpirun.")] = 1,
     cold: Annotated[
-        bool, typer.Option("--cold", help="Do not start curves from the solutions of neighbouring curves.")
+        bool, typer.Option("--cold", help="A process of its own for every case, with nothing of another's.")
     ] = False,
     case_timeout: Annotated[
         float | None, typer.Option(min=0.0, help="Largest wall time of a case, in seconds.")

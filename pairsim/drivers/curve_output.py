@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
-import numpy as np
-
 from pairsim.config.curve_case import CurveCase
 from pairsim.drivers.quasi_steady import health_columns, point_row
 from pairsim.drivers.session import Session
@@ -82,11 +80,8 @@ class CurveOutput:
         self.session.write_table("curve.csv", self._columns, [row for _, row in self._rows])
         if self.session.folder is not None and any(abs(point.d - d) < 1e-9 * d for d in self.case.fields):
             (h, x), flow = scene.state(), scene.developed_flow
-            undeformed = np.concatenate([np.zeros(body.size) for body in scene.bodies])
-            for body, centre in zip(scene.bodies, scene.centres, strict=True):
-                undeformed[body.start : body.start + body.size : 2] = centre
             moment = SteadyMoment(point.d, scene.scene, scene.meshes, x, h, scene.constraints.V @ scene.y)
-            self._frames.append(frame(moment, undeformed, flow))
+            self._frames.append(frame(moment, scene.h_star(scene.parameters), flow))
 
     def take_zeros(self, zeros: Sequence[Equilibrium]) -> None:
         """Write equilibria.csv.

@@ -1,4 +1,4 @@
-"""The compiled loops over cells of `cell_loop.c`, which assemble the matrix of the free unknowns.
+"""Compiled loops: `cell_loop.c` assembles the matrix of the free unknowns, `point_location.c` finds points in cells.
 
 They are compiled with the forms (`pairsim.fem.form_cache`), with the same compiler and flags into the same cache.
 """
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from pairsim.fem.jit import JIT_OPTIONS, cache
 from pairsim.runtime.arrays import Array
 
-SOURCE = Path(__file__).with_name("cell_loop.c")
+SOURCES = tuple(Path(__file__).with_name(name) for name in ("cell_loop.c", "point_location.c"))
 
 
 @dataclass(frozen=True)
@@ -51,11 +51,13 @@ class CellJacobian:
 
 
 def _library() -> Path:
-    """Path of the compiled library; its name contains a hash of the source and of the options of the compiler.
+    """Path of the compiled library; its name contains a hash of the sources and of the options of the compiler.
 
     Another compiler, or none, makes no difference to a library that is there.
     """
-    digest = hashlib.sha256(SOURCE.read_bytes() + shlex.join(_options()).encode()).hexdigest()[:16]
+    digest = hashlib.sha256(
+        b"".join(each.read_bytes() for each in SOURCES) + shlex.join(_options()).encode()
+    ).hexdigest()[:16]
     return cache() / f"cell-loop-{digest}.so"
 
 
@@ -79,7 +81,8 @@ def compile_loops() -> Path:
         library.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=library.parent) as folder:
             built = Path(folder) / library.name
-            done = subprocess.run([*_command(), str(SOURCE), "-o", str(built)], capture_output=True, text=True)
+            command = [*_command(), *map(str, SOURCES), "-o", str(built), "-lm"]
+            done = subprocess.run(command, capture_output=True, text=True)
             if done.returncode != 0:
                 raise RuntimeError(f"{shlex.join(done.args)} failed: {done.stderr.strip()}")
             built.replace(library)  # another process may do the same at the same time
@@ -90,20 +93,22 @@ def compile_loops() -> Path:
 def _loops() -> Any:
     loops = ctypes.CDLL(str(compile_loops()))
     loops.row_patterns.restype = loops.locate.restype = ctypes.c_int64
-    loops.assemble.restype = ctypes.c_int
+    loops.assemble.restype = loops.find_triangles.restype = ctypes.c_int
     return loops
 
 
 def _argument(value: Any) -> Any:
-    """A C argument: pointers of arrays, int64 for Python's integers, int32 for those of NumPy."""
+    """A C argument: pointers of arrays, double and int64 for Python's numbers, int32 for integers of NumPy."""
     if isinstance(value, np.ndarray):
         assert value.flags.c_contiguous
         return value.ctypes.data_as(ctypes.c_void_p)
     if isinstance(value, np.int32):
         return ctypes.c_int32(int(value))
+    if isinstance(value, float):
+        return ctypes.c_double(value)
     return ctypes.c_int64(value) if isinstance(value, int) else value
 
 
 def call(name: str, *arguments: Any) -> int:
-    """Call a function of `cell_loop.c` with arrays, int (int64_t), np.int32 (int32_t), None (NULL) or a pointer."""
+    """Call a compiled loop with arrays, int (int64_t), np.int32 (int32_t), float, None (NULL) or a pointer."""
     return int(getattr(_loops(), name)(*map(_argument, arguments)))

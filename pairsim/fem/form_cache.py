@@ -49,7 +49,14 @@ def _stamp(form: str) -> Path:
             digest.update(str(spec and spec.origin).encode())
     physics = Path(__file__).parents[1] / "physics"
     sources = [physics / "kinematics.py", *physics.glob("forms/*.py"), *physics.glob("materials/*.py")]
-    ours = ("phases.py", "enriched_residual.py", "recovered_residual.py", "cell_loop.c", "cell_loop.py")
+    ours = (
+        "phases.py",
+        "enriched_residual.py",
+        "recovered_residual.py",
+        "cell_loop.c",
+        "point_location.c",
+        "cell_loop.py",
+    )
     sources += [Path(__file__).with_name(name) for name in ours]
     for file in sorted(sources):
         digest.update(file.read_bytes())

@@ -94,8 +94,12 @@ class ReducedMatrix:
             (phase.cell_jacobian(), _Dependence.of(self._equations, a, b), _Dependence.of(self._free, a, b))
             for phase, a, b in zip(scene.phases, scene.offsets[:-1], scene.offsets[1:], strict=True)
         ]
-        pattern = sparse.csr_matrix(sum((_pattern(n, *parts) for parts in local), _ones(linear)))
-        pattern.sort_indices()
+        pattern = _ones(linear)
+        # The particles come first, and columns are sorted: sums of large patterns take long, of unsorted ones longer.
+        for parts in reversed(local):
+            more = _pattern(n, *parts)
+            more.sort_indices()
+            pattern = sparse.csr_matrix(pattern + more)
         self.indptr, self.indices = pattern.indptr.astype(np.int32), pattern.indices.astype(np.int32)
         self.data = np.zeros(len(self.indices))
         self._constant = _places(pattern, linear), linear.tocoo().data

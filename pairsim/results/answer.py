@@ -211,12 +211,14 @@ def cost_line(record: Mapping[str, Any]) -> str:
     return f"Took {duration(float(record.get('wall_time', 0.0)))}" + (f" ({', '.join(parts)})." if parts else ".")
 
 
-def advice(kind: str, status: str, directory: Path) -> str:
-    """What to do next."""
+def advice(kind: str, status: str, directory: Path, pair: bool) -> str:
+    """What to do next; `pair`: whether the result tells how fast a pair moves apart."""
     if status == "finished":
         more = {
             "run": f"pairsim plot {directory} draws it; pairsim run --resume {directory} --set time.end=... continues",
-            "curve": f"pairsim travel {directory} --from D --to D gives the time and tube that a pair needs",
+            "curve": f"pairsim travel {directory} --from D --to D gives the time and tube that a pair needs"
+            if pair
+            else f"pairsim plot {directory} draws it again",
             "critical": f"pairsim plot {directory} draws it again",
         }
         return f"Next: {more[kind]}."

@@ -36,6 +36,9 @@ AIM, LEAST_ROOM = 0.8, 0.2
 # Order in the cell size of errors that neighbouring cells have in common, and bounds on the factor by which all cells
 # of a Newtonian liquid become smaller in a round; chosen.
 ORDER, FACTORS = 3.0, (1.15, 2.0)
+# Least factor of all cells in a round in a viscoelastic liquid; chosen: on coarse cells the signed part of the estimate
+# is no better than the scatter, and falls with it.
+LEAST_COMMON = 0.8
 # Distances of the scout that gives the size of dU where the case itself has few distances [D_c], the largest number of
 # those of the case that are taken, and the scout's cells: number on a half-circle, growth, and largest size relative to
 # the smallest diameter. Chosen; the size is found to some 5 %.
@@ -176,24 +179,28 @@ class AdaptiveBranch(Branch):
         room = np.maximum(room, least)
         self.rounds[place] += 1
         most = AIM * room / SAFETY
-        finer = float(np.max(estimate.regular_dU / most)) ** (1 / ORDER)
         if self.problem.law is None:
+            finer = float(np.max(estimate.cells_dU / most)) ** (1 / ORDER)
             problem = coarser(self.problem, 1 / float(np.clip(finer, *FACTORS)))
         else:
-            self._fields[place] = self._comm.bcast(self._sizes(point, most, finer))
+            self._fields[place] = self._comm.bcast(self._sizes(point, most))
             sizes = AdaptedSizes(tuple(self._fields.values()))
             problem = replace(self.problem, mesh=replace(self.problem.mesh, sizes=sizes))
         return self._go_on(problem, point.parameters)
 
-    def _sizes(self, point: Point, most: Array, finer: float) -> SizeField | None:
+    def _sizes(self, point: Point, most: Array) -> SizeField | None:
         """Cell sizes for a point, on the first process."""
         cells = point.estimate.cells
         if cells is None:
             return None
-        # Smaller cells where the scatter comes from diminish all of the error. Where other parts prevail that is not
-        # enough, and all cells become smaller.
-        prevails = bool((point.estimate.regular_dU > point.estimate.scatter_dU).any())
-        largest_factor = min(MOST_FACTOR, 1 / finer) if prevails else MOST_FACTOR
+        # Smaller cells where the scatter comes from diminish all of the error. Where other parts prevail, or where that
+        # was not enough, all cells become smaller.
+        again = self.rounds[self._nominal(point)] > 1
+        common = float(np.max((point.estimate.cells_dU if again else point.estimate.regular_dU) / most))
+        prevails = (point.estimate.regular_dU > point.estimate.scatter_dU).any()
+        largest_factor = MOST_FACTOR
+        if again or prevails:
+            largest_factor = float(np.clip(common ** (-1 / ORDER), LEAST_COMMON, 1.0 if again else MOST_FACTOR))
         return cells.sizes(most, largest_factor, self.problem.mesh.rows or self.problem.length)
 
     def _go_on(self, problem: SteadyProblem, parameters: Parameters) -> bool:

@@ -19,14 +19,15 @@ from pairsim.solvers.error_estimate import ErrorEstimate, ErrorEstimator
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.perturbation import drift, sensitivities
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.steady import Snapshot, Steady
+from pairsim.solvers.snapshot import Snapshot
+from pairsim.solvers.steady import Steady
 
 # Factor by which the cells of the coarser mesh are larger, on which the error estimate is checked; chosen.
 COARSER = 2**0.5
 FEWEST_CELLS = 4  # on a half-circle; chosen
 # The continuation to the first parameters takes many solutions that are not reported. It is done on cells larger by
-# this factor, with at least SCOUT_CELLS cells on a half-circle; both were chosen.
-SCOUT, SCOUT_CELLS = 2.0, 8
+# this factor, with at least SCOUT_CELLS cells on a half-circle, and not solved better than its cells are; all chosen.
+SCOUT, SCOUT_CELLS, SCOUT_TOLERANCE = 2.0, 8, 1e-4
 # Factor by which a zero may lie outside the interval between two points of opposite sign; chosen.
 BESIDE = 1.05
 # Logarithm of the ratio of parameters between known solutions. Closer ones are not kept: a solution takes much memory,
@@ -172,7 +173,8 @@ class Branch:
         scout = None
         if cold_start(parameters) != parameters:
             with suppress(NoSteadyState, MeshFailure):
-                scout = walked(comm, coarser(problem, SCOUT, SCOUT_CELLS), parameters)
+                rough = replace(problem, newton=replace(problem.newton, tolerance=SCOUT_TOLERANCE))
+                scout = walked(comm, coarser(rough, SCOUT, SCOUT_CELLS), parameters)
         self.scenes: list[Steady] = []
         try:
             self.scenes.append(started(comm, problem, parameters, scout))
@@ -317,12 +319,7 @@ class Branch:
     def _read(self, iterations_before: int) -> Point:
         fine = self.fine
         fine.factor()
-        gaps = fine.parameters.gaps
-        velocities = fine.constraints.fields["U_p"]
-        slopes = np.zeros(len(gaps))
-        if gaps:
-            change = fine.tangent(lambda tau: replace(fine.parameters, gaps=tuple(d + tau for d in gaps)))
-            slopes = np.diff(change[velocities])
+        slopes = np.diff(fine.gap_tangents().sum(axis=0)[fine.constraints.fields["U_p"]])
         observation = fine.observe()
         errors = None
         if len(self.scenes) > 1:

@@ -23,9 +23,9 @@ MOST_APART = 0.4  # of a distance, relative to itself
 MOST_SHAPE = 0.15  # of a nodal position of a particle, relative to the largest diameter
 MOST_STRESS = 1.0  # of a nodal value of the log-conformation
 SMALLEST = 2e-3  # step, relative to the distance to the target, below which natural continuation stops
-# Factor of De or Ca_e above which the matrix of the last solution is not used for the first iteration. At De 0.02 its
-# second step leads out of the basin of attraction of solutions at De 0.08; with a new matrix De 1 is reached at once.
-FAR = 1.5
+# Factor by which a parameter changes above which a solve begins with a new matrix, at the predicted state. That of the
+# last solution would contract by 0.14 where a distance changes by a fifth, one of the predicted state does by 0.01.
+FAR = 1.05
 EASY, HARD = 4, 8  # numbers of Newton iterations up to which the step is doubled, and from which it is halved
 MOST_RELAXED = 3  # consecutive steps by pseudo-time; without a limit they could approach a fold in ever smaller steps
 ARC = 0.1  # first step of the arc length
@@ -151,7 +151,10 @@ def follow(steady: Steady, target: Parameters) -> None:
     tau, longest, refused, relaxed = 0.0, 1.0, "", 0
     while tau < 1.0:
         steady.factor()
-        tangent = steady.tangent(lambda change, at=tau: along(at + change))  # type: ignore[misc]
+        if replace(start, gaps=target.gaps) == target:
+            tangent = np.subtract(target.gaps, start.gaps) @ steady.gap_tangents()
+        else:
+            tangent = steady.tangent(lambda change, at=tau: along(at + change))  # type: ignore[misc]
         step = min(longest, reach(steady, tangent, np.subtract(target.gaps, start.gaps)))
         if step > 0.9 * (1.0 - tau):
             step = 1.0 - tau
@@ -183,8 +186,8 @@ def follow(steady: Steady, target: Parameters) -> None:
 
 def _far(here: Parameters, there: Parameters) -> bool:
     """Whether a step is so long that the matrix of the last solution is not used at the new parameters."""
-    pairs = [*zip(here.Ca_es, there.Ca_es, strict=True), (here.De, there.De)]
-    return any(new > FAR * old > 0 for old, new in pairs)
+    pairs = zip((*here.gaps, *here.Ca_es, here.De), (*there.gaps, *there.Ca_es, there.De), strict=True)
+    return any(max(old / new, new / old) > FAR for old, new in pairs if old and new)
 
 
 def _lost(steady: Steady, target: Parameters, refused: str) -> NoSteadyState:

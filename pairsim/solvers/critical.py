@@ -20,7 +20,7 @@ from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.continuation import prepared, reach, where
 from pairsim.solvers.curve import Jump, Zero, find_zeros, trace
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady import Snapshot
+from pairsim.solvers.snapshot import Snapshot
 
 Followed = Literal["Ca_e", "De"]
 Kind = Literal["wanted", "added", "vanishes", "edge"]

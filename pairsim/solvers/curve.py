@@ -14,11 +14,11 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.curve_interpolant import curve_interpolant
-from pairsim.solvers.steady import Snapshot
+from pairsim.solvers.snapshot import Snapshot
 
 # All constants were chosen.
 HALVINGS = 5  # bisections of an interval with a change of sign in which Newton's method finds no zero
-ROUNDING = 1e-12  # |dU| up to which dU is rounding error, as for equal rigid spheres in a Newtonian liquid [U_av]
+ROUNDING = 1e-10  # |dU| up to which dU and its slopes are rounding error, as for equal rigid spheres [U_av]
 ALMOST = 0.05  # |dU| at an interpolated zero, relative to that at the neighbouring points, up to which it is accepted
 JUMP = 3.0  # a change of dU larger than that expected from the slopes by this factor is a jump between two meshes
 CLOSE = 0.1  # difference of log d below which no point is added between two others

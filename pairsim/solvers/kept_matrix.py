@@ -40,6 +40,10 @@ class KeptMatrix:
         self.due, self.fresh = not self._policy.serves_step(ratio), False
         self._step = 0.0
 
+    def is_near(self) -> bool:
+        """Whether the factors are near those of the matrix at the solution of the last solve."""
+        return self.g is not None and self.rate <= self._policy.near
+
     def made(self, g: float) -> None:
         """Record that a new matrix was assembled and factorised with this g = gamma dt."""
         self.g, self.rate, self._mismatch = g, 0.0, 0.0

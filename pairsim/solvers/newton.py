@@ -1,9 +1,8 @@
 """Newton's method for T R(x(y)) = 0 with PETSc SNES and MUMPS.
 
 The matrix T A P is assembled straight from the cells; on several processes PETSc's COO interface sums their parts. The
-Jacobian is lagged while the iteration contracts well. Its factors are in single precision, and solutions are refined
-with the matrix itself. Where that does not converge, near folds, the factors are in double precision. See "Nonlinear
-and linear solvers" in docs/explanation/numerics.md.
+Jacobian is lagged while the iteration contracts well. See "Nonlinear and linear solvers" in
+docs/explanation/numerics.md.
 """
 
 from __future__ import annotations
@@ -20,7 +19,8 @@ from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.fenicsx import PETSc
-from pairsim.runtime.signals import Stopped, callback, sigterm_waits, stop_wanted
+from pairsim.runtime.signals import Stopped, callback, stop_wanted
+from pairsim.solvers.factors import Factors
 from pairsim.solvers.kept_matrix import KeptMatrix
 from pairsim.solvers.matrix_state import MatrixState, Place
 from pairsim.solvers.newton_options import NewtonOptions
@@ -29,16 +29,13 @@ from pairsim.solvers.reduced_system import ReducedSystem
 
 _PREFIXES = itertools.count()
 
-MOST_ANALYSES = 4  # attempts with the workspace of MUMPS doubled each time; chosen
 REASONS = {-3: "the matrix is singular", -4: "the residual is not a number", -5: "too many iterations"}
 # Growth of the residual at which the iteration is stopped. No iteration with a larger growth was seen to converge, and
 # MUMPS takes tens of seconds for each matrix of such states.
 LOST = 1e8
-# Residuals of linear systems relative to the right-hand side, all chosen. With factors in single precision the first
-# solution leaves 1e-6 to 1e-3, and every refinement gains a factor of 1e4. A Newton step needs no more than ROUGH if
-# the matrix is that of an earlier iterate, or after a step larger than NONLINEAR, which leaves a larger error itself.
-ACCURATE, ROUGH, NONLINEAR = 1e-8, 1e-2, 1e-2
-MOST_REFINEMENTS = 5  # chosen; a matrix that needs more is too close to a singular one for single precision
+# A step with the matrix of an earlier iterate, or after a step larger than this, leaves a larger error itself than a
+# linear system that is solved roughly. Chosen.
+NONLINEAR = 1e-2
 
 
 class Newton:
@@ -51,9 +48,6 @@ class Newton:
         constraints: Its constraints.
         options: Tolerance, reuse of the matrix, and options of the factorisation.
         clock: Stopwatch for the phases of the computation.
-
-    Attributes:
-        single: Whether the factors are in single precision.
     """
 
     def __init__(
@@ -65,15 +59,14 @@ class Newton:
         clock: Clock | None = None,
     ) -> None:
         self.scene, self.constraints, self.options = scene, constraints, options or NewtonOptions()
-        self.clock, self.single = clock or Clock(), self.options.single
-        self.matrix = KeptMatrix(self.options.matrix)
+        self.clock, self.matrix = clock or Clock(), KeptMatrix(self.options.matrix)
         self._analysed: Place | None = None
         self._factored: Place | None = None
         # State of the present solve.
         self._h_star, self._g, self._U_m = np.zeros(scene.h_size), 1.0, 0.0
         self._x = np.zeros(scene.size)
         self._star: Array | None = None
-        self._factorisations, self._leading, self._why = 0, 0.0, ""
+        self._leading, self._why = 0.0, ""
         self._stopped = ""  # name of the signal that stopped it
         self._residual_norm = self._first_norm = 0.0
         self._steps: dict[str, float] = {}
@@ -86,8 +79,7 @@ class Newton:
         self._system = ReducedSystem(self.scene, self.constraints)
         self._A = self._system.A
         self._y, self._r = self._A.createVecs()
-        self._prefix = prefix = f"pairsim_{next(_PREFIXES)}_"
-        self._relaxation = self.options.mumps.workspace
+        prefix = f"pairsim_{next(_PREFIXES)}_"
         self._snes = PETSc.SNES().create(self.scene.comm)
         self._snes.setOptionsPrefix(prefix)
         self._snes.setFunction(callback(self._residual), self._r)
@@ -95,19 +87,14 @@ class Newton:
         self._snes.setConvergenceTest(callback(self._converged))
         self._snes.setType("newtonls")
         self._snes.setMaxFunctionEvaluations(-1)
-        ksp = self._snes.getKSP()
-        self._refine(self.single)
-        ksp.getPC().setType("lu")
-        ksp.getPC().setFactorSolverType("mumps")
+        self._factors = Factors(self._system, self._snes.getKSP(), prefix, self.options)
         database = PETSc.Options()
         names = {f"{prefix}snes_linesearch_type": "basic", f"{prefix}snes_max_it": self.options.max_iterations}
-        names |= {f"{prefix}mat_mumps_{k}": v for k, v in self.options.mumps.controls.items()}
-        names |= {f"{prefix}{k}": v for k, v in self._system.options.items()}
-        names |= {f"{prefix}pc_precision": "single" if self.single else "double"}
+        names |= {f"{prefix}{k}": v for k, v in self._factors.options.items()}
         for name, value in names.items():
             database[name] = value
         self._snes.setFromOptions()
-        ksp.setFromOptions()
+        self._snes.getKSP().setFromOptions()
         self._names = list(names)
 
     def state(self, y: Array) -> tuple[Array, Array]:
@@ -138,56 +125,38 @@ class Newton:
 
     def _jacobian(self, snes: Any, y: Any, A: Any, _: Any) -> None:
         rough = not self.matrix.due or (snes.getIterationNumber() > 0 and self._leading > NONLINEAR)
-        snes.getKSP().setTolerances(rtol=ROUGH if rough else ACCURATE, max_it=MOST_REFINEMENTS)
+        self._factors.tolerate(rough)
         if not self.matrix.due:
             return
         with self.clock("assembly"):
             self._system.assemble(self._g)
         with self.clock("factorisation"):
-            self._factor(snes.getKSP(), A)
+            discarded = self._factors.make()
         self.matrix.made(self._g)
         self._factored = Place(self._x, self._star, self._g, self._U_m)
-        self._analysed = self._analysed or self._factored
-        self._factorisations += 1
+        self._analysed = self._factored if discarded else self._analysed or self._factored
 
-    def _factor(self, ksp: Any, A: Any) -> None:
-        """Factorise; analyse again with twice the workspace if delayed pivots exceed it, use double if singular."""
-        ksp.setOperators(A)
-        for _ in range(MOST_ANALYSES):
-            with sigterm_waits():
-                ksp.setUp()
-            status = ksp.getPC().getFactorMatrix().getMumpsInfog(1)
-            if status >= 0:
-                return
-            if status in (-8, -9):
-                self._relaxation *= 2
-                self._forget_factor()
-            elif self.single:
-                self.use_double()
-            else:
-                return
-            ksp.setOperators(A)
+    @property
+    def single(self) -> bool:
+        """Whether the factors are in single precision."""
+        return self._factors.single
+
+    @property
+    def factorisations(self) -> int:
+        """Number of matrices factorised so far."""
+        return self._factors.count
 
     def _forget_factor(self) -> None:
         """Discard the factors and the symbolic analysis."""
-        PETSc.Options()[f"{self._prefix}mat_mumps_icntl_14"] = self._relaxation
-        self._snes.getKSP().reset()
+        self._factors.forget()
         self.matrix.forget()
         self._analysed = None
 
     def use_double(self) -> None:
         """Discard the factors, and keep those of this scene in double precision from now on."""
-        self.single = False
-        PETSc.Options()[f"{self._prefix}pc_precision"] = "double"
-        self._forget_factor()
-        self._refine(False)
-        self._snes.getKSP().getPC().setFromOptions()
-
-    def _refine(self, single: bool) -> None:
-        """Refine solutions with factors in single precision; others are taken as they are, near folds too."""
-        ksp, norm = self._snes.getKSP(), PETSc.KSP.NormType
-        ksp.setType("richardson" if single else "preonly")
-        ksp.setNormType(norm.UNPRECONDITIONED if single else norm.NONE)
+        self._factors.use_double()
+        self.matrix.forget()
+        self._analysed = None
 
     def _converged(self, snes: Any, its: int, norms: tuple[float, float, float]) -> int:
         reason = PETSc.SNES.ConvergedReason
@@ -258,14 +227,17 @@ class Newton:
         if star is not None:
             self.scene.set_step(star, g, U_m)
         self.matrix.begin_solve(g)
-        self._steps, self._why, self._stopped, self._factorisations = {}, "", "", 0
+        self._steps, self._why, self._stopped, before = {}, "", "", self.factorisations
         self._residual_norm = self._first_norm = 0.0
         self._system.scatter(y, self._y)
         with self.clock("solve"):
             inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation"))
             try:
                 self._snes.solve(None, self._y)
-                if self._snes.getConvergedReason() == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE and self.single:
+                if (
+                    self._snes.getConvergedReason() == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
+                    and self._factors.single
+                ):
                     self.use_double()
                     self.matrix.begin_solve(g)
                     self._system.scatter(y, self._y)
@@ -285,7 +257,7 @@ class Newton:
             self._forget_factor()
             reason = self._snes.getConvergedReason()
             self._why = self._why or REASONS.get(reason, f"SNES reason {reason}")
-        counts = self._snes.getIterationNumber(), self._factorisations
+        counts = self._snes.getIterationNumber(), self.factorisations - before
         return solution, Report(converged, *counts, self._why, dict(self._steps), self._residual_norm)
 
     def overstretched(self, y: Array) -> str:
@@ -308,33 +280,46 @@ class Newton:
         self.matrix.due = True
         self._jacobian(self._snes, self._y, self._A, None)
         self.matrix.fresh = False
-        if self._snes.getKSP().getPC().getFactorMatrix().getMumpsInfog(1) < 0:
+        if not self._factors.regular:
             self._forget_factor()
             return False
+        return True
+
+    def linearise_at(self, y: Array) -> bool:
+        """Assemble the matrix at a solution y for `linear_solve`, and factorise it if the factors in hand are far off.
+
+        Factors of the last iterations of a solve that contracted well serve to refine solutions with the exact matrix.
+
+        Returns:
+            Whether `linear_solve` may be called.
+        """
+        if not (self.single and self.matrix.is_near()):
+            return self.factor_at(y)
+        if not np.isfinite(self.residual_at(y)).all():
+            return False
+        with self.clock("assembly"):
+            self._system.assemble(self._g)
+        self._factors.keep()
         return True
 
     @property
     def factor_megabytes(self) -> int:
         """Memory of the current factors on all processes [1e6 bytes]."""
-        return int(self._snes.getKSP().getPC().getFactorMatrix().getMumpsInfog(22))
+        return self._factors.megabytes
 
     def linear_solve(self, rhs: Array, *, transposed: bool = False, rough: bool = False) -> Array:
-        """Solve with the matrix factorised last, or its transpose, to ACCURATE or ROUGH of the residual; (n_y,)."""
-        b, x = self._A.createVecs()
-        self._system.scatter(rhs, b)
-        ksp = self._snes.getKSP()
-        ksp.setTolerances(rtol=ROUGH if rough else ACCURATE, max_it=MOST_REFINEMENTS)
+        """Solve with the matrix assembled last, or its transpose, to 1e-10 of the right-hand side.
+
+        Args:
+            rhs: One right-hand side, shape (n_y,), or several, shape (k, n_y).
+            transposed: Whether to solve with the transposed matrix.
+            rough: Whether 1e-2 of it is enough.
+
+        Returns:
+            The solutions, of the same shape.
+        """
         with self.clock("solve"):
-            solve = ksp.solveTranspose if transposed else ksp.solve
-            solve(b, x)
-            if self.single and ksp.getConvergedReason() < 0:
-                self.use_double()
-                self._factor(ksp, self._A)
-                solve(b, x)
-        values = self._system.gather(x)
-        b.destroy()
-        x.destroy()
-        return values
+            return self._factors.solve(np.atleast_2d(rhs), transposed=transposed, rough=rough).reshape(rhs.shape)
 
     def reduce(self, x: Array) -> Array:
         """T R for a full vector x, shape (n,), which may violate the constraints."""
@@ -346,7 +331,9 @@ class Newton:
         """State of the matrix for the next solve, None if the next solve assembles a new one."""
         if self.matrix.g is None or self._factored is None or self._analysed is None:
             return None
-        return MatrixState((self._analysed, self._factored), self.matrix.rate, self._relaxation, self.single)
+        return MatrixState(
+            (self._analysed, self._factored), self.matrix.rate, self._factors.relaxation, self._factors.single
+        )
 
     def recall(self, state: MatrixState) -> None:
         """Reproduce the matrix of a stored state, so that a continued run has the same Newton steps.
@@ -354,7 +341,7 @@ class Newton:
         A lagged matrix affects the solution within the tolerance, and its ordering affects rounding. Both are visible
         in dU, a small difference of large velocities.
         """
-        self._relaxation = state.relaxation
+        self._factors.relaxation = state.relaxation
         (self._forget_factor if state.single else self.use_double)()
         analysed, factored = state.places
         for place in (factored,) if analysed is factored else state.places:

@@ -24,3 +24,7 @@ class Parameters:
     def with_gap(self, d: float) -> Parameters:
         """The same parameters with all distances equal to d."""
         return replace(self, gaps=(d,) * len(self.gaps))
+
+    def with_longer_gap(self, i: int, change: float) -> Parameters:
+        """The same with gap i, from upstream, longer by a change [D_c]."""
+        return replace(self, gaps=(*self.gaps[:i], self.gaps[i] + change, *self.gaps[i + 1 :]))

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -37,7 +38,7 @@ def drift(steady: Steady) -> Array:
     def along(tau: float) -> Parameters:
         return replace(now, gaps=tuple(np.add(now.gaps, tau * rates / fastest)))
 
-    y_t = fastest * steady.tangent(along)
+    y_t = rates @ steady.gap_tangents()
     ends = [steady.h_star(along(tau)) for tau in (DIFFERENCE, -DIFFERENCE)]
     h_t = fastest * (ends[0] - ends[1]) / (2 * DIFFERENCE) + constraints.M @ y_t
     (h, x), liquid = steady.state(), scene.liquid
@@ -89,9 +90,8 @@ def sensitivities(steady: Steady) -> dict[str, Array]:
         lines["De"] = now.De, lambda tau: replace(now, De=now.De * (1 + tau))
     lines["beta"] = max(steady.problem.betas), lambda tau: replace(now, size=now.size * (1 + tau))
     changes = {name: steady.residual_change(line) / value for name, (value, line) in lines.items()}
-    adjoints = []
-    for i in range(len(velocities) - 1):
-        row = np.zeros(steady.constraints.size)
-        row[velocities[[i, i + 1]]] = -1.0, 1.0
-        adjoints.append(steady.newton.linear_solve(row, transposed=True))
-    return {name: -np.array([adjoint @ change for adjoint in adjoints]) for name, change in changes.items()}
+    rows = np.zeros((len(velocities) - 1, steady.constraints.size))
+    for row, pair in zip(rows, pairwise(velocities), strict=True):
+        row[list(pair)] = -1.0, 1.0
+    adjoints = steady.newton.linear_solve(rows, transposed=True)
+    return {name: -adjoints @ change for name, change in changes.items()}

@@ -9,7 +9,7 @@ import numpy as np
 from pairsim.fem.constraints import Constraints
 from pairsim.fem.reduced_matrix import ReducedMatrix
 from pairsim.fem.scene import Scene
-from pairsim.runtime.arrays import Array
+from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.fenicsx import PETSc
 from pairsim.solvers.elimination_order import elimination_order
 
@@ -58,14 +58,32 @@ class ReducedSystem:
 
     def gather(self, vector: Any) -> Array:
         """Gather a vector on every process, shape (n_y,)."""
-        local = np.array(vector.getArray(readonly=True))
+        return self._whole(np.array(vector.getArray(readonly=True)))
+
+    def scatter(self, values: Array, vector: Any) -> None:
+        """Set a vector from values that are identical on every process, shape (n_y,)."""
+        vector.setArray(values[self._own])
+
+    def block(self, values: Array) -> Any:
+        """PETSc's dense matrix whose columns are vectors, shape (k, n_y), that are identical on every process."""
+        local = np.asfortranarray(values[:, self._own].T)
+        sizes = (self._counts[self.comm.rank], self.size), (None, len(values))
+        return PETSc.Mat().createDense(sizes, array=local, comm=self.comm)
+
+    def gather_block(self, local: Array) -> Array:
+        """Gather the columns of a block, of which this process has the rows `local`, shape (k, n_y)."""
+        return np.array([self._whole(np.ascontiguousarray(column)) for column in local.T])
+
+    @property
+    def _own(self) -> Indices:
+        """Unknowns of the rows of this process."""
+        return self._order[self._range[0] : self._range[1]]
+
+    def _whole(self, local: Array) -> Array:
+        """Gather the values of all rows on every process, shape (n_y,)."""
         whole = np.empty(self.size)
         if self.comm.size == 1:
             whole[self._order] = local
         else:
             self.comm.Allgatherv(local, (whole, self._counts))
         return whole
-
-    def scatter(self, values: Array, vector: Any) -> None:
-        """Set a vector from values that are identical on every process, shape (n_y,)."""
-        vector.setArray(values[self._order[self._range[0] : self._range[1]]])

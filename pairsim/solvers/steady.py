@@ -7,7 +7,8 @@ docs/explanation/numerics.md. `Steady` also provides the tangents and the remesh
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -18,7 +19,6 @@ from pairsim.fem.geometry import Geometry, Reference
 from pairsim.fem.remeshing import needs_mesh
 from pairsim.fem.scene import Scene
 from pairsim.fem.scene_constraints import steady_base, steady_constraints
-from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.physics.pipe import PipeState
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
@@ -31,6 +31,7 @@ from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene, cut_particl
 from pairsim.solvers.newton_report import Report
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
+from pairsim.solvers.snapshot import Snapshot
 
 # Step of the central differences that approximate derivatives with respect to parameters. Chosen; sensitivities agree
 # with neighbouring solutions to 1e-3.
@@ -38,23 +39,6 @@ DIFFERENCE = 1e-5
 # Distortions at which a mesh is replaced and a mesh around spheres is accepted; stricter than in time, since near the
 # end of a branch distorted cells let rims buckle too early: at Ca_e 0.14 instead of 0.16 (beta 0.4, d 0.1).
 LEAST_STEADY, FRESH_STEADY = 0.6, 0.75
-
-
-@dataclass(frozen=True)
-class Snapshot:
-    """A stored solution and its mesh.
-
-    Attributes:
-        parameters: Parameters of the solution.
-        y: Free unknowns, shape (n_y,).
-        reference: Reference domain of the liquid.
-        mesh: Mesh of the reference domain.
-    """
-
-    parameters: Parameters
-    y: Array
-    reference: Reference
-    mesh: SixNodeMesh
 
 
 class Steady(OnMeshedScene):
@@ -85,6 +69,7 @@ class Steady(OnMeshedScene):
         self._refused: Parameters | None = None
         # State at which the matrix was factorised: y and parameters.
         self._factored: tuple[Array, Parameters] | None = None
+        self._gap_tangents: Array | None = None
         geometry = Geometry(problem.betas, parameters.gaps, problem.length)
         narrowest = tuple(min(d, problem.narrowest) for d in parameters.gaps)
         with self.clock("mesh"):
@@ -342,7 +327,9 @@ class Steady(OnMeshedScene):
         return self.distortion_of(*self._state_at(parameters, y)) <= 0
 
     def factor(self) -> None:
-        """Factorise the exact matrix at the solution, for tangents and for the next solve.
+        """Assemble the matrix at the solution for tangents, and factorise it unless the factors in hand serve.
+
+        One iteration with it takes away what those with the matrices of earlier iterates have left.
 
         Raises:
             NoSteadyState: The matrix is singular.
@@ -350,10 +337,14 @@ class Steady(OnMeshedScene):
         self.apply(self.parameters)
         if self._factored is not None and self._factored[0] is self.y and self._factored[1] == self.parameters:
             return
-        self.factorisations += 1
-        if not self.newton.factor_at(self.y):
+        before = self.newton.factorisations
+        regular = self.newton.linearise_at(self.y)
+        self.factorisations += self.newton.factorisations - before
+        if not regular:
             raise NoSteadyState("Newton's matrix is singular at the solution", advice="a larger mesh.Np")
-        self._factored = self.y, self.parameters
+        self.y = self.y - self.newton.linear_solve(self.newton.residual_at(self.y))
+        self.iterations += 1
+        self._factored, self._gap_tangents = (self.y, self.parameters), None
 
     def residual_change(self, along: Callable[[float], Parameters]) -> Array:
         """Derivative dR/dtau at fixed y along a line of parameters by a central difference, shape (n_y,).
@@ -371,6 +362,14 @@ class Steady(OnMeshedScene):
     def tangent(self, along: Callable[[float], Parameters]) -> Array:
         """Derivative dy/dtau along a line of parameters, shape (n_y,); `factor` must have been called."""
         return -self.newton.linear_solve(self.residual_change(along))
+
+    def gap_tangents(self) -> Array:
+        """Derivatives of y with respect to each distance, shape (N-1, n_y); `factor` must have been called."""
+        if self._gap_tangents is None:
+            lines = [partial(self.parameters.with_longer_gap, i) for i in range(len(self.parameters.gaps))]
+            changes = np.array([self.residual_change(line) for line in lines]).reshape(-1, len(self.y))
+            self._gap_tangents = -self.newton.linear_solve(changes) if lines else changes
+        return self._gap_tangents
 
     def residual(self) -> Array:
         """Residual at the solution, shape (n_y,)."""
@@ -393,11 +392,6 @@ class Steady(OnMeshedScene):
     def developed_flow(self) -> PipeState:
         """Developed flow without particles at the present De."""
         return self._flows.at(self.parameters.De)
-
-    @property
-    def centres(self) -> Array:
-        """Axial positions of the centres of undeformed spheres at the present distances, shape (N,)."""
-        return Geometry(self.problem.betas, self.parameters.gaps, self.problem.length).centres
 
     def close(self) -> None:
         """Free the memory of the solver."""

@@ -1,1 +1,1 @@
-"""Compute many cases, each in its own process."""
+"""Compute many cases in child processes."""

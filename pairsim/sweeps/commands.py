@@ -58,7 +58,7 @@ class SweepCommand[C: SceneCase]:
         last: Last columns of results.csv, taken from run.json.
         read: Reads the values of `columns` from a folder; values that are missing are left out, without an error.
         resumable: Whether the command can continue from checkpoint.npz with --resume.
-        neighbours: Keys along which a case can start from the solutions of the previous one (see `curve_worker`).
+        neighbours: Keys along which a case can start from the solutions of the previous one (see `case_worker`).
     """
 
     name: str

@@ -14,6 +14,10 @@ from pairsim.sweeps.grid import SweepCase
 from pairsim.sweeps.ledger import Shard
 from pairsim.sweeps.worker import Task
 
+# Largest number and estimated time [s] of cases that one process computes one after another. Chosen: the start of a
+# process, one second, is then a small part of its time, and workers end a sweep within a minute of each other.
+MOST_CASES, MOST_SECONDS = 50, 60.0
+
 
 def part_of(cases: tuple[SweepCase, ...], shard: Shard | None) -> list[SweepCase]:
     """The cases of a shard: each case, the most expensive first, goes to the shard with the least load so far."""
@@ -40,20 +44,35 @@ def units(tasks: list[Task], neighbours: tuple[str, ...], workers: int) -> deque
     Args:
         tasks: All cases.
         neighbours: Keys along which a case can start from another. Cases that differ only in these form a sequence in
-            which one key changes at a time. Without such keys, each case is a unit.
+            which one key changes at a time. Without such keys, only short cases share a unit.
         workers: Number of workers. Sequences are cut so that each worker gets at least two units.
     """
+    longest = math.ceil(len(tasks) / (2 * workers))
+    if not neighbours:
+        return deque(_batches(tasks, min(longest, MOST_CASES)))
     alike: dict[str, list[Task]] = {}
     for task in tasks:
         rest = {key: value for key, value in task.checked.identity.items() if key not in (*neighbours, BLOCK)}
-        alike.setdefault(json.dumps(rest, sort_keys=True) if neighbours else task.key, []).append(task)
-    longest = math.ceil(len(tasks) / (2 * workers))
+        alike.setdefault(json.dumps(rest, sort_keys=True), []).append(task)
     found = []
     for group in alike.values():
         sequence, pieces = _walk(group, neighbours), math.ceil(len(group) / longest)
         cuts = [i * len(sequence) // pieces for i in range(pieces + 1)]
         found += [sequence[a:b] for a, b in pairwise(cuts)]
     return deque(sorted(found, key=lambda unit: -sum(task.checked.estimate.seconds for task in unit)))
+
+
+def _batches(tasks: list[Task], most: int) -> list[list[Task]]:
+    """Group cases, the most expensive first, into batches of limited number and estimated time."""
+    batches: list[list[Task]] = []
+    seconds = math.inf
+    for task in sorted(tasks, key=lambda task: -task.checked.estimate.seconds):
+        if seconds + task.checked.estimate.seconds > MOST_SECONDS or len(batches[-1]) == most:
+            batches.append([])
+            seconds = 0.0
+        batches[-1].append(task)
+        seconds += task.checked.estimate.seconds
+    return batches
 
 
 def _walk(group: list[Task], keys: tuple[str, ...]) -> list[Task]:

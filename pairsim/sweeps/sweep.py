@@ -1,4 +1,4 @@
-"""`pairsim sweep`: compute the cases of a grid, distributed over the ranks of an MPI job, each in its own process.
+"""`pairsim sweep`: compute the cases of a grid, distributed over the ranks of an MPI job, in child processes.
 
 Rank 0 keeps the ledger, distributes the cases and computes some itself. No rank blocks inside MPI, so that idle ranks
 use no processor time. Without mpirun, MPI is not imported.
@@ -54,7 +54,7 @@ class Options:
         ranks_per_case: MPI processes of each case.
         case_timeout: Largest wall time of a case [s].
         walltime: Largest wall time of the sweep [s].
-        cold: Whether curves do not start from the solutions of neighbouring curves.
+        cold: Whether every case has a process of its own, and no curve starts from the solutions of another.
         settings: The settings of --set, for grid.yaml.
         workers: Number of cases computed at the same time without mpirun; under mpirun, each process is a worker.
         signals: Whether SIGINT and SIGTERM end the sweep in order; if not, a KeyboardInterrupt does.
@@ -212,8 +212,8 @@ class _Root:
         self.idle = deque(ranks if size > 1 else range(options.workers))
         self.workers = {rank: {"cases": 0, "busy": 0.0} for rank in self.idle}
         self.running: dict[int, list[str]] = {}
-        neighbours = () if options.cold else grid.command.neighbours
-        self.queue = units(self._tasks(cases), neighbours, len(self.workers))
+        tasks, neighbours = self._tasks(cases), grid.command.neighbours
+        self.queue = deque([task] for task in tasks) if options.cold else units(tasks, neighbours, len(self.workers))
         self.forms = tuple(dict.fromkeys(f for unit in self.queue for task in unit for f in task.checked.forms))
         self.stopping, self.code, self.why = False, 0, ""
         self.begin = time.monotonic()

@@ -1,7 +1,7 @@
-"""A worker of a sweep: computes cases one after another, each in a child process.
+"""A worker of a sweep: computes cases in child processes.
 
-Neighbouring curves are computed by one child process, which starts each from the solutions of the previous one; if it
-dies, a new one computes the rest. The folder of a case is locked until its child process has ended.
+Short cases, and neighbouring curves, are computed one after another by one child process (`case_worker`); if it dies or
+has become large, a new one computes the rest. The folder of a case is locked until it has ended.
 """
 
 from __future__ import annotations
@@ -91,6 +91,7 @@ class CaseWorker:
         self.command, self.ranks, self.timeout = command, ranks, timeout
         self._unit: list[Task] = []
         self._child: Child | None = None
+        self._first = ""  # folder of the child's first case
         self._left = 0  # number of cases that the child has yet to finish, including the current one
         self._locks: dict[str, FolderLock] = {}
         self._stopped, self._resumed = "", False
@@ -148,6 +149,9 @@ class CaseWorker:
         record = read_record(task.directory)
         if finished_in(task.directory, self.command, task.key):  # even if the child failed afterwards
             code = 0
+        elif not record and task.folder != self._first and not self._stopped and code == 0:  # the child has grown large
+            self._start(task, resume=task.resume)
+            return None
         elif code == 2 and self._resumed and not self._stopped:  # a checkpoint that cannot be used
             self._start(task, resume=False)
             return None
@@ -179,10 +183,12 @@ class CaseWorker:
 
     def _start(self, task: Task, resume: bool) -> None:
         """Start a child process for a case and the following cases of the unit that are neither locked nor finished."""
-        self._resumed = resume and self.command.resumable and (task.directory / CHECKPOINT).is_file()
+        self._resumed = resume and self._has_checkpoint(task)
         together = [task]
-        for other in self._unit[1:]:
+        for other in () if self._resumed else self._unit[1:]:
             if not self._locked(other) or finished_in(other.directory, self.command, other.key):
+                break
+            if other.resume and self._has_checkpoint(other):
                 break
             together.append(other)
         for each in together:
@@ -194,7 +200,7 @@ class CaseWorker:
         name = self.command.name
         if len(together) > 1:
             arguments = [
-                "pairsim.sweeps.curve_worker",
+                *("pairsim.sweeps.case_worker", name),
                 *(str(path) for each in together for path in (each.case_file, each.directory)),
             ]
         elif self._resumed:
@@ -204,7 +210,10 @@ class CaseWorker:
         mpirun = [find_mpirun() or "mpirun", "-n", str(self.ranks)] if self.ranks > 1 else []
         locks = [self._locks[each.folder] for each in together]
         self._child = Child([*mpirun, *module_command(*arguments)], locks, ranks=bool(mpirun))
-        self._left, self._begun = len(together), time.monotonic()
+        self._first, self._left, self._begun = task.folder, len(together), time.monotonic()
+
+    def _has_checkpoint(self, task: Task) -> bool:
+        return self.command.resumable and (task.directory / CHECKPOINT).is_file()
 
     def _end(self, task: Task, status: str, reason: str, message: str) -> Result:
         seconds = self._seconds

@@ -32,7 +32,7 @@ def compute(setting: Setting) -> Found:
         return Found(rows)
     draw(setting, test, times, found)
     times, exact = list(test.RELAXATION), list(test.RELAXATION.values())
-    back = test.stretches(0.1, times, rate=0.0, l_0=1.3)
+    back = test.stretches(0.1, times, rate=0.0, l_0=1.3, Np=20)
     rows += compared("relaxation from l = 1.3", times, back, exact, 1e-3, "relaxation")
     rows.append(fold(test))
     return Found(rows)

@@ -13,7 +13,7 @@ from pairsim.physics.pipe import Pipe
 from pairsim.physics.scales import FLOW_RATE, TUBE_RADIUS
 from validation_book.comparisons import Comparison, Found, Setting, Subject, against, reference, verification
 
-CELLS = 0.05  # [D_c]
+CELLS, LENGTH = 0.05, 0.5  # of the mesh and of the piece of tube [D_c]
 OWN = "steady shear of the law written for tau, and the linear shear stress"
 
 
@@ -39,7 +39,7 @@ def giesekus(test: Any, setting: Setting) -> list[Comparison]:
         ):
             rows.append(against(reference("tube", f"{name} {key}"), what, name, value, 1e-7, headline=name == "dp/L"))
         if not setting.quick:
-            gradient, centre = test.pipe_in_two_dimensions(liquid, [20 * De], max_size=CELLS)[20 * De]
+            gradient, centre = test.pipe_in_two_dimensions(liquid, [20 * De], length=LENGTH, max_size=CELLS)[20 * De]
             what = f"Giesekus, De {De:g}, mesh"
             rows.append(against(reference("tube", f"dp/L {key}"), what, "dp/L", gradient, 1e-4, headline=True))
             rows.append(against(reference("tube", f"u(0) {key}"), what, "u(0)", centre, 1e-4))
@@ -55,7 +55,8 @@ def steady_laws(test: Any, setting: Setting) -> list[Comparison]:
         found = Pipe(liquid).steady().gradient
         rows.append(Comparison(f"{what}, one dimension", "dp/L", found, None, exact, OWN, 1e-6, table="laws"))
         if not setting.quick:
-            mesh = test.pipe_in_two_dimensions(liquid, [20 * liquid.De], max_size=CELLS)[20 * liquid.De][0]
+            end = 20 * liquid.De
+            mesh = test.pipe_in_two_dimensions(liquid, [end], length=LENGTH, max_size=CELLS)[end][0]
             rows.append(Comparison(f"{what}, mesh", "dp/L", mesh, None, exact, OWN, 4e-4, name != "giesekus", "laws"))
     return rows
 
@@ -83,13 +84,13 @@ def start_up(test: Any) -> list[Comparison]:
     """Start-up at constant flow rate, De 1, on the mesh."""
     times = [float(t) for t in test.START_UP]
     liquid = Polymer("giesekus", 0.09, 0.2, De=1.0)
-    found = test.pipe_in_two_dimensions(liquid, times, max_size=CELLS)
+    found = test.pipe_in_two_dimensions(liquid, times, length=LENGTH, max_size=CELLS)
     rows = []
     for t in times:
         known, what = reference("tube start-up", f"dp/L t {t:g}"), f"Giesekus, De 1, mesh, t = {t:g}"
         rows.append(against(known, what, "dp/L", found[t][0], 2e-3, table="start-up", headline=t == 0.5))
     oldroyd = replace(liquid, name="oldroyd-b", alpha=0.0)
-    found = test.pipe_in_two_dimensions(oldroyd, times, max_size=CELLS)
+    found = test.pipe_in_two_dimensions(oldroyd, times, length=LENGTH, max_size=CELLS)
     exact = "exact: 32 [xi + (1 - xi)(1 - exp(-t/De))]"
     for t in times:
         gradient = 32 * (liquid.xi + (1 - liquid.xi) * (1 - np.exp(-t)))

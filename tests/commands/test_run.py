@@ -136,7 +136,7 @@ def test_pictures_are_drawn(soft_run: Path, pairsim: Pairsim) -> None:
 
 
 SHORT = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "length": 4, "mesh": {"Np": 8}}
-SHORT |= {"time": {"end": 0.004, "first_step": 0.001}, "dU_error": True}
+SHORT |= {"time": {"end": 0.008, "first_step": 0.001}, "dU_error": True}
 
 
 @pytest.fixture(scope="module")
@@ -146,12 +146,14 @@ def alone() -> pd.DataFrame:
 
 
 @pytest.mark.slow
-def test_ranks_give_the_same_series(alone: pd.DataFrame, tmp_path: Path, pairsim: Pairsim) -> None:
+@pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.long)])
+def test_ranks_give_the_same_series(ranks: int, alone: pd.DataFrame, tmp_path: Path, pairsim: Pairsim) -> None:
+    """Three on two cores take four times as long as two: waiting processes are busy."""
     (tmp_path / "case.yaml").write_text(yaml.safe_dump(SHORT))
-    done = pairsim("run", "case.yaml", "-o", "out", ranks=3)  # tests of resumed runs and of curves have two
+    done = pairsim("run", "case.yaml", "-o", "out", ranks=ranks)
     assert done.returncode == 0, done.stderr
     together = read_series(tmp_path / "out" / "series.csv")
-    assert len(together["t"]) > 3
+    assert len(together["t"]) > 5
     for name in ("t", "d", "U_L", "U_T", "dU", "D_L", "D_T", "dp", "dp_plus", "dU_correction", "dU_error"):
         assert together[name] == pytest.approx(alone[name].to_numpy(), abs=1e-8)
 
@@ -272,7 +274,7 @@ def test_sigterm_during_the_ordering_of_a_matrix_does_no_harm() -> None:
 
 @pytest.mark.parametrize(
     "first",
-    ["pairsim.sweeps.curve_worker, pairsim.drivers.curve", "pairsim.api.compute"],
+    ["pairsim.sweeps.case_worker, pairsim.drivers.curve", "pairsim.api.compute"],
 )
 def test_no_other_thread_takes_sigterm(first: str) -> None:
     """SIGTERM is blocked while MPI, numpy and scipy start their threads."""

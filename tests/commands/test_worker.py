@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+import yaml
 from support.commands import Pairsim, words_of
 from support.inputs import TINY
 
@@ -32,7 +33,7 @@ CURVES = "command: curve\n" + TINY.replace("Ca_e: 0, ", "d: [0.1, 0.3], tol: 1, 
 def test_sequence_of_curves_survives_its_process(tmp_path: Path) -> None:
     """Each curve starts from the previous one; if the process dies, its curve fails and the others are computed."""
     worker, tasks = curves(tmp_path, "0.02, 0.04, 0.06, 0.08")
-    results = ends(worker, 4, 2, lambda: os.kill(curve_process(), signal.SIGKILL))
+    results = ends(worker, 4, 2, lambda: os.kill(process(), signal.SIGKILL))
     assert [result.folder for result in results] == [task.folder for task in tasks]
     assert [result.status for result in results] == ["finished", "finished", "failed", "finished"]
     first, second = (json.loads((task.directory / "run.json").read_text()) for task in tasks[:2])
@@ -45,7 +46,12 @@ def test_sequence_of_curves_survives_its_process(tmp_path: Path) -> None:
 
 def curves(folder: Path, values: str) -> tuple[CaseWorker, list[Task]]:
     """Tiny curves at some Ca_e, in one sequence, and a worker that has not begun them."""
-    (folder / "grid.yaml").write_text(CURVES + f"grid: {{Ca_e: [{values}]}}\n")
+    return tasks_of(folder, CURVES + f"grid: {{Ca_e: [{values}]}}\n")
+
+
+def tasks_of(folder: Path, text: str) -> tuple[CaseWorker, list[Task]]:
+    """The cases of a grid, and a worker that has not begun them."""
+    (folder / "grid.yaml").write_text(text)
     grid = read_grid(folder / "grid.yaml")
     tasks = [
         Task(case.folder, case.key, folder / case.folder, folder / "cases" / f"{case.folder}.yaml", case.checked)
@@ -70,10 +76,48 @@ def ends(worker: CaseWorker, count: int, after: int = 0, then: Callable[[], None
     return results
 
 
-def curve_process() -> int:
+def process() -> int:
     """The process that computes them."""
-    (child,) = (pid for pid in descendants(os.getpid()) if "pairsim.sweeps.curve_worker" in words_of(pid))
+    (child,) = (pid for pid in descendants(os.getpid()) if "pairsim.sweeps.case_worker" in words_of(pid))
     return child
+
+
+@pytest.mark.slow
+def test_runs_that_share_a_process_survive_it(tmp_path: Path) -> None:
+    """If it dies, the run at hand fails; one with a checkpoint is continued, the others begin in another process."""
+    worker, tasks = tasks_of(tmp_path, TINY + "grid: {d0: [0.1, 0.15, 0.2, 0.25, 0.3]}\n")
+    stopped = tasks[3]
+    alone = module_command("pairsim", "run", str(tmp_path / "alone.yaml"), "-o", str(stopped.directory), "-q")
+    earlier = {**stopped.checked.resolved, "time": {**stopped.checked.resolved["time"], "end": 0.005}}
+    (tmp_path / "alone.yaml").write_text(yaml.safe_dump(earlier))
+    subprocess.run(alone, check=True, capture_output=True, timeout=300)
+    results = ends(worker, 5, 1, lambda: os.kill(process(), signal.SIGKILL))
+    assert [result.folder for result in results] == [task.folder for task in tasks]
+    assert [result.status for result in results] == ["finished", "failed", "finished", "finished", "finished"]
+    ended = [task for task, result in zip(tasks, results, strict=True) if result.status == "finished"]
+    commands = [json.loads((task.directory / "run.json").read_text())["command"] for task in ended]
+    assert ["alone.yaml" in command for command in commands] == [False, False, True, False]
+
+
+@pytest.mark.slow
+def test_a_process_that_has_grown_large_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    script = (
+        "import sys; from pairsim.sweeps import case_worker as w; w.MOST_MEMORY = 0; sys.exit(w.main(sys.argv[1:]))"
+    )
+    started: list[str] = []
+
+    def command(module: str, *words: str) -> list[str]:
+        started.append(module)
+        return (
+            [sys.executable, "-c", script, *words]
+            if module.endswith("case_worker")
+            else [*module_command(module, *words)]
+        )
+
+    monkeypatch.setattr("pairsim.sweeps.worker.module_command", command)
+    worker, _ = tasks_of(tmp_path, TINY + "grid: {d0: [0.1, 0.2, 0.3]}\n")
+    assert [result.status for result in ends(worker, 3)] == ["finished"] * 3
+    assert started == ["pairsim.sweeps.case_worker", "pairsim.sweeps.case_worker", "pairsim"]
 
 
 @pytest.mark.slow
@@ -83,7 +127,7 @@ def test_a_timeout_that_comes_as_a_curve_ends_is_not_the_next_ones(tmp_path: Pat
 
     def stop() -> None:
         worker._stopped = "timeout"
-        os.kill(curve_process(), signal.SIGTERM)
+        os.kill(process(), signal.SIGTERM)
 
     results = ends(worker, 2, 1, stop)
     assert [(result.folder, result.status) for result in results] == [(task.folder, "finished") for task in tasks]

@@ -136,11 +136,13 @@ class Victim:
         if alive:
             with suppress(ProcessLookupError):
                 os.kill(chance.choice(family) if self.kind.ranks else process.pid, signal.SIGKILL)
+        # Ranks whose launcher was killed may go on to the end of the run.
+        patience = 60 + 3 * self.seconds
         try:
-            process.wait(60)
+            process.wait(patience)
         finally:
             process.kill()
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + patience
         while any("pairsim" in words_of(pid) for pid in family):
             assert time.monotonic() < deadline, "a process goes on"
             time.sleep(0.02)

@@ -14,9 +14,10 @@ from pairsim.config.merging import GROUPS
 from pairsim.config.ranges import spelled_out
 from pairsim.config.wording import groups_of
 from pairsim.runtime.errors import InputError
+from pairsim.sweeps import queue
 from pairsim.sweeps.commands import COMMANDS
 from pairsim.sweeps.grid import Grid, case_key, finished_in, read_grid
-from pairsim.sweeps.queue import part_of, units
+from pairsim.sweeps.queue import MOST_SECONDS, part_of, units
 from pairsim.sweeps.worker import Task
 
 BASE = "base: {beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1, mesh: {Np: 10}}\n"
@@ -180,7 +181,22 @@ def test_sequences_of_neighbours_are_cut_for_the_workers(tmp_path: Path) -> None
     newtonian = [[(beta, 0, 0.05), (beta, 0, 0.1)] for beta in (0.4, 0.3)]
     assert sorted(whole) == sorted(viscoelastic + newtonian)
     assert max(map(len, sequences(("De", "Ca_e"), 3))) == 2
-    assert [len(sequence) for sequence in sequences((), 1)] == [1] * 12
+
+
+def test_short_cases_share_a_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cases = grid_of(tmp_path, "grid: {d0: {start: 0.1, stop: 0.4, num: 12}, De: [0, 1]}\n").cases
+    tasks = [Task(case.folder, case.key, tmp_path, tmp_path, case.checked) for case in cases]
+
+    def seconds(unit: list[Task]) -> float:
+        return sum(task.checked.estimate.seconds for task in unit)
+
+    found = units(tasks, (), 1)
+    assert sorted(task.folder for unit in found for task in unit) == sorted(task.folder for task in tasks)
+    assert all(len(unit) == 1 or seconds(unit) <= MOST_SECONDS for unit in found)
+    assert max(map(len, found)) > 1
+    assert max(map(len, units(tasks, (), 4))) <= 3
+    monkeypatch.setattr(queue, "MOST_CASES", 2)
+    assert max(map(len, units(tasks, (), 1))) == 2
 
 
 def test_estimated_unknowns_are_near_the_true_ones(tmp_path: Path) -> None:

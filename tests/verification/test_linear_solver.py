@@ -10,7 +10,7 @@ from mpi4py import MPI
 
 from pairsim.config.case_file import curve_from_dict
 from pairsim.drivers.problems import steady_problem
-from pairsim.solvers import newton, reduced_system
+from pairsim.solvers import factors, reduced_system
 from pairsim.solvers.continuation import begin
 from pairsim.solvers.elimination_order import dependence_on_unknowns, elimination_order, node_of_unknowns
 from pairsim.solvers.parameters import Parameters
@@ -62,7 +62,7 @@ def test_order_of_nodes_gives_factors_as_small_as_the_order_of_unknowns(
 def test_double_precision_takes_over_where_refinement_fails(scene: Steady, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = solved(scene)
     assert scene.newton.single
-    monkeypatch.setattr(newton, "MOST_REFINEMENTS", 1)
+    monkeypatch.setattr(factors, "MOST_REFINEMENTS", 1)
     other = pair()
     assert solved(other) == pytest.approx(expected, abs=1e-12)
     assert not other.newton.single
@@ -81,3 +81,25 @@ def test_linear_solves_are_refined(scene: Steady, transposed: bool) -> None:
     scene.factor()
     double = scene.newton.linear_solve(row, transposed=transposed)
     assert np.linalg.norm(single - double) < 1e-6 * np.linalg.norm(double)
+
+
+@pytest.mark.parametrize("transposed", [False, True])
+def test_several_systems_are_solved_at_once(scene: Steady, transposed: bool) -> None:
+    solved(scene)
+    scene.factor()
+    rows = np.eye(scene.constraints.size)[scene.constraints.fields["U_p"]]
+    together = scene.newton.linear_solve(rows, transposed=transposed)
+    apart = [scene.newton.linear_solve(row, transposed=transposed) for row in rows]
+    assert np.linalg.norm(together - apart) < 1e-6 * np.linalg.norm(together)
+
+
+def test_factors_of_the_last_iterations_serve_at_the_solution(scene: Steady) -> None:
+    solved(scene)
+    made = scene.newton.factorisations
+    scene.factor()
+    assert scene.newton.factorisations == made
+    tangent = scene.gap_tangents()
+    scene.forget()
+    scene.factor()
+    assert scene.newton.factorisations == made + 1
+    assert np.linalg.norm(scene.gap_tangents() - tangent) < 1e-6 * np.linalg.norm(tangent)

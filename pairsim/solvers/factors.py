@@ -1,0 +1,169 @@
+"""MUMPS's factors of the matrix of the free unknowns: precision, workspace, and solutions with them.
+
+Factors are in single precision, and solutions are refined with the matrix itself. Where that does not converge, near
+folds, factors are in double precision. See "Nonlinear and linear solvers" in docs/explanation/numerics.md.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.fenicsx import PETSc
+from pairsim.runtime.signals import sigterm_waits
+from pairsim.solvers.newton_options import NewtonOptions
+from pairsim.solvers.reduced_system import ReducedSystem
+
+MOST_ANALYSES = 4  # attempts with the workspace of MUMPS doubled each time; chosen
+# Residuals of linear systems relative to the right-hand side: of derivatives, of Newton steps, and of steps that leave
+# larger errors themselves; all chosen. With factors in single precision the first solution leaves 1e-6 to 1e-3, and
+# every refinement gains a factor of 1e4.
+EXACT, ACCURATE, ROUGH = 1e-10, 1e-8, 1e-2
+MOST_REFINEMENTS = 6  # chosen; a matrix that needs more is too close to a singular one for single precision
+DIRECTION = 9  # ICNTL(9): MUMPS solves with the matrix if it is 1, otherwise with its transpose
+
+
+class Factors:
+    """The factors, in the KSP of an SNES; methods are collective.
+
+    Args:
+        system: The matrix.
+        ksp: The KSP.
+        prefix: Prefix of its options in PETSc's database.
+        options: Precision and control parameters.
+
+    Attributes:
+        single: Whether the factors are in single precision.
+        relaxation: Workspace of MUMPS above its estimate [%].
+        count: Number of matrices factorised so far.
+        options: PETSc options of the factorisation, without their prefix.
+    """
+
+    def __init__(self, system: ReducedSystem, ksp: Any, prefix: str, options: NewtonOptions) -> None:
+        self._system, self._ksp, self._prefix = system, ksp, prefix
+        self.single, self.relaxation, self.count = options.single, options.mumps.workspace, 0
+        self._kept = False  # whether the factors are those of an earlier matrix than the assembled one
+        ksp.getPC().setType("lu")
+        ksp.getPC().setFactorSolverType("mumps")
+        self.options: dict[str, int | str] = {f"mat_mumps_{k}": v for k, v in options.mumps.controls.items()}
+        self.options |= system.options | {"pc_precision": "single" if self.single else "double"}
+        self._refine()
+
+    def _refine(self) -> None:
+        """Refine solutions with factors in single precision; others are taken as they are, near folds too."""
+        norm = PETSc.KSP.NormType
+        self._ksp.setType("richardson" if self.single else "preonly")
+        self._ksp.setNormType(norm.UNPRECONDITIONED if self.single else norm.NONE)
+
+    def tolerate(self, rough: bool) -> None:
+        """Set the accuracy of the solutions of the next Newton steps, ROUGH or ACCURATE."""
+        self._ksp.setTolerances(rtol=ROUGH if rough else ACCURATE, max_it=MOST_REFINEMENTS)
+
+    @property
+    def regular(self) -> bool:
+        """Whether the last factorisation succeeded."""
+        return bool(self._status >= 0)
+
+    @property
+    def _status(self) -> int:
+        return int(self._ksp.getPC().getFactorMatrix().getMumpsInfog(1))
+
+    @property
+    def megabytes(self) -> int:
+        """Memory of the factors on all processes [1e6 bytes]."""
+        return int(self._ksp.getPC().getFactorMatrix().getMumpsInfog(22))
+
+    def make(self) -> bool:
+        """Factorise; analyse again with twice the workspace if delayed pivots exceed it, use double if singular.
+
+        Returns:
+            Whether earlier factors and their analysis have been discarded.
+        """
+        self._kept = discarded = False
+        self._ksp.getPC().setReusePreconditioner(False)
+        self.count += 1
+        for _ in range(MOST_ANALYSES):
+            self._ksp.setOperators(self._system.A)
+            with sigterm_waits():
+                self._ksp.setUp()
+            if self._status in (-8, -9):
+                self.relaxation *= 2
+                self.forget()
+            elif self._status < 0 and self.single:
+                self.use_double()
+            else:
+                break
+            discarded = True
+        return discarded
+
+    def keep(self) -> None:
+        """Use the factors for the matrix that has been assembled since, which must be close to theirs."""
+        self._ksp.getPC().setReusePreconditioner(True)
+        self._kept = True
+
+    def forget(self) -> None:
+        """Discard the factors and the symbolic analysis."""
+        PETSc.Options()[f"{self._prefix}mat_mumps_icntl_14"] = self.relaxation
+        self._ksp.reset()
+
+    def use_double(self) -> None:
+        """Discard the factors, and make all later ones in double precision."""
+        self.single = False
+        PETSc.Options()[f"{self._prefix}pc_precision"] = "double"
+        self.forget()
+        self._refine()
+        self._ksp.getPC().setFromOptions()
+
+    def solve(self, rhs: Array, *, transposed: bool, rough: bool) -> Array:
+        """Solve with the assembled matrix, or its transpose, to EXACT or ROUGH of the residual of every system.
+
+        A solution takes as long as reading the factors, which is done once for all right-hand sides. Factors that do
+        not serve are made anew, and then in double precision.
+
+        Args:
+            rhs: Right-hand sides, shape (k, n_y).
+            transposed: Whether to solve with the transposed matrix.
+            rough: Whether ROUGH is enough.
+
+        Returns:
+            Solutions, shape (k, n_y).
+        """
+        while True:
+            x, met = self._refined(rhs, transposed, ROUGH if rough else EXACT)
+            if met or not (self._kept or self.single):
+                return x
+            if not self._kept:
+                self.use_double()
+            self.make()
+
+    def _refined(self, rhs: Array, transposed: bool, tolerance: float) -> tuple[Array, bool]:
+        """Solutions with the present factors, and whether the tolerance was met; in double it is not asked for."""
+        system, factors = self._system, self._ksp.getPC().getFactorMatrix()
+
+        def squares(values: Array) -> Array:
+            return np.asarray(system.comm.allreduce((values**2).sum(axis=0)))
+
+        left = system.block(rhs)
+        correction, product = left.duplicate(), None
+        b = left.getDenseArray().copy()
+        x, wanted, met = np.zeros_like(b), tolerance**2 * squares(b), not self.single
+        for count in range(MOST_REFINEMENTS + 1):
+            factors.setMumpsIcntl(DIRECTION, 0 if transposed else 1)
+            factors.matSolve(left, correction)
+            factors.setMumpsIcntl(DIRECTION, 1)
+            x += correction.getDenseArray()
+            if not self.single:
+                break
+            correction.getDenseArray()[:] = x
+            product = (system.A.transposeMatMult if transposed else system.A.matMult)(correction, product)
+            residual = b - product.getDenseArray(readonly=True)
+            met = bool((squares(residual) <= wanted).all())
+            if met or count == MOST_REFINEMENTS:
+                break
+            left.getDenseArray()[:] = residual
+        for matrix in (left, correction, product):
+            if matrix is not None:
+                matrix.destroy()
+        return system.gather_block(x), met

@@ -1,0 +1,95 @@
+"""Compute cases one after another in one process: `python -P -m pairsim.sweeps.case_worker COMMAND CASE.yaml DIR ...`.
+
+The libraries are loaded once, which takes longer than a short case. Each master curve starts from the solutions of the
+previous one, which saves the continuation from undeformed spheres at small De. A sweep starts such processes for short
+cases and for neighbouring curves; the outcome of each case is in its folder. A process that has become large ends after
+a case, before it has computed all.
+"""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+
+from pairsim.runtime.fenicsx import MPI  # before everything else that loads MPI or makes threads
+
+# isort: split
+from pairsim.config.case_file import load_case, load_critical, load_curve
+from pairsim.drivers.critical import run_critical
+from pairsim.drivers.curve import WarmStart, run_curve
+from pairsim.drivers.outcome import Outcome, memory
+from pairsim.drivers.progress import Reporter
+from pairsim.drivers.run import run_case
+from pairsim.drivers.session import Options
+from pairsim.plots.curves import draw_curve
+from pairsim.plots.style import Page
+from pairsim.runtime.errors import InputError, unexpected
+from pairsim.runtime.signals import Signals
+
+# Memory of a process above which it computes no further case [bytes]. Chosen: a run of the default mesh at De 1 takes
+# half of it.
+MOST_MEMORY = 1_000_000_000
+
+
+def _run(file: Path, directory: Path, options: Options) -> Outcome:
+    return run_case(load_case(file), directory, options)
+
+
+def _critical(file: Path, directory: Path, options: Options) -> Outcome:
+    return run_critical(load_critical(file), directory, options)
+
+
+def _curve(warm_start: WarmStart, file: Path, directory: Path, options: Options) -> Outcome:
+    outcome = run_curve(load_curve(file), directory, options, warm_start=warm_start)
+    if outcome.status == "finished" and options.comm.rank == 0:
+        with suppress(OSError, InputError):  # a picture can be drawn again
+            draw_curve(directory, directory, Page())
+    return outcome
+
+
+def solve(name: str, pairs: list[tuple[Path, Path]]) -> Outcome:
+    """Compute cases one after another and write each to its folder, replacing earlier results.
+
+    Args:
+        name: The command: run, curve or critical.
+        pairs: Case file and folder of each case.
+
+    Returns:
+        The outcome of the last case that was computed.
+    """
+    comm, warm_start = MPI.COMM_WORLD, WarmStart()
+    commands: dict[str, Callable[[Path, Path, Options], Outcome]] = {
+        "run": _run,
+        "curve": partial(_curve, warm_start),
+        "critical": _critical,
+    }
+    with Signals(final=True) as signals:
+        for file, directory in pairs:
+            command = shlex.join(["pairsim", name, str(file), "-o", str(directory)])
+            options = Options(comm, overwrite=True, reporter=Reporter(), command=command, signals=True)
+            outcome = commands[name](file, directory, options)
+            if any(comm.allgather(signals.number or memory() > MOST_MEMORY)):
+                break
+    warm_start.close()
+    return outcome
+
+
+def main(arguments: list[str]) -> int:
+    """Compute the cases that the command line names; returns the exit code."""
+    name, *paths = arguments
+    files, directories = map(Path, paths[::2]), map(Path, paths[1::2])
+    try:
+        return solve(name, list(zip(files, directories, strict=True))).exit_code
+    except InputError as error:
+        print(f"pairsim: {error}", file=sys.stderr)
+        return 2
+    except Exception:
+        return unexpected()
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
