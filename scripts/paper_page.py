@@ -161,7 +161,11 @@ def made(results: Results, quick: bool) -> str:
     times = [record["updated"] for name in results.names if (record := results.record(name)) is not None]
     days = [str(datetime.date.fromtimestamp(each)) for each in (min(times), max(times))] if times else ["never"]
     how = "with `--quick`, whose coarse meshes prove nothing" if quick else "beside other work"
-    return f"Computed {' to '.join(dict.fromkeys(days))} on\n{machine()},\none thread a process, {how}.\n"
+    left = [each for name in (*figures(), *CHECKS) for each in computations(name) if unfinished(each, results)]
+    text = f"Computed {' to '.join(dict.fromkeys(days))} on {machine()}, one thread a process, {how}."
+    if left:
+        text += f" Still to be computed, in whole or in part: {', '.join(left)}."
+    return textwrap.fill(text, 100) + "\n"
 
 
 def write_page(results: Results, quick: bool) -> None:
