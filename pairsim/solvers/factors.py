@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import NoSteadyState
 from pairsim.runtime.fenicsx import PETSc
 from pairsim.runtime.signals import sigterm_waits
 from pairsim.solvers.newton_options import NewtonOptions
@@ -38,12 +39,14 @@ class Factors:
         single: Whether the factors are in single precision.
         relaxation: Workspace of MUMPS above its estimate [%].
         count: Number of matrices factorised so far.
+        regular: Whether the last factorisation succeeded; otherwise there may be no factors.
         options: PETSc options of the factorisation, without their prefix.
     """
 
     def __init__(self, system: ReducedSystem, ksp: Any, prefix: str, options: NewtonOptions) -> None:
         self._system, self._ksp, self._prefix = system, ksp, prefix
         self.single, self.relaxation, self.count = options.single, options.mumps.workspace, 0
+        self.regular = False
         self._kept = False  # whether the factors are those of an earlier matrix than the assembled one
         ksp.getPC().setType("lu")
         ksp.getPC().setFactorSolverType("mumps")
@@ -60,15 +63,6 @@ class Factors:
     def tolerate(self, rough: bool) -> None:
         """Set the accuracy of the solutions of the next Newton steps, ROUGH or ACCURATE."""
         self._ksp.setTolerances(rtol=ROUGH if rough else ACCURATE, max_it=MOST_REFINEMENTS)
-
-    @property
-    def regular(self) -> bool:
-        """Whether the last factorisation succeeded."""
-        return bool(self._status >= 0)
-
-    @property
-    def _status(self) -> int:
-        return int(self._ksp.getPC().getFactorMatrix().getMumpsInfog(1))
 
     @property
     def megabytes(self) -> int:
@@ -88,10 +82,12 @@ class Factors:
             self._ksp.setOperators(self._system.A)
             with sigterm_waits():
                 self._ksp.setUp()
-            if self._status in (-8, -9):
+            status = self._ksp.getPC().getFactorMatrix().getMumpsInfog(1)
+            self.regular = status >= 0
+            if status in (-8, -9):
                 self.relaxation *= 2
                 self.forget()
-            elif self._status < 0 and self.single:
+            elif status < 0 and self.single:
                 self.use_double()
             else:
                 break
@@ -129,6 +125,9 @@ class Factors:
 
         Returns:
             Solutions, shape (k, n_y).
+
+        Raises:
+            NoSteadyState: The matrix is singular in double precision, too.
         """
         while True:
             x, met = self._refined(rhs, transposed, ROUGH if rough else EXACT)
@@ -137,6 +136,8 @@ class Factors:
             if not self._kept:
                 self.use_double()
             self.make()
+            if not self.regular:
+                raise NoSteadyState("Newton's matrix is singular at the solution", advice="a larger mesh.Np")
 
     def _refined(self, rhs: Array, transposed: bool, tolerance: float) -> tuple[Array, bool]:
         """Solutions with the present factors, and whether the tolerance was met; in double it is not asked for."""

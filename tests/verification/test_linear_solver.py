@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
@@ -13,6 +14,8 @@ from pairsim.drivers.problems import steady_problem
 from pairsim.solvers import factors, reduced_system
 from pairsim.solvers.continuation import begin
 from pairsim.solvers.elimination_order import dependence_on_unknowns, elimination_order, node_of_unknowns
+from pairsim.solvers.factors import Factors
+from pairsim.solvers.newton_options import NewtonOptions
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady import Steady
 
@@ -103,3 +106,20 @@ def test_factors_of_the_last_iterations_serve_at_the_solution(scene: Steady) -> 
     scene.factor()
     assert scene.newton.factorisations == made + 1
     assert np.linalg.norm(scene.gap_tangents() - tangent) < 1e-6 * np.linalg.norm(tangent)
+
+
+def test_a_matrix_without_enough_workspace_is_not_regular() -> None:
+    """After the last attempt there are no factors that could be asked, as MUMPS crashes if they are."""
+    ksp = MagicMock()
+    factors = Factors(MagicMock(options={}), ksp, "starved_", NewtonOptions())
+
+    def without_factors() -> None:
+        ksp.getPC().getFactorMatrix.side_effect = AssertionError("there are no factors")
+
+    def with_too_small_a_workspace() -> None:
+        ksp.getPC().getFactorMatrix.side_effect = None
+        ksp.getPC().getFactorMatrix().getMumpsInfog.return_value = -9
+
+    ksp.reset.side_effect, ksp.setUp.side_effect = without_factors, with_too_small_a_workspace
+    assert factors.make()
+    assert not factors.regular
