@@ -28,8 +28,8 @@ NEWTONIAN = {
     "fine 2": {"mesh": {"Np": 64, "max_size": 0.14, "growth": 0.1}, "tol": 8e-5},
 }
 VISCOELASTIC = {
-    "fine 1": {"mesh": {"Np": 48, "max_size": 0.03, "rows": 0.5}, "tol": 1e-4},
-    "fine 2": {"mesh": {"Np": 44, "max_size": 0.035, "growth": 0.1, "rows": 1.0}, "tol": 1.5e-4},
+    "fine 1": {"mesh": {"Np": 48, "max_size": 0.03, "rows": 0.5, "grading": 1.0}, "tol": 1e-4},
+    "fine 2": {"mesh": {"Np": 44, "max_size": 0.035, "growth": 0.1, "rows": 1.0, "grading": 1.0}, "tol": 1.5e-4},
 }
 TIMES = 10
 # The truth must be known to this part of an error that is judged, and errors below this part of the peak do not count.
