@@ -38,8 +38,8 @@ SCENES = Path(__file__).resolve().parent.parent / "configs" / "error_bars" / "sc
 COLUMNS = ["scene", "mesh", "gap", "unknowns", "seconds", "dU", "drift", "dU_correction", "spread_dU", "newton_dU"]
 COLUMNS += ["scatter_dU", "ends_dU", "s_jump", "mesh_error", "reason"]
 ESTIMATED = ("dU_correction", "spread_dU", "scatter_dU", "mesh_error")
-# Meshes that are judged, and the two that give the truth; cells near the ends of the latter's ranges differ in kind. All
-# have equal arcs: the table of docs/explanation/error-estimate.md is older than graded ones.
+# Meshes that are judged, and the two that give the truth; cells near the ends of the latter's ranges differ in kind.
+# All have equal arcs: the table of docs/explanation/error-estimate.md is older than graded ones.
 NEWTONIAN = {
     "coarse": {"Np": 20, "max_size": 0.2},
     "middle": {"Np": 28, "max_size": 0.2},
