@@ -156,8 +156,8 @@ def test_ranks_give_the_same_series(ranks: int, alone: pd.DataFrame, tmp_path: P
     assert len(together["t"]) > 5
     for name in ("t", "d", "U_L", "U_T", "dU", "D_L", "D_T", "dp", "dp_plus"):
         assert together[name] == pytest.approx(alone[name].to_numpy(), abs=1e-8)
-    for name in ("dU_correction", "dU_error"):  # of a solution that Newton's method leaves earlier
-        assert together[name] == pytest.approx(alone[name].to_numpy(), rel=2e-3, abs=1e-8)
+    for name in ("dU_correction", "dU_error"):  # repetitions on two processes spread by 1e-8, dU by 4e-12
+        assert together[name] == pytest.approx(alone[name].to_numpy(), abs=3e-8)
 
 
 QUICK = ("pipe", "quickstart")  # the others take a second or two each: together too long for `--quick`
