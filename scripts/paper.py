@@ -88,20 +88,20 @@ def compute(name: str, output: Path, quick: bool, settings: tuple[str, ...], com
     path = CONFIGS / f"{name}.yaml"
     content = read_yaml(path)
     if "beta" in content:
-        return mesh(path, output / f"{name}.vtu") if comm is None or comm.rank == 0 else 0
+        return mesh(path, output / f"{name}.vtu", comm)
     settings = (*(quick_settings(name, content.get("command", "run")) if quick else ()), *settings)
     reporter = make_sweep_reporter("auto", comm.rank if comm else 0)
     code, _ = run_sweep(read_grid(path, settings), output / name, Options(settings=settings), comm, reporter)
     return code
 
 
-def mesh(path: Path, target: Path) -> int:
-    """Write the mesh of a case file, unless it is there; returns 0."""
-    import pairsim.runtime.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
+def mesh(path: Path, target: Path, comm: MPI.Comm | None) -> int:
+    """Write the mesh of a case file on the first process, unless it is there; returns 0."""
+    import pairsim.runtime.fenicsx  # noqa: F401 - PETSc is loaded by all processes together
     from pairsim.config.case_file import load_case
     from pairsim.drivers.mesh import write_mesh
 
-    if not target.is_file():
+    if (comm is None or comm.rank == 0) and not target.is_file():
         write_mesh(load_case(path), target, None)
     return 0
 
