@@ -20,6 +20,7 @@ from paper_statements import (
     smallest,
     speeds,
     statement,
+    statements,
 )
 from paper_viscoelastic import DES, distances
 
@@ -123,16 +124,13 @@ def shapes_over_De(results: Results) -> list[Curve]:
     return [results.curve_with_fields(0.1, beta=0.4, De=De, Ca_e=0.15) for De in (0.0, *DES)]
 
 
-@statement("fig16", "The particles are deformed less and less as De increases: the trailing one.")
-def _(results: Results) -> Finding:
-    return less_deformed(results, 0)
-
-
-@statement("fig16", "The particles are deformed less and less as De increases: the leading one.")
-def _(results: Results) -> Finding:
-    return less_deformed(results, 1)
-
-
+@statements(
+    "fig16",
+    {
+        "The particles are deformed less and less as De increases: the trailing one.": 0,
+        "The particles are deformed less and less as De increases: the leading one.": 1,
+    },
+)
 def less_deformed(results: Results, place: int) -> Finding:
     """Whether a particle's shape comes nearer to a sphere with De."""
     curves = shapes_over_De(results)

@@ -24,6 +24,7 @@ from paper_statements import (
     smallest,
     speeds,
     statement,
+    statements,
 )
 from scipy.interpolate import LinearNDInterpolator
 
@@ -135,18 +136,13 @@ def _(results: Results) -> Finding:
     return Finding(tuple(checks), "; ".join(parts))
 
 
-@statement(
-    "fig06", "The particles first elongate while their distance shrinks, then slowly separate: the trailing one."
+@statements(
+    "fig06",
+    {
+        "The particles first elongate while their distance shrinks, then slowly separate: the trailing one.": "D_T",
+        "The particles first elongate while their distance shrinks, then slowly separate: the leading one.": "D_L",
+    },
 )
-def _(results: Results) -> Finding:
-    return elongates(results, "D_T")
-
-
-@statement("fig06", "The particles first elongate while their distance shrinks, then slowly separate: the leading one.")
-def _(results: Results) -> Finding:
-    return elongates(results, "D_L")
-
-
 def elongates(results: Results, name: str) -> Finding:
     """Whether a particle is elongated when dU is least, and the pair first comes closer, then separates."""
     checks: list[Check] = []
@@ -159,7 +155,15 @@ def elongates(results: Results, name: str) -> Finding:
     return Finding(tuple(checks), "; ".join(parts))
 
 
-def collapse(results: Results, newtonian: bool, name: str) -> Finding:
+@statements(
+    "fig07",
+    {
+        "Terminal velocities from different d_0 collapse on a master curve (Newtonian).": "dU",
+        "D_T from different d_0 collapses on a master curve (Newtonian).": "D_T",
+        "D_L from different d_0 collapses on a master curve (Newtonian).": "D_L",
+    },
+)
+def collapse(results: Results, name: str, newtonian: bool = True) -> Finding:
     """Whether transients from different d_0 end on the curve: dU with the drift, D within `NEARLY` of its range."""
     checks: list[Check] = []
     rests = []
@@ -176,21 +180,6 @@ def collapse(results: Results, newtonian: bool, name: str) -> Finding:
         raise NotComputed("no transient with its curve")
     text = f"{len(rests)} transients end within {numbers([max(rests)], '.1%')} of the largest value"
     return Finding(tuple(checks), text + (", without their drift" if name != "dU" else ", with their drift"))
-
-
-@statement("fig07", "Terminal velocities from different d_0 collapse on a master curve (Newtonian).")
-def _(results: Results) -> Finding:
-    return collapse(results, True, "dU")
-
-
-@statement("fig07", "D_T from different d_0 collapses on a master curve (Newtonian).")
-def _(results: Results) -> Finding:
-    return collapse(results, True, "D_T")
-
-
-@statement("fig07", "D_L from different d_0 collapses on a master curve (Newtonian).")
-def _(results: Results) -> Finding:
-    return collapse(results, True, "D_L")
 
 
 @statement("fig07", "At beta .4 the dynamics is always repulsive.")

@@ -27,6 +27,7 @@ from paper_statements import (
     smallest,
     speeds,
     statement,
+    statements,
 )
 
 DES = (0.125, 0.25, 0.5, 1.0, 2.0)
@@ -59,7 +60,7 @@ def critical_over_softness(results: Results, De: float) -> tuple[list[float], li
 
 @statement("fig09", "There are master curves of dU in a viscoelastic liquid, too.")
 def _(results: Results) -> Finding:
-    return collapse(results, False, "dU")
+    return collapse(results, "dU", newtonian=False)
 
 
 @statement("fig09", "At De .125 stiff pairs (Ca_e .01) attract each other below a critical distance.")
@@ -115,6 +116,14 @@ def _(results: Results) -> Finding:
     return vanished(by_softness(results, beta=0.4, De=0.25), FAR)
 
 
+@statements(
+    "fig09",
+    {
+        "At De .5 the curves of all Ca_e are nearly superimposed.": 0.5,
+        "At De 1 the curves of all Ca_e are nearly superimposed.": 1.0,
+        "At De 2 the curves of all Ca_e are nearly superimposed.": 2.0,
+    },
+)
 def superimposed(results: Results, De: float) -> Finding:
     """Whether the curves of all Ca_e are nearly the same."""
     curves = by_softness(results, beta=0.4, De=De)
@@ -124,21 +133,6 @@ def superimposed(results: Results, De: float) -> Finding:
     error = sum(sorted(float(c.at("dU_error", d)) for c in curves)[-2:]) / peak
     text = f"they differ by up to {spread:.0%} ± {error:.0%} of the largest |dU| (at d = {d:.2f})"
     return Finding(((NEARLY - spread, error),), text)
-
-
-@statement("fig09", "At De .5 the curves of all Ca_e are nearly superimposed.")
-def _(results: Results) -> Finding:
-    return superimposed(results, 0.5)
-
-
-@statement("fig09", "At De 1 the curves of all Ca_e are nearly superimposed.")
-def _(results: Results) -> Finding:
-    return superimposed(results, 1.0)
-
-
-@statement("fig09", "At De 2 the curves of all Ca_e are nearly superimposed.")
-def _(results: Results) -> Finding:
-    return superimposed(results, 2.0)
 
 
 @statement("fig09", "From De .5 to 2 the critical distance shifts to lower values.")
@@ -197,6 +191,14 @@ def _(results: Results) -> Finding:
     return always_repulsive([results.curve(beta=0.4, De=0, Ca_e=Ca_e) for Ca_e in (0.01, 0.1, 0.15)])
 
 
+@statements(
+    "fig10",
+    {
+        "For stiff particles (Ca_e .01) the attractive range first grows with De, then contracts.": 0.01,
+        "For softer particles (Ca_e .1) d_cr first grows with De, up to De .5, then shrinks.": 0.1,
+        "For softer particles (Ca_e .15) d_cr first grows with De, up to De .5, then shrinks.": 0.15,
+    },
+)
 def enlarges_then_contracts(results: Results, Ca_e: float) -> Finding:
     """Whether d_cr first grows with De from 0, where there is none, and then shrinks."""
     zeros = [Zero(0.0, 0.0), *distances(over_De(results, Ca_e))]
@@ -205,11 +207,6 @@ def enlarges_then_contracts(results: Results, Ca_e: float) -> Finding:
     checks = [check for check in checks if check != (0.0, 0.0)]  # none at either De
     checks += falling([z.d for z in zeros[top:]], [z.error for z in zeros[top:]])
     return Finding(tuple(checks), f"d_cr at De 0, .125, .25, .5, 1, 2: {numbers(z.d for z in zeros)}")
-
-
-@statement("fig10", "For stiff particles (Ca_e .01) the attractive range first grows with De, then contracts.")
-def _(results: Results) -> Finding:
-    return enlarges_then_contracts(results, 0.01)
 
 
 @statement("fig10", "For stiff particles (Ca_e .01) the attraction is gone at De 2.")
@@ -227,16 +224,6 @@ def _(results: Results) -> Finding:
     return Finding(tuple(checks), f"largest dU from De .125 on: {speeds(peaks)} (De 0: {newtonian.dU:.3g})")
 
 
-@statement("fig10", "For softer particles (Ca_e .1) d_cr first grows with De, up to De .5, then shrinks.")
-def _(results: Results) -> Finding:
-    return enlarges_then_contracts(results, 0.1)
-
-
-@statement("fig10", "For softer particles (Ca_e .15) d_cr first grows with De, up to De .5, then shrinks.")
-def _(results: Results) -> Finding:
-    return enlarges_then_contracts(results, 0.15)
-
-
 def peaks_in_time(results: Results, Ca_e: float) -> Finding:
     """The same from transients alone: one at De .5, and larger dU at De 0."""
     runs = [run for De in (0, 0.5) for run in results.runs(particles=2, beta=0.4, De=De, Ca_e=Ca_e)]
@@ -246,6 +233,13 @@ def peaks_in_time(results: Results, Ca_e: float) -> Finding:
     return Finding(((most[1] - most[0], 0.0),), f"largest dU at the end of a transient at De 0, .5: {numbers(most)}")
 
 
+@statements(
+    "fig10",
+    {
+        "The repulsive peak, too, grows with De up to .5 and shrinks then (Ca_e .1).": 0.1,
+        "The repulsive peak, too, grows with De up to .5 and shrinks then (Ca_e .15).": 0.15,
+    },
+)
 def peak_grows_then_falls(results: Results, Ca_e: float) -> Finding:
     """Whether the repulsive peak grows with De up to .5 and falls from there on."""
     curves = [results.curve(beta=0.4, De=0, Ca_e=Ca_e), *over_De(results, Ca_e)]
@@ -255,19 +249,9 @@ def peak_grows_then_falls(results: Results, Ca_e: float) -> Finding:
     return Finding(tuple(checks), f"largest dU at De 0, .125, .25, .5, 1, 2: {numbers(values)}; least {numbers(least)}")
 
 
-@statement("fig10", "The repulsive peak, too, grows with De up to .5 and shrinks then (Ca_e .1).")
-def _(results: Results) -> Finding:
-    return peak_grows_then_falls(results, 0.1)
-
-
 @in_time("The repulsive peak, too, grows with De up to .5 and shrinks then (Ca_e .1).")
 def _(results: Results) -> Finding:
     return peaks_in_time(results, 0.1)
-
-
-@statement("fig10", "The repulsive peak, too, grows with De up to .5 and shrinks then (Ca_e .15).")
-def _(results: Results) -> Finding:
-    return peak_grows_then_falls(results, 0.15)
 
 
 @in_time("The repulsive peak, too, grows with De up to .5 and shrinks then (Ca_e .15).")
@@ -286,6 +270,15 @@ def _(results: Results) -> Finding:
     return Finding(tuple(checks), "Ca_e .005 at " + "; ".join(parts))
 
 
+@statements(
+    "fig11",
+    {
+        "A larger Ca_e always reduces d_cr: De .125.": 0.125,
+        "A larger Ca_e always reduces d_cr: De .25.": 0.25,
+        "A larger Ca_e always reduces d_cr: De .5.": 0.5,
+        "A larger Ca_e always reduces d_cr: De 1.": 1.0,
+    },
+)
 def softness_reduces(results: Results, De: float) -> Finding:
     """Whether d_cr falls with Ca_e."""
     Ca_es, d_cr, errors = critical_over_softness(results, De)
@@ -293,26 +286,6 @@ def softness_reduces(results: Results, De: float) -> Finding:
         f"d_cr {d_cr[0]:.4f} ± {errors[0]:.4f} at Ca_e {Ca_es[0]:g}, {d_cr[-1]:.4f} ± {errors[-1]:.4f} at {Ca_es[-1]:g}"
     )
     return Finding(tuple(falls_along(d_cr, errors)), text)
-
-
-@statement("fig11", "A larger Ca_e always reduces d_cr: De .125.")
-def _(results: Results) -> Finding:
-    return softness_reduces(results, 0.125)
-
-
-@statement("fig11", "A larger Ca_e always reduces d_cr: De .25.")
-def _(results: Results) -> Finding:
-    return softness_reduces(results, 0.25)
-
-
-@statement("fig11", "A larger Ca_e always reduces d_cr: De .5.")
-def _(results: Results) -> Finding:
-    return softness_reduces(results, 0.5)
-
-
-@statement("fig11", "A larger Ca_e always reduces d_cr: De 1.")
-def _(results: Results) -> Finding:
-    return softness_reduces(results, 1.0)
 
 
 @in_time("A larger Ca_e always reduces d_cr: De 1.")
