@@ -231,6 +231,14 @@ def _(results: Results) -> Finding:
     return Finding(tuple(checks), f"at d = {numbers(places)}: " + "; ".join(parts))
 
 
+@in_time("At beta .4, Ca_e .1 both |D| grow as the particles come closer.")
+def _(results: Results) -> Finding:
+    runs = sorted(results.runs(particles=2, beta=0.4, De=0, Ca_e=0.1), key=lambda run: run.last("d"))
+    checks = [c for name in ("D_L", "D_T") for c in falling([abs(r.last(name)) for r in runs], [1e-4] * len(runs))]
+    parts = [f"{name} {numbers(run.last(name) for run in runs)}" for name in ("D_L", "D_T")]
+    return Finding(tuple(checks), f"at d = {numbers(run.last('d') for run in runs)}: " + "; ".join(parts))
+
+
 @statement("fig07", "At beta .4, Ca_e .1 both particles deform as isolated ones from d = .6 on.")
 def _(results: Results) -> Finding:
     curve = results.curve(beta=0.4, De=0, Ca_e=0.1)

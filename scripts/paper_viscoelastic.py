@@ -135,6 +135,16 @@ def superimposed(results: Results, De: float) -> Finding:
     return Finding(((NEARLY - spread, error),), text)
 
 
+@in_time("At De .5 the curves of all Ca_e are nearly superimposed.")
+def _(results: Results) -> Finding:
+    runs = [results.run(beta=0.4, De=0.5, Ca_e=Ca_e, d0=0.08) for Ca_e in (SOFT[0], SOFT[-1])]
+    peak = max(curve.peak for curve in by_softness(results, beta=0.4, De=0.5))
+    dU, d = ([run.last(name) for run in runs] for name in ("dU", "d"))
+    apart = f"{abs(dU[0] - dU[1]) / peak:.0%} of the largest |dU| apart"
+    text = f"Ca_e .01 and .15 from d = .08: dU {numbers(dU)} at d = {numbers(d)}, {apart}"
+    return Finding((nearly(dU, peak),), text)
+
+
 @statement("fig09", "From De .5 to 2 the critical distance shifts to lower values.")
 def _(results: Results) -> Finding:
     checks: list[Check] = []
@@ -241,12 +251,17 @@ def peaks_in_time(results: Results, Ca_e: float) -> Finding:
     },
 )
 def peak_grows_then_falls(results: Results, Ca_e: float) -> Finding:
-    """Whether the repulsive peak grows with De up to .5 and falls from there on."""
-    curves = [results.curve(beta=0.4, De=0, Ca_e=Ca_e), *over_De(results, Ca_e)]
-    values, errors = [c.extreme(1)[1] for c in curves], [c.extreme(1)[2] for c in curves]
-    least = [c.extreme(-1)[1] for c in curves]
-    checks = rising(values[:4], errors[:4]) + falling(values[3:], errors[3:])
-    return Finding(tuple(checks), f"largest dU at De 0, .125, .25, .5, 1, 2: {numbers(values)}; least {numbers(least)}")
+    """Whether the repulsive peak grows with De up to .5 and falls from there on, over the De that were computed."""
+    found = {De: results.curves(beta=0.4, De=De, Ca_e=Ca_e) for De in (0.0, *DES)}
+    known = {De: curves[0] for De, curves in found.items() if curves}
+    if not {0.0, 0.5} <= known.keys():
+        raise NotComputed(f"curves of Ca_e {Ca_e:g} at De 0 and .5")
+    most = {De: curve.extreme(1) for De, curve in known.items()}
+    up, down = [p for De, p in most.items() if De <= 0.5], [p for De, p in most.items() if De >= 0.5]
+    checks = rising_dU(up) + falling([p.dU for p in down], [p.error for p in down])
+    least = (curve.extreme(-1).dU for curve in known.values())
+    text = f"largest dU at De {numbers(most)}: {speeds(most.values())}; least {numbers(least)}"
+    return Finding(tuple(checks), text)
 
 
 @in_time("The repulsive peak, too, grows with De up to .5 and shrinks then (Ca_e .1).")
