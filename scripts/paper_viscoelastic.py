@@ -310,13 +310,14 @@ def _(results: Results) -> Finding:
 
 @statement("fig11", "The effect of Ca_e is the stronger the lower De.")
 def _(results: Results) -> Finding:
-    slopes, errors = [], []
+    slopes, errors, ends = [], [], []
     for De in (0.125, 0.25, 0.5, 1.0):
         Ca_es, d_cr, error = critical_over_softness(results, De)
-        i = Ca_es.index(0.04)
-        slopes.append(abs(d_cr[i] - d_cr[0]) / (Ca_es[i] - Ca_es[0]))
-        errors.append((error[i] + error[0]) / (Ca_es[i] - Ca_es[0]))
-    return Finding(tuple(falling(slopes, errors)), f"mean |slope| from Ca_e .005 to .04: {numbers(slopes)}")
+        ends.append(Ca_es[-1])
+        slopes.append(abs(d_cr[-1] - d_cr[0]) / (Ca_es[-1] - Ca_es[0]))
+        errors.append((error[-1] + error[0]) / (Ca_es[-1] - Ca_es[0]))
+    text = f"mean |slope| from Ca_e .005 to {numbers(ends)}: {numbers(slopes)} ± {numbers(errors, '.1g')}"
+    return Finding(tuple(falling(slopes, errors)), text)
 
 
 @statement("fig11", "At De 1 d_cr is almost independent of Ca_e.")
