@@ -92,8 +92,8 @@ def compile_loops() -> Path:
 @functools.cache
 def _loops() -> Any:
     loops = ctypes.CDLL(str(compile_loops()))
-    loops.row_patterns.restype = loops.locate.restype = ctypes.c_int64
-    loops.assemble.restype = loops.find_triangles.restype = ctypes.c_int
+    loops.row_patterns.restype = ctypes.c_int64
+    loops.locate.restype = loops.assemble.restype = loops.find_triangles.restype = ctypes.c_int
     return loops
 
 
