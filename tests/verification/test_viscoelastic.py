@@ -23,6 +23,7 @@ from pairsim.fem.meshing import liquid_mesh
 from pairsim.physics.conformation import exponential, logarithm, polymer_stress
 from pairsim.physics.materials.polymer import Polymer
 from pairsim.physics.pipe import Pipe
+from pairsim.results.fields import frame
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.step_size import StepControl
@@ -117,6 +118,20 @@ def test_steady_flow_on_a_fine_mesh_is_exact(De: float) -> None:
     found = pipe_in_two_dimensions(GIESEKUS[De], [20 * De], 0.25, max_size=0.05)[20 * De]
     assert found[0] == pytest.approx(STEADY[De][0], rel=1e-4)
     assert found[1] == pytest.approx(STEADY[De][1], rel=1e-4)
+
+
+def test_perturbations_vanish_without_particles() -> None:
+    """A Giesekus liquid has a second normal stress difference, and with it a pressure that depends on r."""
+    control, liquid = StepControl(1e-3, 1e-8, 1.0), GIESEKUS[1.0]
+    problem = Problem((), (), (), 0.25, True, MeshSettings(max_size=0.06), control, 1e-3, polymer=liquid, t_end=1.0)
+    transient = Transient(MPI.COMM_WORLD, problem)
+    *_, step = transient.steps(iter([1.0]))
+    flow = Pipe(liquid).until(1.0)(step.t)
+    fields = frame(step, step.h, flow).point_data
+    transient.close()
+    assert np.ptp(flow.p) > 0.5
+    assert np.ptp(fields["pressure_extra"]) < 0.02 * np.ptp(flow.p)
+    assert np.abs(fields["tau_p_zz_extra"]).max() < 0.01 * np.abs(polymer_stress(liquid, flow.c)).max()
 
 
 def steady_shear(liquid: Polymer, rate: float) -> np.ndarray:
