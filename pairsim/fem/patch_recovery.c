@@ -26,11 +26,12 @@ static int monomials(double z, double r, int32_t degree, int32_t wanted, double 
   return found;
 }
 
-/* Rows of the matrices that turn nodal values into the coefficients of the least-squares fits, one after the other for
-   every patch: fits[number[p] * k + ...] has the k rows of patch p. only: patches to compute. Returns 0, 1 without
-   memory, or 2 if normal equations are singular. */
+/* Data and columns of the matrix that turns nodal values into the coefficients of the least-squares fits, of which a
+   patch has one row each. only: patches to compute. Returns 0, 1 without memory, or 2 if normal equations are singular.
+ */
 int patch_fits(int64_t patches, const int64_t *only, const int64_t *pointer, const int32_t *nodes, const double *points,
-               const double *centres, const double *scales, int32_t degree, int32_t parity, double ridge, double *fits)
+               const double *centres, const double *scales, int32_t degree, int32_t parity, double ridge, double *fits,
+               int32_t *columns)
 {
   int64_t largest = 0;
   for (int64_t n = 0; n < patches; ++n)
@@ -76,22 +77,37 @@ int patch_fits(int64_t patches, const int64_t *only, const int64_t *pointer, con
           status = 2;
       }
     }
-    double *out = fits + pointer[p] * k;
-    for (int64_t a = 0; a < count; ++a)
+    /* Inverse of the normal equations, column by column. */
+    double inverse[MOST][MOST] = {{0.0}};
+    for (int c = 0; c < k && !status; ++c)
     {
-      double *row = basis + MOST * a;
-      for (int i = 0; i < k; ++i)
+      double *column = inverse[c];
+      for (int i = c; i < k; ++i)
       {
-        for (int l = 0; l < i; ++l)
-          row[i] -= normal[i][l] * row[l];
-        row[i] /= normal[i][i];
+        double sum = i == c ? 1.0 : 0.0;
+        for (int l = c; l < i; ++l)
+          sum -= normal[i][l] * column[l];
+        column[i] = sum / normal[i][i];
       }
       for (int i = k - 1; i >= 0; --i)
       {
+        double sum = column[i];
         for (int l = i + 1; l < k; ++l)
-          row[i] -= normal[l][i] * row[l];
-        row[i] /= normal[i][i];
-        out[i * count + a] = row[i];
+          sum -= normal[l][i] * column[l];
+        column[i] = sum / normal[i][i];
+      }
+    }
+    for (int64_t a = 0; a < count; ++a)
+    {
+      const double *row = basis + MOST * a;
+      double coefficient[MOST] = {0.0};
+      for (int j = 0; j < k; ++j)
+        for (int i = 0; i < MOST; ++i) /* a fixed number is vectorised */
+          coefficient[i] += row[j] * inverse[j][i];
+      for (int i = 0; i < k; ++i)
+      {
+        fits[pointer[p] * k + i * count + a] = coefficient[i];
+        columns[pointer[p] * k + i * count + a] = nodes[pointer[p] + a];
       }
     }
   }

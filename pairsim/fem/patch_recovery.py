@@ -63,26 +63,25 @@ class PatchRecovery:
         """
         if odd in self._fits:
             return self._fits[odd]
-        pointer, nodes, size = self._pointer, self._nodes, len(_powers(self._degree))
+        size = len(_powers(self._degree))
         if self._fits:
-            data = next(iter(self._fits.values())).data.copy()
+            other = self._fits[not odd]
+            data, columns, ends = other.data.copy(), other.indices, other.indptr
         else:
-            data = np.empty(len(nodes) * size)
-            self._fit(np.arange(len(self._centres)), ANY, data)
+            data, columns = np.empty(len(self._nodes) * size), np.empty(len(self._nodes) * size, dtype=np.int32)
+            ends = np.concatenate([[0], np.cumsum(np.repeat(np.diff(self._pointer), size))])
+            self._fit(np.arange(len(self._centres)), ANY, data, columns)
         # On the axis a field is odd or even in r, and so is its polynomial, as if the patch had its mirror image.
-        self._fit(np.flatnonzero(self._centres[:, 1] < 1e-12), odd, data)
-        count = np.repeat(np.diff(pointer), size)
-        ends = np.concatenate([[0], np.cumsum(count)])
-        columns = nodes[np.arange(len(data)) - np.repeat(ends[:-1] - np.repeat(pointer[:-1], size), count)]
+        self._fit(np.flatnonzero(self._centres[:, 1] < 1e-12), int(odd), data, columns)
         shape = len(self._centres) * size, len(self._mesh.points)
         self._fits[odd] = sparse.csr_matrix((data, columns, ends), shape=shape)
         return self._fits[odd]
 
-    def _fit(self, patches: Indices, parity: int, data: Array) -> None:
-        """Set the data of the rows of some patches, whose polynomials have ANY parity in r, are even or odd."""
+    def _fit(self, patches: Indices, parity: int, data: Array, columns: NDArray[np.int32]) -> None:
+        """Set the rows of some patches, whose polynomials have ANY parity in r, are even (0) or odd (1)."""
         status = call(
             *("patch_fits", len(patches), patches, self._pointer, self._nodes, np.ascontiguousarray(self._mesh.points)),
-            *(self._centres, self._scales, np.int32(self._degree), np.int32(parity), RIDGE, data),
+            *(self._centres, self._scales, np.int32(self._degree), np.int32(parity), RIDGE, data, columns),
         )
         if status == SINGULAR:
             raise np.linalg.LinAlgError("the nodes of a patch do not settle a polynomial")
