@@ -72,9 +72,9 @@ class _Contribution:
         columns_of = np.diff(columns.pointer).astype(np.float64)[cells.dofs]
         coupled = (np.ones(len(cells.coupled)), cells.coupled, cells.coupled_pointer)
         in_row = columns_of @ sparse.csr_matrix(coupled, shape=(size, size)).toarray().T
-        ends = np.cumsum(in_row.astype(np.int64).ravel()[of_unknown])
+        ends = np.concatenate([[0], np.cumsum(in_row.astype(np.int64).ravel()[of_unknown])])
         order = np.argsort(row, kind="stable")
-        self._begin = np.concatenate([[0], ends[:-1]])[order]
+        self._begin = ends[:-1][order]
         self._count = int(ends[-1])
         touching_pointer = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=n))])
         self._touching = n, np.int32(size), cells.dofs, touching_pointer, of_unknown[order]
@@ -192,4 +192,3 @@ def _on_one_pattern(a: sparse.csr_matrix, b: sparse.csr_matrix) -> tuple[sparse.
     for values, matrix in zip(data, (a, b), strict=True):
         values[_places(pattern, matrix)] = matrix.tocoo().data
     return pattern, data[0], data[1]
-

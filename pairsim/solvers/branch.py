@@ -13,6 +13,7 @@ from pairsim.fem.remeshing import GAP_RATIO
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.fenicsx import MPI
+from pairsim.solvers.adjoints import Adjoints
 from pairsim.solvers.bordered import solve_with
 from pairsim.solvers.continuation import begin, cold_start, follow, new_mesh, prepared, towards
 from pairsim.solvers.error_estimate import ErrorEstimate, ErrorEstimator
@@ -371,6 +372,7 @@ class Branch:
     def _read(self, iterations_before: int) -> Point:
         fine = self.fine
         fine.factor()
+        adjoints = Adjoints.of(fine)
         slopes = np.diff(fine.gap_tangents().sum(axis=0)[fine.constraints.fields["U_p"]])
         observation = fine.observe()
         errors = None
@@ -381,9 +383,9 @@ class Branch:
             fine.parameters,
             observation,
             slopes,
-            np.diff(drift(fine)),
-            sensitivities(fine) if self._sensitivities else {},
-            self._estimator.estimate(fine),
+            np.diff(drift(fine, adjoints)),
+            sensitivities(fine, adjoints) if self._sensitivities else {},
+            self._estimator.estimate(fine, adjoints),
             errors,
             fine.iterations - iterations_before,
             fine.meshes,

@@ -51,8 +51,8 @@ def carry_reference(old: Scene, x: Array, scene: Scene) -> Array:
 def _interpolated(
     old: Scene, x: Array, positions: Array, fields: Sequence[str], scene: Scene, places: Array, new: Array
 ) -> Array:
-    """Fields of the liquid at nodes positions, (n, 2), of an old mesh interpolated to places, (m, 2), of another one."""
-    mesh, liquid, wanted = old.liquid.six_node_mesh, scene.liquid, scene.liquid.six_node_mesh
+    """Write into `new` fields of the liquid, interpolated from an old mesh at positions (n, 2) to places (m, 2)."""
+    mesh, liquid = old.liquid.six_node_mesh, scene.liquid
     values = []
     for name in fields:
         if name == "p":

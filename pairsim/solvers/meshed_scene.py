@@ -27,7 +27,7 @@ from pairsim.runtime.errors import MeshFailure
 from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.mesh_transfer import carry_liquid
 from pairsim.solvers.newton import Newton
-from pairsim.solvers.newton_options import NewtonOptions
+from pairsim.solvers.newton_options import EXTENSION
 from pairsim.solvers.problems import SceneProblem
 
 ROUNDING = 1e-13  # displacement [D_c] that positions have by rounding alone
@@ -193,8 +193,7 @@ class MeshedScene:
         if np.abs(at_interfaces).max() < ROUNDING:  # the distances are those for which the mesh was made
             return zero, at_interfaces
         if self._extension is None:
-            # In double precision a solution does not depend on whether the matrix was used before, as in a resumed run.
-            self._extension = Newton(self.scene, constraints, NewtonOptions(single=False), clock=self.clock)
+            self._extension = Newton(self.scene, constraints, EXTENSION, clock=self.clock)
         eta, _ = self._extension.solve(zero, h, 1.0, 0.0)
         return eta, self._extension.state(eta)[1]
 

@@ -26,6 +26,7 @@ from pairsim.runtime.errors import NoSteadyState
 from pairsim.runtime.fenicsx import MPI
 from pairsim.runtime.signals import heed
 from pairsim.solvers.developed_flow import DevelopedFlows
+from pairsim.solvers.factors import LAST
 from pairsim.solvers.mesh_transfer import carry_particles, carry_reference, free_unknowns
 from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene, cut_particles
 from pairsim.solvers.newton_report import Report
@@ -219,10 +220,10 @@ class Steady(OnMeshedScene):
     def place_undeformed(self) -> None:
         """Take undeformed spheres as first guess: at rest in a Newtonian liquid, in the developed flow in other ones.
 
-        In a liquid at rest without pressure the matrix has no shape derivatives of the flow. The first iteration is then
-        Stokes flow past spheres with their deformation to first order in Ca_e. From a flow that crosses the particles it
-        would not converge where they are soft. The log-conformation of developed flow is nearer than that of rest; on
-        the axis its velocity is reduced by the Faxen correction 2/3 beta^2 of a sphere in Poiseuille flow.
+        In a liquid at rest without pressure the matrix has no shape derivatives of the flow. The first iteration is
+        then Stokes flow past spheres with their deformation to first order in Ca_e; from a flow that crosses the
+        particles it would not converge where they are soft. The log-conformation of developed flow is nearer than that
+        of rest; its velocity on the axis is reduced by the Faxen correction 2/3 beta^2 of a sphere in Poiseuille flow.
         """
         liquid, constraints = self.scene.liquid, self.constraints
         x, velocity = self.meshed.displaced(self.h_star(self.parameters)), 0.0
@@ -342,7 +343,7 @@ class Steady(OnMeshedScene):
         self.factorisations += self.newton.factorisations - before
         if not regular:
             raise NoSteadyState("Newton's matrix is singular at the solution", advice="a larger mesh.Np")
-        self.y = self.y - self.newton.linear_solve(self.newton.residual_at(self.y))
+        self.y = self.y - self.newton.linear_solve(self.newton.residual_at(self.y), tolerance=LAST)
         self.iterations += 1
         self._factored, self._gap_tangents = (self.y, self.parameters), None
 
