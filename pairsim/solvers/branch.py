@@ -155,6 +155,7 @@ class Branch:
         parameters: Parameters of the first solution.
         mesh_error: Whether to solve on a coarser mesh too, as a check of the estimated error.
         sensitivities: Whether to compute derivatives with respect to Ca_e, De and beta.
+        scout: A solution on a coarser mesh at these parameters to start from, which is closed; None to find one.
 
     Raises:
         NoSteadyState: No solution was found at the first parameters.
@@ -168,10 +169,11 @@ class Branch:
         parameters: Parameters,
         mesh_error: bool,
         sensitivities: bool = False,
+        *,
+        scout: Steady | None = None,
     ) -> None:
         self._sensitivities, self._estimator = sensitivities, ErrorEstimator()
-        scout = None
-        if cold_start(parameters) != parameters:
+        if scout is None and cold_start(parameters) != parameters:
             with suppress(NoSteadyState, MeshFailure):
                 rough = replace(problem, newton=replace(problem.newton, tolerance=SCOUT_TOLERANCE))
                 scout = walked(comm, coarser(rough, SCOUT, SCOUT_CELLS), parameters)
