@@ -175,24 +175,26 @@ def adopted(scene: Steady, parameters: Parameters, scout: Steady) -> bool:
     return False
 
 
-def _first(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters) -> Steady:
-    """Create a scene at given parameters, at once or from a solution on larger cells.
+def _first(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters, scout: Steady | None) -> Steady:
+    """Create a scene at given parameters: from a solution on larger cells if one is given, at once, or from a scout.
 
     Raises:
         NoSteadyState: No solution was found.
         MeshFailure: A mesh could not be generated.
     """
-    scene = Steady(comm, problem, parameters)
-    if at_once(scene):
-        return scene
-    if scout := _scout(comm, problem, parameters):
-        try:
-            found = adopted(scene, parameters, scout)
-        finally:
-            scout.close()
-        scene.take_over_costs(scout)
-        if found:
+    try:
+        scene = Steady(comm, problem, parameters)
+        if scout is None and at_once(scene):
             return scene
+        scout = scout or _scout(comm, problem, parameters)
+        found = scout is not None and adopted(scene, parameters, scout)
+        if scout is not None:
+            scene.take_over_costs(scout)
+    finally:
+        if scout is not None:
+            scout.close()
+    if found:
+        return scene
     scene.close()
     other = walked(comm, problem, parameters)
     other.take_over_costs(scene)
@@ -218,6 +220,7 @@ class Branch:
         parameters: Parameters of the first solution.
         mesh_error: Whether to solve on a coarser mesh too, as a check of the estimated error.
         sensitivities: Whether to compute derivatives with respect to Ca_e, De and beta.
+        scout: A solution on a coarser mesh at these parameters to start from, which is closed; None to find one.
 
     Raises:
         NoSteadyState: No solution was found at the first parameters.
@@ -231,11 +234,13 @@ class Branch:
         parameters: Parameters,
         mesh_error: bool,
         sensitivities: bool = False,
+        *,
+        scout: Steady | None = None,
     ) -> None:
         self._sensitivities, self._estimator = sensitivities, ErrorEstimator()
         self.scenes: list[Steady] = []
         try:
-            self.scenes.append(_first(comm, problem, parameters))
+            self.scenes.append(_first(comm, problem, parameters, scout))
             if mesh_error:
                 with _for_the_error():
                     self.scenes.append(started(comm, coarser(problem, COARSER), parameters, self.fine))
