@@ -129,7 +129,7 @@ class CaseResult:
         Raises:
             NotComputed: They were not written.
         """
-        places = read_times(self.folder) if (self.folder / "fields.h5").is_file() else np.empty(0)
+        places = read_times(self.folder)
         hits = np.flatnonzero(np.isclose(places, place)) if place else np.arange(len(places))
         if not hits.size:
             raise NotComputed(f"{self.folder} has no fields at {place:g}")
@@ -332,7 +332,7 @@ class Results:
             NotComputed: There is none.
         """
         for case in self.all_of(Curve, **where):
-            if (case.folder / "fields.h5").is_file() and np.isclose(read_times(case.folder), place).any():
+            if np.isclose(read_times(case.folder), place).any():
                 return case
         raise NotComputed(f"fields at {place:g}, " + ", ".join(f"{key} {value:g}" for key, value in where.items()))
 

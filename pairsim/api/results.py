@@ -156,7 +156,7 @@ class Result:
     @cached_property
     def _frame_times(self) -> Array:
         """Times (of a curve: distances) of the frames in fields.xdmf, shape (frames,); empty without the file."""
-        return read_times(self._path) if (self._path / "fields.h5").is_file() else np.empty(0)
+        return read_times(self._path)
 
     @cached_property
     def _frames(self) -> list[FieldFrame]:
