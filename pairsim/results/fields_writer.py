@@ -197,7 +197,9 @@ def gather_frames(folder: Path) -> None:
                 groups.setdefault(file, {})[group] = None
         if set(groups) != {FIELDS_H5}:
             _copy(folder, groups)
-    except (KeyError, RuntimeError, ValueError) as error:
+    except OSError:
+        raise
+    except DAMAGE as error:
         raise OSError(errno.EIO, f"damaged ({error})", str(folder / FIELDS_XDMF)) from error
     # Both the descriptions so far and the new ones are right with the new fields.h5.
     for path in (folder / FIELDS_XDMF, folder / FIELDS_LAST):
