@@ -227,9 +227,8 @@ class _Grid:
 
     def at(self, sizes: Array, places: Array) -> Array:
         """Values at points by bilinear interpolation."""
-        return np.asarray(
-            scipy.ndimage.map_coordinates(sizes, ((places - [self.z[0], 0.0]) / self.spacing).T, order=1, mode="nearest")
-        )
+        at = ((places - [self.z[0], 0.0]) / self.spacing).T
+        return np.asarray(scipy.ndimage.map_coordinates(sizes, at, order=1, mode="nearest"))
 
 
 def _at_vertices(cells: Indices, values: Array, weights: Array, count: int) -> Array:
