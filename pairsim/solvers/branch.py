@@ -28,7 +28,7 @@ COARSER = 2**0.5
 FEWEST_CELLS = 4  # on a half-circle; chosen
 # The continuation to the first parameters takes many solutions that are not reported. It is done on cells larger by
 # this factor, with at least SCOUT_CELLS cells on a half-circle, and not solved better than its cells are; all chosen.
-SCOUT, SCOUT_CELLS, SCOUT_TOLERANCE = 2.0, 8, 1e-4
+SCOUT, SCOUT_CELLS, SCOUT_TOLERANCE = 3.0, 8, 1e-4
 # Factor by which a zero may lie outside the interval between two points of opposite sign; chosen.
 BESIDE = 1.05
 # Logarithm of the ratio of parameters between known solutions. Closer ones are not kept: a solution takes much memory,
