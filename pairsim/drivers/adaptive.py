@@ -60,11 +60,12 @@ class Adaptation:
             NoSteadyState: No solution was found at the first parameters.
             MeshFailure: A mesh could not be generated.
         """
-        scale, wanted = reference_scale(comm, problem, first, places), case.error_wanted
+        (scale, scout), wanted = reference_scale(comm, problem, first, places), case.error_wanted
         if not has_scale(scale):
+            scout.close()
             return None
-        allowed = wanted * scale.dU
-        branch = AdaptiveBranch(comm, problem, first, mesh_error, sensitivities, allowed=allowed, zeros_only=zeros_only)
+        options: Any = {"allowed": wanted * scale.dU, "zeros_only": zeros_only, "scout": scout}
+        branch = AdaptiveBranch(comm, problem, first, mesh_error, sensitivities, **options)
         return cls(wanted, scale, branch)
 
     def size(self, points: Sequence[Point]) -> float:

@@ -26,7 +26,8 @@ from pairsim.runtime.errors import NoSteadyState
 from pairsim.runtime.fenicsx import MPI
 from pairsim.runtime.signals import heed
 from pairsim.solvers.developed_flow import DevelopedFlows
-from pairsim.solvers.mesh_transfer import carry_particles, free_unknowns
+from pairsim.solvers.factors import LAST
+from pairsim.solvers.mesh_transfer import carry_particles, carry_reference, free_unknowns
 from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene, cut_particles
 from pairsim.solvers.newton_report import Report
 from pairsim.solvers.parameters import Parameters
@@ -51,7 +52,7 @@ class Steady(OnMeshedScene):
 
     Attributes:
         parameters: Parameters of the last solution, or of the first guess.
-        y: Free unknowns of the last solution, or the first guess, shape (n_y,).
+        y: Free unknowns of the last solution, or the first guess, shape (n_y,); zero at first.
         iterations: Number of Newton iterations.
         factorisations: Number of factorisations.
 
@@ -89,7 +90,7 @@ class Steady(OnMeshedScene):
             None if b.phase is None else b.phase.mesh.geometry.x.copy() for b in self.bodies
         ]
         self.meshed.put(Reference.spheres(replace(geometry, gaps=problem.nominal(parameters.gaps)), outlines))
-        self.y = self._cold_guess()
+        self.y = np.zeros(self.constraints.size)
 
     # Meshes
 
@@ -200,7 +201,7 @@ class Steady(OnMeshedScene):
 
     def _carried_over(self, old: Scene, x: Array, h: Array, material: Array) -> Array:
         """Free unknowns of the old solution interpolated to the new mesh."""
-        new = self.meshed.carried(old, x, h)
+        new = carry_reference(old, x, self.scene) if self._shares_reference(old) else self.meshed.carried(old, x, h)
         y = free_unknowns(self.constraints, new)
         y[self.meshed.material] = material
         if self.scene.dp is not None:
@@ -210,28 +211,28 @@ class Steady(OnMeshedScene):
             y[self.constraints.fields["F"]] = x[old.F]
         return y
 
-    def _cold_guess(self) -> Array:
-        """First guess: undeformed spheres in the developed flow.
+    def _shares_reference(self, old: Scene) -> bool:
+        """Whether both meshes are of the same reference domain, around spheres."""
+        one, other = old.reference, self.scene.reference
+        alike = self.scene.moving and not (one.deformed or other.deformed)
+        return alike and one.geometry == other.geometry
 
-        The velocity on the axis is reduced by the Faxen correction 2/3 beta^2 of a sphere in Poiseuille flow, or is the
-        prescribed one.
+    def place_undeformed(self) -> None:
+        """Take undeformed spheres as first guess: at rest in a Newtonian liquid, in the developed flow in other ones.
+
+        In a liquid at rest without pressure the matrix has no shape derivatives of the flow. The first iteration is
+        then Stokes flow past spheres with their deformation to first order in Ca_e; from a flow that crosses the
+        particles it would not converge where they are soft. The log-conformation of developed flow is nearer than that
+        of rest; its velocity on the axis is reduced by the Faxen correction 2/3 beta^2 of a sphere in Poiseuille flow.
         """
         liquid, constraints = self.scene.liquid, self.constraints
-        mesh = liquid.six_node_mesh
-        nodes = np.arange(len(mesh.points))
-        x = self.meshed.displaced(self.h_star(self.parameters))
-        if self.scene.polymer is None:
-            u = self.problem.boundary_velocity(mesh.points)
-            for c in range(2):
-                x[liquid.index("u", nodes, c)] = u[:, c]
-        else:
-            self.scene.prescribe(x, nodes, self.developed_flow)
-        y = free_unknowns(self.constraints, x)
-        largest = max(self.problem.betas, default=0.0)
-        on_axis = self.problem.boundary_velocity(np.zeros((1, 2)))[0, 0]
-        free = on_axis * (1 - 2 / 3 * largest**2)
-        y[constraints.fields["U_p"]] = free if self.problem.velocity is None else self.problem.velocity
-        return y
+        x, velocity = self.meshed.displaced(self.h_star(self.parameters)), 0.0
+        if self.scene.polymer is not None:
+            self.scene.prescribe(x, np.arange(len(liquid.six_node_mesh.points)), self.developed_flow)
+            on_axis = self.problem.boundary_velocity(np.zeros((1, 2)))[0, 0]
+            velocity = on_axis * (1 - 2 / 3 * max(self.problem.betas, default=0.0) ** 2)
+        self.y = free_unknowns(constraints, x)
+        self.y[constraints.fields["U_p"]] = velocity if self.problem.velocity is None else self.problem.velocity
 
     # Parameters
 
@@ -342,7 +343,7 @@ class Steady(OnMeshedScene):
         self.factorisations += self.newton.factorisations - before
         if not regular:
             raise NoSteadyState("Newton's matrix is singular at the solution", advice="a larger mesh.Np")
-        self.y = self.y - self.newton.linear_solve(self.newton.residual_at(self.y))
+        self.y = self.y - self.newton.linear_solve(self.newton.residual_at(self.y), tolerance=LAST)
         self.iterations += 1
         self._factored, self._gap_tangents = (self.y, self.parameters), None
 

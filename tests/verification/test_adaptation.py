@@ -65,6 +65,8 @@ def test_what_cannot_be_kept_ends_with_the_error_reached(monkeypatch: pytest.Mon
 def test_the_scale_of_a_single_point_is_that_of_the_curve_it_lies_on() -> None:
     case = curve_from_dict(TUBE | {"De": 0, "Ca_e": 0.02, "d": [0.8]}, "test")
     first = Parameters(case.places[0], case.Ca_es, case.De)
-    scale = reference_scale(MPI.COMM_WORLD, steady_problem(case, 0.8), first, case.places)
-    assert len(scale.at) == 5
+    scale, scout = reference_scale(MPI.COMM_WORLD, steady_problem(case, 0.8), first, case.places)
+    assert scale.at == ((0.8,), (0.4,), (0.2,), (0.1,))
+    assert scout.parameters == first
+    scout.close()
     assert scale.dU == pytest.approx(1.103e-3, rel=0.05), "that of N_p 40, at d = .1"

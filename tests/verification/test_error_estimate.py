@@ -15,6 +15,7 @@ from pairsim.fem.enriched_residual import EnrichedResidual, nodes_of
 from pairsim.fem.enrichment import WIDE
 from pairsim.fem.patch_recovery import PatchRecovery
 from pairsim.fem.six_node_mesh import shape_values
+from pairsim.solvers.adjoints import Adjoints
 from pairsim.solvers.branch import walked
 from pairsim.solvers.error_estimate import ErrorEstimate, ErrorEstimator
 from pairsim.solvers.parameters import Parameters
@@ -38,7 +39,7 @@ def solved(keys: dict[str, object], **mesh: float) -> tuple[Observation, ErrorEs
     """What is read off the solution, and the estimate of its errors."""
     scene = scene_of(keys, **mesh)
     scene.factor()
-    estimate = ErrorEstimator().estimate(scene)
+    estimate = ErrorEstimator().estimate(scene, Adjoints.of(scene))
     observation = scene.observe()
     scene.close()
     return observation, estimate
