@@ -30,7 +30,7 @@ NAMES = {"time.tol": r"$\mathrm{tol}$", "accuracy": "accuracy"}
 SYMBOL = 3.8  # size of a marker, points
 MARGIN = 0.06  # around the particles, where the liquid is not of interest [D_c]
 LETTERS = "abcdefgh"
-TICKS = 5  # intervals between the ticks of an axis, at most
+TICKS: dict[str, Any] = {"nbins": 6, "steps": [1, 2, 5, 10]}  # intervals of an axis, at most, and their lengths
 
 
 def draw(name: str, figure: Figure, results: Results, folder: Path) -> list[Path]:
@@ -153,7 +153,7 @@ def _draw_curves(axis: Axes, panel: Panel, results: Results, values: list[Any]) 
     seen = [case.table[column] for case in curves for column in panel.y]
     spread(axis, "x", [float(d) for case in curves for d in case.d])
     finish(axis, axis_label(["d"]), axis_label(list(panel.y)), seen)
-    axis.yaxis.set_major_locator(MaxNLocator(TICKS))
+    axis.yaxis.set_major_locator(MaxNLocator(**TICKS))
     if panel.window:
         axis.set(xlim=panel.window[:2], ylim=panel.window[2:])
     return handles
@@ -240,7 +240,7 @@ def _draw_shapes(axis: Axes, panel: Panel, results: Results, values: list[Any]) 
                 axis.plot(*line.T, **look, linewidth=0.8)
         handles.append(Line2D([], [], label=_equation(panel.by, value), **look))
     axis.set(aspect="equal", xlabel=rf"$z\ [{LENGTH}]$", ylabel=rf"$r\ [{LENGTH}]$")
-    axis.xaxis.set_major_locator(MaxNLocator(TICKS))
+    axis.xaxis.set_major_locator(MaxNLocator(**TICKS))
     return handles
 
 
@@ -260,7 +260,7 @@ def _draw_mesh(axis: Axes, panel: Panel, results: Results, _: list[Any]) -> list
     window = panel.window or (-reach, reach, 0, 0.5)
     axis.set(xlim=window[:2], ylim=window[2:], aspect="equal")
     axis.set(xlabel=rf"$z\ [{LENGTH}]$", ylabel=rf"$r\ [{LENGTH}]$")
-    axis.xaxis.set_major_locator(MaxNLocator(TICKS))
+    axis.xaxis.set_major_locator(MaxNLocator(**TICKS))
     axis.grid(visible=False)
     return []
 
@@ -283,7 +283,7 @@ def _draw_fields(panels: Sequence[Panel], results: Results, page: Page) -> Canva
         scale = scale_of(layer, [view]) if panel.own_scale else common
         draw_view(axis, view, 0, [(layer, scale)])
         axis.set_ylim(view.window[2:])  # draw_view's ticks widen it
-        axis.yaxis.set_major_locator(MaxNLocator(TICKS))
+        axis.yaxis.set_major_locator(MaxNLocator(**TICKS))
         axis.set_title(f"({LETTERS[place]})  {_where(panel)}", loc="left")
         axis.set_xlabel(rf"$z\ [{LENGTH}]$")
         if panel.own_scale:

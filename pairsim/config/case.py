@@ -347,9 +347,9 @@ class Case(SceneCase):
         return _each(self.d0, max(self.n - 1, 0))
 
     @property
-    def adapts(self) -> bool:
-        """Runs keep the mesh of their settings: cells for the quasi-steady pair do not resolve its start."""
-        return False
+    def estimates_error(self) -> bool:
+        """Whether the error of dU is estimated: on demand, and where the mesh follows from it."""
+        return self.n > 1 and (self.dU_error or self.adapts)
 
     def _slug_parts(self) -> list[str]:
         parts = super()._slug_parts()

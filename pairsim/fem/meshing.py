@@ -211,8 +211,9 @@ def liquid_mesh(reference: Reference, settings: MeshSettings) -> SixNodeMesh:
         top = point(0.0 if mirrored else low, TUBE_RADIUS, 0.0)
         curve.append(line(last, corner[0]))
         outlet, wall, inlet = line(*corner), line(corner[1], top), line(top, start)
-        for end in (outlet,) if mirrored else (outlet, inlet):
-            gmsh.model.geo.mesh.setTransfiniteCurve(end, end_cells + 1)
+        ratio = settings.row_grading ** (1 / (end_cells - 1))  # of neighbouring cells; the outlet begins on the axis
+        for end, growth in ((outlet, 1 / ratio),) if mirrored else ((outlet, 1 / ratio), (inlet, ratio)):
+            gmsh.model.geo.mesh.setTransfiniteCurve(end, end_cells + 1, coef=growth)
         gmsh.model.geo.addPlaneSurface([gmsh.model.geo.addCurveLoop([*curve, outlet, wall, inlet])])
 
     def rows(mesh: SixNodeMesh, begin: float) -> SixNodeMesh:

@@ -95,19 +95,7 @@ class Point:
 
 def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -> SteadyProblem:
     """The same problem on cells larger by a factor, with at least `fewest` cells on each half-circle."""
-    mesh = problem.mesh
-    return replace(
-        problem,
-        mesh=replace(
-            mesh,
-            Np=max(fewest, round(mesh.Np / factor)),
-            gap_cells=round(mesh.gap_cells / factor),
-            wall_cells=round(mesh.wall_cells / factor),
-            growth=mesh.growth * factor,
-            max_size=mesh.max_size * factor,
-            sizes=mesh.sizes.scaled(factor) if mesh.sizes is not None else None,
-        ),
-    )
+    return replace(problem, mesh=problem.mesh.scaled(factor, fewest))
 
 
 def walked(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters) -> Steady:

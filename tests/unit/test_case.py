@@ -90,7 +90,10 @@ def test_an_accuracy_between_the_levels_adapts_unless_the_mesh_is_given() -> Non
     assert not case(accuracy="0.5%", mesh={"Np": 20}).adapts
     assert case(accuracy=" .50 %").accuracy == "0.5%"
     assert curve_from_dict(case(accuracy="0.5%").resolved(), "test").adapts, "case.yaml is the same case"
-    assert not case_from_dict({**MINIMAL, "accuracy": "0.5%"}, "test").adapts
+    run = case_from_dict({**MINIMAL, "accuracy": "0.5%"}, "test")
+    assert run.adapts
+    assert run.estimates_error
+    assert not case_from_dict({**MINIMAL, "accuracy": "1%"}, "test").estimates_error
 
 
 def test_cells_around_small_particles_in_elastic_liquids_are_smaller() -> None:
