@@ -19,7 +19,7 @@ from scipy import sparse
 from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
-from pairsim.fem.extruded_cells import extruded, stations
+from pairsim.fem.extruded_cells import extruded, graded_ends, stations
 from pairsim.fem.geometry import Geometry, MeshSettings, Outline, Reference
 from pairsim.fem.six_node_mesh import MIRRORED_CELL, SixNodeMesh, jacobians, shape_gradients
 from pairsim.physics.scales import TUBE_RADIUS
@@ -221,25 +221,12 @@ def liquid_mesh(reference: Reference, settings: MeshSettings) -> SixNodeMesh:
 
     mesh = _run_gmsh(build, size, pieces)
     if settings.row_grading != 1.0:
-        mesh = _graded_ends(mesh, (high,) if mirrored else (low, high), end_cells, settings.row_grading)
+        mesh = graded_ends(mesh, (high,) if mirrored else (low, high), end_cells, settings.row_grading)
     if high < half:
         mesh = rows(mesh, high)
     if low > -half and not mirrored:
         mesh = rows(mesh.mirror(), -low).mirror()
     return mesh.with_mirror_image() if mirrored else mesh
-
-
-def _graded_ends(mesh: SixNodeMesh, ends: Sequence[float], cells: int, grading: float) -> SixNodeMesh:
-    """Move the nodes of the ends to their exact radii, so that both ends agree: gmsh's are known to 1e-7."""
-    lengths = grading ** -np.linspace(0.0, 1.0, cells)
-    radii = np.zeros(2 * cells + 1)
-    radii[2::2] = TUBE_RADIUS * np.cumsum(lengths) / lengths.sum()
-    radii[1::2] = (radii[:-1:2] + radii[2::2]) / 2
-    points = mesh.points.copy()
-    for z in ends:
-        end = np.flatnonzero(np.abs(points[:, 0] - z) < 1e-9)
-        points[end[np.argsort(points[end, 1])], 1] = radii
-    return SixNodeMesh(points, mesh.cells)
 
 
 def _near_zone(reference: Reference, settings: MeshSettings) -> tuple[float, float]:
