@@ -1,9 +1,9 @@
 """Write fields.xdmf and its data so that a frame, once written, survives whatever ends the process.
 
 Every frame has an HDF5 file of its own, `fields/NUMBER.h5`, which also holds the mesh if the frame is the first one on
-it. The file is written under a temporary name and renamed, and so is the fields.xdmf that refers to it; neither is
-changed afterwards. So fields.xdmf refers to complete files only, at any moment. When a command has ended,
-`gather_frames` copies the frames into one file, fields.h5, with the same care.
+it. The file is written under a temporary name and renamed, and not changed afterwards; fields.xdmf, which refers to it,
+is then replaced as a whole in the same way. So fields.xdmf refers to complete files only, at any moment. When a command
+has ended, `gather_frames` copies the frames into one file, fields.h5, with the same care.
 """
 
 from __future__ import annotations
