@@ -211,17 +211,18 @@ class Victim:
             chance: Chooses moments and processes.
 
         Returns:
-            The number of kills, and how many of them met a running process.
+            The number of kills, and how many of them met a running process; one that did not is the last.
         """
         shutil.rmtree(self.out)
         words, met, history = self.kind.begin, 0, []
         for place in sorted(chance.choices(range(self.lines + 1), k=count)):
             done = self._lines({}) if self.out.exists() and "--overwrite" not in words else 0
-            met += self._kill(words, max(place, min(done + 1, self.lines)) if place else 0, chance)
+            alive = self._kill(words, max(place, min(done + 1, self.lines)) if place else 0, chance)
+            met += alive
             history.append(f"at line {place} of {self.lines}: {self.said.strip()}")
             words = self.kind.again if self.out.exists() else self.kind.begin
             self.kind.kept(self.out)
-            if self._finished():
+            if not alive or self._finished():
                 break
         process = self._start(words)
         self._settle(process, [])
