@@ -1,6 +1,6 @@
 """Computes and draws the figures of the paper that pairsim follows, and judges what the paper says of them.
 
-usage: scripts/paper FIGURE... [-o DIR] [--quick] [--set KEY=VALUE] [--table] [--page]
+usage: scripts/paper FIGURE... [-o DIR] [--quick] [--set KEY=VALUE] [--dry-run] [--table] [--page]
 
 FIGURE is one or more of fig02 to fig17; of finer, periodic and transients, which solve cases again on finer meshes,
 with periodic ends and in time, for statements that do not hold; or all. The same command goes on after any kind of end;
@@ -12,8 +12,9 @@ configs/paper/FIGURE holds the computations of a figure, which are grid files of
 mesh` for fig02), and figure.yaml, the description of its picture. A figure that shows results of another one computes
 these, too. Results are in DIR/FIGURE/FILE (DIR is runs/paper, with --quick runs/paper-quick), pictures of 85 and 170 mm
 as PDF and PNG in DIR/pictures, the statements of section 3 of the paper with their verdicts in DIR/statements.md.
---quick computes the same on coarse meshes with few points (configs/paper/quick.yaml). --table computes nothing. --page
-writes docs/paper.md and its pictures.
+--quick computes the same on coarse meshes with few points (configs/paper/quick.yaml). --dry-run lists the cases to do
+with an estimate of the time, and computes nothing; neither does --table, which draws and judges the results that are
+there. --page writes docs/paper.md and its pictures.
 
 Exit code 0: all cases finished; 2: wrong input; 3: some cases failed, or a picture lacks results; 130: interrupted.
 """
@@ -35,6 +36,8 @@ from pairsim.errors import InputError, PairsimError
 
 if TYPE_CHECKING:
     from mpi4py import MPI
+
+    from pairsim.sweeps.grid import Grid
 
 ALL = "all"
 INTERRUPTED = 130
@@ -70,6 +73,42 @@ def quick_settings(name: str, command: str) -> tuple[str, ...]:
     return tuple(f"{key}={json.dumps(value)}" for key, value in settings.items())
 
 
+def of_meshes(name: str) -> bool:
+    """Whether the file of a computation is the case file of a mesh, not a grid file."""
+    from pairsim.config.yaml_file import read_yaml
+
+    return "beta" in read_yaml(CONFIGS / f"{name}.yaml")
+
+
+def grid_of(name: str, quick: bool, settings: tuple[str, ...]) -> tuple[Grid, tuple[str, ...]]:
+    """The grid of a computation, and everything that was replaced in its cases.
+
+    Args:
+        name: The computation.
+        quick: Whether on coarse meshes.
+        settings: What `--set` replaces in all cases.
+    """
+    from pairsim.config.yaml_file import read_yaml
+    from pairsim.sweeps.grid import read_grid
+
+    path = CONFIGS / f"{name}.yaml"
+    every = (*(quick_settings(name, read_yaml(path).get("command", "run")) if quick else ()), *settings)
+    return read_grid(path, every), every
+
+
+def plan(wanted: list[str], output: Path, quick: bool, settings: tuple[str, ...]) -> str:
+    """A table of what is to do, with the estimates of `pairsim sweep --dry-run`."""
+    lines, results, total = [f"{'':20} cases  to do   s of one core"], Results(output), 0.0
+    for name in (name for name in needed(wanted) if not of_meshes(name)):
+        grid, _ = grid_of(name, quick, settings)
+        record = results.record(name)
+        done = {case["key"] for case in record["cases"] if case["status"] == "finished"} if record else set()
+        left = [case.checked.estimate.seconds for case in grid.cases if case.key not in done]
+        lines.append(f"{name:20} {len(grid.cases):5} {len(left):6} {sum(left):15.0f}")
+        total += sum(left)
+    return "\n".join([*lines, f"about {total / 60:.0f} min on one core"])
+
+
 def compute(name: str, output: Path, quick: bool, settings: tuple[str, ...], comm: MPI.Comm | None) -> int:
     """Compute what is not there yet of a computation; returns the exit code of the sweep, on all processes.
 
@@ -80,28 +119,24 @@ def compute(name: str, output: Path, quick: bool, settings: tuple[str, ...], com
         settings: What `--set` replaces in all cases.
         comm: All processes, None without mpirun.
     """
-    from pairsim.config.yaml_file import read_yaml
-    from pairsim.sweeps.grid import read_grid
     from pairsim.sweeps.progress import make_sweep_reporter
     from pairsim.sweeps.sweep import Options, run_sweep
 
-    path = CONFIGS / f"{name}.yaml"
-    content = read_yaml(path)
-    if "beta" in content:
-        return mesh(path, output / f"{name}.vtu") if comm is None or comm.rank == 0 else 0
-    settings = (*(quick_settings(name, content.get("command", "run")) if quick else ()), *settings)
+    if of_meshes(name):
+        return mesh(CONFIGS / f"{name}.yaml", output / f"{name}.vtu", comm)
+    grid, settings = grid_of(name, quick, settings)
     reporter = make_sweep_reporter("auto", comm.rank if comm else 0)
-    code, _ = run_sweep(read_grid(path, settings), output / name, Options(settings=settings), comm, reporter)
+    code, _ = run_sweep(grid, output / name, Options(settings=settings), comm, reporter)
     return code
 
 
-def mesh(path: Path, target: Path) -> int:
-    """Write the mesh of a case file, unless it is there; returns 0."""
-    import pairsim.runtime.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
+def mesh(path: Path, target: Path, comm: MPI.Comm | None) -> int:
+    """Write the mesh of a case file on the first process, unless it is there; returns 0."""
+    import pairsim.runtime.fenicsx  # noqa: F401 - PETSc is loaded by all processes together
     from pairsim.config.case_file import load_case
     from pairsim.drivers.mesh import write_mesh
 
-    if not target.is_file():
+    if (comm is None or comm.rank == 0) and not target.is_file():
         write_mesh(load_case(path), target, None)
     return 0
 
@@ -157,12 +192,16 @@ def main() -> int:
     parser.add_argument("-o", "--output", type=Path, help="folder of the results (default: runs/paper)")
     parser.add_argument("--quick", action="store_true", help="coarse meshes, few points")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="replace a key in all cases")
+    parser.add_argument("--dry-run", action="store_true", help="list the cases to do and estimate the time")
     parser.add_argument("--table", action="store_true", help="draw and judge the results that are there")
     parser.add_argument("--page", action="store_true", help="write docs/paper.md")
     arguments = parser.parse_args()
     output: Path = arguments.output or Path("runs") / ("paper-quick" if arguments.quick else "paper")
     try:
         wanted = chosen(arguments.figures, arguments.quick)
+        if arguments.dry_run:
+            print(plan(wanted, output, arguments.quick, tuple(arguments.set)))
+            return 0
         output.mkdir(parents=True, exist_ok=True)
         code = 0 if arguments.table else compute_all(wanted, output, arguments.quick, tuple(arguments.set))
         if code not in (0, 3):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from paper_results import Curve, Results
+from paper_results import Curve, NotComputed, Results, listed
 from paper_statements import (
     NEARLY,
     SOFT,
@@ -14,12 +14,14 @@ from paper_statements import (
     deviations,
     drawn,
     falling,
+    in_time,
     numbers,
     rising,
     rising_dU,
     smallest,
     speeds,
     statement,
+    statements,
 )
 from paper_viscoelastic import DES, distances
 
@@ -52,12 +54,24 @@ def _(results: Results) -> Finding:
     return Finding(((-least.dU, drawn(curve, least.error)),), f"beta .2: least dU {smallest(curve)}")
 
 
-@statement("fig12", "At higher confinement (beta .4 and .6) they do not.")
+HIGHER = "At higher confinement (beta .4 and .6) they do not."
+
+
+@statement("fig12", HIGHER)
 def _(results: Results) -> Finding:
-    curves = confined(results)[1:]
+    curves = [curve for beta in (0.4, 0.6) for curve in results.curves(beta=beta, De=2, Ca_e=0.1)]
+    if not curves:
+        raise NotComputed("curves of beta .4 and .6")
     least = [c.extreme(-1) for c in curves]
-    text = "; ".join(f"beta {beta:g}: least dU {smallest(c)}" for beta, c in zip((0.4, 0.6), curves, strict=True))
+    text = "; ".join(f"beta {listed(c.parameters['beta'])[0]:g}: least dU {smallest(c)}" for c in curves)
     return Finding(tuple((p.dU, drawn(c, p.error)) for c, p in zip(curves, least, strict=True)), text)
+
+
+@in_time(HIGHER)
+def _(results: Results) -> Finding:
+    run = results.run(beta=0.4, De=2, Ca_e=0.1, d0=0.03)
+    dU = run.last("dU")
+    return Finding(((dU, 0.0),), f"beta .4 from d = .03: dU {dU:.2e} at t = {run.last('t'):g}")
 
 
 @statement("fig13", "The effect of softness is reversed at high confinement (De 1, d = .2, beta .2 and .6).")
@@ -123,16 +137,13 @@ def shapes_over_De(results: Results) -> list[Curve]:
     return [results.curve_with_fields(0.1, beta=0.4, De=De, Ca_e=0.15) for De in (0.0, *DES)]
 
 
-@statement("fig16", "The particles are deformed less and less as De increases: the trailing one.")
-def _(results: Results) -> Finding:
-    return less_deformed(results, 0)
-
-
-@statement("fig16", "The particles are deformed less and less as De increases: the leading one.")
-def _(results: Results) -> Finding:
-    return less_deformed(results, 1)
-
-
+@statements(
+    "fig16",
+    {
+        "The particles are deformed less and less as De increases: the trailing one.": 0,
+        "The particles are deformed less and less as De increases: the leading one.": 1,
+    },
+)
 def less_deformed(results: Results, place: int) -> Finding:
     """Whether a particle's shape comes nearer to a sphere with De."""
     curves = shapes_over_De(results)
@@ -157,23 +168,44 @@ def _(results: Results) -> Finding:
     return Finding(tuple((NEARLY / 2 - v, 0.0) for v in found), f"rms deviation from a sphere {numbers(found, '.2%')}")
 
 
-@statement("fig17", "In all these cases the leading particle is deformed more than the trailing one (Figs. 16 and 17).")
+LEADING = "In all these cases the leading particle is deformed more than the trailing one (Figs. 16 and 17)."
+
+
+@statement("fig17", LEADING)
 def _(results: Results) -> Finding:
     curves = shapes_over_De(results) + [results.curve_with_fields(0.1, beta=b, De=0.5, Ca_e=0.15) for b in (0.2, 0.6)]
     checks, parts = [], []
     for curve in curves:
         trailing, leading = deviations(curve.frame(0.1))
         checks.append((leading - trailing, 1e-4))
-        beta, De = curve.parameters["beta"], curve.parameters["De"]
-        parts.append(f"beta {beta[0] if isinstance(beta, list) else beta:g}, De {De:g}: {trailing:.2%}, {leading:.2%}")
+        beta, De = listed(curve.parameters["beta"])[0], curve.parameters["De"]
+        parts.append(f"beta {beta:g}, De {De:g}: {trailing:.2%}, {leading:.2%}")
     return Finding(tuple(checks), "rms deviation from a sphere (trailing, leading), " + "; ".join(parts))
 
 
-@statement("fig17", "The difference of the deformations is what makes dU differ from 0.")
+@in_time(LEADING)
+def _(results: Results) -> Finding:
+    run = results.run(beta=0.4, De=0, Ca_e=0.15, d0=0.1)
+    D = [run.last(name) for name in ("D_T", "D_L")]
+    text = f"beta .4, De 0 from d = .1, t = {run.last('t'):g}: D_T {D[0]:.4f}, D_L {D[1]:.4f}"
+    return Finding(((abs(D[1]) - abs(D[0]), 1e-4),), text)
+
+
+CAUSE = "The difference of the deformations is what makes dU differ from 0."
+
+
+@statement("fig17", CAUSE)
 def _(results: Results) -> Finding:
     curve = results.curve(beta=0.4, De=0.5, Ca_e=0)
     text = f"rigid spheres at De .5, which do not deform, have dU up to {curve.peak:.2e}; Newtonian ones have none"
     return Finding(((-curve.peak, float(curve.table["dU_error"].max())),), text)
+
+
+@in_time(CAUSE)
+def _(results: Results) -> Finding:
+    run = results.run(beta=0.4, De=0.5, Ca_e=0, d0=0.1)
+    dU = run.last("dU")
+    return Finding(((-abs(dU), 0.0),), f"rigid spheres at De .5 from d = .1: dU {dU:.2e} at t = {run.last('t'):g}")
 
 
 @statement("fig07", "Summary: in a Newtonian liquid, depending on beta, pairs have a stable distance or repel at any.")

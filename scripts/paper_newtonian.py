@@ -24,6 +24,7 @@ from paper_statements import (
     smallest,
     speeds,
     statement,
+    statements,
 )
 from scipy.interpolate import LinearNDInterpolator
 
@@ -135,18 +136,13 @@ def _(results: Results) -> Finding:
     return Finding(tuple(checks), "; ".join(parts))
 
 
-@statement(
-    "fig06", "The particles first elongate while their distance shrinks, then slowly separate: the trailing one."
+@statements(
+    "fig06",
+    {
+        "The particles first elongate while their distance shrinks, then slowly separate: the trailing one.": "D_T",
+        "The particles first elongate while their distance shrinks, then slowly separate: the leading one.": "D_L",
+    },
 )
-def _(results: Results) -> Finding:
-    return elongates(results, "D_T")
-
-
-@statement("fig06", "The particles first elongate while their distance shrinks, then slowly separate: the leading one.")
-def _(results: Results) -> Finding:
-    return elongates(results, "D_L")
-
-
 def elongates(results: Results, name: str) -> Finding:
     """Whether a particle is elongated when dU is least, and the pair first comes closer, then separates."""
     checks: list[Check] = []
@@ -159,7 +155,15 @@ def elongates(results: Results, name: str) -> Finding:
     return Finding(tuple(checks), "; ".join(parts))
 
 
-def collapse(results: Results, newtonian: bool, name: str) -> Finding:
+@statements(
+    "fig07",
+    {
+        "Terminal velocities from different d_0 collapse on a master curve (Newtonian).": "dU",
+        "D_T from different d_0 collapses on a master curve (Newtonian).": "D_T",
+        "D_L from different d_0 collapses on a master curve (Newtonian).": "D_L",
+    },
+)
+def collapse(results: Results, name: str, newtonian: bool = True) -> Finding:
     """Whether transients from different d_0 end on the curve: dU with the drift, D within `NEARLY` of its range."""
     checks: list[Check] = []
     rests = []
@@ -176,21 +180,6 @@ def collapse(results: Results, newtonian: bool, name: str) -> Finding:
         raise NotComputed("no transient with its curve")
     text = f"{len(rests)} transients end within {numbers([max(rests)], '.1%')} of the largest value"
     return Finding(tuple(checks), text + (", without their drift" if name != "dU" else ", with their drift"))
-
-
-@statement("fig07", "Terminal velocities from different d_0 collapse on a master curve (Newtonian).")
-def _(results: Results) -> Finding:
-    return collapse(results, True, "dU")
-
-
-@statement("fig07", "D_T from different d_0 collapses on a master curve (Newtonian).")
-def _(results: Results) -> Finding:
-    return collapse(results, True, "D_T")
-
-
-@statement("fig07", "D_L from different d_0 collapses on a master curve (Newtonian).")
-def _(results: Results) -> Finding:
-    return collapse(results, True, "D_L")
 
 
 @statement("fig07", "At beta .4 the dynamics is always repulsive.")
@@ -240,6 +229,14 @@ def _(results: Results) -> Finding:
     places = np.array([0.02, 0.1, 0.2, 0.3, 0.6])
     parts = [f"{name} {numbers(curve.at(name, places))}" for name in ("D_L", "D_T")]
     return Finding(tuple(checks), f"at d = {numbers(places)}: " + "; ".join(parts))
+
+
+@in_time("At beta .4, Ca_e .1 both |D| grow as the particles come closer.")
+def _(results: Results) -> Finding:
+    runs = sorted(results.runs(particles=2, beta=0.4, De=0, Ca_e=0.1), key=lambda run: run.last("d"))
+    checks = [c for name in ("D_L", "D_T") for c in falling([abs(r.last(name)) for r in runs], [1e-4] * len(runs))]
+    parts = [f"{name} {numbers(run.last(name) for run in runs)}" for name in ("D_L", "D_T")]
+    return Finding(tuple(checks), f"at d = {numbers(run.last('d') for run in runs)}: " + "; ".join(parts))
 
 
 @statement("fig07", "At beta .4, Ca_e .1 both particles deform as isolated ones from d = .6 on.")

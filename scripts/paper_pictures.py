@@ -30,6 +30,7 @@ NAMES = {"time.tol": r"$\mathrm{tol}$", "accuracy": "accuracy"}
 SYMBOL = 3.8  # size of a marker, points
 MARGIN = 0.06  # around the particles, where the liquid is not of interest [D_c]
 LETTERS = "abcdefgh"
+TICKS: dict[str, Any] = {"nbins": 6, "steps": [1, 2, 5, 10]}  # intervals of an axis, at most, and their lengths
 
 
 def draw(name: str, figure: Figure, results: Results, folder: Path) -> list[Path]:
@@ -62,7 +63,7 @@ def canvas_of(figure: Figure, results: Results, page: Page) -> Canvas:
         return _draw_fields(figure.panels, results, page)
     if kind in ("shapes", "mesh"):
         count = len(figure.panels)
-        canvas = page.figure((0.36 if kind == "shapes" else 0.32) * page.width * count + 14)
+        canvas = page.figure((0.44 if kind == "shapes" else 0.32) * page.width * count + 14)
         axes = list(canvas.subplots(count, 1, squeeze=False)[:, 0])
     else:
         if len(figure.panels) == 1:
@@ -71,15 +72,17 @@ def canvas_of(figure: Figure, results: Results, page: Page) -> Canvas:
     shown_cases = [case for panel in figure.panels for name in panel.of for case in results.cases(name, panel.where)]
     values = _values(shown_cases, figure.panels[0].by)
     handles: dict[str, Any] = {}
+    alike = len({panel.by for panel in figure.panels}) == 1
     for place, (axis, panel) in enumerate(zip(axes, figure.panels, strict=True)):
         drawn = PANELS[kind](axis, panel, results, values)
-        if len(panel.y) > 1:
+        if len(panel.y) > 1 or not alike:
             axis.legend(handles=drawn, ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0))
         else:
             handles |= {entry.get_label(): entry for entry in drawn}
         if len(figure.panels) > 1:
             axis.set_title(f"({LETTERS[place]})  {_where(panel)}", loc="left")
-    key(canvas, list(handles.values()))
+    if handles:
+        key(canvas, list(handles.values()))
     return canvas
 
 
@@ -111,7 +114,7 @@ def _value(case: Any, by: str) -> Any:
 
 
 def _look(place: int, **more: Any) -> dict[str, Any]:
-    return {"color": COLOURS[place % len(COLOURS)], "linestyle": LINES[place // 4 % len(LINES)], **more}
+    return {"color": COLOURS[place % len(COLOURS)], "linestyle": LINES[place // 4 % len(LINES)]} | more
 
 
 def _shown_cases(panel: Panel, results: Results, names: Sequence[str]) -> list[Any]:
@@ -152,6 +155,7 @@ def _draw_curves(axis: Axes, panel: Panel, results: Results, values: list[Any]) 
     seen = [case.table[column] for case in curves for column in panel.y]
     spread(axis, "x", [float(d) for case in curves for d in case.d])
     finish(axis, axis_label(["d"]), axis_label(list(panel.y)), seen)
+    axis.yaxis.set_major_locator(MaxNLocator(**TICKS))
     if panel.window:
         axis.set(xlim=panel.window[:2], ylim=panel.window[2:])
     return handles
@@ -173,13 +177,14 @@ def _draw_runs(axis: Axes, panel: Panel, results: Results, values: list[Any]) ->
     for place, value in _placed(runs, panel.by, values):
         for case in (case for case in runs if _value(case, panel.by) == value):
             for number, column in enumerate(panel.y):
-                look = _look(place) if len(panel.y) == 1 else _look(place) | {"linestyle": LINES[number]}
+                # With a single column, lines on top of each other are told apart by their styles.
+                look = _look(place, linestyle=LINES[(place if len(panel.y) == 1 else number) % len(LINES)])
                 axis.plot(case.table["t"], case.table[column], **look)
                 if len(panel.y) > 1:
                     label = f"{axis_label([column]).split('  ')[0]}, {_equation(panel.by, value)}"
                     handles.append(Line2D([], [], label=label, **look))
         if len(panel.y) == 1:
-            handles.append(Line2D([], [], label=_equation(panel.by, value), **_look(place)))
+            handles.append(Line2D([], [], label=_equation(panel.by, value), **look))
     seen = [case.table[column] for case in runs for column in panel.y]
     finish(axis, axis_label(["t"]), axis_label(list(panel.y)), seen)
     return handles
@@ -232,11 +237,13 @@ def _draw_shapes(axis: Axes, panel: Panel, results: Results, values: list[Any]) 
     cases = _shown_cases(panel, results, panel.of)
     handles = []
     for place, value in _placed(cases, panel.by, values):
+        look = _look(place, linestyle=LINES[place % len(LINES)])  # so that lines on top of each other are seen
         for case in (case for case in cases if _value(case, panel.by) == value):
             for line in _closed(case.frame(panel.d)):
-                axis.plot(*line.T, **_look(place, linewidth=0.8))
-        handles.append(Line2D([], [], label=_equation(panel.by, value), **_look(place)))
+                axis.plot(*line.T, **look, linewidth=0.8)
+        handles.append(Line2D([], [], label=_equation(panel.by, value), **look))
     axis.set(aspect="equal", xlabel=rf"$z\ [{LENGTH}]$", ylabel=rf"$r\ [{LENGTH}]$")
+    axis.xaxis.set_major_locator(MaxNLocator(**TICKS))
     return handles
 
 
@@ -256,6 +263,7 @@ def _draw_mesh(axis: Axes, panel: Panel, results: Results, _: list[Any]) -> list
     window = panel.window or (-reach, reach, 0, 0.5)
     axis.set(xlim=window[:2], ylim=window[2:], aspect="equal")
     axis.set(xlabel=rf"$z\ [{LENGTH}]$", ylabel=rf"$r\ [{LENGTH}]$")
+    axis.xaxis.set_major_locator(MaxNLocator(**TICKS))
     axis.grid(visible=False)
     return []
 
@@ -266,11 +274,11 @@ def _draw_fields(panels: Sequence[Panel], results: Results, page: Page) -> Canva
     views = views_of([case.frame(panel.d) for case, panel in zip(cases, panels, strict=True)])
     layers = [_layer(panel, case, view) for panel, case, view in zip(panels, cases, views, strict=True)]
     if not layers[0].liquid:
-        views = [_closer(view) for view in views]
+        views = _closer(views)
     columns = 1 if page.narrow else len(panels)
     z0, z1, r0, r1 = views[0].window
-    height = (page.width / columns - 14) * (r1 - r0) / (z1 - z0) + 24
-    canvas = page.figure(height * len(panels) / columns + (0 if panels[0].own_scale else 6))
+    height = (page.width / columns - 14) * (r1 - r0) / (z1 - z0) + (26 if panels[0].own_scale else 13)
+    canvas = page.figure(height * len(panels) / columns + (0 if panels[0].own_scale else 16))
     axes = list(canvas.subplots(len(panels) // columns, columns, squeeze=False).flat)
     together = Layer([layer.values[0] for layer in layers], layers[0].label, layers[0].liquid, layers[0].solid, True)
     common = scale_of(together, views)
@@ -278,7 +286,7 @@ def _draw_fields(panels: Sequence[Panel], results: Results, page: Page) -> Canva
         scale = scale_of(layer, [view]) if panel.own_scale else common
         draw_view(axis, view, 0, [(layer, scale)])
         axis.set_ylim(view.window[2:])  # draw_view's ticks widen it
-        axis.yaxis.set_major_locator(MaxNLocator(5))
+        axis.yaxis.set_major_locator(MaxNLocator(**TICKS))
         axis.set_title(f"({LETTERS[place]})  {_where(panel)}", loc="left")
         axis.set_xlabel(rf"$z\ [{LENGTH}]$")
         if panel.own_scale:
@@ -298,12 +306,14 @@ def _layer(panel: Panel, case: Any, view: View) -> Layer:
     return Layer([scaled], FIELDS[name].label.replace(STRESS, "G_p"), liquid=False, solid=True, diverging=True)
 
 
-def _closer(view: View) -> View:
-    """The same without most of the liquid."""
-    every = np.vstack(view.particles)
-    low, high = every[:, 0].min() - MARGIN, every[:, 0].max() + MARGIN
-    reach = every[:, 1].max() + MARGIN
-    return replace(view, window=(float(low), float(high), -float(reach), float(reach)))
+def _closer(views: Sequence[View]) -> list[View]:
+    """The same without most of the liquid, in windows of one size around the particles."""
+    every = [np.vstack(view.particles) for view in views]
+    half = max(float(np.ptp(points[:, 0])) / 2 for points in every) + MARGIN
+    reach = max(float(points[:, 1].max()) for points in every) + MARGIN
+    middles = [float(points[:, 0].min() + points[:, 0].max()) / 2 for points in every]
+    windows = [(middle - half, middle + half, -reach, reach) for middle in middles]
+    return [replace(view, window=window) for view, window in zip(views, windows, strict=True)]
 
 
 PANELS: dict[str, Any] = {

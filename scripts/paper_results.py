@@ -27,6 +27,8 @@ DESCRIPTION = "figure.yaml"
 """The picture of a figure; every other file of its folder is a computation."""
 NEGLIGIBLE = 0.01
 """Zeros whose |dU| up to the next one is below this part of the peak are left out."""
+RANGE = 4.0
+"""Ratio of the largest and the smallest distance of a curve from which it counts as one over a range."""
 SAME = 1e-9  # relative difference of parameters that are the same
 
 
@@ -127,7 +129,7 @@ class CaseResult:
         Raises:
             NotComputed: They were not written.
         """
-        places = read_times(self.folder) if (self.folder / "fields.h5").is_file() else np.empty(0)
+        places = read_times(self.folder)
         hits = np.flatnonzero(np.isclose(places, place)) if place else np.arange(len(places))
         if not hits.size:
             raise NotComputed(f"{self.folder} has no fields at {place:g}")
@@ -309,14 +311,17 @@ class Results:
         """All finished cases of a kind, in all folders."""
         return [case for name in self.names for case in self.cases(name, where) if isinstance(case, kind)]
 
+    def curves(self, **where: Any) -> list[Curve]:
+        """The curves over a range of distances that have some parameters."""
+        return [case for case in self.all_of(Curve, **where) if case.d[-1] > RANGE * case.d[0]]
+
     def curve(self, **where: Any) -> Curve:
-        """The curve over a range of distances that has some parameters.
+        """The one of them with the most points.
 
         Raises:
             NotComputed: There is none.
         """
-        found = [case for case in self.all_of(Curve, **where) if len(case.d) > 1]
-        if not found:
+        if not (found := self.curves(**where)):
             raise NotComputed(", ".join(f"{key} {value:g}" for key, value in where.items()))
         return max(found, key=lambda case: len(case.d))
 
@@ -327,7 +332,7 @@ class Results:
             NotComputed: There is none.
         """
         for case in self.all_of(Curve, **where):
-            if (case.folder / "fields.h5").is_file() and np.isclose(read_times(case.folder), place).any():
+            if np.isclose(read_times(case.folder), place).any():
                 return case
         raise NotComputed(f"fields at {place:g}, " + ", ".join(f"{key} {value:g}" for key, value in where.items()))
 

@@ -8,7 +8,7 @@ the constants below.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, Literal
@@ -110,6 +110,19 @@ def statement(figure: str, text: str) -> Callable[[Callable[[Results], Finding]]
 
     def add(find: Callable[[Results], Finding]) -> Callable[[Results], Finding]:
         STATEMENTS.append(Statement(figure, text, find))
+        return find
+
+    return add
+
+
+def statements[F: Callable[..., Finding]](figure: str, texts: Mapping[str, Any]) -> Callable[[F], F]:
+    """Decorator of a function that judges several statements, each with the value that stands beside its text."""
+
+    def add(find: F) -> F:
+        def with_value(value: Any) -> Callable[[Results], Finding]:
+            return lambda results: find(results, value)
+
+        STATEMENTS.extend(Statement(figure, text, with_value(value)) for text, value in texts.items())
         return find
 
     return add

@@ -11,8 +11,9 @@ from pairsim.drivers.quasi_steady import health_columns, point_row
 from pairsim.drivers.session import Session
 from pairsim.results.columns import EQUILIBRIA_COLUMNS, curve_columns
 from pairsim.results.fields import SteadyMoment, frame
+from pairsim.results.fields_writer import FieldsWriter, gather_frames
 from pairsim.results.output import table_line
-from pairsim.results.xdmf import FieldFrame, FieldsWriter
+from pairsim.results.xdmf import FieldFrame
 from pairsim.solvers.branch import Point
 from pairsim.solvers.curve import Equilibrium
 from pairsim.solvers.steady import Steady
@@ -109,6 +110,8 @@ class CurveOutput:
                 fields = FieldsWriter(self.session.folder.path)
                 for kept in sorted(self._frames, key=lambda kept: kept.t):
                     fields.write(kept)
+                with suppress(OSError):  # the frames are complete as they are
+                    gather_frames(self.session.folder.path)
 
         if not self.session.stopped_at_once:
             self.session.write(write)

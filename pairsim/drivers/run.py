@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import signal
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from pairsim.drivers.run_output import RunOutput, RunWarnings, milestones
 from pairsim.drivers.session import Options, Session, open_session
 from pairsim.fem.form_cache import ensure_compiled
 from pairsim.results.checkpoint import Checkpoint, check_same, load
+from pairsim.results.fields_writer import gather_frames
 from pairsim.results.output import CHECKPOINT, SERIES, plain, read_series
 from pairsim.runtime.errors import InputError, TooManySteps, WallTime, WriteFailure
 from pairsim.runtime.fenicsx import MPI
@@ -155,7 +157,7 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
                 outcome = replace(outcome, message=outcome.message + words)
             ended = outcome
             try:
-                output.finish(last_frame=not session.stopped_at_once)
+                output.finish(not session.stopped_at_once, outcome.status != "interrupted")
             except OSError as error:
                 ended = Outcome("failed", WriteFailure.reason, str(error))
                 raise
@@ -189,6 +191,8 @@ def _confirm(case: Case, session: Session, old: Checkpoint, ended: Outcome) -> N
             summary = _summary(counts, history.t[0], history.y[0].size)
             summary["warnings"] = RunWarnings.of(case, series, old.narrowest).warnings
             session.record.write(ended, summary, old.state.seconds)
+        with suppress(OSError):  # the frames are complete as they are
+            gather_frames(session.folder.path)
 
     session.write(confirm, retry=RETRY, t=history.t[0], step=counts.steps)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from itertools import pairwise
 from typing import Any
@@ -29,8 +30,8 @@ from pairsim.results.columns import (
     series_columns,
 )
 from pairsim.results.fields import frame
+from pairsim.results.fields_writer import FieldsWriter, gather_frames
 from pairsim.results.output import SERIES, RunFolder, SeriesWriter, plain, read_series
-from pairsim.results.xdmf import FieldsWriter
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.run_error import RunError
 from pairsim.solvers.step import Step
@@ -169,9 +170,10 @@ class RunOutput:
         errors = error_columns(case.n) if case.estimates_error else []
         columns = [*series_columns(case.n), *errors, *HEALTH, *(POLYMER_HEALTH if case.polymer else ())]
         self.series = SeriesWriter(folder.file(SERIES), columns, old.rows if old else None)
-        self.fields = FieldsWriter(folder.path, keep=old.frames if old else 0) if case.output.fields else None
-        lost = old.frames - self.fields.frames if old and self.fields else 0
-        self.damage = [f"fields.h5 was damaged: {lost} frames are lost"] if lost else []
+        keep, until = (old.frames, old.state.history.t[0]) if old else (0, 0.0)
+        self.fields = FieldsWriter(folder.path, keep, until) if case.output.fields else None
+        lost = keep - self.fields.frames if self.fields else 0
+        self.damage = [f"{lost} frames of fields.xdmf could not be read and are lost"] if lost else []
         self.worst = RunWarnings.of(case, read_series(folder.file(SERIES)), old.narrowest) if old else RunWarnings(case)
         self.wanted = milestones(case)
         self._pending: Step | None = None
@@ -212,8 +214,13 @@ class RunOutput:
         if passed >= self.case.output.checkpoint or (at_output and passed > CHEAP * self._cost):
             self._save()
 
-    def finish(self, last_frame: bool) -> None:
-        """Write the checkpoint of the last step and, with `last_frame`, its fields; close all files."""
+    def finish(self, last_frame: bool, ended: bool) -> None:
+        """Write the checkpoint of the last step and, with `last_frame`, its fields; close all files.
+
+        Args:
+            last_frame: Whether the fields of the last step are written.
+            ended: Whether the run has not been interrupted; its fields are then gathered in one file.
+        """
         try:
             if last_frame:
                 self._field()
@@ -222,6 +229,9 @@ class RunOutput:
                 self._save()
             finally:
                 self.series.close()
+        if ended:
+            with suppress(OSError):  # the frames are complete as they are
+                gather_frames(self.folder.path)
 
     def _row(self, step: Step) -> None:
         o = step.observation

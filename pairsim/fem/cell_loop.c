@@ -14,7 +14,7 @@
 typedef void tabulate_tensor(double *, const double *, const double *, const double *, const int *, const uint8_t *,
                              void *);
 
-/* Columns of one row of T A P to which the cells contribute. With columns = NULL they are counted only.
+/* Columns of every row of T A P to which the cells contribute; returns their number.
    touching: positions cell * size + i of the contributions to each row, in compressed form. */
 int64_t row_patterns(int64_t rows, int32_t size, const int32_t *dofs, const int64_t *touching_ptr,
                      const int64_t *touching, const int32_t *coupled_ptr, const int32_t *coupled,
@@ -37,9 +37,7 @@ int64_t row_patterns(int64_t rows, int32_t size, const int32_t *dofs, const int6
           if (marker[column[q]] == row)
             continue;
           marker[column[q]] = (int32_t)row;
-          if (columns)
-            columns[found] = column[q];
-          ++found;
+          columns[found++] = column[q];
         }
       }
     }
@@ -48,42 +46,30 @@ int64_t row_patterns(int64_t rows, int32_t size, const int32_t *dofs, const int6
   return found;
 }
 
-/* Position in the data of T A P, with ascending columns in each row, of every contribution. With positions = NULL the
-   contributions are counted only. */
-int64_t locate(int64_t cells, int32_t size, const int32_t *dofs, const int32_t *coupled_ptr, const int32_t *coupled,
-               const int32_t *row_ptr, const int32_t *row, const int32_t *column_ptr, const int32_t *column,
-               const int32_t *indptr, const int32_t *indices, int32_t *positions)
+/* Position in the data of T A P of every contribution. begin: position of each entry of touching among the
+   contributions; place: work space, one entry for each column. */
+int locate(int64_t rows, int32_t size, const int32_t *dofs, const int64_t *touching_ptr, const int64_t *touching,
+           const int64_t *begin, const int32_t *coupled_ptr, const int32_t *coupled, const int32_t *column_ptr,
+           const int32_t *column, const int32_t *indptr, const int32_t *indices, int32_t *place, int32_t *positions)
 {
-  int64_t found = 0;
-  for (int64_t c = 0; c < cells; ++c)
+  for (int64_t row = 0; row < rows; ++row)
   {
-    const int32_t *cell = dofs + c * size;
-    for (int32_t i = 0; i < size; ++i)
-      for (int32_t p = row_ptr[cell[i]]; p < row_ptr[cell[i] + 1]; ++p)
+    for (int32_t n = indptr[row]; n < indptr[row + 1]; ++n)
+      place[indices[n]] = n;
+    for (int64_t t = touching_ptr[row]; t < touching_ptr[row + 1]; ++t)
+    {
+      const int32_t i = (int32_t)(touching[t] % size);
+      const int32_t *cell = dofs + (touching[t] / size) * size;
+      int32_t *position = positions + begin[t];
+      for (int32_t k = coupled_ptr[i]; k < coupled_ptr[i + 1]; ++k)
       {
-        const int32_t begin = indptr[row[p]], end = indptr[row[p] + 1];
-        for (int32_t k = coupled_ptr[i]; k < coupled_ptr[i + 1]; ++k)
-        {
-          const int32_t x = cell[coupled[k]];
-          for (int32_t q = column_ptr[x]; q < column_ptr[x + 1]; ++q, ++found)
-          {
-            if (!positions)
-              continue;
-            int32_t low = begin, high = end;
-            while (high - low > 1)
-            {
-              const int32_t middle = low + (high - low) / 2;
-              if (indices[middle] <= column[q])
-                low = middle;
-              else
-                high = middle;
-            }
-            positions[found] = low;
-          }
-        }
+        const int32_t x = cell[coupled[k]];
+        for (int32_t q = column_ptr[x]; q < column_ptr[x + 1]; ++q)
+          *position++ = place[column[q]];
       }
+    }
   }
-  return found;
+  return 0;
 }
 
 /* Add the Jacobian of all cells to the data of T A P. Returns 0, or 1 without memory. */

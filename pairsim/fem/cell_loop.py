@@ -1,4 +1,7 @@
-"""Compiled loops: `cell_loop.c` assembles the matrix of the free unknowns, `point_location.c` finds points in cells.
+"""Compiled loops.
+
+`cell_loop.c` assembles the matrix of the free unknowns, `patch_recovery.c` fits polynomials on patches of cells, and
+`point_location.c` finds points in cells.
 
 They are compiled with the forms (`pairsim.fem.form_cache`), with the same compiler and flags into the same cache.
 """
@@ -24,7 +27,7 @@ from numpy.typing import NDArray
 from pairsim.fem.jit import JIT_OPTIONS, cache
 from pairsim.runtime.arrays import Array
 
-SOURCES = tuple(Path(__file__).with_name(name) for name in ("cell_loop.c", "point_location.c"))
+SOURCES = tuple(Path(__file__).with_name(name) for name in ("cell_loop.c", "patch_recovery.c", "point_location.c"))
 
 
 @dataclass(frozen=True)
@@ -92,8 +95,9 @@ def compile_loops() -> Path:
 @functools.cache
 def _loops() -> Any:
     loops = ctypes.CDLL(str(compile_loops()))
-    loops.row_patterns.restype = loops.locate.restype = ctypes.c_int64
-    loops.assemble.restype = loops.find_triangles.restype = ctypes.c_int
+    loops.row_patterns.restype = loops.patch_nodes.restype = ctypes.c_int64
+    for name in ("locate", "assemble", "find_triangles", "patch_fits", "patch_blend"):
+        getattr(loops, name).restype = ctypes.c_int
     return loops
 
 

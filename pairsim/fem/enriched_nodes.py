@@ -39,7 +39,6 @@ class EnrichedNodes:
         self._interpolant = sparse.csr_matrix((own.ravel(), (rows, columns)), shape=(len(first), len(mesh.points)))
         self._recovery = PatchRecovery(mesh, degree, fewest)
         self._values = self._recovery.values(cells[cell, :3], barycentric[place], x)
-        self._fits: dict[bool, sparse.csr_matrix] = {}
         self.count = len(first)
 
     def added(self, nodal: Array, odd: bool) -> Array:
@@ -49,9 +48,7 @@ class EnrichedNodes:
             nodal: Its values at the nodes of the mesh, (n_nodes,).
             odd: Its parity in r.
         """
-        if odd not in self._fits:
-            self._fits[odd] = self._recovery.fits(odd)
-        return np.asarray(self._values @ (self._fits[odd] @ nodal) - self._interpolant @ nodal)
+        return np.asarray(self._values @ (self._recovery.fits(odd) @ nodal) - self._interpolant @ nodal)
 
     def _key(self, barycentric: Array) -> Indices:
         """A number for the node of each cell with these coordinates, the same in all cells that have it."""

@@ -54,6 +54,7 @@ def _stamp(form: str) -> Path:
         "enriched_residual.py",
         "recovered_residual.py",
         "cell_loop.c",
+        "patch_recovery.c",
         "point_location.c",
         "cell_loop.py",
     )

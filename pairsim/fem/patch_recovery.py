@@ -10,13 +10,17 @@ Differential Equations, 2003, chapter 4).
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 
+from pairsim.fem.cell_loop import call
 from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.runtime.arrays import Array, Indices
 
 # Ridge of the normal equations over their mean diagonal, for patches whose nodes do not settle all coefficients.
 RIDGE = 1e-13
+ANY = -1  # parity of polynomials that are neither even nor odd in r
+SINGULAR = 2  # status of `patch_fits`
 
 
 def _powers(degree: int) -> list[tuple[int, int]]:
@@ -44,30 +48,49 @@ class PatchRecovery:
         self._mesh, self._degree = mesh, degree
         self._number = np.full(len(mesh.points), -1)
         self._number[mesh.vertices] = np.arange(len(mesh.vertices))
-        patches = _patches(mesh, fewest, mesh.cells if degree == 3 else mesh.cells[:, :3])
-        count = np.diff(patches.indptr)
-        inside = np.arange(count.max()) < count[:, None]
-        self._nodes = np.zeros(inside.shape, dtype=np.int64)
-        self._nodes[inside] = patches.indices
-        self._inside = inside
+        self._pointer, self._nodes = _patches(mesh, self._number, fewest, 6 if degree == 3 else 3)
         self._centres = mesh.points[mesh.vertices]
-        x = (mesh.points[self._nodes] - self._centres[:, None]) * inside[..., None]
-        self._scales = np.sqrt((x**2).sum(axis=1) / count[:, None])
-        basis = _monomials(x / self._scales[:, None], degree) * inside[..., None]
-        self._basis, self._inverse = basis, _inverse_normal(basis)
+        pointer, nodes = self._pointer, self._nodes
+        x = mesh.points[nodes] - np.repeat(self._centres, np.diff(pointer), axis=0)
+        self._scales = np.sqrt(np.add.reduceat(x**2, pointer[:-1], axis=0) / np.diff(pointer)[:, None])
+        self._fits: dict[bool, sparse.csr_matrix] = {}
+
+    def fits(self, odd: bool) -> sparse.csr_matrix:
+        """The polynomials around all vertices as a matrix that acts on the nodal values of a field of one parity in r.
+
+        Returns:
+            Shape (n_vertices k, n_nodes) for k coefficients.
+        """
+        if odd in self._fits:
+            return self._fits[odd]
+        size = len(_powers(self._degree))
+        if self._fits:
+            other = self._fits[not odd]
+            data, columns, ends = other.data.copy(), other.indices, other.indptr
+        else:
+            data, columns = np.empty(len(self._nodes) * size), np.empty(len(self._nodes) * size, dtype=np.int32)
+            ends = np.concatenate([[0], np.cumsum(np.repeat(np.diff(self._pointer), size))])
+            self._fit(np.arange(len(self._centres)), ANY, data, columns)
         # On the axis a field is odd or even in r, and so is its polynomial, as if the patch had its mirror image.
-        self._on_axis = np.flatnonzero(self._centres[:, 1] < 1e-12)
-        self._of_parity = []
-        for odd in (False, True):
-            part = basis[self._on_axis] * [j % 2 == odd for _, j in _powers(degree)]
-            self._of_parity.append((part, _inverse_normal(part)))
+        self._fit(np.flatnonzero(self._centres[:, 1] < 1e-12), int(odd), data, columns)
+        shape = len(self._centres) * size, len(self._mesh.points)
+        self._fits[odd] = sparse.csr_matrix((data, columns, ends), shape=shape)
+        return self._fits[odd]
+
+    def _fit(self, patches: Indices, parity: int, data: Array, columns: NDArray[np.int32]) -> None:
+        """Set the rows of some patches, whose polynomials have ANY parity in r, are even (0) or odd (1)."""
+        status = call(
+            *("patch_fits", len(patches), patches, self._pointer, self._nodes, np.ascontiguousarray(self._mesh.points)),
+            *(self._centres, self._scales, np.int32(self._degree), np.int32(parity), RIDGE, data, columns),
+        )
+        if status == SINGULAR:
+            raise np.linalg.LinAlgError("the nodes of a patch do not settle a polynomial")
+        if status:
+            raise MemoryError
 
     def coefficients(self, values: Array, odd: bool) -> Array:
         """Polynomials around all vertices for nodal values (n_nodes, k) of fields of one parity in r."""
-        at_nodes, (part, inverse) = values[self._nodes], self._of_parity[odd]
-        found = self._inverse @ (np.swapaxes(self._basis, 1, 2) @ at_nodes)
-        found[self._on_axis] = inverse @ (np.swapaxes(part, 1, 2) @ at_nodes[self._on_axis])
-        return np.asarray(found)
+        return np.asarray(self.fits(odd) @ values).reshape(len(self._centres), -1, values.shape[1])
 
     def blended(self, coefficients: Array, vertices: Indices, barycentric: Array, x: Array) -> Array:
         """The recovered fields at points of cells or edges.
@@ -81,27 +104,14 @@ class PatchRecovery:
         Returns:
             Values, (m, q, k).
         """
-        total = np.zeros((*x.shape[:2], coefficients.shape[2]))
-        for weight, nodes in zip(barycentric.T, vertices.T, strict=True):
-            at = self._number[nodes]
-            local = (x - self._centres[at][:, None]) / self._scales[at][:, None]
-            total += weight[:, None] * (_monomials(local, self._degree) @ coefficients[at])
+        fields, patches = coefficients.shape[2], np.ascontiguousarray(self._number[vertices], dtype=np.int32)
+        total = np.zeros((*x.shape[:2], fields))
+        call(
+            *("patch_blend", len(vertices), np.int32(vertices.shape[1]), patches),
+            *(np.int32(len(barycentric)), *map(np.ascontiguousarray, (barycentric, x, self._centres, self._scales))),
+            *(np.int32(self._degree), np.int32(fields), np.ascontiguousarray(coefficients), total),
+        )
         return total
-
-    def fits(self, odd: bool) -> sparse.csr_matrix:
-        """The polynomials around all vertices as a matrix that acts on the nodal values of a field of one parity in r.
-
-        Returns:
-            Shape (n_vertices k, n_nodes) for k coefficients.
-        """
-        part, inverse = self._of_parity[odd]
-        every = self._inverse @ np.swapaxes(self._basis, 1, 2)
-        every[self._on_axis] = inverse @ np.swapaxes(part, 1, 2)
-        size, inside = every.shape[1], self._inside
-        within = np.broadcast_to(inside[:, None], every.shape)
-        columns = np.broadcast_to(self._nodes[:, None], every.shape)[within]
-        starts = np.concatenate([[0], np.cumsum(np.repeat(inside.sum(axis=1), size))])
-        return sparse.csr_matrix((every[within], columns, starts), shape=(len(every) * size, len(self._mesh.points)))
 
     def values(self, vertices: Indices, barycentric: Array, x: Array) -> sparse.csr_matrix:
         """The recovered field at points, as a matrix that acts on the polynomials of `fits`.
@@ -114,7 +124,7 @@ class PatchRecovery:
         Returns:
             Shape (q, n_vertices k) for k coefficients.
         """
-        at, size = self._number[vertices], self._basis.shape[2]
+        at, size = self._number[vertices], len(_powers(self._degree))
         local = (x[:, None] - self._centres[at]) / self._scales[at]
         powers = _monomials(local, self._degree) * barycentric[..., None]
         columns = at[..., None] * size + np.arange(size)
@@ -122,29 +132,25 @@ class PatchRecovery:
         return sparse.csr_matrix((powers.ravel(), columns.ravel(), starts), shape=(len(x), len(self._centres) * size))
 
 
-def _inverse_normal(basis: Array) -> Array:
-    """Inverse of the normal equations of a least-squares fit on every patch, (n_vertices, k, k)."""
-    normal = np.swapaxes(basis, 1, 2) @ basis
-    size = normal.shape[1]
-    ridge = RIDGE * np.trace(normal, axis1=1, axis2=2) / size
-    return np.asarray(np.linalg.inv(normal + ridge[:, None, None] * np.eye(size)))
+def _patches(mesh: SixNodeMesh, vertex: Indices, fewest: int, carried: int) -> tuple[Indices, NDArray[np.int32]]:
+    """Nodes of the patch of every vertex, in compressed form.
 
-
-def _patches(mesh: SixNodeMesh, fewest: int, carriers: Indices) -> sparse.csr_matrix:
-    """Nodes among the carriers of cells that belong to the patch of every vertex: rows of a sparse matrix."""
-
-    def incidence(nodes: Indices) -> sparse.csr_matrix:
-        rows = np.repeat(np.arange(len(nodes)), nodes.shape[1])
-        shape = (len(nodes), len(mesh.points))
-        return sparse.csr_matrix((np.ones(nodes.size), (rows, nodes.ravel())), shape=shape)
-
-    corners, carried = incidence(mesh.cells[:, :3]), incidence(carriers)
-    around = sparse.csr_matrix(corners[:, mesh.vertices].T)
-    patches, before = sparse.csr_matrix(around @ carried), 0
-    while (small := np.diff(patches.indptr) < fewest).any() and patches.nnz > before:
-        before, rows = patches.nnz, np.arange(len(small))
-        wider = sparse.vstack([around, around @ corners @ corners.T], format="csr")
-        around = wider[np.where(small, len(rows) + rows, rows)]
-        patches = sparse.csr_matrix(around @ carried)
-    patches.sort_indices()
-    return patches
+    Args:
+        mesh: The mesh.
+        vertex: Number of each node among the vertices.
+        fewest: Patches with fewer nodes take in the next ring of cells.
+        carried: Number of nodes of a cell that count, the vertices or all.
+    """
+    corners, count = vertex[mesh.cells[:, :3]].ravel(), len(mesh.vertices)
+    around = np.argsort(corners, kind="stable") // 3
+    around_pointer = np.concatenate([[0], np.cumsum(np.bincount(corners, minlength=count))])
+    pointer, most, found = np.empty(count + 1, dtype=np.int64), 2 * fewest * count, -1
+    while found < 0:
+        nodes, markers = np.empty(most, dtype=np.int32), [np.full(len(each), -1) for each in (mesh.cells, mesh.points)]
+        found = call(
+            *("patch_nodes", count, around_pointer, around, vertex, np.ascontiguousarray(mesh.cells)),
+            *(np.int32(mesh.cells.shape[1]), np.int32(carried), fewest, *markers),
+            *(np.empty(len(mesh.cells), dtype=np.int64), most, pointer, nodes),
+        )
+        most *= 2
+    return pointer, nodes[:found].copy()

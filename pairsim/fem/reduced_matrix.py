@@ -45,21 +45,55 @@ class _Dependence:
         return _Dependence((pointer - pointer[0]).astype(np.int32), number.astype(np.int32), int(pointer[0]))
 
 
-@dataclass(frozen=True)
 class _Contribution:
     """Cells of one phase on this process, and where they contribute.
 
-    Attributes:
+    Args:
+        n: Number of rows and columns of T A P.
         cells: Kernel, coefficients and unknowns of the cells.
         rows: Equations to which the unknowns contribute.
         columns: Free unknowns on which the unknowns depend.
-        positions: Position in the data of T A P of each contribution.
+
+    Attributes:
+        positions: Position in the data of T A P of each contribution, after `locate`.
     """
 
-    cells: CellJacobian
-    rows: _Dependence
-    columns: _Dependence
     positions: np.ndarray
+
+    def __init__(self, n: int, cells: CellJacobian, rows: _Dependence, columns: _Dependence) -> None:
+        self._n, self.cells, self.rows, self.columns = n, cells, rows, columns
+        size = cells.dofs.shape[1]
+        # Row i of the matrix of a cell contributes to some rows of T A P, and there to some columns.
+        unknown = cells.dofs.ravel()
+        rows_of = np.diff(rows.pointer)[unknown]
+        of_unknown = np.repeat(np.arange(len(unknown)), rows_of)
+        within = np.arange(len(of_unknown)) - np.repeat(np.cumsum(rows_of) - rows_of, rows_of)
+        row = rows.number[rows.pointer[unknown[of_unknown]] + within]
+        columns_of = np.diff(columns.pointer).astype(np.float64)[cells.dofs]
+        coupled = (np.ones(len(cells.coupled)), cells.coupled, cells.coupled_pointer)
+        in_row = columns_of @ sparse.csr_matrix(coupled, shape=(size, size)).toarray().T
+        ends = np.concatenate([[0], np.cumsum(in_row.astype(np.int64).ravel()[of_unknown])])
+        order = np.argsort(row, kind="stable")
+        self._begin = ends[:-1][order]
+        self._count = int(ends[-1])
+        touching_pointer = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=n))])
+        self._touching = n, np.int32(size), cells.dofs, touching_pointer, of_unknown[order]
+
+    def pattern(self) -> sparse.csr_matrix:
+        """Ones at the entries of T A P, shape (n, n), to which the cells contribute."""
+        cells, columns, n = self.cells, self.columns, self._n
+        known = (*self._touching, cells.coupled_pointer, cells.coupled, columns.pointer, columns.number)
+        indptr, indices = np.empty(n + 1, dtype=np.int64), np.empty(self._count, dtype=np.int32)
+        found = call("row_patterns", *known, np.full(n, -1, dtype=np.int32), indptr, indices)
+        return sparse.csr_matrix((np.ones(found), indices[:found], indptr), shape=(n, n))
+
+    def locate(self, indptr: np.ndarray, indices: np.ndarray) -> None:
+        """Find the positions in a matrix in compressed rows."""
+        cells, columns = self.cells, self.columns
+        known = (*self._touching, self._begin, cells.coupled_pointer, cells.coupled, columns.pointer, columns.number)
+        self.positions = np.empty(self._count, dtype=np.int32)
+        call("locate", *known, indptr, indices, np.empty(self._n, dtype=np.int32), self.positions)
+        del self._touching, self._begin
 
 
 class ReducedMatrix:
@@ -90,29 +124,22 @@ class ReducedMatrix:
             row, column, value = scene.linear_terms()
             terms = sparse.csr_matrix(sparse.coo_matrix((value, (row, column)), shape=(scene.size, scene.size)))
             linear = sparse.csr_matrix(self._equations.T @ terms @ N)
-        local = [
-            (phase.cell_jacobian(), _Dependence.of(self._equations, a, b), _Dependence.of(self._free, a, b))
+        by_unknown = self._equations, self._free
+        self._contributions = [
+            _Contribution(n, phase.cell_jacobian(), *(_Dependence.of(matrix, a, b) for matrix in by_unknown))
             for phase, a, b in zip(scene.phases, scene.offsets[:-1], scene.offsets[1:], strict=True)
         ]
         pattern = _ones(linear)
         # The particles come first, and columns are sorted: sums of large patterns take long, of unsorted ones longer.
-        for parts in reversed(local):
-            more = _pattern(n, *parts)
+        for part in reversed(self._contributions):
+            more = part.pattern()
             more.sort_indices()
             pattern = sparse.csr_matrix(pattern + more)
         self.indptr, self.indices = pattern.indptr.astype(np.int32), pattern.indices.astype(np.int32)
         self.data = np.zeros(len(self.indices))
         self._constant = _places(pattern, linear), linear.tocoo().data
-        self._contributions = [_Contribution(*parts, self._located(*parts)) for parts in local]
-
-    def _located(self, cells: CellJacobian, rows: _Dependence, columns: _Dependence) -> np.ndarray:
-        known = (
-            *(len(cells.dofs), np.int32(cells.dofs.shape[1]), cells.dofs, cells.coupled_pointer, cells.coupled),
-            *(rows.pointer, rows.number, columns.pointer, columns.number, self.indptr, self.indices),
-        )
-        positions: np.ndarray = np.empty(call("locate", *known, None), dtype=np.int32)
-        call("locate", *known, positions)
-        return positions
+        for part in self._contributions:
+            part.locate(self.indptr, self.indices)
 
     def assemble(self, g: float) -> None:
         """Assemble at the present state of the phases.
@@ -165,25 +192,3 @@ def _on_one_pattern(a: sparse.csr_matrix, b: sparse.csr_matrix) -> tuple[sparse.
     for values, matrix in zip(data, (a, b), strict=True):
         values[_places(pattern, matrix)] = matrix.tocoo().data
     return pattern, data[0], data[1]
-
-
-def _pattern(n: int, cells: CellJacobian, rows: _Dependence, columns: _Dependence) -> sparse.csr_matrix:
-    """Ones at the entries of T A P, shape (n, n), to which the cells of one phase contribute."""
-    size = cells.dofs.shape[1]
-    # Contributions (cell, row of its matrix) to every row of T A P.
-    unknown = cells.dofs.ravel()
-    count = np.diff(rows.pointer)[unknown]
-    contribution = np.repeat(np.arange(len(unknown)), count)
-    within = np.arange(len(contribution)) - np.repeat(np.cumsum(count) - count, count)
-    row = rows.number[rows.pointer[unknown[contribution]] + within]
-    touching = contribution[np.argsort(row, kind="stable")]
-    touching_pointer = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=n))])
-    known = (
-        *(n, np.int32(size), cells.dofs, touching_pointer.astype(np.int64), touching.astype(np.int64)),
-        *(cells.coupled_pointer, cells.coupled, columns.pointer, columns.number),
-    )
-    indptr = np.zeros(n + 1, dtype=np.int64)
-    found = call("row_patterns", *known, np.full(n, -1, dtype=np.int32), indptr, None)
-    indices = np.empty(found, dtype=np.int32)
-    call("row_patterns", *known, np.full(n, -1, dtype=np.int32), indptr, indices)
-    return sparse.csr_matrix((np.ones(found), indices, indptr), shape=(n, n))

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from pairsim.physics.conformation import logarithm
+from pairsim.physics.conformation import logarithm, polymer_stress
 from pairsim.physics.materials import polymer
 from pairsim.physics.materials.polymer import Polymer
 from pairsim.physics.scales import TUBE_RADIUS
@@ -38,12 +38,14 @@ class PipeState:
         r: Radii from the axis to the wall [D_c], shape (n,).
         u: Axial velocity [U_av], shape (n,).
         c: Conformation, components (zz, zr, rr, tt), shape (n, 4).
+        p: Pressure over a cross-section, with zero mean [eta_0 U_av/D_c], shape (n,).
     """
 
     gradient: float
     r: Array
     u: Array
     c: Array
+    p: Array
 
     def profiles(self, r: Array) -> Array:
         """Interpolate u and the four components of log c to other radii, shape (m,); returns shape (5, m)."""
@@ -162,7 +164,8 @@ class Pipe:
         """
         if self.liquid is None:
             u = 2 * self._flow * (1 - (self.r / TUBE_RADIUS) ** 2)
-            still = PipeState(32.0 * self._flow, self.r, u, np.tile([1.0, 0.0, 1.0, 1.0], (len(self.r), 1)))
+            unstressed = np.tile([1.0, 0.0, 1.0, 1.0], (len(self.r), 1))
+            still = PipeState(32.0 * self._flow, self.r, u, unstressed, np.zeros_like(u))
             return lambda _: still
         # LSODA chooses its first step from the end time and shortens the last one to reach it. A remote end time is
         # passed and the integration stopped once t_end is exceeded, so that a run that is continued with a later end
@@ -222,9 +225,20 @@ class Pipe:
         tau = self._stress(c)
         G = self._gradient(tau)
         shear = self._shear(tau, G)
-        # u = -int_r^R u' dr, with the polynomial that interpolates u' at the Gauss points.
-        series = np.polynomial.legendre.Legendre.fit(
-            self._inner, shear[1:-1], len(self._inner) - 1, domain=[0, TUBE_RADIUS]
-        )
-        primitive = series.integ()
-        return PipeState(G, self.r, primitive(self.r) - primitive(TUBE_RADIUS), c.T.copy())
+        # u = -int_r^R u' dr.
+        velocity = self._primitive(shear[1:-1])
+        return PipeState(G, self.r, velocity - velocity[-1], c.T.copy(), self._pressure(c.T))
+
+    def _pressure(self, c: Array) -> Array:
+        """Pressure over a cross-section, shape (n,), from the radial balance p' = tau_rr' + (tau_rr - tau_tt)/r."""
+        assert self.liquid is not None
+        _, _, rr, tt = polymer_stress(self.liquid, c).T
+        p = rr + self._primitive((rr - tt)[1:-1] / self._inner)
+        total = self._primitive((p * self.r)[1:-1])
+        return np.asarray(p - 2 / TUBE_RADIUS**2 * (total[-1] - total[0]))
+
+    def _primitive(self, values: Array) -> Array:
+        """A primitive, at the radii, shape (n,), of the polynomial through values at the Gauss points."""
+        degree = len(self._inner) - 1
+        series = np.polynomial.legendre.Legendre.fit(self._inner, values, degree, domain=[0, TUBE_RADIUS])
+        return np.asarray(series.integ()(self.r))

@@ -32,7 +32,7 @@ MOST_VIEWS = 4
 
 def frame_count(directory: Path) -> int:
     """Frames of fields.xdmf, 0 without the file."""
-    return len(read_times(directory)) if (directory / "fields.h5").is_file() else 0
+    return len(read_times(directory))
 
 
 def _shown_frames(directory: Path, curve: bool) -> list[FieldFrame]:
@@ -67,7 +67,7 @@ def draw_fields(directory: Path, out: Path, page: Page, *, curve: bool, field: s
     frames = _shown_frames(directory, curve)
     if not frames:
         if field is not None:
-            raise InputError("--field", "", field, f"must be left out: {directory} has no fields.h5")
+            raise InputError("--field", "", field, f"must be left out: {directory} has no fields.xdmf")
         return []
     case = read_case(directory / "case.yaml")
     written: list[Path] = []

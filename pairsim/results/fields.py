@@ -125,10 +125,11 @@ def frame(step: Moment, origin: Array, flow: PipeState) -> FieldFrame:
     if soft:
         data["tau_s"] = np.vstack(stress)
     here, rest = points[0], start - len(nodes)
-    data["pressure_extra"] = np.concatenate([p[0] + flow.gradient * here[:, 0], np.zeros(rest)])
+    alone = across(flow.r, flow.p, here[:, 1]) - flow.gradient * here[:, 0]
+    data["pressure_extra"] = np.concatenate([p[0] - alone, np.zeros(rest)])
     if scene.polymer is not None:
         tau = polymer_stress(scene.polymer, exponential(liquid.nodal("s", step.x)))
-        alone = polymer_stress(scene.polymer, across(flow.r, flow.c, here[:, 1]))
+        stress_alone = polymer_stress(scene.polymer, across(flow.r, flow.c, here[:, 1]))
         data["tau_p"] = np.vstack([tau, np.zeros((rest, 4))])
-        data["tau_p_zz_extra"] = np.concatenate([(tau - alone)[:, 0], np.zeros(rest)])
+        data["tau_p_zz_extra"] = np.concatenate([(tau - stress_alone)[:, 0], np.zeros(rest)])
     return FieldFrame(step.t, step.mesh_id, np.vstack(points), np.vstack(cells), np.concatenate(region), data)

@@ -10,6 +10,7 @@ import csv
 import json
 import math
 import os
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -27,6 +28,9 @@ from pairsim.runtime.locks import LOCK
 FORMAT = 1
 """Format number of a folder of results, in run.json. Earlier folders without the number have the same tables."""
 SERIES, CHECKPOINT, REPORT = "series.csv", "checkpoint.npz", "report.html"
+FIELDS_XDMF, FIELDS_LAST, FIELDS_H5 = "fields.xdmf", "fields_last.xdmf", "fields.h5"
+FRAMES = "fields"
+"""Folder with a file for each frame of fields, while a command is at work."""
 PICTURES = ("series", "curve", "critical", "fields", "perturbation", "runs", "curves")
 FIELD_NAMES = ("velocity", "streamlines", "tr_c", "N1", "tau_zz", "tau_zz_extra", "pressure", "pressure_extra")
 PICTURE_ENDINGS = ("png", "pdf", "svg", "gif", "mp4")
@@ -35,16 +39,16 @@ OWN_FILES = (
     "run.json",
     SERIES,
     CHECKPOINT,
-    "fields.xdmf",
-    "fields_last.xdmf",
-    "fields.h5",
+    FIELDS_XDMF,
+    FIELDS_LAST,
+    FIELDS_H5,
     "curve.csv",
     "equilibria.csv",
     "critical.csv",
     REPORT,
     *(f"{stem}.{end}" for stem in (*PICTURES, *(f"field-{n}" for n in FIELD_NAMES)) for end in PICTURE_ENDINGS),
 )
-"""All files that pairsim writes into a folder of results; `--overwrite` removes only these."""
+"""All files that pairsim writes into a folder of results, but for `frame_files`; `--overwrite` removes only these."""
 
 
 def make_folder(path: Path) -> None:
@@ -62,6 +66,14 @@ def make_folder(path: Path) -> None:
 def part_of(path: Path) -> Path:
     """The temporary name under which `path` is written; fixed, so that what a killed run left behind is found again."""
     return path.with_name(f".{path.name}.part")
+
+
+def frame_files(folder: Path) -> list[tuple[int, Path]]:
+    """The files of single frames of fields with their numbers, also those that a killed run left unfinished."""
+    found = [
+        (re.fullmatch(r"(\d{6,})\.h5|\.(\d{6,})\.h5\.part", file.name), file) for file in folder.glob(f"{FRAMES}/*")
+    ]
+    return sorted((int(match[1] or match[2]), file) for match, file in found if match)
 
 
 def write_text(path: Path, text: str) -> None:
@@ -137,7 +149,7 @@ class RunFolder:
 
         Args:
             path: Folder; created with its parents if needed.
-            overwrite: Whether existing results (`OWN_FILES`) are removed; other files are kept.
+            overwrite: Whether existing results (`OWN_FILES`, `frame_files`) are removed; other files are kept.
 
         Raises:
             InputError: `path` is a file or not writable, or it is not empty and `overwrite` is not set.
@@ -158,8 +170,12 @@ class RunFolder:
             for file in old:
                 if file.is_dir() and not file.is_symlink():
                     raise refuse(f"must be another folder: {file.name} in it is a folder, where pairsim writes a file")
-            for file in old:
+            if (folder / FRAMES).exists() and not (folder / FRAMES).is_dir():
+                raise refuse(f"must be another folder: {FRAMES} in it is a file, where pairsim makes a folder")
+            for file in (*old, *(file for _, file in frame_files(folder))):
                 file.unlink(missing_ok=True)
+            with suppress(OSError):  # not there, or not empty
+                (folder / FRAMES).rmdir()
             if not os.access(folder, os.W_OK | os.X_OK):
                 raise refuse("must be a folder with write permission")
         except OSError as error:

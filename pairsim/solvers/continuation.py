@@ -80,6 +80,7 @@ def begin(steady: Steady) -> None:
         NoSteadyState: No solution was found.
     """
     wanted = steady.parameters
+    steady.place_undeformed()
     for factor in STIFFER if any(wanted.Ca_es) else (1.0,):
         report = steady.solve(replace(wanted, Ca_es=tuple(Ca_e * factor for Ca_e in wanted.Ca_es)))
         if report.converged:

@@ -22,6 +22,7 @@ from pairsim.fem.diagnostics import velocities
 from pairsim.fem.recovered_scene import RecoveredScene
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NewtonFailure
+from pairsim.solvers.factors import ROUGH
 from pairsim.solvers.history import Errors, History
 from pairsim.solvers.newton import Newton
 from pairsim.solvers.step_size import Scheme, extrapolation_weights
@@ -81,7 +82,7 @@ class ErrorEquation:
             with newton.clock("assembly"):
                 local = recovered.residuals(x_c, corrected_star)
                 residual = newton.restricted(local, x_c)
-            corrected -= newton.linear_solve(residual, rough=True)
+            corrected -= newton.linear_solve(residual, tolerance=ROUGH)
         if not np.isfinite(corrected).all():
             advice = "dU_error: false, or a larger mesh.Np"
             raise NewtonFailure("the error equation has no finite solution", t=t, advice=advice)

@@ -2,7 +2,7 @@
 
 For a functional J and the adjoint z of its linearisation, J(exact) - J(discrete) = -R(discrete; z - z_h) up to terms of
 second order in the error, whatever discrete z_h is taken away (Becker & Rannacher, Acta Numerica 10, 1, 2001). Here
-z is the discrete adjoint, found with the transposed factors in hand and recovered one degree higher
+z is the discrete adjoint (`pairsim.solvers.adjoints`), recovered one degree higher
 (`pairsim.fem.enrichment`).
 """
 
@@ -16,8 +16,8 @@ from pairsim.fem.enrichment import Enrichment, TestedResidual
 from pairsim.fem.size_field import CellIndicators
 from pairsim.physics.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array
+from pairsim.solvers.adjoints import Adjoints
 from pairsim.solvers.end_effects import end_effects
-from pairsim.solvers.pressure_drop import InnerDrop
 from pairsim.solvers.steady import Steady
 
 # The half-width to quote is this times what the cells may have left. On half of the scenes of scripts/error_bars 1.5
@@ -98,33 +98,29 @@ class ErrorEstimator:
         self._cells = cells
         self._enrichment: Enrichment | None = None
 
-    def estimate(self, steady: Steady) -> ErrorEstimate:
-        """The estimate at a solution: one transposed solve a functional, one assembly of the enriched residual.
+    def estimate(self, steady: Steady, adjoints: Adjoints) -> ErrorEstimate:
+        """The estimate at a solution: one assembly of the enriched residual.
 
         Args:
-            steady: The solution; its matrix must have been factored there (`Steady.factor`).
+            steady: The solution.
+            adjoints: Its adjoints.
         """
         scene, constraints = steady.scene, steady.constraints
         with steady.clock("jit"):
             if self._enrichment is None or self._enrichment.scene is not scene:
                 self._enrichment = Enrichment(scene, self._enrichment)
-        velocities, forces = constraints.fields["U_p"], constraints.fields.get("F", np.empty(0, np.int64))
-        own, drop = np.concatenate([velocities, forces]), InnerDrop.of(steady)
-        rows = np.zeros((len(own) + 1, constraints.size))
-        rows[np.arange(len(own)), own] = 1.0
-        rows[-1] = drop.row
-        adjoints = steady.newton.linear_solve(rows, transposed=True)
+        z, drop, count = adjoints.all, adjoints.drop, len(adjoints.velocities)
         residual = steady.residual()
-        left = -adjoints @ residual
-        changes = -adjoints @ _flow_rate_defect(steady, residual)
-        ends = end_effects(steady, adjoints[: len(own)], residual)
+        left = -z @ residual
+        changes = -z @ _flow_rate_defect(steady, residual)
+        ends = end_effects(steady, z[:-1], residual)
         with steady.clock("assembly"):
             scene.set(steady.state()[1])
-            tested = self._enrichment.tested((constraints.T.T @ adjoints.T).T)
-        changes, count = changes - tested.sums, len(velocities)
-        difference = np.eye(len(rows))[1:count] - np.eye(len(rows))[: count - 1]
+            tested = self._enrichment.tested((constraints.T.T @ z.T).T)
+        changes = changes - tested.sums
+        difference = np.eye(len(z))[1:count] - np.eye(len(z))[: count - 1]
         scatter = np.sqrt(np.diagonal(tested.stress_products))
-        F = slice(count, len(own))
+        F = slice(count, len(z) - 1)
         return ErrorEstimate(
             U=changes[:count],
             dp_plus=drop.value - scene.pressure_drop(steady.state()[1]) + float(changes[-1]),

@@ -18,10 +18,10 @@ from pairsim.solvers.newton_options import NewtonOptions
 from pairsim.solvers.reduced_system import ReducedSystem
 
 MOST_ANALYSES = 4  # attempts with the workspace of MUMPS doubled each time; chosen
-# Residuals of linear systems relative to the right-hand side: of derivatives, of Newton steps, and of steps that leave
-# larger errors themselves; all chosen. With factors in single precision the first solution leaves 1e-6 to 1e-3, and
-# every refinement gains a factor of 1e4.
-EXACT, ACCURATE, ROUGH = 1e-10, 1e-8, 1e-2
+# Residuals of linear systems relative to the right-hand side: of derivatives, of adjoints and Newton steps, of a last
+# Newton step, and of steps that leave larger errors themselves; all chosen. With factors of the same matrix in single
+# precision the first solution leaves 1e-6 to 1e-3, and every refinement gains a factor of 1e4.
+EXACT, ACCURATE, LAST, ROUGH = 1e-10, 1e-8, 1e-4, 1e-2
 MOST_REFINEMENTS = 6  # chosen; a matrix that needs more is too close to a singular one for single precision
 DIRECTION = 9  # ICNTL(9): MUMPS solves with the matrix if it is 1, otherwise with its transpose
 
@@ -112,8 +112,8 @@ class Factors:
         self._refine()
         self._ksp.getPC().setFromOptions()
 
-    def solve(self, rhs: Array, *, transposed: bool, rough: bool) -> Array:
-        """Solve with the assembled matrix, or its transpose, to EXACT or ROUGH of the residual of every system.
+    def solve(self, rhs: Array, *, transposed: bool, tolerance: float) -> Array:
+        """Solve with the assembled matrix, or its transpose.
 
         A solution takes as long as reading the factors, which is done once for all right-hand sides. Factors that do
         not serve are made anew, and then in double precision.
@@ -121,7 +121,7 @@ class Factors:
         Args:
             rhs: Right-hand sides, shape (k, n_y).
             transposed: Whether to solve with the transposed matrix.
-            rough: Whether ROUGH is enough.
+            tolerance: Residual of every system, relative to its right-hand side.
 
         Returns:
             Solutions, shape (k, n_y).
@@ -130,7 +130,7 @@ class Factors:
             NoSteadyState: The matrix is singular in double precision, too.
         """
         while True:
-            x, met = self._refined(rhs, transposed, ROUGH if rough else EXACT)
+            x, met = self._refined(rhs, transposed, tolerance)
             if met or not (self._kept or self.single):
                 return x
             if not self._kept:

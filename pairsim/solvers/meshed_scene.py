@@ -27,8 +27,10 @@ from pairsim.runtime.errors import MeshFailure
 from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.mesh_transfer import carry_liquid
 from pairsim.solvers.newton import Newton
-from pairsim.solvers.newton_options import NewtonOptions
+from pairsim.solvers.newton_options import EXTENSION
 from pairsim.solvers.problems import SceneProblem
+
+ROUNDING = 1e-13  # displacement [D_c] that positions have by rounding alone
 
 
 def cut_particles(
@@ -185,11 +187,14 @@ class MeshedScene:
         Returns:
             Free unknowns of the mesh displacement, and the full vector with zeros elsewhere.
         """
+        constraints = self._extension.constraints if self._extension else extension_constraints(self.scene)
+        zero = np.zeros(constraints.size)
+        at_interfaces = constraints.expand(zero, h)
+        if np.abs(at_interfaces).max() < ROUNDING:  # the distances are those for which the mesh was made
+            return zero, at_interfaces
         if self._extension is None:
-            # In double precision a solution does not depend on whether the matrix was used before, as in a resumed run.
-            options = NewtonOptions(single=False)
-            self._extension = Newton(self.scene, extension_constraints(self.scene), options, clock=self.clock)
-        eta, _ = self._extension.solve(np.zeros(self._extension.constraints.size), h, 1.0, 0.0)
+            self._extension = Newton(self.scene, constraints, EXTENSION, clock=self.clock)
+        eta, _ = self._extension.solve(zero, h, 1.0, 0.0)
         return eta, self._extension.state(eta)[1]
 
     def displaced(self, h: Array) -> Array:

@@ -20,7 +20,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.fenicsx import PETSc
 from pairsim.runtime.signals import Stopped, callback, stop_wanted
-from pairsim.solvers.factors import Factors
+from pairsim.solvers.factors import EXACT, Factors
 from pairsim.solvers.kept_matrix import KeptMatrix
 from pairsim.solvers.matrix_state import MatrixState, Place
 from pairsim.solvers.newton_options import NewtonOptions
@@ -307,19 +307,20 @@ class Newton:
         """Memory of the current factors on all processes [1e6 bytes]."""
         return self._factors.megabytes
 
-    def linear_solve(self, rhs: Array, *, transposed: bool = False, rough: bool = False) -> Array:
-        """Solve with the matrix assembled last, or its transpose, to 1e-10 of the right-hand side.
+    def linear_solve(self, rhs: Array, *, transposed: bool = False, tolerance: float = EXACT) -> Array:
+        """Solve with the matrix assembled last, or its transpose.
 
         Args:
             rhs: One right-hand side, shape (n_y,), or several, shape (k, n_y).
             transposed: Whether to solve with the transposed matrix.
-            rough: Whether 1e-2 of it is enough.
+            tolerance: Residual of every system, relative to its right-hand side.
 
         Returns:
             The solutions, of the same shape.
         """
         with self.clock("solve"):
-            return self._factors.solve(np.atleast_2d(rhs), transposed=transposed, rough=rough).reshape(rhs.shape)
+            solutions = self._factors.solve(np.atleast_2d(rhs), transposed=transposed, tolerance=tolerance)
+            return solutions.reshape(rhs.shape)
 
     def reduce(self, x: Array) -> Array:
         """T R for a full vector x, shape (n,), which may violate the constraints."""

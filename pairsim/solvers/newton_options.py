@@ -5,6 +5,7 @@ The origin of the default values is listed in docs/explanation/constants.md.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 
@@ -15,7 +16,8 @@ class MatrixPolicy:
     Attributes:
         slow: Rate of contraction above which the matrix is not reused.
         other_step: Largest relative change of g = gamma dt for which the matrix is reused in another step.
-        far: Norm of a step, relative to the fields, above which even a matrix from the same iteration is replaced.
+        far: Norm of a step, relative to the fields, above which even a matrix from the same iteration is replaced;
+            infinite for linear equations.
         near: Rate of contraction up to which the factors serve to solve linear systems with the matrix at the solution:
             six refinements then reach 1e-10 of the right-hand side.
         unproven_rate: Smallest rate of contraction that is assumed before one was observed in the present solve.
@@ -24,7 +26,7 @@ class MatrixPolicy:
     slow: float = 0.15
     other_step: float = 0.5
     far: float = 1e-3
-    near: float = 0.02
+    near: float = 0.035
     unproven_rate: float = 0.1
 
     def serves_step(self, ratio: float) -> bool:
@@ -87,5 +89,7 @@ class NewtonOptions:
 
 # With the matrix of the last iterations the derivatives at the solution are computed, too.
 STEADY = NewtonOptions(tolerance=1e-9, matrix=MatrixPolicy(slow=0.05, far=0.3))
+# In double precision the displacement does not depend on whether the matrix was used before, as in a resumed run.
+EXTENSION = NewtonOptions(single=False, matrix=MatrixPolicy(far=math.inf))
 # In time-dependent problems the matrix is reused for longer, which takes more iterations.
 TRANSIENT = NewtonOptions(tolerance=1e-9, max_iterations=25, matrix=MatrixPolicy(slow=0.3))

@@ -7,23 +7,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
 from pairsim.runtime.arrays import Array
+from pairsim.solvers.adjoints import Adjoints
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady import DIFFERENCE, Steady
 
 
-def drift(steady: Steady) -> Array:
+def drift(steady: Steady, adjoints: Adjoints) -> Array:
     """Change of the particles' velocities by the terms that the quasi-steady equations neglect, to first order.
 
     The distances change at the rates dU, and with them the shapes and s. The resulting velocities of the surfaces and
-    of the mesh and ds/dt are inserted into the complete residual; one linear solve gives the change of the velocities.
+    of the mesh and ds/dt are inserted into the complete residual; the adjoints give the change of the velocities.
 
     Args:
-        steady: The scene, at a solution; its matrix must have been factorised by `Steady.factor`.
+        steady: The scene, at a solution; its matrix must have been assembled by `Steady.factor`.
+        adjoints: The adjoints of the solution.
 
     Returns:
         Changes of the velocities [U_av], shape (N,).
@@ -62,24 +63,23 @@ def drift(steady: Steady) -> Array:
         liquid.set_star(star)
         liquid.constants["rate"].value = 1.0
     neglected = steady.newton.reduce(x) - steady.residual()
-    change: Array = -steady.newton.linear_solve(neglected)[constraints.fields["U_p"]]
-    return change
+    return np.asarray(-adjoints.velocities @ neglected)
 
 
-def sensitivities(steady: Steady) -> dict[str, Array]:
+def sensitivities(steady: Steady, adjoints: Adjoints) -> dict[str, Array]:
     """Derivatives of the relative velocities dU with respect to Ca_e, De and beta at fixed distances, by the adjoint.
 
     If the values of the particles differ, their ratios are fixed and the derivative is with respect to the largest
-    value. One solve with the transposed matrix for each gap gives the derivatives with respect to all parameters
-    (Giles and Pierce 2000).
+    value. One adjoint for each velocity gives the derivatives with respect to all parameters (Giles and Pierce 2000).
 
     Args:
-        steady: The scene, at a solution; its matrix must have been factorised by `Steady.factor`.
+        steady: The scene, at a solution.
+        adjoints: The adjoints of the solution.
 
     Returns:
         Derivatives by name of the parameter, shape (N-1,) each: "beta", and "Ca_e" and "De" if they are not zero.
     """
-    now, velocities = steady.parameters, steady.constraints.fields["U_p"]
+    now = steady.parameters
     lines: dict[str, tuple[float, Callable[[float], Parameters]]] = {}
     if any(now.Ca_es):
         lines["Ca_e"] = (
@@ -90,8 +90,4 @@ def sensitivities(steady: Steady) -> dict[str, Array]:
         lines["De"] = now.De, lambda tau: replace(now, De=now.De * (1 + tau))
     lines["beta"] = max(steady.problem.betas), lambda tau: replace(now, size=now.size * (1 + tau))
     changes = {name: steady.residual_change(line) / value for name, (value, line) in lines.items()}
-    rows = np.zeros((len(velocities) - 1, steady.constraints.size))
-    for row, pair in zip(rows, pairwise(velocities), strict=True):
-        row[list(pair)] = -1.0, 1.0
-    adjoints = steady.newton.linear_solve(rows, transposed=True)
-    return {name: -adjoints @ change for name, change in changes.items()}
+    return {name: np.asarray(np.diff(-adjoints.velocities @ change)) for name, change in changes.items()}

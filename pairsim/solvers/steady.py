@@ -26,6 +26,7 @@ from pairsim.runtime.errors import NoSteadyState
 from pairsim.runtime.fenicsx import MPI
 from pairsim.runtime.signals import heed
 from pairsim.solvers.developed_flow import DevelopedFlows
+from pairsim.solvers.factors import LAST
 from pairsim.solvers.mesh_transfer import carry_particles, free_unknowns
 from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene, cut_particles
 from pairsim.solvers.newton_report import Report
@@ -51,7 +52,7 @@ class Steady(OnMeshedScene):
 
     Attributes:
         parameters: Parameters of the last solution, or of the first guess.
-        y: Free unknowns of the last solution, or the first guess, shape (n_y,).
+        y: Free unknowns of the last solution, or the first guess, shape (n_y,); zero at first.
         iterations: Number of Newton iterations.
         factorisations: Number of factorisations.
 
@@ -89,7 +90,7 @@ class Steady(OnMeshedScene):
             None if b.phase is None else b.phase.mesh.geometry.x.copy() for b in self.bodies
         ]
         self.meshed.put(Reference.spheres(replace(geometry, gaps=problem.nominal(parameters.gaps)), outlines))
-        self.y = self._cold_guess()
+        self.y = np.zeros(self.constraints.size)
 
     # Meshes
 
@@ -210,28 +211,31 @@ class Steady(OnMeshedScene):
             y[self.constraints.fields["F"]] = x[old.F]
         return y
 
-    def _cold_guess(self) -> Array:
-        """First guess: undeformed spheres in the developed flow.
+    def place_undeformed(self, *, at_rest: bool = False) -> None:
+        """Take undeformed spheres as first guess, in the developed flow or in a liquid at rest.
 
-        The velocity on the axis is reduced by the Faxen correction 2/3 beta^2 of a sphere in Poiseuille flow, or is the
-        prescribed one.
+        Without flow and pressure the matrix has no shape derivatives of them. The first iteration is then Stokes flow
+        past spheres with their deformation to first order in Ca_e; from a flow that crosses the particles it does not
+        converge where they are soft. In the developed flow the velocity on the axis is reduced by the Faxen correction
+        2/3 beta^2 of a sphere in Poiseuille flow, unless it is prescribed.
+
+        Args:
+            at_rest: Whether the liquid is at rest; Newtonian liquids only.
         """
-        liquid, constraints = self.scene.liquid, self.constraints
-        mesh = liquid.six_node_mesh
-        nodes = np.arange(len(mesh.points))
-        x = self.meshed.displaced(self.h_star(self.parameters))
-        if self.scene.polymer is None:
-            u = self.problem.boundary_velocity(mesh.points)
-            for c in range(2):
-                x[liquid.index("u", nodes, c)] = u[:, c]
-        else:
-            self.scene.prescribe(x, nodes, self.developed_flow)
-        y = free_unknowns(self.constraints, x)
-        largest = max(self.problem.betas, default=0.0)
-        on_axis = self.problem.boundary_velocity(np.zeros((1, 2)))[0, 0]
-        free = on_axis * (1 - 2 / 3 * largest**2)
-        y[constraints.fields["U_p"]] = free if self.problem.velocity is None else self.problem.velocity
-        return y
+        liquid, constraints, fixed = self.scene.liquid, self.constraints, self.problem.velocity
+        x, velocity = self.meshed.displaced(self.h_star(self.parameters)), 0.0
+        if not at_rest:
+            nodes = np.arange(len(liquid.six_node_mesh.points))
+            if self.scene.polymer is None:
+                u = self.problem.boundary_velocity(liquid.six_node_mesh.points)
+                for c in range(2):
+                    x[liquid.index("u", nodes, c)] = u[:, c]
+            else:
+                self.scene.prescribe(x, nodes, self.developed_flow)
+            on_axis = self.problem.boundary_velocity(np.zeros((1, 2)))[0, 0]
+            velocity = on_axis * (1 - 2 / 3 * max(self.problem.betas, default=0.0) ** 2)
+        self.y = free_unknowns(constraints, x)
+        self.y[constraints.fields["U_p"]] = velocity if fixed is None else fixed
 
     # Parameters
 
@@ -309,8 +313,10 @@ class Steady(OnMeshedScene):
         solid = diagnostics.solid_distortion(self.bodies, h)
         return self.comm.bcast(diagnostics.liquid_distortion(self.scene, x) if solid > 0 else 0.0)
 
-    def distorted(self, parameters: Parameters | None = None, y: Array | None = None) -> bool:
-        """Whether a state, by default the solution, requires a new mesh."""
+    def distorted(
+        self, parameters: Parameters | None = None, y: Array | None = None, least: float = LEAST_STEADY
+    ) -> bool:
+        """Whether a state, by default the solution, requires a new mesh, as the distortion is below the least."""
         parameters = parameters or self.parameters
         h, x = self._state_at(parameters, self.y if y is None else y)
         reference = self.scene.reference
@@ -319,8 +325,8 @@ class Steady(OnMeshedScene):
         gaps = self.comm.bcast(diagnostics.gaps(self.bodies, h))
         distortion = self.distortion_of(h, x)
         if self.scene.moving:
-            distortion = self.comm.bcast(self._shape_alone(distortion, parameters, LEAST_STEADY))
-        return needs_mesh(distortion, gaps, reference.geometry.gaps, LEAST_STEADY)
+            distortion = self.comm.bcast(self._shape_alone(distortion, parameters, least))
+        return needs_mesh(distortion, gaps, reference.geometry.gaps, least)
 
     def folded(self, parameters: Parameters, y: Array) -> bool:
         """Whether a cell of the mesh is inverted in a state."""
@@ -342,7 +348,7 @@ class Steady(OnMeshedScene):
         self.factorisations += self.newton.factorisations - before
         if not regular:
             raise NoSteadyState("Newton's matrix is singular at the solution", advice="a larger mesh.Np")
-        self.y = self.y - self.newton.linear_solve(self.newton.residual_at(self.y))
+        self.y = self.y - self.newton.linear_solve(self.newton.residual_at(self.y), tolerance=LAST)
         self.iterations += 1
         self._factored, self._gap_tangents = (self.y, self.parameters), None
 

@@ -139,7 +139,7 @@ def tables(found: dict[str, Line], published: dict[float, float]) -> dict[str, T
 
 
 def agreement(found: dict[str, Line], published: dict[float, float]) -> Table:
-    """How far K of the finest mesh is from that of the next finer and from the published value, in percent."""
+    """How far K of the finest mesh is from that of the next coarser and from the published value, in percent."""
     rows = []
     before, finest = [Line({}, 0.0, True, 0), *found.values()][-2:]
     for place, point in finest.points.items():
@@ -147,7 +147,7 @@ def agreement(found: dict[str, Line], published: dict[float, float]) -> Table:
         cells = [f"{place:g}", f"{100 * point['error'] / K:.2g}"]
         cells += ["" if each is None else f"{100 * (K - each) / K:+.2g}" for each in (other, published.get(place))]
         rows.append(cells)
-    return Table(["De_b", "half-width, % of K", "minus the next finer mesh, %", "minus published, %"], rows)
+    return Table(["De_b", "half-width, % of K", "minus the next coarser mesh, %", "minus published, %"], rows)
 
 
 def ends(found: dict[str, Line]) -> str:

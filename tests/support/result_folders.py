@@ -8,8 +8,9 @@ import numpy as np
 import yaml
 
 from pairsim.results.columns import named_row, series_columns
+from pairsim.results.fields_writer import FieldsWriter
 from pairsim.results.output import SeriesWriter
-from pairsim.results.xdmf import FieldFrame, FieldsWriter
+from pairsim.results.xdmf import FieldFrame
 
 
 def make_run(folder: Path, n: int, frames: list[FieldFrame], rows: int = 12) -> Path:

@@ -38,11 +38,22 @@ def test_create_refuses_a_folder_with_files_and_leaves_it_alone(tmp_path: Path) 
 def test_overwrite_removes_own_files_and_no_others(tmp_path: Path) -> None:
     for name in (*OWN_FILES, "notes.txt", "my.csv", ".series.csv.part"):
         (tmp_path / name).write_text("x")
-    (tmp_path / "sub").mkdir()
+    for name in ("fields", "sub"):
+        (tmp_path / name).mkdir()
+    for name in ("000000.h5", "000012.h5", ".000013.h5.part"):
+        (tmp_path / "fields" / name).write_text("x")
     (tmp_path / "sub" / "series.csv").write_text("x")
     RunFolder.create(tmp_path, overwrite=True)
     assert names(tmp_path) == ["my.csv", "notes.txt", "sub"]
     assert names(tmp_path / "sub") == ["series.csv"]
+
+
+def test_overwrite_removes_frames_and_nothing_else_from_their_folder(tmp_path: Path) -> None:
+    (tmp_path / "fields").mkdir()
+    for name in ("000000.h5", "mine.h5"):
+        (tmp_path / "fields" / name).write_text("x")
+    RunFolder.create(tmp_path, overwrite=True)
+    assert names(tmp_path / "fields") == ["mine.h5"]
 
 
 def test_overwrite_removes_a_link_and_not_what_it_points_to(tmp_path: Path) -> None:
@@ -65,8 +76,12 @@ def test_create_refuses_a_file(tmp_path: Path, overwrite: bool) -> None:
     assert file.read_text() == "mine"
 
 
-def test_overwrite_removes_nothing_when_a_name_is_taken_by_a_folder(tmp_path: Path) -> None:
+def test_overwrite_removes_nothing_when_a_name_is_taken(tmp_path: Path) -> None:
     (tmp_path / "case.yaml").write_text("old")
+    (tmp_path / "fields").write_text("mine")
+    with pytest.raises(InputError, match="fields in it is a file"):
+        RunFolder.create(tmp_path, overwrite=True)
+    (tmp_path / "fields").unlink()
     (tmp_path / "fields.h5").mkdir()
     with pytest.raises(InputError, match=r"fields\.h5"):
         RunFolder.create(tmp_path, overwrite=True)

@@ -24,6 +24,7 @@ import paper_statements
 from paper_results import CONFIGS, Results, computations, figures
 
 GRIDS = [name for figure in figures() for name in computations(figure) if not name.startswith("fig02/")]
+ENDS = ("170mm.pdf", "170mm.png", "85mm.pdf", "85mm.png")
 CHECKED = [name for folder in paper_statements.CHECKS for name in computations(folder)]
 
 
@@ -72,6 +73,20 @@ def test_a_figure_that_is_unknown_is_named(capsys: pytest.CaptureFixture[str], m
     assert "fig99" in capsys.readouterr().err
 
 
+def test_what_is_to_do_is_listed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    output = tmp_path / "results"
+    monkeypatch.setattr(sys, "argv", ["paper", "fig02", "fig14", "--quick", "--dry-run", "-o", str(output)])
+    assert paper.main() == 0
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()[1:-1]]
+    assert {name: (cases, left) for name, cases, left, _ in lines} == {
+        "fig14/curves": ("2", "2"),
+        "fig09/curves": ("20", "20"),
+    }
+    assert not output.exists()
+
+
 @pytest.mark.parametrize(
     ("checks", "verdict"),
     [
@@ -106,13 +121,15 @@ def test_statements_without_results_are_not_computed(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_small_figure_from_end_to_end(tmp_path: Path) -> None:
-    """Fig. 4: two runs with a single particle, a picture in two widths."""
-    command = [sys.executable, str(ROOT / "scripts" / "paper.py"), "fig04", "--quick", "-o", str(tmp_path)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+def test_two_small_figures_from_end_to_end(tmp_path: Path) -> None:
+    """Figs. 2 and 4 on two processes: meshes, two runs with a single particle, pictures in two widths."""
+    mpirun = [str(Path(sys.executable).parent / "mpirun"), "-n", "2"]
+    script = [sys.executable, str(ROOT / "scripts" / "paper.py"), "fig02", "fig04", "--quick", "-o", str(tmp_path)]
+    done = subprocess.run([*mpirun, *script], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+    assert sorted(path.name for path in (tmp_path / "fig02").iterdir()) == ["default.vtu", "paper.vtu"]
     pictures = sorted(path.name for path in (tmp_path / "pictures").iterdir())
-    assert pictures == ["fig04-170mm.pdf", "fig04-170mm.png", "fig04-85mm.pdf", "fig04-85mm.png"]
+    assert pictures == [f"{name}-{end}" for name in ("fig02", "fig04") for end in ENDS]
     (shape,) = {len(paper_statements.deviations(case.frame(0))) for case in Results(tmp_path).cases("fig04/runs")}
     assert shape == 1
     assert "| the paper says |" in (tmp_path / "statements.md").read_text()

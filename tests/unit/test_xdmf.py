@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from types import SimpleNamespace
 
 import h5py
 import meshio
@@ -12,7 +11,8 @@ import pytest
 import pyvista
 from support.field_samples import scene
 
-from pairsim.results.xdmf import FieldFrame, FieldsWriter, read_frame, read_times
+from pairsim.results.fields_writer import FieldsWriter, gather_frames
+from pairsim.results.xdmf import FieldFrame, read_frame, read_times
 from pairsim.runtime.errors import InputError
 
 SHAPES = [(0.20, 0.20), (0.21, 0.195), (0.23, 0.187)]  # half axes of both particles at each time
@@ -33,12 +33,13 @@ def frames(request: pytest.FixtureRequest) -> list[FieldFrame]:
     return sequence(request.param)
 
 
-@pytest.fixture
-def folder(frames: list[FieldFrame], tmp_path: Path) -> Path:
+@pytest.fixture(params=[False, True], ids=["at work", "ended"])
+def folder(request: pytest.FixtureRequest, frames: list[FieldFrame], tmp_path: Path) -> Path:
     writer = FieldsWriter(tmp_path)
     for frame in frames:
         writer.write(frame)
-
+    if request.param:
+        gather_frames(tmp_path)
     return tmp_path
 
 
@@ -107,10 +108,13 @@ def test_meshio_read_shows_the_last_time_deformed(frames: list[FieldFrame], fold
 
 
 def test_meshes_are_stored_once_and_no_other_files_are_left(folder: Path) -> None:
-    with h5py.File(folder / "fields.h5") as h5:
-        assert len(h5["mesh"]) == 2
-        assert len(h5["frames"]) == 3
-    assert sorted(file.name for file in folder.iterdir()) == ["fields.h5", "fields.xdmf", "fields_last.xdmf"]
+    stored = []
+    for file in [*folder.glob("fields/*"), *folder.glob("fields.h5")]:
+        with h5py.File(file) as h5:
+            stored += [group.name for kind in h5.values() for group in kind.values()]
+    assert sorted(stored) == [*(f"/frames/00000{k}" for k in range(3)), "/mesh/000000", "/mesh/000001"]
+    data = "fields.h5" if (folder / "fields.h5").exists() else "fields"
+    assert sorted(file.name for file in folder.iterdir()) == [data, "fields.xdmf", "fields_last.xdmf"]
 
 
 def test_frames_can_be_read_while_the_run_goes_on(tmp_path: Path) -> None:
@@ -121,23 +125,18 @@ def test_frames_can_be_read_while_the_run_goes_on(tmp_path: Path) -> None:
         assert pyvista.get_reader(tmp_path / "fields.xdmf").number_time_points == k
 
 
-def test_frame_that_was_not_finished_is_left_out(folder: Path) -> None:
-    with h5py.File(folder / "fields.h5", "a") as h5:
-        h5.create_group("frames/000003")["pressure"] = np.zeros(3)
-    assert len(read_times(folder)) == 3
-    assert read_frame(folder).t == read_times(folder)[-1]
-
-
 def test_new_writer_replaces_an_earlier_run(folder: Path) -> None:
     FieldsWriter(folder).write(sequence(6)[0])
     assert len(read_times(folder)) == 1
+    assert not (folder / "fields.h5").exists()
+    assert [file.name for file in folder.glob("fields/*")] == ["000000.h5"]
 
 
 def test_rigid_scene_and_empty_tube_are_written(tmp_path: Path) -> None:
-    for name, frame in {"rigid": scene(0.0, [(0.0, 0.2, 0.2)], rigid=True), "pipe": scene(0.0, [])}.items():
-        FieldsWriter(tmp_path, name).write(frame)
-        assert set(read_frame(tmp_path, name=name).point_data) == {"velocity", "pressure"}
-        grid = pyvista.get_reader(tmp_path / f"{name}.xdmf").read()
+    for frame in (scene(0.0, [(0.0, 0.2, 0.2)], rigid=True), scene(0.0, [])):
+        FieldsWriter(tmp_path).write(frame)
+        assert set(read_frame(tmp_path).point_data) == {"velocity", "pressure"}
+        grid = pyvista.get_reader(tmp_path / "fields.xdmf").read()
         assert grid.n_cells == len(frame.cells)
 
 
@@ -173,18 +172,14 @@ def test_inconsistent_frame_is_refused_and_the_file_stays(
     assert pyvista.get_reader(tmp_path / "fields.xdmf").number_time_points == 1
 
 
-def test_missing_file_and_missing_frame_are_input_errors(folder: Path, tmp_path: Path) -> None:
-    with pytest.raises(InputError):
-        read_times(tmp_path, name="other")
+def test_what_cannot_be_read_is_an_input_error(folder: Path, tmp_path: Path) -> None:
+    assert read_times(tmp_path / "empty").size == 0
     with pytest.raises(InputError, match="frame"):
         read_frame(folder, 3)
-
-
-def test_frames_are_kept_where_there_is_no_room_to_copy_them(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    before = (folder / "fields.h5").read_bytes()
-    monkeypatch.setattr("shutil.disk_usage", lambda path: SimpleNamespace(free=1000))
-    with pytest.raises(OSError, match="No space left"):
-        FieldsWriter(folder, keep=1)
-    assert (folder / "fields.h5").read_bytes() == before
-    monkeypatch.undo()
-    assert FieldsWriter(folder, keep=1).frames == 1
+    for file in [*folder.glob("fields/000001.h5"), *folder.glob("fields.h5")]:
+        file.write_bytes(file.read_bytes()[:1000])
+    with pytest.raises(InputError, match="readable file with fields"):
+        read_frame(folder, 1)
+    (folder / "fields.xdmf").write_text("<Xdmf>")
+    with pytest.raises(InputError, match="readable file with fields"):
+        read_times(folder)

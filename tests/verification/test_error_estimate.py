@@ -15,6 +15,7 @@ from pairsim.fem.enriched_residual import EnrichedResidual, nodes_of
 from pairsim.fem.enrichment import WIDE
 from pairsim.fem.patch_recovery import PatchRecovery
 from pairsim.fem.six_node_mesh import shape_values
+from pairsim.solvers.adjoints import Adjoints
 from pairsim.solvers.branch import walked
 from pairsim.solvers.error_estimate import ErrorEstimate, ErrorEstimator
 from pairsim.solvers.parameters import Parameters
@@ -38,7 +39,7 @@ def solved(keys: dict[str, object], **mesh: float) -> tuple[Observation, ErrorEs
     """What is read off the solution, and the estimate of its errors."""
     scene = scene_of(keys, **mesh)
     scene.factor()
-    estimate = ErrorEstimator().estimate(scene)
+    estimate = ErrorEstimator().estimate(scene, Adjoints.of(scene))
     observation = scene.observe()
     scene.close()
     return observation, estimate
@@ -66,6 +67,18 @@ def test_recovery_reproduces_polynomials(degree: int) -> None:
         fitted = recovery.coefficients(field(mesh.points)[:, None], odd)
         found = recovery.blended(fitted, mesh.cells[:, :3], barycentric, x)[..., 0]
         assert np.abs(found - field(x)).max() < 1e-8
+
+
+@pytest.mark.parametrize("degree", [2, 3])
+def test_a_patch_takes_in_rings_of_cells_until_it_has_enough_nodes(degree: int) -> None:
+    mesh = scene_mesh().scene.liquid.six_node_mesh
+    fits = PatchRecovery(mesh, degree, WIDE[degree]).fits(odd=False)
+    rows = fits.shape[0] // len(mesh.vertices)
+    for number in range(0, len(mesh.vertices), 7):
+        cells = np.flatnonzero((mesh.cells[:, :3] == mesh.vertices[number]).any(axis=1))
+        while len(nodes := np.unique(mesh.cells[cells, : 6 if degree == 3 else 3])) < WIDE[degree]:
+            cells = np.flatnonzero(np.isin(mesh.cells[:, :3], mesh.cells[cells, :3]).any(axis=1))
+        assert np.array_equal(np.sort(fits[rows * number].indices), nodes)
 
 
 def test_enriched_residual_holds_the_discrete_one() -> None:

@@ -15,6 +15,7 @@ from mpi4py import MPI
 from scipy import sparse
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
+from support.references import reference
 from support.scenes import march
 
 from pairsim.fem.constraints import Constraints
@@ -29,8 +30,8 @@ from pairsim.solvers.step import Step
 from pairsim.solvers.step_size import StepControl
 
 START_UP = {0.5: 1.0727, 1: 1.1272, 2: 1.1980, 3: 1.2371, 5: 1.2707, 10: 1.2848}
-STEADY = {0.05: 0.0931695, 0.1: 0.1861966, 0.2: 0.379230}  # Ca: D
-FOLD = 0.33339  # no steady shape above it
+STEADY = {Ca: reference("extension", f"D Ca {Ca}") for Ca in (0.05, 0.1, 0.2)}
+FOLD = reference("extension", "fold")  # no steady shape above it
 RELAXATION = {0.5: 1.21294, 1: 1.15119, 2: 1.07652, 3: 1.03894, 4: 1.01990}
 
 

@@ -76,6 +76,7 @@ def test_newton_converges_quadratically_on_a_curve(law: Law | None) -> None:
     problem = SteadyProblem((0.4, 0.4), 4.0, False, MeshSettings(Np=8), law, newton=EXACT)
     start, end = (Parameters((0.1,), (Ca_e,) * 2, De if law else 0.0) for Ca_e, De in ((0.05, 0.3), (0.08, 0.6)))
     steady = Steady(MPI.COMM_WORLD, problem, start)
+    steady.place_undeformed()
     try:
         assert steady.solve(start).converged
         before = steady.y

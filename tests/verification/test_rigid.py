@@ -6,12 +6,19 @@ from math import pi
 
 import numpy as np
 import pytest
+from support.references import reference
 from support.scenes import solve_rigid
 
 import pairsim
 
-SINGLE = {0.2: (1.94677814, 0.0102456698), 0.4: (1.79081169, 0.3327323298), 0.6: (1.55302692, 2.7447509031)}
-PAIR = {0.1: (1.781813862, 0.6196818815), 0.3: (1.788255961, 0.6533886603)}
+
+def exact(group: str, scene: str) -> tuple[float, float]:
+    """U and dp+."""
+    return reference(group, f"U {scene}"), reference(group, f"dp_plus {scene}")
+
+
+SINGLE = {beta: exact("rigid sphere", f"beta {beta}") for beta in (0.2, 0.4, 0.6)}
+PAIR = {d: exact("rigid pair", f"d {d}") for d in (0.1, 0.3)}
 
 
 @pytest.mark.parametrize("beta", SINGLE)
@@ -59,7 +66,7 @@ def test_narrow_gaps_and_tight_tubes_can_be_meshed_and_solved() -> None:
 
 MOVED = {"De": 0, "Ca_e": 0, "particles": 1, "ends": "developed", "length": "auto"}
 # Force over 3 pi beta: a sphere dragged in a liquid at rest, one held where the largest velocity of the flow is 2.
-DRAG = {(0.6, 1, 0): 11.0918968, (0.4, 0, 1): -2 * 3.21573662}
+DRAG = {(0.6, 1, 0): reference("drag", "dragged beta 0.6"), (0.4, 0, 1): -2 * reference("drag", "held beta 0.4")}
 
 
 @pytest.mark.parametrize(("beta", "velocity", "flow"), DRAG, ids=["dragged", "held"])

@@ -12,6 +12,7 @@ import pytest
 from mpi4py import MPI
 from numpy.polynomial import legendre
 from scipy.interpolate import CubicSpline
+from support.references import reference
 from support.scenes import dU, march, soft_pair
 
 import pairsim
@@ -21,9 +22,8 @@ from pairsim.solvers.newton_options import TRANSIENT
 from pairsim.solvers.step_size import StepControl
 from pairsim.solvers.transient import Transient
 
-SLOPE = {(0.4, 0.1): 5.475377e-2, (0.4, 0.3): 1.965724e-2, (0.2, 0.1): -9.88438e-4}
-F_3, F_5 = 1.4454685, -0.0059043
-
+SLOPE = {(beta, d): reference("soft", f"S beta {beta} d {d}") for beta, d in ((0.4, 0.1), (0.4, 0.3), (0.2, 0.1))}
+F_3, F_5 = reference("soft", "f_3"), reference("soft", "f_5")
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": 4.9, "output": {"fields": False}}
 
