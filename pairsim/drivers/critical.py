@@ -65,7 +65,8 @@ def _run(case: CriticalCase, session: Session) -> Outcome:
             output.begin_line(line)
             try:
                 if branch is None:
-                    adaptation, branch = _begin(case, session, start)
+                    last = start if region is None else with_value(region.name, start, region.values[-1])
+                    adaptation, branch = _begin(case, session, start, last)
                 branch.at(start)
                 findings = find_all(branch, least, most) if region is None else follow_all(branch, region)
                 for found in findings:
@@ -85,7 +86,7 @@ def _run(case: CriticalCase, session: Session) -> Outcome:
     warnings = [*output.warnings, *large]
     summary: dict[str, Any] = {"ends": output.ends}
     if adaptation is not None:
-        summary["adaptation"], missed = adaptation.report(output.points, adaptation.scale.dU)
+        summary["adaptation"], missed = adaptation.report(output.kept_points)
         warnings += missed
     outcome = conclude(case, session, outcome, branch, output.points, warnings, summary)
     if branch is not None:
@@ -94,16 +95,18 @@ def _run(case: CriticalCase, session: Session) -> Outcome:
     return outcome
 
 
-def _begin(case: CriticalCase, session: Session, start: Parameters) -> tuple[Adaptation | None, Branch]:
-    """A first solution. Meshes are adapted to zeros, not where zeros are followed: one mesh then serves all of a line.
+def _begin(
+    case: CriticalCase, session: Session, start: Parameters, last: Parameters
+) -> tuple[Adaptation | None, Branch]:
+    """A first solution. Meshes are adapted to the zeros that were asked for, not to those between them.
 
     Raises:
         NoSteadyState: No solution was found.
         MeshFailure: A mesh could not be generated.
     """
     problem = steady_problem(case, case.d[0])
-    if case.adapts and case.along is None:
-        options: Any = {"mesh_error": case.mesh_error, "zeros_only": True}
+    if case.adapts:
+        options: Any = {"mesh_error": case.mesh_error, "zeros_only": True, "last": last}
         adaptation = Adaptation.begin(case, session.comm, problem, start, [start.gaps], **options)
         if adaptation is not None:
             return adaptation, adaptation.branch

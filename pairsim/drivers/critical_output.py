@@ -25,6 +25,7 @@ class CriticalOutput:
     Attributes:
         rows: Rows of critical.csv so far.
         points: The quasi-steady solutions at the critical distances.
+        kept_points: Those whose error `accuracy` is kept for: critical distances at requested values.
         errors: Their estimated errors, relative to the distance or, where two zeros meet, to the parameter.
         ends: Entries of run.json about the ends of the branches.
         warnings: Warnings about the results.
@@ -36,6 +37,7 @@ class CriticalOutput:
         self._columns = [*CRITICAL_COLUMNS, *(["mesh_error"] if case.mesh_error else []), *health_columns(case)]
         self.rows: list[dict[str, Any]] = []
         self.points: list[Point] = []
+        self.kept_points: list[Point] = []
         self.errors: list[ErrorAt] = []
         self.ends: list[dict[str, Any]] = []
         self.warnings: list[str] = []
@@ -80,6 +82,7 @@ class CriticalOutput:
         self._solved += 1
         self._wanted += critical.kind == "wanted"
         self.points.append(point)
+        self.kept_points += [point] if critical.kind == "wanted" else []
         row: dict[str, Any] = dict(point_row(point))
         place = point.parameters
         row |= {"Ca_e": max(place.Ca_es), "De": place.De, "d_cr": point.d, "U": row["U_T"]}

@@ -154,7 +154,8 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
             if adaptation is not None:
                 entry, words = outcome_of(output.worst)
                 summary["adaptation"] = adaptation.entry | entry
-                outcome = replace(outcome, message=outcome.message + words)
+                if outcome.status == "finished":
+                    outcome = replace(outcome, message=outcome.message + words)
             ended = outcome
             try:
                 output.finish(not session.stopped_at_once, outcome.status != "interrupted")

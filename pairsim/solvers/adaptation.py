@@ -19,12 +19,13 @@ from pairsim.fem.size_field import MOST_FACTOR, AdaptedSizes, SizeField
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.fenicsx import MPI
-from pairsim.solvers.branch import COARSER, SCOUT_TOLERANCE, Branch, Point, coarser, started, walked
+from pairsim.solvers.branch import BESIDE, COARSER, SCOUT_TOLERANCE, Branch, Point, coarser, started, walked
 from pairsim.solvers.continuation import follow
 from pairsim.solvers.curve import ROUNDING
 from pairsim.solvers.error_estimate import SAFETY, ErrorEstimator
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
+from pairsim.solvers.snapshot import Snapshot
 from pairsim.solvers.steady import Steady
 
 ROUNDS = 3
@@ -118,7 +119,7 @@ class AdaptiveBranch(Branch):
         parameters: Parameters of the first solution.
         mesh_error: Whether to solve on a coarser mesh too, as a check of the estimated error.
         sensitivities: Whether to compute derivatives with respect to Ca_e, De and beta.
-        allowed: Largest error of dU [U_av].
+        allowed: Largest error of dU as a function of the parameters [U_av].
         zeros_only: Whether only zeros are solved again, not the points among which they are looked for.
         scout: A solution on a coarser mesh at these parameters to start from; closed.
 
@@ -139,7 +140,7 @@ class AdaptiveBranch(Branch):
         mesh_error: bool,
         sensitivities: bool = False,
         *,
-        allowed: float,
+        allowed: Callable[[Parameters], float],
         zeros_only: bool = False,
         scout: Steady | None = None,
     ) -> None:
@@ -166,10 +167,32 @@ class AdaptiveBranch(Branch):
         """A zero of dU as by `Branch.zero`, on a mesh that keeps the error of dU small where one was found."""
         return self._kept(lambda last: super(AdaptiveBranch, self).zero(left, right, last.d if last else guess))
 
+    def improved(self, zero: Point) -> Point:
+        """The present zero on a mesh that keeps the error of dU small where one was found."""
+        if not self._too_large(zero):
+            return zero
+        again = super().zero
+        return self._kept(lambda last: again(last.d / BESIDE, last.d * BESIDE, last.d) if last else zero)
+
+    def recall(self, snapshots: Sequence[Snapshot]) -> None:
+        """Restore stored solutions; what was stored with other cells is solved for with the present ones.
+
+        Raises:
+            NoSteadyState: The continuation with the present cells did not reach the stored parameters.
+        """
+        if snapshots[0].reference.outlines[0] is self.fine.meshed.outlines[0]:
+            super().recall(snapshots)
+        else:
+            self._nearest(snapshots[0].parameters)
+            self._follow(snapshots[0].parameters)
+
+    def _too_large(self, point: Point) -> bool:
+        return bool((point.dU_errors > self._allowed(point.parameters)).any())
+
     def _kept(self, solve: Callable[[Point | None], Point]) -> Point:
         """Solve for a point, and again on finer meshes while its error is too large."""
         before, point = self.fine.iterations, solve(None)
-        while (point.dU_errors > self._allowed).any() and self._refine(point):
+        while self._too_large(point) and self._refine(point):
             with suppress(NoSteadyState, MeshFailure):
                 point = solve(point)
         self.unknowns[self._nominal(point)] = self.fine.constraints.size
@@ -183,9 +206,9 @@ class AdaptiveBranch(Branch):
         place = self._nominal(point)
         if self.rounds[place] >= ROUNDS:
             return False
-        estimate = point.estimate
-        room = self._allowed - estimate.ends_error - np.abs(estimate.newton_dU)
-        least = LEAST_ROOM * self._allowed
+        estimate, allowed = point.estimate, self._allowed(point.parameters)
+        room = allowed - estimate.ends_error - np.abs(estimate.newton_dU)
+        least = LEAST_ROOM * allowed
         if self.rounds[place] and (room < least).any():  # the tube is too short; coarse cells overestimate its effect
             return False
         room = np.maximum(room, least)

@@ -206,12 +206,11 @@ class Follower:
         Raises:
             NoSteadyState: The matrix is singular at a zero.
         """
-        fine = self.branch.fine
         self.branch.recall(start.snapshots)
         yield Critical(start.point, number, "wanted")
         pose, step = self._pose(np.array([0.0, forward])), FIRST
         for _ in range(MOST_STEPS):
-            change = pose.tangent @ pose.rows
+            change, fine = pose.tangent @ pose.rows, self.branch.fine
             step = min(step, reach(fine, change, np.array([fine.parameters.gaps[0] * pose.tangent[0]])))
             taken = self._step(number, pose, change, step)
             if isinstance(taken, End):
@@ -225,12 +224,14 @@ class Follower:
                 raise
             if pose.tangent[1] * before.tangent[1] < 0:
                 yield from self._fold(number, before, pose)
+            if kind == "wanted" and (better := self.branch.improved(point)) is not point:
+                point, pose = better, self._pose(pose.tangent)
             yield Critical(point, number, kind)
             if kind == "edge":
                 message = f"the smallest or largest distance is reached at {where(fine.parameters)}"
                 yield End(number, "edge", message)
                 return
-        message = f"the line of zeros has not ended after {MOST_STEPS} steps, at {where(fine.parameters)}"
+        message = f"the line of zeros has not ended after {MOST_STEPS} steps, at {where(self.branch.fine.parameters)}"
         yield End(number, "no_steady_state", message)
 
     def _step(self, number: int, pose: _Pose, change: Array, step: float) -> End | tuple[Point, Kind, float]:

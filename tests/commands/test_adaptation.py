@@ -83,3 +83,16 @@ def test_a_run_with_a_given_mesh_is_not_adapted() -> None:
     result = pairsim.run(PAIR | RUN | {"mesh": {"Np": 10}, "time": {"end": 0.01}})
     assert "adaptation" not in result.record
     assert "dU_error" not in result.table
+
+
+@pytest.mark.long
+def test_followed_zeros_keep_their_accuracy_at_the_requested_values() -> None:
+    keys = {"beta": 0.2, "accuracy": "0.7%", "d": [0.05, 0.2], "along": {"Ca_e": [0.08, 0.1]}}
+    result = pairsim.critical(PAIR | keys)
+    record, table = result.record["adaptation"], result.table[result.table["kind"] == "wanted"]
+    assert record["kept"]
+    assert 0 < record["rounds"] <= 3
+    low, high = record["reference_dU"]
+    assert 1 < high / low < 1.5
+    assert len(table) == 2
+    assert (table["dU_error"].to_numpy() <= 0.007 * high).all()

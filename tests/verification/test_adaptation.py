@@ -7,11 +7,12 @@ from dataclasses import replace
 import pytest
 
 from pairsim.config.case_file import curve_from_dict
+from pairsim.drivers.adaptive import LineOfScales
 from pairsim.drivers.problems import steady_problem
 from pairsim.fem.size_field import AdaptedSizes
 from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers import adaptation
-from pairsim.solvers.adaptation import ROUNDS, AdaptiveBranch, reference_scale
+from pairsim.solvers.adaptation import ROUNDS, AdaptiveBranch, Scale, reference_scale
 from pairsim.solvers.parameters import Parameters
 
 TUBE = {"beta": 0.4, "d": [0.4], "ends": "developed", "length": "auto"}
@@ -21,18 +22,23 @@ def adaptive(allowed: float, **keys: object) -> tuple[AdaptiveBranch, Parameters
     case = curve_from_dict(TUBE | keys, "test")
     first = Parameters(case.places[0], case.Ca_es, case.De)
     problem = steady_problem(case, first.gaps[0])
-    return AdaptiveBranch(MPI.COMM_WORLD, problem, first, case.mesh_error, allowed=allowed), first
+    return AdaptiveBranch(MPI.COMM_WORLD, problem, first, case.mesh_error, allowed=lambda _: allowed), first
 
 
 @pytest.mark.slow
 def test_a_newtonian_error_is_kept_by_smaller_cells() -> None:
     truth, allowed = 6.785e-3, 4e-5  # 0.6 %; N_p 40 (docs/explanation/error-estimate.md)
     branch, first = adaptive(allowed, De=0, Ca_e=0.1, d=[0.1], mesh={"Np": 12})
+    coarse = branch.snapshots
     point = branch.at(first)
     assert point.dU_errors[0] <= allowed
     assert abs(point.dU - truth) <= point.dU_errors[0]
     assert 1 <= max(branch.rounds.values()) <= ROUNDS
     assert branch.unknowns[(0.1,)] == branch.fine.constraints.size
+    branch.at(replace(first, gaps=(0.12,)))
+    branch.recall(coarse)  # on cells that are no more
+    assert branch.fine.parameters == first
+    assert branch.fine.constraints.size > len(coarse[0].y)
     branch.close()
 
 
@@ -70,3 +76,29 @@ def test_the_scale_of_a_single_point_is_that_of_the_curve_it_lies_on() -> None:
     assert scout.parameters == first
     scout.close()
     assert scale.dU == pytest.approx(1.103e-3, rel=0.05), "that of N_p 40, at d = .1"
+
+
+@pytest.mark.slow
+def test_a_zero_is_improved_where_it_is() -> None:
+    keys = {"beta": 0.2, "De": 0, "Ca_e": 0.1, "d": [0.1], "mesh": {"Np": 16}}
+    case = curve_from_dict(TUBE | keys, "test")
+    first, most = Parameters(case.places[0], case.Ca_es, case.De), [1.0]
+    problem = steady_problem(case, 0.05)
+    branch = AdaptiveBranch(MPI.COMM_WORLD, problem, first, False, allowed=lambda _: most[0], zeros_only=True)
+    rough = branch.zero(0.045, 0.08, 0.055)
+    assert branch.improved(rough) is rough
+    most[0] = rough.dU_errors[0] / 3
+    better = branch.improved(rough)
+    assert max(branch.rounds.values()) >= 1
+    assert better.dU_errors[0] < most[0]
+    assert abs(better.dU) < 1e-11
+    assert better.d == pytest.approx(0.05542, rel=0.01), "accuracy: 0.7%"
+    branch.close()
+
+
+def test_the_scale_between_two_parameters_is_a_power_law() -> None:
+    a, b = (Parameters((0.1,), (Ca_e, Ca_e), 0.0) for Ca_e in (0.01, 0.1))
+    line = LineOfScales(((a, Scale(1e-4, ((0.1,),))), (b, Scale(1e-3, ((0.1,),)))))
+    assert line.at(a) == pytest.approx(1e-4)
+    assert line.at(replace(a, Ca_es=(0.03, 0.03), gaps=(0.5,))) == pytest.approx(3e-4)
+    assert LineOfScales(line.ends[:1]).at(b) == 1e-4
