@@ -92,6 +92,9 @@ class MeshOptions(_Options):
         description="distance from the particles beyond which cells lie in rows along the tube [D_c] (default: by "
         "accuracy; 0, no rows, in a Newtonian liquid and without particles)",
     )
+    row_grading: Grading = Field(
+        1.0, description="length of the cells across the tube on the axis over that at the wall, in rows"
+    )
 
 
 class TimeOptions(_Options):
@@ -178,8 +181,8 @@ class SceneCase(_Options):
     accuracy: Accuracy = Field(
         DEFAULT,
         description="target error of dU, relative to the largest |dU| of the curve; sets mesh and time steps. 5%, 1% "
-        "and 0.1% stand for settings that were measured; curves and critical keep other percentages by adapting the "
-        "mesh, unless keys under mesh are given",
+        "and 0.1% stand for settings that were measured; other percentages are kept by adapting the mesh, unless keys "
+        "under mesh are given",
     )
     mesh: MeshOptions = MeshOptions()
     physical: Physical | None = Field(
@@ -347,9 +350,9 @@ class Case(SceneCase):
         return _each(self.d0, max(self.n - 1, 0))
 
     @property
-    def adapts(self) -> bool:
-        """Runs keep the mesh of their settings: cells for the quasi-steady pair do not resolve its start."""
-        return False
+    def estimates_error(self) -> bool:
+        """Whether the error of dU is estimated: on demand, and where the mesh follows from it."""
+        return self.n > 1 and (self.dU_error or self.adapts)
 
     def _slug_parts(self) -> list[str]:
         parts = super()._slug_parts()

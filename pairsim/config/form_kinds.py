@@ -16,5 +16,5 @@ def forms_of(case: SceneCase) -> tuple[str, ...]:
     kinds = (":".join(parts), *(("neo-hookean",) if soft else ()))
     # The error of quasi-steady solutions is estimated, that of runs on demand.
     if isinstance(case, Case):
-        return tuple(f"{kind}:recovered" for kind in kinds) if case.dU_error and case.n > 1 else kinds
+        return tuple(f"{kind}:recovered" for kind in kinds) if case.estimates_error else kinds
     return tuple(f"{kind}:enriched" for kind in kinds)

@@ -15,6 +15,7 @@ from pairsim.config.cost import run_estimate
 from pairsim.config.form_kinds import forms_of
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import problem_of
+from pairsim.drivers.run_adaptation import RunAdaptation, outcome_of
 from pairsim.drivers.run_output import RunOutput, RunWarnings, milestones
 from pairsim.drivers.session import Options, Session, open_session
 from pairsim.fem.form_cache import ensure_compiled
@@ -122,11 +123,17 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
     notes = [*case.notes, *run_estimate(case).notes, *notes]
     session.announce(*_goal(case), [*notes, *(output.damage if output is not None else [])])
     transient: Transient | None = None
+    adaptation: RunAdaptation | None = None
 
     def work(signals: Signals) -> Outcome:
-        nonlocal transient
+        nonlocal transient, adaptation
         ensure_compiled(session.comm, forms_of(case), session.reporter.note)
-        transient = Transient(session.comm, problem_of(case), old.state if old is not None else None)
+        problem = problem_of(case)
+        if case.adapts:
+            session.reporter.note(f"a coarse run first: it tells which cells accuracy: {case.accuracy} needs")
+            adaptation = RunAdaptation.begin(case, session.comm, problem, lambda *at: _end(case, *at) is not None)
+            problem = adaptation.adapted(problem) if adaptation is not None else problem
+        transient = Transient(session.comm, problem, old.state if old is not None else None)
         return _march(case, transient, output, session, signals)
 
     def kept() -> str:
@@ -142,7 +149,12 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
         summary = _summary(counts, t, transient.constraints.size)
 
     def finish() -> None:
+        nonlocal outcome
         if output is not None:
+            if adaptation is not None:
+                entry, words = outcome_of(output.worst)
+                summary["adaptation"] = adaptation.entry | entry
+                outcome = replace(outcome, message=outcome.message + words)
             ended = outcome
             try:
                 output.finish(not session.stopped_at_once, outcome.status != "interrupted")
@@ -178,9 +190,9 @@ def _confirm(case: Case, session: Session, old: Checkpoint, ended: Outcome) -> N
             series = read_series(session.folder.file(SERIES))
             summary = _summary(counts, history.t[0], history.y[0].size)
             summary["warnings"] = RunWarnings.of(case, series, old.narrowest).warnings
-            with suppress(OSError):
-                gather_frames(session.folder.path)
             session.record.write(ended, summary, old.state.seconds)
+        with suppress(OSError):  # the frames are complete as they are
+            gather_frames(session.folder.path)
 
     session.write(confirm, retry=RETRY, t=history.t[0], step=counts.steps)
 

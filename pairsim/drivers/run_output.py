@@ -167,7 +167,7 @@ class RunOutput:
 
     def __init__(self, case: Case, folder: RunFolder, old: Checkpoint | None) -> None:
         self.case, self.folder, self.old = case, folder, old
-        errors = error_columns(case.n) if case.dU_error and case.n > 1 else []
+        errors = error_columns(case.n) if case.estimates_error else []
         columns = [*series_columns(case.n), *errors, *HEALTH, *(POLYMER_HEALTH if case.polymer else ())]
         self.series = SeriesWriter(folder.file(SERIES), columns, old.rows if old else None)
         keep, until = (old.frames, old.state.history.t[0]) if old else (0, 0.0)

@@ -55,6 +55,8 @@ def large_run_error(case: Case, part: float) -> list[str]:
     """
     if part <= case.error_wanted:
         return []
+    if case.adapts:
+        return [f"accuracy: {case.accuracy} was not kept: dU_error is up to {100 * part:.2g} % of the largest |dU|"]
     return [
         f"dU_error is up to {100 * part:.2g} % of the largest |dU|, more than accuracy: {case.accuracy}; use a finer "
         "mesh (mesh.Np, mesh.max_size) or a smaller time.tol"

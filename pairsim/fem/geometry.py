@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -42,6 +42,7 @@ class MeshSettings:
         core_growth: Growth of the cell size per unit depth inside a particle.
         rows: Distance from the outermost particles beyond which cells are arranged in rows along the tube [D_c]; 0 for
             unstructured cells everywhere.
+        row_grading: Length of the cells across the tube at the axis over that at the wall, in rows.
         sizes: Adapted sizes, in place of those by N_p, the wall and `max_size`; None without adaptation.
     """
 
@@ -55,7 +56,20 @@ class MeshSettings:
     core_growth: float = 0.3
     rows: float = 0.0
     grading: float = 1.0
+    row_grading: float = 1.0
     sizes: CellSizes | None = None
+
+    def scaled(self, factor: float, fewest: int) -> MeshSettings:
+        """Cells larger by a factor, with at least `fewest` cells on each half-circle."""
+        return replace(
+            self,
+            Np=max(fewest, round(self.Np / factor)),
+            gap_cells=round(self.gap_cells / factor),
+            wall_cells=round(self.wall_cells / factor),
+            growth=self.growth * factor,
+            max_size=self.max_size * factor,
+            sizes=self.sizes.scaled(factor) if self.sizes is not None else None,
+        )
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from scipy import sparse
 from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
-from pairsim.fem.extruded_cells import extruded, stations
+from pairsim.fem.extruded_cells import extruded, graded_ends, stations
 from pairsim.fem.geometry import Geometry, MeshSettings, Outline, Reference
 from pairsim.fem.six_node_mesh import MIRRORED_CELL, SixNodeMesh, jacobians, shape_gradients
 from pairsim.physics.scales import TUBE_RADIUS
@@ -211,14 +211,17 @@ def liquid_mesh(reference: Reference, settings: MeshSettings) -> SixNodeMesh:
         top = point(0.0 if mirrored else low, TUBE_RADIUS, 0.0)
         curve.append(line(last, corner[0]))
         outlet, wall, inlet = line(*corner), line(corner[1], top), line(top, start)
-        for end in (outlet,) if mirrored else (outlet, inlet):
-            gmsh.model.geo.mesh.setTransfiniteCurve(end, end_cells + 1)
+        ratio = settings.row_grading ** (1 / (end_cells - 1))  # of neighbouring cells; the outlet begins on the axis
+        for end, growth in ((outlet, 1 / ratio),) if mirrored else ((outlet, 1 / ratio), (inlet, ratio)):
+            gmsh.model.geo.mesh.setTransfiniteCurve(end, end_cells + 1, coef=growth)
         gmsh.model.geo.addPlaneSurface([gmsh.model.geo.addCurveLoop([*curve, outlet, wall, inlet])])
 
     def rows(mesh: SixNodeMesh, begin: float) -> SixNodeMesh:
         return extruded(mesh, stations(begin, half, TUBE_RADIUS / end_cells, settings.growth))
 
     mesh = _run_gmsh(build, size, pieces)
+    if settings.row_grading != 1.0:
+        mesh = graded_ends(mesh, (high,) if mirrored else (low, high), end_cells, settings.row_grading)
     if high < half:
         mesh = rows(mesh, high)
     if low > -half and not mirrored:

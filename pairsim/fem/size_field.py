@@ -15,8 +15,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.ndimage import map_coordinates
-from scipy.spatial import Delaunay, cKDTree
+import scipy
 
 from pairsim.fem.geometry import Geometry, Outline
 from pairsim.physics.scales import TUBE_RADIUS
@@ -70,7 +69,7 @@ class CellIndicators:
         cells: Indices = inverse.reshape(-1, 3)
         density = (self.squares / most**2).sum(axis=1) / area
         if self.mirrored:
-            density = (density + density[cKDTree(centres).query(centres * [-1.0, 1.0])[1]]) / 2
+            density = (density + density[scipy.spatial.cKDTree(centres).query(centres * [-1.0, 1.0])[1]]) / 2
         for _ in range(SMOOTHINGS):
             density = _at_vertices(cells, density, area, len(places))[cells].mean(axis=1)
         eta = np.sqrt(density * area)
@@ -200,14 +199,14 @@ class _Grid:
     def interpolation(self, places: Array) -> Callable[[Array], Array]:
         """Function that interpolates values at points to the grid; inside particles and beyond the points, nearest."""
         grid = np.stack(np.meshgrid(self.z, self.r, indexing="ij"), axis=-1)
-        triangles = Delaunay(places)
+        triangles = scipy.spatial.Delaunay(places)
         simplex = triangles.find_simplex(grid)
         inside = simplex >= 0
         transform = triangles.transform[simplex[inside]]
         two = np.einsum("nij,nj->ni", transform[:, :2], grid[inside] - transform[:, 2])
         weights = np.column_stack([two, 1 - two.sum(axis=1)])
         corners = triangles.simplices[simplex[inside]]
-        nearest = cKDTree(places).query(grid[~inside])[1]
+        nearest = scipy.spatial.cKDTree(places).query(grid[~inside])[1]
 
         def interpolate(values: Array) -> Array:
             result = np.empty(grid.shape[:2])
@@ -228,9 +227,8 @@ class _Grid:
 
     def at(self, sizes: Array, places: Array) -> Array:
         """Values at points by bilinear interpolation."""
-        return np.asarray(
-            map_coordinates(sizes, ((places - [self.z[0], 0.0]) / self.spacing).T, order=1, mode="nearest")
-        )
+        at = ((places - [self.z[0], 0.0]) / self.spacing).T
+        return np.asarray(scipy.ndimage.map_coordinates(sizes, at, order=1, mode="nearest"))
 
 
 def _at_vertices(cells: Indices, values: Array, weights: Array, count: int) -> Array:

@@ -8,16 +8,15 @@ changed afterwards. So fields.xdmf refers to complete files only, at any moment.
 
 from __future__ import annotations
 
-import copy
 import errno
 import io
 import os
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from hashlib import sha256
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -79,14 +78,13 @@ class FieldsWriter:
 
     def _cut(self, keep: int, until: float) -> None:
         """Keep the first frames and remove the others, from fields.xdmf first."""
-        kept = [grid for grid in islice(self._listed(), keep) if self._take(grid, until)]
-        if kept:
-            self._describe(kept)
+        kept = (grid for grid in islice(self._listed(), keep) if self._take(grid, until))
+        if (first := next(kept, None)) is not None:
+            self._describe(chain([first], kept), append=False)
         elif not keep:
             for name in (FIELDS_XDMF, FIELDS_LAST, FIELDS_H5):
                 (self.folder / name).unlink(missing_ok=True)
-        self.frames = len(kept)
-        if kept or not keep:  # otherwise what cannot be read is left alone
+        if self.frames or not keep:  # otherwise what cannot be read is left alone
             for number, file in frame_files(self.folder):
                 if number >= self._next:
                     file.unlink()
@@ -111,6 +109,7 @@ class FieldsWriter:
                     mesh = h5[place.mesh[1]]
                     self._meshes[mesh_id] = _digest(mesh["cells"][()], mesh["region"][()]), ":".join(place.mesh)
             self._next, self._t = number + 1, place.t
+            self.frames += 1
             return True
         return False
 
@@ -150,22 +149,24 @@ class FieldsWriter:
         _item(ElementTree.SubElement(grid, "Geometry", GeometryType="XYZ"), fields["position"], f"{where}/position")
         for name, values in fields.items():
             _attribute(grid, name, values, f"{where}/{name}")
-        self._describe([grid])
+        self._describe([grid], append=self.frames > 0)
         self._meshes[frame.mesh_id], self._t = (digest, mesh), frame.t
         self._next += 1
         self.frames += 1
 
-    def _describe(self, grids: list[ElementTree.Element]) -> None:
-        """Append descriptions to those of the frames so far, and write the last one alone.
+    def _describe(self, grids: Iterable[ElementTree.Element], append: bool) -> None:
+        """Write descriptions of frames, and the last one alone; one at a time, as a long run has many.
 
-        Those so far are copied from file to file, as a long run has many.
+        Args:
+            grids: The descriptions, at least one.
+            append: Whether they come after those in fields.xdmf.
 
         Raises:
             OSError: They cannot be written, or end otherwise than expected.
         """
         path, end = self.folder / FIELDS_XDMF, END.encode()
         with replaced(path) as new:
-            if self.frames:
+            if append:
                 with path.open("rb") as old:
                     old.seek(-len(end), os.SEEK_END)
                     size = old.tell()
@@ -176,10 +177,11 @@ class FieldsWriter:
                         new.write(block)
             else:
                 new.write(BEGIN.encode())
-            new.write("".join(_indented(grid, 3) for grid in grids).encode() + end)
-        last = copy.deepcopy(grids[-1])
-        last.remove(last[0])  # the time, which meshio.read rejects
-        write_text(self.folder / FIELDS_LAST, HEAD + _indented(last, 2) + " </Domain>\n</Xdmf>\n")
+            for grid in grids:
+                new.write(_indented(grid, 3).encode())
+            new.write(end)
+        grid.remove(grid[0])  # the time, which meshio.read rejects
+        write_text(self.folder / FIELDS_LAST, HEAD + _indented(grid, 2) + " </Domain>\n</Xdmf>\n")
 
 
 def gather_frames(folder: Path) -> None:
@@ -188,7 +190,7 @@ def gather_frames(folder: Path) -> None:
     Raises:
         OSError: There is no room for the copy, or a frame cannot be read; everything is as before.
     """
-    if not (folder / FIELDS_XDMF).is_file():
+    if not (folder / FRAMES).is_dir() or not (folder / FIELDS_XDMF).is_file():
         return
     groups: dict[str, dict[str, None]] = {}  # the groups of each file, in their order
     try:
@@ -197,7 +199,9 @@ def gather_frames(folder: Path) -> None:
                 groups.setdefault(file, {})[group] = None
         if set(groups) != {FIELDS_H5}:
             _copy(folder, groups)
-    except (KeyError, RuntimeError, ValueError) as error:
+    except OSError:
+        raise
+    except DAMAGE as error:
         raise OSError(errno.EIO, f"damaged ({error})", str(folder / FIELDS_XDMF)) from error
     # Both the descriptions so far and the new ones are right with the new fields.h5.
     for path in (folder / FIELDS_XDMF, folder / FIELDS_LAST):

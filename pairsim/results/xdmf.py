@@ -35,8 +35,8 @@ from pairsim.runtime.errors import InputError
 TENSOR = ("zz", "zr", "rr", "tt")
 TOPOLOGY = {6: "Tri_6", 9: "Quad_9"}
 """XDMF cell types by number of nodes, in the spelling that both VTK and meshio read."""
-DAMAGE = (OSError, KeyError, RuntimeError, ValueError)
-"""What h5py raises for files that are missing, damaged, or lack what is looked for."""
+DAMAGE = (OSError, LookupError, RuntimeError, TypeError, ValueError)
+"""What h5py and numpy raise for files that are missing, damaged, or hold something else."""
 REFERENCE = re.compile(r"(fields(?:/\d+)?\.h5):(/(?:frames|mesh)/\d+)/\w+")
 
 

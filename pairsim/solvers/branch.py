@@ -29,6 +29,9 @@ FEWEST_CELLS = 4  # on a half-circle; chosen
 # The continuation to the first parameters takes many solutions that are not reported. It is done on cells larger by
 # this factor, with at least SCOUT_CELLS cells on a half-circle, and not solved better than its cells are; all chosen.
 SCOUT, SCOUT_CELLS, SCOUT_TOLERANCE = 2.0, 8, 1e-4
+# Distortion above which a solution from undeformed spheres is taken as it is, more than LEAST_STEADY, below which
+# a mesh is made around deformed shapes; chosen. Such a mesh should not depend on how the shapes were found.
+SLIGHT = 0.65
 # Factor by which a zero may lie outside the interval between two points of opposite sign; chosen.
 BESIDE = 1.05
 # Logarithm of the ratio of parameters between known solutions. Closer ones are not kept: a solution takes much memory,
@@ -92,75 +95,61 @@ class Point:
 
 def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -> SteadyProblem:
     """The same problem on cells larger by a factor, with at least `fewest` cells on each half-circle."""
-    mesh = problem.mesh
-    return replace(
-        problem,
-        mesh=replace(
-            mesh,
-            Np=max(fewest, round(mesh.Np / factor)),
-            gap_cells=round(mesh.gap_cells / factor),
-            wall_cells=round(mesh.wall_cells / factor),
-            growth=mesh.growth * factor,
-            max_size=mesh.max_size * factor,
-            sizes=mesh.sizes.scaled(factor) if mesh.sizes is not None else None,
-        ),
-    )
-
-
-def at_once(scene: Steady) -> bool:
-    """Solve for the parameters of a new scene from undeformed spheres, which is tried in Newtonian liquids only.
-
-    Measured for beta 0.2, 0.4 and 0.6 and distances of 0.02 to 0.5: it converges up to Ca_e 0.2, 0.1 and 0.05.
-
-    Returns:
-        Whether there is a solution.
-    """
-    if scene.problem.law is not None:
-        return False
-    with suppress(NoSteadyState, MeshFailure):
-        begin(scene, factors=(1.0,))
-        return True
-    return False
+    return replace(problem, mesh=problem.mesh.scaled(factor, fewest))
 
 
 def walked(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters) -> Steady:
-    """Create a scene at given parameters, at once or by continuation from a small De and nearly rigid particles.
+    """Create a scene at given parameters by continuation from a small De and nearly rigid particles.
 
     Raises:
         NoSteadyState: The continuation did not reach the parameters.
         MeshFailure: A mesh could not be generated.
     """
-    scene = Steady(comm, problem, parameters)
+    scene = Steady(comm, problem, cold_start(parameters))
     try:
-        if not at_once(scene):
-            scene.parameters = cold_start(parameters)
-            begin(scene)
-            follow(scene, parameters)
+        begin(scene)
+        follow(scene, parameters)
     except (NoSteadyState, MeshFailure):
         scene.close()
         raise
     return scene
 
 
-def started(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters, scout: Steady | None) -> Steady:
-    """Create a scene at given parameters, from a solution on a coarser mesh or else by continuation (see `walked`).
+def started(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters, scout: Steady) -> Steady:
+    """Create a scene at given parameters, from a solution on another mesh or else by continuation (see `walked`).
 
     Args:
         comm: Communicator of the case.
         problem: The problem.
         parameters: Parameters at which to solve.
-        scout: The same scene on another mesh, at a solution for these parameters; None without one.
+        scout: The same scene on another mesh, at a solution for these parameters.
 
     Raises:
         NoSteadyState: No solution was found.
         MeshFailure: A mesh could not be generated.
     """
-    if scout is not None:
-        scene = Steady(comm, problem, parameters)
-        if adopted(scene, parameters, scout):
-            return scene
-        scene.close()
+    scene = Steady(comm, problem, parameters)
+    if adopted(scene, parameters, scout):
+        return scene
+    scene.close()
     return walked(comm, problem, parameters)
+
+
+def at_once(scene: Steady) -> bool:
+    """Solve for the parameters of a new scene from spheres in a liquid at rest, in Newtonian liquids only.
+
+    Measured for beta 0.2, 0.4 and 0.6 and distances of 0.02 to 0.5: it converges up to Ca_e 0.2, 0.1 and 0.05.
+
+    Returns:
+        Whether there is a solution, on a mesh that it distorts slightly.
+    """
+    if scene.problem.law is not None:
+        return False
+    scene.place_undeformed(at_rest=True)
+    if scene.solve(scene.parameters).converged and not scene.distorted(least=SLIGHT):
+        return True
+    scene.forget()
+    return False
 
 
 def adopted(scene: Steady, parameters: Parameters, scout: Steady) -> bool:

@@ -5,7 +5,7 @@ See "Continuation" in docs/explanation/numerics.md. Constants without another or
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -71,21 +71,17 @@ def cold_start(parameters: Parameters) -> Parameters:
     )
 
 
-def begin(steady: Steady, factors: Sequence[float] = STIFFER) -> None:
+def begin(steady: Steady) -> None:
     """Find a first solution, at the present parameters of the scene (see `cold_start`) or for stiffer spheres.
 
     Stiffer spheres are tried because the deformation at a given Ca_e increases as the gaps narrow.
-
-    Args:
-        steady: The scene.
-        factors: Factors of Ca_e that are tried in turn.
 
     Raises:
         NoSteadyState: No solution was found.
     """
     wanted = steady.parameters
     steady.place_undeformed()
-    for factor in factors if any(wanted.Ca_es) else (1.0,):
+    for factor in STIFFER if any(wanted.Ca_es) else (1.0,):
         report = steady.solve(replace(wanted, Ca_es=tuple(Ca_e * factor for Ca_e in wanted.Ca_es)))
         if report.converged:
             break

@@ -25,48 +25,24 @@ def carry_liquid(old: Scene, x: Array, scene: Scene, new: Array, shift: float = 
     Returns:
         The vector `new`.
     """
+    mesh = old.liquid.six_node_mesh
+    p = np.zeros(len(mesh.points))
+    p[mesh.vertices] = x[old.liquid.index("p", mesh.vertices)]
+    values = [old.liquid.nodal("u", x), p[mesh.parents].mean(axis=1)[:, None]]
+    if scene.polymer is not None:
+        values.append(old.liquid.nodal("s", x))
     places = scene.positions(new) - [shift, 0.0]
     reach = old.reference.geometry.length / 2
     places[:, 0] = np.clip(places[:, 0], -reach, reach)
-    fields = ("u", "p") if scene.polymer is None else ("u", "p", "s")
-    return _interpolated(old, x, old.positions(x), fields, scene, places, new)
-
-
-def carry_reference(old: Scene, x: Array, scene: Scene) -> Array:
-    """Interpolate all fields of the liquid to another mesh of the same reference domain.
-
-    Args:
-        old: Scene to interpolate from.
-        x: Full vector of `old`, shape (n,).
-        scene: The same scene on the other mesh.
-
-    Returns:
-        Full vector of `scene`.
-    """
-    fields = ("u", "p", "eta") if scene.polymer is None else ("u", "p", "eta", "s")
-    places, new = scene.liquid.six_node_mesh.points, np.zeros(scene.size)
-    return _interpolated(old, x, old.liquid.six_node_mesh.points, fields, scene, places, new)
-
-
-def _interpolated(
-    old: Scene, x: Array, positions: Array, fields: Sequence[str], scene: Scene, places: Array, new: Array
-) -> Array:
-    """Write into `new` fields of the liquid, interpolated from an old mesh at positions (n, 2) to places (m, 2)."""
-    mesh, liquid = old.liquid.six_node_mesh, scene.liquid
-    values = []
-    for name in fields:
-        if name == "p":
-            p = np.zeros(len(mesh.points))
-            p[mesh.vertices] = x[old.liquid.index(name, mesh.vertices)]
-            values.append(p[mesh.parents].mean(axis=1)[:, None])
-        else:
-            values.append(old.liquid.nodal(name, x))
-    found = interpolate(mesh, positions, np.hstack(values), places)
-    starts = np.cumsum([0, *(part.shape[1] for part in values)])
-    for name, start, end in zip(fields, starts[:-1], starts[1:], strict=True):
-        nodes = liquid.carriers(name)
-        for c in range(end - start):
-            new[liquid.index(name, nodes, c)] = found[nodes, start + c]
+    found = interpolate(mesh, old.positions(x), np.hstack(values), places)
+    liquid, wanted = scene.liquid, scene.liquid.six_node_mesh
+    nodes = np.arange(len(wanted.points))
+    for c in range(2):
+        new[liquid.index("u", nodes, c)] = found[:, c]
+    new[liquid.index("p", wanted.vertices)] = found[wanted.vertices, 2]
+    if scene.polymer is not None:
+        for c in range(4):
+            new[liquid.index("s", nodes, c)] = found[:, 3 + c]
     return new
 
 

@@ -27,7 +27,7 @@ from pairsim.runtime.fenicsx import MPI
 from pairsim.runtime.signals import heed
 from pairsim.solvers.developed_flow import DevelopedFlows
 from pairsim.solvers.factors import LAST
-from pairsim.solvers.mesh_transfer import carry_particles, carry_reference, free_unknowns
+from pairsim.solvers.mesh_transfer import carry_particles, free_unknowns
 from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene, cut_particles
 from pairsim.solvers.newton_report import Report
 from pairsim.solvers.parameters import Parameters
@@ -201,7 +201,7 @@ class Steady(OnMeshedScene):
 
     def _carried_over(self, old: Scene, x: Array, h: Array, material: Array) -> Array:
         """Free unknowns of the old solution interpolated to the new mesh."""
-        new = carry_reference(old, x, self.scene) if self._shares_reference(old) else self.meshed.carried(old, x, h)
+        new = self.meshed.carried(old, x, h)
         y = free_unknowns(self.constraints, new)
         y[self.meshed.material] = material
         if self.scene.dp is not None:
@@ -211,28 +211,31 @@ class Steady(OnMeshedScene):
             y[self.constraints.fields["F"]] = x[old.F]
         return y
 
-    def _shares_reference(self, old: Scene) -> bool:
-        """Whether both meshes are of the same reference domain, around spheres."""
-        one, other = old.reference, self.scene.reference
-        alike = self.scene.moving and not (one.deformed or other.deformed)
-        return alike and one.geometry == other.geometry
+    def place_undeformed(self, *, at_rest: bool = False) -> None:
+        """Take undeformed spheres as first guess, in the developed flow or in a liquid at rest.
 
-    def place_undeformed(self) -> None:
-        """Take undeformed spheres as first guess: at rest in a Newtonian liquid, in the developed flow in other ones.
+        Without flow and pressure the matrix has no shape derivatives of them. The first iteration is then Stokes flow
+        past spheres with their deformation to first order in Ca_e; from a flow that crosses the particles it does not
+        converge where they are soft. In the developed flow the velocity on the axis is reduced by the Faxen correction
+        2/3 beta^2 of a sphere in Poiseuille flow, unless it is prescribed.
 
-        In a liquid at rest without pressure the matrix has no shape derivatives of the flow. The first iteration is
-        then Stokes flow past spheres with their deformation to first order in Ca_e; from a flow that crosses the
-        particles it would not converge where they are soft. The log-conformation of developed flow is nearer than that
-        of rest; its velocity on the axis is reduced by the Faxen correction 2/3 beta^2 of a sphere in Poiseuille flow.
+        Args:
+            at_rest: Whether the liquid is at rest; Newtonian liquids only.
         """
-        liquid, constraints = self.scene.liquid, self.constraints
+        liquid, constraints, fixed = self.scene.liquid, self.constraints, self.problem.velocity
         x, velocity = self.meshed.displaced(self.h_star(self.parameters)), 0.0
-        if self.scene.polymer is not None:
-            self.scene.prescribe(x, np.arange(len(liquid.six_node_mesh.points)), self.developed_flow)
+        if not at_rest:
+            nodes = np.arange(len(liquid.six_node_mesh.points))
+            if self.scene.polymer is None:
+                u = self.problem.boundary_velocity(liquid.six_node_mesh.points)
+                for c in range(2):
+                    x[liquid.index("u", nodes, c)] = u[:, c]
+            else:
+                self.scene.prescribe(x, nodes, self.developed_flow)
             on_axis = self.problem.boundary_velocity(np.zeros((1, 2)))[0, 0]
             velocity = on_axis * (1 - 2 / 3 * max(self.problem.betas, default=0.0) ** 2)
         self.y = free_unknowns(constraints, x)
-        self.y[constraints.fields["U_p"]] = velocity if self.problem.velocity is None else self.problem.velocity
+        self.y[constraints.fields["U_p"]] = velocity if fixed is None else fixed
 
     # Parameters
 
@@ -310,8 +313,10 @@ class Steady(OnMeshedScene):
         solid = diagnostics.solid_distortion(self.bodies, h)
         return self.comm.bcast(diagnostics.liquid_distortion(self.scene, x) if solid > 0 else 0.0)
 
-    def distorted(self, parameters: Parameters | None = None, y: Array | None = None) -> bool:
-        """Whether a state, by default the solution, requires a new mesh."""
+    def distorted(
+        self, parameters: Parameters | None = None, y: Array | None = None, least: float = LEAST_STEADY
+    ) -> bool:
+        """Whether a state, by default the solution, requires a new mesh, as the distortion is below the least."""
         parameters = parameters or self.parameters
         h, x = self._state_at(parameters, self.y if y is None else y)
         reference = self.scene.reference
@@ -320,8 +325,8 @@ class Steady(OnMeshedScene):
         gaps = self.comm.bcast(diagnostics.gaps(self.bodies, h))
         distortion = self.distortion_of(h, x)
         if self.scene.moving:
-            distortion = self.comm.bcast(self._shape_alone(distortion, parameters, LEAST_STEADY))
-        return needs_mesh(distortion, gaps, reference.geometry.gaps, LEAST_STEADY)
+            distortion = self.comm.bcast(self._shape_alone(distortion, parameters, least))
+        return needs_mesh(distortion, gaps, reference.geometry.gaps, least)
 
     def folded(self, parameters: Parameters, y: Array) -> bool:
         """Whether a cell of the mesh is inverted in a state."""

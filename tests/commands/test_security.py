@@ -12,10 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.commands import Pairsim
+from support.field_samples import scene
 
 from pairsim.config.case_file import load_case
 from pairsim.config.quantities import LENGTH, si
 from pairsim.results.checkpoint import load
+from pairsim.results.fields_writer import FieldsWriter
+from pairsim.results.xdmf import read_frame, read_times
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import read_grid
 
@@ -104,6 +107,24 @@ def test_checkpoint_holds_no_objects(here: Path) -> None:
     with pytest.raises(InputError, match="must be a complete checkpoint"):
         load(here)
     assert not (here / "executed").exists()
+
+
+def test_description_of_fields_names_files_of_its_folder_only(here: Path) -> None:
+    FieldsWriter(here).write(scene(0.1, [(0.0, 0.2, 0.2)]))
+    described = here / "fields.xdmf"
+    text = described.read_text()
+    (here / "below").mkdir()
+    assert read_times(here).tolist() == [0.1]
+    for named in ("../fields/000000.h5", str(here / "fields" / "000000.h5"), "fields/../../fields/000000.h5"):
+        (here / "below" / "fields.xdmf").write_text(text.replace("fields/000000.h5", named))
+        with pytest.raises(InputError, match="must be a readable file with fields"):
+            read_frame(here / "below")
+    bomb = "".join(f'<!ENTITY x{i + 1} "{f"&x{i};" * 10}">' for i in range(9))
+    for declared in (f'<!ENTITY x0 "x">{bomb}', '<!ENTITY x9 SYSTEM "file:///etc/passwd">'):
+        head = f"<!DOCTYPE Xdmf [{declared}]><Xdmf"
+        described.write_text(text.replace("<Xdmf", head).replace(">fields/", ">&x9;fields/"))
+        with pytest.raises(InputError, match="must be a readable file with fields"):
+            read_times(here)
 
 
 def test_job_script_quotes_what_it_contains(here: Path, pairsim: Pairsim) -> None:

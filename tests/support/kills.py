@@ -1,4 +1,4 @@
-"""Commands that are killed at random moments, and the outcomes that must not depend on it."""
+"""Commands that are killed again and again, and the outcomes that must not depend on it."""
 
 from __future__ import annotations
 
@@ -17,6 +17,9 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from pairsim.results.checkpoint import load
+from pairsim.results.output import read_series
+from pairsim.results.xdmf import read_frame, read_times
 from pairsim.runtime.child_process import descendants, module_command
 from support.commands import words_of
 from support.inputs import TINY
@@ -24,7 +27,7 @@ from support.inputs import TINY
 RUN = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\nlength: 3\nends: developed\nmesh: {Np: 8}\n"
 RUN += "time: {end: 0.3, max_step: 0.01}\noutput: {checkpoint: 0, frames: 20}\n"
 CURVE = "beta: 0.4\nDe: 0\nCa_e: 0.05\nlength: 3\nends: developed\nmesh: {Np: 8}\ntol: 1\n"
-CURVE += "d: {start: 0.1, stop: 0.4, num: 12}\n"
+CURVE += "d: {start: 0.1, stop: 0.4, num: 8}\n"
 Outcome = dict[str, str]
 
 
@@ -46,6 +49,23 @@ def _rounded(folder: Path) -> Outcome:
             {name: f"{float(row[name]):.7f}" for name in ("t", "d", "U_L", "U_T", "dp")} for row in csv.DictReader(file)
         ]
     return {"series.csv": json.dumps(rows)}
+
+
+def _frames_are_kept(folder: Path) -> None:
+    """After a kill of a run: all rows and frames that its checkpoint counts are there, and all frames are readable."""
+    if (saved := load(folder)) is not None:
+        assert len(read_series(folder / "series.csv")["t"]) >= saved.rows
+        assert len(read_times(folder)) >= saved.frames
+    for k in range(len(read_times(folder))):
+        read_frame(folder, k)
+
+
+def _table_is_whole(folder: Path) -> None:
+    """After a kill of a curve or sweep: no table has an incomplete line."""
+    for path in folder.glob("*.csv"):
+        text = path.read_text()
+        assert len({len(row) for row in csv.reader(text.splitlines())}) == 1, text
+        assert text.endswith("\n")
 
 
 def _curve(folder: Path) -> Outcome:
@@ -70,6 +90,7 @@ class Kind:
         file: Text of its input file.
         begin: Words of the command.
         again: Words of the command that is given after it was killed.
+        kept: Checks a folder after a kill.
         read: Reads and checks the outcome.
         ranks: Number of MPI processes, 0 without mpirun.
     """
@@ -77,80 +98,145 @@ class Kind:
     file: str
     begin: tuple[str, ...]
     again: tuple[str, ...]
+    kept: Callable[[Path], None]
     read: Callable[[Path], Outcome]
     ranks: int = 0
 
 
-RESUMED = ("run", "in.yaml", "--resume", "out", "-q")
+RAN, RESUMED = ("run", "in.yaml", "-o", "out", "-q"), ("run", "in.yaml", "--resume", "out", "-q")
 GRID = TINY + "grid: {d0: [0.1, 0.2, 0.3]}\n"
-SWEPT = ("sweep", "in.yaml", "-o", "out", "-q")
+SWEPT, CURVED = ("sweep", "in.yaml", "-o", "out", "-q"), ("curve", "in.yaml", "-o", "out", "-q")
 KINDS = {
-    "run": Kind(RUN, ("run", "in.yaml", "-o", "out", "-q"), RESUMED, _run),
-    "mpirun": Kind(RUN, ("run", "in.yaml", "-o", "out", "-q"), RESUMED, _rounded, ranks=2),
-    "curve": Kind(
-        CURVE, ("curve", "in.yaml", "-o", "out", "-q"), ("curve", "in.yaml", "-o", "out", "-q", "--overwrite"), _curve
-    ),
-    "sweep": Kind(GRID, SWEPT, SWEPT, _sweep),
+    "run": Kind(RUN, RAN, RESUMED, _frames_are_kept, _run),
+    "mpirun": Kind(RUN, RAN, RESUMED, _frames_are_kept, _rounded, ranks=2),
+    "curve": Kind(CURVE, CURVED, (*CURVED, "--overwrite"), _table_is_whole, _curve),
+    "sweep": Kind(GRID, SWEPT, SWEPT, _table_is_whole, _sweep),
 }
+PATIENCE = 300.0  # seconds within which processes must end or get on, also on a crowded machine
 
 
 class Victim:
-    """A kind of command in a folder, whose undisturbed outcome and duration are found first."""
+    """A kind of command in a folder; its undisturbed outcome and progress are found first.
+
+    Its progress is the number of lines in its tables, so that the load of the machine makes no difference to the states
+    in which it is killed.
+    """
 
     def __init__(self, name: str, folder: Path) -> None:
-        self.kind, self.folder = KINDS[name], folder
+        self.kind, self.folder, self.out = KINDS[name], folder, folder / "out"
         (folder / "in.yaml").write_text(self.kind.file)
-        begin = time.monotonic()
-        self._finish(self.kind.begin)
-        self.seconds = time.monotonic() - begin
-        self.outcome = self.kind.read(folder / "out")
+        begin, process = time.monotonic(), self._start(self.kind.begin)
+        self._wait_for(1, process, {})
+        self.start = time.monotonic() - begin
+        self._settle(process, [])
+        self.rest = time.monotonic() - begin - self.start
+        self.lines = self._lines({})
+        self.outcome = self.kind.read(self.out)
 
-    def _command(self, words: tuple[str, ...]) -> list[str]:
+    def _start(self, words: tuple[str, ...]) -> subprocess.Popen[bytes]:
         mpirun = [str(Path(sys.executable).parent / "mpirun"), "-n", str(self.kind.ranks)] if self.kind.ranks else []
-        return [*mpirun, *module_command("pairsim", *words)]
+        with (self.folder / "stderr").open("wb") as errors:
+            command = [*mpirun, *module_command("pairsim", *words)]
+            return subprocess.Popen(command, cwd=self.folder, stdout=subprocess.DEVNULL, stderr=errors)
 
-    def _finish(self, words: tuple[str, ...]) -> None:
-        done = subprocess.run(
-            self._command(words), cwd=self.folder, capture_output=True, text=True, timeout=600, check=False
-        )
-        assert done.returncode == 0, done.stderr
-        assert "Traceback" not in done.stderr
+    @property
+    def said(self) -> str:
+        """Standard error of the last command."""
+        return (self.folder / "stderr").read_text(errors="replace")
 
-    def kill(self, moment: float, chance: random.Random) -> bool:
-        """Begin afresh, kill after some seconds, give the command again and compare the outcome.
+    def _tables(self) -> dict[Path, int]:
+        """The tables and when they were written."""
+        found = {}
+        for path in self.out.rglob("*.csv"):
+            with suppress(FileNotFoundError):
+                found[path] = path.stat().st_mtime_ns
+        return found
+
+    def _lines(self, before: dict[Path, int]) -> int:
+        """Number of lines in the tables that were written since `before`."""
+        count = 0
+        for path, when in self._tables().items():
+            with suppress(FileNotFoundError):
+                count += path.read_bytes().count(b"\n") if before.get(path) != when else 0
+        return count
+
+    def _wait_for(self, lines: int, process: subprocess.Popen[bytes], before: dict[Path, int]) -> None:
+        deadline = time.monotonic() + PATIENCE
+        while self._lines(before) < lines and process.poll() is None:
+            assert time.monotonic() < deadline, f"no progress: {self.said}"
+            time.sleep(0.005)
+
+    def _settle(self, process: subprocess.Popen[bytes], family: list[int]) -> None:
+        """Wait for the end of all processes: ranks whose launcher was killed may go on to the end of the run."""
+        try:
+            process.wait(PATIENCE)
+        finally:
+            process.kill()
+        deadline = time.monotonic() + PATIENCE
+        while any("pairsim" in words_of(pid) for pid in family):
+            assert time.monotonic() < deadline, "a process goes on"
+            time.sleep(0.02)
+
+    def _kill(self, words: tuple[str, ...], lines: int, chance: random.Random) -> bool:
+        """Give a command and kill it: of mpirun, it or any of its processes.
 
         Args:
-            moment: Seconds after the beginning.
-            chance: Chooses the process to kill, of those of mpirun.
+            words: Words of the command.
+            lines: Number of lines in its tables after which it is killed, at a random moment before the next one.
+            chance: Chooses moment and process.
 
         Returns:
             Whether it was still running.
         """
-        shutil.rmtree(self.folder / "out")
-        process = subprocess.Popen(
-            self._command(self.kind.begin), cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
+        before = self._tables() if "--overwrite" in words else {}
+        process = self._start(words)
+        if lines:
+            self._wait_for(lines, process, before)
+        longest = self.start if not lines else self.rest / 4 if lines >= self.lines else 2 * self.rest / self.lines
         with suppress(subprocess.TimeoutExpired):
-            process.wait(moment)
+            process.wait(chance.uniform(0, longest))
         family = descendants(process.pid)
         alive = process.poll() is None
         if alive:
             with suppress(ProcessLookupError):
                 os.kill(chance.choice(family) if self.kind.ranks else process.pid, signal.SIGKILL)
-        # Ranks whose launcher was killed may go on to the end of the run.
-        patience = 60 + 3 * self.seconds
-        try:
-            process.wait(patience)
-        finally:
-            process.kill()
-        deadline = time.monotonic() + patience
-        while any("pairsim" in words_of(pid) for pid in family):
-            assert time.monotonic() < deadline, "a process goes on"
-            time.sleep(0.02)
-        self._finish(self.kind.again if (self.folder / "out").exists() else self.kind.begin)
-        outcome = self.kind.read(self.folder / "out")
+        self._settle(process, family)
+        return alive
+
+    def kill(self, count: int, chance: random.Random) -> tuple[int, int]:
+        """Begin afresh, kill the command and those that continue it, let the last one finish, compare the outcome.
+
+        Args:
+            count: Number of kills, as long as it is not finished.
+            chance: Chooses moments and processes.
+
+        Returns:
+            The number of kills, and how many of them met a running process.
+        """
+        shutil.rmtree(self.out)
+        words, met, history = self.kind.begin, 0, []
+        for place in sorted(chance.choices(range(self.lines + 1), k=count)):
+            done = self._lines({}) if self.out.exists() and "--overwrite" not in words else 0
+            met += self._kill(words, max(place, min(done + 1, self.lines)) if place else 0, chance)
+            history.append(f"at line {place} of {self.lines}: {self.said.strip()}")
+            words = self.kind.again if self.out.exists() else self.kind.begin
+            self.kind.kept(self.out)
+            if self._finished():
+                break
+        process = self._start(words)
+        self._settle(process, [])
+        told = "\n".join(["", *history, f"at last: {self.said}"])
+        assert process.returncode == 0, told
+        assert "Traceback" not in told, told
+        outcome = self.kind.read(self.out)
+        assert outcome.keys() == self.outcome.keys(), told
         for name, text in self.outcome.items():
             changed = [*difflib.unified_diff(text.splitlines(), outcome[name].splitlines(), lineterm="", n=0)]
-            assert not changed, f"{name}, killed after {moment:.3f} s: {changed[:6]}"
-        assert outcome.keys() == self.outcome.keys()
-        return alive
+            assert not changed, f"{name}: {changed[:6]}{told}"
+        return len(history), met
+
+    def _finished(self) -> bool:
+        """Whether ranks that outlived their launcher have finished a run."""
+        with suppress(OSError, ValueError, KeyError):
+            return bool(json.loads((self.out / "run.json").read_text())["status"] == "finished")
+        return False

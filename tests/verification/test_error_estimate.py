@@ -69,6 +69,18 @@ def test_recovery_reproduces_polynomials(degree: int) -> None:
         assert np.abs(found - field(x)).max() < 1e-8
 
 
+@pytest.mark.parametrize("degree", [2, 3])
+def test_a_patch_takes_in_rings_of_cells_until_it_has_enough_nodes(degree: int) -> None:
+    mesh = scene_mesh().scene.liquid.six_node_mesh
+    fits = PatchRecovery(mesh, degree, WIDE[degree]).fits(odd=False)
+    rows = fits.shape[0] // len(mesh.vertices)
+    for number in range(0, len(mesh.vertices), 7):
+        cells = np.flatnonzero((mesh.cells[:, :3] == mesh.vertices[number]).any(axis=1))
+        while len(nodes := np.unique(mesh.cells[cells, : 6 if degree == 3 else 3])) < WIDE[degree]:
+            cells = np.flatnonzero(np.isin(mesh.cells[:, :3], mesh.cells[cells, :3]).any(axis=1))
+        assert np.array_equal(np.sort(fits[rows * number].indices), nodes)
+
+
 def test_enriched_residual_holds_the_discrete_one() -> None:
     """Tested with a function of the discrete space it is the residual that Newton's method makes vanish."""
     scene = scene_mesh().scene

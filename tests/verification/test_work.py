@@ -23,9 +23,9 @@ PAIR = {"beta": 0.4, "ends": "developed", "length": 4.0, "mesh": {"Np": 8, "max_
     ("keys", "points", "iterations", "factorisations", "meshes"),
     [
         pytest.param({"De": 0, "Ca_e": 0, "d": [0.1]}, 1, 3, 2, 1, id="rigid point"),
-        pytest.param({"De": 0, "Ca_e": 0.1, "d": [0.1]}, 1, 12, 5, 4, id="soft point"),
+        pytest.param({"De": 0, "Ca_e": 0.1, "d": [0.1]}, 1, 18, 8, 4, id="soft point"),
         pytest.param({"De": 1, "Ca_e": 0.1, "d": [0.1]}, 1, 16, 9, 2, id="De 1 point"),
-        pytest.param({"De": 0, "Ca_e": 0.1, "d": [0.1, 0.2, 0.4]}, 3, 33, 14, 6, id="curve"),
+        pytest.param({"De": 0, "Ca_e": 0.1, "d": [0.1, 0.2, 0.4]}, 3, 41, 18, 6, id="curve"),
     ],
 )
 def test_work_of_quasi_steady_points(
