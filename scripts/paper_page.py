@@ -186,7 +186,6 @@ def write_page(results: Results, quick: bool) -> None:
         "effort": effort(results),
         "figures": "\n".join(parts),
         "markers": markers(results),
-        "finer markers": markers(Results(results.output, ("finer",))),
     }.items():
         page = put(page, name, content)
     write_text(PAGE, page)
