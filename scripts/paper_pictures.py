@@ -72,15 +72,17 @@ def canvas_of(figure: Figure, results: Results, page: Page) -> Canvas:
     shown_cases = [case for panel in figure.panels for name in panel.of for case in results.cases(name, panel.where)]
     values = _values(shown_cases, figure.panels[0].by)
     handles: dict[str, Any] = {}
+    alike = len({panel.by for panel in figure.panels}) == 1
     for place, (axis, panel) in enumerate(zip(axes, figure.panels, strict=True)):
         drawn = PANELS[kind](axis, panel, results, values)
-        if len(panel.y) > 1:
+        if len(panel.y) > 1 or not alike:
             axis.legend(handles=drawn, ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0))
         else:
             handles |= {entry.get_label(): entry for entry in drawn}
         if len(figure.panels) > 1:
             axis.set_title(f"({LETTERS[place]})  {_where(panel)}", loc="left")
-    key(canvas, list(handles.values()))
+    if handles:
+        key(canvas, list(handles.values()))
     return canvas
 
 
@@ -175,13 +177,14 @@ def _draw_runs(axis: Axes, panel: Panel, results: Results, values: list[Any]) ->
     for place, value in _placed(runs, panel.by, values):
         for case in (case for case in runs if _value(case, panel.by) == value):
             for number, column in enumerate(panel.y):
-                look = _look(place) if len(panel.y) == 1 else _look(place) | {"linestyle": LINES[number]}
+                # With a single column, lines on top of each other are told apart by their styles.
+                look = _look(place, linestyle=LINES[(place if len(panel.y) == 1 else number) % len(LINES)])
                 axis.plot(case.table["t"], case.table[column], **look)
                 if len(panel.y) > 1:
                     label = f"{axis_label([column]).split('  ')[0]}, {_equation(panel.by, value)}"
                     handles.append(Line2D([], [], label=label, **look))
         if len(panel.y) == 1:
-            handles.append(Line2D([], [], label=_equation(panel.by, value), **_look(place)))
+            handles.append(Line2D([], [], label=_equation(panel.by, value), **look))
     seen = [case.table[column] for case in runs for column in panel.y]
     finish(axis, axis_label(["t"]), axis_label(list(panel.y)), seen)
     return handles

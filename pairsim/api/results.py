@@ -125,7 +125,8 @@ class Result:
         warnings = [f"Warning: {warning}" for warning in self.warnings]
         ended = [] if self.status == "finished" else [f"{self.status.capitalize()}: {self.message}"]
         cost = [cost_line(self.record)] if self.record else []
-        return "\n".join([*ended, *self._answer(), *warnings, *cost])
+        found = self._answer() if self.folder is None or self.folder.is_dir() else []  # it may have been removed
+        return "\n".join([*ended, *found, *warnings, *cost])
 
     def _answer(self) -> list[str]:
         raise NotImplementedError

@@ -248,7 +248,7 @@ def _end(result: Result, directory: Path, shown: Style, plot: bool) -> NoReturn:
             typer.echo(str(directory))
         if shown == "none" and code:
             typer.echo(result.message, err=True)
-        elif shown not in ("none", "json"):
+        elif shown not in ("none", "json") and directory.is_dir():
             typer.echo(advice(result.kind, result.status, directory, "dU" in result.table), err=True)
     raise typer.Exit(code)
 

@@ -92,6 +92,9 @@ class MeshOptions(_Options):
         description="distance from the particles beyond which cells lie in rows along the tube [D_c] (default: by "
         "accuracy; 0, no rows, in a Newtonian liquid and without particles)",
     )
+    row_grading: Grading = Field(
+        1.0, description="length of the cells across the tube on the axis over that at the wall, in rows"
+    )
 
 
 class TimeOptions(_Options):
@@ -178,8 +181,8 @@ class SceneCase(_Options):
     accuracy: Accuracy = Field(
         DEFAULT,
         description="target error of dU, relative to the largest |dU| of the curve; sets mesh and time steps. 5%, 1% "
-        "and 0.1% stand for settings that were measured; curves and critical keep other percentages by adapting the "
-        "mesh, unless keys under mesh are given",
+        "and 0.1% stand for settings that were measured; other percentages are kept by adapting the mesh, unless keys "
+        "under mesh are given",
     )
     mesh: MeshOptions = MeshOptions()
     physical: Physical | None = Field(

@@ -190,9 +190,9 @@ def _confirm(case: Case, session: Session, old: Checkpoint, ended: Outcome) -> N
             series = read_series(session.folder.file(SERIES))
             summary = _summary(counts, history.t[0], history.y[0].size)
             summary["warnings"] = RunWarnings.of(case, series, old.narrowest).warnings
-            with suppress(OSError):
-                gather_frames(session.folder.path)
             session.record.write(ended, summary, old.state.seconds)
+        with suppress(OSError):  # the frames are complete as they are
+            gather_frames(session.folder.path)
 
     session.write(confirm, retry=RETRY, t=history.t[0], step=counts.steps)
 

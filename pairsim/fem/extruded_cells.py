@@ -7,6 +7,8 @@ rows of cells the error is uniform along the tube and exerts no force, so that t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from pairsim.fem.six_node_mesh import SixNodeMesh
@@ -69,3 +71,23 @@ def extruded(mesh: SixNodeMesh, z: Array) -> SixNodeMesh:
         for corners in halves
     ]
     return SixNodeMesh(np.vstack([mesh.points, points]), np.vstack([mesh.cells, *cells]))
+
+
+def graded_ends(mesh: SixNodeMesh, ends: Sequence[float], cells: int, grading: float) -> SixNodeMesh:
+    """Move the nodes of straight ends to exact radii, so that both ends agree: gmsh has them to 1e-7.
+
+    Args:
+        mesh: The mesh, with ends that gmsh has graded.
+        ends: Axial positions of the ends.
+        cells: Number of cells on an end.
+        grading: Length of the cell on the axis over that at the wall.
+    """
+    lengths = grading ** -np.linspace(0.0, 1.0, cells)
+    radii = np.zeros(2 * cells + 1)
+    radii[2::2] = TUBE_RADIUS * np.cumsum(lengths) / lengths.sum()
+    radii[1::2] = (radii[:-1:2] + radii[2::2]) / 2
+    points = mesh.points.copy()
+    for z in ends:
+        end = np.flatnonzero(np.abs(points[:, 0] - z) < 1e-9)
+        points[end[np.argsort(points[end, 1])], 1] = radii
+    return SixNodeMesh(points, mesh.cells)

@@ -19,7 +19,7 @@ from scipy import sparse
 from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
-from pairsim.fem.extruded_cells import extruded, stations
+from pairsim.fem.extruded_cells import extruded, graded_ends, stations
 from pairsim.fem.geometry import Geometry, MeshSettings, Outline, Reference
 from pairsim.fem.six_node_mesh import MIRRORED_CELL, SixNodeMesh, jacobians, shape_gradients
 from pairsim.physics.scales import TUBE_RADIUS
@@ -220,6 +220,8 @@ def liquid_mesh(reference: Reference, settings: MeshSettings) -> SixNodeMesh:
         return extruded(mesh, stations(begin, half, TUBE_RADIUS / end_cells, settings.growth))
 
     mesh = _run_gmsh(build, size, pieces)
+    if settings.row_grading != 1.0:
+        mesh = graded_ends(mesh, (high,) if mirrored else (low, high), end_cells, settings.row_grading)
     if high < half:
         mesh = rows(mesh, high)
     if low > -half and not mirrored:

@@ -190,7 +190,7 @@ def gather_frames(folder: Path) -> None:
     Raises:
         OSError: There is no room for the copy, or a frame cannot be read; everything is as before.
     """
-    if not (folder / FIELDS_XDMF).is_file():
+    if not (folder / FRAMES).is_dir() or not (folder / FIELDS_XDMF).is_file():
         return
     groups: dict[str, dict[str, None]] = {}  # the groups of each file, in their order
     try:

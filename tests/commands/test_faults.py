@@ -122,6 +122,21 @@ def test_advice_is_for_the_cause(tmp_path: Path) -> None:
     assert "disk space" not in removed
 
 
+def test_a_removed_folder_is_not_taken_for_one_without_points(
+    tmp_path: Path, pairsim: Pairsim, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def remove(path: Path, *_: object) -> None:
+        shutil.rmtree(path.parent)
+        raise FileNotFoundError(errno.ENOENT, "No such file or directory")
+
+    monkeypatch.setattr("pairsim.drivers.session.write_table", remove)
+    (tmp_path / "curve.yaml").write_text("beta: 0.4\nDe: 0\nCa_e: 0\nlength: 3\nmesh: {Np: 6}\nd: [0.1]\n")
+    done = pairsim("curve", "curve.yaml", "-o", "out", "--set", "tol=1")
+    assert done.returncode == 3
+    assert "was removed while the command was at work; try the case again, with a folder that stays" in done.stderr
+    assert not any(said in done.stderr for said in ("No point", "--overwrite", "Traceback"))
+
+
 @pytest.fixture
 def empty_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The base folder of an empty cache of compiled forms, for this process and its children."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
@@ -15,6 +16,7 @@ from pairsim.cli.app import app
 from pairsim.config.accuracy import SETTINGS
 from pairsim.config.case import SceneCase
 from pairsim.config.case_file import case_from_dict, curve_from_dict, load_case, load_critical, load_curve
+from pairsim.config.cost import curve_estimate, run_estimate
 from pairsim.config.curve_case import CurveCase
 from pairsim.config.schema import schema_rows
 
@@ -197,3 +199,15 @@ def test_a_law_without_relaxation_time_is_newtonian_and_said_to_be() -> None:
     case = case_from_dict({**MINIMAL, "liquid": "giesekus", "xi": 0.5}, "test")
     assert case.polymer is None
     assert case.notes == ["liquid: giesekus, xi have no effect: the liquid is Newtonian at De = 0"]
+
+
+def test_an_estimate_says_that_the_mesh_is_adapted() -> None:
+    curve = {"beta": 0.4, "De": 1, "Ca_e": 0, "d": [0.2], "ends": "developed", "length": "auto"}
+    estimate = curve_estimate(curve_from_dict({**curve, "accuracy": "0.3%"}, "test"))
+    said = re.search(r"adapted, to between ([\d,]+) and ([\d,]+) unknowns", str(estimate))
+    assert said is not None
+    least, most = (int(number.replace(",", "")) for number in said.groups())
+    assert least < 33_000 < most, "what it took (docs/notebook/adaptation.md)"
+    assert "adapted" not in str(curve_estimate(curve_from_dict({**curve, "accuracy": "1%"}, "test")))
+    run = case_from_dict({**MINIMAL, "accuracy": "0.3%"}, "test")
+    assert str(run_estimate(run)).endswith("what the run needs is known after a coarse one")

@@ -88,6 +88,18 @@ def test_rows_keep_their_width_and_lengthen_with_the_distance() -> None:
         assert lengths[-1] == pytest.approx(0.06 + 0.15 * 3, rel=0.15)
 
 
+@pytest.mark.parametrize("betas", [(0.4, 0.4), (0.4, 0.3)])
+def test_rows_are_graded_towards_the_wall_at_both_ends(betas: tuple[float, ...]) -> None:
+    geometry = Geometry(betas, (0.1,), 4.0)
+    settings = MeshSettings(Np=12, max_size=0.06, rows=0.5, row_grading=3.0)
+    points = liquid_mesh(Reference.spheres(geometry, make_outlines(geometry, settings)), settings).points
+    ends = [np.sort(points[np.abs(points[:, 0] - z) < 1e-9, 1]) for z in (-2.0, 2.0)]
+    np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=1e-12)
+    cells = np.diff(ends[1][::2])
+    assert cells[0] / cells[-1] == pytest.approx(3.0)
+    assert (np.diff(cells) < 0).all()
+
+
 def test_meshes_with_rows_are_mirrored_where_the_scene_is() -> None:
     mesh, _, _ = with_rows((0.4, 0.4), (0.1,))
     distance, image = cKDTree(mesh.points).query(mesh.points * [-1.0, 1.0])
