@@ -31,7 +31,7 @@ FEWEST_CELLS = 4  # on a half-circle; chosen
 SCOUT, SCOUT_CELLS, SCOUT_TOLERANCE = 2.0, 8, 1e-4
 # Distortion above which a solution from undeformed spheres is taken as it is, more than LEAST_STEADY, below which
 # a mesh is made around deformed shapes; chosen. Such a mesh should not depend on how the shapes were found.
-SLIGHT = 0.65
+SLIGHT = 0.75
 # Factor by which a zero may lie outside the interval between two points of opposite sign; chosen.
 BESIDE = 1.05
 # Logarithm of the ratio of parameters between known solutions. Closer ones are not kept: a solution takes much memory,
