@@ -36,6 +36,7 @@ def giesekus(test: Any, setting: Setting) -> list[Comparison]:
             ("u(0)", flow.u[0]),
             ("c_rz wall", flow.c[-1, 1]),
             ("c_zz wall", flow.c[-1, 0]),
+            ("c_rr wall", flow.c[-1, 2]),
         ):
             rows.append(against(reference("tube", f"{name} {key}"), what, name, value, 1e-7, headline=name == "dp/L"))
         if not setting.quick:
