@@ -35,6 +35,7 @@ from pairsim.config.quantities import (
     rounded,
     si,
 )
+from pairsim.config.values import is_finite
 from pairsim.physics.scales import Scales, mean_velocity
 
 BLOCK = "physical"
@@ -218,15 +219,14 @@ def same(given: Any, number: Any) -> bool:
     if isinstance(given, tuple) or isinstance(number, tuple):
         many = [value if isinstance(value, tuple) else (value,) for value in (given, number)]
         return len(many[0]) == len(many[1]) and all(same(a, b) for a, b in zip(*many, strict=True))
-    numeric = isinstance(given, int | float) and not isinstance(given, bool)
-    return numeric and math.isclose(given, number, rel_tol=SAME)
+    return is_finite(given) and math.isclose(given, number, rel_tol=SAME)
 
 
 def shown(number: Any) -> str:
     """A number or a list of numbers as text for a message."""
     if isinstance(number, tuple | list):
         return f"[{', '.join(map(shown, number))}]"
-    return f"{number:.4g}" if isinstance(number, int | float) else str(number)
+    return f"{number:.4g}" if is_finite(number) else str(number)
 
 
 def tuples(value: Any) -> Any:

@@ -32,7 +32,7 @@ CURVES = "command: curve\n" + TINY.replace("Ca_e: 0, ", "d: [0.1, 0.3], tol: 1, 
 @pytest.mark.slow
 def test_sequence_of_curves_survives_its_process(tmp_path: Path) -> None:
     """Each curve starts from the previous one; if the process dies, its curve fails and the others are computed."""
-    worker, tasks = curves(tmp_path, "0.02, 0.04, 0.06, 0.08")
+    worker, tasks = curves(tmp_path, "0.02, 0.04, 0.06, 0.08", De=0.25)
     results = ends(worker, 4, 2, lambda: os.kill(process(), signal.SIGKILL))
     assert [result.folder for result in results] == [task.folder for task in tasks]
     assert [result.status for result in results] == ["finished", "finished", "failed", "finished"]
@@ -44,9 +44,9 @@ def test_sequence_of_curves_survives_its_process(tmp_path: Path) -> None:
     assert float(results[1].values["dU_peak"]) == pytest.approx(read_curve(alone)["dU_peak"], rel=1e-6)  # type: ignore[arg-type]
 
 
-def curves(folder: Path, values: str) -> tuple[CaseWorker, list[Task]]:
+def curves(folder: Path, values: str, De: float = 0.0) -> tuple[CaseWorker, list[Task]]:
     """Tiny curves at some Ca_e, in one sequence, and a worker that has not begun them."""
-    return tasks_of(folder, CURVES + f"grid: {{Ca_e: [{values}]}}\n")
+    return tasks_of(folder, CURVES.replace("De: 0,", f"De: {De},") + f"grid: {{Ca_e: [{values}]}}\n")
 
 
 def tasks_of(folder: Path, text: str) -> tuple[CaseWorker, list[Task]]:

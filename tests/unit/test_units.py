@@ -151,6 +151,8 @@ def test_number_that_contradicts_the_physical_block_is_refused() -> None:
         InputError, match=r"De: got 0\.5; must be left out, or be 0\.3395 as given by physical\.relaxation"
     ):
         case_from_dict({**bench(), "De": 0.5}, "test")
+    with pytest.raises(InputError, match=r"De: got 10+…0+; must be left out, or be 0\.3395"):
+        case_from_dict({**bench(), "De": 10**400}, "test")  # more than a float can hold
     with pytest.raises(InputError, match=r"physical\.end: must be left out: this kind of case has no time\.end"):
         curve_from_dict(bench(), "test")
 
