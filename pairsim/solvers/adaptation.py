@@ -19,10 +19,11 @@ from pairsim.fem.size_field import MOST_FACTOR, AdaptedSizes, SizeField
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.fenicsx import MPI
-from pairsim.solvers.branch import BESIDE, COARSER, SCOUT_TOLERANCE, Branch, Point, coarser, started, walked
+from pairsim.solvers.branch import BESIDE, Branch, Point
 from pairsim.solvers.continuation import follow
 from pairsim.solvers.curve import ROUNDING
 from pairsim.solvers.error_estimate import SAFETY, ErrorEstimator
+from pairsim.solvers.first_solution import COARSER, SCOUT_TOLERANCE, coarser, started, walked
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.snapshot import Snapshot

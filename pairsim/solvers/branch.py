@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,23 +15,15 @@ from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.adjoints import Adjoints
 from pairsim.solvers.bordered import solve_with
-from pairsim.solvers.continuation import begin, cold_start, follow, new_mesh, prepared, towards
+from pairsim.solvers.continuation import follow, new_mesh, towards
 from pairsim.solvers.error_estimate import ErrorEstimate, ErrorEstimator
+from pairsim.solvers.first_solution import COARSER, coarser, first_scene, started
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.perturbation import drift, sensitivities
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.snapshot import Snapshot
 from pairsim.solvers.steady import Steady
 
-# Factor by which the cells of the coarser mesh are larger, on which the error estimate is checked; chosen.
-COARSER = 2**0.5
-FEWEST_CELLS = 4  # on a half-circle; chosen
-# The continuation to the first parameters takes many solutions that are not reported. It is done on cells larger by
-# this factor, with at least SCOUT_CELLS cells on a half-circle, and not solved better than its cells are; all chosen.
-SCOUT, SCOUT_CELLS, SCOUT_TOLERANCE = 2.0, 8, 1e-4
-# Distortion above which a solution from undeformed spheres is taken as it is, more than LEAST_STEADY, below which
-# a mesh is made around deformed shapes; chosen. Such a mesh should not depend on how the shapes were found.
-SLIGHT = 0.75
 # Factor by which a zero may lie outside the interval between two points of opposite sign; chosen.
 BESIDE = 1.05
 # Logarithm of the ratio of parameters between known solutions. Closer ones are not kept: a solution takes much memory,
@@ -93,113 +85,6 @@ class Point:
         return self.estimate.dU_error
 
 
-def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -> SteadyProblem:
-    """The same problem on cells larger by a factor, with at least `fewest` cells on each half-circle."""
-    return replace(problem, mesh=problem.mesh.scaled(factor, fewest))
-
-
-def walked(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters) -> Steady:
-    """Create a scene at given parameters by continuation from a small De and nearly rigid particles.
-
-    Raises:
-        NoSteadyState: The continuation did not reach the parameters.
-        MeshFailure: A mesh could not be generated.
-    """
-    scene = Steady(comm, problem, cold_start(parameters))
-    try:
-        begin(scene)
-        follow(scene, parameters)
-    except (NoSteadyState, MeshFailure):
-        scene.close()
-        raise
-    return scene
-
-
-def started(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters, scout: Steady) -> Steady:
-    """Create a scene at given parameters, from a solution on another mesh or else by continuation (see `walked`).
-
-    Args:
-        comm: Communicator of the case.
-        problem: The problem.
-        parameters: Parameters at which to solve.
-        scout: The same scene on another mesh, at a solution for these parameters.
-
-    Raises:
-        NoSteadyState: No solution was found.
-        MeshFailure: A mesh could not be generated.
-    """
-    scene = Steady(comm, problem, parameters)
-    if adopted(scene, parameters, scout):
-        return scene
-    scene.close()
-    return walked(comm, problem, parameters)
-
-
-def at_once(scene: Steady) -> bool:
-    """Solve for the parameters of a new scene from spheres in a liquid at rest, in Newtonian liquids only.
-
-    Measured for beta 0.2, 0.4 and 0.6 and distances of 0.02 to 0.5: it converges up to Ca_e 0.2, 0.1 and 0.05.
-
-    Returns:
-        Whether there is a solution, on a mesh that it distorts slightly.
-    """
-    if scene.problem.law is not None:
-        return False
-    scene.place_undeformed(at_rest=True)
-    if scene.solve(scene.parameters).converged and not scene.distorted(least=SLIGHT):
-        return True
-    scene.forget()
-    return False
-
-
-def adopted(scene: Steady, parameters: Parameters, scout: Steady) -> bool:
-    """Solve at given parameters from a solution of the same scene on another mesh.
-
-    Returns:
-        Whether there is a solution.
-    """
-    with suppress(MeshFailure):
-        scene.adopt(scout)
-        return scene.solve(parameters, prepared(scene, parameters, scene.y)).converged
-    return False
-
-
-def _first(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters, scout: Steady | None) -> Steady:
-    """Create a scene at given parameters: from a solution on larger cells if one is given, at once, or from a scout.
-
-    Raises:
-        NoSteadyState: No solution was found.
-        MeshFailure: A mesh could not be generated.
-    """
-    try:
-        scene = Steady(comm, problem, parameters)
-        if scout is None and at_once(scene):
-            return scene
-        scout = scout or _scout(comm, problem, parameters)
-        found = scout is not None and adopted(scene, parameters, scout)
-        if scout is not None:
-            scene.take_over_costs(scout)
-    finally:
-        if scout is not None:
-            scout.close()
-    if found:
-        return scene
-    scene.close()
-    other = walked(comm, problem, parameters)
-    other.take_over_costs(scene)
-    return other
-
-
-def _scout(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters) -> Steady | None:
-    """The scene on larger cells, at a rough solution; None where it is not needed or was not found."""
-    if cold_start(parameters) == parameters:
-        return None
-    rough = replace(problem, newton=replace(problem.newton, tolerance=SCOUT_TOLERANCE))
-    with suppress(NoSteadyState, MeshFailure):
-        return walked(comm, coarser(rough, SCOUT, SCOUT_CELLS), parameters)
-    return None
-
-
 class Branch:
     """Solutions of one scene at any parameters, each continued from the nearest known solution.
 
@@ -229,7 +114,7 @@ class Branch:
         self._sensitivities, self._estimator = sensitivities, ErrorEstimator()
         self.scenes: list[Steady] = []
         try:
-            self.scenes.append(_first(comm, problem, parameters, scout))
+            self.scenes.append(first_scene(comm, problem, parameters, scout))
             if mesh_error:
                 with _for_the_error():
                     self.scenes.append(started(comm, coarser(problem, COARSER), parameters, self.fine))

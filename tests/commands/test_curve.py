@@ -132,7 +132,7 @@ def test_a_curve_whose_first_place_is_walked_to_has_the_stresses_of_that_place(
     def none(*_: object) -> None:
         raise NoSteadyState("there is no solution on larger cells")
 
-    monkeypatch.setattr("pairsim.solvers.branch.coarser", none)
+    monkeypatch.setattr("pairsim.solvers.first_solution.coarser", none)
     assert_same_fields(fields_of(pairsim.curve(GIESEKUS)), cold)
 
 

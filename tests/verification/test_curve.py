@@ -19,9 +19,10 @@ from pairsim.config.case_file import curve_from_dict
 from pairsim.config.curve_case import CurveCase
 from pairsim.drivers.problems import steady_problem
 from pairsim.runtime.errors import NoSteadyState
-from pairsim.solvers.branch import Branch, Point, started, walked
+from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.continuation import follow
 from pairsim.solvers.curve import Zero, find_zeros, interpolant
+from pairsim.solvers.first_solution import started, walked
 from pairsim.solvers.newton_options import STEADY
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.pseudo_time import relax

@@ -16,8 +16,8 @@ from pairsim.fem.enrichment import WIDE
 from pairsim.fem.patch_recovery import PatchRecovery
 from pairsim.fem.six_node_mesh import shape_values
 from pairsim.solvers.adjoints import Adjoints
-from pairsim.solvers.branch import walked
 from pairsim.solvers.error_estimate import ErrorEstimate, ErrorEstimator
+from pairsim.solvers.first_solution import walked
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady import Steady
 
