@@ -281,8 +281,9 @@ def test_every_process_of_a_job_gets_the_result(empty: Path) -> None:
     first, second = ((empty / f"rank{rank}").read_text() for rank in (0, 1))
     assert first == second
     assert first.split()[2] == "out"
-    # Repetitions on one process are identical; on two they differ by up to 2e-11 of dU.
-    assert float(first.split()[0]) == pytest.approx(float(first.split()[1]), rel=1e-10)
+    # Repetitions on one process are identical; on two MUMPS adds contributions as they come in, and the last step of
+    # Newton's method is solved to a part of itself only.
+    assert float(first.split()[0]) == pytest.approx(float(first.split()[1]), rel=1e-9)
 
 
 @pytest.mark.slow
