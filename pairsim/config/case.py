@@ -14,6 +14,7 @@ from pairsim.config.accuracy import (
     DEFAULT,
     LEAST_THINNING,
     PIPE_CELL,
+    ROW_GRADING,
     SETTINGS,
     Accuracy,
     is_level,
@@ -93,7 +94,9 @@ class MeshOptions(_Options):
         "accuracy; 0, no rows, in a Newtonian liquid and without particles)",
     )
     row_grading: Grading = Field(
-        1.0, description="length of the cells across the tube on the axis over that at the wall, in rows"
+        1.0,
+        description="length of the cells across the tube on the axis over that at the wall, in rows (default: by "
+        f"accuracy; {ROW_GRADING:g} in runs in viscoelastic liquids, else 1)",
     )
 
 
@@ -211,7 +214,9 @@ class SceneCase(_Options):
         """Whether the mesh follows from the error wanted: `accuracy` is no level, and `mesh` is what it sets."""
         if is_level(self.accuracy) or self.n < 2 or self.driven[1] is not None:
             return False
-        return self.mesh == MeshOptions(**settings_of(self.accuracy).mesh(liquid_of(dict(self)), self.betas))
+        in_time = "time" in type(self).model_fields
+        set_by_accuracy = settings_of(self.accuracy).mesh(liquid_of(dict(self)), self.betas, in_time)
+        return self.mesh == MeshOptions(**set_by_accuracy)
 
     @property
     def n(self) -> int:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from pairsim.config.case import Case, SceneCase
 from pairsim.config.curve_case import CurveCase
 from pairsim.fem.geometry import MeshSettings
@@ -12,10 +10,6 @@ from pairsim.solvers.problems import Problem, SteadyProblem
 from pairsim.solvers.step_size import StepControl
 
 SMALLEST_STEP = 1e-8
-# Length of cells across the tube at the axis over that at the wall in the rows of adapted runs. While the flow starts,
-# the stress varies most next to the wall, and what equal cells leave of it flows past the pair. Quasi-steady pairs gain
-# nothing by it (docs/notebook/adaptation.md).
-ROW_GRADING = 3.5
 
 
 def mesh_settings(case: SceneCase) -> MeshSettings:
@@ -25,9 +19,7 @@ def mesh_settings(case: SceneCase) -> MeshSettings:
 
 def problem_of(case: Case) -> Problem:
     """The problem of a run in time."""
-    time_options, mesh = case.time, mesh_settings(case)
-    if case.adapts and case.law is not None:
-        mesh = replace(mesh, row_grading=ROW_GRADING)
+    time_options = case.time
     largest = max(case.betas, default=0.0)
     return Problem(
         case.betas,
@@ -35,7 +27,7 @@ def problem_of(case: Case) -> Problem:
         case.gaps,
         case.tube_length,
         case.ends == "periodic",
-        mesh,
+        mesh_settings(case),
         StepControl(time_options.tol, SMALLEST_STEP, time_options.max_step, time_options.fixed_step),
         time_options.first_step,
         polymer=case.polymer,

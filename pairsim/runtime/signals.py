@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -27,7 +28,8 @@ class Signals:
     """Context manager whose handlers record SIGINT and SIGTERM.
 
     Further SIGTERMs change nothing: schedulers and launchers send several, and the first one already ends the
-    computation in order.
+    computation in order. A KeyboardInterrupt that Python ignores, because SIGINT came within a destructor, is recorded
+    as a SIGINT that a handler has caught.
 
     Args:
         impatient: Whether a second SIGINT (Ctrl-C) raises KeyboardInterrupt at once.
@@ -45,6 +47,13 @@ class Signals:
         self._impatient, self._installed, self._final = impatient, installed, final
         self._interrupts = 0
         self._old: dict[int, Any] = {}
+        self._old_hook: Callable[[sys.UnraisableHookArgs], Any] = sys.unraisablehook
+
+    def _take_up(self, ignored: sys.UnraisableHookArgs) -> None:
+        if issubclass(ignored.exc_type, KeyboardInterrupt):
+            self.number = signal.SIGINT
+        else:
+            self._old_hook(ignored)
 
     def _catch(self, number: int, _: FrameType | None) -> None:
         self.number = number
@@ -58,11 +67,13 @@ class Signals:
         if self._installed and threading.current_thread() is threading.main_thread():
             for number in (signal.SIGINT, signal.SIGTERM):
                 self._old[number] = signal.signal(number, self._catch)
+        self._old_hook, sys.unraisablehook = sys.unraisablehook, self._take_up
         _entered.append(self)
         return self
 
     def __exit__(self, *_: object) -> None:
         _entered.remove(self)
+        sys.unraisablehook = self._old_hook
         if _entered and self.number:
             _entered[-1].number = self.number  # pass a signal on that came too late to be handled in this context
         for number, old in self._old.items():

@@ -60,6 +60,23 @@ def test_contexts_hand_a_signal_to_each_other() -> None:
     assert received() == 0
 
 
+class Interrupted:
+    """Its destructor is interrupted."""
+
+    def __del__(self) -> None:
+        signal.raise_signal(signal.SIGINT)
+
+
+def test_interrupt_within_a_destructor_counts() -> None:
+    """Python ignores exceptions of destructors; without handlers that would be the end of the signal."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    hook = sys.unraisablehook
+    with Signals(installed=False) as signals:
+        Interrupted()
+        assert signals.number == received() == signal.SIGINT
+    assert sys.unraisablehook == hook
+
+
 @pytest.mark.parametrize("number", [0, signal.SIGTERM])
 def test_process_that_ends_after_a_signal_ignores_sigterm(number: int) -> None:
     with Signals(final=True):
