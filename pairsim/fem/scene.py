@@ -262,6 +262,16 @@ class Scene:
         for nodes in (self.nodes.inlet, self.nodes.outlet):
             self.prescribe(x, nodes, flow)
 
+    def at_rest_between(self, flow: PipeState) -> Array:
+        """Full vector of a developed flow at the ends, which decreases linearly to rest at the undeformed particles."""
+        x, geometry, points = np.zeros(self.size), self.reference.geometry, self.liquid.six_node_mesh.points
+        self.prescribe(x, np.arange(len(points)), flow)
+        poles = np.sort(np.ravel(geometry.centres + np.outer([-0.5, 0.5], geometry.betas)))
+        end = geometry.length / 2
+        share = np.interp(points[:, 0], [-end, *poles, end], [1, *np.zeros(len(poles)), 1])
+        x[self.liquid.index("u", np.arange(len(points)), 0)] *= share
+        return x
+
     def set_step(self, star: Array, g: float, U_m: float) -> None:
         """Set the constants of a time step; without effect in a Newtonian liquid, which has no time derivatives.
 

@@ -146,13 +146,16 @@ class Transient(OnMeshedScene):
             self.scene.prescribe_ends(x, self.comm.bcast(self.pipe(t)))
 
     def _first_guess(self) -> Array:
-        """First guess on a new mesh: interpolated values (a Newtonian liquid is at rest), or everything at rest.
+        """First guess on a new mesh: interpolated values (a Newtonian liquid is at rest), at first everything at rest.
 
-        Particles that move in a liquid at rest would shear the cells beside them, the faster the smaller the cells.
-        SUPG weights this rate with the velocity relative to the mesh, which the first iteration changes: it would end
-        with a stress hundreds of times too large in narrow gaps, and Newton's method diverges from there.
+        Particles or ends that move in a liquid at rest would shear the cells beside them, the faster the smaller they
+        are. SUPG weights this rate with the velocity relative to the mesh, which the first iteration changes: it would
+        end with stresses up to hundreds of times too large, from which Newton's method diverges.
         """
-        y = free_unknowns(self.constraints, self.history.x[0])
+        x = self.history.x[0]
+        if self._carried is None and self.problem.polymer is not None and not self.problem.periodic:
+            x = self.scene.at_rest_between(self.comm.bcast(self.pipe(self.history.t[0])))
+        y = free_unknowns(self.constraints, x)
         if self._carried is not None:
             y[self.meshed.material] = self._carried
         return y

@@ -61,20 +61,27 @@ def test_small_steps_share_a_matrix() -> None:
     assert sum(report.iterations for report in later) <= 60
 
 
-def begun(d0: float, steps: int) -> pairsim.RunResult:
+def begun(steps: int, **keys: object) -> pairsim.RunResult:
     """The first steps of a soft pair in a viscoelastic liquid."""
-    case = {"beta": 0.4, "De": 1, "Ca_e": 0.1, "d0": d0, "length": 3, "mesh": {"Np": 10, "max_size": 0.2, "rows": 0}}
+    case = {"beta": 0.4, "De": 1, "Ca_e": 0.1, "length": 3, "mesh": {"Np": 10, "max_size": 0.2, "rows": 0}, **keys}
     run = pairsim.run({**case, "time": {"end": steps * 7.5e-4, "fixed_step": 7.5e-4}, "output": {"fields": False}})
     run.check()
     return run
 
 
-def test_first_step_from_rest_converges_in_a_narrow_gap() -> None:
-    """From a first guess that shears the cells in the gap Newton's method diverges."""
-    assert begun(0.005, 1).table["newton"].item() <= 5
+@pytest.mark.parametrize(
+    "keys",
+    [
+        pytest.param({"d0": 0.005}, id="narrow gap"),
+        pytest.param({"beta": 0.6, "Ca_e": 0.05, "d0": 0.1, "ends": "developed"}, id="developed ends"),
+    ],
+)
+def test_first_step_from_rest_converges(keys: dict[str, object]) -> None:
+    """From a first guess that shears the cells in the gap or at the ends Newton's method diverges."""
+    assert begun(1, **keys).table["newton"].item() <= 5
 
 
 def test_a_step_that_fails_with_an_earlier_matrix_is_solved_with_its_own() -> None:
     """The third step begins with the matrix of the second one, with which its steps grow."""
-    record = begun(0.02, 3).record
+    record = begun(3, d0=0.02).record
     assert (record["steps"], record["rejected_steps"], record["remeshings"]) == (3, 0, 0)
