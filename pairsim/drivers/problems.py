@@ -33,7 +33,7 @@ def problem_of(case: Case) -> Problem:
         polymer=case.polymer,
         t_end=time_options.end,
         dU_error=case.estimates_error,
-        U_m=2 * (1 - 2 / 3 * largest**2),  # initial guess: Faxen's law without wall corrections
+        U_m=2 * (1 - 2 / 3 * largest**2),  # Faxen's law without wall corrections
     )
 
 

@@ -226,22 +226,13 @@ class Newton:
         self._h_star, self._g, self._U_m, self._star = h_star, g, U_m, star
         if star is not None:
             self.scene.set_step(star, g, U_m)
-        self.matrix.begin_solve(g)
-        self._steps, self._why, self._stopped, before = {}, "", "", self.factorisations
-        self._residual_norm = self._first_norm = 0.0
-        self._system.scatter(y, self._y)
+        self._stopped, before, iterations = "", self.factorisations, 0
         with self.clock("solve"):
             inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation"))
             try:
-                self._snes.solve(None, self._y)
-                if (
-                    self._snes.getConvergedReason() == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
-                    and self._factors.single
-                ):
-                    self.use_double()
-                    self.matrix.begin_solve(g)
-                    self._system.scatter(y, self._y)
-                    self._snes.solve(None, self._y)
+                iterations = self._iterate(y)
+                while self._matrix_failed(before):
+                    iterations += self._iterate(y)
                 converged = self._snes.getConvergedReason() > 0
             except PETSc.Error as error:
                 converged, self._why = False, str(error)
@@ -257,8 +248,29 @@ class Newton:
             self._forget_factor()
             reason = self._snes.getConvergedReason()
             self._why = self._why or REASONS.get(reason, f"SNES reason {reason}")
-        counts = self._snes.getIterationNumber(), self.factorisations - before
-        return solution, Report(converged, *counts, self._why, dict(self._steps), self._residual_norm)
+        made = self.factorisations - before
+        return solution, Report(converged, iterations, made, self._why, dict(self._steps), self._residual_norm)
+
+    def _iterate(self, y: Array) -> int:
+        """Run Newton's method from a first guess y, shape (n_y,); returns the number of iterations."""
+        self.matrix.begin_solve(self._g)
+        self._steps, self._why, self._residual_norm, self._first_norm = {}, "", 0.0, 0.0
+        self._system.scatter(y, self._y)
+        self._snes.solve(None, self._y)
+        return int(self._snes.getIterationNumber())
+
+    def _matrix_failed(self, before: int) -> bool:
+        """Whether the last solve failed, perhaps because of its matrix, which is then discarded.
+
+        With the matrix of an earlier solve (no more than `before` were factorised) steps may grow that else would not.
+        """
+        reason = self._snes.getConvergedReason()
+        if reason > 0 or self._stopped:
+            return False
+        inexact = reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE and self._factors.single
+        kept = self.matrix.g is not None and self.factorisations == before
+        (self.use_double if inexact else self.matrix.forget)()
+        return inexact or kept
 
     def overstretched(self, y: Array) -> str:
         """Message if tr c exceeds L2 in a FENE-P liquid, where solutions are spurious; otherwise empty."""

@@ -55,7 +55,7 @@ class Problem:
         control: Control of the step size.
         first_step: Size of the first step [D_c/U_av].
         boundary_velocity: Velocity on the wall and on prescribed ends as a function of points, (k, 2) -> (k, 2).
-        U_m: First guess of the velocity of the particles [U_av].
+        U_m: Velocity of the frame in the first step [U_av].
         start: Initial positions of the material as a function of the undeformed ones, (k, 2) -> (k, 2); None for
             undeformed particles.
         newton: Options of Newton's method.

@@ -145,13 +145,16 @@ class Transient(OnMeshedScene):
         if not self.problem.periodic:
             self.scene.prescribe_ends(x, self.comm.bcast(self.pipe(t)))
 
-    def _first_guess(self, U_m: float) -> Array:
-        """First guess on a new mesh: interpolated values; a Newtonian liquid is at rest."""
+    def _first_guess(self) -> Array:
+        """First guess on a new mesh: interpolated values (a Newtonian liquid is at rest), or everything at rest.
+
+        Particles that move in a liquid at rest would shear the cells beside them, the faster the smaller the cells.
+        SUPG weights this rate with the velocity relative to the mesh, which the first iteration changes: it would end
+        with a stress hundreds of times too large in narrow gaps, and Newton's method diverges from there.
+        """
         y = free_unknowns(self.constraints, self.history.x[0])
         if self._carried is not None:
             y[self.meshed.material] = self._carried
-        else:
-            y[self.constraints.M.T @ self.constraints.a > 0] = U_m
         return y
 
     def _solved(self, guess: Array, dt: float, U_m: float) -> tuple[Array, Report]:
@@ -205,7 +208,7 @@ class Transient(OnMeshedScene):
             weights = extrapolation_weights(past.t_y[:known], t)
             guess = np.asarray(sum(w * y for w, y in zip(weights, past.y[:known], strict=True)))
         else:
-            guess = self._first_guess(U_m)
+            guess = self._first_guess()
         y, report = self._approached(guess, dt, U_m) if gradually else self._solved(guess, dt, U_m)
         h, x = self.newton.state(y)
         error = 0.0
@@ -288,7 +291,7 @@ class Transient(OnMeshedScene):
         """Restore the momentum balance of the interpolated s, with the same change of s at all old times."""
         liquid, h = self.scene.liquid, self.history.h[0]
         self._prescribe_ends(self.constraints.base, self.history.t[0])
-        y = self._first_guess(self._U_m)
+        y = self._first_guess()
         x = self.constraints.expand(y, h)
         change = balanced(self.scene, x, h, self.constraints.M @ y, self._U_m, self.clock) - x
         begin, end = liquid.offsets["s"], liquid.offsets["s"] + 4 * len(liquid.six_node_mesh.points)

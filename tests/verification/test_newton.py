@@ -7,6 +7,7 @@ import pytest
 from mpi4py import MPI
 from support.scenes import soft_pair
 
+import pairsim
 from pairsim.fem.geometry import MeshSettings
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.step_size import StepControl
@@ -33,7 +34,7 @@ def test_jacobian_matches_differences(name: str) -> None:
     newton, constraints = transient.newton, transient.constraints
     rng = np.random.default_rng(1)
     h, g, U_m = transient.history.h[0], 0.03, 1.7
-    y = newton.solve(transient._first_guess(U_m), h, g, U_m)[0]
+    y = newton.solve(transient._first_guess(), h, g, U_m)[0]
     y = y * (1 + 0.05 * rng.standard_normal(constraints.size))
     direction = rng.standard_normal(constraints.size) * np.maximum(np.abs(y), 1e-3)
     product = newton.jacobian_times(y, direction)
@@ -58,3 +59,22 @@ def test_small_steps_share_a_matrix() -> None:
     transient.close()
     assert sum(report.factorisations for report in later) == 1
     assert sum(report.iterations for report in later) <= 60
+
+
+def begun(d0: float, steps: int) -> pairsim.RunResult:
+    """The first steps of a soft pair in a viscoelastic liquid."""
+    case = {"beta": 0.4, "De": 1, "Ca_e": 0.1, "d0": d0, "length": 3, "mesh": {"Np": 10, "max_size": 0.2, "rows": 0}}
+    run = pairsim.run({**case, "time": {"end": steps * 7.5e-4, "fixed_step": 7.5e-4}, "output": {"fields": False}})
+    run.check()
+    return run
+
+
+def test_first_step_from_rest_converges_in_a_narrow_gap() -> None:
+    """From a first guess that shears the cells in the gap Newton's method diverges."""
+    assert begun(0.005, 1).table["newton"].item() <= 5
+
+
+def test_a_step_that_fails_with_an_earlier_matrix_is_solved_with_its_own() -> None:
+    """The third step begins with the matrix of the second one, with which its steps grow."""
+    record = begun(0.02, 3).record
+    assert (record["steps"], record["rejected_steps"], record["remeshings"]) == (3, 0, 0)
