@@ -6,9 +6,6 @@ import csv
 import datetime
 import json
 import math
-import os
-import platform
-import re
 import statistics
 from pathlib import Path
 
@@ -16,9 +13,12 @@ import matplotlib
 
 matplotlib.use("Agg")
 import yaml
+from accuracy_rows import Rows, base, graded_rows, has_equal_cells, key, number, percent, rows_of, short
+from markdown_tables import put, table
 from matplotlib import pyplot
+from measuring import machine
 
-from pairsim.config.accuracy import SETTINGS, Cells
+from pairsim.config.accuracy import SETTINGS, Cells, is_level
 from pairsim.results.output import write_text
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -31,42 +31,13 @@ SCENES = {
     "De2-rigid": "De 2, rigid",
     "De1-gap0.02": "De 1, soft, gap .02",
 }
-Rows = list[dict[str, str]]
-
-
-def rows_of(study: Path) -> Rows:
-    """Rows of study.csv of a study, empty if the file does not exist."""
-    if not (study / "study.csv").is_file():
-        return []
-    with (study / "study.csv").open(newline="") as file:
-        return list(csv.DictReader(file))
-
-
-def number(row: dict[str, str], key: str) -> float:
-    """Numerical value of a cell, NaN if it is empty."""
-    return float(row.get(key) or "nan")
-
-
-def table(head: list[str], rows: list[list[str]]) -> str:
-    """Format a table in Markdown."""
-    return "\n".join("| " + " | ".join(row) + " |" for row in [head, ["---"] * len(head), *rows]) + "\n"
-
-
-def short(value: float) -> str:
-    """Format a number with two significant digits, or as an integer from 100 on."""
-    return f"{value:.0f}" if value >= 100 else f"{value:.2g}"
-
-
-def percent(value: float) -> str:
-    """Format a fraction in percent; empty for NaN."""
-    return "" if math.isnan(value) else f"{100 * value:.2g}"
 
 
 def curves(output: Path) -> str:
     """Table of the errors of all master curves on all meshes."""
     parts = []
     for elastic in (False, True):
-        found = {s: rows_of(output / s.stem) for s in sorted(STUDIES.glob("curve-*.yaml"))}
+        found = {s: graded_rows(output / s.stem) for s in sorted(STUDIES.glob("curve-*.yaml"))}
         found = {s: rows for s, rows in found.items() if rows and (base(s)["De"] > 0) == elastic}
         if not found:
             continue
@@ -93,20 +64,10 @@ def curves(output: Path) -> str:
     return "\n".join(parts)
 
 
-def base(study: Path) -> dict[str, float]:
-    """Keys that all discretisations of a study have in common."""
-    return dict(yaml.safe_load(study.read_text())["base"])
-
-
 def points() -> str:
     """Number of points of the curves, as text."""
     counts = {len(yaml.safe_load(study.read_text())["at"]) for study in STUDIES.glob("curve-*.yaml")}
     return " or ".join(map(str, sorted(counts)))
-
-
-def key(row: dict[str, str]) -> tuple[str, str]:
-    """Keys that identify the mesh of a row."""
-    return row["mesh.Np"], row["mesh.max_size"]
 
 
 def size(cells: Cells) -> str:
@@ -126,7 +87,7 @@ def settings(output: Path) -> str:
                 row
                 for study in STUDIES.glob("curve-*.yaml")
                 if (base(study)["De"] > 0) == elastic
-                for row in rows_of(output / study.stem)
+                for row in graded_rows(output / study.stem)
                 if key(row) == (str(cells.Np), f"{cells.largest(base(study)['beta']):g}") and row.get("wall_time")
             ]
             worst = max(
@@ -168,15 +129,19 @@ def scenes(output: Path) -> str:
         seconds, error = (number(published, k) for k in ("wall_time", "relative_error"))
         plain = json.loads((output / f"plain-{scene}.json").read_text())
         whole = statistics.median(plain) * number(published, "steps"), seconds
-        own = [r for r in runs if r is not published and r.get("error") and number(r, "error") > 0]
-        steady = [row for row in steady if row.get("error") and number(row, "error") > 0]
+        own = [r for r in runs if r is not published and number(r, "error") > 0]
+        steady = [row for row in steady if number(row, "error") > 0]
         # Both errors are relative to the largest |dU| of the transient, since dU at d_0 may be much smaller.
         largest = number(own[0], "error") / number(own[0], "relative_error")
         for row in own + steady:
             row["part"] = repr(number(row, "error") / largest)
-        for rows, marker, label in ((own, "o", "transient"), (steady, "s", "quasi-steady point")):
-            t, e = [number(row, "wall_time") for row in rows], [100 * number(row, "part") for row in rows]
-            axis.loglog(t, e, marker, label=label)
+        for rows, marker, color, label in ((own, "o", "C0", "transient"), (steady, "s", "C1", "quasi-steady point")):
+            for adapted, fill in ((False, color), (True, "none")):
+                shown = [row for row in rows if is_level(row["accuracy"]) != adapted and not has_equal_cells(row)]
+                t, e = ([number(row, key) for row in shown] for key in ("wall_time", "part"))
+                style = {"color": color, "markerfacecolor": fill, "linestyle": "none"}
+                name = f"{label}, accuracy: X%" if adapted else label
+                axis.loglog(t, [100 * part for part in e], marker, label=name, **style)
         labels = ("one factorisation per step", "factorisation reused")
         for marker, x, label in zip(("*", "P"), whole, labels, strict=True):
             axis.loglog([x], [100 * error], marker, markersize=10, label=f"discretisation of the paper, {label}")
@@ -210,6 +175,32 @@ def scenes(output: Path) -> str:
     return table(head, lines)
 
 
+def promises(output: Path) -> str:
+    """Table of what `accuracy: X%` reached, beside the fewest unknowns of cells set everywhere for the same error."""
+    lines = []
+    for study in sorted(STUDIES.glob("*.yaml")):
+        rows = [row for row in rows_of(output / study.stem) if row["reference"] == "false" and row.get("error")]
+        rows = [row for row in rows if not row.get("time.fixed_step")]
+        for row in (row for row in rows if not is_level(row["accuracy"])):
+            others = [r for r in rows if is_level(r["accuracy"])]
+            beside = [[r for r in others if has_equal_cells(r) == equal] for equal in (False, True)]
+            cells = [row["unknowns"], f"{number(row, 'wall_time'):.3g}", percent(number(row, "relative_error"))]
+            lines.append([study.stem, row["accuracy"], *cells, *(cheapest(r, row) for r in beside)])
+    if not lines:
+        return ""
+    head = ["study", "wanted", "unknowns", "s", "error, %", "graded cells: unknowns, s", "equal cells: unknowns, s"]
+    return table(head, lines)
+
+
+def cheapest(rows: Rows, like: dict[str, str]) -> str:
+    """Unknowns and time of the row with the fewest unknowns whose error is no larger than that of another one."""
+    good = [row for row in rows if number(row, "error") <= number(like, "error")]
+    if not good:
+        return "none" if rows else ""
+    chosen = min(good, key=lambda row: number(row, "unknowns"))
+    return f"{chosen['unknowns']}, {number(chosen, 'wall_time'):.3g}"
+
+
 def beside(rows: Rows, error: float, whole: tuple[float, float]) -> str:
     """Fastest row whose error is at most `error`, or else the most accurate row, with its cost relative to `whole`."""
     good = [row for row in rows if number(row, "part") <= error]
@@ -235,7 +226,7 @@ def profile(output: Path) -> str:
     ):
         elastic = "De1" in study
         cells, tol = SETTINGS["1%"].mesh("thinning" if elastic else "newtonian", [0.4]), SETTINGS["1%"].time_tol
-        for row in rows_of(output / study):
+        for row in graded_rows(output / study):
             default = key(row) == (str(cells["Np"]), f"{cells['max_size']:g}") and row.get("ends") != "periodic"
             if default and float(row.get("time.tol") or tol) == tol:
                 n, wall = number(row, count), number(row, "wall_time")
@@ -290,7 +281,7 @@ def growth_table(output: Path) -> str:
 
 def peers(path: Path | None, output: Path) -> str | None:
     """Table of the Newtonian pair in pyoomph and in pairsim: times and errors of a point and a transient to t = 1."""
-    own = {kind: rows_of(output / f"{kind}-newtonian") for kind in ("point", "run")}
+    own = {kind: graded_rows(output / f"{kind}-newtonian") for kind in ("point", "run")}
     if path is None or not all(own.values()):
         return None
     with path.open(newline="") as file:
@@ -335,25 +326,10 @@ def peer_cells(row: dict[str, str] | None, seconds: str, exact: float) -> list[s
     return [row["unknowns"], wall, percent(abs(number(row, "dU") / exact - 1))]
 
 
-def put(page: str, name: str, content: str | None) -> str:
-    """Replace the text between the marks of a table in the page; without content the page is unchanged."""
-    if not content:
-        return page
-    marks = f"<!-- {name} -->", f"<!-- end of {name} -->"
-    return re.sub(f"{marks[0]}.*?{marks[1]}", lambda _: f"{marks[0]}\n{content}{marks[1]}", page, flags=re.DOTALL)
-
-
 def days(output: Path) -> str:
     """Dates on which the studies were computed, as text."""
     seen = {datetime.date.fromtimestamp(path.stat().st_mtime) for path in output.glob("*/study.csv")}
     return " to ".join(dict.fromkeys(str(day) for day in (min(seen), max(seen)))) if seen else "never"
-
-
-def machine() -> str:
-    """Processor model and number of cores, as text."""
-    info = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").is_file() else ""
-    model = re.search(r"model name\s*:\s*(.*)", info)
-    return f"{model[1] if model else platform.processor()}, {os.cpu_count()} cores"
 
 
 def write_page(output: Path, peers_table: Path | None, hard: Path | None) -> None:
@@ -369,6 +345,7 @@ def write_page(output: Path, peers_table: Path | None, hard: Path | None) -> Non
         "made": f"Computed {days(output)} on {machine()}, one thread a process.\n",
         "settings": settings(output),
         "curves": curves(output),
+        "promises": promises(output),
         "scenes": scenes(output),
         "profile": profile(output),
         "growth": growth_table(output),

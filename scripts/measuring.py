@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import os
+import platform
+import re
 import sys
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -23,3 +26,10 @@ def every_matrix(problem: Problem) -> Problem:
 
     every = MatrixPolicy(slow=0.0, other_step=-1.0, far=0.0)
     return replace(problem, newton=replace(problem.newton, matrix=every))
+
+
+def machine() -> str:
+    """Processor model and number of cores, as text."""
+    info = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").is_file() else ""
+    model = re.search(r"model name\s*:\s*(.*)", info)
+    return f"{model[1] if model else platform.processor()}, {os.cpu_count()} cores"

@@ -8,7 +8,8 @@ import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
-from accuracy_page import machine, put, table
+from markdown_tables import put, table
+from measuring import machine
 from paper_pictures import canvas_of
 from paper_results import Critical, Curve, Figure, Marker, NotComputed, Results, Transient, computations, figures
 from paper_statements import CHECKS, Row, judged

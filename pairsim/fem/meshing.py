@@ -9,7 +9,6 @@ mesh most of the discretisation error cancels (measured at N_p 10: error of dU 1
 from __future__ import annotations
 
 import math
-from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 
@@ -19,6 +18,7 @@ from scipy import sparse
 from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
+from pairsim.fem.cell_sizes import liquid_size
 from pairsim.fem.extruded_cells import extruded, graded_ends, stations
 from pairsim.fem.geometry import Geometry, MeshSettings, Outline, Reference
 from pairsim.fem.six_node_mesh import MIRRORED_CELL, SixNodeMesh, jacobians, shape_gradients
@@ -30,143 +30,6 @@ from pairsim.runtime.signals import callback
 SHORT_ROWS = 0.2  # length of a stretch of rows below which unstructured cells are used instead [D_c]; chosen
 # Ratio of the Jacobians of curved and straight cells below which nodes near a curved boundary are moved too; chosen.
 STRAIGHT_ENOUGH = 0.3
-
-
-def make_outlines(geometry: Geometry, settings: MeshSettings) -> list[Outline]:
-    """Divide every half-circle into at least N_p arcs, finer towards narrow gaps and towards a near wall.
-
-    Args:
-        geometry: The spheres.
-        settings: Cell sizes.
-
-    Returns:
-        One outline for each particle; mirror images of each other in a symmetric geometry.
-    """
-    outlines: list[Outline] = []
-    n = len(geometry.betas)
-    for i in range(n):
-        if geometry.mirrored and i > n - 1 - i:
-            outlines.append(outlines[n - 1 - i].mirror())
-            continue
-        middle = geometry.mirrored and 2 * i == n - 1
-        span = np.pi / 2 if middle else np.pi
-        fine = np.linspace(0.0, span, 4001)
-        density = geometry.betas[i] / 2 / _outline_size(geometry, settings, i, fine)
-        count = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(fine))])
-        arcs = max(2, math.ceil(count[-1] - 1e-9))
-        angles = np.interp(np.linspace(0.0, count[-1], arcs + 1), count, fine)
-        angles[[0, -1]] = 0.0, span
-        if middle:
-            angles = np.concatenate([angles, np.pi - angles[-2::-1]])
-        outlines.append(Outline(geometry.betas[i] / 2, angles))
-    return outlines
-
-
-def _gap_cells(settings: MeshSettings, gap: float) -> float:
-    cells = settings.gap_cells or settings.Np / 4
-    return cells * max(1.0, 0.1 / gap) ** settings.gap_exponent
-
-
-def _wall_cells(settings: MeshSettings) -> float:
-    return settings.wall_cells or settings.Np / 4
-
-
-def _outline_size(geometry: Geometry, settings: MeshSettings, i: int, angles: Array) -> Array:
-    a = geometry.betas[i] / 2
-    z, r = geometry.centres[i] + a * np.cos(angles), a * np.sin(angles)
-    if settings.sizes is not None:
-        size = settings.sizes.along_outline(i, angles)
-    else:
-        arcs = math.pi * a / settings.Np * _graded(angles, settings.grading)
-        size = np.minimum(arcs, (TUBE_RADIUS - r) / (settings.wall_arcs * settings.Np))
-    for j, gap in ((i - 1, i - 1), (i + 1, i)):
-        if 0 <= j < len(geometry.betas):
-            distance = np.hypot(z - geometry.centres[j], r) - geometry.betas[j] / 2
-            # Arcs may be longer than the cells across a gap: along the gap the flow varies over a length of order
-            # sqrt(a d), much larger than d.
-            size = np.minimum(size, np.maximum(distance, 0.0) * 2 / _gap_cells(settings, geometry.gaps[gap]))
-    return size
-
-
-def _graded(angles: Array, grading: float) -> Array:
-    """Length of an arc over the mean of all: grading^cos^2(angle), scaled such that their number is kept."""
-    half = math.log(grading) / 2
-    mean = math.exp(-half) * np.i0(half)  # of grading^(-cos^2) over the half-circle
-    return np.asarray(mean * grading ** (np.cos(angles) ** 2))
-
-
-Distances = Callable[[float, float], list[tuple[float, float]]]
-
-
-def _from_spheres(reference: Reference) -> Distances:
-    """Function of (z, r) that returns, for every sphere, its distance and the length of the nearest arc."""
-    centres = [float(z) for z in reference.geometry.centres]
-    outlines = reference.outlines
-
-    def distances(z: float, r: float) -> list[tuple[float, float]]:
-        return [
-            (
-                max(math.hypot(z - centre, r) - outline.radius, 0.0),
-                outline.size_at(math.atan2(abs(r), z - centre)),
-            )
-            for centre, outline in zip(centres, outlines, strict=True)
-        ]
-
-    return distances
-
-
-def _from_nodes(reference: Reference) -> Distances:
-    """Function of (z, r) that returns, for every deformed outline, its distance and the length of the nearest arc."""
-    outlines = []
-    for nodes in reference.positions:
-        chord = np.hypot(*np.diff(nodes[::2], axis=0).T)
-        at_ends = np.minimum(np.append(chord, chord[-1]), np.append(chord[0], chord))
-        arcs = np.empty(len(nodes))
-        arcs[::2], arcs[1::2] = at_ends, chord
-        centre = (nodes[0, 0] + nodes[-1, 0]) / 2
-        angles = np.maximum.accumulate(np.arctan2(nodes[:, 1], nodes[:, 0] - centre))
-        outlines.append((centre, angles.tolist(), nodes.tolist(), arcs.tolist()))
-
-    def distances(z: float, r: float) -> list[tuple[float, float]]:
-        found = []
-        for centre, angles, nodes, arcs in outlines:
-            # The search for the nearest node starts from the node in the direction of the point and moves along the
-            # outline while the distance decreases: a full search would be slow, as this is called for every cell.
-            last = len(nodes) - 1
-            k = min(bisect_left(angles, math.atan2(abs(r), z - centre)), last)
-            least = math.hypot(z - nodes[k][0], r - nodes[k][1])
-            for step in (-1, 1):
-                while 0 <= k + step <= last:
-                    distance = math.hypot(z - nodes[k + step][0], r - nodes[k + step][1])
-                    if distance >= least:
-                        break
-                    k, least = k + step, distance
-            found.append((least, arcs[k]))
-        return found
-
-    return distances
-
-
-def _liquid_size(reference: Reference, settings: MeshSettings) -> Callable[[float, float], float]:
-    """Cell size in the liquid as a function of (z, r)."""
-    distances = _from_nodes(reference) if reference.deformed else _from_spheres(reference)
-    gap_cells = [_gap_cells(settings, gap) for gap in reference.geometry.gaps]
-    wall_cells = _wall_cells(settings)
-    adapted = settings.sizes.on(reference.geometry) if settings.sizes is not None else None
-
-    def size(z: float, r: float) -> float:
-        h = settings.max_size if adapted is None else adapted(z, r)
-        surface = distances(z, r)
-        for distance, arc in surface:
-            h = min(h, arc + settings.growth * distance)
-            if adapted is None:
-                h = min(h, max((TUBE_RADIUS - r + distance) / wall_cells, 0.5 * arc))
-        for i, cells in enumerate(gap_cells):
-            (s, arc), (other, other_arc) = surface[i], surface[i + 1]
-            h = min(h, max((s + other) / cells, 0.25 * min(arc, other_arc)))
-        return h
-
-    return size
 
 
 def liquid_mesh(reference: Reference, settings: MeshSettings) -> SixNodeMesh:
@@ -183,7 +46,7 @@ def liquid_mesh(reference: Reference, settings: MeshSettings) -> SixNodeMesh:
         MeshFailure: gmsh failed, or a cell of the mesh is inverted.
     """
     half = reference.geometry.length / 2
-    size = _liquid_size(reference, settings)
+    size = liquid_size(reference, settings)
     mirrored = reference.mirrored
     low, high = _near_zone(reference, settings)
     end_cells = max(2, math.ceil(TUBE_RADIUS / min(size(z, TUBE_RADIUS / 2) for z in (low, high))))

@@ -1,9 +1,9 @@
 """Quasi-steady solutions on meshes that follow from the error wanted.
 
-A point whose estimated error is too large is solved again on a mesh made for it, up to ROUNDS times. In a viscoelastic
-liquid cells become smaller where they contribute to the scatter of the estimate (`pairsim.fem.size_field`), in a
-Newtonian one all cells do. Meshes are kept by the distances for which meshes are made (`SteadyProblem.nominal`):
-neighbouring points share them.
+A point whose estimated error is too large is solved again on a mesh made for it, up to ROUNDS times. Where the scatter
+of the estimate prevails, in viscoelastic liquids only, cells become smaller where they contribute to it
+(`pairsim.fem.size_field`); where its signed part prevails all cells do. Meshes are kept by the distances for which
+meshes are made (`SteadyProblem.nominal`): neighbouring points share them.
 """
 
 from __future__ import annotations
@@ -35,11 +35,10 @@ ROUNDS = 3
 START, ELASTIC_START, START_CELLS = 1.4, 1.8, 14
 # Part of the error allowed that a mesh is made for, and the part that the ends of the tube must leave to the cells.
 AIM, LEAST_ROOM = 0.8, 0.2
-# Order in the cell size of errors that neighbouring cells have in common, and bounds on the factor by which all cells
-# of a Newtonian liquid become smaller in a round; chosen.
-ORDER, FACTORS = 3.0, (1.15, 2.0)
-# Least factor of all cells in a round in a viscoelastic liquid; chosen: on coarse cells the signed part of the estimate
-# is no better than the scatter, and falls with it.
+# Order in the cell size of the signed part of the error in a Newtonian (chosen) and a viscoelastic liquid (measured:
+# docs/notebook/adaptation.md), and bounds on the factor by which all cells become smaller in a round; chosen.
+ORDER, ELASTIC_ORDER, FACTORS = 3.0, 4.5, (1.15, 2.0)
+# Least factor of the cells that contribute nothing to the scatter, in a second or third round; chosen.
 LEAST_COMMON = 0.8
 # Distances of the scout that gives the size of dU where the case itself has few distances [D_c], the largest number of
 # those of the case that are taken, and the scout's cells: number on a half-circle, growth, and largest size relative to
@@ -215,8 +214,9 @@ class AdaptiveBranch(Branch):
         room = np.maximum(room, least)
         self.rounds[place] += 1
         most = AIM * room / SAFETY
-        if self.problem.law is None:
-            finer = float(np.max(estimate.cells_dU / most)) ** (1 / ORDER)
+        if self.problem.law is None or (estimate.regular_dU > estimate.scatter_dU).any():
+            order = ORDER if self.problem.law is None else ELASTIC_ORDER
+            finer = float(np.max(estimate.cells_dU / most)) ** (1 / order)
             problem = coarser(self.problem, 1 / float(np.clip(finer, *FACTORS)))
         else:
             self._fields[place] = self._comm.bcast(self._sizes(point, most))
@@ -229,14 +229,10 @@ class AdaptiveBranch(Branch):
         cells = point.estimate.cells
         if cells is None:
             return None
-        # Smaller cells where the scatter comes from diminish all of the error. Where other parts prevail, or where that
-        # was not enough, all cells become smaller.
-        again = self.rounds[self._nominal(point)] > 1
-        common = float(np.max((point.estimate.cells_dU if again else point.estimate.regular_dU) / most))
-        prevails = (point.estimate.regular_dU > point.estimate.scatter_dU).any()
         largest_factor = MOST_FACTOR
-        if again or prevails:
-            largest_factor = float(np.clip(common ** (-1 / ORDER), LEAST_COMMON, 1.0 if again else MOST_FACTOR))
+        if self.rounds[self._nominal(point)] > 1:  # smaller cells where the scatter came from were not enough
+            common = float(np.max(point.estimate.cells_dU / most))
+            largest_factor = float(np.clip(common ** (-1 / ORDER), LEAST_COMMON, 1.0))
         return cells.sizes(most, largest_factor, self.problem.mesh.rows or self.problem.length)
 
     def _go_on(self, problem: SteadyProblem, parameters: Parameters) -> bool:

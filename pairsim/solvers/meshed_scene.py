@@ -13,9 +13,10 @@ from dataclasses import replace
 import numpy as np
 
 from pairsim.fem import diagnostics
+from pairsim.fem.cell_sizes import make_outlines
 from pairsim.fem.constraints import Constraints
 from pairsim.fem.geometry import Geometry, MeshSettings, Outline, Reference
-from pairsim.fem.meshing import liquid_mesh, make_outlines, particle_meshes
+from pairsim.fem.meshing import liquid_mesh, particle_meshes
 from pairsim.fem.remeshing import on_root
 from pairsim.fem.scene import Body, Scene, make_bodies
 from pairsim.fem.scene_constraints import extension_constraints

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from textwrap import fill
 
-from accuracy_page import put, table
+from markdown_tables import put, table
 
 from pairsim.results.answer import with_error
 from pairsim.results.output import write_text

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from mpi4py import MPI
 
+from pairsim.fem.cell_sizes import make_outlines
 from pairsim.fem.geometry import Geometry, MeshSettings, Reference
-from pairsim.fem.meshing import liquid_mesh, make_outlines
+from pairsim.fem.meshing import liquid_mesh
 from pairsim.fem.scene import Scene, make_bodies
 from pairsim.fem.scene_constraints import transient_constraints
 from pairsim.solvers.branch import Branch, Point

@@ -10,9 +10,10 @@ from scipy.spatial import cKDTree
 
 from pairsim.config.case_file import case_from_dict
 from pairsim.config.cost import liquid_cells
-from pairsim.fem import meshing as mesher
+from pairsim.fem import cell_sizes
+from pairsim.fem.cell_sizes import Distances, make_outlines
 from pairsim.fem.geometry import Geometry, MeshSettings, Reference
-from pairsim.fem.meshing import Distances, liquid_mesh, make_outlines
+from pairsim.fem.meshing import liquid_mesh
 from pairsim.fem.six_node_mesh import SixNodeMesh
 
 
@@ -125,7 +126,7 @@ def test_the_cost_of_a_case_is_guessed_with_its_rows(rows: float) -> None:
 
 def test_sizes_are_asked_for_no_more_often_than_a_mesh_has_nodes(monkeypatch: pytest.MonkeyPatch) -> None:
     """By itself gmsh integrates sizes along lines so well that this takes most of the time of a mesh."""
-    asked, own = [0], mesher._from_spheres
+    asked, own = [0], cell_sizes._from_spheres
 
     def counted(reference: Reference) -> Distances:
         distances = own(reference)
@@ -136,7 +137,7 @@ def test_sizes_are_asked_for_no_more_often_than_a_mesh_has_nodes(monkeypatch: py
 
         return found
 
-    monkeypatch.setattr(mesher, "_from_spheres", counted)
+    monkeypatch.setattr(cell_sizes, "_from_spheres", counted)
     geometry, settings = Geometry((0.4, 0.4), (0.1,), 4.0), MeshSettings(Np=28)
     mesh = liquid_mesh(Reference.spheres(geometry, make_outlines(geometry, settings)), settings)
     assert asked[0] < len(mesh.points)
