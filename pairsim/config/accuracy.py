@@ -155,7 +155,7 @@ def _diameters(case: dict[str, Any]) -> list[float]:
 # Beside a particle, where the liquid is as fast as it, stresses have thin layers; at its poles they have none.
 _GRADED = 2.0
 _LARGE = Cells(20, 0.1, 0.35, 0.5, _GRADED)
-_SMALL, _SMALLEST = Cells(28, 0.05, 0.25, 0.5, _GRADED), Cells(80, 0.025, 0.125, 0.5, _GRADED)
+_SMALL, _SMALLEST = Cells(28, 0.05, 0.18, 0.5, _GRADED), Cells(80, 0.025, 0.125, 0.5, _GRADED)
 # Measured in hardening liquids were equal arcs only.
 _HARD = Cells(28, 0.05, 0.25, 0.5), Cells(64, 0.05, 0.25, 0.5), Cells(80, 0.025, 0.125, 0.5)
 SETTINGS: dict[str, Settings] = {
