@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+from markdown_tables import table
 
 from pairsim.config.yaml_file import read_yaml
 from pairsim.results.folders import read_record
@@ -114,7 +115,7 @@ def health(directory: Path) -> dict[str, Any]:
 
 def cell(value: Any) -> str:
     """Format a value for the table."""
-    return "" if value is None else f"{value:.3g}" if isinstance(value, float) else str(value)
+    return "" if value is None else f"{value:.3g}" if isinstance(value, float) else str(value).replace("|", r"\|")
 
 
 def main() -> int:
@@ -135,9 +136,8 @@ def main() -> int:
     writer.writeheader()
     writer.writerows(rows)
     write_text(arguments.output / "hard.csv", text.getvalue())
-    lines = ["| " + " | ".join(HEAD.values()) + " |", "|---" * len(HEAD) + "|"]
-    lines += ["| " + " | ".join(cell(row.get(name)) for name in HEAD) + " |" for row in rows]
-    write_text(arguments.output / "hard.md", "\n".join(lines) + "\n")
+    lines = [[cell(row.get(name)) for name in HEAD] for row in rows]
+    write_text(arguments.output / "hard.md", table(list(HEAD.values()), lines))
     ended = ("finished", "failed", "timeout")
     wrong = [r["case"] for r in rows if r["reason"] in UNTYPED or r["outcome"] not in ended or r.get("finite") == "NO"]
     finished = sum(row["outcome"] == "finished" for row in rows)
