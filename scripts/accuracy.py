@@ -2,8 +2,8 @@
 
 usage: scripts/accuracy [-o runs/accuracy] [--only WORD] [--hard DIR] [--peers CSV] [--table]
 
-Runs every study of configs/accuracy in one process after the other, so that wall times are comparable (about two
-hours); some steps of the discretisation of the paper (fixed steps of 7.5e-4 on 1e4 triangles) with a new matrix in
+Runs every study of configs/accuracy in one process after the other, so that wall times are comparable (about an hour
+and a half); some steps of the discretisation of the paper (fixed steps of 7.5e-4 on 1e4 triangles) with a new matrix in
 every Newton iteration; and factorisations of increasing size. After an interruption the same command continues. With
 --table nothing is computed. --hard and --peers insert the results of scripts/hard and scripts/peers into the page.
 """
