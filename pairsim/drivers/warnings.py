@@ -5,8 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from pairsim.config.accuracy import SETTINGS, liquid_of, settings_of
 from pairsim.config.case import Case, SceneCase
+from pairsim.config.curve_case import CurveCase
+from pairsim.solvers.curve_interpolant import CurveInterpolant
 
 LONG_ARC = 1.5  # allowed length of an arc over the gap beside it; dU is 2.5 % off at 3 (N_p 40, gap 0.005)
 # Least length of tube on each side, relative to that with `length: auto`; with less, errors above about 1 % of the peak
@@ -116,6 +120,28 @@ def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorA
             "the stress does to dU there, and the sign of the error is not known (docs/explanation/error-estimate.md)"
         )
     return warnings
+
+
+def far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float) -> list[str]:
+    """Warn of points so far apart that the interpolation error of dU between them exceeds `accuracy`.
+
+    Args:
+        case: The case.
+        curves: dU of every gap.
+        size: The largest |dU| [U_av].
+    """
+    if not curves:
+        return []
+    errors, d = np.max([curve.errors for curve in curves], axis=0) / size, curves[0].d
+    worst = int(errors.argmax())
+    if errors[worst] <= case.error_wanted:
+        return []
+    known = f"may be off by {100 * errors[worst]:.2g} %" if np.isfinite(errors[worst]) else "may be off by any part"
+    advice = "a larger max_points" if len(d) >= case.max_points else "a finer mesh (mesh.Np, mesh.max_size)"
+    return [
+        f"between d = {d[worst]:.4g} and {d[worst + 1]:.4g} the interpolated dU {known} of its largest value, "
+        f"more than accuracy: {case.accuracy}; use {advice}"
+    ]
 
 
 def narrow_gap(gap: float, arc: float) -> list[str]:
