@@ -57,11 +57,10 @@ class Line:
         """The column of the distance."""
         return f"d{self.gap}"
 
-    def smooth(self) -> tuple[Array, Array, Array | None] | None:
-        """Abscissa, dU and its half-width between the points of a curve; None for a single point."""
+    def smooth(self) -> tuple[Array, Array, Array | None]:
+        """Abscissa, dU and its half-width between the points of a curve of at least two."""
         curve = curve_of(self.table, self.gap)
-        if curve is None:
-            return None
+        assert curve is not None
         fine = fine_distances(curve.d)
         known = error_column(self.table, self.gap) is not None
         return fine, curve.values(fine), curve.half_widths(fine) if known else None
@@ -119,8 +118,8 @@ def draw_line(axis: Axes, line: Line, x: str, look: Mapping[str, Any]) -> None:
     """
     plain = {name: look[name] for name in ("color", "linestyle")}
     points, values = line.table[x], line.table[line.y]
-    if line.curve and (smooth := line.smooth()) is not None:
-        fine, curve, error = smooth
+    if line.curve and len(points) > 1:
+        fine, curve, error = line.smooth()
         axis.plot(fine, curve, **plain)
         if error is not None:
             fill(axis, fine, curve, error, look)
