@@ -74,7 +74,7 @@ class Equilibrium:
 def interpolants(points: Sequence[Point]) -> list[CurveInterpolant]:
     """dU of every gap as a function of d, from at least two points in ascending d."""
     d = np.array([p.d for p in points])
-    columns = [np.array([getattr(p, name) for p in points]).T for name in ("dUs", "dUs", "slopes", "dU_errors")]
+    columns = [np.array([getattr(p, name) for p in points]).T for name in ("dUs", "held_dUs", "slopes", "dU_errors")]
     return [CurveInterpolant(d, *values) for values in zip(*columns, strict=True)]
 
 
@@ -189,7 +189,7 @@ def equilibria(zeros: list[Zero], points: list[Point]) -> list[Equilibrium]:
     decided = [bool((np.abs(dU) > half)[side].any()) for side in sides]
     result = []
     for i, zero in enumerate(z.point for z in zeros):
-        slope = float(zero.slopes[0])
+        slope = zero.slope_at_rest
         error = float(zero.dU_errors[0]) / abs(slope)
         result.append(Equilibrium(zero.d, slope, peaks[i + 1] / max(peaks), error, decided[i] and decided[i + 1]))
     return result
