@@ -72,8 +72,8 @@ class CurveInterpolant:
     neighbouring points.
 
     The interpolation error is taken from points that an interpolant does not know: by how much a point, with its slope,
-    changes the interpolant of the others between its two neighbours. From the distance of these, the error is scaled to
-    the width of an interval by the power `ORDER`.
+    changes the interpolant of the others between its two neighbours. From the distance of these, the largest change by
+    the two points on either side is scaled to the width of an interval by the power `ORDER`.
 
     Args:
         d: Distances, ascending, shape (n,), n >= 2.
@@ -104,7 +104,8 @@ class CurveInterpolant:
             at = np.linspace(x[i - 1], x[i + 1], FINE)
             without = _hermite(*(each[others] for each in self._points))
             scaled[i] = np.abs(self._curve(at) - without(at)).max() / (x[i + 1] - x[i - 1]) ** ORDER
-        return np.asarray(np.maximum(scaled[:-1], scaled[1:]) * np.diff(x) ** ORDER)
+        near = np.lib.stride_tricks.sliding_window_view(np.pad(scaled, 1), 4)  # two on either side of an interval
+        return np.asarray(near.max(axis=1) * np.diff(x) ** ORDER)
 
     def values(self, d: Array | float) -> Array:
         """dU at distances between the first and the last one, of the shape of `d`."""
