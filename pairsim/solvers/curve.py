@@ -122,8 +122,10 @@ def trace(
     for place in between(places, max_points) if curve else places:
         points.append(branch.at(replace(parameters, gaps=place)))
         yield points[-1], place in requested
+    if not curve:
+        return
     points.sort(key=lambda p: p.d)
-    while curve and (new := _unresolved(points, tol)[: max(max_points - len(points), 0)]):
+    while new := _unresolved(points, tol)[: max(max_points - len(points), 0)]:
         if abs(branch.fine.parameters.gaps[0] - new[-1][1].d) < abs(branch.fine.parameters.gaps[0] - new[0][0].d):
             new.reverse()  # start with the interval nearest to the present solution
         for a, b in new:
