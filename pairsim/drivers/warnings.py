@@ -123,7 +123,7 @@ def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorA
 
 
 def far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float) -> list[str]:
-    """Warn of points so far apart that the interpolation error of dU between them exceeds `accuracy`.
+    """Warn of points so far apart that the interpolation error of dU exceeds `accuracy` and the errors at the points.
 
     Args:
         case: The case.
@@ -132,15 +132,19 @@ def far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float) 
     """
     if not curves:
         return []
-    errors, d = np.max([curve.errors for curve in curves], axis=0) / size, curves[0].d
+    d, known = curves[0].d, [np.maximum(curve.dU_error[:-1], curve.dU_error[1:]) for curve in curves]
+    errors = np.max([np.where(c.errors > e, c.errors, 0.0) for c, e in zip(curves, known, strict=True)], axis=0) / size
     worst = int(errors.argmax())
     if errors[worst] <= case.error_wanted:
         return []
-    known = f"may be off by {100 * errors[worst]:.2g} %" if np.isfinite(errors[worst]) else "may be off by any part"
-    advice = "a larger max_points" if len(d) >= case.max_points else "a finer mesh (mesh.Np, mesh.max_size)"
+    part = f"{100 * errors[worst]:.2g} %" if np.isfinite(errors[worst]) else "any part"
+    where = f"between d = {d[worst]:.4g} and {d[worst + 1]:.4g}"
+    advice = "a finer mesh (mesh.Np, mesh.max_size)"
+    if len(d) >= case.max_points or case.tol > case.error_wanted:
+        advice = "a larger max_points" if len(d) >= case.max_points else "a smaller tol"
     return [
-        f"between d = {d[worst]:.4g} and {d[worst + 1]:.4g} the interpolated dU {known} of its largest value, "
-        f"more than accuracy: {case.accuracy}; use {advice}"
+        f"{where} the interpolated dU may be off by {part} of its largest value, more than accuracy: {case.accuracy}; "
+        f"use {advice}"
     ]
 
 

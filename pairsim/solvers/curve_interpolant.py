@@ -84,11 +84,12 @@ class CurveInterpolant:
 
     Attributes:
         d: Distances of the points, shape (n,).
+        dU_error: Half-widths of the intervals at the points, shape (n,).
         errors: Largest interpolation error between each two neighbours, shape (n-1,); infinite if n = 2.
     """
 
     def __init__(self, d: Array, dU: Array, dU_held: Array, slope: Array, dU_error: Array) -> None:
-        self.d, self._dU_error = d, dU_error
+        self.d, self.dU_error = d, dU_error
         self._points = np.log(d), dU, dU_held, slope * d
         self._x = self._points[0]
         self._curve = _hermite(*self._points)
@@ -118,7 +119,7 @@ class CurveInterpolant:
         part = (x - self._x[left]) / (self._x[left + 1] - self._x[left])
         bump = 4 * part * (1 - part)
         between = np.multiply(bump, self.errors[left], out=np.zeros_like(bump), where=bump > 0)
-        return np.asarray(np.interp(x, self._x, self._dU_error) + between)
+        return np.asarray(np.interp(x, self._x, self.dU_error) + between)
 
     @cached_property
     def samples(self) -> tuple[Array, Array, Array]:
