@@ -230,9 +230,9 @@ def travel(
 ) -> None:
     """Compute the time and the length of tube in which a pair moves from one distance to another, from its curve.
 
-    The time is the integral of dd/dU [D_c/U_av], the length that of U/dU dd with
-    the mean velocity U of the pair [D_c]; there must be no zero of dU between the
-    distances. Their half-widths follow from that of dU along the curve. If the
+    The time is the integral of dc/dU [D_c/U_av] over the distance c between the
+    centres of volume, the length that of U/dU dc with the mean velocity U of the
+    pair [D_c]; there must be no zero of dU between the distances. Their half-widths follow from that of dU along the curve. If the
     case has a physical block, also in s and mm.
     """
     from pairsim.config.quantities import QUANTITY

@@ -24,8 +24,8 @@ class Travel:
     """Time and length of tube for the motion of a pair between two distances, with half-widths of their intervals.
 
     Attributes:
-        time: Integral of dd/dU [D_c/U_av].
-        length: Integral of U/dU dd with the mean velocity U of the pair: how far it travels along the tube [D_c].
+        time: Integral of dz/dU over the distance z of the centres of volume [D_c/U_av].
+        length: Integral of U/dU dz with the mean velocity U of the pair: how far it travels along the tube [D_c].
         time_error: Half-width of the time: with dU on either end of its interval everywhere.
         length_error: Half-width of the length, in the same way.
     """
@@ -71,15 +71,16 @@ def travel(table: Mapping[str, Array], start: float, stop: float, source: str) -
         raise InputError(
             source, "--to", stop, f"must be reached without a distance at which dU may vanish, as at {unsure[0]:.4g}"
         )
+    centres_rate = _centres_rate(table)
     mean = scipy.interpolate.PchipInterpolator(np.log(curve.d), (table["U_L"] + table["U_T"]) / 2)
     places = np.log([low, *curve.d[(low < curve.d) & (curve.d < high)], high])
 
     def integral(velocity: Callable[[float], float], part: int) -> float:
-        """The integral of velocity/|dU| over d, with |dU| changed by `part` of its half-widths."""
+        """The integral of velocity/|dU| over the distance of the centres, `part` half-widths added to |dU|."""
 
         def rate(x: float) -> float:
             d = np.exp(x)
-            return float(velocity(x) * d / (abs(curve.values(d)) + part * curve.half_widths(d)))
+            return float(velocity(x) * centres_rate(x) * d / (abs(curve.values(d)) + part * curve.half_widths(d)))
 
         return sum(scipy.integrate.quad(rate, a, b, epsrel=TOLERANCE, epsabs=0)[0] for a, b in pairwise(places))
 
@@ -89,6 +90,13 @@ def travel(table: Mapping[str, Array], start: float, stop: float, source: str) -
 
     (time, time_error), (length, length_error) = with_half_width(lambda x: 1.0), with_half_width(mean)
     return Travel(time, length, time_error, length_error)
+
+
+def _centres_rate(table: Mapping[str, Array]) -> Callable[[float], float]:
+    """Derivative of the distance of the centres by d at log d: 1 but for the shapes, and in tables that lack it."""
+    d, centres = table["d"], table.get("centres", table["d"])
+    shapes = scipy.interpolate.CubicSpline(np.log(d), centres - d).derivative()
+    return lambda x: 1.0 + float(shapes(x) * np.exp(-x))
 
 
 def _inside(ends: Array, option: str, d: float, source: str) -> float:
