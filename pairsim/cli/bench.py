@@ -232,8 +232,9 @@ def travel(
 
     The time is the integral of dc/dU [D_c/U_av] over the distance c between the
     centres of volume, the length that of U/dU dc with the mean velocity U of the
-    pair [D_c]; there must be no zero of dU between the distances. Their half-widths follow from that of dU along the curve. If the
-    case has a physical block, also in s and mm.
+    pair [D_c]; there must be no zero of dU between the distances. Their
+    half-widths follow from that of dU along the curve. If the case has a physical
+    block, also in s and mm.
     """
     from pairsim.config.quantities import QUANTITY
     from pairsim.results.answer import with_error
