@@ -11,7 +11,8 @@ import numpy as np
 
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.branch import Branch, Point
-from pairsim.solvers.curve_interpolant import CurveInterpolant, between
+from pairsim.solvers.curve_interpolant import CurveInterpolant
+from pairsim.solvers.distances import between
 from pairsim.solvers.snapshot import Snapshot
 
 # All constants were chosen.
