@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from mpi4py import MPI
+from support.points import made_point
 from support.scenes import traced
 
 import pairsim
@@ -21,7 +22,7 @@ from pairsim.drivers.problems import steady_problem
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.continuation import follow
-from pairsim.solvers.curve import Zero, find_zeros, interpolant
+from pairsim.solvers.curve import Zero, find_zeros, interpolants
 from pairsim.solvers.first_solution import started, walked
 from pairsim.solvers.newton_options import STEADY
 from pairsim.solvers.parameters import Parameters
@@ -261,16 +262,14 @@ def test_a_bad_mesh_at_one_place_does_not_excuse_the_others() -> None:
 
     def point(d: float) -> Any:
         x = np.log(d / 0.1)
-        error = np.array([0.5 if d < 0.06 else 1e-6])
-        keys = {"slopes": np.array([np.cos(2 * x) * 2 / d]), "parameters": Parameters((d,), (0.1, 0.1))}
-        return SimpleNamespace(d=d, dU=np.sin(2 * x), dUs=np.array([np.sin(2 * x)]), dU_errors=error, **keys)
+        return made_point(d, np.sin(2 * x), np.cos(2 * x) * 2 / d, error=0.5 if d < 0.06 else 1e-6)
 
     fine: Any = SimpleNamespace(parameters=Parameters((0.8,), (0.1, 0.1)))
     stub: Any = SimpleNamespace(fine=fine, at=lambda parameters: point(parameters.gaps[0]))
     found = traced(stub, [(0.8,), (0.2,), (0.05,), (0.02,)], 2e-3, 100)
-    spline, x = interpolant(found), np.linspace(np.log(0.2), np.log(0.8), 500)
-    assert np.abs(spline(x) - np.sin(2 * (x - np.log(0.1)))).max() < 2e-3
-    assert sum(p.d < 0.05 for p in found) == 1, "there the mesh is worse than the bend"
+    d = np.geomspace(0.2, 0.8, 500)
+    assert np.abs(interpolants(found)[0].values(d) - np.sin(2 * np.log(d / 0.1))).max() < 2e-3
+    assert sum(p.d < 0.05 for p in found) == 2, "there the mesh is worse than the bend"
 
 
 @pytest.mark.slow
