@@ -342,6 +342,11 @@ class Case(SceneCase):
     d0: Distance | tuple[Distance, ...] | None = Field(
         None, description="initial distance between the facing surfaces [D_c]"
     )
+    start: Literal["rest", "steady"] = Field(
+        "rest",
+        description="state at t = 0: unstressed liquid and particles at rest, or the quasi-steady state of the initial "
+        "distances in the developed flow",
+    )
     dU_error: bool = Field(
         False, strict=True, description="estimate the error of dU at every step (a third to two thirds more time)"
     )
