@@ -13,7 +13,8 @@ def forms_of(case: SceneCase) -> tuple[str, ...]:
     if not isinstance(case, Case):
         return steady
     in_time = _forms(case, "recovered" if case.estimates_error else "", steady=False)
-    return tuple(dict.fromkeys((*in_time, *(steady if case.start == "steady" else ()))))
+    # A pair's run ends with a quasi-steady solution.
+    return tuple(dict.fromkeys((*in_time, *(steady if case.n > 1 or case.start == "steady" else ()))))
 
 
 def _forms(case: SceneCase, error: str, *, steady: bool) -> tuple[str, ...]:

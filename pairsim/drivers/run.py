@@ -17,11 +17,13 @@ from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import problem_of
 from pairsim.drivers.run_adaptation import RunAdaptation, outcome_of
 from pairsim.drivers.run_output import RunOutput, RunWarnings, milestones
+from pairsim.drivers.run_verdict import settled_entry
 from pairsim.drivers.session import Options, Session, open_session
 from pairsim.fem.form_cache import ensure_compiled
 from pairsim.results.checkpoint import Checkpoint, check_same, load
 from pairsim.results.fields_writer import gather_frames
 from pairsim.results.output import CHECKPOINT, SERIES, plain, read_series
+from pairsim.results.run_answer import SETTLED
 from pairsim.runtime.errors import InputError, TooManySteps, WallTime, WriteFailure
 from pairsim.runtime.fenicsx import MPI
 from pairsim.runtime.signals import Signals, Stopped
@@ -124,6 +126,7 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
     session.announce(*_goal(case), [*notes, *(output.damage if output is not None else [])])
     transient: Transient | None = None
     adaptation: RunAdaptation | None = None
+    found: dict[str, Any] = {}
 
     def work(signals: Signals) -> Outcome:
         nonlocal transient, adaptation
@@ -134,7 +137,10 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
             adaptation = RunAdaptation.begin(case, session.comm, problem, lambda *at: _end(case, *at) is not None)
             problem = adaptation.adapted(problem) if adaptation is not None else problem
         transient = Transient(session.comm, problem, old.state if old is not None else None)
-        return _march(case, transient, output, session, signals)
+        ended = _march(case, transient, output, session, signals)
+        if case.n > 1 and ended.reason in ("end", "max_gap"):
+            found[SETTLED] = settled_entry(case, session.comm, transient)
+        return ended
 
     def kept() -> str:
         t = transient.history.t[0] if transient is not None else old.state.history.t[0] if old is not None else 0.0
@@ -146,7 +152,7 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
     seconds: dict[str, float] = {}
     if transient is not None:
         counts, t, seconds = transient.counts, transient.history.t[0], transient.clock.seconds
-        summary = _summary(counts, t, transient.constraints.size)
+        summary = _summary(counts, t, transient.constraints.size) | found
 
     def finish() -> None:
         nonlocal outcome
