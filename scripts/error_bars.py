@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from pairsim.config.curve_case import CurveCase
 
 SCENES = Path(__file__).resolve().parent.parent / "configs" / "error_bars" / "scenes.yaml"
-COLUMNS = ["scene", "mesh", "gap", "unknowns", "seconds", "dU", "drift", "dU_correction", "spread_dU", "newton_dU"]
+COLUMNS = ["scene", "mesh", "gap", "unknowns", "seconds", "dU", "dU_correction", "spread_dU", "newton_dU"]
 COLUMNS += ["scatter_dU", "ends_dU", "s_jump", "mesh_error", "reason"]
 ESTIMATED = ("dU_correction", "spread_dU", "scatter_dU", "mesh_error")
 # Meshes that are judged, and the two that give the truth; cells near the ends of the latter's ranges differ in kind.
@@ -112,8 +112,7 @@ def solve(name: str, scene: dict[str, Any], mesh: str) -> list[Row]:
         row = {"scene": name, "mesh": mesh, "gap": gap + 1, "unknowns": unknowns, "seconds": round(seconds, 2)}
         estimate = largest.estimate
         values = {
-            "dU": largest.dUs,
-            "drift": largest.drifts,
+            "dU": largest.held_dUs,
             "dU_correction": estimate.dU,
             "newton_dU": estimate.newton_dU,
         }

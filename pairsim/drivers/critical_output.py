@@ -86,6 +86,7 @@ class CriticalOutput:
         row: dict[str, Any] = dict(point_row(point))
         place = point.parameters
         row |= {"Ca_e": max(place.Ca_es), "De": place.De, "d_cr": point.d, "U": row["U_T"]}
+        row["slope"] = point.slope_at_rest
         row |= {"kind": critical.kind, "branch": number, "stable": "true" if row["slope"] < 0 else "false"}
         row |= {"d_error": "", "parameter_error": ""}
         if critical.by_parameter is None:

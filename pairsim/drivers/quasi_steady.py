@@ -31,7 +31,7 @@ def point_row(point: Point) -> dict[str, float]:
     row = named_row(0.0, point.gaps, o.U, o.dU, o.D, o.dp, o.dp_plus)
     gaps = gap_endings(o.d.size + 1)
     estimate = point.estimate
-    values = {"slope": point.slopes, "drift": point.drifts, "mesh_error": point.mesh_errors}
+    values = {"slope": point.slopes, "dU_held": point.held_dUs, "mesh_error": point.mesh_errors}
     values |= {"dU_correction": estimate.dU, "dU_error": point.dU_errors, "ends_error": estimate.ends_error}
     values |= {f"by_{name}": change for name, change in point.sensitivities.items()}
     for name, each in values.items():
@@ -40,7 +40,7 @@ def point_row(point: Point) -> dict[str, float]:
     for name, each in zip(FORCES, (o.F, estimate.F, estimate.F_error), strict=True):
         row |= {name + ending: value for ending, value in zip(particle_endings(o.U.size), each, strict=False)}
     row["dp_plus_correction"] = estimate.dp_plus
-    row |= {"newton": point.newton, "meshes": point.meshes, "m": o.m}
+    row |= {"newton": point.newton, "meshes": point.meshes, "t_relax": point.t_relax, "m": o.m}
     row |= {"volume_error": o.volume_error, "distortion": point.distortion}
     if o.conformation is not None:
         row |= asdict(o.conformation)

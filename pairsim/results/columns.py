@@ -44,6 +44,9 @@ COLUMNS: tuple[Column, ...] = (
     Column("U_i", r"U_i", "velocity of particle i, counted from upstream, the volume average of u_z", VELOCITY),
     Column("dU", r"\Delta U", "relative velocity of the pair, U_L - U_T; positive: it separates", VELOCITY),
     Column("dU_i", r"\Delta U_i", "relative velocity of neighbours, U_(i+1) - U_i; positive: they separate", VELOCITY),
+    Column("dU_held", r"\Delta U_h", "dU with the distance held, as if shapes and stresses had endless time", VELOCITY),
+    Column("dU_held_i", r"\Delta U_{h,i}", "dU_i with all distances held", VELOCITY),
+    Column("t_relax", r"t_r", "slowest decay time of a disturbance at held distance", TIME),
     Column("D_L", r"D_L", "Taylor parameter (L_z - L_r)/(L_z + L_r) of the leading particle", ""),
     Column("D_T", r"D_T", "Taylor parameter (L_z - L_r)/(L_z + L_r) of the trailing particle", ""),
     Column("D_i", r"D_i", "Taylor parameter (L_z - L_r)/(L_z + L_r) of particle i, counted from upstream", ""),
@@ -60,28 +63,22 @@ COLUMNS: tuple[Column, ...] = (
     Column("mesh", r"k", "number of remeshings before the step", "", whole=True),
     Column("meshes", r"k", "number of meshes made so far", "", whole=True),
     Column(
-        "slope", r"\mathrm{d}\Delta U/\mathrm{d}d", "derivative of dU by d; a zero with negative slope is stable", RATE
+        "slope",
+        r"\mathrm{d}\Delta U/\mathrm{d}d",
+        "derivative by d of dU_held, at a zero of dU; a zero with negative slope is stable",
+        RATE,
     ),
     Column(
         "slope_i",
         r"\mathrm{d}\Delta U_i/\mathrm{d}d",
-        "derivative of dU_i by d when all distances change together",
+        "derivative of dU_held_i by d when all distances change together",
         RATE,
-    ),
-    Column(
-        "drift", r"\delta", "estimated change of dU due to the terms neglected in a quasi-steady solution", VELOCITY
-    ),
-    Column(
-        "drift_i",
-        r"\delta_i",
-        "estimated change of dU_i due to the terms neglected in a quasi-steady solution",
-        VELOCITY,
     ),
     *(
         Column(
             f"by_{name}{i}",
             rf"\partial\Delta U{s}/\partial {symbol}",
-            f"derivative of dU{i} by {name} at fixed d",
+            f"derivative of dU_held{i} by {name}",
             VELOCITY,
         )
         for name, symbol in (("Ca_e", r"\mathrm{Ca}_e"), ("De", r"\mathrm{De}"), ("beta", r"\beta"))
@@ -105,8 +102,8 @@ COLUMNS: tuple[Column, ...] = (
     Column("parameter_error", r"\epsilon", "error of the followed parameter where two zeros meet; empty elsewhere", ""),
     Column("dU_correction", r"\delta^h", "estimate of exact minus discrete dU", VELOCITY),
     Column("dU_correction_i", r"\delta^h_i", "estimate of exact minus discrete dU_i", VELOCITY),
-    Column("dU_error", r"\epsilon", "error of dU by mesh, ends and Newton's method, half-width", VELOCITY),
-    Column("dU_error_i", r"\epsilon_i", "error of dU_i by mesh, ends and Newton's method, half-width", VELOCITY),
+    Column("dU_error", r"\epsilon", "error of dU by mesh, ends, Newton's method and motion, half-width", VELOCITY),
+    Column("dU_error_i", r"\epsilon_i", "error of dU_i by the same, half-width", VELOCITY),
     Column("ends_error", r"\epsilon_L", "the part of dU_error that is due to the ends of the tube", VELOCITY),
     Column("ends_error_i", r"\epsilon_{L,i}", "the part of dU_error_i that is due to the ends of the tube", VELOCITY),
     Column("U_correction_L", r"\delta^h_L", "estimate of exact minus discrete U_L", VELOCITY),
@@ -149,7 +146,7 @@ POLYMER_HEALTH = ("c_max", "c_max_z", "c_max_r", "c_min", "s_jump")
 """Diagnostic columns that follow in a viscoelastic liquid."""
 FORCES = ("F", "F_correction", "F_error")
 """Columns of every particle in curve.csv, if the velocity of the particles is prescribed."""
-CURVE_HEALTH = ("meshes", "m", "volume_error", "distortion")
+CURVE_HEALTH = ("t_relax", "meshes", "m", "volume_error", "distortion")
 """Diagnostic columns of curve.csv and critical.csv, before those of a viscoelastic liquid."""
 
 
@@ -248,7 +245,7 @@ def curve_columns(n: int, common: bool, mesh_error: bool, sensitivities: Sequenc
         sensitivities: Parameters by which dU was differentiated.
         forces: Whether the velocity of the particles is prescribed.
     """
-    names = ["drift", "dU_correction", "dU_error", "ends_error", *(["mesh_error"] if mesh_error else [])]
+    names = ["dU_held", "dU_correction", "dU_error", "ends_error", *(["mesh_error"] if mesh_error else [])]
     names += [*(["slope"] if common else []), *(f"by_{name}" for name in sensitivities)]
     by_gap = (name + gap for name in names for gap in gap_endings(n))
     corrections = [f"U_correction{each}" for each in particle_endings(n)] + ["dp_plus_correction"]
@@ -259,7 +256,7 @@ def curve_columns(n: int, common: bool, mesh_error: bool, sensitivities: Sequenc
 
 CRITICAL_COLUMNS = (
     *("Ca_e", "De", "d_cr", "stable", "kind", "branch", "slope", "U", "D_L", "D_T", "dp", "dp_plus"),
-    *("newton", "drift", "dU_correction", "dU_error", "ends_error", "d_error", "parameter_error"),
+    *("newton", "dU_correction", "dU_error", "ends_error", "d_error", "parameter_error"),
 )
 """The columns that critical.csv begins with."""
 EQUILIBRIA_COLUMNS = ("d", "stable", "slope", "peak", "d_error", "certain")

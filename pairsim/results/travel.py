@@ -16,7 +16,7 @@ from pairsim.runtime.errors import InputError
 from pairsim.solvers.curve_interpolant import curve_interpolant
 
 Array = NDArray[np.float64]
-COLUMNS = ("d", "dU", "slope", "U_L", "U_T", "drift")
+COLUMNS = ("d", "dU", "dU_held", "slope", "U_L", "U_T")
 TOLERANCE = 1e-10
 
 
@@ -58,7 +58,7 @@ def travel(table: dict[str, Array], start: float, stop: float, source: str) -> T
     if start == stop:
         raise InputError(source, "--to", stop, "must differ from --from")
     x = np.log(d)
-    curve = curve_interpolant(d, table["dU"], table["slope"])
+    curve = curve_interpolant(d, table["dU_held"], table["slope"])
     low, high = sorted((float(np.log(start)), float(np.log(stop))))
     roots = [float(root) for root in curve.roots(extrapolate=False) if low <= root <= high]
     if roots:
@@ -70,7 +70,7 @@ def travel(table: dict[str, Array], start: float, stop: float, source: str) -> T
         side, motion = ("above", "separates") if stop < start else ("below", "approaches")
         raise InputError(source, "--to", stop, f"must be {side} {start:g}: the pair {motion} there")
     drift, mean = (
-        scipy.interpolate.PchipInterpolator(x, table["drift"]),
+        scipy.interpolate.PchipInterpolator(x, table["dU"] - table["dU_held"]),
         scipy.interpolate.PchipInterpolator(x, (table["U_L"] + table["U_T"]) / 2),
     )
     places = [low, *(float(value) for value in x if low < value < high), high]

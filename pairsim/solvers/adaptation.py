@@ -207,9 +207,9 @@ class AdaptiveBranch(Branch):
         if self.rounds[place] >= ROUNDS:
             return False
         estimate, allowed = point.estimate, self._allowed(point.parameters)
-        room = allowed - estimate.ends_error - np.abs(estimate.newton_dU)
+        room = allowed - estimate.ends_error - np.abs(estimate.newton_dU) - point.motion.remainder
         least = LEAST_ROOM * allowed
-        if self.rounds[place] and (room < least).any():  # the tube is too short; coarse cells overestimate its effect
+        if self.rounds[place] and (room < least).any():  # no mesh helps; coarse ones overestimate what the ends do
             return False
         room = np.maximum(room, least)
         self.rounds[place] += 1

@@ -19,8 +19,10 @@ from pairsim.solvers.continuation import follow, new_mesh, towards
 from pairsim.solvers.error_estimate import ErrorEstimate, ErrorEstimator
 from pairsim.solvers.first_solution import COARSER, coarser, first_scene, started
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.perturbation import drift, sensitivities
 from pairsim.solvers.problems import SteadyProblem
+from pairsim.solvers.relaxation import relaxation_time
+from pairsim.solvers.sensitivities import sensitivities
+from pairsim.solvers.slow_manifold import SlowMotion, slow_motion
 from pairsim.solvers.snapshot import Snapshot
 from pairsim.solvers.steady import Steady
 
@@ -37,10 +39,11 @@ class Point:
 
     Attributes:
         parameters: Parameters of the solution.
-        observation: Quantities evaluated from the solution.
-        slopes: d(dU)/dd of every gap when all distances change equally, shape (N-1,).
-        drifts: Change of every dU by the terms that the quasi-steady equations neglect, to first order, shape (N-1,).
-        sensitivities: Derivatives of every dU with respect to Ca_e, De and beta; empty unless requested.
+        held: Quantities evaluated from the solution, with the distances held.
+        motion: What moving adds to the velocities.
+        t_relax: Slowest decay time of a disturbance at held distances [D_c/U_av].
+        slopes: Derivative of every dU at held distances when all distances change equally, shape (N-1,).
+        sensitivities: Derivatives of the same dU with respect to Ca_e, De and beta; empty unless requested.
         estimate: Estimate of the discretisation errors.
         mesh_errors: |dU - dU on a mesh with cells 2^0.5 times larger|, None without that mesh.
         newton: Newton iterations since the previous point.
@@ -49,9 +52,10 @@ class Point:
     """
 
     parameters: Parameters
-    observation: Observation
+    held: Observation
+    motion: SlowMotion
+    t_relax: float
     slopes: Array
-    drifts: Array
     sensitivities: dict[str, Array]
     estimate: ErrorEstimate
     mesh_errors: Array | None
@@ -70,9 +74,19 @@ class Point:
         return self.gaps[0]
 
     @property
+    def observation(self) -> Observation:
+        """The quantities of the solution with the velocities of particles that move, on the slow manifold."""
+        return replace(self.held, U=self.held.U + self.motion.U)
+
+    @property
     def dUs(self) -> Array:
-        """Relative velocities of neighbouring particles, shape (N-1,)."""
-        return self.observation.dU
+        """Relative velocities of neighbouring particles that move, on the slow manifold, shape (N-1,)."""
+        return np.diff(self.held.U + self.motion.U)
+
+    @property
+    def held_dUs(self) -> Array:
+        """Relative velocities of neighbouring particles at held distances, shape (N-1,)."""
+        return self.held.dU
 
     @property
     def dU(self) -> float:
@@ -82,7 +96,12 @@ class Point:
     @property
     def dU_errors(self) -> Array:
         """Errors of the relative velocities, half-widths of intervals, (N-1,)."""
-        return self.estimate.dU_error
+        return self.estimate.dU_error + self.motion.remainder
+
+    @property
+    def slope_at_rest(self) -> float:
+        """Derivative of the dU of a pair by its distance where dU vanishes, to first order in the neglected terms."""
+        return float(self.slopes[0]) * (1 + self.motion.response)
 
 
 class Branch:
@@ -257,18 +276,20 @@ class Branch:
         fine.factor()
         adjoints = Adjoints.of(fine)
         slopes = np.diff(fine.gap_tangents().sum(axis=0)[fine.constraints.fields["U_p"]])
-        observation = fine.observe()
+        held = fine.observe()
         errors = None
         if len(self.scenes) > 1:
             coarse = self.scenes[1]
-            errors = np.abs(observation.dU - np.diff(coarse.y[coarse.constraints.fields["U_p"]]))
+            errors = np.abs(held.dU - np.diff(coarse.y[coarse.constraints.fields["U_p"]]))
+        estimate, t_relax = self._estimator.estimate(fine, adjoints), relaxation_time(fine)
         return Point(
             fine.parameters,
-            observation,
+            held,
+            slow_motion(fine, adjoints, t_relax, float(estimate.dU_error.min(initial=np.inf))),
+            t_relax,
             slopes,
-            np.diff(drift(fine, adjoints)),
             sensitivities(fine, adjoints) if self._sensitivities else {},
-            self._estimator.estimate(fine, adjoints),
+            estimate,
             errors,
             fine.iterations - iterations_before,
             fine.meshes,

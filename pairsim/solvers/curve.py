@@ -211,7 +211,7 @@ def equilibria(zeros: list[Zero], points: list[Point]) -> list[Equilibrium]:
     result = []
     for before, zero, end, peak in zip(ends, (z.point for z in zeros), ends[2:], peaks[1:], strict=False):
         left, right = ([p for p in points if a <= p.d <= b] for a, b in ((before, zero.d), (zero.d, end)))
-        slope = float(zero.slopes[0])
+        slope = zero.slope_at_rest
         error = float(zero.dU_errors[0]) / abs(slope)
         certain = all(any(abs(p.dU) > p.dU_errors[0] for p in side) for side in (left, right))
         result.append(Equilibrium(zero.d, slope, peak / max(peaks), error, certain))

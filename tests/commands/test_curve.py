@@ -46,7 +46,7 @@ def test_curve_command(tmp_path: Path, pairsim: Pairsim) -> None:
     done = pairsim("curve", "case.yaml", "-o", "out", "--sensitivities")
     assert done.returncode == 0, done.stderr
     header = (tmp_path / "out" / "curve.csv").read_text().splitlines()[0]
-    assert header.startswith("d,U_L,U_T,dU,D_L,D_T,dp,dp_plus,newton,drift,")
+    assert header.startswith("d,U_L,U_T,dU,D_L,D_T,dp,dp_plus,newton,dU_held,")
     table = read_series(tmp_path / "out" / "curve.csv")
     assert set(table["d"][table["wanted"] == 1]) == {0.1, 0.3}
     assert np.array_equal(table["d"], np.sort(table["d"]))
@@ -225,7 +225,7 @@ def test_ranks_give_the_same_curve(alone: pairsim.CurveResult, tmp_path: Path, p
     assert together.table["d"].to_numpy() == pytest.approx(alone.table["d"].to_numpy())
     assert len(together.zeros) == 1
     assert together.zeros["d"].to_numpy() == pytest.approx(alone.zeros["d"].to_numpy(), abs=1e-8)
-    for name in ("U_L", "dU", "D_L", "D_T", "dp_plus", "drift", "slope", "c_max"):
+    for name in ("U_L", "dU", "D_L", "D_T", "dp_plus", "dU_held", "t_relax", "slope", "c_max"):
         assert together.table[name].to_numpy() == pytest.approx(alone.table[name].to_numpy(), abs=1e-8), name
     for name in ("dU_correction", "dU_error", "ends_error", "U_correction_L", "U_correction_T"):
         assert together.table[name].to_numpy() == pytest.approx(alone.table[name].to_numpy(), rel=1e-5), name

@@ -49,7 +49,9 @@ def test_points_are_added_where_any_gap_of_three_particles_asks_for_them(gap: in
 
 def test_a_zero_within_the_mesh_error_is_called_uncertain() -> None:
     def point(d: float, dU: float, error: float) -> Any:
-        return SimpleNamespace(d=d, dU=dU, dUs=np.array([dU]), slopes=np.array([1.0]), dU_errors=np.array([error]))
+        return SimpleNamespace(
+            d=d, dU=dU, dUs=np.array([dU]), slopes=np.array([1.0]), slope_at_rest=1.0, dU_errors=np.array([error])
+        )
 
     zero: Any = SimpleNamespace(point=point(0.2, 0.0, 0.002))
     (clear,) = equilibria([zero], [point(0.1, -0.1, 0.01), point(0.3, 0.1, 0.01)])
@@ -61,7 +63,9 @@ def test_a_zero_within_the_mesh_error_is_called_uncertain() -> None:
 
 def test_the_peak_beside_a_zero_is_part_of_the_largest_dU_between_points_too() -> None:
     def point(d: float, dU: float, slope: float) -> Any:
-        return SimpleNamespace(d=d, dU=dU, dUs=np.array([dU]), slopes=np.array([slope]), dU_errors=np.zeros(1))
+        return SimpleNamespace(
+            d=d, dU=dU, dUs=np.array([dU]), slopes=np.array([slope]), slope_at_rest=slope, dU_errors=np.zeros(1)
+        )
 
     zero: Any = SimpleNamespace(point=point(0.2, 0.0, 1.0))
     (found,) = equilibria([zero], [point(0.1, -0.05, 1.0), point(0.3, 0.1, 2.0), point(0.4, 0.1, -2.0)])

@@ -18,7 +18,8 @@ D = np.geomspace(0.05, 1, 12)
 
 def table(dU: np.ndarray, slope: np.ndarray, U: np.ndarray | float = 1.8, drift: float = 0.0) -> dict[str, np.ndarray]:
     U = np.broadcast_to(U, D.shape)
-    return {"d": D, "dU": dU, "slope": slope, "U_L": U + dU / 2, "U_T": U - dU / 2, "drift": drift * dU}
+    total = dU * (1 + drift)
+    return {"d": D, "dU": total, "dU_held": dU, "slope": slope, "U_L": U + dU / 2, "U_T": U - dU / 2}
 
 
 LINEAR = table(0.01 * D, np.full_like(D, 0.01))
