@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from pairsim.config.case import Case
@@ -21,8 +22,8 @@ def settled_entry(case: Case, comm: MPI.Comm, transient: Transient) -> dict[str,
         transient: The run, after its last step.
 
     Returns:
-        dU with its error at every gap [U_av], the time in which a disturbance decays [D_c/U_av], how the run started
-        and which part of dU `accuracy` allows as error; or a message, if there is no quasi-steady solution.
+        dU with its error at every gap [U_av], the decay time of a disturbance [D_c/U_av], how the run started and
+         which part of dU `accuracy` allows as error; or a message, if there is no quasi-steady solution.
     """
     transient.close()
     try:
@@ -32,6 +33,7 @@ def settled_entry(case: Case, comm: MPI.Comm, transient: Transient) -> dict[str,
         return {"message": failure.message}
     except Stopped:
         return {"message": "the quasi-steady solution at the last distances was interrupted"}
+    if not math.isfinite(point.t_relax):
+        return {"message": "disturbances of the quasi-steady state at the last distances do not decay"}
     entry = {"d": list(point.gaps), "dU": point.dUs.tolist(), "dU_error": point.dU_errors.tolist()}
-    memory = max(case.De, 4 * max(case.Ca_es))
-    return entry | {"memory": memory, "start": case.start, "accuracy": case.error_wanted}
+    return entry | {"t_relax": point.t_relax, "start": case.start, "accuracy": case.error_wanted}

@@ -12,7 +12,7 @@ from pairsim.results.answer import Table, _Scales, _shapes, with_error
 from pairsim.results.columns import error_column
 from pairsim.runtime.arrays import Array
 
-# Memory times after a start from rest up to which a run is starting up, at least; chosen: exp(-3) = .05.
+# Decay times after a start from rest up to which a run is starting up, at least; chosen: exp(-3) = .05.
 FORGOTTEN = 3.0
 SETTLED = "settled"  # entry of run.json
 NOTHING = 1e-9  # |dU| of particles that keep their distance [U_av]; chosen
@@ -25,14 +25,14 @@ class Settled:
     Attributes:
         dU: Relative velocity once the start-up has decayed [U_av].
         error: Half-width of its interval.
-        memory: Time in which a disturbance decays [D_c/U_av].
+        t_relax: Slowest decay time of a disturbance [D_c/U_av].
         from_rest: Whether the run started from rest.
         accuracy: Error wanted, as a part of |dU|.
     """
 
     dU: float
     error: float
-    memory: float
+    t_relax: float
     from_rest: bool
     accuracy: float
 
@@ -43,7 +43,7 @@ class Settled:
         if "dU" not in entry:
             return None
         from_rest, accuracy = entry["start"] == "rest", entry["accuracy"]
-        return Settled(entry["dU"][gap], entry["dU_error"][gap], entry["memory"], from_rest, accuracy)
+        return Settled(entry["dU"][gap], entry["dU_error"][gap], entry["t_relax"], from_rest, accuracy)
 
     def allowed(self, error: float | None) -> float:
         """Difference from dU of a run that errors explain; without an estimate in the run, on the same cells."""
@@ -63,12 +63,12 @@ class Settled:
     @property
     def least_end(self) -> float:
         """Time before which a run from rest is starting up [D_c/U_av]."""
-        return FORGOTTEN * self.memory if self.from_rest else 0.0
+        return FORGOTTEN * self.t_relax if self.from_rest else 0.0
 
     def end_needed(self, t: float, dU: float, error: float | None) -> float:
         """A `time.end` at which the start-up will have decayed, to two digits; see `decayed`."""
         excess = max(abs(dU - self.dU) / self.allowed(error), 1.0)
-        end = max(t + self.memory * np.log(2 * excess), self.least_end)
+        end = max(t + self.t_relax * np.log(2 * excess), self.least_end)
         scale = 10.0 ** (np.floor(np.log10(end)) - 1)
         return float(scale * np.ceil(end / scale))
 
