@@ -72,11 +72,6 @@ class Settled:
         scale = 10.0 ** (np.floor(np.log10(end)) - 1)
         return float(scale * np.ceil(end / scale))
 
-    def sign(self, dU: float) -> int:
-        """Sign of dU once the start-up has decayed; 0 where its interval holds both, or `dU` of the run differs."""
-        sign = _sign(self.dU, self.error)
-        return 0 if sign * dU < 0 and self.decayed(np.inf, dU, None) else sign
-
 
 def start_up(record: Mapping[str, Any]) -> float:
     """Time up to which a run is starting up, at least [D_c/U_av]; 0 where it is not known or starts from no rest."""
@@ -123,8 +118,9 @@ def _motion(
         sign = _sign(dU, error)
         turned = sign != 0 and np.sign(d[-1] - d[0]) == -sign
         return f"{_moves(sign, dU)}{' in the end, after moving the other way' if turned else ''}: {way}, {now}."
-    sign, later = settled.sign(dU), with_error(settled.dU, settled.error, "+")
+    sign, later = _sign(settled.dU, settled.error), with_error(settled.dU, settled.error, "+")
     if settled.decayed(float(t[-1]), dU, error):
+        sign = sign if sign * dU >= 0 else 0
         turned = sign != 0 and np.sign(d[-1] - d[0]) == -sign
         other = f" While it started up it {'came closer' if sign > 0 else 'moved apart'}." if turned else ""
         steady = f", {later} in quasi-steady motion there" if abs(settled.dU) > NOTHING else ""
