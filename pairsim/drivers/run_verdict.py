@@ -6,34 +6,41 @@ import math
 from typing import Any
 
 from pairsim.config.case import Case
+from pairsim.drivers.outcome import Outcome
+from pairsim.results.run_answer import SETTLED
 from pairsim.runtime.errors import RunFailure
 from pairsim.runtime.fenicsx import MPI
 from pairsim.runtime.signals import Stopped
+from pairsim.solvers.problems import Problem
 from pairsim.solvers.run_end import settled
-from pairsim.solvers.transient import Transient
 
 
-def settled_entry(case: Case, comm: MPI.Comm, transient: Transient) -> dict[str, Any]:
-    """The quasi-steady solution at the last distances of a run; frees the memory of its solver.
+def settled_entry(
+    case: Case, comm: MPI.Comm, problem: Problem, gaps: tuple[float, ...], ended: Outcome
+) -> dict[str, Any]:
+    """The quasi-steady solution at the last distances of a run; collective.
 
     Args:
-        case: The case, with two particles or more.
+        case: The case.
         comm: Its communicator.
-        transient: The run, after its last step.
+        problem: Its problem, with the cells of the run.
+        gaps: The last distances [D_c], N-1 values.
+        ended: How the run ended.
 
     Returns:
-        dU with its error at every gap [U_av], the decay time of a disturbance [D_c/U_av], how the run started and
-         which part of dU `accuracy` allows as error; or a message, if there is no quasi-steady solution.
+        The entry of run.json: dU with its error at every gap [U_av], the decay time of a disturbance [D_c/U_av], how
+        the run started and which part of dU `accuracy` allows as error; a message, if there is no such solution. Empty
+        for a single particle, and for a run that ended early.
     """
-    transient.close()
+    if case.n < 2 or ended.reason not in ("end", "max_gap"):
+        return {}
     try:
-        with transient.clock("quasi-steady"):
-            point = settled(comm, transient.problem, transient.meshed.geometry_at(transient.history.h[0]).gaps)
+        point = settled(comm, problem, gaps)
     except RunFailure as failure:
-        return {"message": failure.message}
+        return {SETTLED: {"message": failure.message}}
     except Stopped:
-        return {"message": "the quasi-steady solution at the last distances was interrupted"}
+        return {SETTLED: {"message": "the quasi-steady solution at the last distances was interrupted"}}
     if not math.isfinite(point.t_relax):
-        return {"message": "disturbances of the quasi-steady state at the last distances do not decay"}
+        return {SETTLED: {"message": "disturbances of the quasi-steady state at the last distances do not decay"}}
     entry = {"d": list(point.gaps), "dU": point.dUs.tolist(), "dU_error": point.dU_errors.tolist()}
-    return entry | {"t_relax": point.t_relax, "start": case.start, "accuracy": case.error_wanted}
+    return {SETTLED: entry | {"t_relax": point.t_relax, "start": case.start, "accuracy": case.error_wanted}}
