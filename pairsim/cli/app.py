@@ -249,7 +249,8 @@ def _end(result: Result, directory: Path, shown: Style, plot: bool) -> NoReturn:
         if shown == "none" and code:
             typer.echo(result.message, err=True)
         elif shown not in ("none", "json") and directory.is_dir():
-            typer.echo(advice(result.kind, result.status, directory, "dU" in result.table), err=True)
+            pair = "dU" in result.table
+            typer.echo(advice(result.kind, result.status, result.reason, result.message, directory, pair), err=True)
     raise typer.Exit(code)
 
 

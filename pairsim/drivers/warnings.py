@@ -47,8 +47,8 @@ def long_steps(case: Case, part: float) -> list[str]:
         return []
     key = "time.tol or time.first_step" if case.time.fixed_step is None else "time.fixed_step"
     return [
-        f"time steps may cause an error of {above(100 * part, 100 * case.error_wanted)} % of the largest |dU|, more than accuracy: "
-        f"{case.accuracy}; reduce {key}"
+        f"time steps may cause an error of {above(100 * part, 100 * case.error_wanted)} % of the largest |dU|, more "
+        f"than accuracy: {case.accuracy}; reduce {key}"
     ]
 
 
@@ -76,8 +76,8 @@ def unresolved_stress(case: SceneCase, s_jump: float) -> list[str]:
     if s_jump <= allowed:
         return []
     return [
-        f"s = log c changes by {above(s_jump, allowed)} within one cell: the polymer stress is not resolved there. Above "
-        f"{allowed:g}, the error of dU may exceed {case.accuracy} of its largest value (docs/how-to/accuracy.md); "
+        f"s = log c changes by {above(s_jump, allowed)} within one cell: the polymer stress is not resolved there. "
+        f"Above {allowed:g}, the error of dU may exceed {case.accuracy} of its largest value (docs/how-to/accuracy.md); "
         "compare with a finer mesh (mesh.Np near the particles, mesh.max_size elsewhere)"
     ]
 

@@ -13,7 +13,6 @@ import pairsim
 from pairsim.config.case_file import critical_from_dict
 from pairsim.config.checked_range import beyond_checked
 
-
 every_computation = pytest.mark.parametrize(
     ("compute", "place"),
     [
