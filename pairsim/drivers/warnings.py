@@ -77,8 +77,8 @@ def unresolved_stress(case: SceneCase, s_jump: float) -> list[str]:
         return []
     return [
         f"s = log c changes by {above(s_jump, allowed)} within one cell: the polymer stress is not resolved there. "
-        f"Above {allowed:g}, the error of dU may exceed {case.accuracy} of its largest value (docs/how-to/accuracy.md); "
-        "compare with a finer mesh (mesh.Np near the particles, mesh.max_size elsewhere)"
+        f"Above {allowed:g}, the error of dU may exceed {case.accuracy} of its largest value "
+        "(docs/how-to/accuracy.md); compare with a finer mesh (mesh.Np near the particles, mesh.max_size elsewhere)"
     ]
 
 
