@@ -35,7 +35,7 @@ from pairsim.runtime.errors import (
     abort_others,
     unexpected,
 )
-from pairsim.runtime.signals import Signals
+from pairsim.runtime.signals import Signals, no_interrupt_lost
 from pairsim.runtime.version import __version__, commit
 
 if TYPE_CHECKING:
@@ -297,6 +297,7 @@ def mesh(
         typer.echo(f"{name}: {count}")
 
 
+@no_interrupt_lost()
 def main() -> NoReturn:
     """Entry point: every `PairsimError` is printed as one message, without a traceback, and sets the exit code."""
     repair_streams()
