@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.results.columns import error_column, relative_velocities
+from pairsim.results.columns import relative_velocities
 from pairsim.results.curve_table import peak_of, regions_of
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.duration import duration
@@ -179,8 +179,21 @@ def cost_line(record: Mapping[str, Any]) -> str:
     return f"Took {duration(float(record.get('wall_time', 0.0)))}" + (f" ({', '.join(parts)})." if parts else ".")
 
 
-def advice(kind: str, status: str, directory: Path, pair: bool) -> str:
-    """What to do next; `pair`: whether the result tells how fast a pair moves apart."""
+CASE_NOT_AT_FAULT = ("interrupted", "write_failed", "environment")  # reasons for which the same command may succeed
+LIMITS = ("wall_time", "max_steps")  # reasons that are keys of `limits` as well
+
+
+def advice(kind: str, status: str, reason: str, message: str, directory: Path, pair: bool) -> str:
+    """What to do next.
+
+    Args:
+        kind: The command: run, curve or critical.
+        status: How it ended, as in run.json.
+        reason: Why.
+        message: The same in words, with what a failure advises to try.
+        directory: The folder of its results.
+        pair: Whether the result tells how fast a pair moves apart.
+    """
     if status == "finished":
         more = {
             "run": f"pairsim plot {directory} draws it; pairsim run --resume {directory} --set time.end=... continues",
@@ -190,6 +203,12 @@ def advice(kind: str, status: str, directory: Path, pair: bool) -> str:
             "critical": f"pairsim plot {directory} draws it again",
         }
         return f"Next: {more[kind]}."
+    if reason in LIMITS:
+        return f"Next: pairsim run --resume {directory} --set limits.{reason}=... continues from the last checkpoint."
+    if reason not in CASE_NOT_AT_FAULT:
+        _, found, remedy = message.rpartition("; try ")
+        change = f"try {remedy}; " if found else ""
+        return f"Next: {change}unchanged, the case fails in the same way. What was written stands."
     if kind == "run":
         return f"Next: pairsim run --resume {directory} continues from the last checkpoint."
     return "Next: the same command with --overwrite computes it again; what was written stands until then."

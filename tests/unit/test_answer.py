@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from pairsim.results.answer import Zero, answer_of_critical, answer_of_curve, with_error
+from pairsim.results.answer import Zero, advice, answer_of_critical, answer_of_curve, with_error
 from pairsim.results.run_answer import answer_of_run
+from pairsim.runtime.errors import (
+    MeshFailure,
+    NewtonFailure,
+    NoSteadyState,
+    RunFailure,
+    TooManySteps,
+    WallTime,
+    WriteFailure,
+)
 
 NUMBERS = {
     (1.567e-3, 4e-6): "(1.567 +- 0.004)e-3",
@@ -119,3 +129,31 @@ def test_critical_distances_by_kind() -> None:
     assert lines[1].startswith("1 stable critical distance, d = 0.3")
     assert lines[2] == "A branch ends: edge."
     assert "keeps its sign" in answer_of_critical([], {})[0]
+
+
+@pytest.mark.parametrize("kind", ["run", "curve", "critical"])
+def test_nobody_is_told_to_repeat_what_fails_in_the_same_way(kind: str) -> None:
+    """Only a case that is not at fault may succeed when it is repeated."""
+    out = Path("out")
+    for failure in (
+        NoSteadyState("no solution was found", advice="a larger mesh.Np"),
+        MeshFailure("a cell of the new mesh is inverted", advice="a larger mesh.Np"),
+        NewtonFailure("no convergence", t=0.1, step=3, advice="a larger mesh.Np"),
+    ):
+        told = advice(kind, "failed", failure.reason, str(failure), out, True)
+        assert "try a larger mesh.Np; unchanged, the case fails in the same way" in told
+        assert not re.search("--overwrite|--resume", told)
+    folded = advice(kind, "failed", NoSteadyState.reason, "the branch has a fold at Ca_e = 0.15", out, True)
+    assert folded.startswith("Next: unchanged, the case fails in the same way")
+    again = "--resume out" if kind == "run" else "--overwrite"
+    full = WriteFailure("No space left on device", advice="freeing disk space, then the same command")
+    assert again in advice(kind, "failed", full.reason, str(full), out, True)
+    assert again in advice(kind, "failed", "environment", "no C compiler", out, True)
+    assert again in advice(kind, "interrupted", "interrupted", "SIGINT", out, True)
+
+
+@pytest.mark.parametrize("limit", [WallTime, TooManySteps])
+def test_run_that_meets_a_limit_goes_on_with_a_larger_one(limit: type[RunFailure]) -> None:
+    """With the same limit it would end at once."""
+    told = advice("run", "failed", limit.reason, str(limit("reached")), Path("out"), True)
+    assert f"--resume out --set limits.{limit.reason}=..." in told
