@@ -12,11 +12,12 @@ import numpy as np
 
 from pairsim.api.cases import load
 from pairsim.config.case import SceneCase
-from pairsim.results.answer import Zero, answer_of_critical, answer_of_curve, answer_of_run, cost_line
+from pairsim.results.answer import Zero, answer_of_critical, answer_of_curve, cost_line
 from pairsim.results.columns import EQUILIBRIA_COLUMNS
 from pairsim.results.curve_table import curve_of
 from pairsim.results.folders import valid_record
 from pairsim.results.output import SERIES
+from pairsim.results.run_answer import answer_of_run
 from pairsim.results.xdmf import FieldFrame, read_frame, read_times
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError, failure_of

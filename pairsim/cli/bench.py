@@ -62,7 +62,7 @@ def units(
             "5um",
         ),
     ] = None,
-    end: Annotated[str | None, _option("--end", "End time of the run (default: 2 D_c/U_av)", "0.1s")] = None,
+    end: Annotated[str | None, _option("--end", "End time of the run (default: by De and Ca_e)", "0.1s")] = None,
     kind: Annotated[
         Literal["run", "curve", "critical"], typer.Option("--kind", help="The command that the case file is for.")
     ] = "run",

@@ -7,6 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from pairsim.config.case import SceneCase
+from pairsim.config.checked_range import beyond_checked
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.session import Session, write_failure
 from pairsim.drivers.warnings import ErrorAt, coarse_mesh, near_ends, unresolved_stress
@@ -97,7 +98,7 @@ def conclude(
     counts, phases = costs(branch)
     seen = [c.s_jump for p in points if (c := p.observation.conformation) is not None]
     stress = unresolved_stress(case, max(seen, default=0.0))
-    warnings = [*warnings, *coarse_mesh(case), *stress, *near_ends(case, case.cluster)]
+    warnings = [*warnings, *beyond_checked(case), *coarse_mesh(case), *stress, *near_ends(case, case.cluster)]
     try:
         session.record.write(outcome, {**summary, **counts, "warnings": warnings}, phases)
     except OSError as error:

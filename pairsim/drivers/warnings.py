@@ -22,6 +22,12 @@ COARSEST = "5%"
 NOTABLE = 0.1  # part of `accuracy` below which an error is too small for a warning that its estimate cancels; chosen
 
 
+def above(value: float, limit: float) -> str:
+    """A number that exceeds a limit, with two significant digits, or as many as it takes to read above the limit."""
+    texts = (f"{value:.{digits}g}" for digits in range(2, 17))
+    return next((text for text in texts if float(text) > limit), f"{value}")
+
+
 def coarse_mesh(case: SceneCase) -> list[str]:
     """Warn of a mesh that is coarser than any whose error was measured."""
     measured = SETTINGS[COARSEST].mesh(liquid_of(dict(case)), case.betas)
@@ -45,8 +51,8 @@ def long_steps(case: Case, part: float) -> list[str]:
         return []
     key = "time.tol or time.first_step" if case.time.fixed_step is None else "time.fixed_step"
     return [
-        f"time steps may cause an error of {100 * part:.2g} % of the largest |dU|, more than accuracy: "
-        f"{case.accuracy}; reduce {key}"
+        f"time steps may cause an error of {above(100 * part, 100 * case.error_wanted)} % of the largest |dU|, more "
+        f"than accuracy: {case.accuracy}; reduce {key}"
     ]
 
 
@@ -59,10 +65,11 @@ def large_run_error(case: Case, part: float) -> list[str]:
     """
     if part <= case.error_wanted:
         return []
+    percent = above(100 * part, 100 * case.error_wanted)
     if case.adapts:
-        return [f"accuracy: {case.accuracy} was not kept: dU_error is up to {100 * part:.2g} % of the largest |dU|"]
+        return [f"accuracy: {case.accuracy} was not kept: dU_error is up to {percent} % of the largest |dU|"]
     return [
-        f"dU_error is up to {100 * part:.2g} % of the largest |dU|, more than accuracy: {case.accuracy}; use a finer "
+        f"dU_error is up to {percent} % of the largest |dU|, more than accuracy: {case.accuracy}; use a finer "
         "mesh (mesh.Np, mesh.max_size) or a smaller time.tol"
     ]
 
@@ -73,9 +80,9 @@ def unresolved_stress(case: SceneCase, s_jump: float) -> list[str]:
     if s_jump <= allowed:
         return []
     return [
-        f"s = log c changes by {s_jump:.2g} within one cell: the polymer stress is not resolved there. Above "
-        f"{allowed:g}, the error of dU may exceed {case.accuracy} of its largest value (docs/how-to/accuracy.md); "
-        "compare with a finer mesh (mesh.Np near the particles, mesh.max_size elsewhere)"
+        f"s = log c changes by {above(s_jump, allowed)} within one cell: the polymer stress is not resolved there. "
+        f"Above {allowed:g}, the error of dU may exceed {case.accuracy} of its largest value "
+        "(docs/how-to/accuracy.md); compare with a finer mesh (mesh.Np near the particles, mesh.max_size elsewhere)"
     ]
 
 
@@ -110,8 +117,8 @@ def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorA
     if worst is not None and worst.relative > allowed and not case.adapts:  # see `Adaptation.report`
         advice = "a larger length" if worst.ends > worst.relative / 2 else "a finer mesh (mesh.Np, mesh.max_size)"
         warnings.append(
-            f"{error} is {100 * worst.relative:.2g} % of {size} at {worst.where}, more than accuracy: {case.accuracy}; "
-            f"use {advice}"
+            f"{error} is {above(100 * worst.relative, 100 * allowed)} % of {size} at {worst.where}, more than "
+            f"accuracy: {case.accuracy}; use {advice}"
         )
     if unsure := [each.where for each in errors if each.cancelling and each.relative > NOTABLE * allowed]:
         places = unsure[0] if len(unsure) == 1 else f"{len(unsure)} places, such as {unsure[0]}"

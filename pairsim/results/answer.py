@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.results.columns import error_column, relative_velocities
+from pairsim.results.columns import relative_velocities
 from pairsim.results.curve_table import peak_of, regions_of
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.duration import duration
@@ -53,32 +53,6 @@ def with_error(value: float, error: float | None, sign: str = "") -> str:
     return text if scale == 1.0 else f"({text})e{exponent}"
 
 
-def answer_of_run(series: Table, record: Mapping[str, Any]) -> list[str]:
-    """The answer of a run in time.
-
-    Args:
-        series: Columns of series.csv.
-        record: run.json.
-    """
-    gaps = [name for name in series if name == "d" or name.startswith("d_")]
-    lines = []
-    for name in gaps:
-        ending = name.removeprefix("d")
-        d, dU = series[name], series[f"dU{ending}"]
-        column = error_column(series, ending)
-        error = float(series[column][-1]) if column is not None else None
-        who = "The pair" if len(gaps) == 1 else f"Gap {ending.removeprefix('_')}"
-        way = f"from d = {d[0]:.5g} at t = {series['t'][0]:.3g} to d = {d[-1]:.5g} at t = {series['t'][-1]:.4g}"
-        lines.append(f"{who} {_motion(d, dU, error, record)}: {way}, dU = {with_error(dU[-1], error, '+')} at the end.")
-        if (scales := _Scales.of(record)) is not None:
-            way = f"from d = {scales.um(d[0]):.5g} um to {scales.um(d[-1]):.5g} um in {scales.s(series['t'][-1]):.4g} s"
-            lines.append(f"In physical units: {way}, dU = {scales.um_per_s(dU[-1], error)} um/s at the end.")
-    if not gaps:
-        velocities = ", ".join(f"{name} = {series[name][-1]:.6g}" for name in series if name.startswith("U_"))
-        lines.append(f"At t = {series['t'][-1]:.4g}: {velocities or f'dp = {series["dp"][-1]:.6g}'}.")
-    return [*lines, *_shapes(series, -1, "at the end")]
-
-
 @dataclass(frozen=True)
 class _Scales:
     """The scales of a case with a `physical` block, which convert to the units of the answer.
@@ -115,17 +89,6 @@ class _Scales:
     def zero(self, zero: Zero) -> str:
         """A zero of dU with its error in micrometres."""
         return with_error(self.um(zero.d), None if zero.error is None else self.um(zero.error))
-
-
-def _motion(d: Array, dU: Array, error: float | None, record: Mapping[str, Any]) -> str:
-    """What a pair does, in a word or two."""
-    if record.get("reason") == "contact":
-        return "collides"
-    if abs(dU[-1]) <= max(error or 0.0, 1e-9):
-        return "rests: dU vanishes within its error"
-    now = "separates" if dU[-1] > 0 else "comes closer"
-    turned = len(dU) > 1 and np.sign(d[-1] - d[0]) != np.sign(dU[-1])
-    return f"{now} in the end, after moving the other way" if turned else now
 
 
 def answer_of_curve(table: Table, zeros: Sequence[Zero], record: Mapping[str, Any]) -> list[str]:
@@ -216,8 +179,21 @@ def cost_line(record: Mapping[str, Any]) -> str:
     return f"Took {duration(float(record.get('wall_time', 0.0)))}" + (f" ({', '.join(parts)})." if parts else ".")
 
 
-def advice(kind: str, status: str, directory: Path, pair: bool) -> str:
-    """What to do next; `pair`: whether the result tells how fast a pair moves apart."""
+CASE_NOT_AT_FAULT = ("interrupted", "write_failed", "environment")  # reasons for which the same command may succeed
+LIMITS = ("wall_time", "max_steps")  # reasons that are keys of `limits` as well
+
+
+def advice(kind: str, status: str, reason: str, message: str, directory: Path, pair: bool) -> str:
+    """What to do next.
+
+    Args:
+        kind: The command: run, curve or critical.
+        status: How it ended, as in run.json.
+        reason: Why.
+        message: The same in words, with what a failure advises to try.
+        directory: The folder of its results.
+        pair: Whether the result tells how fast a pair moves apart.
+    """
     if status == "finished":
         more = {
             "run": f"pairsim plot {directory} draws it; pairsim run --resume {directory} --set time.end=... continues",
@@ -227,6 +203,12 @@ def advice(kind: str, status: str, directory: Path, pair: bool) -> str:
             "critical": f"pairsim plot {directory} draws it again",
         }
         return f"Next: {more[kind]}."
+    if reason in LIMITS:
+        return f"Next: pairsim run --resume {directory} --set limits.{reason}=... continues from the last checkpoint."
+    if reason not in CASE_NOT_AT_FAULT:
+        _, found, remedy = message.rpartition("; try ")
+        change = f"try {remedy}; " if found else ""
+        return f"Next: {change}unchanged, the case fails in the same way. What was written stands."
     if kind == "run":
         return f"Next: pairsim run --resume {directory} continues from the last checkpoint."
     return "Next: the same command with --overwrite computes it again; what was written stands until then."

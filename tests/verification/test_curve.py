@@ -94,19 +94,6 @@ def test_periodic_and_developed_ends_give_the_same_curve() -> None:
     assert cut["dU"].item() == pytest.approx(long["dU"].item(), rel=5e-3)
 
 
-@pytest.mark.slow
-def test_the_drift_is_what_the_transient_has_more(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Once shapes have relaxed, dU(t) is the quasi-steady dU at the same d and its drift, to second order."""
-    monkeypatch.setattr("pairsim.solvers.steady.LEAST_STEADY", 0.3)  # both on the mesh that was made for .1
-    mesh = {"Np": 24}  # the transient's pair lies further downstream: cells of N_p 12 would tell
-    run = pairsim.run({**PAIR, "d0": 0.1, "mesh": mesh, "time": {"end": 3.5}, "output": {"fields": False}})
-    d, moving = run.check().table[["d", "dU"]].iloc[-1]
-    _, still = points(d=(0.1, d), mesh=mesh)
-    difference = moving - still.dU
-    assert abs(difference) < 1e-2 * abs(still.dU)
-    assert difference == pytest.approx(float(still.drifts[0]), rel=0.05)
-
-
 def test_one_particle_has_a_shape_and_a_velocity() -> None:
     """A soft sphere on the axis lags a rigid one by second order in Ca_e: to first order it only becomes an egg."""
     rigid, little, more = (curve(particles=1, Ca_e=Ca_e, d=None).iloc[0] for Ca_e in (0, 0.02, 0.04))
