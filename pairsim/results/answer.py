@@ -13,11 +13,13 @@ import numpy as np
 
 from pairsim.results.columns import relative_velocities
 from pairsim.results.curve_table import peak_of, regions_of
+from pairsim.results.memory import forgotten_at
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.duration import duration
 from pairsim.solvers.curve_interpolant import Region
 
 Table = Mapping[str, Array]
+FAR = 1.2  # ratio of distances from which on it is told where a start is forgotten; chosen
 
 
 @dataclass(frozen=True)
@@ -114,6 +116,7 @@ def answer_of_curve(table: Table, zeros: Sequence[Zero], record: Mapping[str, An
         lines.append(_motion_over_d(regions, zeros))
         if scales is not None and zeros:
             lines.append(f"In physical units: it keeps its distance at d = {', '.join(map(scales.zero, zeros))} um.")
+        lines += _starts(table)
     for name in relative_velocities(table):
         peak = peak_of(table, name.removeprefix("dU"))
         value, place = with_error(peak.dU, peak.error, "+"), with_error(peak.d, peak.d_error)
@@ -145,6 +148,22 @@ def _motion_over_d(regions: Sequence[Region], zeros: Sequence[Zero]) -> str:
     if zeros:
         sentences.append(f"It keeps its distance at d = {', '.join(map(str, zeros))}.")
     return " ".join(sentences)
+
+
+def _starts(table: Table) -> list[str]:
+    """From where on pairs that start at an end of the curve and move along it are on the curve, if that is far."""
+    lines = []
+    for end, sign in ((0, 1), (-1, -1)):
+        d, dU, held = (float(table[name][end]) for name in ("d", "dU", "dU_held" if "dU_held" in table else "dU"))
+        there = forgotten_at(table, d) if dU * sign > 0 else None
+        if there is None or 1 / FAR < there / d < FAR:
+            continue
+        known = f"from d = {there:.3g} on" if np.isfinite(there) else "nowhere"
+        change = f"where it starts, dU is {100 * abs(held / dU - 1):.2g} % {'larger' if held / dU > 1 else 'smaller'}"
+        lines.append(
+            f"A pair that starts at d = {d:.4g} is {known} on this curve; {change} at a distance that is held."
+        )
+    return lines
 
 
 def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+import scipy
 
 from pairsim.results.columns import error_column
 from pairsim.runtime.arrays import Array
@@ -27,6 +28,13 @@ def curve_of(table: Mapping[str, Array], gap: str = "") -> CurveInterpolant | No
         return None
     errors = np.zeros_like(dU) if error is None else table[error]
     return CurveInterpolant(table[f"d{gap}"], dU, table.get(f"dU_held{gap}", dU), slope, errors)
+
+
+def centres_rate(table: Mapping[str, Array], x: Array | float) -> Array:
+    """Derivative of the distance of the centres by d at x = log d: 1 but for the shapes, and in tables without it."""
+    d, centres = table["d"], table.get("centres", table["d"])
+    shapes = scipy.interpolate.CubicSpline(np.log(d), centres - d).derivative()
+    return np.asarray(1.0 + shapes(x) * np.exp(-x))
 
 
 def peak_of(table: Mapping[str, Array], gap: str = "") -> Peak:

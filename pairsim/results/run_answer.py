@@ -10,10 +10,9 @@ import numpy as np
 
 from pairsim.results.answer import Table, _Scales, _shapes, with_error
 from pairsim.results.columns import error_column
+from pairsim.results.memory import FORGOTTEN
 from pairsim.runtime.arrays import Array
 
-# Decay times after a start from rest up to which a run is starting up, at least; chosen: exp(-3) = .05.
-FORGOTTEN = 3.0
 SETTLED = "settled"  # entry of run.json
 NOTHING = 1e-9  # |dU| of particles that keep their distance [U_av]; chosen
 
