@@ -30,11 +30,10 @@ def curve_of(table: Mapping[str, Array], gap: str = "") -> CurveInterpolant | No
     return CurveInterpolant(table[f"d{gap}"], dU, table.get(f"dU_held{gap}", dU), slope, errors)
 
 
-def centres_rate(table: Mapping[str, Array], x: Array | float) -> Array:
-    """Derivative of the distance of the centres by d at x = log d: 1 but for the shapes, and in tables without it."""
-    d, centres = table["d"], table.get("centres", table["d"])
-    shapes = scipy.interpolate.CubicSpline(np.log(d), centres - d).derivative()
-    return np.asarray(1.0 + shapes(x) * np.exp(-x))
+def stretch_at(table: Mapping[str, Array], x: Array | float) -> Array:
+    """Derivative of the distance between the centres by d, at x = log d; 1 in tables that do not have it."""
+    points = np.log(table["d"])
+    return np.asarray(scipy.interpolate.PchipInterpolator(points, table.get("stretch", np.ones_like(points)))(x))
 
 
 def peak_of(table: Mapping[str, Array], gap: str = "") -> Peak:

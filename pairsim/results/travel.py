@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import scipy
 
-from pairsim.results.curve_table import centres_rate, curve_of
+from pairsim.results.curve_table import curve_of, stretch_at
 from pairsim.results.memory import forgotten_at
 from pairsim.results.output import read_series
 from pairsim.runtime.arrays import Array
@@ -82,9 +82,7 @@ def travel(table: Mapping[str, Array], start: float, stop: float, source: str) -
 
         def rate(x: float) -> float:
             d = np.exp(x)
-            return float(
-                velocity(x) * centres_rate(table, x) * d / (abs(curve.values(d)) + part * curve.half_widths(d))
-            )
+            return float(velocity(x) * stretch_at(table, x) * d / (abs(curve.values(d)) + part * curve.half_widths(d)))
 
         return sum(scipy.integrate.quad(rate, a, b, epsrel=TOLERANCE, epsabs=0)[0] for a, b in pairwise(places))
 
