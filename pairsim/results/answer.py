@@ -158,10 +158,11 @@ def _starts(table: Table) -> list[str]:
         there = forgotten_at(table, d) if dU * sign > 0 else None
         if there is None or 1 / FAR < there / d < FAR:
             continue
-        known = f"from d = {there:.3g} on" if np.isfinite(there) else "nowhere"
-        change = f"where it starts, dU is {100 * abs(held / dU - 1):.2g} % {'larger' if held / dU > 1 else 'smaller'}"
+        known = f"follows this curve from d = {there:.3g} on" if np.isfinite(there) else "does not follow this curve"
+        change = f"{100 * abs(held / dU - 1):.2g} % {'more' if held / dU > 1 else 'less'}"
         lines.append(
-            f"A pair that starts at d = {d:.4g} is {known} on this curve; {change} at a distance that is held."
+            f"A pair that starts at d = {d:.4g} {known}, when it has forgotten its start; at first, dU depends on that "
+            f"(with the shapes of a held distance: {change})."
         )
     return lines
 
