@@ -83,7 +83,7 @@ def interpolants(points: Sequence[Point]) -> list[CurveInterpolant]:
 def _unresolved(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
     """Neighbouring points between which a point should be added.
 
-    The interpolation error of some gap exceeds there both `tol` times the largest |dU| and `HIDDEN` of the errors of dU.
+    The interpolation error of some gap exceeds both `tol` times the largest |dU| and the part `HIDDEN` of dU_errors.
     """
     if len(points) < 2:
         return []
