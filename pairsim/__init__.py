@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from pairsim import errors
 from pairsim.runtime.errors import InputError, PairsimError, RunFailure
+from pairsim.runtime.signals import no_interrupt_lost
 from pairsim.runtime.version import __version__
 
 # One thread a process: MPI is how pairsim uses more cores, and BLAS threads under it only fight each other.
@@ -73,7 +74,8 @@ def __getattr__(name: str) -> Any:
     """Import a name of the interface when it is first used."""
     if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    module = import_module(f"pairsim.api.{_MODULES[name]}")
+    with no_interrupt_lost():
+        module = import_module(f"pairsim.api.{_MODULES[name]}")
     value = getattr(module, "open_folder" if name == "open" else name)
     globals()[name] = value
     return value

@@ -35,7 +35,7 @@ from pairsim.runtime.errors import (
     abort_others,
     unexpected,
 )
-from pairsim.runtime.signals import Signals
+from pairsim.runtime.signals import Signals, no_interrupt_lost
 from pairsim.runtime.version import __version__, commit
 
 if TYPE_CHECKING:
@@ -249,7 +249,8 @@ def _end(result: Result, directory: Path, shown: Style, plot: bool) -> NoReturn:
         if shown == "none" and code:
             typer.echo(result.message, err=True)
         elif shown not in ("none", "json") and directory.is_dir():
-            typer.echo(advice(result.kind, result.status, directory, "dU" in result.table), err=True)
+            pair = "dU" in result.table
+            typer.echo(advice(result.kind, result.status, result.reason, result.message, directory, pair), err=True)
     raise typer.Exit(code)
 
 
@@ -296,6 +297,7 @@ def mesh(
         typer.echo(f"{name}: {count}")
 
 
+@no_interrupt_lost()
 def main() -> NoReturn:
     """Entry point: every `PairsimError` is printed as one message, without a traceback, and sets the exit code."""
     repair_streams()

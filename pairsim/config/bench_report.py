@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pairsim.config.case import Case, SceneCase
+from pairsim.config.checked_range import beyond_checked
 from pairsim.config.curve_case import CriticalCase, CurveCase
 from pairsim.physics.materials.polymer import PARAMETERS
 
@@ -138,7 +139,7 @@ def _defaults(case: SceneCase, given: Mapping[str, Any]) -> list[str]:
 
 
 def _warnings(case: SceneCase, small_inertia: bool) -> list[str]:
-    warnings = []
+    warnings = beyond_checked(case)
     for beta, Ca_e in sorted(set(zip(case.betas, case.Ca_es, strict=True))):
         if Ca_e > (limit := steady_limit(beta)):
             warnings.append(

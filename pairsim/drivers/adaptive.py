@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from pairsim.config.case import SceneCase
+from pairsim.drivers.warnings import above
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.adaptation import ENOUGH, AdaptiveBranch, Scale, has_scale, reference_scale
@@ -143,6 +144,6 @@ class Adaptation:
         more = f" and {len(missed) - MOST_NAMED} more" if len(missed) > MOST_NAMED else ""
         warning = (
             f"accuracy: {100 * self.wanted:g}% was not kept at {', '.join(missed[:MOST_NAMED])}{more}: dU_error is up "
-            f"to {100 * worst:.2g} % of the largest |dU| ({size or self.scale.first.dU:.3g})"
+            f"to {above(100 * worst, 100 * self.wanted)} % of the largest |dU| ({size or self.scale.first.dU:.3g})"
         )
         return entry, [warning]

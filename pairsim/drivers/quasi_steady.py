@@ -7,6 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from pairsim.config.case import SceneCase
+from pairsim.config.checked_range import beyond_checked
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.session import Session, write_failure
 from pairsim.drivers.warnings import ErrorAt, coarse_mesh, near_ends, unresolved_stress
@@ -31,7 +32,7 @@ def point_row(point: Point) -> dict[str, float]:
     row = named_row(0.0, point.gaps, o.U, o.dU, o.D, o.dp, o.dp_plus)
     gaps = gap_endings(o.d.size + 1)
     estimate = point.estimate
-    values = {"slope": point.slopes, "dU_held": point.held_dUs, "mesh_error": point.mesh_errors}
+    values = {"slope": point.slopes, "dU_held": point.held_dUs, "centres": o.centres, "mesh_error": point.mesh_errors}
     values |= {"dU_correction": estimate.dU, "dU_error": point.dU_errors, "ends_error": estimate.ends_error}
     values |= {f"by_{name}": change for name, change in point.sensitivities.items()}
     for name, each in values.items():
@@ -97,7 +98,7 @@ def conclude(
     counts, phases = costs(branch)
     seen = [c.s_jump for p in points if (c := p.observation.conformation) is not None]
     stress = unresolved_stress(case, max(seen, default=0.0))
-    warnings = [*warnings, *coarse_mesh(case), *stress, *near_ends(case, case.cluster)]
+    warnings = [*warnings, *beyond_checked(case), *coarse_mesh(case), *stress, *near_ends(case, case.cluster)]
     try:
         session.record.write(outcome, {**summary, **counts, "warnings": warnings}, phases)
     except OSError as error:

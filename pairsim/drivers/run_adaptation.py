@@ -9,6 +9,7 @@ from typing import Any
 
 from pairsim.config.case import Case
 from pairsim.drivers.run_output import RunWarnings
+from pairsim.drivers.warnings import above
 from pairsim.runtime.errors import RunFailure
 from pairsim.runtime.fenicsx import MPI
 from pairsim.runtime.signals import heed
@@ -106,6 +107,7 @@ def outcome_of(seen: RunWarnings) -> tuple[dict[str, Any], str]:
     if peak <= LEAST:
         return {"kept": True}, ""
     reached = seen.largest / peak
-    words = "kept" if reached <= wanted else "not kept"
     entry = {"reached": reached, "kept": reached <= wanted, "reference_dU": peak}
-    return entry, f"; accuracy: {seen.case.accuracy} was {words}, dU_error is up to {100 * reached:.2g} %"
+    kept = "kept" if reached <= wanted else "not kept"
+    percent = f"{100 * reached:.2g}" if reached <= wanted else above(100 * reached, 100 * wanted)
+    return entry, f"; accuracy: {seen.case.accuracy} was {kept}, dU_error is up to {percent} %"

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from pairsim.config.case import Case
+from pairsim.config.checked_range import beyond_checked
 from pairsim.drivers.warnings import (
     coarse_mesh,
     large_run_error,
@@ -156,7 +157,7 @@ class RunWarnings:
         # Where dU is nothing but errors, as for equal rigid particles, a part of it means nothing.
         part = self.largest / self.steps.peak if self.steps.peak > LEAST else 0.0
         error = large_run_error(self.case, part)
-        return [*coarse_mesh(self.case), *steps, *error, *stress, *narrow, *ends]
+        return [*beyond_checked(self.case), *coarse_mesh(self.case), *steps, *error, *stress, *narrow, *ends]
 
 
 class RunOutput:

@@ -5,8 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from pairsim.config.accuracy import SETTINGS, liquid_of, settings_of
 from pairsim.config.case import Case, SceneCase
+from pairsim.config.curve_case import CurveCase
+from pairsim.solvers.curve_interpolant import CurveInterpolant
 
 LONG_ARC = 1.5  # allowed length of an arc over the gap beside it; dU is 2.5 % off at 3 (N_p 40, gap 0.005)
 # Least length of tube on each side, relative to that with `length: auto`; with less, errors above about 1 % of the peak
@@ -16,6 +20,12 @@ NEAR_ENDS = {"developed": 0.5, "periodic": 0.65}
 ENDS_ERRORS = ((0.33, 44), (0.5, 7), (0.65, 2))
 COARSEST = "5%"
 NOTABLE = 0.1  # part of `accuracy` below which an error is too small for a warning that its estimate cancels; chosen
+
+
+def above(value: float, limit: float) -> str:
+    """A number that exceeds a limit, with two significant digits, or as many as it takes to read above the limit."""
+    texts = (f"{value:.{digits}g}" for digits in range(2, 17))
+    return next((text for text in texts if float(text) > limit), f"{value}")
 
 
 def coarse_mesh(case: SceneCase) -> list[str]:
@@ -41,8 +51,8 @@ def long_steps(case: Case, part: float) -> list[str]:
         return []
     key = "time.tol or time.first_step" if case.time.fixed_step is None else "time.fixed_step"
     return [
-        f"time steps may cause an error of {100 * part:.2g} % of the largest |dU|, more than accuracy: "
-        f"{case.accuracy}; reduce {key}"
+        f"time steps may cause an error of {above(100 * part, 100 * case.error_wanted)} % of the largest |dU|, more "
+        f"than accuracy: {case.accuracy}; reduce {key}"
     ]
 
 
@@ -55,10 +65,11 @@ def large_run_error(case: Case, part: float) -> list[str]:
     """
     if part <= case.error_wanted:
         return []
+    percent = above(100 * part, 100 * case.error_wanted)
     if case.adapts:
-        return [f"accuracy: {case.accuracy} was not kept: dU_error is up to {100 * part:.2g} % of the largest |dU|"]
+        return [f"accuracy: {case.accuracy} was not kept: dU_error is up to {percent} % of the largest |dU|"]
     return [
-        f"dU_error is up to {100 * part:.2g} % of the largest |dU|, more than accuracy: {case.accuracy}; use a finer "
+        f"dU_error is up to {percent} % of the largest |dU|, more than accuracy: {case.accuracy}; use a finer "
         "mesh (mesh.Np, mesh.max_size) or a smaller time.tol"
     ]
 
@@ -69,9 +80,9 @@ def unresolved_stress(case: SceneCase, s_jump: float) -> list[str]:
     if s_jump <= allowed:
         return []
     return [
-        f"s = log c changes by {s_jump:.2g} within one cell: the polymer stress is not resolved there. Above "
-        f"{allowed:g}, the error of dU may exceed {case.accuracy} of its largest value (docs/how-to/accuracy.md); "
-        "compare with a finer mesh (mesh.Np near the particles, mesh.max_size elsewhere)"
+        f"s = log c changes by {above(s_jump, allowed)} within one cell: the polymer stress is not resolved there. "
+        f"Above {allowed:g}, the error of dU may exceed {case.accuracy} of its largest value "
+        "(docs/how-to/accuracy.md); compare with a finer mesh (mesh.Np near the particles, mesh.max_size elsewhere)"
     ]
 
 
@@ -106,8 +117,8 @@ def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorA
     if worst is not None and worst.relative > allowed and not case.adapts:  # see `Adaptation.report`
         advice = "a larger length" if worst.ends > worst.relative / 2 else "a finer mesh (mesh.Np, mesh.max_size)"
         warnings.append(
-            f"{error} is {100 * worst.relative:.2g} % of {size} at {worst.where}, more than accuracy: {case.accuracy}; "
-            f"use {advice}"
+            f"{error} is {above(100 * worst.relative, 100 * allowed)} % of {size} at {worst.where}, more than "
+            f"accuracy: {case.accuracy}; use {advice}"
         )
     if unsure := [each.where for each in errors if each.cancelling and each.relative > NOTABLE * allowed]:
         places = unsure[0] if len(unsure) == 1 else f"{len(unsure)} places, such as {unsure[0]}"
@@ -116,6 +127,32 @@ def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorA
             "the stress does to dU there, and the sign of the error is not known (docs/explanation/error-estimate.md)"
         )
     return warnings
+
+
+def far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float) -> list[str]:
+    """Warn of points so far apart that the interpolation error of dU exceeds `accuracy` and the errors at the points.
+
+    Args:
+        case: The case.
+        curves: dU of every gap.
+        size: The largest |dU| [U_av].
+    """
+    if not curves:
+        return []
+    d, known = curves[0].d, [np.maximum(curve.dU_error[:-1], curve.dU_error[1:]) for curve in curves]
+    errors = np.max([np.where(c.errors > e, c.errors, 0.0) for c, e in zip(curves, known, strict=True)], axis=0) / size
+    worst = int(errors.argmax())
+    if errors[worst] <= case.error_wanted:
+        return []
+    part = f"{100 * errors[worst]:.2g} %" if np.isfinite(errors[worst]) else "any part"
+    where = f"between d = {d[worst]:.4g} and {d[worst + 1]:.4g}"
+    advice = "a finer mesh (mesh.Np, mesh.max_size)"
+    if len(d) >= case.max_points or case.tol > case.error_wanted:
+        advice = "a larger max_points" if len(d) >= case.max_points else "a smaller tol"
+    return [
+        f"{where} the interpolated dU may be off by {part} of its largest value, more than accuracy: {case.accuracy}; "
+        f"use {advice}"
+    ]
 
 
 def narrow_gap(gap: float, arc: float) -> list[str]:

@@ -11,9 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.results.columns import error_column, relative_velocities
+from pairsim.results.columns import relative_velocities
+from pairsim.results.curve_table import peak_of, regions_of
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.duration import duration
+from pairsim.solvers.curve_interpolant import Region
 
 Table = Mapping[str, Array]
 
@@ -106,40 +108,43 @@ def answer_of_curve(table: Table, zeros: Sequence[Zero], record: Mapping[str, An
     lines = []
     scales = _Scales.of(record)
     if "dU" in table:
-        lines.append(_regions(table["d"], table["dU"], zeros))
+        regions = regions_of(table, [zero.d for zero in zeros])
+        met = {a.stop for a, b in pairwise(regions) if a.sign * b.sign < 0}
+        zeros = [zero for zero in zeros if zero.d in met]
+        lines.append(_motion_over_d(regions, zeros))
         if scales is not None and zeros:
             lines.append(f"In physical units: it keeps its distance at d = {', '.join(map(scales.zero, zeros))} um.")
     for name in relative_velocities(table):
-        ending = name.removeprefix("dU")
-        largest = int(np.argmax(np.abs(table[name])))
-        column = error_column(table, ending)
-        error = float(table[column][largest]) if column is not None else None
-        place = table.get(f"d{ending}", table[gaps[0]])[largest]
-        lines.append(f"Largest |dU{ending}|: {with_error(table[name][largest], error, '+')} at d = {place:.4g}.")
+        peak = peak_of(table, name.removeprefix("dU"))
+        value, place = with_error(peak.dU, peak.error, "+"), with_error(peak.d, peak.d_error)
+        if not np.isfinite(peak.error):
+            lines.append(f"Largest |{name}| of two points: {value} at d = {place}; what lies between is not known.")
+            continue
+        lines.append(f"Largest |{name}|: {value} at d = {place}.")
         if scales is not None:
-            velocity = scales.um_per_s(table[name][largest], error)
-            lines.append(f"In physical units: {velocity} um/s at d = {scales.um(place):.4g} um.")
+            place = with_error(scales.um(peak.d), scales.um(peak.d_error))
+            lines.append(f"In physical units: {scales.um_per_s(peak.dU, peak.error)} um/s at d = {place} um.")
     shapes = [name for name in table if name.startswith("D_")]
     ranges = ", ".join(f"{name} from {table[name].min():.3g} to {table[name].max():.3g}" for name in shapes)
     return [*lines, f"Taylor parameters: {ranges}."] if ranges else lines
 
 
-def _regions(d: Array, dU: Array, zeros: Sequence[Zero]) -> str:
-    """Where a pair separates and where it comes closer."""
-    places = [d[0], *(zero.d for zero in zeros), d[-1]]
-    if np.abs(dU).max() < 1e-9:
-        return f"The pair keeps its distance: dU vanishes between d = {d[0]:.4g} and {d[-1]:.4g}."
-    parts = []
-    for i, (start, stop) in enumerate(pairwise(places)):
-        inside = dU[(d >= start) & (d <= stop)]
-        if i < len(zeros):
-            rising = not zeros[i].stable
-            separates = not rising
-        else:
-            separates = not zeros[-1].stable if zeros else bool(inside[np.argmax(np.abs(inside))] > 0)
-        parts.append(f"{'separates' if separates else 'comes closer'} between d = {start:.4g} and {stop:.4g}")
-    text = f"The pair {', '.join(parts)}."
-    return f"{text} It keeps its distance at d = {', '.join(map(str, zeros))}." if zeros else text
+def _motion_over_d(regions: Sequence[Region], zeros: Sequence[Zero]) -> str:
+    """Where a pair separates, where it comes closer, where neither is certain, and where it keeps its distance."""
+
+    def where(region: Region) -> str:
+        far = region.stop > region.start
+        return f"between d = {region.start:.4g} and {region.stop:.4g}" if far else f"at d = {region.start:.4g}"
+
+    if not regions:
+        return "The pair keeps its distance: dU vanishes at every d."
+    moves = [f"{'separates' if each.sign > 0 else 'comes closer'} {where(each)}" for each in regions if each.sign]
+    sentences = [f"The pair {', '.join(moves)}."] if moves else []
+    if open_ones := [where(each) for each in regions if not each.sign]:
+        sentences.append(f"Not decided {', '.join(open_ones)}: the interval of dU holds both signs.")
+    if zeros:
+        sentences.append(f"It keeps its distance at d = {', '.join(map(str, zeros))}.")
+    return " ".join(sentences)
 
 
 def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list[str]:
@@ -174,8 +179,21 @@ def cost_line(record: Mapping[str, Any]) -> str:
     return f"Took {duration(float(record.get('wall_time', 0.0)))}" + (f" ({', '.join(parts)})." if parts else ".")
 
 
-def advice(kind: str, status: str, directory: Path, pair: bool) -> str:
-    """What to do next; `pair`: whether the result tells how fast a pair moves apart."""
+CASE_NOT_AT_FAULT = ("interrupted", "write_failed", "environment")  # reasons for which the same command may succeed
+LIMITS = ("wall_time", "max_steps")  # reasons that are keys of `limits` as well
+
+
+def advice(kind: str, status: str, reason: str, message: str, directory: Path, pair: bool) -> str:
+    """What to do next.
+
+    Args:
+        kind: The command: run, curve or critical.
+        status: How it ended, as in run.json.
+        reason: Why.
+        message: The same in words, with what a failure advises to try.
+        directory: The folder of its results.
+        pair: Whether the result tells how fast a pair moves apart.
+    """
     if status == "finished":
         more = {
             "run": f"pairsim plot {directory} draws it; pairsim run --resume {directory} --set time.end=... continues",
@@ -185,6 +203,12 @@ def advice(kind: str, status: str, directory: Path, pair: bool) -> str:
             "critical": f"pairsim plot {directory} draws it again",
         }
         return f"Next: {more[kind]}."
+    if reason in LIMITS:
+        return f"Next: pairsim run --resume {directory} --set limits.{reason}=... continues from the last checkpoint."
+    if reason not in CASE_NOT_AT_FAULT:
+        _, found, remedy = message.rpartition("; try ")
+        change = f"try {remedy}; " if found else ""
+        return f"Next: {change}unchanged, the case fails in the same way. What was written stands."
     if kind == "run":
         return f"Next: pairsim run --resume {directory} continues from the last checkpoint."
     return "Next: the same command with --overwrite computes it again; what was written stands until then."

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from mpi4py import MPI
 
+AGAIN = 0.01  # time after which an interrupt that Python has ignored is sent again [s]; chosen
 _entered: list[Signals] = []
 
 
@@ -24,12 +25,36 @@ class Stopped(KeyboardInterrupt):
     """
 
 
+@contextmanager
+def no_interrupt_lost() -> Iterator[None]:
+    """Context, or decorator of a function, in which every Ctrl-C has an effect.
+
+    Where an exception cannot be raised, as in destructors, callbacks of weak references (there is one for each import)
+    and callbacks from compiled code, Python ignores it, a KeyboardInterrupt as well. SIGINT is then sent again a moment
+    later, until it comes in ordinary code.
+    """
+    before = sys.unraisablehook
+
+    def send_again(ignored: sys.UnraisableHookArgs) -> None:
+        if not issubclass(ignored.exc_type, KeyboardInterrupt):
+            before(ignored)
+            return
+        timer = threading.Timer(AGAIN, signal.pthread_kill, (threading.main_thread().ident, signal.SIGINT))
+        timer.daemon = True
+        timer.start()
+
+    sys.unraisablehook = send_again
+    try:
+        yield
+    finally:
+        sys.unraisablehook = before
+
+
 class Signals:
     """Context manager whose handlers record SIGINT and SIGTERM.
 
     Further SIGTERMs change nothing: schedulers and launchers send several, and the first one already ends the
-    computation in order. A KeyboardInterrupt that Python ignores, because SIGINT came within a destructor, is recorded
-    as a SIGINT that a handler has caught.
+    computation in order. No SIGINT is lost in a destructor (`no_interrupt_lost`).
 
     Args:
         impatient: Whether a second SIGINT (Ctrl-C) raises KeyboardInterrupt at once.
@@ -47,13 +72,7 @@ class Signals:
         self._impatient, self._installed, self._final = impatient, installed, final
         self._interrupts = 0
         self._old: dict[int, Any] = {}
-        self._old_hook: Callable[[sys.UnraisableHookArgs], Any] = sys.unraisablehook
-
-    def _take_up(self, ignored: sys.UnraisableHookArgs) -> None:
-        if issubclass(ignored.exc_type, KeyboardInterrupt):
-            self.number = signal.SIGINT
-        else:
-            self._old_hook(ignored)
+        self._none_lost = no_interrupt_lost()
 
     def _catch(self, number: int, _: FrameType | None) -> None:
         self.number = number
@@ -67,13 +86,13 @@ class Signals:
         if self._installed and threading.current_thread() is threading.main_thread():
             for number in (signal.SIGINT, signal.SIGTERM):
                 self._old[number] = signal.signal(number, self._catch)
-        self._old_hook, sys.unraisablehook = sys.unraisablehook, self._take_up
+        self._none_lost.__enter__()
         _entered.append(self)
         return self
 
     def __exit__(self, *_: object) -> None:
         _entered.remove(self)
-        sys.unraisablehook = self._old_hook
+        self._none_lost.__exit__(None, None, None)
         if _entered and self.number:
             _entered[-1].number = self.number  # pass a signal on that came too late to be handled in this context
         for number, old in self._old.items():

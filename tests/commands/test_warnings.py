@@ -1,4 +1,4 @@
-"""Warnings of short tubes in every computation, and refusals to resume another command's folder."""
+"""Warnings of short tubes and large De in every computation, and refusals to resume another command's folder."""
 
 from __future__ import annotations
 
@@ -10,11 +10,10 @@ import pytest
 from support.commands import Pairsim
 
 import pairsim
+from pairsim.config.case_file import critical_from_dict
+from pairsim.config.checked_range import beyond_checked
 
-
-@pytest.mark.slow
-@pytest.mark.parametrize("ends", ["developed", "periodic"])
-@pytest.mark.parametrize(
+every_computation = pytest.mark.parametrize(
     ("compute", "place"),
     [
         (pairsim.run, {"d0": 0.5, "time": {"end": 0.002}, "output": {"fields": False}}),
@@ -23,6 +22,11 @@ import pairsim
     ],
     ids=["run", "curve", "critical"],
 )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ends", ["developed", "periodic"])
+@every_computation
 def test_every_computation_tells_of_a_short_tube(
     compute: Callable[..., pairsim.Result], place: dict[str, Any], ends: str
 ) -> None:
@@ -30,6 +34,23 @@ def test_every_computation_tells_of_a_short_tube(
     mesh = {"Np": 8, "max_size": 0.25, "rows": 0.5}
     result = compute({"beta": 0.4, "De": 2, "Ca_e": 0, "ends": ends, "length": 2.4, "mesh": mesh}, **place).check()
     assert sum("the ends affect dU" in warning for warning in result.warnings) == 1
+
+
+@pytest.mark.slow
+@every_computation
+def test_every_computation_tells_of_a_liquid_above_all_that_were_checked(
+    compute: Callable[..., pairsim.Result], place: dict[str, Any]
+) -> None:
+    mesh = {"Np": 8, "max_size": 0.25, "rows": 0.5}
+    result = compute({"beta": 0.4, "De": 6, "Ca_e": 0, "ends": "developed", "length": 4, "mesh": mesh}, **place)
+    assert sum("De = 6 is above 5" in warning for warning in result.warnings) == 1
+
+
+def test_largest_De_of_all_critical_distances_counts() -> None:
+    asked = {"beta": 0.4, "De": 0.5, "Ca_e": 0.01, "d": [0.1, 0.5], "along": {"De": [0.5, 8]}}
+    (warning,) = beyond_checked(critical_from_dict(asked, "test"))
+    assert "De = 8" in warning
+    assert not beyond_checked(critical_from_dict({**asked, "along": {"De": [0.5, 5]}}, "test"))
 
 
 def test_pair_that_outgrows_its_tube_ends_typed() -> None:

@@ -157,11 +157,11 @@ def test_curve_is_drawn_as_its_interpolant_with_the_error_estimate_where_there_i
     places, curve, error = Line({}, table, "dU", True).smooth()
     assert curve == pytest.approx(np.log(places) ** 3, rel=1e-12), "a cubic in log d is met exactly"
     assert error is not None
-    assert set(error) == {1.0}
+    assert error == pytest.approx(np.ones(len(places)), rel=1e-12)
     del table["dU_error"]
     _, _, error = Line({}, table, "dU", True).smooth()
     assert error is not None
-    assert set(error) == {2.0}
+    assert error == pytest.approx(np.full(len(places), 2.0), rel=1e-12)
 
 
 def test_run_is_drawn_with_the_band_of_its_error() -> None:

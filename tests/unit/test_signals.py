@@ -8,17 +8,22 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
+from typing import Any
 
 import numpy as np
 import pytest
 from mpi4py import MPI
 from support.scenes import soft_pair
 
+import pairsim as package
+from pairsim.cli import app as cli
 from pairsim.fem import form_cache
 from pairsim.fem.geometry import MeshSettings
 from pairsim.runtime.child_process import descendants
-from pairsim.runtime.signals import Signals, Stopped, received
+from pairsim.runtime.signals import Signals, Stopped, no_interrupt_lost, received
+from pairsim.solvers.newton import Newton
 from pairsim.solvers.transient import Transient
 
 
@@ -64,17 +69,56 @@ class Interrupted:
     """Its destructor is interrupted."""
 
     def __del__(self) -> None:
-        signal.raise_signal(signal.SIGINT)
+        raise KeyboardInterrupt
 
 
-def test_interrupt_within_a_destructor_counts() -> None:
-    """Python ignores exceptions of destructors; without handlers that would be the end of the signal."""
+def interrupted_sleep(**_: object) -> None:
+    """Sleep after an interrupt that Python ignores."""
+    Interrupted()
+    time.sleep(30)
+
+
+@pytest.mark.parametrize("context", [no_interrupt_lost, lambda: Signals(installed=False)])
+def test_interrupt_within_a_destructor_comes_again(context: Callable[[], AbstractContextManager[object]]) -> None:
+    """Python ignores exceptions of destructors; that would be the end of the Ctrl-C."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    hook = sys.unraisablehook
-    with Signals(installed=False) as signals:
-        Interrupted()
-        assert signals.number == received() == signal.SIGINT
+    hook, begin = sys.unraisablehook, time.monotonic()
+    with pytest.raises(KeyboardInterrupt), context():
+        interrupted_sleep()
+    assert time.monotonic() - begin < 10
     assert sys.unraisablehook == hook
+
+
+def test_interrupt_within_a_destructor_is_a_signal_where_there_is_a_handler() -> None:
+    with Signals() as signals:
+        Interrupted()
+        time.sleep(1)
+        assert signals.number == received() == signal.SIGINT
+
+
+def test_command_ends_though_a_destructor_is_interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before it listens to signals, too, as while it imports libraries."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    monkeypatch.setattr(cli, "app", interrupted_sleep)
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == 130
+
+
+def test_run_ends_though_a_destructor_is_interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Seen once: the run went on."""
+    solve, pressed = Newton.solve, iter([Interrupted])
+
+    def interrupted(*words: Any) -> Any:
+        for press in pressed:
+            press()
+        return solve(*words)
+
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    monkeypatch.setattr(Newton, "solve", interrupted)
+    case = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "length": 3, "ends": "developed", "mesh": {"Np": 8}}
+    result = package.run(case, time={"end": 20.0}, output={"fields": False})
+    assert (result.status, result.reason) == ("interrupted", "interrupted")
 
 
 @pytest.mark.parametrize("number", [0, signal.SIGTERM])

@@ -234,6 +234,7 @@ def test_units_prints_the_defaults_used() -> None:
         (["--flow", "1ul/min", "--modulus", "5kPa"], ()),
         (["--flow", "1ul/min", "--modulus", "1kPa"], ("exceeds about 0.15",)),
         (["--flow", "1ul/min"], ("only inertia",)),
+        (["--flow", "1ul/min", "--relaxation", "0.2s"], ("is above 5, the largest at which dU was compared",)),
         (["--flow", "1ml/min", "--modulus", "5MPa"], ("inertia may change",)),
     ],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import pytest
@@ -39,6 +40,21 @@ def test_unresolved_stress_gives_a_warning_by_accuracy() -> None:
     assert not unresolved_stress(case(De=1, accuracy="5%"), 1.9)
     assert unresolved_stress(case(De=1, accuracy="5%"), 2.1)
     assert unresolved_stress(case(De=1, accuracy="0.1%"), 1.4)
+
+
+@pytest.mark.parametrize("change", [1.6001, 1.62, 2.5])
+def test_number_that_is_too_large_reads_so(change: float) -> None:
+    """A warning that s changes by 1.6, where 1.6 is allowed, would contradict itself."""
+    (warning,) = unresolved_stress(case(De=1), change)
+    said, allowed = re.findall(r"(?:by|Above) ([\d.]+)(?= within|,)", warning)
+    assert float(said) > float(allowed)
+    assert float(said) == pytest.approx(change, rel=0.05)
+
+
+def test_error_that_is_too_large_reads_so() -> None:
+    error = ErrorAt(0.010001, "d = 0.1", 0.0, False)
+    (warning,) = large_errors(case(), "dU_error", "the largest |dU|", [error])
+    assert "dU_error is 1.0001 % of the largest |dU| at d = 0.1, more than accuracy: 1%" in warning
 
 
 def test_errors_above_accuracy_and_estimates_that_cancel_are_told() -> None:

@@ -1,0 +1,22 @@
+"""Parameters beyond those at which results were ever compared with finer meshes."""
+
+from __future__ import annotations
+
+from pairsim.config.case import SceneCase
+from pairsim.config.curve_case import CriticalCase
+
+MOST_DE = 5.0  # docs/explanation/limits.md
+
+
+def beyond_checked(case: SceneCase) -> list[str]:
+    """Warn of a De above all at which dU was compared with finer meshes; of `critical`, the largest that it follows."""
+    values = [case.De]
+    if isinstance(case, CriticalCase):
+        values += [De for line in (case.along, case.lines) if line for De in line.get("De", ())]
+    if (De := max(values)) <= MOST_DE:
+        return []
+    return [
+        f"De = {De:g} is above {MOST_DE:g}, the largest at which dU was compared with finer meshes: the stress around "
+        "the particles may not be resolved (docs/explanation/limits.md); compare with a finer mesh (mesh.Np, "
+        "mesh.max_size)"
+    ]
