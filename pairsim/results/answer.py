@@ -56,7 +56,7 @@ def with_error(value: float, error: float | None, sign: str = "") -> str:
 
 
 @dataclass(frozen=True)
-class _Scales:
+class Scales:
     """The scales of a case with a `physical` block, which convert to the units of the answer.
 
     Attributes:
@@ -70,7 +70,7 @@ class _Scales:
     time: float
 
     @classmethod
-    def of(cls, record: Mapping[str, Any]) -> _Scales | None:
+    def of(cls, record: Mapping[str, Any]) -> Scales | None:
         """The scales in run.json, None if the case has no `physical` block."""
         scales = record.get("scales")
         return cls(scales["length"], scales["velocity"], scales["time"]) if scales is not None else None
@@ -106,9 +106,9 @@ def answer_of_curve(table: Table, zeros: Sequence[Zero], record: Mapping[str, An
         velocities = ", ".join(f"{name} = {table[name][0]:.6g}" for name in table if re.fullmatch(r"U_\d+", name))
         forces = [name for name in table if re.fullmatch(r"F_\d+", name)]
         moved = [f"{name} = {with_error(table[name][0], table[f'F_error{name[1:]}'][0])}" for name in forces]
-        return [f"{', '.join([velocities, *moved])}.", *_shapes(table, 0, "")]
+        return [f"{', '.join([velocities, *moved])}.", *shapes_in(table, 0, "")]
     lines = []
-    scales = _Scales.of(record)
+    scales = Scales.of(record)
     if "dU" in table:
         regions = regions_of(table, [zero.d for zero in zeros])
         met = {a.stop for a, b in pairwise(regions) if a.sign * b.sign < 0}
@@ -172,7 +172,7 @@ def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list
     if not zeros:
         return ["No critical distance was found in the given range: dU keeps its sign."]
     lines = []
-    scales = _Scales.of(record)
+    scales = Scales.of(record)
     for stable, meaning in ((False, "closer pairs come together, wider ones separate"), (True, "pairs come to rest")):
         found = [zero.d for zero in zeros if zero.stable == stable]
         if found:
@@ -186,7 +186,7 @@ def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list
     return [*lines, *(f"A branch ends: {message}." for message in ends)]
 
 
-def _shapes(table: Table, row: int, when: str) -> list[str]:
+def shapes_in(table: Table, row: int, when: str) -> list[str]:
     """The Taylor parameters in a row."""
     shapes = ", ".join(f"{name} = {table[name][row]:.3g}" for name in table if name.startswith("D_"))
     return [f"Taylor parameters{f' {when}' if when else ''}: {shapes}."] if shapes else []
