@@ -17,7 +17,10 @@ FORMS = [
     *("neo-hookean", "newtonian:moving", "newtonian:fixed", "giesekus:moving", "giesekus:moving:steady"),
     *(f"{law}:fixed" for law in LAWS),
     "fene-p:moving",
-    *(f"{kind}:enriched" for kind in ("newtonian:moving", "neo-hookean", "giesekus:moving:steady")),
+    *(
+        f"{kind}:enriched"
+        for kind in ("newtonian:moving", "neo-hookean", "giesekus:moving:steady", "fene-p:moving:steady")
+    ),
     *(f"{kind}:recovered" for kind in ("newtonian:moving", "neo-hookean", "giesekus:moving")),
 ]
 """Kinds of forms that the tests solve with."""

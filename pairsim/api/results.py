@@ -12,14 +12,15 @@ import numpy as np
 
 from pairsim.api.cases import load
 from pairsim.config.case import SceneCase
-from pairsim.results.answer import Zero, answer_of_critical, answer_of_curve, answer_of_run, cost_line
+from pairsim.results.answer import Zero, answer_of_critical, answer_of_curve, cost_line
 from pairsim.results.columns import EQUILIBRIA_COLUMNS
+from pairsim.results.curve_table import curve_of
 from pairsim.results.folders import valid_record
 from pairsim.results.output import SERIES
+from pairsim.results.run_answer import answer_of_run
 from pairsim.results.xdmf import FieldFrame, read_frame, read_times
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError, failure_of
-from pairsim.solvers.curve_interpolant import curve_interpolant
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -248,37 +249,37 @@ class CurveResult(Result):
         return read_table(path) if path.is_file() else empty_table(EQUILIBRIA_COLUMNS)
 
     def dU(self, d: Any, gap: int = 1) -> Any:
-        """Interpolate dU between the points of the curve, with the cubic Hermite interpolant over log d.
+        """dU at any distance of the curve [U_av]; see `curve`, which returns the half-width of its interval, too."""
+        return self.curve(d, gap)[0]
+
+    def curve(self, d: Any, gap: int = 1) -> tuple[Any, Any]:
+        """The interpolated dU at any distance of the curve, and the half-width of its interval.
+
+        The interpolant is a cubic Hermite spline over log d; the half-width contains the errors of dU at the points and
+        that of the interpolation between them.
 
         Args:
             d: Distance or array of distances [D_c], of any shape.
             gap: Number of the gap, counted from upstream.
 
         Returns:
-            dU [U_av]: a number if `d` is one, else an array of the shape of `d`.
+            dU and its half-width [U_av]: numbers if `d` is one, else arrays of the shape of `d`.
 
         Raises:
             InputError: A distance is outside the curve, or there is no curve over a single distance.
         """
-        name = "dU" if gap == 1 and "dU" in self.table else f"dU_{gap}"
-        slope = name.replace("dU", "slope")
-        if name not in self.table or slope not in self.table or len(self.table) < 2:
-            raise InputError(
-                "dU", "gap", gap, "must be a gap of a curve with at least two points over a single distance"
-            )
-        places = self.table["d" if "d" in self.table else "d_1"].to_numpy()
-        wanted = np.asarray(d, dtype=float)
-        outside = wanted[~((wanted >= places[0]) & (wanted <= places[-1]))]
+        columns = self._columns()
+        found = curve_of(columns, "" if gap == 1 and "dU" in columns else f"_{gap}")
+        if found is None:
+            allowed = "must be a gap of a curve with at least two points over a single distance"
+            raise InputError("curve", "gap", gap, allowed)
+        wanted, (low, high) = np.asarray(d, dtype=float), found.d[[0, -1]]
+        outside = wanted[~((wanted >= low) & (wanted <= high))]
         if outside.size:
-            raise InputError(
-                "dU",
-                "d",
-                float(outside.flat[0]),
-                f"must be from {places[0]:g} to {places[-1]:g}, the ends of the curve",
-            )
-        spline = curve_interpolant(places, self.table[name].to_numpy(), self.table[slope].to_numpy())
-        values = spline(np.log(wanted))
-        return float(values) if wanted.ndim == 0 else values
+            allowed = f"must be from {low:g} to {high:g}, the ends of the curve"
+            raise InputError("curve", "d", float(outside.flat[0]), allowed)
+        values = found.values(wanted), found.half_widths(wanted)
+        return (float(values[0]), float(values[1])) if wanted.ndim == 0 else values
 
     @property
     def distances(self) -> Array:

@@ -62,7 +62,7 @@ def units(
             "5um",
         ),
     ] = None,
-    end: Annotated[str | None, _option("--end", "End time of the run (default: 2 D_c/U_av)", "0.1s")] = None,
+    end: Annotated[str | None, _option("--end", "End time of the run (default: by De and Ca_e)", "0.1s")] = None,
     kind: Annotated[
         Literal["run", "curve", "critical"], typer.Option("--kind", help="The command that the case file is for.")
     ] = "run",
@@ -230,11 +230,14 @@ def travel(
 ) -> None:
     """Compute the time and the length of tube in which a pair moves from one distance to another, from its curve.
 
-    The time is the integral of dd/dU [D_c/U_av], the length that of U/dU dd with
-    the mean velocity U of the pair [D_c]; there must be no zero of dU between the
-    distances. If the case has a physical block, also in s and mm.
+    The time is the integral of dc/dU [D_c/U_av] over the distance c between the
+    centres of volume, the length that of U/dU dc with the mean velocity U of the
+    pair [D_c]; there must be no zero of dU between the distances. Their
+    half-widths follow from that of dU along the curve. If the case has a physical
+    block, also in s and mm.
     """
     from pairsim.config.quantities import QUANTITY
+    from pairsim.results.answer import with_error
     from pairsim.results.folders import kind_of, valid_record
     from pairsim.results.physical_table import scales_of
     from pairsim.results.travel import travel_in
@@ -250,18 +253,17 @@ def travel(
             raise
         gives = f"gives d = {ends[error.key]:g}, which {error.allowed}"
         raise InputError(error.file, error.key, typed[error.key], gives) from None
+    time, length = with_error(result.time, result.time_error), with_error(result.length, result.length_error)
     typer.echo(
-        f"from d = {ends['--from']:g} to {ends['--to']:g}: {result.time:.4g} D_c/U_av and "
-        f"{result.length:.4g} D_c of tube (mean velocity {result.length / result.time:.4g} U_av)"
+        f"from d = {ends['--from']:g} to {ends['--to']:g}: {time} D_c/U_av and {length} D_c of tube "
+        f"(mean velocity {result.length / result.time:.4g} U_av)"
     )
     if "scales" in valid_record(directory):
         scales = scales_of(directory)
-        seconds, millimetres = result.time * scales.time, 1e3 * result.length * scales.length
-        typer.echo(f"in physical units: {seconds:.4g} s and {millimetres:.4g} mm of tube")
-    if result.drift is None:
-        typer.echo("warning: the terms neglected in the curve (drift) exceed dU between these distances")
-    else:
-        typer.echo(f"the terms neglected in the curve (drift) change the time by {100 * result.drift:+.2g} %")
+        seconds = with_error(result.time * scales.time, result.time_error * scales.time)
+        millimetres = 1e3 * scales.length
+        tube = with_error(result.length * millimetres, result.length_error * millimetres)
+        typer.echo(f"in physical units: {seconds} s and {tube} mm of tube")
 
 
 def _distance(directory: Path, option: str, text: str) -> float:

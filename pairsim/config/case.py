@@ -46,11 +46,15 @@ from pairsim.config.values import (
     Tolerance,
     TubeLength,
     Whole,
+    is_finite,
 )
 from pairsim.physics.materials.polymer import PARAMETERS, Law, Name, Polymer
 from pairsim.physics.scales import Scales
 
 MOST_OUTPUTS = 10_000
+# Default end of a run [D_c/U_av] by De and the largest Ca_e. The flow in the tube starts up like exp(-t/De), and soft
+# pairs near each other (beta .5, d .04) forget their shape like exp(-t/(6 Ca_e)); the factors were chosen.
+SHORTEST_RUN, RUN_PER_DE, RUN_PER_CAPILLARY = 2.0, 6.0, 20.0
 
 
 class _Options(BaseModel):
@@ -103,7 +107,11 @@ class MeshOptions(_Options):
 class TimeOptions(_Options):
     """Time steps."""
 
-    end: Time = Field(2.0, description="end time [D_c/U_av]")
+    end: Time = Field(
+        SHORTEST_RUN,
+        description=f"end time [D_c/U_av] (default: the largest of {SHORTEST_RUN:g}, {RUN_PER_DE:g} De and "
+        f"{RUN_PER_CAPILLARY:g} Ca_e, by when a start from rest is forgotten)",
+    )
     tol: Tolerance = Field(
         SETTINGS[DEFAULT].time_tol,
         description="allowed local error of the particles' velocities [U_av] (default: by accuracy)",
@@ -342,12 +350,29 @@ class Case(SceneCase):
     d0: Distance | tuple[Distance, ...] | None = Field(
         None, description="initial distance between the facing surfaces [D_c]"
     )
+    start: Literal["rest", "steady"] = Field(
+        "rest",
+        description="state at t = 0: unstressed liquid and particles at rest, or the quasi-steady state of the initial "
+        "distances in the developed flow",
+    )
     dU_error: bool = Field(
         False, strict=True, description="estimate the error of dU at every step (a third to two thirds more time)"
     )
     time: TimeOptions = TimeOptions()
     limits: Limits = Limits()
     output: OutputOptions = OutputOptions()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _with_end(cls, data: Any) -> Any:
+        """Fill in the end time, which follows from De and Ca_e; invalid values are rejected by their own fields."""
+        time = data.get("time", {}) if isinstance(data, dict) else None
+        if not isinstance(time, dict) or "end" in time:
+            return data
+        Ca_e, De = data.get("Ca_e"), data.get("De")
+        softness = [value for value in (Ca_e if isinstance(Ca_e, list | tuple) else [Ca_e]) if is_finite(value)]
+        end = max(SHORTEST_RUN, RUN_PER_CAPILLARY * max(softness, default=0.0), RUN_PER_DE * De if is_finite(De) else 0)
+        return data | {"time": {**time, "end": float(f"{end:.3g}")}}
 
     @property
     def gaps(self) -> tuple[float, ...]:

@@ -16,6 +16,7 @@ from pairsim.config.case import Case, SceneCase
 from pairsim.config.curve_case import CriticalCase, CurveCase
 from pairsim.config.mistakes import Mistake
 from pairsim.runtime.duration import duration
+from pairsim.solvers.curve_interpolant import between
 
 STRIPS = 200  # slices of the tube over which the number of cells is summed
 MOST_UNKNOWNS = 2e7  # a larger mesh takes gmsh days or exhausts the memory
@@ -146,8 +147,12 @@ def _steady_estimate(case: CurveCase | CriticalCase, points: int) -> Estimate:
 
 
 def curve_estimate(case: CurveCase) -> Estimate:
-    """Estimated cost of a master curve, to which as many points are assumed to be added as were requested."""
-    return _steady_estimate(case, min(2 * len(case.places), case.max_points))
+    """Estimated cost of a master curve: the points between those requested, and a third more where dU is curved."""
+    points = len(case.places)
+    if case.common:
+        points = len(between(sorted(case.places), case.max_points))
+        points = max(min(points + -(-points // 3), case.max_points), points)
+    return _steady_estimate(case, points)
 
 
 def critical_estimate(case: CriticalCase) -> Estimate:

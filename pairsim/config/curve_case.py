@@ -85,12 +85,12 @@ class CurveCase(SceneCase):
     d: Gaps | None = Field(
         None,
         description="distances between the facing surfaces [D_c]: a list of numbers (or of lists, one number for each "
-        "gap), or a range",
+        "gap), or a range; a curve has points at other distances, too, no more than a factor of 2 apart",
     )
     tol: CurveTolerance = Field(
         SETTINGS[DEFAULT].curve_tol,
-        description="points are added until the interpolation error of dU is below this fraction of the largest |dU| "
-        "(default: by accuracy)",
+        description="points are added until the interpolation error of dU is below this fraction of the largest |dU|, "
+        "or below dU_error (default: by accuracy)",
     )
     max_points: Whole = Field(200, ge=1, le=MOST_VALUES, description="no points are added once the curve has this many")
     fields: tuple[Distance, ...] = Field(

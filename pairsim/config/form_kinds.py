@@ -8,13 +8,20 @@ from pairsim.fem.moving_mesh import mesh_moves
 
 def forms_of(case: SceneCase) -> tuple[str, ...]:
     """Names of the forms that a case needs, such as "giesekus:moving:steady" and "neo-hookean"."""
-    steady = not isinstance(case, Case)
+    # The error of quasi-steady solutions is estimated, that of runs on demand.
+    steady = _forms(case, "enriched", steady=True)
+    if not isinstance(case, Case):
+        return steady
+    in_time = _forms(case, "recovered" if case.estimates_error else "", steady=False)
+    # A pair's run ends with a quasi-steady solution.
+    return tuple(dict.fromkeys((*in_time, *(steady if case.n > 1 or case.start == "steady" else ()))))
+
+
+def _forms(case: SceneCase, error: str, *, steady: bool) -> tuple[str, ...]:
+    """Names of the forms of one kind of problem, with those of an estimate of its error."""
     soft = any(Ca_e > 0 for Ca_e in case.Ca_es)
     moving = mesh_moves(case.n, soft=soft, viscoelastic=case.law is not None, steady=steady)
     parts = [case.law.name if case.law else "newtonian", "moving" if moving else "fixed"]
     parts += ["steady"] if case.law and steady else []
     kinds = (":".join(parts), *(("neo-hookean",) if soft else ()))
-    # The error of quasi-steady solutions is estimated, that of runs on demand.
-    if isinstance(case, Case):
-        return tuple(f"{kind}:recovered" for kind in kinds) if case.estimates_error else kinds
-    return tuple(f"{kind}:enriched" for kind in kinds)
+    return tuple(f"{kind}:{error}" for kind in kinds) if error else kinds

@@ -16,14 +16,15 @@ from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import solution_order, steady_problem
 from pairsim.drivers.quasi_steady import conclude, error_at, kept
 from pairsim.drivers.session import Options, Session, open_session
-from pairsim.drivers.warnings import ErrorAt, large_errors
+from pairsim.drivers.warnings import ErrorAt, far_apart, large_errors
 from pairsim.fem.form_cache import ensure_compiled
 from pairsim.runtime.errors import NoSteadyState, RunFailure
 from pairsim.runtime.fenicsx import MPI
 from pairsim.runtime.signals import Signals
 from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.continuation import where
-from pairsim.solvers.curve import ROUNDING, Zero, equilibria, find_zeros, trace
+from pairsim.solvers.curve import ROUNDING, Zero, equilibria, find_zeros, interpolants, trace
+from pairsim.solvers.curve_interpolant import between
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 
@@ -114,7 +115,7 @@ def _run(case: CurveCase, session: Session, sensitivities: bool, warm_start: War
     """Solve the points of the curve and, for a pair, its zeros."""
     session.write(lambda: session.record.write(None, {}, {}))
     places = solution_order(case)
-    expected = max(len(places), 1)
+    expected = len(between(places, case.max_points)) if case.common else len(places)
     goal = f"{expected} point{'s' * (expected > 1)}, more as needed"
     session.announce(goal, expected, [*case.notes, *curve_estimate(case).notes])
     output = CurveOutput(case, session, expected, sensitivities)
@@ -162,12 +163,14 @@ def _run(case: CurveCase, session: Session, sensitivities: bool, warm_start: War
 
 
 def _large_errors(case: CurveCase, points: list[Point]) -> list[str]:
-    """Warnings of large errors of dU, relative to the largest |dU| of the curve."""
-    peak = max((float(np.abs(point.dUs).max(initial=0.0)) for point in points), default=0.0)
+    """Warnings of large errors of dU, at the points and between them, relative to the largest |dU| of the curve."""
+    curves = interpolants(points) if case.common and len(points) > 1 else []
+    values = [abs(dU) for point in points for dU in point.dUs] + [abs(curve.peak.dU) for curve in curves]
+    peak = max(values, default=0.0)
     if peak < ROUNDING:
         return []
     errors = [error_at(point, gap, peak) for point in points for gap in range(len(point.gaps))]
-    return large_errors(case, "dU_error", "the largest |dU|", errors)
+    return [*large_errors(case, "dU_error", "the largest |dU|", errors), *far_apart(case, curves, peak)]
 
 
 def _large_force_errors(case: CurveCase, points: list[Point]) -> list[str]:

@@ -33,6 +33,7 @@ def problem_of(case: Case) -> Problem:
         polymer=case.polymer,
         t_end=time_options.end,
         dU_error=case.estimates_error,
+        from_steady=case.start == "steady",
         U_m=2 * (1 - 2 / 3 * largest**2),  # Faxen's law without wall corrections
     )
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import signal
 from collections.abc import Sequence
 from contextlib import suppress
@@ -17,10 +16,12 @@ from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import problem_of
 from pairsim.drivers.run_adaptation import RunAdaptation, outcome_of
 from pairsim.drivers.run_output import RunOutput, RunWarnings, milestones
+from pairsim.drivers.run_verdict import settled_entry
 from pairsim.drivers.session import Options, Session, open_session
 from pairsim.fem.form_cache import ensure_compiled
 from pairsim.results.checkpoint import Checkpoint, check_same, load
 from pairsim.results.fields_writer import gather_frames
+from pairsim.results.folders import read_record
 from pairsim.results.output import CHECKPOINT, SERIES, plain, read_series
 from pairsim.runtime.errors import InputError, TooManySteps, WallTime, WriteFailure
 from pairsim.runtime.fenicsx import MPI
@@ -124,6 +125,7 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
     session.announce(*_goal(case), [*notes, *(output.damage if output is not None else [])])
     transient: Transient | None = None
     adaptation: RunAdaptation | None = None
+    found: dict[str, Any] = {}
 
     def work(signals: Signals) -> Outcome:
         nonlocal transient, adaptation
@@ -134,7 +136,11 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
             adaptation = RunAdaptation.begin(case, session.comm, problem, lambda *at: _end(case, *at) is not None)
             problem = adaptation.adapted(problem) if adaptation is not None else problem
         transient = Transient(session.comm, problem, old.state if old is not None else None)
-        return _march(case, transient, output, session, signals)
+        ended, gaps = _march(case, transient, output, session, signals)
+        transient.close()  # its memory serves the quasi-steady solution
+        with transient.clock("quasi-steady"):
+            found.update(settled_entry(case, session.comm, problem, gaps, ended))
+        return ended
 
     def kept() -> str:
         t = transient.history.t[0] if transient is not None else old.state.history.t[0] if old is not None else 0.0
@@ -146,7 +152,7 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
     seconds: dict[str, float] = {}
     if transient is not None:
         counts, t, seconds = transient.counts, transient.history.t[0], transient.clock.seconds
-        summary = _summary(counts, t, transient.constraints.size)
+        summary = _summary(counts, t, transient.constraints.size) | found
 
     def finish() -> None:
         nonlocal outcome
@@ -180,17 +186,18 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
 def _confirm(case: Case, session: Session, old: Checkpoint, ended: Outcome) -> None:
     """Write to run.json that a run is finished, if it was killed after its last checkpoint and before doing so."""
     counts, history = old.state.counts, old.state.history
+    confirmed = session.comm.bcast(session.folder and read_record(session.folder.path).get("status") == "finished")
+    found: dict[str, Any] = {}
+    if not confirmed:
+        ensure_compiled(session.comm, forms_of(case), session.reporter.note)
+        found = settled_entry(case, session.comm, problem_of(case), old.gaps, ended)
 
     def confirm() -> None:
         assert session.folder is not None
-        try:
-            status = json.loads(session.folder.file("run.json").read_text(encoding="utf-8"))["status"]
-        except (OSError, ValueError, KeyError):
-            status = ""
-        if status != "finished":
+        if not confirmed:
             series = read_series(session.folder.file(SERIES))
-            summary = _summary(counts, history.t[0], history.y[0].size)
-            summary["warnings"] = RunWarnings.of(case, series, old.narrowest).warnings
+            summary = _summary(counts, history.t[0], history.y[0].size) | found
+            summary["warnings"] = RunWarnings.of(case, series, old).warnings
             session.record.write(ended, summary, old.state.seconds)
         with suppress(OSError):  # the frames are complete as they are
             gather_frames(session.folder.path)
@@ -218,17 +225,20 @@ def _summary(counts: Counts, t: float, unknowns: int) -> dict[str, Any]:
     }
 
 
-def _march(case: Case, transient: Transient, output: RunOutput | None, session: Session, signals: Signals) -> Outcome:
-    """Take all time steps and write them; returns how the run ended.
+def _march(
+    case: Case, transient: Transient, output: RunOutput | None, session: Session, signals: Signals
+) -> tuple[Outcome, tuple[float, ...]]:
+    """Take all time steps and write them; returns how the run ended, and the last distances.
 
     Raises:
         Stopped: A process has received a signal; all steps taken are written.
     """
-    record, limits = session.record, case.limits
+    record, limits, gaps = session.record, case.limits, case.gaps
     if output is not None:
         output.attach(transient)
     for step in transient.steps(iter(milestones(case))):
         o, count = step.observation, transient.counts.steps
+        gaps = tuple(map(float, o.d))
 
         def write(step: Step = step) -> None:
             assert output is not None
@@ -238,8 +248,8 @@ def _march(case: Case, transient: Transient, output: RunOutput | None, session: 
             session.write(write, retry=RETRY, t=step.t, step=count)
         session.reporter.update(step.t, _shown(step, count), count)
         stop = session.comm.allreduce((signals.number, record.passed), op=MPI.MAX)
-        if (outcome := _end(case, step.t, o.d.tolist())) is not None:
-            return outcome
+        if (outcome := _end(case, step.t, gaps)) is not None:
+            return outcome, gaps
         if stop[0]:
             raise Stopped(signal.Signals(stop[0]).name)
         if limits.wall_time is not None and stop[1] > limits.wall_time:
@@ -248,4 +258,4 @@ def _march(case: Case, transient: Transient, output: RunOutput | None, session: 
         if count >= limits.max_steps:
             message = f"{limits.max_steps} steps were taken"
             raise TooManySteps(message, t=step.t, step=count, advice="a larger limits.max_steps, with --resume")
-    return Outcome("finished", "end", f"finished at t = {transient.history.t[0]:g}")
+    return Outcome("finished", "end", f"finished at t = {transient.history.t[0]:g}"), gaps

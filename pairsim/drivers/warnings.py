@@ -5,8 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from pairsim.config.accuracy import SETTINGS, liquid_of, settings_of
 from pairsim.config.case import Case, SceneCase
+from pairsim.config.curve_case import CurveCase
+from pairsim.solvers.curve_interpolant import CurveInterpolant
 
 LONG_ARC = 1.5  # allowed length of an arc over the gap beside it; dU is 2.5 % off at 3 (N_p 40, gap 0.005)
 # Least length of tube on each side, relative to that with `length: auto`; with less, errors above about 1 % of the peak
@@ -123,6 +127,32 @@ def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorA
             "the stress does to dU there, and the sign of the error is not known (docs/explanation/error-estimate.md)"
         )
     return warnings
+
+
+def far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float) -> list[str]:
+    """Warn of points so far apart that the interpolation error of dU exceeds `accuracy` and the errors at the points.
+
+    Args:
+        case: The case.
+        curves: dU of every gap.
+        size: The largest |dU| [U_av].
+    """
+    if not curves:
+        return []
+    d, known = curves[0].d, [np.maximum(curve.dU_error[:-1], curve.dU_error[1:]) for curve in curves]
+    errors = np.max([np.where(c.errors > e, c.errors, 0.0) for c, e in zip(curves, known, strict=True)], axis=0) / size
+    worst = int(errors.argmax())
+    if errors[worst] <= case.error_wanted:
+        return []
+    part = f"{100 * errors[worst]:.2g} %" if np.isfinite(errors[worst]) else "any part"
+    where = f"between d = {d[worst]:.4g} and {d[worst + 1]:.4g}"
+    advice = "a finer mesh (mesh.Np, mesh.max_size)"
+    if len(d) >= case.max_points or case.tol > case.error_wanted:
+        advice = "a larger max_points" if len(d) >= case.max_points else "a smaller tol"
+    return [
+        f"{where} the interpolated dU may be off by {part} of its largest value, more than accuracy: {case.accuracy}; "
+        f"use {advice}"
+    ]
 
 
 def narrow_gap(gap: float, arc: float) -> list[str]:

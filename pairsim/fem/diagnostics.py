@@ -23,6 +23,7 @@ class Observation:
 
     Attributes:
         d: Distances between facing surfaces on the axis [D_c], shape (N-1,).
+        centres: Distances between the centres of volume of neighbours [D_c], shape (N-1,).
         U: Velocities of the particles, averaged over their volumes [U_av], shape (N,).
         D: Taylor parameters, shape (N,).
         dp: Pressure drop over the length of the tube [eta_0 U_av/D_c].
@@ -34,6 +35,7 @@ class Observation:
     """
 
     d: Array
+    centres: Array
     U: Array
     D: Array
     dp: float
@@ -97,6 +99,18 @@ def gaps(bodies: list[Body], h: Array) -> Array:
     return np.array([b[-1, 0] - a[0, 0] for a, b in pairwise(outlines)])
 
 
+def centres(bodies: list[Body], h: Array) -> Array:
+    """Distances between the centres of volume of neighbours, shape (N-1,), which change with dU; see `gaps`."""
+    places = []
+    for body in bodies:
+        if body.phase is None:
+            places.append(float(h[body.start]))
+            continue
+        points = body.phase.six_node_mesh.points + body.displacement(h)
+        places.append(body.quadrature.mean(points[:, 0], points))
+    return np.diff(places)
+
+
 def velocities(bodies: list[Body], velocity: Array, h: Array) -> Array:
     """Velocities of the particles, averaged over their volumes [U_av], shape (N,).
 
@@ -145,6 +159,7 @@ def observe(
         conformation = health(liquid.nodal("s", x), scene.positions(x), liquid.six_node_mesh)
     return Observation(
         d=gaps(scene.bodies, h),
+        centres=centres(scene.bodies, h),
         U=velocities(scene.bodies, constraints.V @ y, h),
         D=np.array(D),
         dp=scene.pressure_drop(x),

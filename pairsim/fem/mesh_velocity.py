@@ -16,7 +16,7 @@ def shares(reference: Reference, z: Array, periodic: bool) -> Array:
 
     The mesh moves with each particle as far as a quarter of the next gap and changes over to the next particle's
     velocity within the half about the middle of the gap, with a continuous derivative. The liquid's memory of a
-    particle is carried along with that particle, so that little is left for `drift`; and w depends on positions alone,
+    particle is carried along with that particle, so that moving adds little to dU; and w depends on positions alone,
     not on cells, so that solutions on finer meshes converge. In a periodic tube the last particle is followed by the
     first one of the next period; otherwise the mesh moves with the first and the last particle up to the ends.
 

@@ -183,6 +183,15 @@ class Pipe:
         solution = scipy.integrate.OdeSolution(times, pieces)
         return lambda t: self._state(solution(t).reshape(4, -1))
 
+    def constant(self) -> Callable[[float], PipeState]:
+        """The steady flow as a function of time, in place of the start-up flow of `until`.
+
+        Raises:
+            NoSteadyState: No steady flow was found.
+        """
+        developed = self.steady()
+        return lambda _: developed
+
     def steady(self, near: PipeState | None = None) -> PipeState:
         """The steady, fully developed flow.
 

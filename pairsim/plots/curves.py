@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 from matplotlib.axes import Axes
 
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import axis_label, case_parts, finish, read_case, spread
-from pairsim.plots.lines import BAND, draw_line, lines_of, notes
+from pairsim.plots.lines import BAND, draw_line, fine_distances, lines_of, notes
 from pairsim.plots.style import LINES, MARKERS, Page, key, printing, small_print
 from pairsim.results.columns import column
 from pairsim.results.output import read_series
@@ -56,13 +57,20 @@ def draw_curve(directory: Path, out: Path, page: Page) -> list[Path]:
 
 
 def _draw_shapes(axis: Axes, table: dict[str, np.ndarray], d: str, shapes: list[str]) -> None:
+    """The Taylor parameters: smooth lines over log d, which do not overshoot, through their points."""
+    points = table[d]
+    fine = fine_distances(points)
     for i, name in enumerate(shapes):
         look: dict[str, Any] = {
             "linestyle": LINES[i % len(LINES)],
             "marker": MARKERS[i % len(MARKERS)],
             "markersize": 2.5,
+            "markevery": np.searchsorted(fine, points).tolist(),
         }
-        axis.plot(table[d], table[name], label=f"${column(name).symbol}$", **look)
+        values = table[name]
+        if len(points) > 1:
+            values = scipy.interpolate.PchipInterpolator(np.log(points), values)(np.log(fine))
+        axis.plot(fine, values, label=f"${column(name).symbol}$", **look)
     spread(axis, "x", table[d])
     finish(axis, axis_label([d]), axis_label(shapes), [table[name] for name in shapes])
     axis.legend()

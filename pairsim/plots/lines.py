@@ -18,9 +18,9 @@ from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import axis_label, equation, finish, spread
 from pairsim.plots.style import Page, key, small_print
 from pairsim.results.columns import error_column, relative_velocities
+from pairsim.results.curve_table import curve_of
 from pairsim.results.output import read_series
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.curve_interpolant import curve_interpolant
 
 FINE = 400  # points of a smooth line
 BAND, TOGETHER = 0.22, 6  # opacity of a band; so many bands over each other are still told apart
@@ -58,12 +58,18 @@ class Line:
         return f"d{self.gap}"
 
     def smooth(self) -> tuple[Array, Array, Array | None]:
-        """Abscissa, dU and its error between the points of a curve: dU by the cubic Hermite interpolant over log d."""
-        d, values = self.table[self.d], self.table[self.y]
-        fine = np.geomspace(d[0], d[-1], FINE)
-        curve = curve_interpolant(d, values, self.table[f"slope{self.gap}"])(np.log(fine))
-        error = error_column(self.table, self.gap)
-        return fine, curve, None if error is None else np.interp(np.log(fine), np.log(d), self.table[error])
+        """Abscissa, dU and its half-width between the points of a curve of at least two."""
+        curve = curve_of(self.table, self.gap)
+        assert curve is not None
+        fine = fine_distances(curve.d)
+        known = error_column(self.table, self.gap) is not None
+        return fine, curve.values(fine), curve.half_widths(fine) if known else None
+
+
+def fine_distances(points: Array) -> Array:
+    """Distances for a smooth line through points in ascending distance, these among them, ascending."""
+    between = np.geomspace(points[0], points[-1], FINE)[1:-1]
+    return np.union1d(points, between[(between > points[0]) & (between < points[-1])])
 
 
 def read_zeros(directory: Path) -> tuple[tuple[float, bool], ...]:
@@ -132,6 +138,7 @@ def draw_line(axis: Axes, line: Line, x: str, look: Mapping[str, Any]) -> None:
 
 def fill(axis: Axes, x: Array, y: Array, error: Array, look: Mapping[str, Any]) -> None:
     """The band of half-width `error` around a line."""
+    error = np.where(np.isfinite(error), error, np.nan)  # between two points alone nothing is known
     axis.fill_between(x, y - error, y + error, color=look["color"], alpha=look["band"], linewidth=0)
 
 

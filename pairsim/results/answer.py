@@ -11,9 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.results.columns import error_column, relative_velocities
+from pairsim.results.columns import relative_velocities
+from pairsim.results.curve_table import peak_of, regions_of
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.duration import duration
+from pairsim.solvers.curve_interpolant import Region
 
 Table = Mapping[str, Array]
 
@@ -49,32 +51,6 @@ def with_error(value: float, error: float | None, sign: str = "") -> str:
     digits = max(digits, 0)
     text = f"{value / scale:{sign}.{digits}f} +- {error / scale:.{digits}f}"
     return text if scale == 1.0 else f"({text})e{exponent}"
-
-
-def answer_of_run(series: Table, record: Mapping[str, Any]) -> list[str]:
-    """The answer of a run in time.
-
-    Args:
-        series: Columns of series.csv.
-        record: run.json.
-    """
-    gaps = [name for name in series if name == "d" or name.startswith("d_")]
-    lines = []
-    for name in gaps:
-        ending = name.removeprefix("d")
-        d, dU = series[name], series[f"dU{ending}"]
-        column = error_column(series, ending)
-        error = float(series[column][-1]) if column is not None else None
-        who = "The pair" if len(gaps) == 1 else f"Gap {ending.removeprefix('_')}"
-        way = f"from d = {d[0]:.5g} at t = {series['t'][0]:.3g} to d = {d[-1]:.5g} at t = {series['t'][-1]:.4g}"
-        lines.append(f"{who} {_motion(d, dU, error, record)}: {way}, dU = {with_error(dU[-1], error, '+')} at the end.")
-        if (scales := _Scales.of(record)) is not None:
-            way = f"from d = {scales.um(d[0]):.5g} um to {scales.um(d[-1]):.5g} um in {scales.s(series['t'][-1]):.4g} s"
-            lines.append(f"In physical units: {way}, dU = {scales.um_per_s(dU[-1], error)} um/s at the end.")
-    if not gaps:
-        velocities = ", ".join(f"{name} = {series[name][-1]:.6g}" for name in series if name.startswith("U_"))
-        lines.append(f"At t = {series['t'][-1]:.4g}: {velocities or f'dp = {series["dp"][-1]:.6g}'}.")
-    return [*lines, *_shapes(series, -1, "at the end")]
 
 
 @dataclass(frozen=True)
@@ -115,17 +91,6 @@ class _Scales:
         return with_error(self.um(zero.d), None if zero.error is None else self.um(zero.error))
 
 
-def _motion(d: Array, dU: Array, error: float | None, record: Mapping[str, Any]) -> str:
-    """What a pair does, in a word or two."""
-    if record.get("reason") == "contact":
-        return "collides"
-    if abs(dU[-1]) <= max(error or 0.0, 1e-9):
-        return "rests: dU vanishes within its error"
-    now = "separates" if dU[-1] > 0 else "comes closer"
-    turned = len(dU) > 1 and np.sign(d[-1] - d[0]) != np.sign(dU[-1])
-    return f"{now} in the end, after moving the other way" if turned else now
-
-
 def answer_of_curve(table: Table, zeros: Sequence[Zero], record: Mapping[str, Any]) -> list[str]:
     """The answer of a master curve.
 
@@ -143,40 +108,43 @@ def answer_of_curve(table: Table, zeros: Sequence[Zero], record: Mapping[str, An
     lines = []
     scales = _Scales.of(record)
     if "dU" in table:
-        lines.append(_regions(table["d"], table["dU"], zeros))
+        regions = regions_of(table, [zero.d for zero in zeros])
+        met = {a.stop for a, b in pairwise(regions) if a.sign * b.sign < 0}
+        zeros = [zero for zero in zeros if zero.d in met]
+        lines.append(_motion_over_d(regions, zeros))
         if scales is not None and zeros:
             lines.append(f"In physical units: it keeps its distance at d = {', '.join(map(scales.zero, zeros))} um.")
     for name in relative_velocities(table):
-        ending = name.removeprefix("dU")
-        largest = int(np.argmax(np.abs(table[name])))
-        column = error_column(table, ending)
-        error = float(table[column][largest]) if column is not None else None
-        place = table.get(f"d{ending}", table[gaps[0]])[largest]
-        lines.append(f"Largest |dU{ending}|: {with_error(table[name][largest], error, '+')} at d = {place:.4g}.")
+        peak = peak_of(table, name.removeprefix("dU"))
+        value, place = with_error(peak.dU, peak.error, "+"), with_error(peak.d, peak.d_error)
+        if not np.isfinite(peak.error):
+            lines.append(f"Largest |{name}| of two points: {value} at d = {place}; what lies between is not known.")
+            continue
+        lines.append(f"Largest |{name}|: {value} at d = {place}.")
         if scales is not None:
-            velocity = scales.um_per_s(table[name][largest], error)
-            lines.append(f"In physical units: {velocity} um/s at d = {scales.um(place):.4g} um.")
+            place = with_error(scales.um(peak.d), scales.um(peak.d_error))
+            lines.append(f"In physical units: {scales.um_per_s(peak.dU, peak.error)} um/s at d = {place} um.")
     shapes = [name for name in table if name.startswith("D_")]
     ranges = ", ".join(f"{name} from {table[name].min():.3g} to {table[name].max():.3g}" for name in shapes)
     return [*lines, f"Taylor parameters: {ranges}."] if ranges else lines
 
 
-def _regions(d: Array, dU: Array, zeros: Sequence[Zero]) -> str:
-    """Where a pair separates and where it comes closer."""
-    places = [d[0], *(zero.d for zero in zeros), d[-1]]
-    if np.abs(dU).max() < 1e-9:
-        return f"The pair keeps its distance: dU vanishes between d = {d[0]:.4g} and {d[-1]:.4g}."
-    parts = []
-    for i, (start, stop) in enumerate(pairwise(places)):
-        inside = dU[(d >= start) & (d <= stop)]
-        if i < len(zeros):
-            rising = not zeros[i].stable
-            separates = not rising
-        else:
-            separates = not zeros[-1].stable if zeros else bool(inside[np.argmax(np.abs(inside))] > 0)
-        parts.append(f"{'separates' if separates else 'comes closer'} between d = {start:.4g} and {stop:.4g}")
-    text = f"The pair {', '.join(parts)}."
-    return f"{text} It keeps its distance at d = {', '.join(map(str, zeros))}." if zeros else text
+def _motion_over_d(regions: Sequence[Region], zeros: Sequence[Zero]) -> str:
+    """Where a pair separates, where it comes closer, where neither is certain, and where it keeps its distance."""
+
+    def where(region: Region) -> str:
+        far = region.stop > region.start
+        return f"between d = {region.start:.4g} and {region.stop:.4g}" if far else f"at d = {region.start:.4g}"
+
+    if not regions:
+        return "The pair keeps its distance: dU vanishes at every d."
+    moves = [f"{'separates' if each.sign > 0 else 'comes closer'} {where(each)}" for each in regions if each.sign]
+    sentences = [f"The pair {', '.join(moves)}."] if moves else []
+    if open_ones := [where(each) for each in regions if not each.sign]:
+        sentences.append(f"Not decided {', '.join(open_ones)}: the interval of dU holds both signs.")
+    if zeros:
+        sentences.append(f"It keeps its distance at d = {', '.join(map(str, zeros))}.")
+    return " ".join(sentences)
 
 
 def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list[str]:

@@ -84,6 +84,7 @@ class Checkpoint:
             entries |= {"t_errors": state.errors.t, "t_y_errors": state.errors.t_y}
             arrays |= {f"error_{name}": value for name, value in _levels(state.errors).items()}
             arrays |= {"error_imbalance": np.asarray(state.errors.imbalance), "error_dU": np.array(state.errors.dU)}
+            arrays |= {"error_start": np.asarray(state.errors.start)}
         for i, (outline, nodes) in enumerate(zip(reference.outlines, reference.positions, strict=True)):
             arrays |= {f"angles_{i}": outline.angles, f"positions_{i}": nodes}
         for i, mesh in enumerate((state.mesh, *state.inside)):
@@ -148,7 +149,7 @@ def _checkpoint(entries: dict[str, Any], arrays: dict[str, Any]) -> Checkpoint:
     if "t_errors" in entries:
         stored = {name.removeprefix("error_"): array for name, array in arrays.items() if name.startswith("error_")}
         levels = vars(_history(stored, entries["t_errors"], entries["t_y_errors"]))
-        errors = Errors(**levels, dU=list(stored["dU"]), imbalance=stored["imbalance"])
+        errors = Errors(**levels, dU=list(stored["dU"]), imbalance=stored["imbalance"], start=stored.get("start", 0.0))
     matrix = None
     if "memory" in entries:
         places = [

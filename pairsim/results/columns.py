@@ -46,6 +46,8 @@ COLUMNS: tuple[Column, ...] = (
     Column("dU_i", r"\Delta U_i", "relative velocity of neighbours, U_(i+1) - U_i; positive: they separate", VELOCITY),
     Column("dU_held", r"\Delta U_h", "dU with the distance held, as if shapes and stresses had endless time", VELOCITY),
     Column("dU_held_i", r"\Delta U_{h,i}", "dU_i with all distances held", VELOCITY),
+    Column("centres", r"d_c", "distance between the centres of volume, whose rate is dU", LENGTH),
+    Column("centres_i", r"d_{c,i}", "distance between the centres of volume of particles i and i+1", LENGTH),
     Column("t_relax", r"t_r", "slowest decay time of a disturbance at held distance", TIME),
     Column("D_L", r"D_L", "Taylor parameter (L_z - L_r)/(L_z + L_r) of the leading particle", ""),
     Column("D_T", r"D_T", "Taylor parameter (L_z - L_r)/(L_z + L_r) of the trailing particle", ""),
@@ -160,10 +162,12 @@ SWEEP_COLUMNS = (
         "zeros", "", "zeros of dU from the smallest d on, or the critical distances asked for, with spaces between", ""
     ),
     Column("stable", "", "whether each of them is stable: true or false", ""),
-    Column("d_peak", "", "distance of the largest |dU| of the curve", LENGTH),
+    Column("zeros_error", "", "error of each of them, half-width, with spaces between", ""),
+    Column("d_peak", "", "distance of the largest |dU| of the curve, which may lie between two points", LENGTH),
+    Column("d_peak_error", "", "error of d_peak, half-width", LENGTH),
     Column("dU_peak", "", "dU there", VELOCITY),
-    Column("dU_error", "", "dU_error there", VELOCITY),
-    Column("mesh_error", "", "mesh_error there", VELOCITY),
+    Column("dU_error", "", "error of dU_peak, half-width", VELOCITY),
+    Column("mesh_error", "", "mesh_error of the nearest point", VELOCITY),
     Column("steps", "", "accepted time steps", ""),
     Column("unknowns", "", "unknowns of the largest linear system", ""),
     Column("wall_time", "", "wall time, without the start of Python", "s"),
@@ -245,7 +249,7 @@ def curve_columns(n: int, common: bool, mesh_error: bool, sensitivities: Sequenc
         sensitivities: Parameters by which dU was differentiated.
         forces: Whether the velocity of the particles is prescribed.
     """
-    names = ["dU_held", "dU_correction", "dU_error", "ends_error", *(["mesh_error"] if mesh_error else [])]
+    names = ["dU_held", "centres", "dU_correction", "dU_error", "ends_error", *(["mesh_error"] if mesh_error else [])]
     names += [*(["slope"] if common else []), *(f"by_{name}" for name in sensitivities)]
     by_gap = (name + gap for name in names for gap in gap_endings(n))
     corrections = [f"U_correction{each}" for each in particle_endings(n)] + ["dp_plus_correction"]

@@ -2,41 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
+from pairsim.results.curve_table import curve_of
 from pairsim.results.output import read_series
+from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
-from pairsim.solvers.curve_interpolant import curve_interpolant
 
-Array = NDArray[np.float64]
-COLUMNS = ("d", "dU", "dU_held", "slope", "U_L", "U_T")
-TOLERANCE = 1e-10
+TOLERANCE = 1e-10  # relative, of the integrals
+SAME = 1e-9  # relative difference of a distance from an end of the curve that is due to rounding
 
 
 @dataclass(frozen=True)
 class Travel:
-    """Time and length of tube for the motion of a pair between two distances.
+    """Time and length of tube for the motion of a pair between two distances, with half-widths of their intervals.
 
     Attributes:
-        time: Integral of dd/dU [D_c/U_av].
-        length: Integral of U/dU dd with the mean velocity U of the pair: how far it travels along the tube [D_c].
-        drift: Relative change of `time` due to the terms neglected in a quasi-steady solution; None if with them dU
-            changes its sign between the two distances.
+        time: Integral of dz/dU over the distance z of the centres of volume [D_c/U_av].
+        length: Integral of U/dU dz with the mean velocity U of the pair: how far it travels along the tube [D_c].
+        time_error: Half-width of the time: with dU on either end of its interval everywhere.
+        length_error: Half-width of the length, in the same way.
     """
 
     time: float
     length: float
-    drift: float | None
+    time_error: float
+    length_error: float
 
 
-def travel(table: dict[str, Array], start: float, stop: float, source: str) -> Travel:
+def travel(table: Mapping[str, Array], start: float, stop: float, source: str) -> Travel:
     """Integrate a master curve from one distance to another.
 
     Args:
@@ -47,44 +47,71 @@ def travel(table: dict[str, Array], start: float, stop: float, source: str) -> T
 
     Raises:
         InputError: The curve is not that of a pair, a distance is outside the curve, there is a zero of dU between the
-            distances, or the pair moves in the other direction.
+            distances or there may be one, or the pair moves in the other direction.
     """
-    if any(name not in table for name in COLUMNS) or len(table["d"]) < 2:
+    curve = curve_of(table) if "U_L" in table and "U_T" in table else None
+    if curve is None:
         raise InputError(source, "", None, "must be the curve of a pair with at least two points")
-    d = table["d"]
-    for option, distance in (("--from", start), ("--to", stop)):
-        if not d[0] <= distance <= d[-1]:
-            raise InputError(source, option, distance, f"must be between {d[0]:g} and {d[-1]:g}, the ends of the curve")
+    start, stop = (_inside(curve.d, option, d, source) for option, d in (("--from", start), ("--to", stop)))
     if start == stop:
         raise InputError(source, "--to", stop, "must differ from --from")
-    x = np.log(d)
-    curve = curve_interpolant(d, table["dU_held"], table["slope"])
-    low, high = sorted((float(np.log(start)), float(np.log(stop))))
-    roots = [float(root) for root in curve.roots(extrapolate=False) if low <= root <= high]
-    if roots:
-        zeros = ", ".join(f"{np.exp(root):.4g}" for root in roots)
+    low, high = sorted((start, stop))
+    if zeros := [zero for zero in curve.zeros if low <= zero <= high]:
+        listed = ", ".join(f"{zero:.4g}" for zero in zeros)
         raise InputError(
-            source, "--to", stop, f"must be on the same side of the zeros of dU as {start:g}: dU = 0 at d = {zeros}"
+            source, "--to", stop, f"must be on the same side of the zeros of dU as {start:g}: dU = 0 at d = {listed}"
         )
-    if (curve(0.5 * (low + high)) > 0) != (stop > start):
+    if (curve.values(np.sqrt(low * high)) > 0) != (stop > start):
         side, motion = ("above", "separates") if stop < start else ("below", "approaches")
         raise InputError(source, "--to", stop, f"must be {side} {start:g}: the pair {motion} there")
-    drift, mean = (
-        scipy.interpolate.PchipInterpolator(x, table["dU"] - table["dU_held"]),
-        scipy.interpolate.PchipInterpolator(x, (table["U_L"] + table["U_T"]) / 2),
-    )
-    places = [low, *(float(value) for value in x if low < value < high), high]
+    samples = curve.samples[0]
+    inside = np.array([low, *samples[(low < samples) & (samples < high)], high])
+    unsure = inside[np.abs(curve.values(inside)) <= curve.half_widths(inside)]
+    if unsure.size:
+        raise InputError(
+            source, "--to", stop, f"must be reached without a distance at which dU may vanish, as at {unsure[0]:.4g}"
+        )
+    centres_rate = _centres_rate(table)
+    mean = scipy.interpolate.PchipInterpolator(np.log(curve.d), (table["U_L"] + table["U_T"]) / 2)
+    places = np.log([low, *curve.d[(low < curve.d) & (curve.d < high)], high])
 
-    def integral(rate: Callable[[float], float]) -> float:
-        parts = [scipy.integrate.quad(rate, a, b, epsrel=TOLERANCE, epsabs=0)[0] for a, b in pairwise(places)]
-        return float(abs(sum(parts)))
+    def integral(velocity: Callable[[float], float], part: int) -> float:
+        """The integral of velocity/|dU| over the distance of the centres, `part` half-widths added to |dU|."""
 
-    time = integral(lambda at: np.exp(at) / curve(at))
-    length = integral(lambda at: np.exp(at) * mean(at) / curve(at))
-    fine = np.linspace(low, high, 200 * len(places))
-    turned = np.any((curve(fine) + drift(fine)) * curve(fine) <= 0)
-    drifted = None if turned else integral(lambda at: np.exp(at) / (curve(at) + drift(at))) / time - 1
-    return Travel(time, length, drifted)
+        def rate(x: float) -> float:
+            d = np.exp(x)
+            return float(velocity(x) * centres_rate(x) * d / (abs(curve.values(d)) + part * curve.half_widths(d)))
+
+        return sum(scipy.integrate.quad(rate, a, b, epsrel=TOLERANCE, epsabs=0)[0] for a, b in pairwise(places))
+
+    def with_half_width(velocity: Callable[[float], float]) -> tuple[float, float]:
+        value, least, most = (integral(velocity, part) for part in (0, 1, -1))
+        return value, max(value - least, most - value)
+
+    (time, time_error), (length, length_error) = with_half_width(lambda x: 1.0), with_half_width(mean)
+    return Travel(time, length, time_error, length_error)
+
+
+def _centres_rate(table: Mapping[str, Array]) -> Callable[[float], float]:
+    """Derivative of the distance of the centres by d at log d: 1 but for the shapes, and in tables that lack it."""
+    d, centres = table["d"], table.get("centres", table["d"])
+    shapes = scipy.interpolate.CubicSpline(np.log(d), centres - d).derivative()
+    return lambda x: 1.0 + float(shapes(x) * np.exp(-x))
+
+
+def _inside(ends: Array, option: str, d: float, source: str) -> float:
+    """A distance on a curve, the end of the curve where it differs from it by rounding.
+
+    Raises:
+        InputError: The distance is outside the curve.
+    """
+    for end in (float(ends[0]), float(ends[-1])):
+        if abs(d - end) < SAME * end:
+            return end
+    if not ends[0] <= d <= ends[-1]:
+        allowed = f"must be between {ends[0]:g} and {ends[-1]:g}, the ends of the curve"
+        raise InputError(source, option, d, allowed)
+    return d
 
 
 def travel_in(directory: Path, start: float, stop: float) -> Travel:

@@ -127,7 +127,7 @@ def reach(steady: Steady, tangent: Array, rates: Array) -> float:
         (MOST_APART * d / abs(rate) for d, rate in zip(steady.parameters.gaps, rates, strict=True) if rate),
         default=np.inf,
     )
-    for name, most in (("h", MOST_SHAPE * max(steady.problem.betas)), ("s", MOST_STRESS)):
+    for name, most in (("h", MOST_SHAPE * max(steady.problem.betas, default=0.0)), ("s", MOST_STRESS)):
         rate = tangent[fields[name]] if name in fields else np.empty(0)
         if rate.size and (largest := float(np.abs(rate).max())) > 0:
             step = min(step, most / largest)

@@ -8,12 +8,10 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-import scipy
 
-from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.branch import Branch, Point
-from pairsim.solvers.curve_interpolant import curve_interpolant
+from pairsim.solvers.curve_interpolant import CurveInterpolant, between
 from pairsim.solvers.snapshot import Snapshot
 
 # All constants were chosen.
@@ -21,7 +19,8 @@ HALVINGS = 5  # bisections of an interval with a change of sign in which Newton'
 ROUNDING = 1e-10  # |dU| up to which dU and its slopes are rounding error, as for equal rigid spheres [U_av]
 ALMOST = 0.05  # |dU| at an interpolated zero, relative to that at the neighbouring points, up to which it is accepted
 JUMP = 3.0  # a change of dU larger than that expected from the slopes by this factor is a jump between two meshes
-CLOSE = 0.1  # difference of log d below which no point is added between two others
+HIDDEN = 0.5  # interpolation error over dU_error below which no point is added
+CLOSE = 0.1  # difference of log d below which no point is added between two others: it would show meshes, not dU
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,7 @@ class Equilibrium:
         slope: d(dU)/dd there; negative is stable.
         peak: Largest |dU| between this zero and the next one or the end, over that of the whole curve.
         d_error: Discretisation error of d.
-        certain: Whether |dU| exceeds its error somewhere between this zero and the next ones, on both sides.
+        certain: Whether |dU| exceeds its half-width somewhere between this zero and the next ones, on both sides.
     """
 
     d: float
@@ -73,50 +72,44 @@ class Equilibrium:
         return self.slope < 0
 
 
-def interpolant(points: list[Point]) -> scipy.interpolate.CubicHermiteSpline:
-    """Hermite interpolant of dU in log d from points in ascending d; scalar for a pair, otherwise one value per gap."""
+def interpolants(points: Sequence[Point]) -> list[CurveInterpolant]:
+    """dU of every gap as a function of d, from at least two points in ascending d."""
     d = np.array([p.d for p in points])
-    values, slopes = np.array([p.dUs for p in points]), np.array([p.slopes for p in points])
-    if values.shape[1] == 1:
-        values, slopes = values[:, 0], slopes[:, 0]
-    return curve_interpolant(d, values, slopes)
-
-
-def _bend(a: Point, b: Point) -> Array:
-    """Estimated interpolation error of each dU between two points, shape (N-1,).
-
-    It is half the difference at the mid-point of two parabolas in log d, each with the slope at one of the points.
-    """
-    width = np.log(b.d / a.d)
-    return np.abs((a.slopes * a.d + b.slopes * b.d) * width / 4 - (b.dUs - a.dUs) / 2) / 2
-
-
-def _wanted(points: list[Point], tol: float) -> float:
-    """Tolerance of dU: tol times the largest |dU| of all points and gaps."""
-    return max(tol * max(float(np.abs(p.dUs).max()) for p in points), ROUNDING)
-
-
-def _excess(a: Point, b: Point, wanted: float) -> np.ndarray:
-    """Gaps whose interpolation error exceeds the tolerance `wanted` and the error of dU, boolean, shape (N-1,)."""
-    return np.asarray(_bend(a, b) > np.maximum(wanted, np.maximum(a.dU_errors, b.dU_errors)))
+    columns = [np.array([getattr(p, name) for p in points]).T for name in ("dUs", "held_dUs", "slopes", "dU_errors")]
+    return [CurveInterpolant(d, *values) for values in zip(*columns, strict=True)]
 
 
 def _unresolved(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
-    """Neighbouring points between which a point should be added."""
-    wanted = _wanted(points, tol)
-    return [(a, b) for a, b in pairwise(points) if np.log(b.d / a.d) > CLOSE and _excess(a, b, wanted).any()]
+    """Neighbouring points between which a point should be added.
+
+    The interpolation error of some gap exceeds there both `tol` times the largest |dU| and half the errors of dU.
+    """
+    if len(points) < 2:
+        return []
+    wanted = max(tol * max(float(np.abs(p.dUs).max()) for p in points), ROUNDING)
+    errors = np.array([curve.errors for curve in interpolants(points)]).T
+    return [
+        (a, b)
+        for a, b, error in zip(points, points[1:], errors, strict=False)
+        if np.any(error > np.maximum(wanted, HIDDEN * np.maximum(a.dU_errors, b.dU_errors)))
+        and (np.log(b.d / a.d) > CLOSE or np.isinf(error).any())
+    ]
 
 
 def trace(
     branch: Branch, places: Sequence[tuple[float, ...]], tol: float, max_points: int
 ) -> Iterator[tuple[Point, bool]]:
-    """Compute a curve at given distances, and refine it if all gaps of each point are equal.
+    """Compute a curve at given distances, and add others if all gaps of each point are equal.
+
+    Points are added until no neighbours are more than a factor `WIDEST` apart, and the interpolation error between them
+    is small enough or hidden by the errors at the points.
 
     Args:
         branch: The branch, at any solution.
-        places: Requested distances of each point, in the order in which they are solved.
-        tol: Tolerance of dU between the points, relative to the largest |dU|.
-        max_points: Largest number of points.
+        places: Requested distances of each point, in the order in which they are solved; ascending or descending if all
+            gaps of each point are equal.
+        tol: Interpolation error of dU, relative to the largest |dU|.
+        max_points: Largest number of points, unless more are requested.
 
     Yields:
         Every point as it is computed, and whether it was requested.
@@ -124,33 +117,21 @@ def trace(
     Raises:
         RunFailure: The branch could not be followed.
     """
-    parameters = branch.fine.parameters
+    parameters, requested = branch.fine.parameters, set(places)
+    curve = all(place and len(set(place)) == 1 for place in places)
     points = []
-    for place in places:
+    for place in between(places, max_points) if curve else places:
         points.append(branch.at(replace(parameters, gaps=place)))
-        yield points[-1], True
-    if not all(place and len(set(place)) == 1 for place in places):
+        yield points[-1], place in requested
+    if not curve:
         return
     points.sort(key=lambda p: p.d)
-    known: set[tuple[float, float]] = set()
-    while len(points) < max_points:
-        new = [(a, b) for a, b in _unresolved(points, tol) if (a.d, b.d) not in known]
-        if not new:
-            break
-        curve, wanted = interpolant(points), _wanted(points, tol)
-        new = new[: max_points - len(points)]
+    while new := _unresolved(points, tol)[: max(max_points - len(points), 0)]:
         if abs(branch.fine.parameters.gaps[0] - new[-1][1].d) < abs(branch.fine.parameters.gaps[0] - new[0][0].d):
             new.reverse()  # start with the interval nearest to the present solution
         for a, b in new:
-            d = float(np.sqrt(a.d * b.d))
-            point = branch.at(parameters.with_gap(d))
-            yield point, False
-            # For a smooth curve halving an interval divides its error estimate by eight; if not, the estimate is
-            # dominated by the difference between meshes, and refinement does not help.
-            rough = np.maximum(_bend(a, point), _bend(point, b)) > _bend(a, b) / 2
-            if rough[_excess(a, b, wanted)].all() or np.abs(point.dUs - curve(np.log(d))).max() < wanted:
-                known |= {(a.d, d), (d, b.d)}
-            points.append(point)
+            points.append(branch.at(parameters.with_gap(float(np.sqrt(a.d * b.d)))))
+            yield points[-1], False
         points.sort(key=lambda p: p.d)
 
 
@@ -176,21 +157,23 @@ def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Jump:
         NoSteadyState: dU changes its sign smoothly but the zero was not found.
     """
     for _ in range(HALVINGS):
-        roots = interpolant([a, b]).solve(0.0, extrapolate=False)
-        middle = float(np.sqrt(a.d * b.d))
         with suppress(NoSteadyState, MeshFailure):
-            return Zero(branch.zero(a.d, b.d, float(np.exp(roots[0])) if len(roots) else middle), branch.snapshots)
-        point = branch.at(a.parameters.with_gap(middle))
+            return Zero(branch.zero(a.d, b.d, _guess(a, b)), branch.snapshots)
+        point = branch.at(a.parameters.with_gap(float(np.sqrt(a.d * b.d))))
         a, b = (a, point) if a.dU * point.dU < 0 else (point, b)
     if abs(b.dU - a.dU) < JUMP * max(abs(a.slopes[0]), abs(b.slopes[0])) * (b.d - a.d):
         # If the slope is close to rounding error (say 1e-9), Newton's method does not converge in d; the zero of the
         # interpolant is then accepted if |dU| is small there.
-        roots = interpolant([a, b]).solve(0.0, extrapolate=False)
-        point = branch.at(a.parameters.with_gap(float(np.exp(roots[0])) if len(roots) else middle))
+        point = branch.at(a.parameters.with_gap(_guess(a, b)))
         if abs(point.dU) < ALMOST * max(abs(a.dU), abs(b.dU)):
             return Zero(point, branch.snapshots)
         raise NoSteadyState(f"the zero of dU between d = {a.d:.5g} and {b.d:.5g} was not found")
     return Jump(a, b)
+
+
+def _guess(a: Point, b: Point) -> float:
+    """The zero of the interpolant between two points at which dU has different signs."""
+    return interpolants([a, b])[0].zero(a.d, b.d)
 
 
 def equilibria(zeros: list[Zero], points: list[Point]) -> list[Equilibrium]:
@@ -202,17 +185,14 @@ def equilibria(zeros: list[Zero], points: list[Point]) -> list[Equilibrium]:
     """
     if not zeros:
         return []
-    curve = interpolant(points)
+    d, dU, half = interpolants(points)[0].samples
     ends = [points[0].d, *(z.point.d for z in zeros), points[-1].d]
-    peaks = []
-    for a, b in pairwise(ends):
-        between = np.abs(curve(np.linspace(np.log(a), np.log(b), 50)))  # may be larger than at any point
-        peaks.append(max([float(between.max()), *(abs(p.dU) for p in points if a <= p.d <= b)]))
+    sides = [(a <= d) & (d <= b) for a, b in pairwise(ends)]
+    peaks = [float(np.abs(dU[side]).max(initial=0.0)) for side in sides]
+    decided = [bool((np.abs(dU) > half)[side].any()) for side in sides]
     result = []
-    for before, zero, end, peak in zip(ends, (z.point for z in zeros), ends[2:], peaks[1:], strict=False):
-        left, right = ([p for p in points if a <= p.d <= b] for a, b in ((before, zero.d), (zero.d, end)))
+    for i, zero in enumerate(z.point for z in zeros):
         slope = zero.slope_at_rest
         error = float(zero.dU_errors[0]) / abs(slope)
-        certain = all(any(abs(p.dU) > p.dU_errors[0] for p in side) for side in (left, right))
-        result.append(Equilibrium(zero.d, slope, peak / max(peaks), error, certain))
+        result.append(Equilibrium(zero.d, slope, peaks[i + 1] / max(peaks), error, decided[i] and decided[i + 1]))
     return result

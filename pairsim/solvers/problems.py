@@ -58,6 +58,8 @@ class Problem:
         U_m: Velocity of the frame in the first step [U_av].
         start: Initial positions of the material as a function of the undeformed ones, (k, 2) -> (k, 2); None for
             undeformed particles.
+        from_steady: Whether the run starts from the quasi-steady state of the first distances, in the developed flow;
+            otherwise from rest.
         newton: Options of Newton's method.
         extrapolated: Number of earlier solutions, at most four, from which the first guess is extrapolated.
         polymer: Polymer contribution to the liquid, None for a Newtonian liquid.
@@ -81,6 +83,7 @@ class Problem:
     boundary_velocity: BoundaryVelocity = poiseuille
     U_m: float = 2.0
     start: Callable[[Array], Array] | None = None
+    from_steady: bool = False
     newton: NewtonOptions = TRANSIENT
     extrapolated: int = 4
     polymer: Polymer | None = None

@@ -1,10 +1,11 @@
 """How long particles remember: the slowest decay of a disturbance while the distances are held.
 
 With the residual R(y, y_t) of `pairsim.solvers.motion`, a small disturbance v exp(-t/tau) of a solution obeys
-J v = M v / tau with J = dR/dy and M = dR/dy_t, so that the times tau are the eigenvalues of J^-1 M. Of the stress of a
-polymer the eigenvalues are those of a continuous spectrum about De, which no mesh resolves. M is therefore restricted
-to the surfaces, with a stress that follows them at once, which leaves the times tau_0 of the shapes; that of a polymer
-with a memory of its own then is the larger root of
+J v = M v / tau with J = dR/dy and M = dR/dy_t, so that the times tau are the eigenvalues of J^-1 M. Two families of
+modes have no length of their own and are resolved by no mesh: short waves on the surfaces, which decay within about
+2 Ca_e, and the advected stress of the polymer, within about De. The first are left out as a change of the distances
+hardly excites them. For the second M is restricted to the surfaces, with a stress that follows them at once, which
+leaves the times tau_0 of the shapes; in a polymer with a memory of its own they become the larger root of
 
     tau^2 - (De + tau_0) tau + xi De tau_0 = 0,
 
@@ -14,6 +15,7 @@ the relation of a single elastic mode in a Jeffreys liquid, which is De for rigi
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,8 +24,8 @@ from pairsim.solvers.motion import moving_residual
 from pairsim.solvers.steady import Steady
 
 # Krylov steps at least and at most; residual of an eigenpair, relative to tau_0 + De, at which they end and at which it
-# counts; all chosen. The result is good to about 5 %.
-FEWEST, MOST, ENOUGH, COUNTS = 4, 12, 0.03, 0.1
+# counts; least part of a mode in the start. All chosen: short waves have less than 0.005, and tau_0 is good to 5 %.
+FEWEST, MOST, ENOUGH, COUNTS, EXCITED = 4, 8, 0.03, 0.1, 0.02
 PROBE = 1e-3  # largest velocity of the surfaces in a probe [U_av], small enough for SUPG to be linear; chosen
 SOLVED = 1e-4  # residual of the linear systems; chosen
 
@@ -50,13 +52,9 @@ def _surface_unknowns(steady: Steady) -> np.ndarray:
 
 
 def _shape_time(steady: Steady, surface: np.ndarray, De: float) -> float:
-    """The largest tau_0, by Arnoldi's method from the change of the shapes with the distances.
-
-    A start that is as smooth as what a moving pair excites finds its modes in few steps, and hardly those of single
-    cells, which distorted meshes have.
-    """
+    """The largest tau_0, by Arnoldi's method from the change of the shapes with the distances, or with Ca_e."""
     parameters, still = steady.parameters, steady.residual()
-    no_rates, count = np.zeros(len(parameters.gaps)), int(np.count_nonzero(surface))
+    no_rates = np.zeros(len(parameters.gaps))
 
     def times(v: Array) -> Array:
         y_t, scale = np.zeros(len(surface)), PROBE / float(np.abs(v).max())
@@ -65,10 +63,9 @@ def _shape_time(steady: Steady, surface: np.ndarray, De: float) -> float:
         found = steady.newton.linear_solve(change, tolerance=SOLVED)
         return np.asarray(steady.comm.bcast(found[surface] / scale))
 
-    start = steady.gap_tangents().sum(axis=0)[surface] if len(no_rates) else np.random.default_rng(0).random(count)
-    start = times(start)
+    start = times(_disturbance(steady)[surface])
     basis, H = [start / np.linalg.norm(start)], np.zeros((MOST + 1, MOST))
-    for j in range(min(MOST, count - 1)):
+    for j in range(MOST):
         w = times(basis[j])
         for _ in range(2):
             parts = np.array(basis) @ w
@@ -77,10 +74,19 @@ def _shape_time(steady: Steady, surface: np.ndarray, De: float) -> float:
         H[j + 1, j] = np.linalg.norm(w)
         basis.append(w / H[j + 1, j])
         mu, vectors = np.linalg.eig(H[: j + 1, : j + 1])
+        part = np.abs(np.linalg.solve(vectors, np.eye(j + 1)[0].astype(complex)))
         left = np.abs(H[j + 1, j] * vectors[-1]) / (np.abs(mu) + De)
-        largest = int(np.argmax(np.abs(mu)))
-        if j + 1 >= FEWEST and left[largest] < ENOUGH:
+        slowest = int(np.argmax(np.where(part > EXCITED, np.abs(mu), 0.0)))
+        if j + 1 >= FEWEST and left[slowest] < ENOUGH:
             break
+    counted = (part > EXCITED) & ((left < COUNTS) | (np.arange(len(mu)) == slowest)) & (mu.real > 0)
     # A disturbance exp(-t/mu) decays with the real part of 1/mu.
-    rates = np.real(1 / mu[(left < COUNTS) | (np.arange(len(mu)) == largest)])
-    return float(1 / rates[rates > 0].min()) if (rates > 0).any() else math.inf
+    return float(1 / np.real(1 / mu[counted]).min()) if counted.any() else math.inf
+
+
+def _disturbance(steady: Steady) -> Array:
+    """What changes the shapes smoothly: a change of all distances, or of Ca_e where there are none, shape (n_y,)."""
+    if steady.parameters.gaps:
+        return np.asarray(steady.gap_tangents().sum(axis=0))
+    now = steady.parameters
+    return steady.tangent(lambda tau: replace(now, Ca_es=tuple(Ca_e * (1 + tau) for Ca_e in now.Ca_es)))

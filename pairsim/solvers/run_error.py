@@ -6,12 +6,13 @@ import numpy as np
 
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.step_size import extrapolation_weights
+from pairsim.solvers.time_error import SET_IN
 
 KNOWN = 3  # accepted values from which dU is extrapolated over a remeshing
 
 
 class RunError:
-    """Half-width of the interval around dU that should hold the exact one, with three terms.
+    """Half-width of the interval around dU that should hold the exact one, with four terms.
 
     1. |dU_correction| plus the largest one so far: the estimate has an error of its own, which does not vanish where
        the estimate changes its sign.
@@ -20,13 +21,22 @@ class RunError:
        continuous in time, and so is dU + dU_correction but for errors, since it depends little on the mesh: what this
        sum jumps by, against a parabola through its last values, counts as an error.
 
-    The largest estimate and the jumps are forgotten in a time of 1 + De, as liquid passes by and relaxes (chosen).
+    4. The error of the quasi-steady state that the run started from, which the estimates do not contain: they are
+       carried forward from zero at t = 0, and those before SET_IN, in which soft shapes take up the stress that is
+       missing, do not count as the largest one.
+
+    The largest estimate, the jumps and the error of the start are forgotten in a time of 1 + De, as liquid passes by
+    and relaxes (chosen).
 
     Args:
         De: Deborah number, 0 for a Newtonian liquid.
+
+    Attributes:
+        start: Half-width of the error of dU in the state that the run started from [U_av], shape (N-1,); 0 at rest.
     """
 
     def __init__(self, De: float) -> None:
+        self.start: Array | float = 0.0
         self._memory, self._mesh = 1.0 + De, 0
         self._times: list[float] = []
         self._values: list[Array] = []
@@ -51,6 +61,9 @@ class RunError:
                 weights = extrapolation_weights(self._times, t)
                 expected = sum(w * value for w, value in zip(weights, self._values, strict=True))
                 self._jumps = self._jumps + np.abs(corrected - expected)
-        self._mesh, self._largest = mesh, np.maximum(self._largest, np.abs(correction))
+        self._mesh = mesh
+        if t > SET_IN or not np.any(self.start):
+            self._largest = np.maximum(self._largest, np.abs(correction))
         self._times, self._values = [t, *self._times[: KNOWN - 1]], [corrected, *self._values[: KNOWN - 1]]
-        return np.asarray(np.abs(correction) + self._largest + steps + self._jumps)
+        start = self.start * np.exp(-t / self._memory)
+        return np.asarray(np.abs(correction) + self._largest + steps + self._jumps + start)

@@ -16,11 +16,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.adjoints import Adjoints
+from pairsim.solvers.factors import ACCURATE
 from pairsim.solvers.motion import moving_residual
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady import Steady
@@ -93,7 +95,8 @@ def _second(steady: Steady, adjoints: Adjoints, neglected: Array, rates: Array, 
         rates: Rates of the distances in the solution [U_av], shape (N-1,).
         first: The terms of first order in every dU [U_av], shape (N-1,).
     """
-    y, here, solve = steady.y, steady.parameters, steady.newton.linear_solve
+    y, here = steady.y, steady.parameters
+    solve = partial(steady.newton.linear_solve, tolerance=ACCURATE)
     fields, tangents = steady.constraints.fields["U_p"], steady.gap_tangents()
     speed = float(np.abs(rates).max())
     along = rates / speed

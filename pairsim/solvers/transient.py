@@ -13,7 +13,7 @@ import numpy as np
 
 from pairsim.fem import diagnostics
 from pairsim.fem.constraints import Constraints
-from pairsim.fem.geometry import Geometry, Outline, Reference
+from pairsim.fem.geometry import Outline
 from pairsim.fem.remeshing import FRESH_DISTORTION, needs_mesh
 from pairsim.fem.scene import Scene
 from pairsim.fem.scene_constraints import transient_constraints
@@ -26,9 +26,10 @@ from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.error_equation import ErrorEquation
 from pairsim.solvers.history import Counts, Errors, History, State
 from pairsim.solvers.mesh_transfer import free_unknowns
-from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene, cut_particles
+from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene
 from pairsim.solvers.newton_report import Report
 from pairsim.solvers.problems import Problem
+from pairsim.solvers.run_start import at_rest, quasi_steady
 from pairsim.solvers.step import Step
 from pairsim.solvers.step_size import Scheme, extrapolation_weights, land, reached, velocity_error
 from pairsim.solvers.stress_balance import balanced
@@ -50,18 +51,20 @@ class Transient(OnMeshedScene):
     Args:
         comm: Communicator of the case.
         problem: The problem.
-        state: State of an earlier run to continue, identical on every process; None to start from rest.
+        state: State of an earlier run to continue, identical on every process; None to start as the problem says.
 
     Raises:
         MeshFailure: The first mesh could not be generated.
-        NoSteadyState: The flow without particles could not be integrated.
+        NoSteadyState: The flow without particles could not be integrated, or there is no quasi-steady state to start
+            from.
     """
 
     def __init__(self, comm: MPI.Comm, problem: Problem, state: State | None = None) -> None:
         self.comm, self.problem = comm, problem
         self.clock, self.counts = Clock(), Counts()
         # The flow without particles is needed for developed ends and for the excess pressure drop.
-        self.pipe = Pipe(problem.polymer).until(problem.t_end)
+        pipe = Pipe(problem.polymer)
+        self.pipe = pipe.constant() if problem.from_steady else pipe.until(problem.t_end)
         self._U_m, self._dt, self._due = problem.U_m, problem.control.fixed or problem.first_step, False
         self.history = History()
         self._carried: Array | None = None
@@ -72,25 +75,24 @@ class Transient(OnMeshedScene):
             self._restore(state)
 
     def _begin(self) -> None:
-        """Start from unstressed particles and an unstressed liquid."""
+        """Start from unstressed particles and an unstressed liquid, or from the quasi-steady state."""
         problem = self.problem
-        geometry = Geometry(problem.betas, problem.gaps, problem.length)
-        with self.clock("mesh"):
-            outlines, insides = cut_particles(self.comm, problem.mesh, geometry, geometry.gaps, problem.Ca_es)
-        self.meshed = self._particles(outlines, insides)
-        h = np.zeros(sum(body.size for body in self.bodies))
-        for body, centre in zip(self.bodies, geometry.centres, strict=True):
-            if body.phase is None:
-                h[body.start] = centre
-            else:
-                points = body.phase.six_node_mesh.points
-                moved = points if problem.start is None else problem.start(points)
-                h[body.start : body.start + body.size] = (moved - points + [centre, 0.0]).ravel()
-        self.history = History([0.0], [h])
-        self.meshed.put(Reference.spheres(geometry, outlines))
-        self.history.x = [np.zeros(self.scene.size)]
+        start = (quasi_steady if problem.from_steady else at_rest)(self.comm, problem, self.clock)
+        self.meshed = self._particles(start.reference.outlines, start.insides)
+        self.meshed.put(start.reference, start.mesh)
+        self.history = History([0.0], [start.h], [np.zeros(self.scene.size)])
+        errors = Errors([0.0], [np.zeros(self.scene.h_size)], [np.zeros(self.scene.size)])
+        if start.flow is not None:
+            y = start.flow.unknowns(self.scene, self.constraints)
+            if problem.polymer is not None:
+                self._prescribe_ends(self.constraints.base, 0.0)
+            x = self.constraints.expand(y, start.h)
+            # The state must be identical on every process (see `_attempt`).
+            self.history = History(*self.comm.bcast(([0.0], [start.h], [x], [y], [0.0])))
+            self._U_m, errors.start = float(start.flow.U.mean()) if start.flow.U.size else 0.0, start.flow.dU_error
+        self.counts.newton, self.counts.factorisations = start.newton, start.factorisations
         if problem.dU_error:
-            self._error = ErrorEquation(Errors([0.0], [np.zeros(self.scene.h_size)], [np.zeros(self.scene.size)]))
+            self._error = ErrorEquation(errors)
 
     def _restore(self, state: State) -> None:
         """Start from the state of an earlier run."""

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from pairsim.config.case import Case, SceneCase
 from pairsim.config.case_file import case_from_dict, critical_from_dict, curve_from_dict
 from pairsim.config.cost import Estimate, critical_estimate, curve_estimate, run_estimate
@@ -19,7 +21,10 @@ from pairsim.config.curve_case import CriticalCase, CurveCase
 from pairsim.config.form_kinds import forms_of
 from pairsim.config.identity import identity_of
 from pairsim.results.columns import FORCES, gap_endings, relative_velocities
+from pairsim.results.curve_table import peak_of
 from pairsim.results.folders import read_record
+from pairsim.results.output import read_series
+from pairsim.runtime.errors import InputError
 
 Value = float | int | str | list[float] | list[bool] | None
 
@@ -125,8 +130,14 @@ FORCE = [f"{name}_1" for name in FORCES]  # columns of the only point of a singl
 
 def curve_result_columns(case: CurveCase) -> tuple[str, ...]:
     """Points, zeros, and by gap the largest |dU| with its distance and errors; the force on a single moved particle."""
-    names = ["d_peak{}", "dU_peak{}", "dU_error{}", *(["mesh_error{}"] if case.mesh_error else [])]
-    others = ["zeros", "stable"] if case.n == 2 else FORCE if case.n == 1 and case.velocity is not None else []
+    names = ["d_peak{}", "d_peak_error{}", "dU_peak{}", "dU_error{}", *(["mesh_error{}"] if case.mesh_error else [])]
+    others = (
+        ["zeros", "zeros_error", "stable"]
+        if case.n == 2
+        else FORCE
+        if case.n == 1 and case.velocity is not None
+        else []
+    )
     return ("points", *others, *(name.format(gap) for gap in gap_endings(case.n) for name in names))
 
 
@@ -134,19 +145,23 @@ def read_curve(directory: Path) -> dict[str, Value]:
     """Read the result columns of a curve; `zeros` and `stable` are lists in ascending d."""
     values: dict[str, Value] = {}
     try:
-        points = _rows(directory / "curve.csv")
-        values["points"] = len(points)
-        values |= {name: float(points[0][name]) for name in FORCE if name in points[0]}
-        for name in relative_velocities(points[0]):
-            gap, peak = name.removeprefix("dU"), max(points, key=lambda point: abs(float(point[name])))
-            sources = {"d_peak": "d", "dU_peak": "dU", "dU_error": "dU_error", "mesh_error": "mesh_error"}
-            for column, source in sources.items():
-                if source + gap in peak:
-                    values[column + gap] = float(peak[source + gap])
+        table = read_series(directory / "curve.csv")
+        values["points"] = points = len(next(iter(table.values())))
+        if not points:
+            return values
+        values |= {name: float(table[name][0]) for name in FORCE if name in table}
+        for name in relative_velocities(table):
+            gap = name.removeprefix("dU")
+            peak = peak_of(table, gap)
+            found = {"d_peak": peak.d, "d_peak_error": peak.d_error, "dU_peak": peak.dU, "dU_error": peak.error}
+            if f"mesh_error{gap}" in table:
+                found["mesh_error"] = float(table[f"mesh_error{gap}"][np.abs(table[f"d{gap}"] - peak.d).argmin()])
+            values |= {column + gap: value for column, value in found.items()}
         zeros = _rows(directory / "equilibria.csv")
         values["zeros"] = [float(row["d"]) for row in zeros]
+        values["zeros_error"] = [float(row["d_error"]) for row in zeros]
         values["stable"] = [row["stable"] == "true" for row in zeros]
-    except (OSError, ValueError, KeyError, IndexError):  # the case failed before the files were complete
+    except (InputError, OSError, ValueError, KeyError):  # the case failed before the files were complete
         pass
     return values
 

@@ -24,7 +24,7 @@ from pairsim.runtime.errors import InputError
 from pairsim.runtime.names import fits_a_folder
 from pairsim.sweeps.commands import COMMANDS, Checked, SweepCommand
 
-NUMBERS = ("beta", "De", "Ca_e", "xi", "d0", "time.end")  # keys whose values a physical block can give
+NUMBERS = ("beta", "De", "Ca_e", "xi", "d0")  # keys whose values a physical block can give
 
 
 @dataclass(frozen=True)
@@ -291,6 +291,8 @@ class _Reader:
             raise self.mistakes.error(cases)
         if any(key.startswith(BLOCK) for key in varied):  # the numbers computed from it vary, too
             varied |= dict.fromkeys(NUMBERS)
+            if any(value_at(merged, f"{BLOCK}.end") is not None for _, merged in found.values()):
+                varied["time.end"] = None
         values = {
             key: [value_at(checked.resolved, key, value_at(merged, key)) for checked, merged in found.values()]
             for key in varied

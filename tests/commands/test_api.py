@@ -83,11 +83,16 @@ def test_a_table_has_the_columns_of_its_file_and_whole_numbers_are_integers(empt
 
 
 def test_a_curve_is_its_interpolant_and_an_error_outside(curve: pairsim.CurveResult) -> None:
-    d, dU, slope = (curve.table[name].to_numpy() for name in ("d", "dU", "slope"))
+    d, dU, held, slope, error = (curve.table[name].to_numpy() for name in ("d", "dU", "dU_held", "slope", "dU_error"))
     assert curve.dU(d) == pytest.approx(dU)
+    assert curve.curve(d)[1] == pytest.approx(error)
+    value, half_width = curve.curve(0.2)
+    assert value == curve.dU(0.2)
+    assert half_width > np.interp(np.log(0.2), np.log(d), error)
     assert isinstance(curve.dU(0.2), float)
     assert curve.dU([[0.1, 0.2]]).shape == (1, 2)
-    assert (curve.dU(0.1 + 1e-6) - curve.dU(0.1)) / 1e-6 == pytest.approx(slope[0], rel=1e-3)
+    rest = np.gradient(dU - held, np.log(d), edge_order=2)[0] / d[0]
+    assert (curve.dU(0.1 + 1e-6) - curve.dU(0.1)) / 1e-6 == pytest.approx(slope[0] + rest, rel=1e-3)
     for outside in (0.09, 0.31, float("nan"), [0.2, 0.4]):
         with pytest.raises(pairsim.InputError, match=r"must be from 0\.1 to 0\.3"):
             curve.dU(outside)

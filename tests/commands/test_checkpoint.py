@@ -79,10 +79,15 @@ def assert_same(one: Path, other: Path, tolerance: float = 1e-10) -> None:
         assert np.abs(a[name] - b[name]).max() <= tolerance * np.abs(a[name]).max(), name
 
 
-@pytest.fixture(scope="module", params=[0, pytest.param(1, marks=pytest.mark.slow)], ids=["newtonian", "viscoelastic"])
+VISCOELASTIC = pytest.param({"De": 1}, marks=pytest.mark.slow)
+
+
+@pytest.fixture(
+    scope="module", params=[{}, {"start": "steady"}, VISCOELASTIC], ids=["newtonian", "steady start", "viscoelastic"]
+)
 def stopped(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Case, Path, Path]:
     """A case, the folder of an uninterrupted run, and that of a run stopped after five steps and resumed."""
-    base, case = tmp_path_factory.mktemp("runs"), soft(De=request.param, dU_error=True)
+    base, case = tmp_path_factory.mktemp("runs"), soft(**request.param, dU_error=True)
     assert run(case, base / "whole").status == "finished"
     assert run(case, base / "cut", Stops(5)).status == "interrupted"
     assert len(read_series(base / "cut" / "series.csv")["t"]) == 5
@@ -153,7 +158,7 @@ def test_the_last_frame_of_a_run_that_ended_early_is_kept(
     k = next(k for k in range(2, len(t)) if np.abs(t[k] - read_times(whole)).min() > 1e-9)
     limit = "min_gap" if d[k] < d[k - 1] else "max_gap"
     output = {**SOFT["output"], "checkpoint": checkpoint}
-    case = soft(De=case.De, limits={limit: float(d[k - 1] + d[k]) / 2}, output=output)
+    case = soft(De=case.De, start=case.start, limits={limit: float(d[k - 1] + d[k]) / 2}, output=output)
     ended = run(case, tmp_path / "run")
     assert (ended.status, ended.reason) == ("finished", "contact" if limit == "min_gap" else "max_gap")
     (tmp_path / "run" / "run.json").write_text(json.dumps({"status": "running"}))

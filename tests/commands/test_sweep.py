@@ -336,16 +336,18 @@ def test_curves_are_swept_too(tmp_path: Path) -> None:
     result = swept_into(tmp_path / "grid.yaml", folder=tmp_path / "out", workers=2)
     assert result.status == "finished"
     assert ",".join(name for name in result.table if name != "wall_time") == (
-        "folder,status,reason,Ca_e,beta,De,points,zeros,stable,d_peak,dU_peak,dU_error,mesh_error,unknowns,warnings"
+        "folder,status,reason,Ca_e,beta,De,points,zeros,zeros_error,stable,d_peak,d_peak_error,dU_peak,dU_error,"
+        "mesh_error,unknowns,warnings"
     )
     rigid, soft = (row for _, row in result.table.iterrows())
-    assert (soft["status"], soft["points"], soft["zeros"], soft["stable"]) == ("finished", 2, [], [])
-    points = result.cases[1].table
-    peak = points.loc[points["dU"].idxmax()]
-    assert (
-        soft[["d_peak", "dU_peak", "dU_error", "mesh_error"]].tolist()
-        == peak[["d", "dU", "dU_error", "mesh_error"]].tolist()
-    )
+    assert (soft["status"], soft["points"], soft["zeros"], soft["stable"]) == ("finished", 3, [], [])
+    curve = result.cases[1]
+    points = curve.table.loc[curve.table["dU"].idxmax()]
+    assert soft["dU_peak"] == pytest.approx(curve.dU(soft["d_peak"]), rel=1e-9)
+    assert 0 <= soft["dU_peak"] - points["dU"] < soft["dU_error"]
+    assert soft["dU_error"] > points["dU_error"] * (1 - 1e-9)
+    assert abs(soft["d_peak"] - points["d"]) <= soft["d_peak_error"]
+    assert soft["mesh_error"] in curve.table["mesh_error"].to_numpy()
     assert abs(rigid["dU_peak"]) < 1e-9 < soft["dU_peak"]
     assert plot_sweep(tmp_path / "out") == [tmp_path / "out" / "sweep_curves.png"], "there is no zero to draw"
 

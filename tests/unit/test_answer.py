@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pairsim.results.answer import Zero, advice, answer_of_critical, answer_of_curve, answer_of_run, with_error
+from pairsim.results.answer import Zero, advice, answer_of_critical, answer_of_curve, with_error
+from pairsim.results.run_answer import answer_of_run
 from pairsim.runtime.errors import (
     MeshFailure,
     NewtonFailure,
@@ -41,54 +42,74 @@ def series(d: list[float], dU: list[float], **more: list[float]) -> dict[str, np
     return {"t": t, **{name: np.array(values) for name, values in {"d": d, "dU": dU, **more}.items()}}
 
 
-@pytest.mark.parametrize(
-    ("d", "dU", "words"),
-    [
-        ([0.1, 0.12], [1e-2, 2e-2], "The pair separates: from d = 0.1 "),
-        ([0.12, 0.1], [-1e-2, -2e-2], "The pair comes closer: "),
-        ([0.1, 0.09], [-1e-2, 2e-2], "separates in the end, after moving the other way"),
-        ([0.1, 0.12], [1e-2, 1e-12], "rests: dU vanishes within its error"),
-    ],
-)
-def test_a_run_separates_comes_closer_or_rests(d: list[float], dU: list[float], words: str) -> None:
-    assert words in answer_of_run(series(d, dU), {"reason": "end"})[0]
-
-
-def test_a_run_that_ends_in_contact_collides() -> None:
-    assert answer_of_run(series([0.1, 0.004], [-1e-2, -1e-2]), {"reason": "contact"})[0].startswith("The pair collides")
-
-
-def test_a_run_whose_dU_is_below_its_error_has_no_sign() -> None:
-    lines = answer_of_run(series([0.1, 0.1], [1e-4, 1e-4], dU_error=[2e-4, 2e-4]), {})
-    assert "rests: dU vanishes within its error" in lines[0]
-    assert "dU = (+1 +- 2)e-4" in lines[0]
-
-
-def test_every_gap_of_three_particles_has_its_line() -> None:
-    table = {"t": np.array([1.0]), "d_1": np.array([0.1]), "d_2": np.array([0.2])}
-    table |= {"dU_1": np.array([1e-2]), "dU_2": np.array([-1e-2]), "D_1": np.array([0.01])}
-    lines = answer_of_run(table, {})
-    assert [line.split(":")[0] for line in lines] == [
-        "Gap 1 separates",
-        "Gap 2 comes closer",
-        "Taylor parameters at the end",
-    ]
+def curve_table(zero: float, rate: float, error: float, count: int = 3) -> dict[str, np.ndarray]:
+    """dU = rate ln(d/zero), which its interpolant meets exactly, from d .1 to .3."""
+    d = np.geomspace(0.1, 0.3, count)
+    dU = rate * np.log(d / zero)
+    return {"d": d, "dU": dU, "dU_held": dU, "slope": rate / d, "dU_error": np.full(count, error)}
 
 
 @pytest.mark.parametrize(
-    ("dU", "zeros", "words"),
+    ("table", "zeros", "words"),
     [
-        ([-1e-3, 1e-3], [Zero(0.2, False, 0.01)], "comes closer between d = 0.1 and 0.2, separates between"),
-        ([1e-3, -1e-3], [Zero(0.2, True)], "separates between d = 0.1 and 0.2, comes closer between"),
-        ([1e-3, 2e-3], [], "The pair separates between d = 0.1 and 0.3."),
-        ([1e-12, -1e-12], [], "keeps its distance: dU vanishes"),
+        (
+            curve_table(0.2, 1e-3, 1e-5),
+            [Zero(0.2, False, 0.002)],
+            "The pair comes closer between d = 0.1 and 0.2, separates between d = 0.2 and 0.3. "
+            "It keeps its distance at d = 0.200 +- 0.002 (unstable).",
+        ),
+        (
+            curve_table(0.2, -1e-3, 1e-5),
+            [Zero(0.2, True)],
+            "The pair separates between d = 0.1 and 0.2, comes closer between d = 0.2 and 0.3. "
+            "It keeps its distance at d = 0.2 (stable).",
+        ),
+        (curve_table(0.05, 1e-3, 1e-5), [], "The pair separates between d = 0.1 and 0.3."),
+        (curve_table(0.2, 1e-12, 1e-5), [], "The pair keeps its distance: dU vanishes at every d."),
+        (
+            curve_table(0.2, 1e-3, 1e-2),
+            [Zero(0.2, False, 2.0)],
+            "Not decided between d = 0.1 and 0.3: the interval of dU holds both signs.",
+        ),
+        (curve_table(0.2, 1e-3, 1e-2, 1), [], "Not decided at d = 0.1: the interval of dU holds both signs."),
+        (curve_table(0.2, 1e-3, 1e-5, 1), [], "The pair comes closer at d = 0.1."),
+        (
+            curve_table(0.2, 1e-3, 1e-5, 2),
+            [Zero(0.2, False)],
+            "The pair comes closer at d = 0.1, separates at d = 0.3. "
+            "Not decided between d = 0.1 and 0.3: the interval of dU holds both signs.",
+        ),
     ],
 )
-def test_a_curve_has_regions(dU: list[float], zeros: list[Zero], words: str) -> None:
-    table = {"d": np.array([0.1, 0.3]), "dU": np.array(dU), "mesh_error": np.array([1e-5, 1e-5])}
-    lines = answer_of_curve(table, zeros, {})
-    assert words in lines[0]
-    assert all(str(zero) in lines[0] for zero in zeros)
+def test_a_curve_separates_comes_closer_or_is_not_decided(
+    table: dict[str, np.ndarray], zeros: list[Zero], words: str
+) -> None:
+    assert answer_of_curve(table, zeros, {})[0] == words
+
+
+def test_a_sign_that_is_lost_far_away_is_not_told() -> None:
+    """As of dU that decays with the distance: from where it is smaller than its error on nothing is said."""
+    d = np.geomspace(0.1, 1.6, 9)
+    table = {"d": d, "dU": np.exp(-3 * d), "slope": -3 * np.exp(-3 * d), "dU_error": np.full(9, 0.05)}
+    words = answer_of_curve(table, [], {})[0]
+    found = re.fullmatch(
+        r"The pair separates between d = 0.1 and ([\d.]+). Not decided between d = ([\d.]+) and 1.6: .*", words
+    )
+    assert found is not None, words
+    assert found[1] == found[2]
+    assert float(found[1]) == pytest.approx(-np.log(0.05) / 3, rel=0.02)
+
+
+def test_the_peak_between_two_points_has_an_interval_of_height_and_place() -> None:
+    d = np.array([0.2, 0.35, 0.6])
+    x = np.log(d / 0.4)
+    table = {"d": d, "dU": 1 / np.cosh(x), "slope": -np.tanh(x) / np.cosh(x) / d, "dU_error": np.full(3, 1e-4)}
+    lines = answer_of_curve(table, [], {})
+    found = re.fullmatch(r"Largest \|dU\|: \+([\d.]+) \+- ([\d.]+) at d = ([\d.]+) \+- ([\d.]+)\.", lines[1])
+    assert found is not None, lines[1]
+    height, error, place, place_error = map(float, found.groups())
+    assert abs(height - 1) < error < 0.05
+    assert abs(place - 0.4) < place_error < 0.2
 
 
 def test_a_case_in_units_has_its_answer_in_units() -> None:
@@ -96,8 +117,7 @@ def test_a_case_in_units_has_its_answer_in_units() -> None:
     record = {"scales": {"length": 50e-6, "velocity": 10e-3, "time": 5e-3}}
     lines = answer_of_run(series([0.1, 0.12], [1e-3, 1.5e-3], dU_error=[1e-5, 1e-5]), record)
     assert lines[1] == "In physical units: from d = 5 um to 6 um in 0.005 s, dU = +15.00 +- 0.10 um/s at the end."
-    table = {"d": np.array([0.1, 0.3]), "dU": np.array([-1e-3, 0.5e-3]), "dU_error": np.array([1e-6, 1e-6])}
-    lines = answer_of_curve(table, [Zero(0.2, False, 0.01)], record)
+    lines = answer_of_curve(curve_table(0.2, 1e-3 / np.log(2), 1e-6), [Zero(0.2, False, 0.01)], record)
     assert lines[1] == "In physical units: it keeps its distance at d = 10.0 +- 0.5 um."
     assert lines[3] == "In physical units: -10.000 +- 0.010 um/s at d = 5 um."
     assert "d = 0.1 to 0.2 (5 to 10 um): " in answer_of_critical([Zero(0.1, False), Zero(0.2, False)], record)[0]

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -53,6 +54,21 @@ def test_lists_count_from_upstream() -> None:
 def test_auto_leaves_small_particles_in_elastic_liquids_more_tube(De: float, beta: float, margin: float) -> None:
     case = case_from_dict({**MINIMAL, "De": De, "beta": beta, "ends": "developed", "length": "auto"}, "test")
     assert case.tube_length == pytest.approx(2 * beta + 0.1 + 2 * margin)
+
+
+@pytest.mark.parametrize(
+    ("keys", "end"),
+    [
+        ({}, 2.0),
+        ({"De": 1.7}, 10.2),  # six relaxation times of the liquid
+        ({"Ca_e": [0.1, 0.15]}, 3.0),  # about three of a soft pair with a small gap
+        ({"De": 5, "time": {"end": 0.5}}, 0.5),
+        ({"De": 5, "time": {"tol": 1e-3}}, 30.0),
+        ({"particles": 0, "De": 0.5}, 3.0),
+    ],
+)
+def test_end_of_a_run_follows_from_De_and_Ca_e_unless_it_is_given(keys: dict[str, Any], end: float) -> None:
+    assert case_from_dict({**MINIMAL, **keys}, "test").time.end == end
 
 
 def test_accuracy_sets_what_the_case_leaves_open() -> None:

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.points import made_point
 from support.scenes import traced
 
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.critical import same_zero
-from pairsim.solvers.curve import Zero, equilibria, find_zeros, interpolant
+from pairsim.solvers.curve import Zero, equilibria, find_zeros, interpolants, trace
 from pairsim.solvers.parameters import Parameters
 
 
@@ -25,9 +26,8 @@ class Analytic:
 
     def at(self, parameters: Parameters) -> Any:
         self.solved += 1
-        d, x = parameters.gaps[0], float(np.log(parameters.gaps[0]))
-        dUs, slopes = np.array(self.values(x)), np.array(self.slopes(x)) / d
-        return SimpleNamespace(d=d, dU=dUs.sum(), dUs=dUs, slopes=slopes, dU_errors=0 * dUs, parameters=parameters)
+        x = float(np.log(parameters.gaps[0]))
+        return made_point(parameters.gaps[0], self.values(x), np.array(self.slopes(x)) / parameters.gaps[0])
 
 
 @pytest.mark.parametrize("gap", [0, 1])
@@ -42,40 +42,78 @@ def test_points_are_added_where_any_gap_of_three_particles_asks_for_them(gap: in
     bending: Any = Analytic(
         lambda x: mixed(np.tanh(2 * x + 4.5), x / 9), lambda x: mixed(2 / np.cosh(2 * x + 4.5) ** 2, 1 / 9)
     )
-    curve = interpolant(traced(bending, places, 2e-3, 100))
-    x = np.linspace(np.log(0.02), np.log(0.8), 500)
-    assert np.abs(curve(x)[:, gap] - np.tanh(2 * x + 4.5)).max() < 2e-3
+    curve = interpolants(traced(bending, places, 2e-3, 100))[gap]
+    d = np.geomspace(0.02, 0.8, 500)
+    assert np.abs(curve.values(d) - np.tanh(2 * np.log(d) + 4.5)).max() < 2e-3
+
+
+def test_two_distances_mean_a_range_that_is_looked_at() -> None:
+    """The peak lies between them, and neither value nor slope at the ends tells of it."""
+    solver: Any = Analytic(
+        lambda x: [1 / np.cosh(3 * x + 5) ** 2], lambda x: [-6 * np.tanh(3 * x + 5) / np.cosh(3 * x + 5) ** 2]
+    )
+    solver.fine.parameters = Parameters((1.0,), (0.0, 0.0))
+    curve = interpolants(traced(solver, [(1.0,), (0.04,)], 1e-2, 200))[0]
+    assert curve.d[[0, -1]] == pytest.approx([0.04, 1.0])
+    assert abs(curve.peak.dU - 1) < curve.peak.error + 1e-12
+    assert abs(curve.peak.d - np.exp(-5 / 3)) < curve.peak.d_error
+    assert len(curve.d) < 25
+
+
+def test_no_point_is_added_for_the_noise_of_meshes() -> None:
+    """dU and slopes of different meshes differ by less than their errors: that is no bend of the curve."""
+    noise = np.random.default_rng(1)
+
+    def at(parameters: Parameters) -> Any:
+        d = parameters.gaps[0]
+        rough = noise.uniform(-1e-2, 1e-2, 2)
+        return made_point(d, 1 + 0.1 * np.log(d) + rough[0], (0.1 + rough[1]) / d, error=2e-2)
+
+    stub: Any = SimpleNamespace(fine=SimpleNamespace(parameters=Parameters((0.8,), (0.1, 0.1))), at=at)
+    places = [(float(d),) for d in np.geomspace(0.8, 0.02, 9)]
+    assert len(traced(stub, places, 2e-3, 200)) == len(places)
+
+
+def test_a_jump_between_meshes_is_not_chased() -> None:
+    """At a jump larger than the errors tell, points are added down to a tenth of the distance, not beyond."""
+
+    def at(parameters: Parameters) -> Any:
+        d = parameters.gaps[0]
+        return made_point(d, 1.0 + (d > 0.1), 0.0, error=1e-6)
+
+    stub: Any = SimpleNamespace(fine=SimpleNamespace(parameters=Parameters((0.8,), (0.1, 0.1))), at=at)
+    places = [(float(d),) for d in np.geomspace(0.8, 0.02, 9)]
+    assert len(traced(stub, places, 2e-3, 200)) < 30
+
+
+def test_distances_that_were_asked_for_are_marked_and_never_left_out() -> None:
+    solver: Any = Analytic(lambda x: [x], lambda x: [1])
+    solver.fine.parameters = Parameters((0.8,), (0.0, 0.0))
+    marked = list(trace(solver, [(0.8,), (0.05,), (0.04,)], 1e-2, 2))
+    assert [(point.d, wanted) for point, wanted in marked] == [(0.8, True), (0.05, True), (0.04, True)]
+    marked = list(trace(solver, [(0.8,), (0.05,), (0.04,)], 1e-2, 100))
+    assert [point.d for point, wanted in marked if wanted] == [0.8, 0.05, 0.04]
+    assert len(marked) == 6, "no neighbours are more than a factor of two apart"
 
 
 def test_a_zero_within_the_mesh_error_is_called_uncertain() -> None:
-    def point(d: float, dU: float, error: float) -> Any:
-        return SimpleNamespace(
-            d=d, dU=dU, dUs=np.array([dU]), slopes=np.array([1.0]), slope_at_rest=1.0, dU_errors=np.array([error])
-        )
-
-    zero: Any = SimpleNamespace(point=point(0.2, 0.0, 0.002))
-    (clear,) = equilibria([zero], [point(0.1, -0.1, 0.01), point(0.3, 0.1, 0.01)])
-    (vague,) = equilibria([zero], [point(0.1, -0.005, 0.01), point(0.3, 0.1, 0.01)])
+    zero: Any = SimpleNamespace(point=made_point(0.2, 0.0, 1.0, 0.002))
+    (clear,) = equilibria([zero], [made_point(0.1, -0.1, 1.0, 0.01), made_point(0.3, 0.1, 1.0, 0.01)])
+    (vague,) = equilibria([zero], [made_point(0.1, -0.005, 1.0, 0.01), made_point(0.3, 0.1, 1.0, 0.01)])
     assert clear.certain
     assert clear.d_error == pytest.approx(0.002)
     assert not vague.certain
 
 
 def test_the_peak_beside_a_zero_is_part_of_the_largest_dU_between_points_too() -> None:
-    def point(d: float, dU: float, slope: float) -> Any:
-        return SimpleNamespace(
-            d=d, dU=dU, dUs=np.array([dU]), slopes=np.array([slope]), slope_at_rest=slope, dU_errors=np.zeros(1)
-        )
-
-    zero: Any = SimpleNamespace(point=point(0.2, 0.0, 1.0))
-    (found,) = equilibria([zero], [point(0.1, -0.05, 1.0), point(0.3, 0.1, 2.0), point(0.4, 0.1, -2.0)])
+    zero: Any = SimpleNamespace(point=made_point(0.2, 0.0, 1.0))
+    (found,) = equilibria([zero], [made_point(0.1, -0.05, 1.0), made_point(0.3, 0.1, 2.0), made_point(0.4, 0.1, -2.0)])
     assert found.peak == 1.0, "dU rises to more than .1 between .3 and .4"
 
 
 def test_a_zero_that_newton_misses_between_smooth_points_is_no_jump() -> None:
     def point(d: float) -> Any:
-        keys = {"slopes": np.array([1.0]), "parameters": Parameters((d,), (0.1, 0.1))}
-        return SimpleNamespace(d=d, dU=d - 0.2, dUs=np.array([d - 0.2]), **keys)
+        return made_point(d, d - 0.2, 1.0)
 
     def refuse(*_: float) -> Any:
         raise NoSteadyState("no")

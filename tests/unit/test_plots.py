@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import imageio_ffmpeg
@@ -64,6 +65,25 @@ def assert_to_scale(fields: Path) -> None:
 def test_run_without_fields_has_a_series_and_one_row_is_enough(tmp_path: Path) -> None:
     folder = make_run(tmp_path / "run", 2, [], rows=1)
     assert plot(folder) == [folder / "series.png"]
+
+
+def test_start_up_of_a_run_is_marked_and_what_follows_it_has_a_point(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = make_run(tmp_path / "run", 2, [])
+    entry = {"d": [0.2], "dU": [0.01], "dU_error": [1e-3], "t_relax": 0.1, "start": "rest", "accuracy": 0.01}
+    (folder / "run.json").write_text(json.dumps({"settled": entry}))
+    with drawn_figures(monkeypatch) as figures:
+        plot(folder)
+    (figure,) = figures
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == [
+        "start-up",
+        "quasi-steady motion at the last distance",
+    ]
+    over_t, over_d = figure.axes[0], figure.axes[-1]
+    assert [patch.get_bbox().x1 for patch in over_t.patches] == pytest.approx([0.3])
+    assert [line.get_xydata()[-1].tolist() for line in over_d.lines if line.get_marker() == "o"] == [[0.2, 0.01]]
+    assert not overlapping(figure)
 
 
 def test_folder_without_anything_to_draw_is_an_input_error(tmp_path: Path) -> None:
@@ -137,11 +157,11 @@ def test_curve_is_drawn_as_its_interpolant_with_the_error_estimate_where_there_i
     places, curve, error = Line({}, table, "dU", True).smooth()
     assert curve == pytest.approx(np.log(places) ** 3, rel=1e-12), "a cubic in log d is met exactly"
     assert error is not None
-    assert set(error) == {1.0}
+    assert error == pytest.approx(np.ones(len(places)), rel=1e-12)
     del table["dU_error"]
     _, _, error = Line({}, table, "dU", True).smooth()
     assert error is not None
-    assert set(error) == {2.0}
+    assert error == pytest.approx(np.full(len(places), 2.0), rel=1e-12)
 
 
 def test_run_is_drawn_with_the_band_of_its_error() -> None:

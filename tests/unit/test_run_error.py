@@ -1,4 +1,4 @@
-"""The error that is quoted with dU in a run: its three terms."""
+"""The error that is quoted with dU in a run: its four terms."""
 
 from __future__ import annotations
 
@@ -42,3 +42,11 @@ def test_jumps_at_remeshings_count_unless_the_estimate_has_them() -> None:
     lost = quoted(T, T**2 + jump, 0 * T)
     assert lost[~after] == pytest.approx(0.0)
     assert lost[after] == pytest.approx(2e-3 * np.exp(-(T[after] - T[after][0])), rel=1e-6)
+
+
+def test_error_of_the_start_is_forgotten_and_its_first_estimates_do_not_count() -> None:
+    """Before SET_IN soft shapes take up the stress that the error equation begins without."""
+    error, t = RunError(0.0), np.array([1e-3, 0.5, 1.0])
+    error.start = np.array([1e-4])
+    found = [error.add(float(at), 0, np.zeros(1), np.array([1e-3 * (at < 0.1)]), 0.0)[0] for at in t]
+    assert found == pytest.approx([1e-3 + 1e-4 * np.exp(-t[0]), *1e-4 * np.exp(-t[1:])], rel=1e-9)

@@ -10,16 +10,19 @@ import pytest
 from typer.testing import CliRunner
 
 from pairsim.cli.app import app
-from pairsim.results.travel import COLUMNS, travel
+from pairsim.results.travel import travel
 from pairsim.runtime.errors import InputError
 
 D = np.geomspace(0.05, 1, 12)
 
 
-def table(dU: np.ndarray, slope: np.ndarray, U: np.ndarray | float = 1.8, drift: float = 0.0) -> dict[str, np.ndarray]:
+def table(
+    dU: np.ndarray, slope: np.ndarray, U: np.ndarray | float = 1.8, rest: float = 0.0, error: float = 0.0
+) -> dict[str, np.ndarray]:
+    """Columns of curve.csv: dU_held, the part of it that dU has more, and the error of dU, both relative to it."""
     U = np.broadcast_to(U, D.shape)
-    total = dU * (1 + drift)
-    return {"d": D, "dU": total, "dU_held": dU, "slope": slope, "U_L": U + dU / 2, "U_T": U - dU / 2}
+    columns = {"d": D, "dU": dU * (1 + rest), "dU_held": dU, "slope": slope, "U_L": U + dU / 2, "U_T": U - dU / 2}
+    return columns | {"dU_error": error * np.abs(dU)}
 
 
 LINEAR = table(0.01 * D, np.full_like(D, 0.01))
@@ -30,7 +33,8 @@ def test_velocity_proportional_to_distance_gives_a_logarithm() -> None:
     way = travel(LINEAR, 0.1, 0.5, "test")
     assert way.time == pytest.approx(np.log(5) / 0.01, rel=1e-5)
     assert way.length == pytest.approx(1.8 * np.log(5) / 0.01, rel=1e-5)
-    assert way.drift == pytest.approx(0, abs=1e-12)
+    assert abs(way.time - np.log(5) / 0.01) < way.time_error < 1e-3 * way.time
+    assert abs(way.length - 1.8 * np.log(5) / 0.01) < way.length_error < 1e-3 * way.length
 
 
 def test_cubic_in_log_d_is_integrated_exactly() -> None:
@@ -50,11 +54,47 @@ def test_way_is_the_sum_of_its_parts() -> None:
     assert whole.length == pytest.approx(sum(part.length for part in parts), rel=1e-9)
 
 
-def test_drift_changes_the_time() -> None:
-    assert travel(table(0.01 * D, np.full_like(D, 0.01), drift=0.25), 0.1, 0.5, "test").drift == pytest.approx(
-        -0.2, rel=1e-4
-    )
-    assert travel(table(0.01 * D, np.full_like(D, 0.01), drift=-1.5), 0.1, 0.5, "test").drift is None
+def test_the_pair_moves_with_dU_not_with_that_of_held_distances() -> None:
+    way = travel(table(0.01 * D, np.full_like(D, 0.01), rest=0.25), 0.1, 0.5, "test")
+    assert way.time == pytest.approx(np.log(5) / 0.0125, rel=1e-3)
+
+
+def test_the_half_width_is_that_of_dU_everywhere_on_one_side() -> None:
+    """With dU 10 % too small all along the way the time is 1/.9 of what it is."""
+    way = travel(table(0.01 * D, np.full_like(D, 0.01), error=0.1), 0.1, 0.5, "test")
+    assert way.time_error == pytest.approx(way.time * (1 / 0.9 - 1), rel=1e-2)
+    assert way.length_error == pytest.approx(way.length * (1 / 0.9 - 1), rel=1e-2)
+
+
+def test_the_interval_of_few_points_holds_the_exact_time() -> None:
+    """Five points of dU = 1/cosh(ln(d/.2)); the exact time is an integral of e^x cosh(x - ln .2)."""
+    d = np.geomspace(0.05, 0.8, 5)
+    x = np.log(d / 0.2)
+    columns = {"d": d, "dU": 1 / np.cosh(x), "slope": -np.tanh(x) / np.cosh(x) / d, "dU_error": np.zeros(5)}
+    way = travel(columns | {"U_L": np.full(5, 1.8), "U_T": np.full(5, 1.8)}, 0.06, 0.7, "test")
+    fine = np.linspace(np.log(0.06), np.log(0.7), 200_001)
+    exact = np.trapezoid(np.exp(fine) * np.cosh(fine - np.log(0.2)), fine)
+    assert abs(way.time - exact) > 1e-4 * exact
+    assert abs(way.time - exact) < way.time_error < 0.1 * exact
+
+
+def test_dU_moves_the_centres_not_the_surfaces() -> None:
+    """Where shapes change with the distance, c = d + .02 ln d: t = integral of (1 + .02/d) dd/(k d)."""
+    way = travel(LINEAR | {"centres": D + 0.02 * np.log(D)}, 0.1, 0.5, "test")
+    assert way.time == pytest.approx((np.log(5) + 0.02 * (1 / 0.1 - 1 / 0.5)) / 0.01, rel=1e-4)
+
+
+def test_where_dU_may_vanish_there_is_no_time() -> None:
+    with pytest.raises(InputError, match="a distance at which dU may vanish"):
+        travel(table(0.01 * D, np.full_like(D, 0.01), error=1.1), 0.1, 0.5, "test")
+
+
+def test_an_end_of_the_curve_that_is_missed_by_rounding_is_the_end() -> None:
+    """2 um in a tube of 50 um is .04 in one way of computing it and .039999999999999994 in another."""
+    whole = travel(LINEAR, 0.05, 1.0, "test")
+    assert travel(LINEAR, 0.05 * (1 - 4e-16), 1.0 + 4e-16, "test") == whole
+    with pytest.raises(InputError, match="must be between"):
+        travel(LINEAR, 0.05 * (1 - 1e-6), 1.0, "test")
 
 
 ZERO = table(0.01 * (D - 0.3), np.full_like(D, 0.01))
@@ -92,7 +132,7 @@ def test_messages_show_the_distance_as_it_was_typed(start: str, stop: str, messa
     record = {"status": "finished", "kind": "curve"}
     record |= {"scales": {"length": 50e-6, "time": 0.005, "velocity": 0.01, "stress": 170.0}}
     (tmp_path / "run.json").write_text(json.dumps(record))
-    header, row = ",".join(COLUMNS), "{},0.001,0,1.8,1.8,0"
+    header, row = "d,dU,dU_held,slope,U_L,U_T", "{},0.001,0.001,0,1.8,1.8"
     (tmp_path / "curve.csv").write_text("\n".join([header, row.format(0.1), row.format(0.3)]) + "\n")
     result = CliRunner().invoke(app, ["travel", str(tmp_path), "--from", start, "--to", stop])
     assert isinstance(result.exception, InputError)

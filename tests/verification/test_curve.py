@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from mpi4py import MPI
+from support.points import made_point
 from support.scenes import traced
 
 import pairsim
@@ -21,7 +22,7 @@ from pairsim.drivers.problems import steady_problem
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.continuation import follow
-from pairsim.solvers.curve import Zero, find_zeros, interpolant
+from pairsim.solvers.curve import Zero, find_zeros, interpolants
 from pairsim.solvers.first_solution import started, walked
 from pairsim.solvers.newton_options import STEADY
 from pairsim.solvers.parameters import Parameters
@@ -91,19 +92,6 @@ def test_rounding_has_neither_zeros_nor_bends() -> None:
 def test_periodic_and_developed_ends_give_the_same_curve() -> None:
     long, cut = curve(ends="periodic", length=20.0), curve(length="auto")
     assert cut["dU"].item() == pytest.approx(long["dU"].item(), rel=5e-3)
-
-
-@pytest.mark.slow
-def test_the_drift_is_what_the_transient_has_more(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Once shapes have relaxed, dU(t) is the quasi-steady dU at the same d and its drift, to second order."""
-    monkeypatch.setattr("pairsim.solvers.steady.LEAST_STEADY", 0.3)  # both on the mesh that was made for .1
-    mesh = {"Np": 24}  # the transient's pair lies further downstream: cells of N_p 12 would tell
-    run = pairsim.run({**PAIR, "d0": 0.1, "mesh": mesh, "time": {"end": 3.5}, "output": {"fields": False}})
-    d, moving = run.check().table[["d", "dU"]].iloc[-1]
-    _, still = points(d=(0.1, d), mesh=mesh)
-    difference = moving - still.dU
-    assert abs(difference) < 1e-2 * abs(still.dU)
-    assert difference == pytest.approx(float(still.drifts[0]), rel=0.05)
 
 
 def test_one_particle_has_a_shape_and_a_velocity() -> None:
@@ -274,16 +262,14 @@ def test_a_bad_mesh_at_one_place_does_not_excuse_the_others() -> None:
 
     def point(d: float) -> Any:
         x = np.log(d / 0.1)
-        error = np.array([0.5 if d < 0.06 else 1e-6])
-        keys = {"slopes": np.array([np.cos(2 * x) * 2 / d]), "parameters": Parameters((d,), (0.1, 0.1))}
-        return SimpleNamespace(d=d, dU=np.sin(2 * x), dUs=np.array([np.sin(2 * x)]), dU_errors=error, **keys)
+        return made_point(d, np.sin(2 * x), np.cos(2 * x) * 2 / d, error=0.5 if d < 0.06 else 1e-6)
 
     fine: Any = SimpleNamespace(parameters=Parameters((0.8,), (0.1, 0.1)))
     stub: Any = SimpleNamespace(fine=fine, at=lambda parameters: point(parameters.gaps[0]))
     found = traced(stub, [(0.8,), (0.2,), (0.05,), (0.02,)], 2e-3, 100)
-    spline, x = interpolant(found), np.linspace(np.log(0.2), np.log(0.8), 500)
-    assert np.abs(spline(x) - np.sin(2 * (x - np.log(0.1)))).max() < 2e-3
-    assert sum(p.d < 0.05 for p in found) == 1, "there the mesh is worse than the bend"
+    d = np.geomspace(0.2, 0.8, 500)
+    assert np.abs(interpolants(found)[0].values(d) - np.sin(2 * np.log(d / 0.1))).max() < 2e-3
+    assert sum(p.d < 0.05 for p in found) == 2, "there the mesh is worse than the bend"
 
 
 @pytest.mark.slow

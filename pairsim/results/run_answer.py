@@ -1,0 +1,141 @@
+"""The answer of a run in words: what a pair does once the start-up has decayed, and whether it has."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pairsim.results.answer import Table, _Scales, _shapes, with_error
+from pairsim.results.columns import error_column
+from pairsim.runtime.arrays import Array
+
+# Decay times after a start from rest up to which a run is starting up, at least; chosen: exp(-3) = .05.
+FORGOTTEN = 3.0
+SETTLED = "settled"  # entry of run.json
+NOTHING = 1e-9  # |dU| of particles that keep their distance [U_av]; chosen
+
+
+@dataclass(frozen=True)
+class Settled:
+    """What quasi-steady solutions at the last distances of a run say of one gap.
+
+    Attributes:
+        dU: Relative velocity once the start-up has decayed [U_av].
+        error: Half-width of its interval.
+        t_relax: Slowest decay time of a disturbance [D_c/U_av].
+        from_rest: Whether the run started from rest.
+        accuracy: Error wanted, as a part of |dU|.
+    """
+
+    dU: float
+    error: float
+    t_relax: float
+    from_rest: bool
+    accuracy: float
+
+    @staticmethod
+    def of(record: Mapping[str, Any], gap: int) -> Settled | None:
+        """What run.json has of a gap, counted from 0; None if there is no quasi-steady solution."""
+        entry = record.get(SETTLED, {})
+        if "dU" not in entry:
+            return None
+        from_rest, accuracy = entry["start"] == "rest", entry["accuracy"]
+        return Settled(entry["dU"][gap], entry["dU_error"][gap], entry["t_relax"], from_rest, accuracy)
+
+    def allowed(self, error: float | None) -> float:
+        """Difference from dU of a run that errors explain; without an estimate in the run, on the same cells."""
+        own = max(self.error, self.accuracy * abs(self.dU)) if error is None else error
+        return max(self.error + own, NOTHING)
+
+    def decayed(self, t: float, dU: float, error: float | None) -> bool:
+        """Whether the start-up has decayed at the end of a run.
+
+        Args:
+            t: Time [D_c/U_av].
+            dU: Relative velocity then [U_av].
+            error: Half-width of its interval, None if it was not estimated.
+        """
+        return t >= self.least_end and abs(dU - self.dU) <= self.allowed(error)
+
+    @property
+    def least_end(self) -> float:
+        """Time before which a run from rest is starting up [D_c/U_av]."""
+        return FORGOTTEN * self.t_relax if self.from_rest else 0.0
+
+    def end_needed(self, t: float, dU: float, error: float | None) -> float:
+        """A `time.end` at which the start-up will have decayed, to two digits; see `decayed`."""
+        excess = max(abs(dU - self.dU) / self.allowed(error), 1.0)
+        end = max(t + self.t_relax * np.log(2 * excess), self.least_end)
+        scale = 10.0 ** (np.floor(np.log10(end)) - 1)
+        return float(scale * np.ceil(end / scale))
+
+
+def start_up(record: Mapping[str, Any]) -> float:
+    """Time up to which a run is starting up, at least [D_c/U_av]; 0 where it is not known or starts from no rest."""
+    settled = Settled.of(record, 0)
+    return settled.least_end if settled is not None else 0.0
+
+
+def answer_of_run(series: Table, record: Mapping[str, Any]) -> list[str]:
+    """The answer of a run in time.
+
+    Args:
+        series: Columns of series.csv.
+        record: run.json.
+    """
+    gaps = [name for name in series if name == "d" or name.startswith("d_")]
+    lines, scales = [], _Scales.of(record)
+    for i, name in enumerate(gaps):
+        ending = name.removeprefix("d")
+        who = "The pair" if len(gaps) == 1 else f"Gap {ending.removeprefix('_')}"
+        column = error_column(series, ending)
+        error = float(series[column][-1]) if column is not None else None
+        d, dU, settled = series[name], float(series[f"dU{ending}"][-1]), Settled.of(record, i)
+        lines.append(f"{who} {_motion(series['t'], d, dU, error, settled, record)}")
+        if scales is not None:
+            way = f"from d = {scales.um(d[0]):.5g} um to {scales.um(d[-1]):.5g} um in {scales.s(series['t'][-1]):.4g} s"
+            lines.append(f"In physical units: {way}, dU = {scales.um_per_s(dU, error)} um/s at the end.")
+    if gaps and (message := record.get(SETTLED, {}).get("message")):
+        lines.append(f"Whether the start-up has decayed is not known: {message}.")
+    if not gaps:
+        velocities = ", ".join(f"{name} = {series[name][-1]:.6g}" for name in series if name.startswith("U_"))
+        lines.append(f"At t = {series['t'][-1]:.4g}: {velocities or f'dp = {series["dp"][-1]:.6g}'}.")
+    return [*lines, *_shapes(series, -1, "at the end")]
+
+
+def _motion(
+    t: Array, d: Array, dU: float, error: float | None, settled: Settled | None, record: Mapping[str, Any]
+) -> str:
+    """What a gap does, and its way: a sentence or two without their subject."""
+    way = f"from d = {d[0]:.5g} at t = {t[0]:.3g} to d = {d[-1]:.5g} at t = {t[-1]:.4g}"
+    now = f"dU = {with_error(dU, error, '+')} at the end"
+    if record.get("reason") == "contact":
+        return f"collides: {way}, {now}."
+    if settled is None:
+        sign = _sign(dU, error)
+        turned = sign != 0 and np.sign(d[-1] - d[0]) == -sign
+        return f"{_moves(sign, dU)}{' in the end, after moving the other way' if turned else ''}: {way}, {now}."
+    sign, later = _sign(settled.dU, settled.error), with_error(settled.dU, settled.error, "+")
+    if settled.decayed(float(t[-1]), dU, error):
+        sign = sign if sign * dU >= 0 else 0
+        turned = sign != 0 and np.sign(d[-1] - d[0]) == -sign
+        other = f" While it started up it {'came closer' if sign > 0 else 'moved apart'}." if turned else ""
+        steady = f", {later} in quasi-steady motion there" if abs(settled.dU) > NOTHING else ""
+        return f"{_moves(sign, settled.dU)}: {way}, {now}{steady}.{other}"
+    end = settled.end_needed(float(t[-1]), dU, error)
+    then = f"{later} once the start-up has decayed: it then {_moves(sign, settled.dU)}"
+    return f"is still starting up: {way}, {now}, {then} (time.end = {end:g} would do)."
+
+
+def _sign(dU: float, error: float | None) -> int:
+    """Sign of a velocity, 0 where its interval holds both."""
+    return 0 if abs(dU) <= max(error or 0.0, NOTHING) else int(np.sign(dU))
+
+
+def _moves(sign: int, dU: float) -> str:
+    """One of the three answers for a sign of dU; particles with dU = 0 keep their distance."""
+    undecided = "may separate or come closer (not decided: the interval of dU holds both signs)"
+    return {1: "separates", -1: "comes closer"}.get(sign, undecided if abs(dU) > NOTHING else "keeps its distance")

@@ -1,0 +1,28 @@
+"""Where a run is heading: the quasi-steady solution at its last distances."""
+
+from __future__ import annotations
+
+from pairsim.runtime.fenicsx import MPI
+from pairsim.solvers.branch import Branch, Point
+from pairsim.solvers.problems import Problem
+from pairsim.solvers.run_start import steady_scene
+
+
+def settled(comm: MPI.Comm, problem: Problem, gaps: tuple[float, ...]) -> Point:
+    """The quasi-steady solution of a run's scene on its cells.
+
+    Args:
+        comm: Communicator of the case.
+        problem: The problem of the run.
+        gaps: Distances [D_c], N-1 values.
+
+    Raises:
+        NoSteadyState: There is none, or it was not found.
+        MeshFailure: A mesh could not be generated.
+    """
+    steady, parameters = steady_scene(problem, gaps)
+    branch = Branch(comm, steady, parameters, mesh_error=False)
+    try:
+        return branch.at(parameters)
+    finally:
+        branch.close()

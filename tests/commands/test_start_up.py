@@ -1,0 +1,43 @@
+"""What a run says of a pair that first comes closer and then separates, as the curve does."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+import pairsim
+
+EXPERIMENT = {"tube": "50um", "particle": "15um", "viscosity": "0.05Pa.s", "relaxation": "20ms", "modulus": "500Pa"}
+CASE: dict[str, Any] = {"physical": {**EXPERIMENT, "flow_rate": "0.5ul/min"}, "accuracy": "5%"}
+FEW = {"ends": "developed", "length": "auto", "output": {"fields": False}}
+
+
+@pytest.mark.slow
+def test_run_and_curve_give_one_answer() -> None:
+    """De 1.7: the run comes closer by 2 % of the distance before it separates."""
+    whole = pairsim.run(CASE, **FEW, d0=0.1)
+    t, d, dU = (whole.table[name].iloc[-1] for name in ("t", "d", "dU"))
+    assert t == pytest.approx(10.2)
+    assert d < 0.1
+    assert whole.answer.startswith("The pair separates: ")
+    assert "While it started up it came closer." in whole.answer
+    curve = pairsim.curve(CASE, ends="developed", length="auto", d=[float(d)]).table
+    assert abs(dU - curve["dU"][0]) < 2 * curve["dU_error"][0]
+    assert curve["dU"][0] > curve["dU_error"][0]
+
+
+@pytest.mark.slow
+def test_a_run_cut_short_does_not_take_the_start_up_for_the_motion() -> None:
+    short = pairsim.run(CASE, **FEW, d0=0.1, time={"end": 2})
+    assert short.table["dU"].iloc[-1] < 0
+    assert short.answer.startswith("The pair is still starting up: ")
+    assert "it then separates" in short.answer
+
+
+def test_a_soft_pair_that_starts_steady_has_no_start_up() -> None:
+    keys = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "mesh": {"Np": 12}, "time": {"end": 0.2}}
+    assert pairsim.run(keys, **FEW).answer.startswith("The pair is still starting up: ")
+    steady = pairsim.run(keys, **FEW, start="steady")
+    assert steady.answer.startswith("The pair separates: ")
+    assert steady.record["settled"]["dU"] == pytest.approx(steady.table["dU"].iloc[-1:], rel=0.01)

@@ -1,0 +1,88 @@
+"""Runs that start from a quasi-steady state, against those from rest and against the state itself."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from pairsim.config.case_file import case_from_dict
+from pairsim.drivers.problems import problem_of
+from pairsim.physics.pipe import Pipe
+from pairsim.solvers.branch import Point
+from pairsim.solvers.run_end import settled
+from pairsim.solvers.step import Step
+from pairsim.solvers.transient import Transient
+
+SOFT = {"beta": 0.4, "De": 0, "Ca_e": 0.05, "d0": 0.1, "mesh": {"Np": 12}}
+ELASTIC = {"beta": 0.4, "De": 0.25, "Ca_e": 0, "d0": 0.1, "mesh": {"Np": 12, "max_size": 0.1}}
+BOTH = {**ELASTIC, "Ca_e": 0.05}
+UNEQUAL = {**ELASTIC, "beta": [0.4, 0.3]}
+SHORT = {"ends": "developed", "length": 3}
+
+
+def steps_of(keys: dict[str, Any], end: float, **more: Any) -> list[Step]:
+    """All steps of a run up to a time."""
+    transient = Transient(MPI.COMM_WORLD, problem_of(case_from_dict({**SHORT, **keys, **more}, "test")))
+    try:
+        return list(transient.steps(iter([end])))
+    finally:
+        transient.close()
+
+
+def settled_at(keys: dict[str, Any], gaps: tuple[float, ...]) -> Point:
+    """The quasi-steady solution on the cells of a run."""
+    return settled(MPI.COMM_WORLD, problem_of(case_from_dict({**SHORT, **keys}, "test")), gaps)
+
+
+@pytest.mark.parametrize("ends", ["developed", "periodic"])
+@pytest.mark.parametrize("keys", [SOFT, BOTH, UNEQUAL], ids=["soft", "soft in a viscoelastic liquid", "unequal, rigid"])
+def test_first_dU_is_that_of_the_curve(keys: dict[str, Any], ends: str) -> None:
+    """At held distance: the surfaces do not know yet that it changes. Nothing jumps in the steps that follow."""
+    keys = {**keys, "ends": ends}
+    steps = steps_of(keys, 0.01, start="steady")
+    held = settled_at(keys, (0.1,)).held_dUs
+    assert steps[0].observation.dU == pytest.approx(held, rel=2e-3)
+    dU = np.array([step.observation.dU[0] for step in steps])
+    assert np.ptp(dU) < 0.02 * abs(dU[0])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("keys", [SOFT, BOTH, ELASTIC], ids=["soft", "soft in a viscoelastic liquid", "rigid"])
+def test_ten_relaxation_times_after_rest_the_start_is_forgotten(keys: dict[str, Any]) -> None:
+    """Runs from rest and from a quasi-steady state have then dU of quasi-steady motion at their distances."""
+    end = 10 * settled_at(keys, (0.1,)).t_relax
+    for start in ("rest", "steady"):
+        last = steps_of(keys, end, start=start)[-1].observation
+        point = settled_at(keys, tuple(last.d))
+        assert last.dU == pytest.approx(point.dUs, rel=0.01), start
+        assert abs(last.dU - point.dUs) < point.dU_errors, start
+
+
+def test_a_single_particle_and_the_tube_alone_start_as_they_go_on() -> None:
+    law = {"De": 0.5, "start": "steady", "mesh": {"Np": 12, "max_size": 0.1}}
+    U = [float(step.observation.U[0]) for step in steps_of({"particles": 1, "beta": 0.4, "Ca_e": 0.1, **law}, 0.1)]
+    assert np.ptp(U) < 1e-8
+    for ends in ("developed", "periodic"):
+        tube = {"particles": 0, **law, "mesh": {}, "ends": ends}
+        dp = [step.observation.dp for step in steps_of(tube, 0.1)]
+        assert np.ptp(dp) < 1e-8 * dp[0]
+        polymer = case_from_dict({**SHORT, **tube}, "test").polymer
+        assert dp[0] == pytest.approx(3 * Pipe(polymer).steady().gradient, rel=1e-4)
+
+
+def test_error_of_the_start_is_part_of_the_errors() -> None:
+    """The estimate that a run carries forward begins with exact stresses and positions, which a curve has not."""
+    transient = Transient(
+        MPI.COMM_WORLD, problem_of(case_from_dict({**SHORT, **UNEQUAL, "start": "steady", "dU_error": True}, "test"))
+    )
+    try:
+        errors = transient.state.errors
+        assert errors is not None
+        point = settled_at(UNEQUAL, (0.1,))
+        assert errors.start == pytest.approx(point.estimate.dU_error, rel=0.05)
+        assert not errors.h[0].any()
+    finally:
+        transient.close()

@@ -1,0 +1,133 @@
+"""Particles that move: their velocities on the slow manifold, and how long they remember."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+from scipy.sparse.linalg import LinearOperator, gmres
+
+import pairsim
+from pairsim.config.case_file import curve_from_dict
+from pairsim.drivers.problems import steady_problem
+from pairsim.solvers.branch import Branch, Point
+from pairsim.solvers.motion import moving_residual
+from pairsim.solvers.parameters import Parameters
+
+PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 5.0, "mesh": {"Np": 12}}
+
+
+def solved(**keys: Any) -> tuple[Branch, Point]:
+    """A branch at the first distance of a case, and its point there."""
+    case = curve_from_dict({**PAIR, "d": (0.1,), **keys}, "test")
+    narrowest = min((d for place in case.places for d in place), default=np.inf)
+    start = Parameters(case.places[0], case.Ca_es, case.De)
+    branch = Branch(MPI.COMM_WORLD, steady_problem(case, narrowest), start, mesh_error=False)
+    return branch, branch.at(start)
+
+
+def point(**keys: Any) -> Point:
+    branch, found = solved(**keys)
+    branch.close()
+    return found
+
+
+def decays(branch: Branch, dt: float, steps: int) -> np.ndarray:
+    """Decay times of dU in a run at held distance, from the shape that belongs to a larger distance, (steps - 1,).
+
+    Steps of the implicit Euler method, with all rates; for a single exponential the time is that of the equations.
+    """
+    scene, here = branch.fine, branch.fine.parameters
+    scene.factor()
+    still, held = scene.y.copy(), np.zeros(len(here.gaps))
+    y, dU = still + 1e-3 * scene.gap_tangents().sum(axis=0), []
+    row = scene.velocity_row()
+    for _ in range(steps):
+        before = y
+        for _ in range(2):
+            residual = moving_residual(scene, here, y, (y - before) / dt, held)
+
+            def times(v: np.ndarray, y: Any = y, before: Any = before, residual: Any = residual) -> np.ndarray:
+                e = 1e-5 / max(float(np.abs(v).max()), 1e-30)
+                ahead = moving_residual(scene, here, y + e * v, (y + e * v - before) / dt, held)
+                return np.asarray(scene.newton.linear_solve((ahead - residual) / e))
+
+            start = scene.newton.linear_solve(-residual)
+            change, _ = gmres(LinearOperator((len(y),) * 2, matvec=times, dtype=float), start, rtol=1e-5, restart=40)
+            y = y + change
+        dU.append(float(row @ (y - still)))
+    left = np.array(dU)
+    return np.asarray(dt / (left[:-1] / left[1:] - 1))
+
+
+def test_equal_rigid_spheres_neither_move_nor_remember_in_a_newtonian_liquid() -> None:
+    found = point(Ca_e=0)
+    assert abs(found.dU) < 1e-9
+    assert found.motion.remainder.max() < 1e-9
+    assert found.t_relax == 0
+
+
+def test_nothing_is_added_where_the_distance_stands_still() -> None:
+    """At a zero of dU nothing moves: zeros of held distances are zeros of the moving pair."""
+    branch, _ = solved(beta=0.2, d=(0.03, 0.12), mesh={"Np": 16})
+    zero = branch.zero(0.03, 0.12, 0.06)
+    branch.close()
+    assert abs(zero.dU) < 1e-10
+    assert zero.motion.remainder[0] < 1e-10
+    assert zero.slope_at_rest == pytest.approx(float(zero.slopes[0]), rel=0.05)
+    assert zero.slope_at_rest != float(zero.slopes[0])
+
+
+@pytest.mark.slow
+def test_a_run_reaches_the_slow_manifold() -> None:
+    """Once shapes have relaxed, dU(t) is that of the curve at the same distance, and not that at held distance."""
+    mesh = {"Np": 24}  # the pair of the run lies further downstream: cells of N_p 12 would tell
+    run = pairsim.run({**PAIR, "d0": 0.1, "mesh": mesh, "time": {"end": 3.5}, "output": {"fields": False}})
+    d, moving = run.check().table[["d", "dU"]].iloc[-1]
+    found = point(d=(float(d),), mesh=mesh)
+    neglected = abs(found.dU - float(found.held_dUs[0]))
+    assert abs(moving - found.dU) < 0.1 * neglected
+    assert abs(moving - found.dU) < found.dU_errors[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("keys", [{"De": 1.0, "Ca_e": 0, "d": (0.2,)}, {"De": 0.5, "beta": (0.4, 0.3), "Ca_e": 0}])
+def test_dU_does_not_depend_on_the_velocity_of_the_mesh(keys: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = []
+    for part in (0.5, 1.0, 0.3):
+        monkeypatch.setattr("pairsim.fem.mesh_velocity.TRANSITION", part)
+        found.append(point(**keys, mesh={"Np": 14}))
+    dU, held = np.array([p.dU for p in found]), np.array([p.held_dUs[0] for p in found])
+    assert np.ptp(dU) < 1e-3 * abs(dU[0])
+    assert np.ptp(dU) < np.ptp(held) / 10
+    assert np.ptp(dU) < 2 * max(p.motion.remainder[0] for p in found)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("keys", [{"Ca_e": 0.05, "d": (0.04,)}, {"Ca_e": 0.09, "beta": 0.5, "d": (0.05,)}])
+def test_a_disturbance_at_held_distance_decays_within_the_relaxation_time(keys: Any) -> None:
+    """Close soft pairs have a mode of their gap that outlasts all others."""
+    branch, found = solved(**keys, mesh={"Np": 14})
+    measured = decays(branch, found.t_relax / 3, 18)
+    branch.close()
+    assert measured[-1] == pytest.approx(found.t_relax, rel=0.05)
+    assert abs(measured[-1] - found.t_relax) < abs(measured[-6] - found.t_relax)
+
+
+@pytest.mark.long
+def test_the_memory_of_a_polymer_adds_to_that_of_the_shape() -> None:
+    """The sphere of a run comes to rest; thinning beside it shortens the memory, which t_relax leaves out."""
+    alone = {**PAIR, "particles": 1, "De": 0.25, "Ca_e": 0.15}
+    times = {"time": {"end": 2.5, "tol": 1e-4}, "output": {"fields": False}}
+    run = pairsim.run({**alone, **times}).check().table
+    found = pairsim.curve(alone).check().table.iloc[0]
+    left = np.log(np.abs(run["D_1"] - run["D_1"].iloc[-1]))
+    first, last = (int(np.searchsorted(run["t"], t)) for t in (0.7, 1.3))
+    measured = (run["t"][last] - run["t"][first]) / (left[first] - left[last])
+    assert 0.25 < measured < found["t_relax"] < 2 * measured
+
+
+def test_rigid_particles_remember_as_long_as_the_polymer() -> None:
+    assert point(De=0.5, Ca_e=0, d=(0.3,)).t_relax == 0.5
