@@ -120,7 +120,7 @@ class Adaptation:
             size: What errors are a part of [U_av]; None for the scale.
         """
         errors = {
-            where(point.parameters): float(point.dU_errors.max()) / (size or self.scale.at(point.parameters))
+            where(point.parameters): float(point.estimate.dU_error.max()) / (size or self.scale.at(point.parameters))
             for point in points
         }
         scales = [scale.dU for _, scale in self.scale.ends]

@@ -14,7 +14,7 @@ from pairsim.drivers.adaptive import Adaptation
 from pairsim.drivers.curve_output import CurveOutput
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import solution_order, steady_problem
-from pairsim.drivers.quasi_steady import conclude, error_at, kept
+from pairsim.drivers.quasi_steady import conclude, error_at, kept, moving_errors
 from pairsim.drivers.session import Options, Session, open_session
 from pairsim.drivers.warnings import ErrorAt, far_apart, large_errors
 from pairsim.fem.form_cache import ensure_compiled
@@ -170,7 +170,11 @@ def _large_errors(case: CurveCase, points: list[Point]) -> list[str]:
     if peak < ROUNDING:
         return []
     errors = [error_at(point, gap, peak) for point in points for gap in range(len(point.gaps))]
-    return [*large_errors(case, "dU_error", "the largest |dU|", errors), *far_apart(case, curves, peak)]
+    return [
+        *large_errors(case, "dU_error", "the largest |dU|", errors),
+        *moving_errors(case, points, peak),
+        *far_apart(case, curves, peak),
+    ]
 
 
 def _large_force_errors(case: CurveCase, points: list[Point]) -> list[str]:

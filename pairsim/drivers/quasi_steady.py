@@ -10,7 +10,7 @@ from pairsim.config.case import SceneCase
 from pairsim.config.checked_range import beyond_checked
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.session import Session, write_failure
-from pairsim.drivers.warnings import ErrorAt, coarse_mesh, near_ends, unresolved_stress
+from pairsim.drivers.warnings import ErrorAt, coarse_mesh, moves_on, near_ends, unresolved_stress
 from pairsim.results.columns import CURVE_HEALTH, FORCES, POLYMER_HEALTH, gap_endings, named_row, particle_endings
 from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.continuation import where
@@ -49,10 +49,17 @@ def point_row(point: Point) -> dict[str, float]:
 
 
 def error_at(point: Point, gap: int, size: float) -> ErrorAt:
-    """The estimated error of a relative velocity of a point, relative to a velocity."""
+    """The estimated error of a relative velocity of a point by mesh and ends, relative to a velocity."""
     estimate = point.estimate
     ends = float(estimate.ends_error[gap]) / size
-    return ErrorAt(float(point.dU_errors[gap]) / size, where(point.parameters), ends, bool(estimate.cancelling[gap]))
+    return ErrorAt(float(estimate.dU_error[gap]) / size, where(point.parameters), ends, bool(estimate.cancelling[gap]))
+
+
+def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list[str]:
+    """Warnings of points at which particles move on too fast for a curve, relative to a velocity."""
+    parts = {where(point.parameters): float(point.motion.remainder.max()) / size for point in points}
+    far = [place for place, part in parts.items() if part > case.error_wanted]
+    return moves_on(case, far, max(parts.values()))
 
 
 def costs(branch: Branch | None) -> tuple[dict[str, Any], dict[str, float]]:

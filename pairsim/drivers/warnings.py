@@ -129,6 +129,24 @@ def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorA
     return warnings
 
 
+def moves_on(case: SceneCase, places: Sequence[str], part: float) -> list[str]:
+    """Warn of particles that move on before they have forgotten their start.
+
+    Args:
+        case: The case.
+        places: Where the motion alone leaves an error of dU above `accuracy`, such as "d = 0.1".
+        part: The largest of these errors, relative to the largest |dU|.
+    """
+    if not places:
+        return []
+    at = places[0] if len(places) == 1 else f"{len(places)} places from {places[0]} to {places[-1]}"
+    return [
+        f"at {at} the particles move on before they have forgotten their start (t_relax): dU_error is up to "
+        f"{above(100 * part, 100 * case.error_wanted)} % of the largest |dU| by that alone, more than accuracy: "
+        f"{case.accuracy}, and no mesh reduces it; pairsim run tells how particles move there from a start of their own"
+    ]
+
+
 def far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float) -> list[str]:
     """Warn of points so far apart that the interpolation error of dU exceeds `accuracy` and the errors at the points.
 

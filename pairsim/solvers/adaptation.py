@@ -187,7 +187,7 @@ class AdaptiveBranch(Branch):
             self._follow(snapshots[0].parameters)
 
     def _too_large(self, point: Point) -> bool:
-        return bool((point.dU_errors > self._allowed(point.parameters)).any())
+        return bool((point.estimate.dU_error > self._allowed(point.parameters)).any())
 
     def _kept(self, solve: Callable[[Point | None], Point]) -> Point:
         """Solve for a point, and again on finer meshes while its error is too large."""
@@ -207,7 +207,7 @@ class AdaptiveBranch(Branch):
         if self.rounds[place] >= ROUNDS:
             return False
         estimate, allowed = point.estimate, self._allowed(point.parameters)
-        room = allowed - estimate.ends_error - np.abs(estimate.newton_dU) - point.motion.remainder
+        room = allowed - estimate.ends_error - np.abs(estimate.newton_dU)
         least = LEAST_ROOM * allowed
         if self.rounds[place] and (room < least).any():  # no mesh helps; coarse ones overestimate what the ends do
             return False

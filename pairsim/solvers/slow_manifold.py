@@ -1,25 +1,26 @@
 """Velocities of a pair that moves: the slow manifold, as a series in the rates that holding the distances drops.
 
-On the slow manifold shapes and stresses are functions Y(d) of the distances, which change with the velocities dU(d).
-With the complete residual R(y; y_t, d_t) of `pairsim.solvers.motion` and the adjoints z of the velocities:
+On the slow manifold shapes and stresses are functions Y(d) of the distances, which change at rates g. The velocities dU
+are the rates of the distances between centres of volume, C(Y(d)), so that C' g = dU, and g differs from dU where shapes
+change. With the complete residual R(y; y_t, d_t) of `pairsim.solvers.motion` and the adjoints z of the velocities:
 
-    held distances:  R(Y0; 0, 0) = 0,                   V0 = dU(Y0),
-    first order:     V1 = V0 - z . R(Y0; Y0' V0, V0),
-    second order:    Y1 = Y0 - J^-1 R(Y0; Y0' V0, V0),  V2 = dU(Y1) - z . R(Y1; Y1' V1, V1),
+    held distances:  R(Y0; 0, 0) = 0,               V0 = dU(Y0),                           g0 = V0 / C',
+    first order:     Y1 = Y0 - J^-1 R(Y0; Y0' g0, g0),  V1 = V0 - z . R(Y0; Y0' g0, g0),       g1 = V1 / C',
+    second order:                                   V2 = dU(Y1) - z . R(Y1; Y1' g1, g1),
 
 where ' is the derivative along the motion. Y0'' and Y1' follow from differences of the residual along the tangent and
-the factors in hand. The terms fall off by the part of the distance that the pair moves while it remembers, so that the
-size of the last one estimates what remains.
+the factors in hand. The terms fall off by the part of the distance that the pair moves while it remembers. The second
+is added where it is smaller than the first, and its size is the estimate of what remains.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
+from pairsim.fem.diagnostics import centres
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.adjoints import Adjoints
 from pairsim.solvers.factors import ACCURATE
@@ -32,7 +33,7 @@ from pairsim.solvers.steady import Steady
 # other errors of dU below which this bound is taken instead of the term (chosen).
 BOUND, PART = 4.0, 0.1
 STEP = 1e-2  # of differences along the motion, relative to the smallest distance; chosen
-PROBE = 1e-6  # least rate of the distances at which the first order is evaluated [U_av]; chosen
+PROBE = 1e-6  # least dU at which the first order is evaluated [U_av]; chosen
 
 
 @dataclass(frozen=True)
@@ -60,32 +61,49 @@ def slow_motion(steady: Steady, adjoints: Adjoints, t_relax: float, error: float
         error: Smallest other error of a dU [U_av]; terms far below it are not computed.
     """
     y, fields = steady.y, steady.constraints.fields["U_p"]
-    rates = np.diff(y[fields])
-    count = len(rates)
+    dU = np.diff(y[fields])
+    count = len(dU)
     still = SlowMotion(np.zeros(count + 1), np.zeros(count), 0.0)
     if count == 0 or steady.problem.velocity is not None:
         return still
-    fastest = float(np.abs(rates).max())
-    probe = rates if fastest > PROBE or count > 1 else np.array([PROBE])
-    tangents = steady.gap_tangents()
-    neglected = moving_residual(steady, steady.parameters, y, probe @ tangents, probe) - steady.residual()
+    fastest = float(np.abs(dU).max())
+    scale = max(1.0, PROBE / fastest) if fastest else 0.0  # what is linear is evaluated well above rounding
+    probe = scale * dU if scale else np.full(count, PROBE)
+    tangents, stretch = steady.gap_tangents(), _centres_by_gaps(steady)
+    rates = np.linalg.solve(stretch, probe)
+    neglected = moving_residual(steady, steady.parameters, y, rates @ tangents, rates) - steady.residual()
     first = -adjoints.velocities @ neglected
     response = float(np.diff(first)[0] / probe[0]) if count == 1 else 0.0
-    if fastest <= PROBE:
-        return replace(still, U=first * (rates[0] / probe[0]) if count == 1 else first, response=response)
+    if scale != 1.0:
+        return replace(still, U=first / scale if scale else 0 * first, response=response)
     slopes = np.diff(tangents[:, fields], axis=1)  # of every dU (columns) by every distance (rows)
     rate = max(float(np.abs(rates / steady.parameters.gaps).max()), float(np.abs(rates @ slopes).max()) / fastest)
     passed = t_relax * rate
     bound = BOUND * passed * max(passed * fastest, float(np.abs(np.diff(first)).max()))
     if bound <= PART * error:
         return SlowMotion(first, np.full(count, bound), response)
-    second = _second(steady, adjoints, neglected, rates, np.diff(first))
-    if np.abs(np.diff(second)).max() > max(float(np.abs(np.diff(first)).max()), bound):  # the series does not converge
-        return SlowMotion(first, np.abs(np.diff(second)), response)
-    return SlowMotion(first + second, np.abs(np.diff(second)), response)
+    second = _second(steady, adjoints, neglected, rates, np.diff(first), stretch)
+    remainder, helps = np.abs(np.diff(second)), np.abs(np.diff(second)).max() < np.abs(np.diff(first)).max()
+    return SlowMotion(first + second if helps else first, remainder, response)
 
 
-def _second(steady: Steady, adjoints: Adjoints, neglected: Array, rates: Array, first: Array) -> Array:
+def _centres(steady: Steady, parameters: Parameters, y: Array) -> Array:
+    """Distances between the centres of volume of neighbours, shape (N-1,)."""
+    h = steady.constraints.positions(y, steady.h_star(parameters), 1.0, 0.0)
+    return np.asarray(steady.comm.bcast(centres(steady.bodies, h)))
+
+
+def _centres_by_gaps(steady: Steady) -> Array:
+    """Derivatives of the distances between centres (rows) by those between surfaces (columns), shape (N-1, N-1)."""
+    here, step = steady.parameters, STEP * min(steady.parameters.gaps)
+    columns = []
+    for i, tangent in enumerate(steady.gap_tangents()):
+        ends = [_centres(steady, here.with_longer_gap(i, s), steady.y + s * tangent) for s in (step, -step)]
+        columns.append((ends[0] - ends[1]) / (2 * step))
+    return np.array(columns).T
+
+
+def _second(steady: Steady, adjoints: Adjoints, neglected: Array, rates: Array, first: Array, stretch: Array) -> Array:
     """The term of second order in every velocity [U_av], shape (N,).
 
     Args:
@@ -94,35 +112,40 @@ def _second(steady: Steady, adjoints: Adjoints, neglected: Array, rates: Array, 
         neglected: Residual at the rates of the solution, shape (n_y,).
         rates: Rates of the distances in the solution [U_av], shape (N-1,).
         first: The terms of first order in every dU [U_av], shape (N-1,).
+        stretch: Derivatives of the distances between centres by those between surfaces, shape (N-1, N-1).
     """
     y, here = steady.y, steady.parameters
     solve = partial(steady.newton.linear_solve, tolerance=ACCURATE)
     fields, tangents = steady.constraints.fields["U_p"], steady.gap_tangents()
     speed = float(np.abs(rates).max())
     along = rates / speed
-    tangent, turn = along @ tangents, np.diff((along @ tangents)[fields])
-    step = STEP * min(here.gaps)
+    tangent, step = along @ tangents, STEP * min(here.gaps)
 
-    def difference(residual: Callable[[float, Parameters], Array]) -> tuple[Array, Array]:
-        return tuple(  # type: ignore[return-value]
-            residual(s, replace(here, gaps=tuple(np.add(here.gaps, s * along)))) for s in (step, -step)
-        )
+    def places(s: float) -> Parameters:
+        return replace(here, gaps=tuple(np.add(here.gaps, s * along)))
 
-    def held(s: float, there: Parameters) -> Array:
-        steady.apply(there)
+    def held(s: float) -> Array:
+        steady.apply(places(s))
         return steady.newton.residual_at(y + s * tangent)
 
-    ahead, behind = difference(held)
-    bend = -solve((ahead + behind - 2 * steady.residual()) / step**2)
+    bend = -solve((held(step) + held(-step) - 2 * steady.residual()) / step**2)
+
+    def apart(s: float) -> Array:
+        return _centres(steady, places(s), y + s * tangent + s**2 / 2 * bend)
+
+    turn = (apart(step) + apart(-step) - 2 * apart(0.0)) / step**2  # of the centres along the motion
+    change = np.linalg.solve(stretch, np.diff(tangent[fields]) - speed * turn)  # of the rates
     corrected = y - solve(neglected)
-    y_t, change = rates @ tangents, speed * bend + turn @ tangents
+    y_t, y_t_change = rates @ tangents, speed * bend + change @ tangents
 
-    def moving(s: float, there: Parameters) -> Array:
-        return moving_residual(steady, there, corrected + s * tangent, y_t + s * change, rates + s * turn)
+    def moving(s: float) -> Array:
+        shifted = corrected + s * tangent, y_t + s * y_t_change, rates + s * change
+        return moving_residual(steady, places(s), *shifted)
 
-    ahead, behind = difference(moving)
-    along_motion = tangent - solve((ahead - behind) / (2 * step))
-    faster = rates + first
+    along_motion = tangent - solve((moving(step) - moving(-step)) / (2 * step))
+    ends = [_centres(steady, places(s), corrected + s * along_motion) for s in (step, -step)]
+    stretched = (ends[0] - ends[1]) / (2 * step) - stretch @ along  # what the correction adds to the centres' motion
+    faster = np.linalg.solve(stretch, np.diff(y[fields]) + first - speed * stretched)
     scale = float(faster @ along) / float(along @ along)
     y_t = scale * along_motion + (faster - scale * along) @ tangents
     steady.apply(here)

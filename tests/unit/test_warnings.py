@@ -10,7 +10,15 @@ import pytest
 from pairsim.config.case import Case
 from pairsim.config.case_file import case_from_dict
 from pairsim.drivers.run import _end
-from pairsim.drivers.warnings import ErrorAt, coarse_mesh, large_errors, narrow_gap, near_ends, unresolved_stress
+from pairsim.drivers.warnings import (
+    ErrorAt,
+    coarse_mesh,
+    large_errors,
+    moves_on,
+    narrow_gap,
+    near_ends,
+    unresolved_stress,
+)
 
 
 def case(**keys: Any) -> Case:
@@ -74,6 +82,15 @@ def test_errors_above_accuracy_and_estimates_that_cancel_are_told() -> None:
     assert "dU_correction is what remains of much larger contributions at d = 0.2:" in warning
     (warning,) = told(ErrorAt(0.006, "d = 0.2", 0.0, True), ErrorAt(0.004, "d = 0.4", 0.0, True))
     assert "at 2 places, such as d = 0.2" in warning
+
+
+def test_particles_that_move_on_too_fast_are_told_to_be_run() -> None:
+    assert not moves_on(case(), [], 0.0)
+    (warning,) = moves_on(case(), ["d = 0.03"], 0.2)
+    assert "at d = 0.03 the particles move on before they have forgotten their start" in warning
+    assert "20 % of the largest |dU| by that alone, more than accuracy: 1%, and no mesh reduces it" in warning
+    (warning,) = moves_on(case(), ["d = 0.03", "d = 0.04"], 0.2)
+    assert "at 2 places from d = 0.03 to d = 0.04 the" in warning
 
 
 def test_cells_of_a_thinning_liquid_are_coarse_for_one_that_hardens() -> None:
