@@ -164,7 +164,7 @@ def elongates(results: Results, name: str) -> Finding:
     },
 )
 def collapse(results: Results, name: str, newtonian: bool = True) -> Finding:
-    """Whether transients from different d_0 end on the curve: dU with the drift, D within `NEARLY` of its range."""
+    """Whether transients from different d_0 end on the curve, within `NEARLY` of its largest value."""
     checks: list[Check] = []
     rests = []
     for marker in results.markers():
@@ -178,8 +178,9 @@ def collapse(results: Results, name: str, newtonian: bool = True) -> Finding:
             checks.append((NEARLY - rest, 0.0))
     if not rests:
         raise NotComputed("no transient with its curve")
-    text = f"{len(rests)} transients end within {numbers([max(rests)], '.1%')} of the largest value"
-    return Finding(tuple(checks), text + (", without their drift" if name != "dU" else ", with their drift"))
+    return Finding(
+        tuple(checks), f"{len(rests)} transients end within {numbers([max(rests)], '.1%')} of the largest value"
+    )
 
 
 @statement("fig07", "At beta .4 the dynamics is always repulsive.")

@@ -142,7 +142,7 @@ def marker_row(marker: Marker) -> list[str]:
     beta = case["beta"][0] if isinstance(case["beta"], list) else case["beta"]
     Ca_e = case["Ca_e"][0] if isinstance(case["Ca_e"], list) else case["Ca_e"]
     row = [f"{v:g}" for v in (beta, case["De"], Ca_e, case["d0"][0] if isinstance(case["d0"], list) else case["d0"])]
-    row += [f"{marker.run.last('t'):g}", f"{marker.d:.4f}", f"{dU:.4e}", f"{curve:.4e}", f"{marker.drift:.1e}"]
+    row += [f"{marker.run.last('t'):g}", f"{marker.d:.4f}", f"{dU:.4e}", f"{curve:.4e}"]
     return [*row, f"{100 * marker.rest / marker.curve.peak:.2f}", f"{marker.rest / marker.interval:.1f}"]
 
 
@@ -152,8 +152,8 @@ def markers(results: Results) -> str:
         found = results.markers()
     except NotComputed:
         return "None is computed yet.\n"
-    head = ["beta", "De", "Ca_e", "d_0", "t", "d", "dU of the transient", "dU of the curve", "drift"]
-    head += ["rest, % of the peak", "rest in intervals"]
+    head = ["beta", "De", "Ca_e", "d_0", "t", "d", "dU of the transient", "dU of the curve"]
+    head += ["difference, % of the peak", "difference in intervals"]
     return table(head, [marker_row(marker) for marker in found])
 
 

@@ -241,14 +241,9 @@ class Marker:
         return self.run.last("d")
 
     @property
-    def drift(self) -> float:
-        """What the quasi-steady dU lacks there, by its own estimate."""
-        return float(self.curve.at("drift", self.d))
-
-    @property
     def rest(self) -> float:
-        """dU of the transient minus that of the curve and its drift."""
-        return self.run.last("dU") - float(self.curve.at("dU", self.d)) - self.drift
+        """dU of the transient minus that of the curve."""
+        return self.run.last("dU") - float(self.curve.at("dU", self.d))
 
     @property
     def interval(self) -> float:

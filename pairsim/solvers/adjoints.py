@@ -1,7 +1,7 @@
 """Adjoint solutions of the results of a quasi-steady scene.
 
 The derivative of a result J(y) along any change dR of the residual is -z . dR, with the adjoint z of J. The adjoints of
-all results are solved for at once; drift, sensitivities, slopes and errors are products with them.
+all results are solved for at once; what moving adds, sensitivities, slopes and errors are products with them.
 """
 
 from __future__ import annotations

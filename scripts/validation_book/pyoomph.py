@@ -10,6 +10,7 @@ import matplotlib
 matplotlib.use("Agg")
 import numpy as np
 from matplotlib import pyplot
+from scipy.interpolate import CubicHermiteSpline
 
 import pairsim
 from pairsim.api.results import CurveResult
@@ -22,7 +23,7 @@ CASE = CONFIGS / "soft-curve.yaml"
 
 
 def compute(setting: Setting) -> Found:
-    """dU at every distance of the table, with the estimated correction added, and the Taylor parameters."""
+    """dU_held at every distance of the table, with the estimated correction added, and the Taylor parameters."""
     with TABLE.open(newline="") as file:
         theirs = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
     rows, curves, lines = [], {}, []
@@ -58,9 +59,9 @@ def compared(theirs: Row, ours: Row, coarse: float, peak: float) -> list[Compari
     """One distance; allowed is what the last refinement of their mesh has changed, and a small part of the peak."""
     what, source = f"beta {theirs['beta']:g}, d {theirs['d']:g}", "pyoomph 0.2.2, 80 cells on a half-circle"
     allowed = (abs(theirs["dU"] - coarse) + OF_PEAK * peak) / abs(theirs["dU"])
-    dU, headline = ours["dU"] + ours["dU_correction"], theirs["d"] == 0.1
+    dU, headline = ours["dU_held"] + ours["dU_correction"], theirs["d"] == 0.1
     return [
-        Comparison(what, "dU", dU, ours["dU_error"], theirs["dU"], source, allowed, headline, "dU"),
+        Comparison(what, "dU_held", dU, ours["dU_error"], theirs["dU"], source, allowed, headline, "dU"),
         Comparison(what, "D_T", ours["D_T"], None, theirs["D_T"], source, 1e-2, table="shapes"),
         Comparison(what, "D_L", ours["D_L"], None, theirs["D_L"], source, 1e-2, table="shapes"),
     ]
@@ -68,22 +69,24 @@ def compared(theirs: Row, ours: Row, coarse: float, peak: float) -> list[Compari
 
 def refined(theirs: Row, ours: Row, coarse: float, peak: float) -> list[str]:
     """dU on both of their meshes, and differences relative to the largest |dU| of the curve."""
-    differences = theirs["dU"] - coarse, ours["dU"] + ours["dU_correction"] - theirs["dU"]
+    differences = theirs["dU"] - coarse, ours["dU_held"] + ours["dU_correction"] - theirs["dU"]
     parts = [f"{100 * each / peak:+.2g}" for each in differences]
     return [f"{theirs['beta']:g}", f"{theirs['d']:g}", number(coarse), number(theirs["dU"]), *parts]
 
 
 def draw(setting: Setting, curves: dict[float, tuple[list[Row], CurveResult]]) -> None:
-    """Both curves of every confinement."""
+    """Both curves of every confinement; distances are held in both."""
     figure, axes = pyplot.subplots(1, len(curves), figsize=(4 * len(curves), 3.2), squeeze=False)
     for axis, (beta, (theirs, ours)) in zip(axes[0], curves.items(), strict=True):
         d = [row["d"] for row in theirs]
         if len(d) > 1:
             between = np.geomspace(d[0], d[-1], 200)
-            axis.plot(between, 1e3 * ours.dU(between), "-", label="pairsim")
+            at, held, slope = (ours.table[name].to_numpy() for name in ("d", "dU_held", "slope"))
+            line = CubicHermiteSpline(np.log(at), held, at * slope)
+            axis.plot(between, 1e3 * line(np.log(between)), "-", label="pairsim")
         axis.plot(d, [1e3 * row["dU"] for row in theirs], "o", ms=5, mfc="none", label="pyoomph")
         axis.axhline(0, color="grey", lw=0.6)
-        axis.set(xscale="log", xlabel=r"$d$", ylabel=r"$10^3\,\Delta U$", title=rf"$\beta = {beta:g}$")
+        axis.set(xscale="log", xlabel=r"$d$", ylabel=r"$10^3\,\Delta U$ at held distance", title=rf"$\beta = {beta:g}$")
         axis.set_xticks(d, [f"{each:g}" for each in d])
         axis.minorticks_off()
         axis.legend()
