@@ -23,6 +23,7 @@ from pairsim.config.accuracy import (
     percentage,
     settings_of,
 )
+from pairsim.config.default_end import DEFAULT_END, SHORTEST_RUN, default_end
 from pairsim.config.physical import Physical
 from pairsim.config.values import (
     Capillary,
@@ -46,15 +47,11 @@ from pairsim.config.values import (
     Tolerance,
     TubeLength,
     Whole,
-    is_finite,
 )
 from pairsim.physics.materials.polymer import PARAMETERS, Law, Name, Polymer
 from pairsim.physics.scales import Scales
 
 MOST_OUTPUTS = 10_000
-# Default end of a run [D_c/U_av] by De and the largest Ca_e. The flow in the tube starts up like exp(-t/De), and soft
-# pairs near each other (beta .5, d .04) forget their shape like exp(-t/(6 Ca_e)); the factors were chosen.
-SHORTEST_RUN, RUN_PER_DE, RUN_PER_CAPILLARY = 2.0, 6.0, 20.0
 
 
 class _Options(BaseModel):
@@ -109,8 +106,7 @@ class TimeOptions(_Options):
 
     end: Time = Field(
         SHORTEST_RUN,
-        description=f"end time [D_c/U_av] (default: the largest of {SHORTEST_RUN:g}, {RUN_PER_DE:g} De and "
-        f"{RUN_PER_CAPILLARY:g} Ca_e, by when a start from rest is forgotten)",
+        description=f"end time [D_c/U_av] (default: {DEFAULT_END}, by when a start from rest is forgotten)",
     )
     tol: Tolerance = Field(
         SETTINGS[DEFAULT].time_tol,
@@ -369,10 +365,7 @@ class Case(SceneCase):
         time = data.get("time", {}) if isinstance(data, dict) else None
         if not isinstance(time, dict) or "end" in time:
             return data
-        Ca_e, De = data.get("Ca_e"), data.get("De")
-        softness = [value for value in (Ca_e if isinstance(Ca_e, list | tuple) else [Ca_e]) if is_finite(value)]
-        end = max(SHORTEST_RUN, RUN_PER_CAPILLARY * max(softness, default=0.0), RUN_PER_DE * De if is_finite(De) else 0)
-        return data | {"time": {**time, "end": float(f"{end:.3g}")}}
+        return data | {"time": {**time, "end": default_end(data)}}
 
     @property
     def gaps(self) -> tuple[float, ...]:
