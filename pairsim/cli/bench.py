@@ -264,6 +264,9 @@ def travel(
         millimetres = 1e3 * scales.length
         tube = with_error(result.length * millimetres, result.length_error * millimetres)
         typer.echo(f"in physical units: {seconds} s and {tube} mm of tube")
+    if result.forgotten is not None:
+        known = f"from d = {result.forgotten:.3g} on" if result.forgotten < float("inf") else "nowhere on this curve"
+        typer.echo(f"the start at d = {ends['--from']:g} is forgotten {known}; until then dU depends on it")
 
 
 def _distance(directory: Path, option: str, text: str) -> float:

@@ -16,7 +16,7 @@ from pairsim.config.case import Case, SceneCase
 from pairsim.config.curve_case import CriticalCase, CurveCase
 from pairsim.config.mistakes import Mistake
 from pairsim.runtime.duration import duration
-from pairsim.solvers.curve_interpolant import between
+from pairsim.solvers.distances import between
 
 STRIPS = 200  # slices of the tube over which the number of cells is summed
 MOST_UNKNOWNS = 2e7  # a larger mesh takes gmsh days or exhausts the memory

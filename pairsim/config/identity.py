@@ -24,6 +24,8 @@ def identity_of(case: SceneCase) -> dict[str, Any]:
     """
     identity = case.resolved()
     identity.pop("name", None)
+    if identity.get("start") == "rest":  # the only start of earlier versions, whose folders keep their names
+        del identity["start"]
     if case.polymer is None:
         for key in ("liquid", "xi", *PARAMETERS):
             identity.pop(key, None)

@@ -24,7 +24,7 @@ from pairsim.runtime.signals import Signals
 from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.continuation import where
 from pairsim.solvers.curve import ROUNDING, Zero, equilibria, find_zeros, interpolants, trace
-from pairsim.solvers.curve_interpolant import between
+from pairsim.solvers.distances import between
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 

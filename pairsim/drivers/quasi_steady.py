@@ -32,7 +32,12 @@ def point_row(point: Point) -> dict[str, float]:
     row = named_row(0.0, point.gaps, o.U, o.dU, o.D, o.dp, o.dp_plus)
     gaps = gap_endings(o.d.size + 1)
     estimate = point.estimate
-    values = {"slope": point.slopes, "dU_held": point.held_dUs, "centres": o.centres, "mesh_error": point.mesh_errors}
+    values = {
+        "slope": point.slopes,
+        "dU_held": point.held_dUs,
+        "stretch": point.motion.stretch,
+        "mesh_error": point.mesh_errors,
+    }
     values |= {"dU_correction": estimate.dU, "dU_error": point.dU_errors, "ends_error": estimate.ends_error}
     values |= {f"by_{name}": change for name, change in point.sensitivities.items()}
     for name, each in values.items():

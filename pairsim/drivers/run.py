@@ -197,7 +197,7 @@ def _confirm(case: Case, session: Session, old: Checkpoint, ended: Outcome) -> N
         if not confirmed:
             series = read_series(session.folder.file(SERIES))
             summary = _summary(counts, history.t[0], history.y[0].size) | found
-            summary["warnings"] = RunWarnings.of(case, series, old).warnings
+            summary["warnings"] = RunWarnings.of(case, series, old.narrowest, old.state.start_error).warnings
             session.record.write(ended, summary, old.state.seconds)
         with suppress(OSError):  # the frames are complete as they are
             gather_frames(session.folder.path)

@@ -71,7 +71,7 @@ class RunAdaptation:
         try:
             with suppress(RunFailure):  # finer cells may go on where coarse ones fail
                 transient = Transient(comm, coarse)
-                seen.start_from(transient.state)
+                seen.errors.start = transient.state.start_error
                 unknowns = transient.constraints.size
                 for step in transient.steps(iter([case.time.end])):
                     heed(comm)

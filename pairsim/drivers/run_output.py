@@ -34,7 +34,6 @@ from pairsim.results.fields import frame
 from pairsim.results.fields_writer import FieldsWriter, gather_frames
 from pairsim.results.output import SERIES, RunFolder, SeriesWriter, plain, read_series
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.history import State
 from pairsim.solvers.run_error import RunError
 from pairsim.solvers.step import Step
 from pairsim.solvers.time_error import LEAST, SET_IN, TimeError
@@ -101,18 +100,21 @@ class RunWarnings:
         self.errors = RunError(self.case.De if self.case.polymer else 0.0)
 
     @staticmethod
-    def of(case: Case, series: Mapping[str, Array], old: Checkpoint) -> RunWarnings:
+    def of(
+        case: Case, series: Mapping[str, Array], narrowest: tuple[float, float], start_error: Array | float = 0.0
+    ) -> RunWarnings:
         """The values for the rows of an existing series.csv.
 
         Args:
             case: The case.
             series: Columns of series.csv, shape (rows,).
-            old: The checkpoint, for what is not in the table.
+            narrowest: As the attribute; not in the table.
+            start_error: Error of dU in the state that the run started from, not in the table either.
         """
         gaps = [series[name] for name in series if name == "d" or name.startswith("d_")]
         s_jump = float(np.max(series.get("s_jump", [0.0]), initial=0.0))
-        worst = RunWarnings(case, s_jump, span(case, gaps), old.narrowest)
-        worst.start_from(old.state)
+        worst = RunWarnings(case, s_jump, span(case, gaps), narrowest)
+        worst.errors.start = start_error
         rows = len(series["t"])
 
         def table(names: list[str]) -> Array:
@@ -123,11 +125,6 @@ class RunWarnings:
         for i, (t, mesh) in enumerate(zip(series["t"], series["mesh"], strict=True)):
             worst.add(float(t), int(mesh), relative[i], corrections[i] if estimated else None)
         return worst
-
-    def start_from(self, state: State) -> None:
-        """Take in the error of the state that the run started from; call it before the first step."""
-        if state.errors is not None:
-            self.errors.start = state.errors.start
 
     def add(self, t: float, mesh: int, dU: Array, correction: Array | None) -> Array | None:
         """Take in an accepted step.
@@ -182,7 +179,10 @@ class RunOutput:
         self.fields = FieldsWriter(folder.path, keep, until) if case.output.fields else None
         lost = keep - self.fields.frames if self.fields else 0
         self.damage = [f"{lost} frames of fields.xdmf could not be read and are lost"] if lost else []
-        self.worst = RunWarnings.of(case, read_series(folder.file(SERIES)), old) if old else RunWarnings(case)
+        self.worst = RunWarnings(case)
+        if old is not None:
+            rows = read_series(folder.file(SERIES))
+            self.worst = RunWarnings.of(case, rows, old.narrowest, old.state.start_error)
         self.wanted = milestones(case)
         self._pending: Step | None = None
         self._latest: Checkpoint | None = None
@@ -196,7 +196,7 @@ class RunOutput:
     def attach(self, transient: Transient) -> None:
         """Set the solver whose steps will be written; call it before `take`."""
         self.transient, self.pipe = transient, transient.pipe
-        self.worst.start_from(transient.state)
+        self.worst.errors.start = transient.state.start_error
         self.origin = self.old.origin if self.old is not None else transient.history.h[0]
 
     def take(self, step: Step, wall: float) -> None:

@@ -23,7 +23,6 @@ class Observation:
 
     Attributes:
         d: Distances between facing surfaces on the axis [D_c], shape (N-1,).
-        centres: Distances between the centres of volume of neighbours [D_c], shape (N-1,).
         U: Velocities of the particles, averaged over their volumes [U_av], shape (N,).
         D: Taylor parameters, shape (N,).
         dp: Pressure drop over the length of the tube [eta_0 U_av/D_c].
@@ -35,7 +34,6 @@ class Observation:
     """
 
     d: Array
-    centres: Array
     U: Array
     D: Array
     dp: float
@@ -159,7 +157,6 @@ def observe(
         conformation = health(liquid.nodal("s", x), scene.positions(x), liquid.six_node_mesh)
     return Observation(
         d=gaps(scene.bodies, h),
-        centres=centres(scene.bodies, h),
         U=velocities(scene.bodies, constraints.V @ y, h),
         D=np.array(D),
         dp=scene.pressure_drop(x),

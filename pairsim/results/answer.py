@@ -13,11 +13,13 @@ import numpy as np
 
 from pairsim.results.columns import relative_velocities
 from pairsim.results.curve_table import peak_of, regions_of
+from pairsim.results.memory import forgotten_at
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.duration import duration
 from pairsim.solvers.curve_interpolant import Region
 
 Table = Mapping[str, Array]
+FAR = 1.2  # ratio of distances from which on it is told where a start is forgotten; chosen
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,7 @@ def with_error(value: float, error: float | None, sign: str = "") -> str:
 
 
 @dataclass(frozen=True)
-class _Scales:
+class Scales:
     """The scales of a case with a `physical` block, which convert to the units of the answer.
 
     Attributes:
@@ -68,7 +70,7 @@ class _Scales:
     time: float
 
     @classmethod
-    def of(cls, record: Mapping[str, Any]) -> _Scales | None:
+    def of(cls, record: Mapping[str, Any]) -> Scales | None:
         """The scales in run.json, None if the case has no `physical` block."""
         scales = record.get("scales")
         return cls(scales["length"], scales["velocity"], scales["time"]) if scales is not None else None
@@ -104,9 +106,9 @@ def answer_of_curve(table: Table, zeros: Sequence[Zero], record: Mapping[str, An
         velocities = ", ".join(f"{name} = {table[name][0]:.6g}" for name in table if re.fullmatch(r"U_\d+", name))
         forces = [name for name in table if re.fullmatch(r"F_\d+", name)]
         moved = [f"{name} = {with_error(table[name][0], table[f'F_error{name[1:]}'][0])}" for name in forces]
-        return [f"{', '.join([velocities, *moved])}.", *_shapes(table, 0, "")]
+        return [f"{', '.join([velocities, *moved])}.", *shapes_in(table, 0, "")]
     lines = []
-    scales = _Scales.of(record)
+    scales = Scales.of(record)
     if "dU" in table:
         regions = regions_of(table, [zero.d for zero in zeros])
         met = {a.stop for a, b in pairwise(regions) if a.sign * b.sign < 0}
@@ -114,6 +116,7 @@ def answer_of_curve(table: Table, zeros: Sequence[Zero], record: Mapping[str, An
         lines.append(_motion_over_d(regions, zeros))
         if scales is not None and zeros:
             lines.append(f"In physical units: it keeps its distance at d = {', '.join(map(scales.zero, zeros))} um.")
+        lines += _starts(table)
     for name in relative_velocities(table):
         peak = peak_of(table, name.removeprefix("dU"))
         value, place = with_error(peak.dU, peak.error, "+"), with_error(peak.d, peak.d_error)
@@ -147,12 +150,29 @@ def _motion_over_d(regions: Sequence[Region], zeros: Sequence[Zero]) -> str:
     return " ".join(sentences)
 
 
+def _starts(table: Table) -> list[str]:
+    """From where on pairs that start at an end of the curve and move along it are on the curve, if that is far."""
+    lines = []
+    for end, sign in ((0, 1), (-1, -1)):
+        d, dU, held = (float(table[name][end]) for name in ("d", "dU", "dU_held" if "dU_held" in table else "dU"))
+        there = forgotten_at(table, d) if dU * sign > 0 else None
+        if there is None or 1 / FAR < there / d < FAR:
+            continue
+        known = f"follows this curve from d = {there:.3g} on" if np.isfinite(there) else "does not follow this curve"
+        change = f"{100 * abs(held / dU - 1):.2g} % {'more' if held / dU > 1 else 'less'}"
+        lines.append(
+            f"A pair that starts at d = {d:.4g} {known}, when it has forgotten its start; at first, dU depends on that "
+            f"(with the shapes of a held distance: {change})."
+        )
+    return lines
+
+
 def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list[str]:
     """The answer of a search for critical distances."""
     if not zeros:
         return ["No critical distance was found in the given range: dU keeps its sign."]
     lines = []
-    scales = _Scales.of(record)
+    scales = Scales.of(record)
     for stable, meaning in ((False, "closer pairs come together, wider ones separate"), (True, "pairs come to rest")):
         found = [zero.d for zero in zeros if zero.stable == stable]
         if found:
@@ -166,7 +186,7 @@ def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list
     return [*lines, *(f"A branch ends: {message}." for message in ends)]
 
 
-def _shapes(table: Table, row: int, when: str) -> list[str]:
+def shapes_in(table: Table, row: int, when: str) -> list[str]:
     """The Taylor parameters in a row."""
     shapes = ", ".join(f"{name} = {table[name][row]:.3g}" for name in table if name.startswith("D_"))
     return [f"Taylor parameters{f' {when}' if when else ''}: {shapes}."] if shapes else []

@@ -172,7 +172,14 @@ def _checkpoint(entries: dict[str, Any], arrays: dict[str, Any]) -> Checkpoint:
     )
     gaps, (gap, arc) = tuple(entries["gaps"]), entries["narrowest"]
     return Checkpoint(
-        state, entries["case"], gaps, (gap, arc), arrays["origin"], entries["rows"], entries["frames"], entries["wall"]
+        state,
+        {"start": "rest"} | entries["case"],  # the only start of earlier versions
+        gaps,
+        (gap, arc),
+        arrays["origin"],
+        entries["rows"],
+        entries["frames"],
+        entries["wall"],
     )
 
 

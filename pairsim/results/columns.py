@@ -46,8 +46,8 @@ COLUMNS: tuple[Column, ...] = (
     Column("dU_i", r"\Delta U_i", "relative velocity of neighbours, U_(i+1) - U_i; positive: they separate", VELOCITY),
     Column("dU_held", r"\Delta U_h", "dU with the distance held, as if shapes and stresses had endless time", VELOCITY),
     Column("dU_held_i", r"\Delta U_{h,i}", "dU_i with all distances held", VELOCITY),
-    Column("centres", r"d_c", "distance between the centres of volume, whose rate is dU", LENGTH),
-    Column("centres_i", r"d_{c,i}", "distance between the centres of volume of particles i and i+1", LENGTH),
+    Column("stretch", r"\mathrm{d}c/\mathrm{d}d", "rate of the centres of volume, dU, over that of the surfaces", ""),
+    Column("stretch_i", r"\mathrm{d}c_i/\mathrm{d}d", "the same when all distances change together", ""),
     Column("t_relax", r"t_r", "slowest decay time of a disturbance at held distance", TIME),
     Column("D_L", r"D_L", "Taylor parameter (L_z - L_r)/(L_z + L_r) of the leading particle", ""),
     Column("D_T", r"D_T", "Taylor parameter (L_z - L_r)/(L_z + L_r) of the trailing particle", ""),
@@ -249,7 +249,7 @@ def curve_columns(n: int, common: bool, mesh_error: bool, sensitivities: Sequenc
         sensitivities: Parameters by which dU was differentiated.
         forces: Whether the velocity of the particles is prescribed.
     """
-    names = ["dU_held", "centres", "dU_correction", "dU_error", "ends_error", *(["mesh_error"] if mesh_error else [])]
+    names = ["dU_held", "stretch", "dU_correction", "dU_error", "ends_error", *(["mesh_error"] if mesh_error else [])]
     names += [*(["slope"] if common else []), *(f"by_{name}" for name in sensitivities)]
     by_gap = (name + gap for name in names for gap in gap_endings(n))
     corrections = [f"U_correction{each}" for each in particle_endings(n)] + ["dp_plus_correction"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+import scipy
 
 from pairsim.results.columns import error_column
 from pairsim.runtime.arrays import Array
@@ -27,6 +28,12 @@ def curve_of(table: Mapping[str, Array], gap: str = "") -> CurveInterpolant | No
         return None
     errors = np.zeros_like(dU) if error is None else table[error]
     return CurveInterpolant(table[f"d{gap}"], dU, table.get(f"dU_held{gap}", dU), slope, errors)
+
+
+def stretch_at(table: Mapping[str, Array], x: Array | float) -> Array:
+    """Derivative of the distance between the centres by d, at x = log d; 1 in tables that do not have it."""
+    points = np.log(table["d"])
+    return np.asarray(scipy.interpolate.PchipInterpolator(points, table.get("stretch", np.ones_like(points)))(x))
 
 
 def peak_of(table: Mapping[str, Array], gap: str = "") -> Peak:

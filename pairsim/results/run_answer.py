@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.results.answer import Table, _Scales, _shapes, with_error
+from pairsim.results.answer import Scales, Table, shapes_in, with_error
 from pairsim.results.columns import error_column
+from pairsim.results.memory import FORGOTTEN
 from pairsim.runtime.arrays import Array
 
-# Decay times after a start from rest up to which a run is starting up, at least; chosen: exp(-3) = .05.
-FORGOTTEN = 3.0
 SETTLED = "settled"  # entry of run.json
 NOTHING = 1e-9  # |dU| of particles that keep their distance [U_av]; chosen
 
@@ -87,7 +86,7 @@ def answer_of_run(series: Table, record: Mapping[str, Any]) -> list[str]:
         record: run.json.
     """
     gaps = [name for name in series if name == "d" or name.startswith("d_")]
-    lines, scales = [], _Scales.of(record)
+    lines, scales = [], Scales.of(record)
     for i, name in enumerate(gaps):
         ending = name.removeprefix("d")
         who = "The pair" if len(gaps) == 1 else f"Gap {ending.removeprefix('_')}"
@@ -103,7 +102,7 @@ def answer_of_run(series: Table, record: Mapping[str, Any]) -> list[str]:
     if not gaps:
         velocities = ", ".join(f"{name} = {series[name][-1]:.6g}" for name in series if name.startswith("U_"))
         lines.append(f"At t = {series['t'][-1]:.4g}: {velocities or f'dp = {series["dp"][-1]:.6g}'}.")
-    return [*lines, *_shapes(series, -1, "at the end")]
+    return [*lines, *shapes_in(series, -1, "at the end")]
 
 
 def _motion(

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import scipy
 
-from pairsim.results.curve_table import curve_of
+from pairsim.results.curve_table import curve_of, stretch_at
+from pairsim.results.memory import forgotten_at
 from pairsim.results.output import read_series
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
@@ -28,12 +29,14 @@ class Travel:
         length: Integral of U/dU dz with the mean velocity U of the pair: how far it travels along the tube [D_c].
         time_error: Half-width of the time: with dU on either end of its interval everywhere.
         length_error: Half-width of the length, in the same way.
+        forgotten: Distance from which on a pair that starts at the first one moves so; see `forgotten_at`.
     """
 
     time: float
     length: float
     time_error: float
     length_error: float
+    forgotten: float | None
 
 
 def travel(table: Mapping[str, Array], start: float, stop: float, source: str) -> Travel:
@@ -71,7 +74,6 @@ def travel(table: Mapping[str, Array], start: float, stop: float, source: str) -
         raise InputError(
             source, "--to", stop, f"must be reached without a distance at which dU may vanish, as at {unsure[0]:.4g}"
         )
-    centres_rate = _centres_rate(table)
     mean = scipy.interpolate.PchipInterpolator(np.log(curve.d), (table["U_L"] + table["U_T"]) / 2)
     places = np.log([low, *curve.d[(low < curve.d) & (curve.d < high)], high])
 
@@ -80,7 +82,7 @@ def travel(table: Mapping[str, Array], start: float, stop: float, source: str) -
 
         def rate(x: float) -> float:
             d = np.exp(x)
-            return float(velocity(x) * centres_rate(x) * d / (abs(curve.values(d)) + part * curve.half_widths(d)))
+            return float(velocity(x) * stretch_at(table, x) * d / (abs(curve.values(d)) + part * curve.half_widths(d)))
 
         return sum(scipy.integrate.quad(rate, a, b, epsrel=TOLERANCE, epsabs=0)[0] for a, b in pairwise(places))
 
@@ -89,14 +91,7 @@ def travel(table: Mapping[str, Array], start: float, stop: float, source: str) -
         return value, max(value - least, most - value)
 
     (time, time_error), (length, length_error) = with_half_width(lambda x: 1.0), with_half_width(mean)
-    return Travel(time, length, time_error, length_error)
-
-
-def _centres_rate(table: Mapping[str, Array]) -> Callable[[float], float]:
-    """Derivative of the distance of the centres by d at log d: 1 but for the shapes, and in tables that lack it."""
-    d, centres = table["d"], table.get("centres", table["d"])
-    shapes = scipy.interpolate.CubicSpline(np.log(d), centres - d).derivative()
-    return lambda x: 1.0 + float(shapes(x) * np.exp(-x))
+    return Travel(time, length, time_error, length_error, forgotten_at(table, start))
 
 
 def _inside(ends: Array, option: str, d: float, source: str) -> float:

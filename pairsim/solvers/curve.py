@@ -11,7 +11,8 @@ import numpy as np
 
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.branch import Branch, Point
-from pairsim.solvers.curve_interpolant import CurveInterpolant, between
+from pairsim.solvers.curve_interpolant import CurveInterpolant
+from pairsim.solvers.distances import between
 from pairsim.solvers.snapshot import Snapshot
 
 # All constants were chosen.
@@ -19,7 +20,7 @@ HALVINGS = 5  # bisections of an interval with a change of sign in which Newton'
 ROUNDING = 1e-10  # |dU| up to which dU and its slopes are rounding error, as for equal rigid spheres [U_av]
 ALMOST = 0.05  # |dU| at an interpolated zero, relative to that at the neighbouring points, up to which it is accepted
 JUMP = 3.0  # a change of dU larger than that expected from the slopes by this factor is a jump between two meshes
-HIDDEN = 0.5  # interpolation error over dU_error below which no point is added
+HIDDEN = 0.3  # interpolation error over dU_error below which no point is added
 CLOSE = 0.1  # difference of log d below which no point is added between two others: it would show meshes, not dU
 
 
@@ -82,7 +83,7 @@ def interpolants(points: Sequence[Point]) -> list[CurveInterpolant]:
 def _unresolved(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
     """Neighbouring points between which a point should be added.
 
-    The interpolation error of some gap exceeds there both `tol` times the largest |dU| and half the errors of dU.
+    The interpolation error of some gap exceeds both `tol` times the largest |dU| and the part `HIDDEN` of dU_errors.
     """
     if len(points) < 2:
         return []

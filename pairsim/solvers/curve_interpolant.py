@@ -11,26 +11,10 @@ import numpy as np
 import scipy
 
 from pairsim.runtime.arrays import Array
+from pairsim.solvers.distances import WIDEST
 
-WIDEST = 2.0  # ratio of neighbouring distances above which nothing is said about what lies between them; chosen
 ORDER = 2.5  # with which the error of an interval falls with its width in log d; that of smooth curves is 4. Measured
 FINE = 64  # parts of an interval on which extrema and signs are looked for; chosen
-
-
-def between(places: Sequence[tuple[float, ...]], max_points: int) -> list[tuple[float, ...]]:
-    """Distances of a curve, with others added where neighbours are more than a factor `WIDEST` apart.
-
-    Args:
-        places: Distances of each point, all gaps equal, ascending or descending.
-        max_points: Largest number of points.
-    """
-    filled, room = list(places[:1]), max(max_points - len(places), 0)
-    for a, b in pairwise(places):
-        parts = int(np.ceil(abs(np.log(b[0] / a[0])) / np.log(WIDEST) - 1e-9))
-        inner = np.geomspace(a[0], b[0], max(parts, 1) + 1)[1:-1][:room]
-        room -= len(inner)
-        filled += [*((float(d),) * len(a) for d in inner), b]
-    return filled
 
 
 @dataclass(frozen=True)

@@ -90,3 +90,8 @@ class State:
     counts: Counts
     seconds: dict[str, float]
     errors: Errors | None = None
+
+    @property
+    def start_error(self) -> Array | float:
+        """Half-width of the error of dU in the state that the run started from; 0 if it is not estimated."""
+        return 0.0 if self.errors is None else self.errors.start

@@ -44,11 +44,13 @@ class SlowMotion:
         U: Change of the velocities of the particles [U_av], shape (N,).
         remainder: What the next terms of the series may add to every dU [U_av], shape (N-1,).
         response: For a pair, the change of dU to first order over the rate of the distance; else 0.
+        stretch: Derivative of the distances between centres when all those between surfaces change equally, (N-1,).
     """
 
     U: Array
     remainder: Array
     response: float
+    stretch: Array
 
 
 def slow_motion(steady: Steady, adjoints: Adjoints, t_relax: float, error: float) -> SlowMotion:
@@ -63,7 +65,7 @@ def slow_motion(steady: Steady, adjoints: Adjoints, t_relax: float, error: float
     y, fields = steady.y, steady.constraints.fields["U_p"]
     dU = np.diff(y[fields])
     count = len(dU)
-    still = SlowMotion(np.zeros(count + 1), np.zeros(count), 0.0)
+    still = SlowMotion(np.zeros(count + 1), np.zeros(count), 0.0, np.ones(count))
     if count == 0 or steady.problem.velocity is not None:
         return still
     fastest = float(np.abs(dU).max())
@@ -74,17 +76,18 @@ def slow_motion(steady: Steady, adjoints: Adjoints, t_relax: float, error: float
     neglected = moving_residual(steady, steady.parameters, y, rates @ tangents, rates) - steady.residual()
     first = -adjoints.velocities @ neglected
     response = float(np.diff(first)[0] / probe[0]) if count == 1 else 0.0
+    still = replace(still, response=response, stretch=stretch.sum(axis=1))
     if scale != 1.0:
-        return replace(still, U=first / scale if scale else 0 * first, response=response)
+        return replace(still, U=first / scale if scale else 0 * first)
     slopes = np.diff(tangents[:, fields], axis=1)  # of every dU (columns) by every distance (rows)
     rate = max(float(np.abs(rates / steady.parameters.gaps).max()), float(np.abs(rates @ slopes).max()) / fastest)
     passed = t_relax * rate
     bound = BOUND * passed * max(passed * fastest, float(np.abs(np.diff(first)).max()))
     if bound <= PART * error:
-        return SlowMotion(first, np.full(count, bound), response)
+        return replace(still, U=first, remainder=np.full(count, bound))
     second = _second(steady, adjoints, neglected, rates, np.diff(first), stretch)
     remainder, helps = np.abs(np.diff(second)), np.abs(np.diff(second)).max() < np.abs(np.diff(first)).max()
-    return SlowMotion(first + second if helps else first, remainder, response)
+    return replace(still, U=first + second if helps else first, remainder=remainder)
 
 
 def _centres(steady: Steady, parameters: Parameters, y: Array) -> Array:

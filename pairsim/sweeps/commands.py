@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from pairsim.config.case import Case, SceneCase
 from pairsim.config.case_file import case_from_dict, critical_from_dict, curve_from_dict
 from pairsim.config.cost import Estimate, critical_estimate, curve_estimate, run_estimate
@@ -21,9 +19,7 @@ from pairsim.config.curve_case import CriticalCase, CurveCase
 from pairsim.config.form_kinds import forms_of
 from pairsim.config.identity import identity_of
 from pairsim.results.columns import FORCES, gap_endings, relative_velocities
-from pairsim.results.curve_table import peak_of
 from pairsim.results.folders import read_record
-from pairsim.results.output import read_series
 from pairsim.runtime.errors import InputError
 
 Value = float | int | str | list[float] | list[bool] | None
@@ -142,7 +138,10 @@ def curve_result_columns(case: CurveCase) -> tuple[str, ...]:
 
 
 def read_curve(directory: Path) -> dict[str, Value]:
-    """Read the result columns of a curve; `zeros` and `stable` are lists in ascending d."""
+    """Read the result columns of a curve; `zeros` and what belongs to them are lists in ascending d."""
+    from pairsim.results.curve_table import peak_of
+    from pairsim.results.output import read_series
+
     values: dict[str, Value] = {}
     try:
         table = read_series(directory / "curve.csv")
@@ -155,7 +154,7 @@ def read_curve(directory: Path) -> dict[str, Value]:
             peak = peak_of(table, gap)
             found = {"d_peak": peak.d, "d_peak_error": peak.d_error, "dU_peak": peak.dU, "dU_error": peak.error}
             if f"mesh_error{gap}" in table:
-                found["mesh_error"] = float(table[f"mesh_error{gap}"][np.abs(table[f"d{gap}"] - peak.d).argmin()])
+                found["mesh_error"] = float(table[f"mesh_error{gap}"][abs(table[f"d{gap}"] - peak.d).argmin()])
             values |= {column + gap: value for column, value in found.items()}
         zeros = _rows(directory / "equilibria.csv")
         values["zeros"] = [float(row["d"]) for row in zeros]

@@ -82,7 +82,7 @@ def test_progress_as_json_is_json_in_every_line(pairsim: Pairsim, tmp_path: Path
     assert [lines[0]["event"], lines[-1]["event"]] == ["start", "answer"]
     assert {"fraction", "seconds", "text"} <= next(line for line in lines if line["event"] == "progress").keys()
     assert "mesh.Np = 8 is coarser" in lines[-1]["warnings"][0]
-    assert "The pair comes closer" in lines[-1]["text"]
+    assert "The pair is still starting up" in lines[-1]["text"]
 
 
 def test_a_command_ends_with_its_answer_and_a_quiet_one_with_its_folder(pairsim: Pairsim, tmp_path: Path) -> None:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import signal
 from typing import Any
 
 import pytest
+from mpi4py import MPI
 
 import pairsim
+from pairsim.runtime.errors import NoSteadyState
+from pairsim.runtime.signals import heed
 
 EXPERIMENT = {"tube": "50um", "particle": "15um", "viscosity": "0.05Pa.s", "relaxation": "20ms", "modulus": "500Pa"}
 CASE: dict[str, Any] = {"physical": {**EXPERIMENT, "flow_rate": "0.5ul/min"}, "accuracy": "5%"}
@@ -41,3 +45,30 @@ def test_a_soft_pair_that_starts_steady_has_no_start_up() -> None:
     steady = pairsim.run(keys, **FEW, start="steady")
     assert steady.answer.startswith("The pair separates: ")
     assert steady.record["settled"]["dU"] == pytest.approx(steady.table["dU"].iloc[-1:], rel=0.01)
+
+
+SOFT = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "mesh": {"Np": 8, "max_size": 0.3}, "time": {"end": 0.002}}
+
+
+@pytest.mark.parametrize("stopped", [False, True])
+def test_a_run_is_finished_without_its_quasi_steady_solution(stopped: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whether there is none or a signal came meanwhile."""
+
+    def settled(*_: object) -> None:
+        if stopped:
+            signal.raise_signal(signal.SIGTERM)
+        heed(MPI.COMM_WORLD)
+        raise NoSteadyState("the shapes end")
+
+    monkeypatch.setattr("pairsim.drivers.run_verdict.settled", settled)
+    result = pairsim.run(SOFT, **FEW, signals=True)
+    why = "the quasi-steady solution at the last distances was interrupted" if stopped else "the shapes end"
+    assert result.status == "finished"
+    assert f"Whether the start-up has decayed is not known: {why}." in result.answer
+
+
+def test_without_a_quasi_steady_state_a_run_cannot_start_from_it() -> None:
+    result = pairsim.run({**SOFT, "Ca_e": 1, "start": "steady"}, **FEW)
+    assert (result.status, result.reason) == ("failed", "no_steady_state")
+    assert "no quasi-steady state to start from" in result.message
+    assert result.message.endswith("try start: rest")

@@ -12,7 +12,8 @@ from support.points import made_point
 from support.scenes import traced
 
 from pairsim.solvers.curve import interpolants
-from pairsim.solvers.curve_interpolant import CurveInterpolant, between
+from pairsim.solvers.curve_interpolant import CurveInterpolant
+from pairsim.solvers.distances import between
 from pairsim.solvers.parameters import Parameters
 
 Function = Callable[[np.ndarray], np.ndarray]

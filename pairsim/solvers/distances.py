@@ -1,0 +1,26 @@
+"""The distances of a curve. Without numpy, so that the cost of a case can be told at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+WIDEST = 2.0  # ratio of neighbouring distances above which nothing is said about what lies between them; chosen
+
+
+def between(places: Sequence[tuple[float, ...]], max_points: int) -> list[tuple[float, ...]]:
+    """Distances of a curve, with others added where neighbours are more than a factor `WIDEST` apart.
+
+    Args:
+        places: Distances of each point, all gaps equal, ascending or descending.
+        max_points: Largest number of points, unless there are more places.
+    """
+    filled, room = list(places[:1]), max(max_points - len(places), 0)
+    for a, b in pairwise(places):
+        ratio = b[0] / a[0]
+        parts = math.ceil(abs(math.log(ratio)) / math.log(WIDEST) - 1e-9)
+        inner = [a[0] * ratio ** (i / parts) for i in range(1, parts)][:room]
+        room -= len(inner)
+        filled += [*((d,) * len(a) for d in inner), b]
+    return filled
