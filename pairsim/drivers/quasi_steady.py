@@ -62,7 +62,10 @@ def error_at(point: Point, gap: int, size: float) -> ErrorAt:
 
 def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list[str]:
     """Warnings of points at which particles move on too fast for a curve, relative to a velocity."""
-    parts = {where(point.parameters): float(point.motion.remainder.max()) / size for point in points}
+    parts = {
+        f"d = {', '.join(f'{d:.4g}' for d in dict.fromkeys(point.gaps))}": float(point.motion.remainder.max()) / size
+        for point in points
+    }
     far = [place for place, part in parts.items() if part > case.error_wanted]
     return moves_on(case, far, max(parts.values()))
 

@@ -86,8 +86,12 @@ def slow_motion(steady: Steady, adjoints: Adjoints, t_relax: float, error: float
     if bound <= PART * error:
         return replace(still, U=first, remainder=np.full(count, bound))
     second = _second(steady, adjoints, neglected, rates, np.diff(first), stretch)
-    remainder, helps = np.abs(np.diff(second)), np.abs(np.diff(second)).max() < np.abs(np.diff(first)).max()
-    return replace(still, U=first + second if helps else first, remainder=remainder)
+    sizes = np.abs(np.diff(first)), np.abs(np.diff(second))
+    if sizes[1].max() < sizes[0].max():
+        return replace(still, U=first + second, remainder=sizes[1])
+    # Without a slow manifold near, dU depends on the start, by no more than all that moving changes by its dimension.
+    most = max(float(sizes[0].max()), passed * fastest)
+    return replace(still, U=first, remainder=np.minimum(sizes[1], most))
 
 
 def _centres(steady: Steady, parameters: Parameters, y: Array) -> Array:
