@@ -9,11 +9,14 @@ MOST_DE = 5.0  # docs/explanation/limits.md
 
 
 def beyond_checked(case: SceneCase) -> list[str]:
-    """Warn of a De above all at which dU was compared with finer meshes; of `critical`, the largest that it follows."""
+    """Warn of particles at a De above all at which dU was compared with finer meshes.
+
+    Of `critical` it is the largest De that it follows.
+    """
     values = [case.De]
     if isinstance(case, CriticalCase):
         values += [De for line in (case.along, case.lines) if line for De in line.get("De", ())]
-    if (De := max(values)) <= MOST_DE:
+    if (De := max(values)) <= MOST_DE or case.n == 0:
         return []
     return [
         f"De = {De:g} is above {MOST_DE:g}, the largest at which dU was compared with finer meshes: the stress around "

@@ -20,7 +20,8 @@ def test_a_curve_keeps_its_accuracy() -> None:
     assert record["kept"]
     assert record["reference_dU"] == peak
     assert record["scout_d"] == [0.3, 0.2, 0.1]
-    assert record["reached"] == pytest.approx(result.table["dU_error"].max() / peak)
+    whole = result.table["dU_error"].max() / peak
+    assert 0.9 * whole < record["reached"] < whole, "meshes cannot reduce what the motion leaves"
     assert 0.003 < record["reached"] <= 0.03
     assert not result.warnings
 
