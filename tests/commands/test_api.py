@@ -286,8 +286,8 @@ def test_every_process_of_a_job_gets_the_result(empty: Path) -> None:
     first, second = ((empty / f"rank{rank}").read_text() for rank in (0, 1))
     assert first == second
     assert first.split()[2] == "out"
-    # Repetitions on one process are identical; on two MUMPS adds contributions as they come in, the last step of Newton's
-    # method is solved to a part of itself only, and what motion adds comes from second differences of the residual.
+    # Repetitions on one process are identical; on two MUMPS adds contributions as they come in, the last step of
+    # Newton's method is solved to a part of itself only, and what motion adds has second differences of the residual.
     assert float(first.split()[0]) == pytest.approx(float(first.split()[1]), rel=1e-8)
 
 
