@@ -105,7 +105,8 @@ Rows = Annotated[float, _zero_or(0.05, 1e4), BeforeValidator(_zero_or_at_least(0
 # A much narrower gap needs more cells than fit in memory, and gmsh does not report that.
 Distance = Annotated[float, Field(ge=1e-4, le=1e4), BeforeValidator(number)]
 Gap = Annotated[float, Field(ge=0, le=1e4), BeforeValidator(number)]
-Time = Annotated[float, Field(ge=1e-9, le=1e6), BeforeValidator(number)]
+MOST_TIME = 1e6
+Time = Annotated[float, Field(ge=1e-9, le=MOST_TIME), BeforeValidator(number)]
 Tolerance = Annotated[float, Field(ge=1e-9, le=0.1), BeforeValidator(number)]
 CurveTolerance = Annotated[float, Field(ge=1e-9, le=1), BeforeValidator(number)]
 Velocity = Annotated[float, Field(ge=-1e3, le=1e3), BeforeValidator(number)]

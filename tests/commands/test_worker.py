@@ -172,7 +172,7 @@ def test_child_dies_with_its_parent() -> None:
 def test_warming_up_compiles_all_that_a_case_needs_after_a_killed_compilation(tmp_path: Path) -> None:
     """A cache in which a killed process has begun a module: it is cleared, and a run then compiles nothing more."""
     environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
-    kinds = ["newtonian:moving", "neo-hookean"]
+    kinds = ["newtonian:moving", "neo-hookean", "newtonian:moving:enriched", "neo-hookean:enriched"]
     forms = module_command("pairsim.fem.form_cache", *kinds)
 
     def modules() -> set[str]:

@@ -20,6 +20,7 @@ from pairsim.config.case_file import case_from_dict, curve_from_dict, load_case,
 from pairsim.config.cost import curve_estimate, run_estimate
 from pairsim.config.curve_case import CurveCase
 from pairsim.config.schema import schema_rows
+from pairsim.runtime.errors import InputError
 
 MINIMAL = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}
 
@@ -227,3 +228,11 @@ def test_an_estimate_says_that_the_mesh_is_adapted() -> None:
     assert "adapted" not in str(curve_estimate(curve_from_dict({**curve, "accuracy": "1%"}, "test")))
     run = case_from_dict({**MINIMAL, "accuracy": "0.3%"}, "test")
     assert str(run_estimate(run)).endswith("what the run needs is known after a coarse one")
+
+
+def test_a_huge_softness_is_the_only_mistake_that_is_told_of() -> None:
+    """The end of a run follows from Ca_e, and must not be out of range with it."""
+    with pytest.raises(InputError) as caught:
+        case_from_dict({"beta": 0.4, "De": 0, "Ca_e": 1e16, "d0": 0.1}, "test")
+    assert "Ca_e" in str(caught.value)
+    assert "time.end" not in str(caught.value)
