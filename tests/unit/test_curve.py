@@ -14,6 +14,7 @@ from support.scenes import traced
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.critical import same_zero
 from pairsim.solvers.curve import Zero, equilibria, find_zeros, interpolants, trace
+from pairsim.solvers.distances import WIDEST
 from pairsim.solvers.parameters import Parameters
 
 
@@ -93,7 +94,8 @@ def test_distances_that_were_asked_for_are_marked_and_never_left_out() -> None:
     assert [(point.d, wanted) for point, wanted in marked] == [(0.8, True), (0.05, True), (0.04, True)]
     marked = list(trace(solver, [(0.8,), (0.05,), (0.04,)], 1e-2, 100))
     assert [point.d for point, wanted in marked if wanted] == [0.8, 0.05, 0.04]
-    assert len(marked) == 6, "no neighbours are more than a factor of two apart"
+    d = np.sort([point.d for point, _ in marked])
+    assert (d[1:] / d[:-1]).max() <= WIDEST
 
 
 def test_a_zero_within_the_mesh_error_is_called_uncertain() -> None:
