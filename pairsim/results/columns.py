@@ -49,6 +49,10 @@ COLUMNS: tuple[Column, ...] = (
     Column("stretch", r"\mathrm{d}c/\mathrm{d}d", "rate of the centres of volume, dU, over that of the surfaces", ""),
     Column("stretch_i", r"\mathrm{d}c_i/\mathrm{d}d", "the same when all distances change together", ""),
     Column("t_relax", r"t_r", "slowest decay time of a disturbance at held distance", TIME),
+    Column(
+        "drift", r"\delta", "in folders of earlier versions: dU is that at held distance, and this is added", VELOCITY
+    ),
+    Column("drift_i", r"\delta_i", "in folders of earlier versions: the same for dU_i", VELOCITY),
     Column("D_L", r"D_L", "Taylor parameter (L_z - L_r)/(L_z + L_r) of the leading particle", ""),
     Column("D_T", r"D_T", "Taylor parameter (L_z - L_r)/(L_z + L_r) of the trailing particle", ""),
     Column("D_i", r"D_i", "Taylor parameter (L_z - L_r)/(L_z + L_r) of particle i, counted from upstream", ""),
