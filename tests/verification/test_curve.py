@@ -83,7 +83,7 @@ def test_equal_rigid_spheres_in_a_newtonian_liquid_keep_their_distance() -> None
 
 def test_rounding_has_neither_zeros_nor_bends() -> None:
     solver = branch(case(Ca_e=0, d=(0.4,), mesh={"Np": 8}))
-    found = traced(solver, [(0.4,), (0.2,), (0.1,), (0.05,)], 2e-3, 20)
+    found = traced(solver, [(0.4,), (0.24,), (0.14,), (0.08,)], 2e-3, 20)
     assert len(found) == 4
     assert list(find_zeros(solver, found)) == []
     solver.close()
