@@ -44,7 +44,12 @@ def moving_residual(
     if scene.polymer is not None and stress:
         x_t = constraints.N @ y_t + constraints.C @ h_t
         vertices = liquid.six_node_mesh.vertices
-        for c, frame in enumerate((float(np.mean(U - means)), 0.0)):
+        # The mesh goes with the particles by what is left of U without the motion of their surfaces: all of it where
+        # distances are held, the common velocity where they change at the rates that belong to U.
+        still = y.copy()
+        still[constraints.fields["U_p"]] = U - means
+        frames = (constraints.N @ still)[liquid.index("w", vertices, 0)], np.zeros(len(vertices))
+        for c, frame in enumerate(frames):
             x[liquid.index("w", vertices, c)] = frame + x_t[liquid.index("eta", vertices, c)]
         star = x[: liquid.size].copy()
         start, stop = liquid.offsets["s"], liquid.offsets["s"] + liquid.nodal("s", x).size
