@@ -105,7 +105,7 @@ def growth() -> dict[str, dict[str, Any]]:
             mesh = {"Np": round(cells["Np"] / scale), "max_size": cells["max_size"] * scale, "growth": 0.15 * scale}
             keys = {"beta": 0.4, "De": De, "Ca_e": 0.1, "ends": "developed", "length": "auto", "d": (0.1,)}
             case = curve_from_dict({**keys, "mesh": mesh}, "growth")
-            start = Parameters((0.1,), case.Ca_es, case.De)
+            start = Parameters((0.1,), case.solid_models, case.liquid_model)
             branch = Branch(MPI.COMM_WORLD, steady_problem(case, 0.1), start, mesh_error=False)
             scene, newton = branch.fine, branch.fine.newton
             newton.factor_at(scene.y)

@@ -30,7 +30,7 @@ import pairsim
 import pairsim.runtime.fenicsx  # orders MPI ahead of everything compiled
 from pairsim.config.case_file import case_from_dict, curve_from_dict
 from pairsim.drivers.problems import problem_of, steady_problem
-from pairsim.fem import phases
+from pairsim.fem import compiled_phase
 from pairsim.fem.jit import JIT_OPTIONS
 from pairsim.solvers.branch import Branch
 from pairsim.solvers.newton_options import MumpsOptions
@@ -178,7 +178,7 @@ def ends() -> None:
 def branch_of(d: float, mesh_error: bool, **changes: object) -> Branch:
     """Branch of the pair at distance d, on the mesh of a curve down to d = 0.02 or to d if that is smaller."""
     case = curve_from_dict({"beta": 0.4, "De": 0, "Ca_e": 0.1, **changes, "d": (d,)}, "benchmark")
-    start = Parameters((d,), case.Ca_es, case.De)
+    start = Parameters((d,), case.solid_models, case.liquid_model)
     return Branch(MPI.COMM_WORLD, steady_problem(case, min(d, 0.02)), start, mesh_error)
 
 
@@ -275,15 +275,15 @@ def moving() -> None:
 
 @contextmanager
 def compiled_with(name: str, value: Any) -> Iterator[None]:
-    """Context in which forms are compiled with another constant of `phases`, which cannot be set in a case file."""
-    own = getattr(phases, name)
-    setattr(phases, name, value)
-    phases._COMPILED.clear()
+    """Context in which forms are compiled with another constant of `compiled_phase`, which no case sets."""
+    own = getattr(compiled_phase, name)
+    setattr(compiled_phase, name, value)
+    compiled_phase._COMPILED.clear()
     try:
         yield
     finally:
-        setattr(phases, name, own)
-        phases._COMPILED.clear()
+        setattr(compiled_phase, name, own)
+        compiled_phase._COMPILED.clear()
 
 
 def savings() -> None:

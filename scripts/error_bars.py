@@ -96,11 +96,11 @@ def solve(name: str, scene: dict[str, Any], mesh: str) -> list[Row]:
     case = case_of(name, scene, mesh)
     ensure_compiled(MPI.COMM_SELF, forms_of(case), print)
     places, begin = solution_order(case), time.perf_counter()
-    start = Parameters(places[0], case.Ca_es, case.De)
+    start = Parameters(places[0], case.solid_models, case.liquid_model)
     try:
         narrowest = min(place[0] for place in places)
         branch = Branch(MPI.COMM_SELF, steady_problem(case, narrowest), start, mesh_error=mesh in JUDGED)
-        points = [branch.at(Parameters(place, case.Ca_es, case.De)) for place in places]
+        points = [branch.at(Parameters(place, case.solid_models, case.liquid_model)) for place in places]
         unknowns = branch.fine.constraints.size
         branch.close()
         seconds = time.perf_counter() - begin

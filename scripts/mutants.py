@@ -20,6 +20,7 @@ TARGETS = (
     "pairsim/fem/constraints.py",
     "pairsim/fem/scene_constraints.py",
     "pairsim/fem/reduced_matrix.py",
+    "pairsim/fem/compiled_phase.py",
     "pairsim/fem/phases.py",
     "pairsim/solvers/history.py",
     "pairsim/solvers/transient.py",

@@ -299,7 +299,7 @@ def _draw_fields(panels: Sequence[Panel], results: Results, page: Page) -> Canva
 def _layer(panel: Panel, case: Any, view: View) -> Layer:
     """The field of a panel: in the liquid, or in the particles in units of G_p."""
     name = panel.y[0]
-    values = layer_of(name, FIELDS[name], [view], case.parameters).values[0]
+    values = layer_of(name, FIELDS[name], [view]).values[0]
     if not panel.in_G_p:
         return Layer([values], FIELDS[name].label, liquid=True, solid=False, diverging=True)
     scaled = values * max(listed(case.parameters["Ca_e"]))

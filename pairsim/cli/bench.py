@@ -5,36 +5,71 @@ Large libraries are imported inside the commands, so that --help and input error
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable, Mapping
+from inspect import Parameter, signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from pairsim.cli.options import print_table, usable
+from pairsim.physics import liquids, solids
+from pairsim.physics.declared import DIMENSIONS, FLAT, LAWS, PARAMETERS
+from pairsim.physics.material import Dimension
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
     from pairsim.config.bench_report import BenchReport
 
 app = typer.Typer()
+PURE = [name for name, each in PARAMETERS.items() if each.parameter.dimension is None]
+"""Parameters of laws that are pure numbers."""
 
 
 def _option(name: str, what: str, example: str, *more: str) -> Any:
     return typer.Option(name, *more, metavar="QUANTITY", help=f"{what}; example: {example}.", show_default=False)
 
 
+def _with_materials(function: Callable[..., None]) -> Callable[..., None]:
+    """Add the options of all materials: the quantities that they follow from, and the pure numbers of their laws."""
+
+    def of_quantity(each: Dimension) -> Any:
+        option = _option(f"--{each.key.replace('_', '-')}", _sentence(each.words), _example(each))
+        return Annotated[str | None, option]
+
+    def of_number(name: str, words: str) -> Any:
+        return Annotated[float | None, typer.Option(f"--{name}", metavar="NUMBER", help=f"{_sentence(words)}.")]
+
+    options = {key: of_quantity(each) for key, each in DIMENSIONS.items()}
+    options |= {name: of_number(name, PARAMETERS[name].parameter.words) for name in PURE}
+    own = signature(function, eval_str=True)
+    kept = [each for each in own.parameters.values() if each.kind is not Parameter.VAR_KEYWORD]
+    added = [Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=kind) for name, kind in options.items()]
+    function.__signature__ = own.replace(parameters=[*kept, *added])  # type: ignore[attr-defined]
+    function.__annotations__ = {each.name: each.annotation for each in (*kept, *added)}
+    return function
+
+
+def _example(dimension: Dimension) -> str:
+    return dimension.example.format(**dict.fromkeys(dimension.of_unit, 0.6)).replace(" ", "")
+
+
+def _sentence(words: str) -> str:
+    return words[0].upper() + words[1:]
+
+
 @app.command(
-    epilog="Example: pairsim units --tube 50um --particle 20um --flow 1ul/min --modulus 5kPa --viscosity 1Pa.s "
-    "--relaxation 2ms -o case.yaml"
+    epilog="Examples: pairsim units --tube 50um --particle 20um --flow 1ul/min --modulus 5kPa --viscosity 1Pa.s "
+    "--relaxation 2ms -o case.yaml | pairsim units --liquid power-law --n 0.6 --consistency 0.5Pa.s^0.6 --tube 50um "
+    "--particle 20um --flow 1ul/min --modulus 5kPa"
 )
+@_with_materials
 def units(
     tube: Annotated[str, _option("--tube", "Inner diameter of the tube", "50um")],
     particle: Annotated[
         list[str],
         _option("--particle", "Diameter of the particles (repeat for one value each, from upstream)", "20um"),
-    ],
-    viscosity: Annotated[
-        str, _option("--viscosity", "Zero-shear viscosity of the liquid, including the solvent", "1Pa.s")
     ],
     flow: Annotated[str | None, _option("--flow", "Flow rate", "1ul/min")] = None,
     velocity: Annotated[
@@ -46,10 +81,18 @@ def units(
     young: Annotated[
         list[str] | None, _option("--young", "Young's modulus E = 3 G_p, in place of --modulus", "15kPa")
     ] = None,
-    relaxation: Annotated[
-        str | None, _option("--relaxation", "Relaxation time of the liquid (default: Newtonian)", "2ms")
+    liquid: Annotated[
+        str | None,
+        typer.Option(
+            "--liquid", metavar="LAW", help=f"Law of the liquid: {', '.join(liquids.LAWS)}.", show_default=False
+        ),
     ] = None,
-    solvent: Annotated[str | None, _option("--solvent", "Viscosity of the solvent", "1mPa.s")] = None,
+    solid: Annotated[
+        str | None,
+        typer.Option(
+            "--solid", metavar="LAW", help=f"Law of the particles: {', '.join(solids.LAWS)}.", show_default=False
+        ),
+    ] = None,
     density: Annotated[
         str | None, _option("--density", "Density of the liquid (default: that of water)", "1000kg/m^3")
     ] = None,
@@ -70,6 +113,7 @@ def units(
         Path | None, typer.Option("-o", "--output", help="Write a case file to this path.", callback=usable)
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing case file.")] = False,
+    **of_materials: Any,
 ) -> None:
     """Compute the dimensionless numbers and scales of an experiment; with -o also write a case file.
 
@@ -84,12 +128,13 @@ def units(
     if end is not None and kind != "run":
         raise InputError("pairsim units", "--end", end, f"must be left out with --kind {kind}")
     quantities = {
-        **{"tube": tube, "particle": _one(particle), "flow_rate": flow, "velocity": velocity, "viscosity": viscosity},
-        **{"modulus": _one(modulus), "young": _one(young), "relaxation": relaxation, "solvent": solvent},
+        **{"tube": tube, "particle": _one(particle), "flow_rate": flow, "velocity": velocity},
+        **{"modulus": _one(modulus), "young": _one(young)},
+        **{key: of_materials[key] for key in DIMENSIONS},
         **{"density": density, "distance": _one(distance), "end": end},
     }
     given = {key: value for key, value in quantities.items() if value is not None}
-    written: dict[str, Any] = {"physical": given}
+    written: dict[str, Any] = {"physical": given, **_laws(liquid, solid, of_materials)}
     if len(particle) != 1:
         written["particles"] = len(particle)
     if not modulus and not young:
@@ -107,9 +152,36 @@ def units(
         body = yaml.safe_dump(written, sort_keys=False, allow_unicode=True)
         _write(output, "".join(f"# {line}\n" for line in _comments(report, kind)) + body)
     _show(report)
+    for note in case.notes:
+        typer.echo(f"note: {note}")
     if output is not None:
         typer.echo(str(output))
         typer.echo(f"next: pairsim {kind} {output} --dry-run", err=True)
+
+
+def _laws(liquid: str | None, solid: str | None, numbers: Mapping[str, Any]) -> dict[str, Any]:
+    """The keys of the laws and of their pure numbers in a case."""
+    found: dict[str, Any] = {}
+    blocks = {"liquid": {"law": liquid}, "solid": {"law": solid}}
+    for name in PURE:
+        if (value := numbers[name]) is None:
+            continue
+        laws = PARAMETERS[name].laws
+        place = next((place for place, block in blocks.items() if block["law"] in laws), None)
+        if name in FLAT:
+            found[name] = value
+        elif place is None and not {liquid, solid} - {None, *LAWS}:  # of a law that does not exist
+            raise InputError("pairsim units", f"--{name}", value, f"must be left out, or be given with {_either(laws)}")
+        elif place is not None:
+            blocks[place][name] = value
+    for place, block in blocks.items():
+        if block["law"] is not None:
+            found[place] = block if len(block) > 1 else block["law"]
+    return found
+
+
+def _either(laws: list[str]) -> str:
+    return " or ".join(f"--{'liquid' if law in liquids.LAWS else 'solid'} {law}" for law in laws)
 
 
 def _check_free(output: Path | None, overwrite: bool) -> None:
@@ -135,7 +207,11 @@ def _of_options(error: InputError) -> InputError:
     """The same error with options of `pairsim units` in place of keys of the `physical` block."""
 
     def options(text: str) -> str:
-        return text.replace("physical.", "--").replace("--flow_rate", "--flow")
+        for name, each in PARAMETERS.items():
+            if each.parameter.dimension is not None:
+                text = re.sub(rf"^(?:liquid|solid)\.{name}$", f"physical.{each.parameter.dimension.key}", text)
+        text = re.sub(r"physical\.(\w+)", lambda key: f"--{key[1].replace('_', '-')}", text)
+        return re.sub(r"\b(?:liquid|solid)\.(\w+)", r"--\1", text.replace("--flow-rate", "--flow"))
 
     first, *rest = (InputError(m.file, options(m.key), m.value, options(m.allowed)) for m in error.mistakes)
     return InputError(first.file, first.key, first.value, first.allowed, others=rest)

@@ -15,6 +15,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
+from pairsim.config.materials import cells_of
 from pairsim.config.values import DIAMETERS, is_finite
 
 LEAST_PERCENT, MOST_PERCENT = 0.01, 20.0
@@ -44,9 +45,6 @@ Accuracy = Annotated[
     BeforeValidator(percentage),
 ]
 Liquid = Literal["newtonian", "thinning", "hardening"]
-# A Giesekus or PTT liquid with a smaller alpha or epsilon gets the cells of a liquid that hardens in extension, such as
-# Oldroyd-B. The threshold is a guess: measured were alpha 0.2, epsilon 0.25 and Oldroyd-B.
-LEAST_THINNING = 0.1
 # Length of cells across the tube on the axis over that at the wall, in rows of runs in viscoelastic liquids. While the
 # flow starts, the stress varies most next to the wall, and what equal cells leave of it flows past the pair.
 # Quasi-steady pairs gain nothing by it (docs/notebook/adaptation.md).
@@ -82,7 +80,7 @@ class Settings:
     """Discretisation settings for one value of `accuracy`.
 
     Attributes:
-        newtonian: Cells in a Newtonian liquid.
+        newtonian: Cells in a liquid without a memory.
         thinning: Cells in a shear-thinning viscoelastic liquid, whose polymer stress is advected far downstream.
         hardening: Cells in a viscoelastic liquid that hardens in extension, with thin stress layers at the particles.
         s_jump: Change of log c within a cell above which larger errors of dU were measured.
@@ -122,7 +120,7 @@ class Settings:
             A new dict with the settings added.
         """
         in_time = "time" in fields
-        groups = {"mesh": self.mesh(liquid_of(case), _diameters(case), in_time)}
+        groups = {"mesh": self.mesh(cells_of(case), _diameters(case), in_time)}
         if in_time:
             groups["time"] = {"tol": self.time_tol}
         filled = ({"tol": self.curve_tol} if "tol" in fields else {}) | case
@@ -131,17 +129,6 @@ class Settings:
             if isinstance(given, dict):  # other types are rejected by the validation
                 filled[name] = values | given
         return filled
-
-
-def liquid_of(case: dict[str, Any]) -> Liquid:
-    """The kind of liquid that decides the cells of a case, which need not be validated yet."""
-    De, law = case.get("De"), case.get("liquid") or "giesekus"
-    if not isinstance(De, (int, float)) or De <= 0 or law == "newtonian":
-        return "newtonian"
-    if law in ("oldroyd-b", "fene-p"):
-        return "hardening"
-    mobility = case.get("alpha" if law == "giesekus" else "epsilon")
-    return "hardening" if isinstance(mobility, (int, float)) and mobility < LEAST_THINNING else "thinning"
 
 
 def _diameters(case: dict[str, Any]) -> list[float]:

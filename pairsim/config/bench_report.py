@@ -10,7 +10,7 @@ from typing import Any
 from pairsim.config.case import Case, SceneCase
 from pairsim.config.checked_range import beyond_checked
 from pairsim.config.curve_case import CriticalCase, CurveCase
-from pairsim.physics.materials.polymer import PARAMETERS
+from pairsim.config.materials import declared_in, is_viscous
 
 WATER = "1000 kg/m^3"
 DEFAULTS = {"density": WATER}
@@ -76,15 +76,21 @@ def bench_report(case: SceneCase, given: Mapping[str, Any]) -> BenchReport:
     """
     assert case.physical is not None
     assert case.scales is not None
-    assert case.physical.reynolds is not None
-    scales, Re = case.scales, case.physical.reynolds
+    scales, Re = case.scales, case.physical.reynolds(case.scales)
+    assert Re is not None
     beta, Ca_e = max(case.betas), max(case.Ca_es)
+    material = bool(case.liquid_model.modes) or is_viscous(dict(case))
     particle_Re = Re * beta**2
     rows = [
         Row("beta", _list(case.beta), "particle over tube diameter, D_p/D_c"),
-        Row("De", f"{case.De:.4g}", "Deborah number lambda U_av/D_c"),
+        *([] if is_viscous(dict(case)) else [Row("De", f"{case.De:.4g}", "Deborah number lambda U_av/D_c")]),
         Row("Ca_e", _list(case.Ca_e), "elastic capillary number eta_0 U_av/(D_c G_p)"),
-        *([Row("xi", f"{case.xi:.4g}", "solvent over total viscosity")] if case.polymer else []),
+        *([Row("xi", f"{case.xi:.4g}", "solvent over total viscosity")] if case.liquid_model.modes else []),
+        *(
+            Row(each.key, f"{each.value:.4g}", each.parameter.words)
+            for each in declared_in(dict(case))
+            if each.value is not None and (any(case.Ca_es) if each.key.startswith("solid") else material)
+        ),
         *([Row(*_distances(case), "distance between the surfaces over tube diameter")] if case.n > 1 else []),
         Row("Re", f"{Re:.3g}", "Reynolds number rho U_av D_c/eta_0"),
         Row("Re beta^2", f"{particle_Re:.3g}", "Reynolds number of a particle"),
@@ -93,6 +99,7 @@ def bench_report(case: SceneCase, given: Mapping[str, Any]) -> BenchReport:
         Row("length", f"{scales.length * 1e6:.4g} um", "tube diameter D_c"),
         Row("velocity", f"{scales.velocity * 1e3:.4g} mm/s", "mean velocity U_av"),
         Row("time", f"{scales.time * 1e3:.4g} ms", "D_c/U_av"),
+        Row("viscosity", f"{scales.viscosity:.4g} Pa s", "eta_0"),
         Row("stress", f"{scales.stress:.4g} Pa", "eta_0 U_av/D_c"),
     ]
     drive = max(Ca_e, case.De)
@@ -117,15 +124,17 @@ def _list(value: Any) -> str:
 
 def _defaults(case: SceneCase, given: Mapping[str, Any]) -> list[str]:
     taken = []
-    if "relaxation" not in given:
+    modes = case.liquid_model.modes
+    if not modes and not is_viscous(dict(case)):
         taken.append("no relaxation time: the liquid is Newtonian (De = 0)")
-    elif case.law is not None:
-        parameters = ", ".join(
-            f"{k} = {getattr(case.law, k):g}" for k, laws in PARAMETERS.items() if case.law.name in laws
-        )
-        taken.append(f"liquid: {case.law.name}" + (f" with {parameters}" if parameters else ""))
-        if "solvent" not in given:
-            taken.append(f"solvent viscosity: xi = {case.xi:g} of the total")
+    elif modes and case.liquid is None:
+        parameters = ", ".join(f"{name} = {value:g}" for name, value in modes[0].numbers.items())
+        taken.append(f"liquid: {modes[0].name}" + (f" with {parameters}" if parameters else ""))
+    elif modes:
+        own = [each for each in declared_in(dict(case)) if each.value is None and each.key.partition(".")[0] != "solid"]
+        taken += [f"{each.key} = {each.parameter.default:g}" for each in own]
+    if modes and "solvent" not in given:
+        taken.append(f"solvent viscosity: xi = {case.xi:g} of the total")
     if "modulus" not in given and "young" not in given:
         taken.append("no modulus: the particles are rigid (Ca_e = 0)")
     if "distance" not in given:
@@ -146,9 +155,9 @@ def _warnings(case: SceneCase, small_inertia: bool) -> list[str]:
                 f"Ca_e = {Ca_e:.3g} exceeds about {limit:.2g}, the largest value at which pairs of beta {beta:.3g} had "
                 "steady shapes in a Newtonian liquid: the particles may stretch without limit"
             )
-    if case.De == 0 and not any(case.Ca_es):
+    if not case.liquid_model.modes and not any(case.Ca_es):
         warnings.append(
-            "rigid particles in a Newtonian liquid keep their distance: only inertia, neglected here, changes it"
+            "rigid particles in a liquid without a memory keep their distance: only inertia, neglected here, changes it"
         )
     elif not small_inertia:
         warnings.append(

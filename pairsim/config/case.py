@@ -6,24 +6,31 @@ validates YAML files against them; `pairsim.config.wording` writes the error mes
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, create_model, model_validator
 
 from pairsim.config.accuracy import (
     DEFAULT,
-    LEAST_THINNING,
     PIPE_CELL,
     ROW_GRADING,
     SETTINGS,
     Accuracy,
     is_level,
-    liquid_of,
     percent,
     percentage,
     settings_of,
 )
 from pairsim.config.default_end import DEFAULT_END, SHORTEST_RUN, default_end
+from pairsim.config.material_keys import material_fields
+from pairsim.config.materials import (
+    cells_of,
+    is_viscous,
+    liquid_block,
+    liquid_of,
+    resolved_materials,
+    solids_of,
+)
 from pairsim.config.physical import Physical
 from pairsim.config.values import (
     Capillary,
@@ -33,8 +40,6 @@ from pairsim.config.values import (
     Deborah,
     Diameter,
     Distance,
-    Epsilon,
-    Extensibility,
     Fraction,
     Gap,
     Grading,
@@ -48,8 +53,11 @@ from pairsim.config.values import (
     TubeLength,
     Whole,
 )
-from pairsim.physics.materials.polymer import PARAMETERS, Law, Name, Polymer
+from pairsim.physics import liquids, solids
+from pairsim.physics.declared import FLAT
+from pairsim.physics.liquids import Liquid
 from pairsim.physics.scales import Scales
+from pairsim.physics.solids import Solid
 
 MOST_OUTPUTS = 10_000
 
@@ -66,14 +74,13 @@ class MeshOptions(_Options):
         ge=6,
         le=1000,
         description="least number of cells on the half-circle of each particle (default: by accuracy; at "
-        f"{DEFAULT}, {SETTINGS[DEFAULT].newtonian.Np} in a Newtonian liquid, {SETTINGS[DEFAULT].hardening.Np} in "
-        "Oldroyd-B, FENE-P and liquids with alpha or epsilon below "
-        f"{LEAST_THINNING:g}, {SETTINGS[DEFAULT].thinning.Np} in other liquids)",
+        f"{DEFAULT}, {SETTINGS[DEFAULT].newtonian.Np} in a liquid without a memory, {SETTINGS[DEFAULT].hardening.Np} "
+        f"in one that hardens in extension, {SETTINGS[DEFAULT].thinning.Np} in other liquids)",
     )
     grading: Grading = Field(
         SETTINGS[DEFAULT].thinning.grading,
         description="length of the cells at the poles of a particle over that at its equator, of Np cells in all "
-        "(default: by accuracy; 1 in a Newtonian liquid, in Oldroyd-B and FENE-P)",
+        "(default: by accuracy; 1 in a liquid without a memory, and in one that hardens in extension)",
     )
     growth: Growth = Field(0.15, description="growth of the cell size per unit distance from a particle")
     gap_cells: CellCount = Field(0, description="cells across a gap between particles (0: Np/4)")
@@ -84,7 +91,7 @@ class MeshOptions(_Options):
     max_size: CellSize = Field(
         SETTINGS[DEFAULT].thinning.max_size,
         description="largest cell size [D_c] (default: by accuracy; at "
-        f"{DEFAULT}, {SETTINGS[DEFAULT].newtonian.max_size:g} in a Newtonian liquid, in others the smaller of "
+        f"{DEFAULT}, {SETTINGS[DEFAULT].newtonian.max_size:g} in a liquid without a memory, in others the smaller of "
         f"{SETTINGS[DEFAULT].thinning.max_size:g} and {SETTINGS[DEFAULT].thinning.per_beta:g} beta, without particles "
         f"{PIPE_CELL:g})",
     )
@@ -92,7 +99,7 @@ class MeshOptions(_Options):
     rows: Rows = Field(
         SETTINGS[DEFAULT].thinning.rows,
         description="distance from the particles beyond which cells lie in rows along the tube [D_c] (default: by "
-        "accuracy; 0, no rows, in a Newtonian liquid and without particles)",
+        "accuracy; 0, no rows, in a liquid without a memory and without particles)",
     )
     row_grading: Grading = Field(
         1.0,
@@ -149,34 +156,40 @@ class OutputOptions(_Options):
     )
 
 
-class SceneCase(_Options):
-    """Keys that run, curve and critical share. beta, Ca_e: one value for all particles, or a list from upstream."""
-
-    kind: ClassVar[str]
-    """The command that the case is for."""
+class _Scene(_Options):
+    """The keys that come before those of the laws."""
 
     beta: Diameter | tuple[Diameter, ...] | None = Field(
         None, description="particle over tube diameter D_p/D_c, between 0 and 1"
     )
-    De: Deborah = Field(description="Deborah number lambda U_av/D_c; 0 is a Newtonian liquid")
+    De: Deborah = Field(
+        description="Deborah number lambda U_av/D_c; 0 is a liquid without elasticity. Not needed with a liquid whose "
+        "law is a viscosity"
+    )
     Ca_e: Capillary | tuple[Capillary, ...] | None = Field(
         None, description="elastic capillary number eta_0 U_av/(D_c G_p); 0 is a rigid particle"
     )
     name: CaseName | None = Field(None, description="name of the folder for the results")
     particles: Whole = Field(2, ge=0, le=50, description="number of particles on the axis")
     xi: SolventPart = Field(0.09, description="solvent viscosity over eta_0 (De > 0)")
-    liquid: Literal["newtonian", Name] | None = Field(
-        None, description="constitutive law; default: giesekus, newtonian at De = 0"
-    )
-    alpha: Fraction | None = Field(
-        None, description=f"mobility of the Giesekus liquid; default: 0.2 (liquid: {', '.join(PARAMETERS['alpha'])})"
-    )
-    epsilon: Epsilon | None = Field(
-        None, description=f"extensional parameter of the PTT liquids (liquid: {', '.join(PARAMETERS['epsilon'])})"
-    )
-    L2: Extensibility | None = Field(
-        None, description=f"largest trace of the conformation tensor (liquid: {', '.join(PARAMETERS['L2'])})"
-    )
+
+
+if TYPE_CHECKING:
+
+    class _WithMaterials(_Scene):
+        liquid: Any
+        solid: Any
+
+else:
+    _WithMaterials = create_model("_WithMaterials", __base__=_Scene, **material_fields())
+
+
+class SceneCase(_WithMaterials):
+    """Keys that run, curve and critical share. beta, Ca_e: one value for all particles, or a list from upstream."""
+
+    kind: ClassVar[str]
+    """The command that the case is for."""
+
     length: TubeLength | Literal["auto"] | None = Field(
         None,
         description="tube length [D_c]; default: 50 times the largest beta, 10 without particles; auto (with developed "
@@ -193,15 +206,19 @@ class SceneCase(_Options):
     )
     mesh: MeshOptions = MeshOptions()
     physical: Physical | None = Field(
-        None, description="the case in physical units, in place of beta, De, Ca_e, xi, the distances and time.end"
+        None,
+        description="the case in physical units, in place of beta, De, Ca_e, xi, the distances and time.end, "
+        "and of parameters of the laws",
     )
 
     @model_validator(mode="before")
     @classmethod
     def _with_settings(cls, data: Any) -> Any:
-        """Fill in the settings of `accuracy`; an invalid value of it is rejected by its own field."""
+        """Fill in the settings of `accuracy`, and De = 0 where a liquid has none; invalid values are rejected later."""
         if not isinstance(data, dict):
             return data
+        if is_viscous(data):
+            data = {"De": 0.0} | data
         try:
             accuracy = percentage(data.get("accuracy", DEFAULT))
         except ValueError:
@@ -219,7 +236,7 @@ class SceneCase(_Options):
         if is_level(self.accuracy) or self.n < 2 or self.driven[1] is not None:
             return False
         in_time = "time" in type(self).model_fields
-        set_by_accuracy = settings_of(self.accuracy).mesh(liquid_of(dict(self)), self.betas, in_time)
+        set_by_accuracy = settings_of(self.accuracy).mesh(cells_of(dict(self)), self.betas, in_time)
         return self.mesh == MeshOptions(**set_by_accuracy)
 
     @property
@@ -248,24 +265,19 @@ class SceneCase(_Options):
         return 1.0, None
 
     @property
-    def law(self) -> Law | None:
-        """The constitutive law of the liquid, None if it is Newtonian; the only place where this is decided."""
-        name = self.liquid or "giesekus"
-        if self.De == 0 or name == "newtonian":
-            return None
-        alpha = 0.2 if self.alpha is None else self.alpha
-        alpha = alpha if name in PARAMETERS["alpha"] else 0.0
-        return Law(name, self.xi, alpha, self.epsilon or 0.0, self.L2 or 0.0)
+    def liquid_model(self) -> Liquid:
+        """The liquid."""
+        return liquid_of(dict(self))
+
+    @property
+    def solid_models(self) -> tuple[Solid | None, ...]:
+        """The solid of each particle from upstream, None for rigid ones."""
+        return solids_of(dict(self), self.Ca_es)
 
     @property
     def scales(self) -> Scales | None:
         """The units of length, velocity and stress in SI units, None if the case has no `physical` block."""
-        return self.physical.scales if self.physical is not None else None
-
-    @property
-    def polymer(self) -> Polymer | None:
-        """The constitutive law at the Deborah number of the case, None if the liquid is Newtonian."""
-        return self.law.at(self.De) if self.law else None
+        return self.physical.scales(dict(self)) if self.physical is not None else None
 
     @property
     def notes(self) -> list[str]:
@@ -277,14 +289,19 @@ class SceneCase(_Options):
     def _idle(self) -> dict[str, str]:
         """Given keys that have no effect, and the reason; a key with its default value is not listed."""
         idle: dict[str, str] = {}
-        if self.polymer is None:
-            law = {} if self.liquid in (None, "newtonian") else {f"liquid: {self.liquid}": self.liquid}
-            unused = law | {key: getattr(self, key) for key in PARAMETERS}
+        if not self.liquid_model.modes:
+            elastic = self.liquid is not None and not is_viscous(dict(self))
+            law = {f"liquid: {liquid_block(dict(self))['law']}": self.liquid} if elastic else {}
+            unused = law | {key: getattr(self, key) for key in FLAT}
             unused |= {"xi": self.xi} if self.xi != SceneCase.model_fields["xi"].default else {}
-            why = "the liquid is Newtonian at De = 0" if self.De == 0 else "the liquid is Newtonian"
+            why = f"the liquid is {self.liquid_model.label}" + ("" if is_viscous(dict(self)) else " at De = 0")
             idle |= {key: why for key, value in unused.items() if value is not None}
+        if self.solid is not None and not any(self.Ca_es):
+            idle |= {"solid": "the particles are rigid"} if self.n else {}
         if self.n == 0:
-            idle |= {key: "there are no particles" for key in ("beta", "Ca_e") if getattr(self, key) is not None}
+            idle |= {
+                key: "there are no particles" for key in ("beta", "Ca_e", "solid") if getattr(self, key) is not None
+            }
         return idle
 
     @property
@@ -299,7 +316,7 @@ class SceneCase(_Options):
     @property
     def margin(self) -> float:
         """Length of tube on each side of the particles with `length: auto` [D_c]."""
-        if self.polymer is None:
+        if not self.liquid_model.modes:
             return NEWTONIAN_MARGIN
         least, most = ELASTIC_MARGINS
         return min(max(7.0 - 10.0 * min(self.betas, default=1.0), least), most)
@@ -316,10 +333,17 @@ class SceneCase(_Options):
 
     def _slug_parts(self) -> list[str]:
         """The main parameters, for the name of the folder."""
-        law = [f"De{self.De:g}"]
-        if self.polymer is not None:
-            law += [] if self.polymer.name == "giesekus" else [self.polymer.name]
-            law += [f"{key}{value:g}" for key in PARAMETERS if (value := getattr(self, key)) is not None]
+        liquid = self.liquid_model
+        law = [] if is_viscous(dict(self)) and not liquid.newtonian else [f"De{self.De:g}"]
+        if not liquid.newtonian and liquid.structure != liquids.DEFAULT.name:
+            law += [liquid.structure.replace("/", "-in-")]
+        if len(liquid.modes) == 1:
+            given = {key: getattr(self, key) for key in FLAT} | liquid_block(dict(self))
+            law += [f"{key}{given[key]:g}" for key in FLAT if given[key] is not None]
+            law += [f"{key}{value:g}" for key, value in liquid.modes[0].numbers.items() if key not in FLAT]
+        law += [f"{key}{value:g}" for key, value in liquid.solvent.numbers.items()]
+        kinds = [solid.name for solid in self.solid_models if solid is not None]
+        law += [name for name in dict.fromkeys(kinds) if name != solids.DEFAULT.name]
         if self.n == 0:
             return ["pipe", *law]
         parts = [f"beta{shown(self.beta)}", *law, f"Cae{shown(self.Ca_e)}"]
@@ -330,9 +354,7 @@ class SceneCase(_Options):
         data = self.model_dump(mode="json")
         if self.length is None:
             data["length"] = self.tube_length
-        if self.polymer is not None:
-            data["liquid"] = self.polymer.name
-            data["alpha"] = self.polymer.alpha if self.polymer.name in PARAMETERS["alpha"] else None
+        data |= resolved_materials(dict(self), self.liquid_model)
         if self.physical is not None:
             data["physical"] = self.physical.model_dump(mode="json", exclude_none=True)
         return {k: v for k, v in data.items() if v is not None}

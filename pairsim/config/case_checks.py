@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from pairsim.config.case import FREE_ENDS, MOST_OUTPUTS, Case, SceneCase
+from pairsim.config.materials import MODES, declared_in, is_viscous, liquid_block
 from pairsim.config.mistakes import Mistake, missing
-from pairsim.physics.materials.polymer import PARAMETERS, Name
+from pairsim.physics.declared import FLAT
 
 
 def check_scene(case: SceneCase, counts: dict[str, int]) -> Iterator[Mistake]:
@@ -28,19 +29,17 @@ def check_scene(case: SceneCase, counts: dict[str, int]) -> Iterator[Mistake]:
     if absent:  # the other checks need them
         yield from absent
         return
-    if case.liquid == "newtonian" and case.De > 0:
-        allowed = "must be a viscoelastic law at De > 0; a Newtonian liquid has De: 0"
-        yield Mistake("liquid", case.liquid, allowed)
-    if case.law is not None:
-        yield from _check_law(case, case.law.name)
     fits = True
-    for key, count in counts.items():
+    for key, count in {**counts, "solid": case.n}.items():
         value = getattr(case, key)
         if isinstance(value, tuple) and len(value) != max(count, 0):
-            what = "gaps" if key == "d0" else "particles"
-            allowed = f"must be a number or a list of {max(count, 0)}, one for each of the {what}"
+            what, one = "gaps" if key == "d0" else "particles", "a law" if key == "solid" else "a number"
+            allowed = f"must be {one} or a list of {max(count, 0)}, one for each of the {what}"
             yield Mistake(key, list(value), allowed)
             fits = False
+    if mistakes := list(_check_laws(case)):
+        yield from mistakes
+        return  # without them there is no liquid
     if case.length == "auto" and case.ends != "developed":
         yield Mistake("length", "auto", "must be a number with ends: periodic; auto requires ends: developed")
     elif fits and case.n and case.tube_length < case.cluster + 2 * FREE_ENDS:
@@ -49,17 +48,33 @@ def check_scene(case: SceneCase, counts: dict[str, int]) -> Iterator[Mistake]:
         yield Mistake("length", case.tube_length, allowed)
 
 
-def _check_law(case: SceneCase, law: Name) -> Iterator[Mistake]:
-    """Find parameters of another constitutive law, and missing ones of this law."""
-    if case.xi == 0:
+def _check_laws(case: SceneCase) -> Iterator[Mistake]:
+    """Find parameters of another law, missing ones, and laws that do not go with De."""
+    keys, block = dict(case), liquid_block(dict(case))
+    law = block["law"]
+    if is_viscous(keys):
+        if case.De > 0:
+            yield Mistake("liquid", law, "must be a viscoelastic law at De > 0; this liquid has De: 0")
+    elif case.De == 0:
+        if "solvent" in block:
+            yield Mistake("De", case.De, "must be above 0 with a liquid.solvent; a liquid without elasticity has none")
+    elif case.xi == 0:
         yield Mistake("xi", case.xi, "must be above 0 in a viscoelastic liquid")
-    for key, laws in PARAMETERS.items():
-        value = getattr(case, key)
-        if value is not None and law not in laws:
-            allowed = f"must be left out: {key} is a parameter of {' and '.join(laws)}, but the liquid is {law}"
-            yield Mistake(key, value, allowed)
-        if value is None and law in laws and key != "alpha":
-            yield missing(key, f"must be given with liquid: {law}")
+    idle = not case.De and not is_viscous(keys)  # the parameters of the liquid, which are noted
+    for key, (_, laws) in FLAT.items():
+        value = None if idle else keys[key]
+        if value is not None and key in block:
+            yield Mistake(key, value, "must be left out: it is given by liquid, too")
+        elif value is not None and law not in laws and not is_viscous(keys):
+            has = "each of the modes has its own" if law == MODES else f"the liquid is {law}"
+            yield Mistake(key, value, f"must be left out: {key} is a parameter of {' and '.join(laws)}, but {has}")
+    for declared in declared_in(keys):
+        if idle and not declared.key.startswith("solid"):
+            continue
+        if declared.parameter.default is None and declared.value is None:
+            place, _, name = declared.key.rpartition(".")
+            what = f"with {place}: {{law: {declared.law}, {name}: ...}}" if place else f"with liquid: {declared.law}"
+            yield missing(declared.key, f"must be given {what}")
 
 
 def check_together(case: Case) -> Iterator[Mistake]:

@@ -101,12 +101,15 @@ def _checked[T: SceneCase](
         if (other := file_of_another_command(data, command)) is not None:
             raise input_error([other], data, *where) from None
         mistakes += mistakes_of(error, groups_of(model), translation.data)
-        if any(mistake.key.startswith(f"{BLOCK}.") for mistake in mistakes):
+        if any(mistake.key.startswith((f"{BLOCK}.", "liquid")) for mistake in mistakes):  # which may need no De
             mistakes = [mistake for mistake in mistakes if mistake.key != "De" or not mistake.is_missing]
         else:
             mistakes += _further_mistakes(model, check, translation.data, mistakes)
     else:
         mistakes = mistakes or list(check(case)) or list(check_size(case))
+    if translation.mistakes:  # nothing was filled in
+        mistakes = [each for each in mistakes if not (each.is_missing and each.key in translation.given)]
+    mistakes = list({(each.key, each.is_missing): each for each in reversed(mistakes)}.values())[::-1]
     if mistakes:
         raise input_error([translation.at_origin(mistake) for mistake in mistakes], data, *where) from None
     return case

@@ -104,7 +104,7 @@ def _mean_square(fine: float, growth: float, coarse: float, reach: float) -> flo
 def unknowns(case: SceneCase) -> float:
     """Unknowns of one Newton solve."""
     # Two quadratic nodes and half a vertex per triangle: u, p, eta and, in a viscoelastic liquid, s.
-    per_cell = 4.5 + (1.0 if any(case.Ca_es) or case.n > 1 else 0.0) + (8.0 if case.polymer else 0.0)
+    per_cell = 4.5 + (1.0 if any(case.Ca_es) or case.n > 1 else 0.0) + 8.0 * len(case.liquid_model.modes)
     return liquid_cells(case) * per_cell + sum(2.2 * case.mesh.Np**1.4 * 4.5 for Ca_e in case.Ca_es if Ca_e > 0)
 
 
@@ -121,7 +121,7 @@ def _memory(size: float, per_unknown: tuple[float, float], polymer: bool) -> flo
 
 def run_estimate(case: Case) -> Estimate:
     """Estimated cost of a run in time."""
-    size, polymer = unknowns(case), case.polymer is not None
+    size, polymer = unknowns(case), bool(case.liquid_model.modes)
     end, first = case.time.end, case.time.first_step
     if case.time.fixed_step is not None:
         steps = end / case.time.fixed_step
@@ -135,7 +135,7 @@ def run_estimate(case: Case) -> Estimate:
 
 def _steady_estimate(case: CurveCase | CriticalCase, points: int) -> Estimate:
     """Estimated cost of a first quasi-steady solution and this number of further points."""
-    size, polymer = unknowns(case), case.polymer is not None
+    size, polymer = unknowns(case), bool(case.liquid_model.modes)
     each = 0.4e-6 * size**1.15 * (3 if polymer else 1) * (1.5 if case.mesh_error else 1)
     memory = _memory(size * (COARSE_TOO if case.mesh_error else 1.0), STEADY_BYTES, polymer)
     iterations = FIRST_POINT + NEXT_POINT * points + ERROR_ESTIMATE * (points + 1)

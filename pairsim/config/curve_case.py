@@ -11,6 +11,7 @@ from pydantic_core import PydanticCustomError
 from pairsim.config.accuracy import DEFAULT, SETTINGS
 from pairsim.config.case import SceneCase
 from pairsim.config.case_checks import check_scene
+from pairsim.config.materials import is_viscous
 from pairsim.config.mistakes import Mistake, missing
 from pairsim.config.ranges import RANGE, spelled_out
 from pairsim.config.values import FOLLOWED, CurveTolerance, Distance, Positive, Velocity, Whole, number
@@ -217,7 +218,9 @@ def check_critical(case: CriticalCase) -> Iterator[Mistake]:
             yield Mistake(key, wrong[0], f"must be values of {name} from {least:g} to {most:g}")
         if "Ca_e" in values and case.Ca_e is not None and len({Ca_e for Ca_e in case.Ca_es if Ca_e}) != 1:
             yield Mistake("Ca_e", case.Ca_e, f"must be a single value above 0, as {key} replaces it")
-        if "De" in values and case.De == 0:
+        if "De" in values and is_viscous(dict(case)):
+            yield Mistake(key, dict(values), "must be Ca_e: the liquid has no relaxation time, and so no De")
+        elif "De" in values and case.De == 0:
             yield Mistake("De", case.De, f"must be above 0, as {key} replaces it")
     if case.lines is not None and (case.along is None or case.lines.keys() == case.along.keys()):
         allowed = "must be the parameter that along does not have; along must be given, too"

@@ -19,9 +19,9 @@ def forms_of(case: SceneCase) -> tuple[str, ...]:
 
 def _forms(case: SceneCase, error: str, *, steady: bool) -> tuple[str, ...]:
     """Names of the forms of one kind of problem, with those of an estimate of its error."""
-    soft = any(Ca_e > 0 for Ca_e in case.Ca_es)
-    moving = mesh_moves(case.n, soft=soft, viscoelastic=case.law is not None, steady=steady)
-    parts = [case.law.name if case.law else "newtonian", "moving" if moving else "fixed"]
-    parts += ["steady"] if case.law and steady else []
-    kinds = (":".join(parts), *(("neo-hookean",) if soft else ()))
+    liquid, soft = case.liquid_model, [solid.name for solid in case.solid_models if solid]
+    moving = mesh_moves(case.n, soft=bool(soft), viscoelastic=bool(liquid.modes), steady=steady)
+    parts = [liquid.structure, "moving" if moving else "fixed"]
+    parts += ["steady"] if liquid.modes and steady else []
+    kinds = (":".join(parts), *dict.fromkeys(soft))
     return tuple(f"{kind}:{error}" for kind in kinds) if error else kinds

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.config.case import SceneCase
-from pairsim.physics.materials.polymer import PARAMETERS
+from pairsim.physics.declared import FLAT
 
 RUNS = Path("runs")
 LONGEST_SLUG = 100
@@ -19,16 +19,18 @@ SHOWN = 10  # digits of the hash in a folder name
 def identity_of(case: SceneCase) -> dict[str, Any]:
     """The keys and values that identify a case: everything that affects its results, so all but the name.
 
-    A list of equal values counts as one value, and parameters of the polymer are left out for a Newtonian liquid. The
+    A list of equal values counts as one value, and parameters without effect are left out. The
     output times are included, since time steps land on them and they decide which fields are in the folder.
     """
     identity = case.resolved()
     identity.pop("name", None)
     if identity.get("start") == "rest":  # the only start of earlier versions, whose folders keep their names
         del identity["start"]
-    if case.polymer is None:
-        for key in ("liquid", "xi", *PARAMETERS):
+    if not case.liquid_model.modes:
+        for key in ("xi", *FLAT, *(("liquid",) if case.liquid_model.newtonian else ())):
             identity.pop(key, None)
+    if not any(case.Ca_es):
+        identity.pop("solid", None)
     for key in ("beta", "Ca_e", "d0"):
         value = identity.get(key)
         if isinstance(value, list) and value and all(entry == value[0] for entry in value):

@@ -34,7 +34,8 @@ def merge(
             inner = inner.group(name)
             if not isinstance(inner, Section):
                 refuse(f"{group}{dotted}", value, f"must be a key within a group, but {name} is not a group of keys")
-        if isinstance(value, Mapping) and isinstance(inner.get(last), Section) and last in GROUPS:
+        of_law = last in ("liquid", "solid") and isinstance(value, Mapping) and "law" not in value
+        if isinstance(value, Mapping) and isinstance(inner.get(last), Section) and (last in GROUPS or of_law):
             merge(inner[last], value, refuse, f"{group}{dotted}.")
         else:
             new = copy.deepcopy(value)

@@ -24,7 +24,7 @@ class Kind:
 
     Attributes:
         name: Its name in messages, with article.
-        unit: Its SI unit.
+        unit: Its SI unit; "" for one that is not known yet.
         example: A valid value, for messages.
     """
 
@@ -42,7 +42,6 @@ LENGTH = Kind("a length", "m", "50 um")
 FLOW = Kind("a flow rate", "m^3/s", "1 ul/min")
 VELOCITY = Kind("a velocity", "m/s", "5 mm/s")
 STRESS = Kind("a modulus", "Pa", "5 kPa")
-VISCOSITY = Kind("a viscosity", "Pa*s", "1 Pa.s")
 TIME = Kind("a time", "s", "2 ms")
 DENSITY = Kind("a density", "kg/m^3", "1000 kg/m^3")
 
@@ -102,9 +101,9 @@ def si(text: str, kind: Kind) -> float:
         number, unit = _parsed(text)
     except ValueError as error:
         raise ValueError(f"{error}; must be {kind.words}") from None
-    if not unit.is_compatible_with(kind.unit):
+    if kind.unit and not unit.is_compatible_with(kind.unit):
         raise ValueError(f"has the unit {unit:~C}; must be {kind.words}")
-    value = _in(kind.unit, number, unit)
+    value = _in(kind.unit or unit, number, unit)
     if number <= 0 or math.isnan(value):
         raise ValueError(f"must be {kind.words}")
     if not LEAST <= value <= MOST:
@@ -167,11 +166,15 @@ def _shown(kind: Kind) -> Any:
     return Field(json_schema_extra={"words": kind.words, "examples": [kind.example]})
 
 
+def quantity(kind: Kind) -> Any:
+    """The type of a key with a quantity."""
+    return Annotated[str, _shown(kind), _checker(kind)]
+
+
 Length = Annotated[str, _shown(LENGTH), _checker(LENGTH)]
 FlowRate = Annotated[str, _shown(FLOW), _checker(FLOW)]
 Velocity = Annotated[str, _shown(VELOCITY), _checker(VELOCITY)]
 Modulus = Annotated[str, _shown(STRESS), _checker(STRESS)]
-Viscosity = Annotated[str, _shown(VISCOSITY), _checker(VISCOSITY)]
 Time = Annotated[str, _shown(TIME), _checker(TIME)]
 Density = Annotated[str, _shown(DENSITY), _checker(DENSITY)]
 

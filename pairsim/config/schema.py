@@ -7,7 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from pydantic import BaseModel
+
 from pairsim.config.case_file import FILES, LOADERS
+from pairsim.config.material_keys import BLOCKS
 from pairsim.config.physical import BLOCK
 from pairsim.config.wording import allowed_in, groups_of
 from pairsim.runtime.errors import InputError
@@ -24,7 +27,21 @@ def schema_rows(command: str = "run") -> list[tuple[str, str, str, str]]:
             key = f"{group}.{name}" if group else name
             default = f"required{f' in {group}' if group else ''}" if field.is_required() else _text(field.default)
             rows.append((key, allowed_in(model, name), default, field.description or ""))
+            if not group:
+                rows += _rows_of_laws(key, BLOCKS.get(key, {}))
     return rows
+
+
+def _rows_of_laws(key: str, models: Mapping[str, type[BaseModel]]) -> list[tuple[str, str, str, str]]:
+    """The rows of the keys in the blocks of some laws; a key of several laws has one row."""
+    found: dict[tuple[str, str, str, str], list[str]] = {}
+    for law, model in models.items():
+        for name, field in model.model_fields.items():
+            if name != "law":
+                default = f"required in {key}" if field.is_required() else _text(field.default)
+                row = f"{key}.{name}", allowed_in(model, name), default, field.description or ""
+                found.setdefault(row, []).append(law)
+    return [(*row[:3], f"{row[3]} ({', '.join(laws)})") for row, laws in found.items()]
 
 
 def values_in(command: str, path: Path, settings: tuple[str, ...]) -> dict[str, str]:
@@ -47,6 +64,8 @@ def values_in(command: str, path: Path, settings: tuple[str, ...]) -> dict[str, 
     values: dict[str, str] = {}
     for key, value in resolved.items():
         inner = value if isinstance(value, Mapping) and key in groups_of(FILES[command]) else {"": value}
+        if key in BLOCKS and isinstance(value, Mapping):
+            inner = {"": value, **value}
         values |= {f"{key}.{name}" if name else key: _text(entry) for name, entry in inner.items()}
     return values
 
@@ -59,13 +78,13 @@ def _text(value: Any) -> str:
 
 
 def json_schema(command: str) -> str:
-    """The JSON Schema for the file of a command; `De` is not required if there is a `physical` block."""
+    """The JSON Schema for the file of a command; `De` is not required with a `physical` block, nor of every liquid."""
     model = FILES[command]
     schema = model.model_json_schema()
     schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": f"pairsim {command}"}
     if BLOCK in model.model_fields:
         required = schema.pop("required")
-        schema["anyOf"] = [{"required": required}, {"required": [BLOCK]}]
+        schema["anyOf"] = [{"required": required}, {"required": [BLOCK]}, {"required": ["liquid"]}]
     return json.dumps(_plain(schema), indent=2)
 
 

@@ -13,6 +13,8 @@ from typing import Annotated, Any, TypeGuard
 
 from pydantic import BeforeValidator, Field
 
+from pairsim.physics.liquids import Liquid
+from pairsim.physics.solids import Solid
 from pairsim.runtime.names import LONGEST_NAME, fits_a_folder
 
 NAME = r"^\w[\w.+-]{0,99}$"  # pattern of a name of a case
@@ -89,13 +91,12 @@ Whole = Annotated[int, BeforeValidator(whole)]
 CaseName = Annotated[str, Field(pattern=NAME, json_schema_extra={"words": NAME_WORDS}), BeforeValidator(_name)]
 DIAMETERS = 1e-3, 0.999  # [D_c]; cell sizes by default follow from the diameter
 Diameter = Annotated[float, Field(ge=DIAMETERS[0], le=DIAMETERS[1]), BeforeValidator(number)]
-FOLLOWED = {"De": (1e-6, 1e4), "Ca_e": (1e-6, 1e4)}  # ranges of the parameters over which curves are followed
-Deborah = Annotated[float, _zero_or(*FOLLOWED["De"]), BeforeValidator(_zero_or_at_least(FOLLOWED["De"][0]))]
-Capillary = Annotated[float, _zero_or(*FOLLOWED["Ca_e"]), BeforeValidator(_zero_or_at_least(FOLLOWED["Ca_e"][0]))]
-SolventPart = Annotated[float, _zero_or(1e-4, 1), BeforeValidator(_zero_or_at_least(1e-4))]
+_SHARED = {name: (p.least, p.most) for name, p in {**Liquid.OF_POLYMER, **Solid.OF_ALL}.items()}
+FOLLOWED = {name: _SHARED[name] for name in ("De", "Ca_e")}  # ranges of the parameters over which curves are followed
+Deborah = Annotated[float, _zero_or(*_SHARED["De"]), BeforeValidator(_zero_or_at_least(_SHARED["De"][0]))]
+Capillary = Annotated[float, _zero_or(*_SHARED["Ca_e"]), BeforeValidator(_zero_or_at_least(_SHARED["Ca_e"][0]))]
+SolventPart = Annotated[float, _zero_or(*_SHARED["xi"]), BeforeValidator(_zero_or_at_least(_SHARED["xi"][0]))]
 Fraction = Annotated[float, Field(ge=0, le=1), BeforeValidator(number)]
-Epsilon = Annotated[float, Field(ge=0, le=100), BeforeValidator(number)]
-Extensibility = Annotated[float, Field(gt=3, le=1e9), BeforeValidator(number)]
 CellSize = Annotated[float, Field(ge=1e-4, le=0.5), BeforeValidator(number)]
 Growth = Annotated[float, Field(ge=0.01, le=2), BeforeValidator(number)]
 Grading = Annotated[float, Field(ge=0.1, le=10), BeforeValidator(number)]

@@ -11,6 +11,7 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
+from pairsim.config.material_keys import models_in
 from pairsim.config.mistakes import UNKNOWN, Mistake, missing
 from pairsim.config.physical import BLOCK
 from pairsim.runtime.text import as_typed
@@ -68,7 +69,8 @@ def unknown_key(key: str, value: Any, groups: Groups) -> Mistake:
         return Mistake(
             key, value, f"{UNKNOWN}write it in its group, as {group}: {{{name}: {as_typed(value)}}}", meant=key
         )
-    if hint := meant(name, group, groups):
+    of_law = re.split(r"[.\[]", key)[0] in ("liquid", "solid")
+    if hint := "" if of_law else meant(name, group, groups):
         return Mistake(key, value, f"{UNKNOWN}did you mean {hint}?", meant=hint)
     known = groups.get(group, groups[""]).model_fields
     return Mistake(key, value, f"{UNKNOWN}allowed: {', '.join(known)}")
@@ -82,6 +84,7 @@ def mistakes_of(error: ValidationError, groups: Groups, data: Mapping[str, Any])
         groups: The models of the file.
         data: The keys and values as given.
     """
+    groups = groups | (models_in(data) if "liquid" in groups[""].model_fields else {})
     found: dict[str, Mistake] = {}
     seen: Counter[Any] = Counter()
     for problem in error.errors(include_url=False, include_context=False):
@@ -91,8 +94,9 @@ def mistakes_of(error: ValidationError, groups: Groups, data: Mapping[str, Any])
             continue
         mistake = _mistake(problem, groups, data)
         found.setdefault(mistake.key, mistake)
-    # A key that takes a number or a list yields two errors; the one that names an entry of the list is more specific.
-    detailed = {key[: place.start()] for key in found for place in re.finditer(r"\[", key)}
+    # A key that takes alternatives, such as a number or a list, yields an error for each; the one that names an entry
+    # of the list, or a key of the group, is more specific.
+    detailed = {key[: place.start()] for key in found for place in re.finditer(r"[.\[]", key)}
     intended = {mistake.meant for mistake in found.values()}
     return [m for key, m in found.items() if key not in detailed and not (m.is_missing and key in intended)]
 
@@ -100,7 +104,9 @@ def mistakes_of(error: ValidationError, groups: Groups, data: Mapping[str, Any])
 def _mistake(problem: Any, groups: Groups, data: Mapping[str, Any]) -> Mistake:
     value, kind = problem.get("input"), problem["type"]
     key = _key(problem["loc"], data, missing=kind == "missing")
-    group, _, name = key.partition(".") if key.partition(".")[0] in groups else ("", "", key)
+    within = key if kind == "model_type" else key.rpartition(".")[0]
+    group = max((group for group in groups if f"{within}.".startswith(f"{group}.")), key=len, default="")
+    name = key.removeprefix(f"{group}.") if group else key
     value = list(value) if isinstance(value, tuple) else value
     if kind == "extra_forbidden":
         return unknown_key(key, value, groups)
@@ -111,7 +117,7 @@ def _mistake(problem: Any, groups: Groups, data: Mapping[str, Any]) -> Mistake:
     if kind == "model_type":
         return Mistake(key, value, f"must be a group of keys; allowed: {', '.join(groups[group].model_fields)}")
     field = re.split(r"[.\[]", name)[0]
-    allowed = f"must be {allowed_in(groups[group], field, entry='[' in key)}"
+    allowed = f"must be {allowed_in(groups[group], field, entry='[' in name)}"
     return Mistake(key, value, allowed + (_decimal(value) if "number" in allowed else ""))
 
 
@@ -205,6 +211,8 @@ def _words(schema: Mapping[str, Any], models: Mapping[str, Any]) -> str:
     if "enum" in schema:
         *others, last = map(str, schema["enum"])
         return f"{', '.join(others)} or {last}" if others else last
+    if "oneOf" in schema:
+        return "a group with law and its parameters"
     if "anyOf" in schema:
         return joined(_words(s, models) for s in schema["anyOf"])
     if schema.get("type") == "object":

@@ -53,7 +53,9 @@ class Section(dict[str, Any]):
             self.places[key] = place
 
     def group(self, key: str) -> Any:
-        """The value of a key; an empty group is added if the key is not there."""
+        """The value of a key; a missing one becomes an empty group, and the name of a law a group."""
+        if key in ("liquid", "solid") and isinstance(name := self.get(key), str):
+            self[key] = Section({"law": name}, {"law": self.places[key]} if key in self.places else {})
         return self.setdefault(key, Section())
 
 

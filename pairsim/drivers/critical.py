@@ -123,7 +123,7 @@ def _region(case: CriticalCase) -> Region | None:
 
 def _lines(case: CriticalCase, region: Region | None) -> Iterator[tuple[dict[str, float], Parameters]]:
     """Yield, for each line, the value of its parameter (empty without `lines`) and the parameters where it begins."""
-    start = Parameters((case.d[1],), case.Ca_es, case.De)
+    start = Parameters((case.d[1],), case.solid_models, case.liquid_model)
     if region is not None:
         start = with_value(region.name, start, region.values[0])
     if case.lines is None:

@@ -51,9 +51,9 @@ class WarmStart:
         Raises:
             NoSteadyState: There is no solution at the first point.
         """
-        rigid = [Ca_e == 0 for Ca_e in first.Ca_es]
-        old, self._kind = self._kind, (problem, rigid, mesh_error, sensitivities)
-        if self._branch is not None and self._kind == old:  # only De, Ca_e and distances differ
+        laws = first.liquid.structure, [solid and solid.name for solid in first.solids]
+        old, self._kind = self._kind, (problem, laws, mesh_error, sensitivities)
+        if self._branch is not None and self._kind == old:  # only distances and parameters of materials differ
             try:
                 self._branch.move(first)
                 return self._branch
@@ -125,7 +125,7 @@ def _run(case: CurveCase, session: Session, sensitivities: bool, warm_start: War
     def work(_: Signals) -> Outcome:
         nonlocal branch, adaptation
         ensure_compiled(session.comm, forms_of(case), session.reporter.note)
-        start = Parameters(places[0], case.Ca_es, case.De)
+        start = Parameters(places[0], case.solid_models, case.liquid_model)
         narrowest = min((d for place in places for d in place), default=np.inf)
         problem = steady_problem(case, narrowest)
         if case.adapts:

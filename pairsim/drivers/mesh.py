@@ -62,7 +62,7 @@ def write_mesh(case: Case, path: Path, png: Path | None) -> dict[str, int]:
     liquid = liquid_mesh(Reference.spheres(geometry, outlines), settings)
     points, cells, region = [liquid.points], [liquid.cells], [np.zeros(len(liquid.cells), dtype=np.int64)]
     start = len(liquid.points)
-    inside = particle_meshes(geometry, settings, outlines, case.Ca_es)
+    inside = particle_meshes(geometry, settings, outlines, [Ca_e > 0 for Ca_e in case.Ca_es])
     for number, (mesh, centre) in enumerate(zip(inside, geometry.centres, strict=True), 1):
         if mesh is None:
             continue

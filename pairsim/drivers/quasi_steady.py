@@ -23,7 +23,7 @@ def kept() -> str:
 
 def health_columns(case: SceneCase) -> tuple[str, ...]:
     """Diagnostic columns in a table of quasi-steady solutions."""
-    return CURVE_HEALTH + (POLYMER_HEALTH if case.polymer else ())
+    return CURVE_HEALTH + (POLYMER_HEALTH if case.liquid_model.modes else ())
 
 
 def point_row(point: Point) -> dict[str, float]:

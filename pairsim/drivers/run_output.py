@@ -96,8 +96,8 @@ class RunWarnings:
     largest: float = 0.0
 
     def __post_init__(self) -> None:
-        self.steps = TimeError(order=2 if self.case.polymer else 3)
-        self.errors = RunError(self.case.De if self.case.polymer else 0.0)
+        self.steps = TimeError(order=2 if self.case.liquid_model.modes else 3)
+        self.errors = RunError(self.case.liquid_model.longest)
 
     @staticmethod
     def of(
@@ -173,7 +173,7 @@ class RunOutput:
     def __init__(self, case: Case, folder: RunFolder, old: Checkpoint | None) -> None:
         self.case, self.folder, self.old = case, folder, old
         errors = error_columns(case.n) if case.estimates_error else []
-        columns = [*series_columns(case.n), *errors, *HEALTH, *(POLYMER_HEALTH if case.polymer else ())]
+        columns = [*series_columns(case.n), *errors, *HEALTH, *(POLYMER_HEALTH if case.liquid_model.modes else ())]
         self.series = SeriesWriter(folder.file(SERIES), columns, old.rows if old else None)
         keep, until = (old.frames, old.state.history.t[0]) if old else (0, 0.0)
         self.fields = FieldsWriter(folder.path, keep, until) if case.output.fields else None

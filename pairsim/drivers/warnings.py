@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pairsim.config.accuracy import SETTINGS, liquid_of, settings_of
+from pairsim.config.accuracy import SETTINGS, settings_of
 from pairsim.config.case import Case, SceneCase
 from pairsim.config.curve_case import CurveCase
 from pairsim.solvers.curve_interpolant import CurveInterpolant
@@ -30,7 +30,7 @@ def above(value: float, limit: float) -> str:
 
 def coarse_mesh(case: SceneCase) -> list[str]:
     """Warn of a mesh that is coarser than any whose error was measured."""
-    measured = SETTINGS[COARSEST].mesh(liquid_of(dict(case)), case.betas)
+    measured = SETTINGS[COARSEST].mesh(case.liquid_model.cells, case.betas)
     coarse = {"Np": case.mesh.Np < measured["Np"], "max_size": case.mesh.max_size > measured["max_size"]}
     return [
         f"mesh.{name} = {getattr(case.mesh, name):g} is coarser than accuracy: {COARSEST} ({measured[name]:g}): the "
@@ -197,14 +197,14 @@ def near_ends(case: SceneCase, span: float) -> list[str]:
         case: The case.
         span: Largest length of the row of particles [D_c].
     """
-    part = NEAR_ENDS[case.ends if case.polymer else "developed"]
+    part = NEAR_ENDS[case.ends if case.liquid_model.modes else "developed"]
     left, least = (case.tube_length - span) / 2, part * case.margin
     if not case.n or left >= least:
         return []
     message = (
         f"there are {left:.3g} D_c of tube on each side of the particles, less than {least:.3g}: the ends affect dU"
     )
-    if case.polymer is not None:
+    if case.liquid_model.modes:
         off = next(error for below, error in ENDS_ERRORS if left < below * case.margin)
         message += f", by up to {off} % of the largest |dU| in the tubes measured"
     return [f"{message}; use a larger length, or limits.max_gap in a run"]

@@ -152,7 +152,7 @@ def observe(
         reference = body.quadrature.volume(body.phase.six_node_mesh.points)
         change = max(change, abs(body.quadrature.volume(points) / reference - 1))
     conformation = None
-    if scene.polymer is not None:
+    if scene.material.modes:
         liquid = scene.liquid
         conformation = health(liquid.nodal("s", x), scene.positions(x), liquid.six_node_mesh)
     return Observation(
@@ -198,7 +198,7 @@ class Health:
     """Indicators of the quality of a conformation field.
 
     Attributes:
-        c_max: Largest trace of c.
+        c_max: Largest trace of c of any mode.
         c_max_z: Axial position of the largest trace.
         c_max_r: Radial position of the largest trace.
         c_min: Smallest eigenvalue of c.
@@ -217,15 +217,17 @@ def health(s: Array, positions: Array, mesh: SixNodeMesh) -> Health:
     """Evaluate the indicators of a conformation field.
 
     Args:
-        s: Log-conformation at all nodes, components (zz, zr, rr, tt), shape (n, 4).
+        s: Log-conformation of M modes at all nodes, components (zz, zr, rr, tt) each, shape (n, 4 M).
         positions: Positions of the nodes, shape (n, 2).
         mesh: Mesh of the liquid.
     """
-    c = exponential(s)
-    trace = c[:, 0] + c[:, 2] + c[:, 3]
+    trace, smallest = np.zeros(len(s)), np.full(len(s), np.inf)
+    for each in np.split(s, s.shape[1] // 4, axis=1):
+        c = exponential(each)
+        trace = np.maximum(trace, c[:, 0] + c[:, 2] + c[:, 3])
+        x = np.hypot((each[:, 0] - each[:, 2]) / 2, each[:, 1])
+        smallest = np.minimum(smallest, np.minimum((each[:, 0] + each[:, 2]) / 2 - x, each[:, 3]))
     top = int(np.argmax(trace))
-    x = np.hypot((s[:, 0] - s[:, 2]) / 2, s[:, 1])
-    smallest = np.minimum((s[:, 0] + s[:, 2]) / 2 - x, s[:, 3])
     by_cell = s[mesh.cells]
     return Health(
         float(trace[top]),

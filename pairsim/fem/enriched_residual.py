@@ -14,8 +14,9 @@ import basix.ufl
 import numpy as np
 import ufl
 
+from pairsim.fem.compiled_phase import QUADRATURE_DEGREE, CompiledPhase, FieldSpec, Terms, components, split
 from pairsim.fem.jit import JIT_OPTIONS
-from pairsim.fem.phases import QUADRATURE_DEGREE, TO_BASIX, CompiledPhase, FieldSpec, Phase, Terms, components, split
+from pairsim.fem.phases import TO_BASIX, Phase
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.fenicsx import MPI, dolfinx
 

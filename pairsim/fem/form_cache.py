@@ -48,8 +48,10 @@ def _stamp(form: str) -> Path:
             spec = importlib.util.find_spec(name.removeprefix("fenics-"))
             digest.update(str(spec and spec.origin).encode())
     physics = Path(__file__).parents[1] / "physics"
-    sources = [physics / "kinematics.py", *physics.glob("forms/*.py"), *physics.glob("materials/*.py")]
+    sources = [physics / f"{name}.py" for name in ("kinematics", "log_conformation", "material", "operations")]
+    sources += [file for folder in ("forms", "liquids", "solids") for file in physics.glob(f"{folder}/*.py")]
     ours = (
+        "compiled_phase.py",
         "phases.py",
         "enriched_residual.py",
         "recovered_residual.py",
@@ -61,7 +63,7 @@ def _stamp(form: str) -> Path:
     sources += [Path(__file__).with_name(name) for name in ours]
     for file in sorted(sources):
         digest.update(file.read_bytes())
-    return cache() / f"compiled-{form.replace(':', '-')}-{digest.hexdigest()[:16]}"
+    return cache() / f"compiled-{re.sub('[:/]', '-', form)}-{digest.hexdigest()[:16]}"
 
 
 def _modules(stamp: Path) -> dict[str, str] | None:
@@ -96,9 +98,9 @@ def compile_missing(forms: Iterable[str]) -> None:
     """Compile the kinds of forms that are missing.
 
     Args:
-        forms: Names `<law>:moving`, `<law>:fixed`, `<law>:moving:steady`, `<law>:fixed:steady` or `neo-hookean`; with
-            `:enriched` appended, the residual of the error estimate is compiled, too, with `:recovered` that of the
-            error of runs.
+        forms: Names `<liquid>:moving` or `<liquid>:fixed`, with `:steady` for quasi-steady scenes of liquids with
+            modes, where <liquid> is `Liquid.structure`, or the name of a solid. With `:enriched` appended, the residual
+            of the error estimate is compiled, too, with `:recovered` that of the error of runs.
     """
     cache().mkdir(parents=True, exist_ok=True)
     with (cache() / "compile.lock").open("a+") as lock:
@@ -219,17 +221,17 @@ def _compile(form: str) -> list[Path]:
     from mpi4py import MPI
 
     from pairsim.fem.cell_loop import compile_loops
+    from pairsim.fem.compiled_phase import liquid_phase, solid_phase
     from pairsim.fem.enriched_residual import enriched_form
-    from pairsim.fem.phases import neo_hookean_solid, newtonian_liquid, viscoelastic_liquid
     from pairsim.fem.recovered_residual import recovered_form
+    from pairsim.physics import liquids, solids
 
-    law, *words = form.split(":")
-    if law == "neo-hookean":
-        phase = neo_hookean_solid(MPI.COMM_SELF)
-    elif law == "newtonian":
-        phase = newtonian_liquid(MPI.COMM_SELF, "moving" in words)
+    material, *words = form.split(":")
+    if material in solids.LAWS:
+        phase = solid_phase(MPI.COMM_SELF, solids.LAWS[material].anyhow())
     else:
-        phase = viscoelastic_liquid(MPI.COMM_SELF, law, "moving" in words, "steady" in words)  # type: ignore[arg-type]
+        liquid = liquids.of_structure(material)
+        phase = liquid_phase(MPI.COMM_SELF, liquid, "moving" in words, "steady" in words)
     compiled = [phase.residual, phase.jacobian]
     if "enriched" in words:
         compiled.append(enriched_form(MPI.COMM_SELF, phase).residual)

@@ -146,7 +146,7 @@ def particle_mesh(outline: Outline, settings: MeshSettings) -> SixNodeMesh:
 
 
 def particle_meshes(
-    geometry: Geometry, settings: MeshSettings, outlines: Sequence[Outline], Ca_es: Sequence[float]
+    geometry: Geometry, settings: MeshSettings, outlines: Sequence[Outline], soft: Sequence[bool]
 ) -> list[SixNodeMesh | None]:
     """Meshes of the particles, None for a rigid one; mirror images of each other in a symmetric geometry.
 
@@ -155,9 +155,9 @@ def particle_meshes(
     """
     meshes: list[SixNodeMesh | None] = []
     n = len(outlines)
-    for i, (outline, Ca_e) in enumerate(zip(outlines, Ca_es, strict=True)):
+    for i, (outline, inside) in enumerate(zip(outlines, soft, strict=True)):
         twin = meshes[n - 1 - i] if geometry.mirrored and n - 1 - i < i else None
-        meshes.append(None if Ca_e == 0 else twin.mirror() if twin else particle_mesh(outline, settings))
+        meshes.append(None if not inside else twin.mirror() if twin else particle_mesh(outline, settings))
     return meshes
 
 

@@ -13,10 +13,11 @@ import basix.ufl
 import numpy as np
 import ufl
 
+from pairsim.fem.compiled_phase import QUADRATURE_DEGREE, CompiledPhase, FieldSpec, Terms, components, split
 from pairsim.fem.enriched_nodes import own_shapes
 from pairsim.fem.enriched_residual import discontinuous
 from pairsim.fem.jit import JIT_OPTIONS
-from pairsim.fem.phases import QUADRATURE_DEGREE, CompiledPhase, FieldSpec, Phase, Terms, components, split
+from pairsim.fem.phases import Phase
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.fenicsx import MPI, dolfinx
 

@@ -42,25 +42,26 @@ class RecoveredScene:
         self._wall = liquid.along(scene.nodes.wall[np.argsort(points[scene.nodes.wall, 0])])
         self._interfaces = [liquid.along(nodes) for nodes in scene.nodes.interfaces]
         self._added: list[Additions] = []
-        self._star_added: Additions = {}
+        self._star_added: list[Additions] = []
 
     def recover(self, x: Array, star: Array | None, velocity: Array) -> None:
         """Find what recovery adds to a solution.
 
         Args:
             x: Full vector, shape (n,).
-            star: The part that the time scheme fixes, shape (n,); None for a Newtonian liquid.
+            star: The part that the time scheme fixes, shape (n,); None where no stress depends on rates.
             velocity: Velocity of the material, shape (n_h,).
         """
         scene, liquid = self.scene, self._phases[0]
         added = liquid.added(x, liquid.recovered)
         fixed = liquid.added(star, [name for name in liquid.recovered if name == "s"]) if star is not None else {}
+        self._added, self._star_added = [], []
         for values in added["u"]:
             values[self._wall] = 0.0
         if scene.moving:
             added["eta"] = [np.zeros(liquid.count) for _ in range(2)]
             fixed |= {"eta": [np.zeros(liquid.count) for _ in range(2)]} if star is not None else {}
-        self._added, solids = [], iter(self._phases[1:])
+        solids = iter(self._phases[1:])
         for body, at in zip(scene.bodies, self._interfaces, strict=True):
             if body.phase is None:
                 for values in added["u"]:
@@ -78,21 +79,22 @@ class RecoveredScene:
                 for c in range(2):
                     fixed["eta"][c][at] = before[c][line]
             self._added.append(solid.beyond(inside))
+            self._star_added.append(solid.beyond({"eta": before}) if star is not None else {})
         self._added.insert(0, liquid.beyond(added))
-        self._star_added = liquid.beyond(fixed)
+        self._star_added.insert(0, liquid.beyond(fixed))
 
     def residuals(self, x: Array, star: Array | None) -> list[Array]:
         """This process's part of the residual of each phase at x and star with the additions, as canonical vectors.
 
         Args:
             x: Full vector, shape (n,).
-            star: The part that the time scheme fixes, shape (n,); None for a Newtonian liquid.
+            star: The part that the time scheme fixes, shape (n,); None where no stress depends on rates.
         """
-        result = []
-        for each, added, start in zip(self._phases, self._added, self.scene.offsets[:-1], strict=True):
-            own = x[start : start + each.phase.size]
-            fixed = star[: each.phase.size] if star is not None and each is self._phases[0] else None
-            result.append(each.residual.assemble(own, added, fixed, self._star_added))
+        result, parts = [], zip(self._phases, self._added, self._star_added, self.scene.offsets[:-1], strict=True)
+        for each, added, star_added, start in parts:
+            part = slice(start, start + each.phase.size)
+            own = star[part] if star is not None and each.phase.compiled.timed else None
+            result.append(each.residual.assemble(x[part], added, own, star_added))
         return result
 
 

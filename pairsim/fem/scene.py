@@ -11,21 +11,23 @@ its undeformed sphere centred at the origin, for a rigid particle the axial posi
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from pairsim.fem.compiled_phase import liquid_phase, solid_phase
 from pairsim.fem.geometry import Outline, Reference
 from pairsim.fem.moving_mesh import mesh_moves
-from pairsim.fem.phases import Phase, neo_hookean_solid, newtonian_liquid, viscoelastic_liquid
+from pairsim.fem.phases import Phase
 from pairsim.fem.quadrature import CellQuadrature, end_load
 from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.physics.conformation import exponential
-from pairsim.physics.materials.polymer import Polymer
+from pairsim.physics.liquids import NEWTONIAN, Liquid
 from pairsim.physics.pipe import PipeState
 from pairsim.physics.scales import FLOW_RATE, TUBE_RADIUS
+from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.errors import MeshFailure
 from pairsim.runtime.fenicsx import MPI
@@ -113,14 +115,9 @@ class Body:
     """
 
     outline: Outline
-    phase: Phase | None
+    phase: Phase[Solid] | None
     nodes: Indices
     start: int
-
-    @property
-    def Ca_e(self) -> float:
-        """Current value of the elastic capillary number in the form; 0 for a rigid particle."""
-        return 0.0 if self.phase is None else float(self.phase.constants["Ca_e"].value)
 
     @property
     def size(self) -> int:
@@ -145,7 +142,7 @@ class Body:
 
 def make_bodies(
     comm: MPI.Comm,
-    Ca_es: Sequence[float],
+    solids: Sequence[Solid | None],
     outlines: Sequence[Outline],
     meshes: Sequence[SixNodeMesh | None],
 ) -> list[Body]:
@@ -153,16 +150,16 @@ def make_bodies(
 
     Args:
         comm: Communicator of the case.
-        Ca_es: Elastic capillary numbers, 0 for rigid particles.
+        solids: What they are made of, None for rigid particles.
         outlines: Outlines of the particles.
         meshes: Meshes of the soft particles; ignored for rigid ones.
     """
     bodies: list[Body] = []
     start = 0
-    for Ca_e, outline, mesh in zip(Ca_es, outlines, meshes, strict=True):
-        if Ca_e > 0:
+    for solid, outline, mesh in zip(solids, outlines, meshes, strict=True):
+        if solid is not None:
             assert mesh is not None
-            phase: Phase | None = Phase(comm, neo_hookean_solid(comm), mesh, {"Ca_e": Ca_e})
+            phase: Phase[Solid] | None = Phase(comm, solid_phase(comm, solid), mesh, solid)
             nodes = match(mesh.points, outline.nodes)
         else:
             phase, nodes = None, np.empty(0, dtype=np.int64)
@@ -181,7 +178,7 @@ class Scene:
         bodies: The particles, which the scenes before and after a remeshing have in common.
         periodic: Whether the ends are periodic, with an imposed flow rate; otherwise their velocity is prescribed.
         boundary_velocity: Velocity on the wall and on prescribed ends as a function of points, (k, 2) -> (k, 2).
-        polymer: Polymer contribution to the liquid, with the initial De; None for a Newtonian liquid.
+        liquid: The liquid with its initial parameters.
         flow: Mean velocity of the flow through periodic ends [U_av].
         velocity: Prescribed velocity of all particles, which are rigid [U_av]; None if no force acts on them.
         steady: Whether the scene is quasi-steady; the velocity of the mesh is then the extension of the velocities of
@@ -208,23 +205,17 @@ class Scene:
         *,
         periodic: bool,
         boundary_velocity: BoundaryVelocity = poiseuille,
-        polymer: Polymer | None = None,
+        liquid: Liquid = NEWTONIAN,
         flow: float = 1.0,
         velocity: float | None = None,
         steady: bool = False,
     ) -> None:
         self.comm, self.reference, self.bodies, self.periodic = comm, reference, list(bodies), periodic
         self.boundary_velocity, self.flow, self.velocity = boundary_velocity, flow, velocity
-        self._polymer, self.steady = polymer, steady
+        self.steady = steady
         soft = any(body.phase is not None for body in self.bodies)
-        self.moving = mesh_moves(len(self.bodies), soft=soft, viscoelastic=polymer is not None, steady=steady)
-        if polymer is None:
-            self.liquid = Phase(comm, newtonian_liquid(comm, self.moving), mesh)
-        else:
-            numbers = {k: getattr(polymer, k) for k in ("De", "xi", "alpha", "epsilon", "L2")}
-            compiled = viscoelastic_liquid(comm, polymer.name, self.moving, steady)
-            numbers |= {"rate": 0.0} if steady else {"g": 1.0, "U_m": 0.0}
-            self.liquid = Phase(comm, compiled, mesh, numbers)
+        self.moving = mesh_moves(len(self.bodies), soft=soft, viscoelastic=bool(liquid.modes), steady=steady)
+        self.liquid = Phase(comm, liquid_phase(comm, liquid, self.moving, steady), mesh, liquid)
         self.nodes = LiquidNodes.find(mesh, reference)
         self.phases: list[Phase] = [self.liquid] + [b.phase for b in self.bodies if b.phase is not None]
         self.offsets = np.concatenate([[0], np.cumsum([phase.size for phase in self.phases])]).astype(np.int64)
@@ -236,9 +227,15 @@ class Scene:
         self.h_size = sum(body.size for body in self.bodies)
 
     @property
-    def polymer(self) -> Polymer | None:
-        """Polymer contribution to the liquid with the current De of the form, None for a Newtonian liquid."""
-        return self._polymer and replace(self._polymer, De=float(self.liquid.constants["De"].value))
+    def material(self) -> Liquid:
+        """The liquid, with the parameters of today."""
+        return self.liquid.material
+
+    @property
+    def has_rates(self) -> bool:
+        """Whether stresses depend on rates of change: of the conformation, or of viscous solids."""
+        viscous = (b.phase is not None and b.phase.material.viscosity is not None for b in self.bodies)
+        return bool(self.material.modes) or any(viscous)
 
     def offset(self, phase: Phase) -> int:
         """First index of a phase in the full vector."""
@@ -250,15 +247,15 @@ class Scene:
             phase.set(x[a:b])
 
     def prescribe(self, x: Array, nodes: Indices, flow: PipeState) -> None:
-        """Set u and s at nodes of a viscoelastic liquid to those of a developed flow, in the full vector x."""
+        """Set u and the s of all modes at nodes of the liquid to those of a developed flow, in the full vector x."""
         liquid = self.liquid
         u, *s = flow.profiles(liquid.six_node_mesh.points[nodes, 1])
         x[liquid.index("u", nodes, 0)] = u
-        for c in range(4):
-            x[liquid.index("s", nodes, c)] = s[c]
+        for c, values in enumerate(s):
+            x[liquid.index("s", nodes, c)] = values
 
     def prescribe_ends(self, x: Array, flow: PipeState) -> None:
-        """Set u and s at the ends of a viscoelastic liquid to those of a developed flow, in the full vector x."""
+        """Set u and s at the ends of the liquid to those of a developed flow, in the full vector x."""
         for nodes in (self.nodes.inlet, self.nodes.outlet):
             self.prescribe(x, nodes, flow)
 
@@ -272,18 +269,39 @@ class Scene:
         x[self.liquid.index("u", np.arange(len(points)), 0)] *= share
         return x
 
-    def set_step(self, star: Array, g: float, U_m: float) -> None:
-        """Set the constants of a time step; without effect in a Newtonian liquid, which has no time derivatives.
+    def set_step(self, star: Array, g: float, U_m: float, *, solids: bool = True) -> None:
+        """Set the constants of a time step in the phases that have time derivatives.
 
         Args:
             star: Part of the full vector fixed by the time scheme, shape (n,).
             g: gamma dt.
             U_m: Velocity of the frame.
+            solids: Whether to set those of viscous solids, too.
         """
-        if self.polymer is not None:
+        if self.material.modes:
             self.liquid.set_star(star[: self.liquid.size])
             self.liquid.constants["g"].value = g
             self.liquid.constants["U_m"].value = U_m
+        if solids:
+            self.set_solid_rates(star, 1 / g)
+
+    def set_solid_rates(self, star: Array, rate: float) -> None:
+        """Let the material of viscous solids have the velocity `rate` (eta - star), for a full vector star."""
+        for body in self.bodies:
+            if body.phase is not None and body.phase.material.viscosity is not None:
+                start = self.offset(body.phase)
+                body.phase.set_star(star[start : start + body.phase.size])
+                body.phase.constants["rate"].value = rate
+
+    def with_displacements(self, x: Array, h: Array) -> Array:
+        """A full vector with the displacements of soft particles taken from the positions h, shape (n,)."""
+        x = x.copy()
+        for body in self.bodies:
+            if body.phase is not None:
+                start, moved = self.offset(body.phase), body.displacement(h)
+                for c in range(2):
+                    x[start + body.phase.index("eta", np.arange(len(moved)), c)] = moved[:, c]
+        return x
 
     def positions(self, x: Array) -> Array:
         """Current positions of the nodes of the liquid, shape (nodes, 2)."""
@@ -347,18 +365,19 @@ class Scene:
         return f
 
     def overstretched(self, x: Array) -> str:
-        """Message if tr c exceeds L2 somewhere in a FENE-P liquid, where the law is not defined; otherwise empty."""
-        polymer = self.polymer
-        if polymer is None or polymer.name != "fene-p":
-            return ""
-        c = exponential(self.liquid.nodal("s", x))
-        trace = c[:, 0] + c[:, 2] + c[:, 3]
-        top = int(np.argmax(trace))
-        largest: float = self.comm.bcast(float(trace[top]))
-        if largest < polymer.L2:
-            return ""
-        z, r = self.comm.bcast(self.positions(x)[top].tolist())
-        return f"tr c = {largest:.4g} at z = {z:.3f}, r = {r:.3f} exceeds L2 = {polymer.L2:g}"
+        """Message if tr c exceeds the bound of a mode's law somewhere, where it is not defined; otherwise empty."""
+        for i, law in enumerate(self.material.modes):
+            if law.largest_trace is None:
+                continue
+            c = exponential(self.liquid.nodal("s", x)[:, 4 * i : 4 * i + 4])
+            trace = c[:, 0] + c[:, 2] + c[:, 3]
+            top = int(np.argmax(trace))
+            largest: float = self.comm.bcast(float(trace[top]))
+            if not largest < law.largest_trace:
+                z, r = self.comm.bcast(self.positions(x)[top].tolist())
+                bound = f"{law.largest_trace:g}, the bound of the {law.label} law"
+                return f"tr c = {largest:.4g} at z = {z:.3f}, r = {r:.3f} exceeds {bound}"
+        return ""
 
     def pressure_drop(self, x: Array) -> float:
         """Pressure drop dp over the length of the tube [eta_0 U_av/D_c]."""

@@ -99,7 +99,7 @@ def _constrain_conformation(scene: Scene, y: Unknowns, N: Triplets, rows: Triple
     free = carriers[~np.isin(carriers, given)]
     carried = np.isin(nodes.inlet, carriers)
     inlet, outlet = nodes.inlet[carried], nodes.outlet[carried]
-    for c in range(4):
+    for c in range(4 * len(scene.material.modes)):
         number = np.full(len(liquid.six_node_mesh.points), -1)
         number[free] = y.take("s", len(free))
         index = liquid.index("s", free, c)
@@ -261,7 +261,7 @@ def _finished(
 ) -> Constraints:
     """Add the constraints of the liquid that all problems have in common, and assemble the matrices."""
     _constrain_pressure(scene, y, N, rows)
-    if scene.polymer is not None:
+    if scene.material.modes:
         _constrain_conformation(scene, y, N, rows)
     if scene.moving:
         _constrain_mesh(scene, y, N, C, rows, base)
@@ -338,7 +338,7 @@ def steady_constraints(scene: Scene) -> Constraints:
         integrated.append(unknown)
     size = (scene.h_size, y.size)
     _constrain_velocity(scene, y, N, rows, V.matrix(size), balance.matrix(size), base)
-    if scene.polymer is not None:
+    if scene.material.modes:
         liquid = scene.liquid
         vertices = liquid.six_node_mesh.vertices
         z = liquid.six_node_mesh.points[vertices, 0]

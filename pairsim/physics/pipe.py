@@ -1,9 +1,10 @@
-"""Flow without particles: start-up of tube flow of a viscoelastic liquid at constant flow rate, in one dimension.
+"""Flow without particles: start-up of tube flow of a liquid at constant flow rate, in one dimension.
 
-For a given polymer stress the momentum balance xi u' + tau_rz = -G r/2 and the flow rate determine the shear rate u'(r)
-and the pressure gradient G algebraically. The conformation at each radius therefore obeys an ordinary differential
-equation, and the equations of different radii are coupled through G alone. The flow rate is integrated by Gauss
-quadrature in r, which is spectrally accurate. See "Flow without particles" in docs/explanation/numerics.md.
+For a given polymer stress the momentum balance xi eta(u') u' + tau_rz = -G r/2 and the flow rate determine the shear
+rate u'(r) and the pressure gradient G algebraically: all there is to a liquid without modes. The conformation at each
+radius obeys an ordinary differential equation, and the equations of different radii are coupled through G alone. The
+flow rate is integrated by Gauss quadrature in r, which is spectrally accurate. See "Flow without particles" in
+docs/explanation/numerics.md.
 """
 
 from __future__ import annotations
@@ -11,22 +12,27 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 import scipy
 
-from pairsim.physics.conformation import logarithm, polymer_stress
-from pairsim.physics.materials import polymer
-from pairsim.physics.materials.polymer import Polymer
+from pairsim.physics.conformation import IDENTITY, logarithm, mode_stress, polymer_stress, relaxation
+from pairsim.physics.liquids import Liquid
+from pairsim.physics.liquids.viscous import LEAST_RATE
 from pairsim.physics.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
 
 OUT_OF_REACH = 1e9  # end time passed to LSODA, beyond the end of any run (see `Pipe.until`); chosen
+# Gauss points without and with modes. The shear rate of a power law goes as r^(1/n), which 60 points resolve to 7e-8
+# and 120 to 1e-8 (n = 1.2); with modes there are 4 equations for each.
+POINTS = 120, 60
+FIRST_GRADIENT = 32.0  # that of a Newtonian liquid at unit mean velocity
+SMALLEST = 1e-300  # stress on the axis, which has no logarithm
 IMAGINARY = 1e-30j  # complex step; it causes no cancellation, so that any size far below rounding will do
 MOST_ITERATIONS = 10  # of Newton's method for the steady flow; chosen
+MOST_OF_VISCOSITY = 200  # of Newton's methods for a viscosity that depends on the shear rate; chosen
 
 
 @dataclass(frozen=True)
@@ -37,7 +43,7 @@ class PipeState:
         gradient: Pressure drop per unit length [eta_0 U_av/D_c^2].
         r: Radii from the axis to the wall [D_c], shape (n,).
         u: Axial velocity [U_av], shape (n,).
-        c: Conformation, components (zz, zr, rr, tt), shape (n, 4).
+        c: Conformations of the M modes, components (zz, zr, rr, tt) each, shape (n, 4 M).
         p: Pressure over a cross-section, with zero mean [eta_0 U_av/D_c], shape (n,).
     """
 
@@ -47,8 +53,15 @@ class PipeState:
     c: Array
     p: Array
 
+    @property
+    def wall_rate(self) -> float:
+        """Shear rate at the wall [U_av/D_c]."""
+        degree = len(self.r) - 3
+        series = np.polynomial.legendre.Legendre.fit(self.r[1:-1], self.u[1:-1], degree, domain=[0, TUBE_RADIUS])
+        return float(abs(series.deriv()(TUBE_RADIUS)))
+
     def profiles(self, r: Array) -> Array:
-        """Interpolate u and the four components of log c to other radii, shape (m,); returns shape (5, m)."""
+        """Interpolate u and the components of log c to other radii, shape (m,); returns shape (1 + 4 M, m)."""
         return across(self.r, np.column_stack([self.u, logarithm(self.c)]), r).T
 
 
@@ -72,86 +85,106 @@ class Pipe:
     """Start-up of tube flow from an unstressed liquid at t = 0, and the steady flow that it approaches.
 
     Args:
-        liquid: The polymer, or None for a Newtonian liquid.
+        liquid: The liquid.
         flow: Mean velocity [U_av].
-        points: Number of Gauss points in r.
+        points: Number of Gauss points in r; None: `POINTS`.
 
     Attributes:
         r: Radii: the axis, the Gauss points and the wall, shape (points + 2,).
     """
 
-    def __init__(self, liquid: Polymer | None, flow: float = 1.0, *, points: int = 60) -> None:
+    def __init__(self, liquid: Liquid, flow: float = 1.0, *, points: int | None = None) -> None:
         self.liquid, self._flow = liquid, flow
-        x, w = np.polynomial.legendre.leggauss(points)
+        x, w = np.polynomial.legendre.leggauss(points or POINTS[bool(liquid.modes)])
         self._inner = (x + 1) / 2 * TUBE_RADIUS
-        weights = w / 2 * TUBE_RADIUS
-        # The flow rate -pi int r^2 u' dr = flow pi/4, with u' from the momentum balance, gives the pressure gradient as
-        # G = xi of_solvent - of_stress . tau_rz.
-        by_gradient = weights @ (self._inner**3 / 2)
-        self._of_solvent = 0.25 * flow / by_gradient
-        self._of_stress = np.concatenate([[0.0], weights * self._inner**2 / by_gradient, [0.0]])
         # The axis and the wall have zero quadrature weight.
         self.r = np.concatenate([[0.0], self._inner, [TUBE_RADIUS]])
+        self._weights = np.concatenate([[0.0], w / 2 * TUBE_RADIUS * self._inner**2, [0.0]])
+        self._last = FIRST_GRADIENT * flow  # first guess of G
 
     def _stress(self, c: Array) -> Array:
-        """tau_rz at the radii, shape (n,), for conformations of shape (4, n)."""
+        """tau_rz of all modes at the radii, shape (n,), for conformations of shape (4 M, n)."""
+        parts = [mode_stress(self.liquid, law, c[4 * i : 4 * i + 4])[1] for i, law in enumerate(self.liquid.modes)]
+        return np.asarray(sum(parts[1:], parts[0]) if parts else np.zeros(len(self.r)))
+
+    def _viscous(self, shear: Any) -> Array:
+        """Shear stress xi eta(u') u' of the solvent."""
         liquid = self.liquid
-        assert liquid is not None
-        F = polymer.spring(liquid.name, c[0] + c[2] + c[3], liquid.L2)
-        return np.asarray((1 - liquid.xi) / liquid.De * F * c[1])
+        return np.asarray(liquid.xi * liquid.solvent.viscosity(shear**2 + LEAST_RATE**2) * shear)
+
+    def _slope(self, shear: Array) -> Array:
+        """Derivative of `_viscous` at real shear rates."""
+        return np.asarray(self._viscous(shear + IMAGINARY).imag / IMAGINARY.imag)
+
+    def _shear(self, stress: Any) -> Array:
+        """Shear rate u' of the solvent at a shear stress, real or with an infinitesimal imaginary part, shape (n,)."""
+        if self.liquid.solvent.linear:
+            return np.asarray(stress / self.liquid.xi)
+        size = np.abs(stress.real) + SMALLEST
+        x = size / self._slope(np.zeros_like(size))
+        # Newton's method for log x by log(stress), whose slope does not vary much.
+        for _ in range(MOST_OF_VISCOSITY):
+            found = self._viscous(x)
+            change = np.log(size / found) * found / (x * self._slope(x))
+            x = x * np.exp(change)
+            if np.abs(change).max() <= 1e-15:
+                break
+        x = np.copysign(x, stress.real)
+        return x + 1j * stress.imag / self._slope(x) if np.iscomplexobj(stress) else x
 
     def _gradient(self, tau: Array) -> float:
-        """Pressure gradient G at the imposed flow rate, for tau_rz of shape (n,)."""
-        assert self.liquid is not None
-        return float(self.liquid.xi * self._of_solvent - self._of_stress @ tau)
-
-    def _shear(self, tau: Array, G: Any) -> Array:
-        """Shear rate u'(r) = -(G r/2 + tau_rz)/xi from the momentum balance, shape (n,)."""
-        assert self.liquid is not None
-        return np.asarray(-(G * self.r / 2 + tau) / self.liquid.xi)
+        """Pressure gradient G at which the flow rate -pi int r^2 u' dr is flow pi/4, for tau_rz of shape (n,)."""
+        G = 0.0 if self.liquid.solvent.linear else self._last
+        for _ in range(MOST_OF_VISCOSITY):
+            shear = self._shear(-(G * self.r / 2 + tau))
+            excess, by_G = self._weights @ shear + self._flow / 4, -self._weights @ (self.r / 2 / self._slope(shear))
+            G, before = float(G - excess / by_G), G
+            if self.liquid.solvent.linear or abs(G - before) <= 1e-15 * abs(G):
+                break
+        self._last = G
+        return G
 
     def _change(self, c: Array, shear: Array) -> Array:
-        """dc/dt from the constitutive law, shape (4, n), at the shear rates u', shape (n,)."""
-        liquid = self.liquid
-        assert liquid is not None
-        zz, zr, rr, tt = c
-        trace = zz + rr + tt
-        Y = polymer.relaxation(liquid.name, trace, liquid.epsilon, np.exp)
-        F = polymer.spring(liquid.name, trace, liquid.L2)
-        square = np.array([(zz - 1) ** 2 + zr**2, zr * (zz + rr - 2), zr**2 + (rr - 1) ** 2, (tt - 1) ** 2])
-        relax = Y / liquid.De * (F * c - np.array([[1.0], [0.0], [1.0], [1.0]]) + liquid.alpha * square)
-        stretch = np.array([2 * shear * zr, shear * rr, np.zeros_like(rr), np.zeros_like(rr)])
-        return np.asarray(stretch - relax)
+        """dc/dt from the constitutive laws, shape (4 M, n), at the shear rates u', shape (n,)."""
+        parts = []
+        for i, law in enumerate(self.liquid.modes):
+            own = c[4 * i : 4 * i + 4]
+            stretch = np.array([2 * shear * own[1], shear * own[2], np.zeros_like(own[2]), np.zeros_like(own[2])])
+            parts.append(stretch + relaxation(self.liquid, law, own, shear**2 + LEAST_RATE**2))
+        return np.concatenate(parts)
 
     def _rate(self, _: float, flat: Array) -> Array:
-        c = flat.reshape(4, -1)
+        c = flat.reshape(-1, len(self.r))
         tau = self._stress(c)
-        return self._change(c, self._shear(tau, self._gradient(tau))).ravel()
+        return self._change(c, self._shear(-(self._gradient(tau) * self.r / 2 + tau))).ravel()
 
     def _jacobian(self, _: float, flat: Array) -> Array:
-        """Exact Jacobian of `_rate` by complex steps, shape (4 n, 4 n).
+        """Exact Jacobian of `_rate` by complex steps, shape (4 M n, 4 M n).
 
         It is block diagonal, with one block for each radius, plus a rank-one term from the pressure gradient. Finite
-        differences, with 4 n evaluations of the rate, took 90 % of the time of a developed flow.
+        differences, with 4 M n evaluations of the rate, took 90 % of the time of a developed flow.
         """
-        c = flat.reshape(4, -1)
-        n = c.shape[1]
-        G = self._gradient(self._stress(c))
+        c = flat.reshape(-1, len(self.r))
+        k, n = c.shape
+        tau = self._stress(c)
+        G = self._gradient(tau)
+        slope = self._slope(self._shear(-(G * self.r / 2 + tau)))
+        of_stress = self._weights / slope / (self._weights @ (self.r / 2 / slope))
         radius = np.arange(n)
-        J, G_c = np.zeros((4, n, 4, n)), np.zeros((4, n))
-        for k in range(4):
+        J, G_c = np.zeros((k, n, k, n)), np.zeros((k, n))
+        for j in range(k):
             moved = c.astype(complex)
-            moved[k] += IMAGINARY
+            moved[j] += IMAGINARY
             tau = self._stress(moved)
-            J[:, radius, k, radius] = self._change(moved, self._shear(tau, G)).imag / IMAGINARY.imag
-            G_c[k] = -self._of_stress * tau.imag / IMAGINARY.imag
-        c_G = self._change(c, self._shear(self._stress(c), G + IMAGINARY)).imag / IMAGINARY.imag
-        return np.asarray(J.reshape(4 * n, 4 * n) + np.outer(c_G, G_c))
+            J[:, radius, j, radius] = self._change(moved, self._shear(-(G * self.r / 2 + tau))).imag / IMAGINARY.imag
+            G_c[j] = -of_stress * tau.imag / IMAGINARY.imag
+        moved_shear = self._shear(-((G + IMAGINARY) * self.r / 2 + self._stress(c)))
+        c_G = self._change(c, moved_shear).imag / IMAGINARY.imag
+        return np.asarray(J.reshape(k * n, k * n) + np.outer(c_G, G_c))
 
-    @cached_property
+    @property
     def _start(self) -> Array:
-        n = len(self.r)
-        return np.concatenate([np.ones(n), np.zeros(n), np.ones(n), np.ones(n)])
+        return np.repeat(np.tile(IDENTITY, len(self.liquid.modes)), len(self.r))
 
     def until(self, t_end: float) -> Callable[[float], PipeState]:
         """Integrate the start-up flow up to t_end [D_c/U_av].
@@ -162,11 +195,8 @@ class Pipe:
         Raises:
             NoSteadyState: The time integration failed.
         """
-        if self.liquid is None:
-            u = 2 * self._flow * (1 - (self.r / TUBE_RADIUS) ** 2)
-            unstressed = np.tile([1.0, 0.0, 1.0, 1.0], (len(self.r), 1))
-            still = PipeState(32.0 * self._flow, self.r, u, unstressed, np.zeros_like(u))
-            return lambda _: still
+        if not self.liquid.modes:
+            return self.constant()
         # LSODA chooses its first step from the end time and shortens the last one to reach it. A remote end time is
         # passed and the integration stopped once t_end is exceeded, so that a run that is continued with a later end
         # time has the same flow.
@@ -181,7 +211,7 @@ class Pipe:
             times.append(solver.t)
             pieces.append(solver.dense_output())
         solution = scipy.integrate.OdeSolution(times, pieces)
-        return lambda t: self._state(solution(t).reshape(4, -1))
+        return lambda t: self._state(solution(t).reshape(-1, len(self.r)))
 
     def constant(self) -> Callable[[float], PipeState]:
         """The steady flow as a function of time, in place of the start-up flow of `until`.
@@ -203,14 +233,14 @@ class Pipe:
             NoSteadyState: No steady flow was found. The flow may form shear bands if the shear stress decreases with
                 the shear rate.
         """
-        if self.liquid is None:
-            return self.until(0.0)(0.0)
+        if not self.liquid.modes:
+            return self._state(np.empty((0, len(self.r))))
         if near is not None:
             c = near.c.T.ravel()
         else:
             # Integration in time selects the stable one of several steady flows; Newton's method then converges it.
             # 15 relaxation times were chosen: exp(-15) = 3e-7.
-            end = 15 * self.liquid.De
+            end = 15 * self.liquid.longest
             done = scipy.integrate.solve_ivp(
                 self._rate, (0.0, end), self._start, "LSODA", rtol=1e-4, atol=1e-6, jac=self._jacobian
             )
@@ -228,19 +258,19 @@ class Pipe:
             what = f"no developed flow at De = {self.liquid.De:g}: Newton's method stopped at dc/dt = {left:.2g}"
             advice = "a larger xi: shear stress that decreases with shear rate causes shear bands"
             raise NoSteadyState(what, advice=advice)
-        return self._state(c.reshape(4, -1))
+        return self._state(c.reshape(-1, len(self.r)))
 
     def _state(self, c: Array) -> PipeState:
         tau = self._stress(c)
+        self._last = FIRST_GRADIENT * self._flow  # the state is a function of c alone, to the last digit
         G = self._gradient(tau)
-        shear = self._shear(tau, G)
+        shear = self._shear(-(G * self.r / 2 + tau))
         # u = -int_r^R u' dr.
         velocity = self._primitive(shear[1:-1])
         return PipeState(G, self.r, velocity - velocity[-1], c.T.copy(), self._pressure(c.T))
 
     def _pressure(self, c: Array) -> Array:
         """Pressure over a cross-section, shape (n,), from the radial balance p' = tau_rr' + (tau_rr - tau_tt)/r."""
-        assert self.liquid is not None
         _, _, rr, tt = polymer_stress(self.liquid, c).T
         p = rr + self._primitive((rr - tt)[1:-1] / self._inner)
         total = self._primitive((p * self.r)[1:-1])

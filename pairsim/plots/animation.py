@@ -100,12 +100,11 @@ def animate(directory: Path, out: Path, page: Page, *, curve: bool, field: str |
     case = read_case(directory / "case.yaml")
     views = views_of(frames)
     names = chosen_fields(field, frames[-1], str(directory / "fields.xdmf"))
-    sets = {f"field-{name}": [layer_of(name, FIELDS[name], views, case)] for name in names}
+    sets = {f"field-{name}": [layer_of(name, FIELDS[name], views)] for name in names}
     parts = case_parts(case, {"d0"} if curve else ())
     titles = [title_of(frame, curve) for frame in frames]
     movies = [
-        Movie(stem, views, layers, titles, parts)
-        for stem, layers in (sets or {"fields": motion_of(views, case)}).items()
+        Movie(stem, views, layers, titles, parts) for stem, layers in (sets or {"fields": motion_of(views)}).items()
     ]
     return [_write(movie, kind, out, page) for movie in movies for kind in page.formats]
 

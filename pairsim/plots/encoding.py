@@ -13,7 +13,7 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from pairsim.plots.labels import WIDE, equation, symbol
+from pairsim.plots.labels import WIDE, equation, shown, symbol
 from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED
 from pairsim.runtime.errors import InputError
 
@@ -22,7 +22,9 @@ MOST_PANELS = 6
 
 def hashable(value: Any) -> Hashable:
     """A value of a parameter as a key of a mapping."""
-    return tuple(map(hashable, value)) if isinstance(value, list) else str(value) if isinstance(value, dict) else value
+    return (
+        tuple(map(hashable, value)) if isinstance(value, list) else shown(value) if isinstance(value, dict) else value
+    )
 
 
 def is_number(value: Any) -> bool:

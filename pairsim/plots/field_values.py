@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from pairsim.physics.conformation import trace_of
-from pairsim.physics.materials.polymer import Polymer
 from pairsim.plots.meridional_section import surface_nodes
 from pairsim.results.columns import STRESS, VELOCITY
 from pairsim.results.xdmf import FieldFrame
@@ -23,7 +21,7 @@ class Field:
 
     Attributes:
         label: Symbol and unit (TeX), for the colour bar.
-        values: At the nodes (n,), from a frame and its case.
+        values: At the nodes (n,), from a frame.
         needs: Fields of fields.xdmf that it is made of: all of them, or any one of them if `any_of`.
         any_of: Whether one of `needs` is enough. Where the liquid's or the particles' is missing, they stay blank.
         liquid: The field of fields.xdmf without which the liquid stays blank, "" if it never does.
@@ -33,7 +31,7 @@ class Field:
     """
 
     label: str
-    values: Callable[[FieldFrame, Mapping[str, Any]], Array]
+    values: Callable[[FieldFrame], Array]
     meaning: str
     needs: tuple[str, ...]
     any_of: bool = False
@@ -53,33 +51,26 @@ def particle_velocity(frame: FieldFrame) -> float:
     return float(np.mean([frame.point_data["velocity"][arc, 0].mean() for arc in nodes])) if nodes else 0.0
 
 
-def _velocity(frame: FieldFrame, _: Mapping[str, Any]) -> Array:
+def _velocity(frame: FieldFrame) -> Array:
     return frame.point_data["velocity"][:, 0]
 
 
-def _relative(frame: FieldFrame, _: Mapping[str, Any]) -> Array:
+def _relative(frame: FieldFrame) -> Array:
     return frame.point_data["velocity"][:, 0] - particle_velocity(frame)
 
 
-def _stress(component: Callable[[Array], Array]) -> Callable[[FieldFrame, Mapping[str, Any]], Array]:
+def _stress(component: Callable[[Array], Array]) -> Callable[[FieldFrame], Array]:
     """A component of the polymer's stress in the liquid and of the elastic stress in the particles."""
 
-    def values(frame: FieldFrame, _: Mapping[str, Any]) -> Array:
+    def values(frame: FieldFrame) -> Array:
         parts = [component(frame.point_data[name]) for name in ("tau_p", "tau_s") if name in frame.point_data]
         return np.asarray(sum(parts))  # each is zero where the other one lives
 
     return values
 
 
-def _trace(frame: FieldFrame, case: Mapping[str, Any]) -> Array:
-    names = ("xi", "alpha", "epsilon", "L2")
-    numbers = {name: float(case[name]) for name in names if case.get(name) is not None}
-    liquid = Polymer(case["liquid"], De=float(case["De"]), **{"xi": 0.0, **numbers})
-    return trace_of(liquid, frame.point_data["tau_p"])
-
-
-def _stored(name: str) -> Callable[[FieldFrame, Mapping[str, Any]], Array]:
-    return lambda frame, _: frame.point_data[name]
+def _stored(name: str) -> Callable[[FieldFrame], Array]:
+    return lambda frame: frame.point_data[name]
 
 
 BOTH: dict[str, Any] = {"needs": ("tau_p", "tau_s"), "any_of": True, "liquid": "tau_p", "solid": "tau_s"}
@@ -90,7 +81,7 @@ FIELDS: dict[str, Field] = {
     "streamlines": Field(
         rf"$u_z - U\ [{VELOCITY}]$", _relative, "streamlines in the frame of the particles", ("velocity",)
     ),
-    "tr_c": Field(r"$\mathrm{tr}\,c\ [-]$", _trace, "trace of the conformation", ("tau_p",), diverging=False),
+    "tr_c": Field(r"$\mathrm{tr}\,c\ [-]$", _stored("tr_c"), "trace of the conformation", ("tr_c",), diverging=False),
     "N1": Field(
         rf"$\tau_{{zz}} - \tau_{{rr}}\ [{STRESS}]$",
         _stress(lambda tau: tau[:, 0] - tau[:, 2]),

@@ -74,25 +74,25 @@ def draw_fields(directory: Path, out: Path, page: Page, *, curve: bool, field: s
     names = chosen_fields(field, frames[-1], str(directory / "fields.xdmf"))
     if not names:
         views = views_of(frames)
-        written += _save(directory, out, page, views, motion_of(views, case), curve, "fields")
+        written += _save(directory, out, page, views, motion_of(views), curve, "fields")
         extra = [name for name in ("tau_zz_extra", "pressure_extra") if FIELDS[name].there(frames[-1])]
         if len(extra) == 2 and case.get("particles", 2):
             views = views_of(frames[-1:])
-            figure = _perturbation(page, views, [layer_of(name, FIELDS[name], views, case) for name in extra])
+            figure = _perturbation(page, views, [layer_of(name, FIELDS[name], views) for name in extra])
             small_print(figure, [*case_parts(case), title_of(frames[-1], curve)])
             written += page.save(figure, out, "perturbation")
     for name in names:
         views = views_of(frames)
-        layers = [layer_of(name, FIELDS[name], views, case)]
+        layers = [layer_of(name, FIELDS[name], views)]
         written += _save(directory, out, page, views, layers, curve, f"field-{name}")
     return written
 
 
-def motion_of(views: Sequence[View], case: dict[str, Any]) -> list[Layer]:
+def motion_of(views: Sequence[View]) -> list[Layer]:
     """The velocity of the liquid and, in soft particles, the axial elastic stress."""
     velocity = FIELDS["velocity"]
     label = velocity.label.replace("$u_z", "liquid: $u_z", 1)
-    values = [velocity.values(view.frame, case) for view in views]
+    values = [velocity.values(view.frame) for view in views]
     layers = [Layer(values, label, liquid=True, solid=False, diverging=False)]
     if "tau_s" in views[-1].frame.point_data:
         stress = [view.frame.point_data["tau_s"][:, 0] for view in views]

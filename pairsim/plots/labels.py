@@ -11,30 +11,14 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 
-from pairsim.physics.materials.polymer import PARAMETERS
+from pairsim.config.materials import declared_in, is_viscous, liquid_block, liquid_of, solid_blocks
+from pairsim.physics import declared
+from pairsim.physics.declared import LAWS
 from pairsim.results.columns import column
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
-SYMBOLS = {
-    "beta": r"\beta",
-    "De": r"\mathrm{De}",
-    "Ca_e": r"\mathrm{Ca}_e",
-    "d0": "d_0",
-    "xi": r"\xi",
-    "alpha": r"\alpha",
-    "epsilon": r"\epsilon",
-    "L2": "L^2",
-    "mesh.Np": "N_p",
-}
-LAWS = {
-    "newtonian": "Newtonian",
-    "giesekus": "Giesekus",
-    "oldroyd-b": "Oldroyd-B",
-    "ptt-linear": "linear PTT",
-    "ptt-exp": "exponential PTT",
-    "fene-p": "FENE-P",
-}
+SYMBOLS = {"beta": r"\beta", "d0": "d_0", "mesh.Np": "N_p", **declared.SYMBOLS}
 WIDE = 8.0  # ratio of values from which their axis is logarithmic
 NOISE = 1e-9  # what varies less than this is constant to rounding, and not blown up to fill its panel
 
@@ -61,20 +45,30 @@ def shown(value: Any) -> str:
         entries = list(value)
         return shown(entries[0]) if len(set(map(str, entries))) == 1 else ", ".join(map(shown, entries))
     if isinstance(value, str):
-        return LAWS.get(value, plain_text(value))
+        return LAWS[value].label if value in LAWS else plain_text(value)
+    if isinstance(value, Mapping):
+        return ", ".join(f"{k} {shown(v)}" if k != "law" else shown(v) for k, v in value.items())
     return f"{value:.4g}" if isinstance(value, float) else plain_text(str(value))
 
 
 def symbol(key: str) -> str:
     """A parameter on an axis or in a legend."""
-    return f"${SYMBOLS[key]}$" if key in SYMBOLS else plain_text(key)
+    name = _symbol(key)
+    return f"${name}$" if name else plain_text(key)
+
+
+def _symbol(key: str) -> str:
+    """The symbol of a parameter, also of a law's in its group, such as liquid.n; empty if it has none."""
+    of_law = key.startswith(("liquid.", "solid."))
+    return SYMBOLS.get(key.rpartition(".")[2] if of_law else key, "")
 
 
 def equation(key: str, value: Any) -> str:
     """A parameter with its value."""
-    if key == "liquid":
+    if key in ("liquid", "solid"):
         return shown(value)
-    return f"${SYMBOLS[key]} = {shown(value)}$" if key in SYMBOLS else f"{plain_text(key)} = {shown(value)}"
+    name = _symbol(key)
+    return f"${name} = {shown(value)}$" if name else f"{plain_text(key)} = {shown(value)}"
 
 
 def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = ()) -> list[str]:
@@ -94,11 +88,34 @@ def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = ()) -> list
         add("beta", "Ca_e")
     if count > 1:
         add("d0")
-    add("De")
-    if "De" in leave_out or case.get("De"):
-        parts.extend([equation("liquid", case["liquid"])] if "liquid" in case and "liquid" not in leave_out else [])
-        add("xi", *(key for key, laws in PARAMETERS.items() if case.get("liquid") in laws))
+    elastic = "De" in leave_out or bool(case.get("De"))
+    laws: list[str] = []
+    if not is_viscous(case) or liquid_of(case).newtonian:
+        add("De")
+    else:
+        laws = ["liquid"]
+    if elastic and "liquid" in case:
+        laws = ["liquid"]
+    soft = case.get("Ca_e")
+    laws += ["solid"] if "solid" in case and any(soft if isinstance(soft, list | tuple) else [soft]) else []
+    for place in laws:
+        if place not in leave_out:
+            parts.append(_liquid_label(case) if place == "liquid" else shown([b["law"] for _, b in solid_blocks(case)]))
+        if place == "liquid" and elastic:
+            add("xi")
+        if place in leave_out or (place == "liquid" and liquid_block(case).keys() & {"modes", "solvent"}):
+            continue  # not those of all lines, or too many numbers for a caption
+        own = [each for each in declared_in(case) if each.key.startswith("solid") == (place == "solid")]
+        parts += [equation(e.key, e.value) for e in own if e.value is not None and e.key not in leave_out]
     return parts
+
+
+def _liquid_label(case: Mapping[str, Any]) -> str:
+    """The name of the liquid: of its law, or of those of all its modes and of its solvent."""
+    block = liquid_block(case)
+    if block.keys() & {"modes", "solvent"}:
+        return liquid_of({"xi": 1.0, **case, "De": 1.0}).label
+    return shown(block["law"])
 
 
 def axis_label(names: list[str], more: str = "") -> str:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from pairsim.physics.declared import FLAT
 from pairsim.plots.encoding import Encoding, hashable
 from pairsim.plots.labels import case_parts, read_case, symbol
 from pairsim.plots.lines import Line, draw_lines, lines_of
@@ -13,17 +14,20 @@ from pairsim.plots.style import Page, printing
 from pairsim.results.folders import Kind, kind_of
 from pairsim.runtime.errors import InputError
 
-FIRST = ("beta", "De", "Ca_e", "d0", "particles", "liquid", "xi", "alpha", "epsilon", "L2")
+FIRST = ("beta", "De", "Ca_e", "d0", "particles", "liquid", "xi", *FLAT)
 """Keys that a difference is looked for in before all others."""
 NOT_COMPARED = ("name", "output", "fields", "physical", "time.end", "limits")
 FOLDER = "folder"
 
 
 def flat(case: dict[str, Any], above: str = "") -> dict[str, Any]:
-    """The keys of a case with a dot for each level."""
+    """The keys of a case with a dot for each level; the name of a law stands for its group."""
     found: dict[str, Any] = {}
     for name, value in case.items():
-        found |= flat(value, f"{above}{name}.") if isinstance(value, dict) else {above + name: value}
+        if isinstance(value, dict):
+            found |= flat(value, f"{above}{name}.")
+        else:
+            found[above.removesuffix(".") if name == "law" else above + name] = value
     return found
 
 
@@ -63,7 +67,8 @@ def overlay(
             raise InputError(str(folder), "", kind, "must be a run or a curve to be laid over others")
         if kind != kinds[folders[0]]:
             raise InputError(str(folder), "", kind, f"must be a {kinds[folders[0]]}, as {folders[0]} is")
-    cases = [flat(read_case(folder / "case.yaml")) for folder in folders]
+    whole = [read_case(folder / "case.yaml") for folder in folders]
+    cases = list(map(flat, whole))
     keys = varying_keys(cases)
     names = [str(folder) for folder in folders]
     if len(set(names)) < len(names):
@@ -78,7 +83,8 @@ def overlay(
         if not found:
             raise InputError(str(folder), "", None, "has no line to draw: no rows yet, or no curve over one distance")
         lines += found
-    fullest = max(cases, key=lambda case: float(case.get("De", 0)))  # a Newtonian one has no law to name
+    # A Newtonian one has no law to name.
+    fullest = max(whole, key=lambda case: (float(case.get("De", 0)), isinstance(case.get("liquid"), dict)))
     return draw_overlay(lines, keys, fullest, out, page, "curves" if curve else "runs", group, panels)
 
 

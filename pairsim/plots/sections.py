@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -92,12 +92,12 @@ def views_of(frames: Sequence[FieldFrame]) -> list[View]:
     return views
 
 
-def layer_of(name: str, field: Field, views: Sequence[View], case: Mapping[str, Any]) -> Layer:
+def layer_of(name: str, field: Field, views: Sequence[View]) -> Layer:
     """A field as a layer, in the liquid and, where they have it, in the particles."""
     data = views[-1].frame.point_data
     liquid = not field.liquid or field.liquid in data
     solid = field.solid is not None and field.solid in data
-    values = [field.values(view.frame, case) for view in views]
+    values = [field.values(view.frame) for view in views]
     return Layer(values, field.label, liquid, solid, field.diverging, lines=name == "streamlines")
 
 

@@ -10,14 +10,14 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from pairsim.fem.scene import Body, Scene
-from pairsim.physics.conformation import exponential, polymer_stress
+from pairsim.physics.conformation import exponential, polymer_stress, trace
 from pairsim.physics.pipe import PipeState, across
 from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.arrays import Array, Indices
 
 
 def elastic_stress(body: Body, h: Array) -> Array:
-    """Elastic stress (B - I)/Ca_e of a soft particle at the nodes of its mesh.
+    """Elastic stress of a soft particle at the nodes of its mesh.
 
     It is projected (L2) onto the continuous quadratic elements, so that the hoop stretch R/r is only evaluated at
     quadrature points and needs no limit on the axis.
@@ -38,7 +38,8 @@ def elastic_stress(body: Body, h: Array) -> Array:
     ]
     B = np.einsum("mqik,mqjk->mqij", F, F)
     hoop = (radius[1] / radius[0]) ** 2
-    stress = np.stack([B[..., 0, 0] - 1, B[..., 0, 1], B[..., 1, 1] - 1, hoop - 1], axis=-1) / body.Ca_e
+    solid = body.phase.material
+    stress = np.stack(solid.stress((B[..., 0, 0], B[..., 0, 1], B[..., 1, 1], hoop)), axis=-1)
     w = quadrature.weights(mesh.points)
     local = np.einsum("mq,qa,qb->mab", w, shapes, shapes)
     row, column = np.repeat(mesh.cells, 6, axis=1), np.tile(mesh.cells, (1, 6))
@@ -127,9 +128,11 @@ def frame(step: Moment, origin: Array, flow: PipeState) -> FieldFrame:
     here, rest = points[0], start - len(nodes)
     alone = across(flow.r, flow.p, here[:, 1]) - flow.gradient * here[:, 0]
     data["pressure_extra"] = np.concatenate([p[0] - alone, np.zeros(rest)])
-    if scene.polymer is not None:
-        tau = polymer_stress(scene.polymer, exponential(liquid.nodal("s", step.x)))
-        stress_alone = polymer_stress(scene.polymer, across(flow.r, flow.c, here[:, 1]))
+    if scene.material.modes:
+        c = exponential(liquid.nodal("s", step.x))
+        tau = polymer_stress(scene.material, c)
+        stress_alone = polymer_stress(scene.material, across(flow.r, flow.c, here[:, 1]))
+        data["tr_c"] = np.concatenate([trace(c).max(axis=1), np.zeros(rest)])
         data["tau_p"] = np.vstack([tau, np.zeros((rest, 4))])
         data["tau_p_zz_extra"] = np.concatenate([(tau - stress_alone)[:, 0], np.zeros(rest)])
     return FieldFrame(step.t, step.mesh_id, np.vstack(points), np.vstack(cells), np.concatenate(region), data)

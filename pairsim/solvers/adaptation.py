@@ -145,7 +145,7 @@ class AdaptiveBranch(Branch):
         scout: Steady | None = None,
     ) -> None:
         self._comm, self._allowed, self._zeros_only = comm, allowed, zeros_only
-        start = coarser(problem, START if problem.law is None else ELASTIC_START, START_CELLS)
+        start = coarser(problem, ELASTIC_START if parameters.liquid.modes else START, START_CELLS)
         super().__init__(comm, start, parameters, mesh_error, sensitivities, scout=scout)
         self._estimator = ErrorEstimator(cells=True)
         self._fields: dict[tuple[float, ...], SizeField] = {}
@@ -214,8 +214,9 @@ class AdaptiveBranch(Branch):
         room = np.maximum(room, least)
         self.rounds[place] += 1
         most = AIM * room / SAFETY
-        if self.problem.law is None or (estimate.regular_dU > estimate.scatter_dU).any():
-            order = ORDER if self.problem.law is None else ELASTIC_ORDER
+        elastic = bool(point.parameters.liquid.modes)
+        if not elastic or (estimate.regular_dU > estimate.scatter_dU).any():
+            order = ELASTIC_ORDER if elastic else ORDER
             finer = float(np.max(estimate.cells_dU / most)) ** (1 / order)
             problem = coarser(self.problem, 1 / float(np.clip(finer, *FACTORS)))
         else:

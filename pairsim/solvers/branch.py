@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.adjoints import Adjoints
 from pairsim.solvers.bordered import solve_with
-from pairsim.solvers.continuation import follow, new_mesh, towards
+from pairsim.solvers.continuation import follow, new_mesh
 from pairsim.solvers.error_estimate import ErrorEstimate, ErrorEstimator
 from pairsim.solvers.first_solution import COARSER, coarser, first_scene, started
 from pairsim.solvers.parameters import Parameters
@@ -197,7 +198,7 @@ class Branch:
         fine, old = self.fine, self.snapshots
         before = fine.iterations
         here = fine.parameters
-        along = towards(here.with_gap(left), here.with_gap(right))
+        along = partial(here.with_gap(left).towards, here.with_gap(right))
         start = (guess - left) / (right - left)
         try:
             self._nearest(along(start))

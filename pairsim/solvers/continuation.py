@@ -5,9 +5,9 @@ See "Continuation" in docs/explanation/numerics.md. Constants without another or
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -31,44 +31,14 @@ MOST_RELAXED = 3  # consecutive steps by pseudo-time; without a limit they could
 ARC = 0.1  # first step of the arc length
 MOST_ARCS = 60  # steps of the arc length
 COLD_CAPILLARY = 0.01
-COLD_DEBORAH = 0.01  # log c overflows from 0.02 in gaps of 0.02, from 0.05 at N_p 28
 STIFFER = (1.0, 0.2, 0.04, 0.008)  # factors of Ca_e that are tried in turn for the first solution
 
 
-def towards(start: Parameters, end: Parameters) -> Callable[[float], Parameters]:
-    """Line between two sets of parameters: geometric interpolation of De, linear interpolation of the others.
-
-    The displacement of the liquid's mesh is linear in the distances, so that a tangent predictor along a line that is
-    linear in them is exact for the mesh.
-
-    Args:
-        start: Parameters at tau = 0.
-        end: Parameters at tau = 1.
-
-    Returns:
-        Parameters as a function of tau.
-    """
-
-    def along(tau: float) -> Parameters:
-        return Parameters(
-            tuple(a + (b - a) * tau for a, b in zip(start.gaps, end.gaps, strict=True)),
-            tuple(a + (b - a) * tau for a, b in zip(start.Ca_es, end.Ca_es, strict=True)),
-            start.De * (end.De / start.De) ** tau if start.De > 0 else 0.0,
-            start.size,
-        )
-
-    return along
-
-
 def cold_start(parameters: Parameters) -> Parameters:
-    """Parameters with Ca_e and De so small that undeformed spheres in the developed flow are a good first guess."""
+    """Nearly rigid particles in an easier liquid, for which spheres in the developed flow are a good first guess."""
     largest = max(parameters.Ca_es, default=0.0)
     factor = min(1.0, COLD_CAPILLARY / largest) if largest else 1.0
-    return replace(
-        parameters,
-        Ca_es=tuple(Ca_e * factor for Ca_e in parameters.Ca_es),
-        De=min(parameters.De, COLD_DEBORAH),
-    )
+    return replace(parameters.softer(factor), liquid=parameters.liquid.easier())
 
 
 def begin(steady: Steady) -> None:
@@ -82,10 +52,10 @@ def begin(steady: Steady) -> None:
     wanted = steady.parameters
     steady.place_undeformed()
     for factor in STIFFER if any(wanted.Ca_es) else (1.0,):
-        report = steady.solve(replace(wanted, Ca_es=tuple(Ca_e * factor for Ca_e in wanted.Ca_es)))
+        report = steady.solve(wanted.softer(factor))
         if report.converged:
             break
-    if not report.converged and steady.problem.law is not None:
+    if not report.converged and steady.parameters.liquid.modes:
         report = relax(steady, steady.parameters)
     if not report.converged:
         message = f"no solution was found from undeformed spheres at {where(steady.parameters)}: {report.reason}"
@@ -107,7 +77,7 @@ def new_mesh(steady: Steady, *, afresh: bool = False) -> None:
     """
     steady.remesh(afresh=afresh)
     report = steady.solve(steady.parameters)
-    if not report.converged and steady.problem.law is not None:
+    if not report.converged and steady.parameters.liquid.modes:
         report = relax(steady, steady.parameters)
     if not report.converged:
         message = f"no solution was found after remeshing at {where(steady.parameters)}: {report.reason}"
@@ -148,7 +118,7 @@ def follow(steady: Steady, target: Parameters) -> None:
     start = steady.parameters
     if start == target:
         return
-    along = towards(start, target)
+    along = partial(start.towards, target)
     tau, longest, refused, relaxed = 0.0, 1.0, "", 0
     while tau < 1.0:
         steady.factor()
@@ -177,7 +147,7 @@ def follow(steady: Steady, target: Parameters) -> None:
             steady.recall(before)
             step /= 3
             if step < SMALLEST:
-                elastic, relaxed = steady.problem.law is not None, relaxed + 1
+                elastic, relaxed = bool(target.liquid.modes), relaxed + 1
                 if elastic and relaxed <= MOST_RELAXED and relax(steady, there).converged:
                     longest = 3 * SMALLEST
                     break
@@ -187,7 +157,7 @@ def follow(steady: Steady, target: Parameters) -> None:
 
 def _far(here: Parameters, there: Parameters) -> bool:
     """Whether a step is so long that the matrix of the last solution is not used at the new parameters."""
-    pairs = zip((*here.gaps, *here.Ca_es, here.De), (*there.gaps, *there.Ca_es, there.De), strict=True)
+    pairs = zip(*((*at.gaps, *at.Ca_es, *at.liquid.numbers.values()) for at in (here, there)), strict=True)
     return any(max(old / new, new / old) > FAR for old, new in pairs if old and new)
 
 
@@ -265,7 +235,7 @@ def find_fold(steady: Steady, target: Parameters) -> Fold:
         NoSteadyState: The matrix is singular at a solution.
         MeshFailure: A mesh could not be generated.
     """
-    along = towards(steady.parameters, target)
+    along = partial(steady.parameters.towards, target)
     tau, direction, arc = 0.0, 1.0, ARC
     places: list[tuple[float, float]] = [(0.0, 0.0)]
     most = MOST_SHAPE * max(steady.problem.betas)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -105,9 +105,7 @@ def value_of(name: Followed, parameters: Parameters) -> float:
 
 def with_value(name: Followed, parameters: Parameters, value: float) -> Parameters:
     """The same parameters with another value of the followed one; rigid particles remain rigid."""
-    if name == "De":
-        return replace(parameters, De=value)
-    return replace(parameters, Ca_es=tuple(value if Ca_e else 0.0 for Ca_e in parameters.Ca_es))
+    return parameters.with_De(value) if name == "De" else parameters.with_Ca_e(value)
 
 
 def search(branch: Branch, least: float, most: float) -> Generator[Point | Jump, None, list[Zero]]:

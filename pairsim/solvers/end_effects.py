@@ -34,7 +34,7 @@ def end_effects(steady: Steady, adjoints: Array, residual: Array) -> Array:
     """
     scene, x = steady.scene, steady.state()[1]
     liquid, nodes = scene.liquid, scene.nodes
-    mesh, fields = liquid.six_node_mesh, ["u"] if scene.polymer is None else ["u", "s"]
+    mesh, fields = liquid.six_node_mesh, ["u", "s"] if scene.material.modes else ["u"]
     values, positions = np.hstack([liquid.nodal(field, x) for field in fields]), scene.positions(x)
     # What enters a periodic tube at its inlet has left it at its outlet: there is one jump.
     ends = [(nodes.outlet, -1.0)] if scene.periodic else [(nodes.inlet, 1.0), (nodes.outlet, -1.0)]
@@ -61,9 +61,9 @@ def _on_plane(mesh: SixNodeMesh, positions: Array, values: Array, places: Array)
 
 
 def _developed(steady: Steady, nodes: Indices) -> Array:
-    """Velocity and, in a viscoelastic liquid, log c of the flow without particles at nodes, (n, 2) or (n, 6)."""
+    """Velocity and log c of the M modes in the flow without particles at nodes, (n, 2 + 4 M)."""
     points = steady.scene.liquid.six_node_mesh.points[nodes]
-    if steady.scene.polymer is None:
+    if steady.scene.material.newtonian:
         return steady.scene.boundary_velocity(points)
     u, *s = steady.developed_flow.profiles(points[:, 1])
     return np.column_stack([u, np.zeros(len(points)), *s])

@@ -68,9 +68,9 @@ class ErrorEquation:
         h, x = newton.state(y)
         h_star = _combined(scheme, past.h) + _combined(scheme, errors.h)
         star = corrected_star = None
-        if scene.polymer is not None:
-            star = _combined(scheme, past.x)
-            corrected_star = star + _combined(scheme, errors.x)
+        if scene.has_rates:
+            star = scene.with_displacements(_combined(scheme, past.x), _combined(scheme, past.h))
+            corrected_star = scene.with_displacements(star + _combined(scheme, errors.x), h_star)
         recovered = self._on(newton)
         with newton.clock("assembly"):
             recovered.recover(x, star, constraints.V @ y)
@@ -91,10 +91,10 @@ class ErrorEquation:
         errors.push(t, dh, dx, dy)
         errors.t_y, errors.y = errors.t_y[:1], errors.y[:1]
         dU = np.diff(velocities(scene.bodies, constraints.V @ (y + dy), h + dh) - U)
-        if scene.polymer is not None:
+        if scene.material.modes:
             # The stress of the run is balanced after a remeshing, which leaves its dU as it was, that of x_c is not.
             # The dU that drives is forgotten as solvent and elastic stress exchange their loads, in a time xi De.
-            memory = scene.polymer.xi * scene.polymer.De
+            memory = scene.material.xi * scene.material.longest
             left = math.exp(-(t - past.t[0]) / memory) if memory > 0 else 0.0
             errors.imbalance = errors.imbalance * left
             if remeshed:

@@ -13,7 +13,7 @@ from pairsim.runtime.arrays import Array
 
 
 def carry_liquid(old: Scene, x: Array, scene: Scene, new: Array, shift: float = 0.0) -> Array:
-    """Interpolate velocity, pressure and log-conformation of the liquid to another mesh.
+    """Interpolate velocity, pressure and log-conformations of the liquid to another mesh.
 
     Args:
         old: Scene to interpolate from.
@@ -29,7 +29,7 @@ def carry_liquid(old: Scene, x: Array, scene: Scene, new: Array, shift: float = 
     p = np.zeros(len(mesh.points))
     p[mesh.vertices] = x[old.liquid.index("p", mesh.vertices)]
     values = [old.liquid.nodal("u", x), p[mesh.parents].mean(axis=1)[:, None]]
-    if scene.polymer is not None:
+    if scene.material.modes:
         values.append(old.liquid.nodal("s", x))
     places = scene.positions(new) - [shift, 0.0]
     reach = old.reference.geometry.length / 2
@@ -40,9 +40,8 @@ def carry_liquid(old: Scene, x: Array, scene: Scene, new: Array, shift: float = 
     for c in range(2):
         new[liquid.index("u", nodes, c)] = found[:, c]
     new[liquid.index("p", wanted.vertices)] = found[wanted.vertices, 2]
-    if scene.polymer is not None:
-        for c in range(4):
-            new[liquid.index("s", nodes, c)] = found[:, 3 + c]
+    for c in range(4 * len(scene.material.modes)):
+        new[liquid.index("s", nodes, c)] = found[:, 3 + c]
     return new
 
 

@@ -21,7 +21,8 @@ from pairsim.fem.remeshing import on_root
 from pairsim.fem.scene import Body, Scene, make_bodies
 from pairsim.fem.scene_constraints import extension_constraints
 from pairsim.fem.six_node_mesh import SixNodeMesh
-from pairsim.physics.materials.polymer import Polymer
+from pairsim.physics.liquids import Liquid
+from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import MeshFailure
@@ -35,7 +36,11 @@ ROUNDING = 1e-13  # displacement [D_c] that positions have by rounding alone
 
 
 def cut_particles(
-    comm: MPI.Comm, settings: MeshSettings, geometry: Geometry, narrowest: tuple[float, ...], Ca_es: Sequence[float]
+    comm: MPI.Comm,
+    settings: MeshSettings,
+    geometry: Geometry,
+    narrowest: tuple[float, ...],
+    solids: Sequence[Solid | None],
 ) -> tuple[list[Outline], list[SixNodeMesh | None]]:
     """Divide the outlines of the particles into arcs and mesh the soft particles; collective.
 
@@ -44,7 +49,7 @@ def cut_particles(
         settings: Cell sizes.
         geometry: The particles.
         narrowest: Distances that determine the lengths of the arcs, N-1 values.
-        Ca_es: Elastic capillary numbers, N values.
+        solids: What the particles are made of, None for rigid ones.
 
     Returns:
         Outlines, and meshes with None for rigid particles, identical on every process.
@@ -55,7 +60,7 @@ def cut_particles(
 
     def cut() -> tuple[list[Outline], list[SixNodeMesh | None]]:
         outlines = make_outlines(replace(geometry, gaps=narrowest), settings)
-        return outlines, particle_meshes(geometry, settings, outlines, Ca_es)
+        return outlines, particle_meshes(geometry, settings, outlines, [solid is not None for solid in solids])
 
     return on_root(comm, cut)
 
@@ -68,8 +73,8 @@ class MeshedScene:
         problem: The problem.
         outlines: Outlines of the particles.
         insides: Meshes of the soft particles, None for rigid ones.
-        Ca_es: Initial elastic capillary numbers; a particle with 0 stays rigid.
-        polymer: Polymer contribution to the liquid, with the initial De; None for a Newtonian liquid.
+        solids: What the particles are made of at first; None, a rigid one, stays rigid.
+        liquid: The liquid with its initial parameters.
         steady: Whether the problem is quasi-steady.
         constrain: Function that returns the constraints; called after `scene` has been created on a new mesh.
         clock: Stopwatch for the phases of the computation.
@@ -91,20 +96,20 @@ class MeshedScene:
         problem: SceneProblem,
         outlines: Sequence[Outline],
         insides: Sequence[SixNodeMesh | None],
-        Ca_es: Sequence[float],
+        solids: Sequence[Solid | None],
         *,
-        polymer: Polymer | None,
+        liquid: Liquid,
         steady: bool,
         constrain: Callable[[MeshedScene], Constraints],
         clock: Clock,
     ) -> None:
         self.comm, self.problem, self.outlines, self.clock = comm, problem, tuple(outlines), clock
-        self._polymer, self._steady, self._constrain = polymer, steady, constrain
+        self._liquid, self._steady, self._constrain = liquid, steady, constrain
         self._newton: Newton | None = None
         self._extension: Newton | None = None
         self.made = 0
         with clock("jit"):
-            self.bodies = make_bodies(comm, Ca_es, outlines, insides)
+            self.bodies = make_bodies(comm, solids, outlines, insides)
 
     @property
     def newton(self) -> Newton:
@@ -135,7 +140,7 @@ class MeshedScene:
                 self.bodies,
                 periodic=self.problem.periodic,
                 boundary_velocity=self.problem.boundary_velocity,
-                polymer=self._polymer,
+                liquid=self._liquid,
                 flow=self.problem.flow,
                 velocity=self.problem.velocity,
                 steady=self._steady,

@@ -1,7 +1,8 @@
 """The residual of a quasi-steady scene that moves: with the terms that holding the distances drops.
 
-Holding the distances drops the velocity with which the particles' surfaces deform, the velocity of the mesh relative to
-the particles, and the rate of s = log c. Given the rates of distances and unknowns, they are put back.
+Holding the distances drops the velocity with which the particles' surfaces deform, the viscous stress inside them, the
+velocity of the mesh relative to the particles, and the rate of s = log c. Given the rates of distances and unknowns,
+they are put back.
 """
 
 from __future__ import annotations
@@ -41,7 +42,8 @@ def moving_residual(
         means.append(body.quadrature.mean(moved[:, 0], body.phase.six_node_mesh.points + body.displacement(h)))
         for c in range(2):
             x[liquid.index("u", at, c)] += moved[body.nodes, c] - (means[-1] if c == 0 else 0.0)
-    if scene.polymer is not None and stress:
+    scene.set_solid_rates(scene.with_displacements(x, h - h_t), 1.0)
+    if scene.material.modes and stress:
         x_t = constraints.N @ y_t + constraints.C @ h_t
         vertices = liquid.six_node_mesh.vertices
         # The mesh goes with the particles by what is left of U without the motion of their surfaces: all of it where

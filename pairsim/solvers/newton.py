@@ -273,7 +273,7 @@ class Newton:
         return inexact or kept
 
     def overstretched(self, y: Array) -> str:
-        """Message if tr c exceeds L2 in a FENE-P liquid, where solutions are spurious; otherwise empty."""
+        """Message if tr c exceeds the bound of a law, where solutions are spurious; otherwise empty."""
         return self.scene.overstretched(self.state(y)[1])
 
     def place(self, h_star: Array) -> None:

@@ -4,22 +4,36 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from pairsim.physics.liquids import NEWTONIAN, Liquid
+from pairsim.physics.material import between
+from pairsim.physics.solids import Solid
+
 
 @dataclass(frozen=True)
 class Parameters:
-    """Parameters of a quasi-steady scene.
+    """Parameters of a quasi-steady scene: distances, and materials, which own De, Ca_e and those of their laws.
 
     Attributes:
         gaps: Distances between facing surfaces on the axis from upstream [D_c], N-1 values.
-        Ca_es: Elastic capillary numbers, 0 for rigid particles, N values.
-        De: Deborah number, 0 for a Newtonian liquid.
+        solids: The particles' materials, None for rigid particles, N entries.
+        liquid: The liquid.
         size: Factor of all particle diameters; differs from 1 only for derivatives with respect to beta.
     """
 
     gaps: tuple[float, ...]
-    Ca_es: tuple[float, ...]
-    De: float = 0.0
+    solids: tuple[Solid | None, ...]
+    liquid: Liquid = NEWTONIAN
     size: float = 1.0
+
+    @property
+    def De(self) -> float:
+        """Deborah number, 0 for a liquid without modes."""
+        return float(self.liquid.De)
+
+    @property
+    def Ca_es(self) -> tuple[float, ...]:
+        """Elastic capillary numbers, 0 for rigid particles, N values."""
+        return tuple(0.0 if solid is None else float(solid.Ca_e) for solid in self.solids)
 
     def with_gap(self, d: float) -> Parameters:
         """The same parameters with all distances equal to d."""
@@ -28,3 +42,33 @@ class Parameters:
     def with_longer_gap(self, i: int, change: float) -> Parameters:
         """The same with gap i, from upstream, longer by a change [D_c]."""
         return replace(self, gaps=(*self.gaps[:i], self.gaps[i] + change, *self.gaps[i + 1 :]))
+
+    def with_De(self, De: float) -> Parameters:
+        """The same at another Deborah number."""
+        return replace(self, liquid=self.liquid.with_De(De))
+
+    def softer(self, factor: float) -> Parameters:
+        """The same with every Ca_e multiplied by a factor."""
+        return replace(self, solids=tuple(s and replace(s, Ca_e=s.Ca_e * factor) for s in self.solids))
+
+    def with_Ca_e(self, Ca_e: float) -> Parameters:
+        """The same with another Ca_e of all soft particles; rigid particles remain rigid."""
+        return replace(self, solids=tuple(s and replace(s, Ca_e=Ca_e) for s in self.solids))
+
+    def towards(self, end: Parameters, tau: float) -> Parameters:
+        """Parameters on the way to others of the same laws: geometric in De, linear in all others.
+
+        The displacement of the liquid's mesh is linear in the distances, so that a tangent predictor along a line that
+        is linear in them is exact for the mesh.
+
+        Args:
+            end: Parameters at tau = 1.
+            tau: Part of the way.
+        """
+        solids = zip(self.solids, end.solids, strict=True)
+        return Parameters(
+            tuple(a + (b - a) * tau for a, b in zip(self.gaps, end.gaps, strict=True)),
+            tuple(a and b and a.with_numbers(between(a.numbers, b.numbers, tau)) for a, b in solids),
+            self.liquid.with_numbers(between(self.liquid.numbers, end.liquid.numbers, tau)),
+            self.size,
+        )

@@ -10,7 +10,8 @@ import numpy as np
 
 from pairsim.fem.geometry import MeshSettings
 from pairsim.fem.scene import BoundaryVelocity, poiseuille
-from pairsim.physics.materials.polymer import Law, Polymer
+from pairsim.physics.liquids import NEWTONIAN, Liquid
+from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.newton_options import STEADY, TRANSIENT, NewtonOptions
 from pairsim.solvers.step_size import StepControl
@@ -47,7 +48,7 @@ class Problem:
 
     Attributes:
         betas: Diameters of the particles from upstream [D_c], N values.
-        Ca_es: Elastic capillary numbers, 0 for rigid particles, N values.
+        solids: What the particles are made of, None for rigid ones, N entries.
         gaps: Initial distances between facing surfaces [D_c], N-1 values.
         length: Length of the tube [D_c].
         periodic: Whether the ends are periodic; otherwise the velocity on them is prescribed.
@@ -62,7 +63,7 @@ class Problem:
             otherwise from rest.
         newton: Options of Newton's method.
         extrapolated: Number of earlier solutions, at most four, from which the first guess is extrapolated.
-        polymer: Polymer contribution to the liquid, None for a Newtonian liquid.
+        liquid: The liquid.
         t_end: Time up to which the flow without particles is computed [D_c/U_av].
         dU_error: Whether the discretisation error of dU is estimated.
         flow: Mean velocity of the liquid, which defines the unit of velocity.
@@ -73,7 +74,7 @@ class Problem:
     velocity: ClassVar[float | None] = None
 
     betas: tuple[float, ...]
-    Ca_es: tuple[float, ...]
+    solids: tuple[Solid | None, ...]
     gaps: tuple[float, ...]
     length: float
     periodic: bool
@@ -86,21 +87,20 @@ class Problem:
     from_steady: bool = False
     newton: NewtonOptions = TRANSIENT
     extrapolated: int = 4
-    polymer: Polymer | None = None
+    liquid: Liquid = NEWTONIAN
     t_end: float = 1000.0
     dU_error: bool = False
 
 
 @dataclass(frozen=True)
 class SteadyProblem:
-    """A quasi-steady problem: everything that does not vary along a branch.
+    """A quasi-steady problem: everything that does not vary along a branch; materials are among the `Parameters`.
 
     Attributes:
         betas: Diameters of the particles from upstream [D_c], N values.
         length: Length of the tube [D_c].
         periodic: Whether the ends are periodic; otherwise the velocity on them is prescribed.
         mesh: Cell sizes.
-        law: Constitutive law, None for a Newtonian liquid; De is one of the `Parameters`.
         boundary_velocity: Velocity on the wall and on prescribed ends as a function of points, (k, 2) -> (k, 2).
         flow: Mean velocity of the liquid in the tube [U_av], 0 for a liquid at rest; `boundary_velocity` has the same.
         velocity: Prescribed velocity of all particles, which are rigid [U_av]; None if no force acts on them.
@@ -112,7 +112,6 @@ class SteadyProblem:
     length: float
     periodic: bool
     mesh: MeshSettings
-    law: Law | None = None
     boundary_velocity: BoundaryVelocity = poiseuille
     flow: float = 1.0
     velocity: float | None = None

@@ -29,12 +29,12 @@ def relax(steady: Steady, parameters: Parameters) -> Report:
         Report of the last step.
     """
     newton = steady.newton
-    h_star, y, dt = steady.apply(parameters), steady.y, RELAX_FIRST * parameters.De
+    h_star, y, dt = steady.apply(parameters), steady.y, RELAX_FIRST * parameters.liquid.longest
     steady.forget()
     liquid = steady.scene.liquid
     for _ in range(MOST_RELAXED):
         heed(steady.comm)
-        liquid.constants["rate"].value = 1 / dt if dt < RELAX_LAST * parameters.De else 0.0
+        liquid.constants["rate"].value = 1 / dt if dt < RELAX_LAST * parameters.liquid.longest else 0.0
         _, x = newton.state(y)
         liquid.set_star(x[: liquid.size])
         newton.forget()
@@ -49,7 +49,7 @@ def relax(steady: Steady, parameters: Parameters) -> Report:
             dt *= 2.0
         else:
             dt /= 4
-            if dt < 1e-3 * RELAX_FIRST * parameters.De:
+            if dt < 1e-3 * RELAX_FIRST * parameters.liquid.longest:
                 break
     # If the stress grows without bound, every step may converge without a steady state being reached.
     steady.apply(steady.parameters)

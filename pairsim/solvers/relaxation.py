@@ -15,9 +15,9 @@ the relation of a single elastic mode in a Jeffreys liquid, which is De for rigi
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.motion import moving_residual
@@ -32,14 +32,17 @@ SOLVED = 1e-4  # residual of the linear systems; chosen
 
 def relaxation_time(steady: Steady) -> float:
     """Slowest decay time of a disturbance at held distances [D_c/U_av]; `Steady.factor` must have been called."""
-    polymer = steady.scene.polymer
-    De = 0.0 if polymer is None else polymer.De
-    surface = _surface_unknowns(steady)
-    tau = _shape_time(steady, surface, De) if surface.any() else 0.0
-    if polymer is None:
+    liquid, surface = steady.scene.material, _surface_unknowns(steady)
+    tau = _shape_time(steady, surface, liquid.longest) if surface.any() else 0.0
+    if not liquid.modes or math.isinf(tau):
         return tau
-    half = (De + tau) / 2
-    return half + math.sqrt(half**2 - polymer.xi * De * tau)
+    # t - tau [xi + sum_i G_i De_i t/(t - De_i)] = 0, times all t - De_i.
+    times = [float(liquid.relaxation_time(mode)) for mode in liquid.modes]
+    whole = Polynomial([-liquid.xi * tau, 1.0]) * Polynomial.fromroots(times)
+    for i, mode in enumerate(liquid.modes):
+        others = Polynomial.fromroots([*times[:i], *times[i + 1 :]]) if len(times) > 1 else Polynomial([1.0])
+        whole -= tau * float(liquid.modulus(mode)) * times[i] * Polynomial([0.0, 1.0]) * others
+    return float(np.real(whole.roots()).max())
 
 
 def _surface_unknowns(steady: Steady) -> np.ndarray:
@@ -89,4 +92,4 @@ def _disturbance(steady: Steady) -> Array:
     if steady.parameters.gaps:
         return np.asarray(steady.gap_tangents().sum(axis=0))
     now = steady.parameters
-    return steady.tangent(lambda tau: replace(now, Ca_es=tuple(Ca_e * (1 + tau) for Ca_e in now.Ca_es)))
+    return steady.tangent(lambda tau: now.softer(1 + tau))

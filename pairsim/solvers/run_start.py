@@ -110,7 +110,7 @@ def at_rest(comm: MPI.Comm, problem: Problem, clock: Clock) -> Start:
     """
     geometry = Geometry(problem.betas, problem.gaps, problem.length)
     with clock("mesh"):
-        outlines, insides = cut_particles(comm, problem.mesh, geometry, geometry.gaps, problem.Ca_es)
+        outlines, insides = cut_particles(comm, problem.mesh, geometry, geometry.gaps, problem.solids)
     h = [np.empty(0)]
     for inside, centre in zip(insides, geometry.centres, strict=True):
         if inside is None:
@@ -148,14 +148,12 @@ def quasi_steady(comm: MPI.Comm, problem: Problem, clock: Clock) -> Start:
 
 def steady_scene(problem: Problem, gaps: tuple[float, ...]) -> tuple[SteadyProblem, Parameters]:
     """The quasi-steady problem of a run on its cells, and its parameters at given distances [D_c], N-1 values."""
-    polymer = problem.polymer
     steady = SteadyProblem(
         problem.betas,
         problem.length,
         problem.periodic,
         problem.mesh,
-        polymer,
         problem.boundary_velocity,
         narrowest=min(problem.gaps, default=np.inf),
     )
-    return steady, Parameters(gaps, problem.Ca_es, polymer.De if polymer is not None else 0.0)
+    return steady, Parameters(gaps, problem.solids, problem.liquid)

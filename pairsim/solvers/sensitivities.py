@@ -32,12 +32,9 @@ def sensitivities(steady: Steady, adjoints: Adjoints) -> dict[str, Array]:
     now = steady.parameters
     lines: dict[str, tuple[float, Callable[[float], Parameters]]] = {}
     if any(now.Ca_es):
-        lines["Ca_e"] = (
-            max(now.Ca_es),
-            lambda tau: replace(now, Ca_es=tuple(Ca_e * (1 + tau) for Ca_e in now.Ca_es)),
-        )
-    if steady.scene.polymer is not None:
-        lines["De"] = now.De, lambda tau: replace(now, De=now.De * (1 + tau))
+        lines["Ca_e"] = max(now.Ca_es), lambda tau: now.softer(1 + tau)
+    if now.liquid.modes:
+        lines["De"] = now.De, lambda tau: now.with_De(now.De * (1 + tau))
     lines["beta"] = max(steady.problem.betas), lambda tau: replace(now, size=now.size * (1 + tau))
     changes = {name: steady.residual_change(line) / value for name, (value, line) in lines.items()}
     return {name: np.asarray(np.diff(-adjoints.velocities @ change)) for name, change in changes.items()}

@@ -48,7 +48,7 @@ class Steady(OnMeshedScene):
     Args:
         comm: Communicator of the case.
         problem: The problem.
-        parameters: Initial parameters. Particles with Ca_e = 0 remain rigid.
+        parameters: Initial parameters. Rigid particles remain rigid, and materials keep their laws.
 
     Attributes:
         parameters: Parameters of the last solution, or of the first guess.
@@ -58,13 +58,13 @@ class Steady(OnMeshedScene):
 
     Raises:
         MeshFailure: The first mesh could not be generated.
-        NoSteadyState: There is no developed flow at the initial De.
+        NoSteadyState: There is no developed flow of the initial liquid.
     """
 
     def __init__(self, comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters) -> None:
         self.comm, self.problem, self.parameters = comm, problem, parameters
         self.clock = Clock()
-        self._flows = DevelopedFlows(comm, problem.law, problem.flow)
+        self._flows = DevelopedFlows(comm, problem.flow)
         self.iterations = self.factorisations = 0
         # Parameters at which a mesh around spheres was last found to be too distorted.
         self._refused: Parameters | None = None
@@ -74,14 +74,14 @@ class Steady(OnMeshedScene):
         geometry = Geometry(problem.betas, parameters.gaps, problem.length)
         narrowest = tuple(min(d, problem.narrowest) for d in parameters.gaps)
         with self.clock("mesh"):
-            outlines, insides = cut_particles(comm, problem.mesh, geometry, narrowest, parameters.Ca_es)
+            outlines, insides = cut_particles(comm, problem.mesh, geometry, narrowest, parameters.solids)
         self.meshed = MeshedScene(
             comm,
             problem,
             outlines,
             insides,
-            parameters.Ca_es,
-            polymer=problem.law.at(parameters.De) if problem.law else None,
+            parameters.solids,
+            liquid=parameters.liquid,
             steady=True,
             constrain=self._constrain,
             clock=self.clock,
@@ -220,13 +220,13 @@ class Steady(OnMeshedScene):
         2/3 beta^2 of a sphere in Poiseuille flow, unless it is prescribed.
 
         Args:
-            at_rest: Whether the liquid is at rest; Newtonian liquids only.
+            at_rest: Whether the liquid is at rest; only in liquids without modes.
         """
         liquid, constraints, fixed = self.scene.liquid, self.constraints, self.problem.velocity
         x, velocity = self.meshed.displaced(self.h_star(self.parameters)), 0.0
         if not at_rest:
             nodes = np.arange(len(liquid.six_node_mesh.points))
-            if self.scene.polymer is None:
+            if self.scene.material.newtonian:
                 u = self.problem.boundary_velocity(liquid.six_node_mesh.points)
                 for c in range(2):
                     x[liquid.index("u", nodes, c)] = u[:, c]
@@ -256,16 +256,16 @@ class Steady(OnMeshedScene):
         """
         scene, base = self.scene, self.constraints.base
         base[:] = self._untouched if parameters.size == 1.0 else steady_base(scene, parameters.size)
-        for body, points, Ca_e in zip(self.bodies, self._sphere_points, parameters.Ca_es, strict=True):
-            if body.phase is not None and points is not None:
-                body.phase.constants["Ca_e"].value = Ca_e
+        for body, points, solid in zip(self.bodies, self._sphere_points, parameters.solids, strict=True):
+            if body.phase is not None and points is not None and solid is not None:
+                body.phase.become(solid)
                 body.phase.mesh.geometry.x[:] = points * parameters.size
-        if scene.polymer is not None:
-            liquid, flow = scene.liquid, self._flows.at(parameters.De)
-            liquid.constants["De"].value = parameters.De
-            liquid.constants["rate"].value = 0.0
-            if not scene.periodic:
-                scene.prescribe_ends(base, flow)
+        scene.liquid.become(parameters.liquid)
+        for phase in scene.phases:
+            if "rate" in phase.constants:
+                phase.constants["rate"].value = 0.0
+        if not (scene.material.newtonian or scene.periodic):
+            scene.prescribe_ends(base, self._flows.at(parameters.liquid))
         h_star = self.h_star(parameters)
         self.newton.place(h_star)
         return h_star
@@ -288,7 +288,7 @@ class Steady(OnMeshedScene):
             guess: First guess, by default the last solution, shape (n_y,).
 
         Raises:
-            NoSteadyState: There is no developed flow at this De.
+            NoSteadyState: There is no developed flow of this liquid.
             KeyboardInterrupt: A signal was received.
         """
         heed(self.comm)
@@ -396,8 +396,8 @@ class Steady(OnMeshedScene):
 
     @property
     def developed_flow(self) -> PipeState:
-        """Developed flow without particles at the present De."""
-        return self._flows.at(self.parameters.De)
+        """Developed flow of the liquid without particles."""
+        return self._flows.at(self.parameters.liquid)
 
     def close(self) -> None:
         """Free the memory of the solver."""

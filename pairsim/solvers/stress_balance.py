@@ -43,15 +43,14 @@ def balanced(scene: Scene, x: Array, h: Array, velocity: Array, U_m: float, cloc
     Returns:
         The corrected full vector, identical on every process; `x` itself if the matrix is singular.
     """
-    liquid, polymer = scene.liquid, scene.polymer
-    assert polymer is not None
+    liquid = scene.liquid
     constraints = balance_constraints(scene, x)
     newton = Newton(scene, constraints, clock=clock)
     y = free_unknowns(constraints, x)
     moved = constraints.V.tocoo()
     y[moved.col] = velocity[moved.row]
     # The mesh moves with the liquid during the deformation, so that there is no convection relative to it.
-    time, star = STRAIN_TIME * polymer.De, constraints.expand(y, h)
+    time, star = STRAIN_TIME * scene.material.longest, constraints.expand(y, h)
     if scene.moving:
         u, nodes = liquid.nodal("u", star) - [U_m, 0.0], np.arange(len(liquid.six_node_mesh.points))
         for c in range(2):
@@ -59,7 +58,7 @@ def balanced(scene: Scene, x: Array, h: Array, velocity: Array, U_m: float, cloc
     momentum = np.concatenate([constraints.fields[name] for name in ("u", "v", "U_p") if name in constraints.fields])
     try:
         newton.place(h)
-        scene.set_step(star, time, U_m)
+        scene.set_step(star, time, U_m, solids=False)
         if not newton.factor_at(y):
             return x
         last, before = np.inf, y

@@ -18,6 +18,8 @@ from pairsim.fem.remeshing import FRESH_DISTORTION, needs_mesh
 from pairsim.fem.scene import Scene
 from pairsim.fem.scene_constraints import transient_constraints
 from pairsim.fem.six_node_mesh import SixNodeMesh
+from pairsim.physics.liquids import Liquid
+from pairsim.physics.material import between
 from pairsim.physics.pipe import Pipe
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
@@ -41,6 +43,7 @@ RELATIVE_WEIGHT = 20.0
 CONFORMATION_WEIGHT = 0.4
 # First step for which Newton's method converges from a liquid at rest [D_c/U_av]; chosen.
 SURE_STEP = 1e-3
+THINNER = 0.2  # first step of the way to a strongly thinning liquid; chosen
 # Least error in units of the tolerance, for scenes that do not change; 0 stands for an unknown error.
 NO_ERROR = 1e-12
 
@@ -63,7 +66,7 @@ class Transient(OnMeshedScene):
         self.comm, self.problem = comm, problem
         self.clock, self.counts = Clock(), Counts()
         # The flow without particles is needed for developed ends and for the excess pressure drop.
-        pipe = Pipe(problem.polymer)
+        pipe = Pipe(problem.liquid)
         self.pipe = pipe.constant() if problem.from_steady else pipe.until(problem.t_end)
         self._U_m, self._dt, self._due = problem.U_m, problem.control.fixed or problem.first_step, False
         self.history = History()
@@ -84,7 +87,7 @@ class Transient(OnMeshedScene):
         errors = Errors([0.0], [np.zeros(self.scene.h_size)], [np.zeros(self.scene.size)])
         if start.flow is not None:
             y = start.flow.unknowns(self.scene, self.constraints)
-            if problem.polymer is not None:
+            if not problem.liquid.newtonian:
                 self._prescribe_ends(self.constraints.base, 0.0)
             x = self.constraints.expand(y, start.h)
             # The state must be identical on every process (see `_attempt`).
@@ -130,8 +133,8 @@ class Transient(OnMeshedScene):
             self.problem,
             outlines,
             insides,
-            self.problem.Ca_es,
-            polymer=self.problem.polymer,
+            self.problem.solids,
+            liquid=self.problem.liquid,
             steady=False,
             constrain=self._constrain,
             clock=self.clock,
@@ -155,7 +158,7 @@ class Transient(OnMeshedScene):
         end with stresses up to hundreds of times too large, from which Newton's method diverges.
         """
         x = self.history.x[0]
-        if self._carried is None and self.problem.polymer is not None and not self.problem.periodic:
+        if self._carried is None and self.problem.liquid.modes and not self.problem.periodic:
             x = self.scene.at_rest_between(self.comm.bcast(self.pipe(self.history.t[0])))
         y = free_unknowns(self.constraints, x)
         if self._carried is not None:
@@ -168,9 +171,11 @@ class Transient(OnMeshedScene):
         scheme = Scheme.bdf(past.t, t)
         h_star = np.asarray(sum(w * h for w, h in zip(scheme.weights, past.h, strict=True)))
         star = None
-        if self.problem.polymer is not None:
+        if not self.problem.liquid.newtonian:
             self._prescribe_ends(self.constraints.base, t)
+        if self.scene.has_rates:
             star = np.asarray(sum(w * x for w, x in zip(scheme.weights, past.x, strict=True)))
+            star = self.scene.with_displacements(star, h_star)
         if len(past.y) < 3 and self.scene.moving:
             # With fewer than three solutions, extend the mesh displacement from the guess instead of extrapolating it.
             h = self.constraints.positions(guess, h_star, scheme.g, U_m)
@@ -178,20 +183,39 @@ class Transient(OnMeshedScene):
         return self.newton.solve(guess, h_star, scheme.g, U_m, star)
 
     def _approached(self, guess: Array, dt: float, U_m: float) -> tuple[Array, Report]:
-        """Solve a step without an earlier solution on this mesh, with the solutions of smaller steps as first guesses.
+        """Solve a step without an earlier solution on this mesh, from those of smaller steps and of easier liquids.
 
-        From a liquid at rest Newton's method does not converge for steps in which the particles deform strongly.
+        From a liquid at rest Newton's method does not converge for steps in which the particles deform strongly, nor
+        for a viscosity that depends strongly on the shear rate.
         """
-        sizes = [dt]
+        sizes, reports = [dt], list[Report]()
         while sizes[0] > SURE_STEP:
             sizes.insert(0, sizes[0] / 10)
-        iterations = factorisations = 0
+        for liquid in self._easier_liquids(reports):
+            self.scene.liquid.become(liquid)
+            found, report = self._solved(guess.copy(), sizes[0], U_m)
+            reports.append(report)
+            guess = found if report.converged else guess
+        self.scene.liquid.become(self.problem.liquid)
         for size in sizes:
             guess, report = self._solved(guess, size, U_m)
-            iterations, factorisations = iterations + report.iterations, factorisations + report.factorisations
+            reports.append(report)
             if not report.converged:
                 break
-        return guess, replace(report, iterations=iterations, factorisations=factorisations)
+        counts = {name: sum(getattr(each, name) for each in reports) for name in ("iterations", "factorisations")}
+        return guess, replace(report, **counts)
+
+    def _easier_liquids(self, reports: Sequence[Report]) -> Iterator[Liquid]:
+        """Liquids on the way to a strongly thinning one, in smaller steps where the last one of `reports` failed."""
+        wanted = self.problem.liquid
+        easier = replace(wanted, solvent=wanted.solvent.easier())
+        tau, step = 0.0, THINNER
+        while easier != wanted and tau < 1.0 and step > THINNER / 64:
+            yield easier.with_numbers(between(easier.numbers, wanted.numbers, tau))
+            if reports[-1].converged:
+                tau, step = tau + step, 1.5 * step
+            else:
+                tau, step = tau - step / 2, step / 2
 
     def _attempt(self, dt: float, gradually: bool = False) -> tuple[Array, Array, Array, Report, float]:
         """Try a step of size dt.
@@ -221,7 +245,7 @@ class Transient(OnMeshedScene):
             weights = extrapolation_weights(past.t, t)
             predicted = sum(w * old for w, old in zip(weights, past.h, strict=True))
             size = self._size_of(h - predicted)
-            if self.problem.polymer is not None:
+            if self.problem.liquid.modes:
                 predicted = sum(w * old for w, old in zip(weights, past.x, strict=True))
                 change = self.scene.liquid.nodal("s", x - predicted)
                 size = max(size, CONFORMATION_WEIGHT * float(np.sqrt(np.mean(change**2))))
@@ -268,12 +292,12 @@ class Transient(OnMeshedScene):
             self._carry_errors(old, shift)
         past = zip(self.history.t, self.history.x, self.history.h, strict=True)
         self.history.x = self.comm.bcast([self._carried_over(old, t, x, h, shift) for t, x, h in past])
-        if self.problem.polymer is not None and self._carried is not None:
+        if self.problem.liquid.modes and self._carried is not None:
             self._balance()
 
     def _carried_over(self, old: Scene, t: float, x: Array, h: Array, shift: float) -> Array:
-        """Interpolate the liquid at an old time to the new mesh; zeros for a Newtonian liquid, which has no history."""
-        if self.problem.polymer is None:
+        """Interpolate the liquid at an old time to the new mesh; zeros for a Newtonian liquid, which needs none."""
+        if self.problem.liquid.newtonian:
             return np.zeros(self.scene.size)
         new = self.meshed.carried(old, x, h, shift)
         self._prescribe_ends(new, t)
@@ -299,7 +323,7 @@ class Transient(OnMeshedScene):
         y = self._first_guess()
         x = self.constraints.expand(y, h)
         change = balanced(self.scene, x, h, self.constraints.M @ y, self._U_m, self.clock) - x
-        begin, end = liquid.offsets["s"], liquid.offsets["s"] + 4 * len(liquid.six_node_mesh.points)
+        begin, end = liquid.offsets["s"], liquid.offsets["s"] + liquid.nodal("s", x).size
         self.history.x = [x + change, *map(np.copy, self.history.x[1:])]
         for past in self.history.x[1:]:
             past[begin:end] += change[begin:end]

@@ -10,6 +10,7 @@ from matplotlib import pyplot
 from scipy.optimize import brentq
 
 from pairsim.fem.geometry import MeshSettings
+from pairsim.physics.solids import soft
 from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.continuation import begin, find_fold, follow
 from pairsim.solvers.parameters import Parameters
@@ -52,10 +53,10 @@ def steady(setting: Setting) -> list[Comparison]:
     """Taylor parameters of steady shapes, 20 radii from the wall."""
     Np = 14 if setting.quick else 28
     problem = SteadyProblem((0.02,), 1.0, False, MeshSettings(Np=Np), boundary_velocity=lambda x: x * [1.0, -0.5])
-    sphere, rows = Steady(MPI.COMM_SELF, problem, Parameters((), (0.05,))), []
+    sphere, rows = Steady(MPI.COMM_SELF, problem, Parameters((), soft(0.05))), []
     begin(sphere)
     for Ca in (0.05, 0.1, 0.2):
-        follow(sphere, Parameters((), (Ca,)))
+        follow(sphere, Parameters((), soft(Ca)))
         D = float(sphere.observe().D[0])
         rows.append(
             against(reference("extension", f"D Ca {Ca:g}"), f"steady, Ca {Ca:g}", "D", D, 2e-3, headline=Ca == 0.2)
@@ -67,10 +68,10 @@ def steady(setting: Setting) -> list[Comparison]:
 def fold(test: object) -> Comparison:
     """The largest Ca with a steady shape, with a displacement inside the sphere that is a polynomial of degree 3."""
     problem = SteadyProblem((0.02,), 1.0, False, MeshSettings(Np=28), boundary_velocity=lambda x: x * [1.0, -0.5])
-    sphere = test.SmoothSphere(problem, Parameters((), (0.05,)), 3)  # type: ignore[attr-defined]
+    sphere = test.SmoothSphere(problem, Parameters((), soft(0.05)), 3)  # type: ignore[attr-defined]
     begin(sphere)
-    follow(sphere, Parameters((), (0.2,)))
-    found = find_fold(sphere, Parameters((), (1.0,)))
+    follow(sphere, Parameters((), soft(0.2)))
+    found = find_fold(sphere, Parameters((), soft(1.0)))
     sphere.close()
     Ca = found.parameters.Ca_es[0]
     return against(reference("extension", "fold"), "fold of steady shapes", "Ca", Ca, 5e-3, headline=True, table="fold")

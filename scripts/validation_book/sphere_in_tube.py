@@ -66,10 +66,11 @@ def along(mesh: Keys, places: Sequence[float]) -> Line:
     """Solve at ascending De_b, each continued from the last."""
     case = curve_from_dict({**read_yaml(CASE), **mesh, "De": places[0] * RADIUS}, CASE.name)
     points: Points = {}
-    branch = Branch(MPI.COMM_WORLD, steady_problem(case, inf), Parameters((), case.Ca_es, case.De), mesh_error=False)
+    start = Parameters((), case.solid_models, case.liquid_model)
+    branch = Branch(MPI.COMM_WORLD, steady_problem(case, inf), start, mesh_error=False)
     try:
         for place in places:
-            point = branch.at(Parameters((), case.Ca_es, place * RADIUS))
+            point = branch.at(Parameters((), case.solid_models, case.liquid_model.with_De(place * RADIUS)))
             stress = point.observation.conformation
             assert stress is not None
             points[place] = {

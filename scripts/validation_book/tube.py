@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
 
-from pairsim.physics.materials.polymer import Polymer
+from pairsim.physics.liquids import Liquid, single
+from pairsim.physics.liquids.giesekus import Giesekus
+from pairsim.physics.liquids.oldroyd_b import OldroydB
 from pairsim.physics.pipe import Pipe
 from pairsim.physics.scales import FLOW_RATE, TUBE_RADIUS
 from validation_book.comparisons import Comparison, Found, Setting, Subject, against, reference, verification
@@ -28,7 +29,7 @@ def giesekus(test: Any, setting: Setting) -> list[Comparison]:
     """The Giesekus liquid of the study: one-dimensional solver and mesh against an independent solution."""
     rows = []
     for De in (1.0,) if setting.quick else (0.5, 1.0):
-        liquid = Polymer("giesekus", 0.09, 0.2, De=De)
+        liquid = single(Giesekus(), De)
         flow = Pipe(liquid).steady()
         key, what = f"De {De:g}", f"Giesekus, De {De:g}, one dimension"
         for name, value in (
@@ -62,7 +63,7 @@ def steady_laws(test: Any, setting: Setting) -> list[Comparison]:
     return rows
 
 
-def gradient_of(test: Any, liquid: Polymer, points: int = 40) -> float:
+def gradient_of(test: Any, liquid: Liquid, points: int = 40) -> float:
     """Pressure gradient at unit mean velocity from steady shear alone (Rabinowitsch).
 
     The shear stress sigma grows linearly with r, so that a shear rate g is found at r = R sigma(g)/sigma(g_w), and the
@@ -84,13 +85,13 @@ def gradient_of(test: Any, liquid: Polymer, points: int = 40) -> float:
 def start_up(test: Any) -> list[Comparison]:
     """Start-up at constant flow rate, De 1, on the mesh."""
     times = [float(t) for t in test.START_UP]
-    liquid = Polymer("giesekus", 0.09, 0.2, De=1.0)
+    liquid = single(Giesekus(), 1.0)
     found = test.pipe_in_two_dimensions(liquid, times, length=LENGTH, max_size=CELLS)
     rows = []
     for t in times:
         known, what = reference("tube start-up", f"dp/L t {t:g}"), f"Giesekus, De 1, mesh, t = {t:g}"
         rows.append(against(known, what, "dp/L", found[t][0], 2e-3, table="start-up", headline=t == 0.5))
-    oldroyd = replace(liquid, name="oldroyd-b", alpha=0.0)
+    oldroyd = single(OldroydB(), 1.0)
     found = test.pipe_in_two_dimensions(oldroyd, times, length=LENGTH, max_size=CELLS)
     exact = "exact: 32 [xi + (1 - xi)(1 - exp(-t/De))]"
     for t in times:

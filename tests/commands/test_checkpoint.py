@@ -20,6 +20,7 @@ import pairsim
 from pairsim.config.case import Case
 from pairsim.drivers.progress import Reporter
 from pairsim.fem.geometry import MeshSettings
+from pairsim.physics import solids
 from pairsim.results.checkpoint import Checkpoint, load
 from pairsim.results.output import RunFolder, SeriesWriter, read_series
 from pairsim.results.xdmf import read_times
@@ -183,7 +184,7 @@ def test_run_can_be_resumed_from_every_step(tmp_path: Path) -> None:
     """Also before and after remeshing, around deformed particles; the stored state is read back exactly."""
     settings, control = MeshSettings(Np=8), StepControl(3e-4, 1e-8, 2.0, 0.05)
     problem = soft_pair(0.4, 0.1, 0.2, length=3.0, periodic=False, mesh=settings, control=control)
-    problem = replace(problem, betas=(0.3, 0.4), Ca_es=(0.05, 0.2))
+    problem = replace(problem, betas=(0.3, 0.4), solids=solids.soft(0.05, 0.2))
     times, folder = iter([0.8]), RunFolder.create(tmp_path / "run")
     transient = Transient(MPI.COMM_WORLD, problem)
     steps, states = [], []

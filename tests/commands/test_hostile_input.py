@@ -19,7 +19,8 @@ from support.fuzz import BOMB
 from pairsim.cli.app import main
 from pairsim.config.case_file import load_case
 from pairsim.config.values import FOLLOWED
-from pairsim.physics.materials.polymer import Law
+from pairsim.physics.liquids import single
+from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.pipe import Pipe
 from pairsim.results.physical_table import table_of
 from pairsim.runtime.errors import InputError
@@ -246,7 +247,7 @@ def test_damaged_table_is_refused(table: str, message: str, tmp_path: Path) -> N
 
 @pytest.mark.parametrize("number", [*FOLLOWED["De"], 1.0])
 def test_flow_without_particles_exists_over_the_whole_range_of_De(number: float) -> None:
-    pipe = Pipe(Law("giesekus", 0.09, 0.2).at(number))
+    pipe = Pipe(single(Giesekus(), De=number))
     assert pipe.until(0.01)(0.01).gradient > 0
     assert pipe.steady().gradient > 0
 

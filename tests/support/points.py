@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from pairsim.physics.solids import soft
 from pairsim.solvers.parameters import Parameters
 
 
@@ -14,7 +15,7 @@ def made_point(d: float, dU: Any, slope: Any, error: float = 0.0) -> Any:
     """A point of which curves are made: dU and its slope of every gap, at the same distance."""
     dUs, slopes = np.atleast_1d(np.asarray(dU, dtype=float)), np.atleast_1d(np.asarray(slope, dtype=float))
     return SimpleNamespace(
-        parameters=Parameters((d,) * len(dUs), (0.1,) * (len(dUs) + 1)),
+        parameters=Parameters((d,) * len(dUs), soft(*(0.1,) * (len(dUs) + 1))),
         d=d,
         dU=float(dUs[0]),
         dUs=dUs,

@@ -12,6 +12,7 @@ from pairsim.fem.geometry import Geometry, MeshSettings, Reference
 from pairsim.fem.meshing import liquid_mesh
 from pairsim.fem.scene import Scene, make_bodies
 from pairsim.fem.scene_constraints import transient_constraints
+from pairsim.physics.solids import soft
 from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.curve import trace
 from pairsim.solvers.newton import Newton
@@ -37,7 +38,7 @@ def solve_rigid(betas: tuple[float, ...], gaps: tuple[float, ...] = (), **mesh: 
     outlines = make_outlines(geometry, settings)
     reference = Reference.spheres(geometry, outlines)
     n = len(betas)
-    bodies = make_bodies(MPI.COMM_WORLD, [0.0] * n, outlines, [None] * n)
+    bodies = make_bodies(MPI.COMM_WORLD, [None] * n, outlines, [None] * n)
     scene = Scene(MPI.COMM_WORLD, reference, liquid_mesh(reference, settings), bodies, periodic=True)
     constraints = transient_constraints(scene)
     newton = Newton(scene, constraints)
@@ -52,7 +53,7 @@ def soft_pair(beta: float, d: float, Ca_e: float, **changes: object) -> Problem:
     """Two equal soft spheres on the default mesh of a case in a Newtonian liquid."""
     problem = Problem(
         (beta, beta),
-        (Ca_e, Ca_e),
+        soft(Ca_e, Ca_e),
         (d,),
         50 * beta,
         True,

@@ -32,10 +32,9 @@ def test_four_numbers_are_a_case() -> None:
     assert case.gaps == (0.1,)
     assert case.tube_length == 20.0
     assert (case.xi, case.ends, case.mesh.Np) == (0.09, "periodic", 40)
-    assert case.polymer is None
-    elastic = case_from_dict({**MINIMAL, "De": 1}, "test").polymer
-    assert elastic is not None
-    assert (elastic.name, elastic.xi, elastic.alpha) == ("giesekus", 0.09, 0.2)
+    assert case.liquid_model.newtonian
+    elastic = case_from_dict({**MINIMAL, "De": 1}, "test").liquid_model
+    assert (elastic.structure, elastic.xi, elastic.modes[0].numbers) == ("giesekus", 0.09, {"alpha": 0.2})
     assert case.slug == "beta0.4-De0-Cae0.1-d0.1"
 
 
@@ -214,7 +213,7 @@ def test_liquids_do_not_share_a_folder() -> None:
 
 def test_a_law_without_relaxation_time_is_newtonian_and_said_to_be() -> None:
     case = case_from_dict({**MINIMAL, "liquid": "giesekus", "xi": 0.5}, "test")
-    assert case.polymer is None
+    assert case.liquid_model.newtonian
     assert case.notes == ["liquid: giesekus, xi have no effect: the liquid is Newtonian at De = 0"]
 
 

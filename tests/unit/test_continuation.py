@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
+from pairsim.physics.liquids import single
+from pairsim.physics.liquids.oldroyd_b import OldroydB
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers import continuation
@@ -23,12 +25,16 @@ def report(converged: bool) -> Report:
     return Report(converged, 1, 1, "converged" if converged else "the steps grow", {}, 0.0)
 
 
+def at(De: float) -> Parameters:
+    return Parameters((), (None,), single(OldroydB(), De=De))
+
+
 class Limited:
     """A scene that Newton's method solves up to De = .4 and pseudo-time wherever it is asked to."""
 
     def __init__(self) -> None:
-        self.parameters, self.y, self.relaxations = Parameters((), (0.0,), 0.1), np.zeros(1), 0
-        self.problem = SimpleNamespace(law=True, betas=(0.4,))
+        self.parameters, self.y, self.relaxations = at(0.1), np.zeros(1), 0
+        self.problem = SimpleNamespace(betas=(0.4,))
         self.constraints = SimpleNamespace(fields={"s": np.zeros(0, dtype=int)})
         self.comm = SimpleNamespace(bcast=lambda value: value)
 
@@ -66,7 +72,7 @@ def test_a_limit_is_not_crept_up_to_through_pseudo_time(monkeypatch: pytest.Monk
     scene: Any = Limited()
     monkeypatch.setattr(continuation, "relax", relaxed)
     with pytest.raises(NoSteadyState, match=r"continuation to De = 1 stopped at De = 0\.4\d*: the steps grow"):
-        follow(scene, Parameters((), (0.0,), 1.0))
+        follow(scene, at(1.0))
     assert 0 < scene.relaxations < 10
 
 
@@ -83,4 +89,4 @@ def test_pseudo_time_in_which_stress_keeps_growing_is_given_up(monkeypatch: pyte
     scene.iterations = scene.factorisations = 0
     monkeypatch.setattr(Steady, "apply", lambda *_: np.zeros(0))
     monkeypatch.setattr(Steady, "distortion_of", lambda *_: 1.0)
-    assert not relax(scene, Parameters((), (0.0,), 1.0)).converged
+    assert not relax(scene, at(1.0)).converged

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from pairsim.physics.solids import soft
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.critical import Critical, End, Follower, Region
@@ -24,7 +25,7 @@ class Formula:
         d = float(np.exp(line(np.log(Ca_e))))
         nothing: Any = lambda *_: False  # noqa: E731
         self.fine: Any = SimpleNamespace(
-            parameters=Parameters((d,), (Ca_e, Ca_e)),
+            parameters=Parameters((d,), soft(Ca_e, Ca_e)),
             y=np.zeros(1),
             iterations=0,
             factor=lambda: None,

@@ -11,6 +11,7 @@ import pytest
 from support.points import made_point
 from support.scenes import traced
 
+from pairsim.physics.solids import soft
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.critical import same_zero
 from pairsim.solvers.curve import Zero, equilibria, find_zeros, interpolants, trace
@@ -23,7 +24,7 @@ class Analytic:
 
     def __init__(self, values: Callable[[float], list[float]], slopes: Callable[[float], list[float]]) -> None:
         self.values, self.slopes, self.solved = values, slopes, 0
-        self.fine = SimpleNamespace(parameters=Parameters((0.8, 0.8), (0.0, 0.0, 0.0)))
+        self.fine = SimpleNamespace(parameters=Parameters((0.8, 0.8), soft(0.0, 0.0, 0.0)))
 
     def at(self, parameters: Parameters) -> Any:
         self.solved += 1
@@ -53,7 +54,7 @@ def test_two_distances_mean_a_range_that_is_looked_at() -> None:
     solver: Any = Analytic(
         lambda x: [1 / np.cosh(3 * x + 5) ** 2], lambda x: [-6 * np.tanh(3 * x + 5) / np.cosh(3 * x + 5) ** 2]
     )
-    solver.fine.parameters = Parameters((1.0,), (0.0, 0.0))
+    solver.fine.parameters = Parameters((1.0,), soft(0.0, 0.0))
     curve = interpolants(traced(solver, [(1.0,), (0.04,)], 1e-2, 200))[0]
     assert curve.d[[0, -1]] == pytest.approx([0.04, 1.0])
     assert abs(curve.peak.dU - 1) < curve.peak.error + 1e-12
@@ -70,7 +71,7 @@ def test_no_point_is_added_for_the_noise_of_meshes() -> None:
         rough = noise.uniform(-1e-2, 1e-2, 2)
         return made_point(d, 1 + 0.1 * np.log(d) + rough[0], (0.1 + rough[1]) / d, error=2e-2)
 
-    stub: Any = SimpleNamespace(fine=SimpleNamespace(parameters=Parameters((0.8,), (0.1, 0.1))), at=at)
+    stub: Any = SimpleNamespace(fine=SimpleNamespace(parameters=Parameters((0.8,), soft(0.1, 0.1))), at=at)
     places = [(float(d),) for d in np.geomspace(0.8, 0.02, 9)]
     assert len(traced(stub, places, 2e-3, 200)) == len(places)
 
@@ -82,14 +83,14 @@ def test_a_jump_between_meshes_is_not_chased() -> None:
         d = parameters.gaps[0]
         return made_point(d, 1.0 + (d > 0.1), 0.0, error=1e-6)
 
-    stub: Any = SimpleNamespace(fine=SimpleNamespace(parameters=Parameters((0.8,), (0.1, 0.1))), at=at)
+    stub: Any = SimpleNamespace(fine=SimpleNamespace(parameters=Parameters((0.8,), soft(0.1, 0.1))), at=at)
     places = [(float(d),) for d in np.geomspace(0.8, 0.02, 9)]
     assert len(traced(stub, places, 2e-3, 200)) < 30
 
 
 def test_distances_that_were_asked_for_are_marked_and_never_left_out() -> None:
     solver: Any = Analytic(lambda x: [x], lambda x: [1])
-    solver.fine.parameters = Parameters((0.8,), (0.0, 0.0))
+    solver.fine.parameters = Parameters((0.8,), soft(0.0, 0.0))
     marked = list(trace(solver, [(0.8,), (0.05,), (0.04,)], 1e-2, 2))
     assert [(point.d, wanted) for point, wanted in marked] == [(0.8, True), (0.05, True), (0.04, True)]
     marked = list(trace(solver, [(0.8,), (0.05,), (0.04,)], 1e-2, 100))
@@ -128,7 +129,7 @@ def test_a_zero_that_newton_misses_between_smooth_points_is_no_jump() -> None:
 
 def test_zeros_of_one_slope_that_lie_close_are_one_zero() -> None:
     def zero(d: float, slope: float) -> Any:
-        return SimpleNamespace(d=d, slopes=np.array([slope]), parameters=Parameters((d,), (0.1, 0.1), 0.25))
+        return SimpleNamespace(d=d, slopes=np.array([slope]), parameters=Parameters((d,), soft(0.1, 0.1)))
 
     assert same_zero(zero(0.077, 1.0), zero(0.080, 2.0))
     assert not same_zero(zero(0.077, 1.0), zero(0.080, -1.0))

@@ -11,6 +11,7 @@ import pytest
 from support.points import made_point
 from support.scenes import traced
 
+from pairsim.physics.solids import soft
 from pairsim.solvers.curve import interpolants
 from pairsim.solvers.curve_interpolant import CurveInterpolant
 from pairsim.solvers.distances import WIDEST, between
@@ -46,7 +47,7 @@ def curve(f: Function, slope: Function, d: np.ndarray, error: float = 0.0) -> Cu
 def test_the_interval_of_a_curve_holds_the_function_between_its_points(name: str, asked: int) -> None:
     """Whatever was asked for: points are added until the interpolant is known to 1 % of the peak."""
     f, slope = SHAPES[name]
-    fine: Any = SimpleNamespace(parameters=Parameters((1.0,), (0.0, 0.0)))
+    fine: Any = SimpleNamespace(parameters=Parameters((1.0,), soft(0.0, 0.0)))
     stub: Any = SimpleNamespace(fine=fine, at=lambda at: made_point(at.gaps[0], f(at.gaps[0]), slope(at.gaps[0])))
     (found,) = interpolants(traced(stub, [(float(d),) for d in np.geomspace(1.0, 0.02, asked)], 1e-2, 200))
     off, peak = np.abs(found.values(FINE) - f(FINE)), np.abs(f(FINE)).max()

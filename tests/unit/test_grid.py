@@ -248,8 +248,9 @@ def test_bad_grid_is_refused_by_name(name: str, tmp_path: Path) -> None:
     assert allowed in message
 
 
-def test_shipped_grid_has_24_cases() -> None:
+def test_shipped_grids_have_their_cases() -> None:
     assert len(read_grid(ROOT / "configs" / "sweep.yaml").cases) == 24
+    assert len(read_grid(ROOT / "configs" / "thinning" / "sweep.yaml").cases) == 7
 
 
 def test_examples_of_the_docs_are_grids(tmp_path: Path) -> None:

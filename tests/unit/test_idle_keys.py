@@ -16,7 +16,7 @@ PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}
         ({"De": 1, "alpha": 0.3, "xi": 0.5}, []),
         ({"xi": 0.09}, []),
         ({"alpha": 0.3, "xi": 0.5}, ["alpha, xi have no effect: the liquid is Newtonian at De = 0"]),
-        ({"epsilon": 0.1, "L2": 50}, ["epsilon, L2 have no effect: the liquid is Newtonian at De = 0"]),
+        ({"epsilon": 0.1, "L2": 50}, ["L2, epsilon have no effect: the liquid is Newtonian at De = 0"]),
         ({"particles": 1}, ["d0 has no effect: there is only one particle"]),
         ({"particles": 1, "dU_error": True}, ["d0, dU_error have no effect: there is only one particle"]),
         (

@@ -8,7 +8,7 @@ import ufl
 from scipy.linalg import expm
 
 from pairsim.physics.kinematics import Expr
-from pairsim.physics.materials.log_conformation import SMALL, LogConformation
+from pairsim.physics.log_conformation import SMALL, LogConformation
 
 
 def at(y: float) -> LogConformation:

@@ -17,8 +17,6 @@ from support.pictures import colours, drawn_figures, overlapping
 from support.result_folders import make_curve, make_run
 
 from pairsim.api.pictures import plot
-from pairsim.physics.conformation import polymer_stress, trace_of
-from pairsim.physics.materials.polymer import Polymer
 from pairsim.plots.animation import default_movie
 from pairsim.plots.critical import _draw_error
 from pairsim.plots.encoding import Encoding
@@ -270,14 +268,6 @@ def test_without_ffmpeg_an_animation_is_a_gif(tmp_path: Path, monkeypatch: pytes
 
 def test_every_picture_of_a_field_is_one_that_overwrite_removes() -> None:
     assert tuple(FIELDS) == FIELD_NAMES
-
-
-@pytest.mark.parametrize(
-    "liquid", [Polymer("giesekus", 0.1, alpha=0.2, De=0.7), Polymer("fene-p", 0.1, L2=50.0, De=0.7)]
-)
-def test_trace_of_the_conformation_is_that_of_the_stress(liquid: Polymer) -> None:
-    c = np.array([[4.0, 0.3, 1.5, 0.8], [1.0, 0.0, 1.0, 1.0]])
-    assert trace_of(liquid, polymer_stress(liquid, c)) == pytest.approx(c[:, [0, 2, 3]].sum(axis=1), rel=1e-12)
 
 
 def test_page_has_panels_beside_each_other_where_there_is_room() -> None:

@@ -23,7 +23,9 @@ from pairsim.config.case_file import (
     load_curve,
     read_with,
 )
-from pairsim.config.quantities import LENGTH, VISCOSITY, quantity_range, si
+from pairsim.config.physical import kind_of
+from pairsim.config.quantities import LENGTH, quantity_range, si
+from pairsim.physics.liquids.viscous import ZERO_SHEAR
 from pairsim.physics.scales import Scales, mean_velocity
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import read_grid
@@ -190,7 +192,7 @@ def test_ranges_of_quantities_may_change_their_unit() -> None:
 
 @pytest.mark.parametrize("text", ["1 Pa.s", "1 Pa*s", "1 Pa s", "1000 mPa·s", "10 P"])
 def test_products_of_units_as_they_are_written(text: str) -> None:
-    assert si(text, VISCOSITY) == pytest.approx(1.0)
+    assert si(text, kind_of(ZERO_SHEAR)) == pytest.approx(1.0)
 
 
 EXAMPLES = re.findall(r"^pairsim units .*viscosity \S+(?: --relaxation \S+)?$", PAGE, re.MULTILINE)
@@ -291,7 +293,7 @@ def test_units_writes_a_case_only_when_asked_and_replaces_none(tmp_path: Path, m
 
 
 def test_physical_block_must_be_a_group() -> None:
-    with pytest.raises(InputError, match=r"physical: got 3; must be a group of keys; allowed: tube, viscosity"):
+    with pytest.raises(InputError, match=r"physical: got 3; must be a group of keys; allowed: tube, flow_rate"):
         case_from_dict({"physical": 3, "De": 0, "beta": 0.4, "Ca_e": 0, "d0": 0.1}, "test")
 
 

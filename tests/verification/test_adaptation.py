@@ -10,6 +10,7 @@ from pairsim.config.case_file import curve_from_dict
 from pairsim.drivers.adaptive import LineOfScales
 from pairsim.drivers.problems import steady_problem
 from pairsim.fem.size_field import AdaptedSizes
+from pairsim.physics.solids import soft
 from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers import adaptation
 from pairsim.solvers.adaptation import ROUNDS, AdaptiveBranch, Scale, reference_scale
@@ -20,7 +21,7 @@ TUBE = {"beta": 0.4, "d": [0.4], "ends": "developed", "length": "auto"}
 
 def adaptive(allowed: float, **keys: object) -> tuple[AdaptiveBranch, Parameters]:
     case = curve_from_dict(TUBE | keys, "test")
-    first = Parameters(case.places[0], case.Ca_es, case.De)
+    first = Parameters(case.places[0], case.solid_models, case.liquid_model)
     problem = steady_problem(case, first.gaps[0])
     return AdaptiveBranch(MPI.COMM_WORLD, problem, first, case.mesh_error, allowed=lambda _: allowed), first
 
@@ -82,7 +83,7 @@ def test_what_cannot_be_kept_ends_with_the_error_reached(monkeypatch: pytest.Mon
 @pytest.mark.slow
 def test_the_scale_of_a_single_point_is_that_of_the_curve_it_lies_on() -> None:
     case = curve_from_dict(TUBE | {"De": 0, "Ca_e": 0.02, "d": [0.8]}, "test")
-    first = Parameters(case.places[0], case.Ca_es, case.De)
+    first = Parameters(case.places[0], case.solid_models, case.liquid_model)
     scale, scout = reference_scale(MPI.COMM_WORLD, steady_problem(case, 0.8), first, case.places)
     assert scale.at == ((0.8,), (0.4,), (0.2,), (0.1,))
     assert scout.parameters == first
@@ -94,7 +95,7 @@ def test_the_scale_of_a_single_point_is_that_of_the_curve_it_lies_on() -> None:
 def test_a_zero_is_improved_where_it_is() -> None:
     keys = {"beta": 0.2, "De": 0, "Ca_e": 0.1, "d": [0.1], "mesh": {"Np": 16}}
     case = curve_from_dict(TUBE | keys, "test")
-    first, most = Parameters(case.places[0], case.Ca_es, case.De), [1.0]
+    first, most = Parameters(case.places[0], case.solid_models, case.liquid_model), [1.0]
     problem = steady_problem(case, 0.05)
     branch = AdaptiveBranch(MPI.COMM_WORLD, problem, first, False, allowed=lambda _: most[0], zeros_only=True)
     rough = branch.zero(0.045, 0.08, 0.055)
@@ -109,8 +110,8 @@ def test_a_zero_is_improved_where_it_is() -> None:
 
 
 def test_the_scale_between_two_parameters_is_a_power_law() -> None:
-    a, b = (Parameters((0.1,), (Ca_e, Ca_e), 0.0) for Ca_e in (0.01, 0.1))
+    a, b = (Parameters((0.1,), soft(Ca_e, Ca_e)) for Ca_e in (0.01, 0.1))
     line = LineOfScales(((a, Scale(1e-4, ((0.1,),))), (b, Scale(1e-3, ((0.1,),)))))
     assert line.at(a) == pytest.approx(1e-4)
-    assert line.at(replace(a, Ca_es=(0.03, 0.03), gaps=(0.5,))) == pytest.approx(3e-4)
+    assert line.at(replace(a.with_Ca_e(0.03), gaps=(0.5,))) == pytest.approx(3e-4)
     assert LineOfScales(line.ends[:1]).at(b) == 1e-4

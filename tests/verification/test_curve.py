@@ -19,6 +19,7 @@ import pairsim
 from pairsim.config.case_file import curve_from_dict
 from pairsim.config.curve_case import CurveCase
 from pairsim.drivers.problems import steady_problem
+from pairsim.physics.solids import soft
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.continuation import follow
@@ -42,7 +43,7 @@ def case(**keys: object) -> CurveCase:
 
 def branch(made: CurveCase, *, mesh_error: bool = False, sensitivities: bool = False) -> Branch:
     places = made.places
-    start = Parameters(places[0], made.Ca_es, made.De)
+    start = Parameters(places[0], made.solid_models, made.liquid_model)
     narrowest = min((d for place in places for d in place), default=np.inf)
     return Branch(MPI.COMM_WORLD, steady_problem(made, narrowest), start, mesh_error, sensitivities)
 
@@ -134,8 +135,8 @@ def test_sensitivities_are_differences_of_neighbouring_solutions(viscoelastic: B
     here = viscoelastic.fine.parameters
     exact = viscoelastic.at(here).sensitivities
     e = 1e-3
-    softer = [replace(here, Ca_es=tuple(Ca_e * (1 + s * e) for Ca_e in here.Ca_es)) for s in (1, -1)]
-    faster = [replace(here, De=here.De * (1 + s * e)) for s in (1, -1)]
+    softer = [here.softer(1 + s * e) for s in (1, -1)]
+    faster = [here.with_De(here.De * (1 + s * e)) for s in (1, -1)]
     larger = [replace(here, size=1 + s * e) for s in (1, -1)]
     for name, places, value in (("Ca_e", softer, 0.1), ("De", faster, 0.5), ("beta", larger, 0.4)):
         high, low = (_solved(viscoelastic, place) for place in places)
@@ -182,7 +183,7 @@ def test_the_first_solution_does_not_depend_on_the_way_to_it() -> None:
     """It comes from that of larger cells in a few iterations, and is the one that many small steps lead to."""
     keys = {"De": 0.5, "Ca_e": (0.05, 0.1), "beta": (0.4, 0.35), "length": 3.0}
     made, larger = (case(**keys, mesh={"Np": Np, "max_size": 0.08}) for Np in (12, 10))
-    start = Parameters((0.1,), made.Ca_es, made.De)
+    start = Parameters((0.1,), made.solid_models, made.liquid_model)
     problem = replace(steady_problem(made, 0.1), newton=replace(STEADY, tolerance=1e-11))
     scout = walked(MPI.COMM_WORLD, steady_problem(larger, 0.1), start)
     short, long = started(MPI.COMM_WORLD, problem, start, scout), walked(MPI.COMM_WORLD, problem, start)
@@ -228,10 +229,11 @@ def test_the_finest_accuracy_is_kept() -> None:
 def test_pseudo_time_reaches_the_steady_solution(viscoelastic: Branch) -> None:
     scene = viscoelastic.fine
     before = scene.snapshot
-    assert scene.solve(replace(before.parameters, De=0.55)).converged
+    faster = before.parameters.with_De(0.55)
+    assert scene.solve(faster).converged
     direct = float(scene.velocity_row() @ scene.y)
     scene.recall(before)
-    assert relax(scene, replace(before.parameters, De=0.55)).converged
+    assert relax(scene, faster).converged
     assert float(scene.velocity_row() @ scene.y) == pytest.approx(direct, rel=1e-7)
     scene.recall(before)
 
@@ -266,7 +268,7 @@ def test_a_bad_mesh_at_one_place_does_not_excuse_the_others() -> None:
         x = np.log(d / 0.1)
         return made_point(d, np.sin(2 * x), np.cos(2 * x) * 2 / d, error=0.5 if d < 0.06 else 1e-6)
 
-    fine: Any = SimpleNamespace(parameters=Parameters((0.8,), (0.1, 0.1)))
+    fine: Any = SimpleNamespace(parameters=Parameters((0.8,), soft(0.1, 0.1)))
     stub: Any = SimpleNamespace(fine=fine, at=lambda parameters: point(parameters.gaps[0]))
     found = traced(stub, [(0.8,), (0.2,), (0.05,), (0.02,)], 2e-3, 100)
     d = np.geomspace(0.2, 0.8, 500)
@@ -279,7 +281,7 @@ def test_the_softest_shapes_end_and_the_message_has_the_place() -> None:
     """Two spheres of beta .4 at d .1 have no steady shape beyond a Ca_e near .16, which depends on the mesh."""
     solver = branch(case())
     with pytest.raises(NoSteadyState) as caught:
-        follow(solver.fine, replace(solver.fine.parameters, Ca_es=(0.25, 0.25)))
+        follow(solver.fine, solver.fine.parameters.with_Ca_e(0.25))
     solver.close()
     assert 0.145 < float(re.findall(r"stopped at Ca_e = ([\d.]+\d)", str(caught.value))[0]) < 0.18
 
@@ -305,7 +307,7 @@ def test_a_problem_remembers_its_narrowest_distance() -> None:
     wide, narrow = steady_problem(made, 0.3), steady_problem(made, 0.01)
     arcs = []
     for problem in (wide, narrow):
-        solver = Branch(MPI.COMM_WORLD, problem, Parameters((0.3,), (0.0, 0.0)), False)
+        solver = Branch(MPI.COMM_WORLD, problem, Parameters((0.3,), soft(0.0, 0.0)), False)
         arcs.append(len(solver.fine.meshed.outlines[0].angles))
         solver.close()
     assert arcs[1] > arcs[0]

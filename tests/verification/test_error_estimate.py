@@ -31,7 +31,7 @@ SINGLE = {"particles": 1, "beta": 0.4, "De": 1, "Ca_e": 0}
 def scene_of(keys: dict[str, object], **mesh: float) -> Steady:
     """The solution of the first place of a case with developed ends."""
     case = curve_from_dict({"ends": "developed", "length": 5.0, "mesh": mesh, **keys}, "test")
-    start = Parameters(case.places[0], case.Ca_es, case.De)
+    start = Parameters(case.places[0], case.solid_models, case.liquid_model)
     return walked(MPI.COMM_WORLD, steady_problem(case, min(case.places[0], default=np.inf)), start)
 
 

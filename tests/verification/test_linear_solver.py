@@ -24,7 +24,7 @@ KEYS = {"beta": 0.4, "De": 0, "Ca_e": 0.01, "d": [0.1], "ends": "developed", "le
 
 def pair() -> Steady:
     case = curve_from_dict(KEYS, "test")
-    return Steady(MPI.COMM_WORLD, steady_problem(case, 0.1), Parameters((0.1,), case.Ca_es, 0.0))
+    return Steady(MPI.COMM_WORLD, steady_problem(case, 0.1), Parameters((0.1,), case.solid_models))
 
 
 @pytest.fixture

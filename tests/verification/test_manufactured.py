@@ -24,7 +24,8 @@ from pairsim.fem.quadrature import CellQuadrature
 from pairsim.fem.scene import Scene
 from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.physics.conformation import logarithm
-from pairsim.physics.materials.polymer import Polymer
+from pairsim.physics.liquids import single
+from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.history import Counts, History, State
@@ -33,7 +34,7 @@ from pairsim.solvers.problems import Problem
 from pairsim.solvers.step_size import StepControl
 from pairsim.solvers.transient import Transient
 
-LIQUID = Polymer("giesekus", 0.3, alpha=0.2, De=0.7)
+LIQUID = single(Giesekus(alpha=0.2), De=0.7, xi=0.3)
 LENGTH = 1.0
 FRAME = 0.8  # velocity of the frame
 Flow = Literal["general", "parabolic"]
@@ -50,7 +51,7 @@ def exact(flow: Flow) -> dict[str, Field]:
     component. On the axis all fields are smooth in three dimensions.
     """
     z, r, t = sympy.symbols("z r t")
-    xi, De, alpha = (sympy.Float(value) for value in (LIQUID.xi, LIQUID.De, LIQUID.alpha))
+    xi, De, alpha = (sympy.Float(value) for value in (LIQUID.xi, LIQUID.De, LIQUID.modes[0].numbers["alpha"]))
     A = 1 + r**2 * (sympy.cos(t) - 1)
     p = 3 * z * sympy.cos(t)
     if flow == "general":
@@ -180,7 +181,7 @@ class Manufactured(Transient):
     def __init__(self, flow: Flow, n: int, old: Sequence[float], step: float, *, discrete: bool) -> None:
         self.fields, self.discrete = exact(flow), discrete
         control = StepControl(1.0, 1e-9, step, fixed=step)
-        problem = Problem((), (), (), LENGTH, False, MeshSettings(), control, step, polymer=LIQUID, t_end=1.0)
+        problem = Problem((), (), (), LENGTH, False, MeshSettings(), control, step, liquid=LIQUID, t_end=1.0)
         reference = Reference.spheres(Geometry((), (), LENGTH), [])
         state = State(History(), reference, triangles(n), (), step, FRAME, None, False, Counts(steps=3), {})
         super().__init__(MPI.COMM_SELF, problem, state)

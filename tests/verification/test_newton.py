@@ -9,9 +9,19 @@ from support.scenes import soft_pair
 
 import pairsim
 from pairsim.fem.geometry import MeshSettings
+from pairsim.physics import solids
+from pairsim.physics.liquids import Liquid
+from pairsim.physics.liquids.carreau import Carreau
+from pairsim.physics.liquids.fene_p import FeneP
+from pairsim.physics.liquids.giesekus import Giesekus
+from pairsim.physics.liquids.power_law import PowerLaw
+from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.step_size import StepControl
 from pairsim.solvers.transient import Transient
+
+MODES = Giesekus(time=1.0, weight=0.6), FeneP(L2=50.0, time=0.1, weight=0.4)
+TWO_MODES = Liquid(Carreau(n=0.5, Cu=2.0), 0.2, 0.5, MODES)
 
 
 def problems() -> dict[str, Problem]:
@@ -20,11 +30,23 @@ def problems() -> dict[str, Problem]:
     values = soft.__dict__
     return {
         "soft pair, periodic": soft,
-        "soft and rigid, periodic": Problem(**{**values, "Ca_es": (0.1, 0.0)}),
-        "unequal rigid, developed": Problem(**{**values, "betas": (0.4, 0.3), "Ca_es": (0.0, 0.0), "periodic": False}),
-        "three, developed": Problem(
-            **{**values, "betas": (0.4,) * 3, "Ca_es": (0.1, 0.0, 0.2), "gaps": (0.1, 0.2), "periodic": False}
+        "soft and rigid, periodic": Problem(**{**values, "solids": solids.soft(0.1, 0.0)}),
+        "unequal rigid, developed": Problem(
+            **{**values, "betas": (0.4, 0.3), "solids": solids.soft(0.0, 0.0), "periodic": False}
         ),
+        "three, developed": Problem(
+            **{
+                **values,
+                "betas": (0.4,) * 3,
+                "solids": solids.soft(0.1, 0.0, 0.2),
+                "gaps": (0.1, 0.2),
+                "periodic": False,
+            }
+        ),
+        "viscous solids in a power-law liquid": Problem(
+            **{**values, "solids": (KelvinVoigt(0.1, eta=2.0),) * 2, "liquid": Liquid(PowerLaw(n=0.4))}
+        ),
+        "modes in a Carreau liquid": Problem(**{**values, "liquid": TWO_MODES, "periodic": False}),
     }
 
 
@@ -34,7 +56,8 @@ def test_jacobian_matches_differences(name: str) -> None:
     newton, constraints = transient.newton, transient.constraints
     rng = np.random.default_rng(1)
     h, g, U_m = transient.history.h[0], 0.03, 1.7
-    y = newton.solve(transient._first_guess(), h, g, U_m)[0]
+    star = transient.scene.with_displacements(transient.history.x[0], h) if transient.scene.has_rates else None
+    y = newton.solve(transient._first_guess(), h, g, U_m, star)[0]
     y = y * (1 + 0.05 * rng.standard_normal(constraints.size))
     direction = rng.standard_normal(constraints.size) * np.maximum(np.abs(y), 1e-3)
     product = newton.jacobian_times(y, direction)

@@ -12,7 +12,10 @@ from mpi4py import MPI
 from support.scenes import soft_pair
 
 from pairsim.fem.geometry import MeshSettings
-from pairsim.physics.materials.polymer import Law
+from pairsim.physics.liquids import NEWTONIAN, Liquid, single
+from pairsim.physics.liquids.giesekus import Giesekus
+from pairsim.physics.liquids.power_law import PowerLaw
+from pairsim.physics.solids import soft
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.newton import Newton
 from pairsim.solvers.newton_options import MatrixPolicy, NewtonOptions
@@ -24,7 +27,7 @@ from pairsim.solvers.transient import Transient
 
 EXACT = NewtonOptions(tolerance=1e-13, matrix=MatrixPolicy(slow=0.0, other_step=-1.0, far=0.0))
 """Never takes over a matrix, and goes on to rounding."""
-GIESEKUS = Law("giesekus", 0.09, 0.2)
+LIQUIDS = {"newtonian": NEWTONIAN, "giesekus": single(Giesekus(), De=1.0), "power-law": single(PowerLaw(n=0.7))}
 
 
 def residuals(newton: Newton, solve: Callable[[], Report]) -> list[float]:
@@ -51,11 +54,11 @@ def observed_orders(newton: Newton, solution: Array, away: Array, solve: Callabl
     return [float(b / a) for a, b in pairwise(ratios)]
 
 
-@pytest.mark.parametrize("law", [None, pytest.param(GIESEKUS, marks=pytest.mark.slow)], ids=["newtonian", "giesekus"])
-def test_newton_converges_quadratically_in_time(law: Law | None) -> None:
+@pytest.mark.parametrize("name", ["newtonian", "power-law", pytest.param("giesekus", marks=pytest.mark.slow)])
+def test_newton_converges_quadratically_in_time(name: str) -> None:
     """From the velocities and stresses before a step."""
-    polymer = law and law.at(1.0)
-    pair = soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=8), length=4.0, periodic=False, polymer=polymer, t_end=1.0)
+    liquid = LIQUIDS[name]
+    pair = soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=8), length=4.0, periodic=False, liquid=liquid, t_end=1.0)
     transient = Transient(MPI.COMM_WORLD, replace(pair, newton=EXACT))
     try:
         *_, last = transient.steps(iter([0.01]))
@@ -70,11 +73,12 @@ def test_newton_converges_quadratically_in_time(law: Law | None) -> None:
     assert min(orders) > 1.8, orders
 
 
-@pytest.mark.parametrize("law", [None, GIESEKUS], ids=["newtonian", "giesekus"])
-def test_newton_converges_quadratically_on_a_curve(law: Law | None) -> None:
+@pytest.mark.parametrize("liquid", LIQUIDS.values(), ids=LIQUIDS.keys())
+def test_newton_converges_quadratically_on_a_curve(liquid: Liquid) -> None:
     """From a place with stiffer particles and, in a viscoelastic liquid, of a smaller De."""
-    problem = SteadyProblem((0.4, 0.4), 4.0, False, MeshSettings(Np=8), law, newton=EXACT)
-    start, end = (Parameters((0.1,), (Ca_e,) * 2, De if law else 0.0) for Ca_e, De in ((0.05, 0.3), (0.08, 0.6)))
+    problem = SteadyProblem((0.4, 0.4), 4.0, False, MeshSettings(Np=8), newton=EXACT)
+    places = ((0.05, 0.3), (0.08, 0.6))
+    start, end = (Parameters((0.1,), soft(Ca_e, Ca_e), liquid.with_De(De)) for Ca_e, De in places)
     steady = Steady(MPI.COMM_WORLD, problem, start)
     steady.place_undeformed()
     try:

@@ -14,7 +14,9 @@ from pairsim.fem.diagnostics import liquid_distortion
 from pairsim.fem.geometry import MeshSettings
 from pairsim.fem.scene import Scene
 from pairsim.fem.scene_constraints import balance_constraints
-from pairsim.physics.materials.polymer import Polymer
+from pairsim.physics.liquids import single
+from pairsim.physics.liquids.giesekus import Giesekus
+from pairsim.physics.solids import soft
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InvertedCell
 from pairsim.solvers.mesh_transfer import free_unknowns
@@ -22,7 +24,7 @@ from pairsim.solvers.step_size import StepControl
 from pairsim.solvers.transient import Step, Transient
 from tests.support.scenes import soft_pair
 
-GIESEKUS = Polymer("giesekus", 0.09, 0.2, De=1.0)
+GIESEKUS = single(Giesekus(), De=1.0)
 FIXED, CONTROLLED = StepControl(3e-4, 1e-8, 2.0, fixed=0.02), StepControl(3e-4, 1e-8, 2.0)
 
 
@@ -113,7 +115,7 @@ def test_stress_is_balanced_on_a_new_mesh(monkeypatch: pytest.MonkeyPatch) -> No
         return x
 
     monkeypatch.setattr("pairsim.solvers.transient.balanced", watched)
-    *_, last = first_steps(2, new_mesh_after=1, polymer=GIESEKUS, Ca_es=(0.0, 0.0), t_end=1.0)
+    *_, last = first_steps(2, new_mesh_after=1, liquid=GIESEKUS, solids=(None, None), t_end=1.0)
     assert balanced == [last.scene]
     first_steps(2, new_mesh_after=1)
     assert len(balanced) == 1
@@ -121,8 +123,8 @@ def test_stress_is_balanced_on_a_new_mesh(monkeypatch: pytest.MonkeyPatch) -> No
 
 def test_stress_is_balanced_at_the_velocities_of_the_surfaces() -> None:
     """With the velocities of the material as unknowns the liquid has the velocity that it has in a step."""
-    pair = soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=8), length=4.0, periodic=False, polymer=GIESEKUS)
-    transient = Transient(MPI.COMM_WORLD, replace(pair, Ca_es=(0.1, 0.0)))
+    pair = soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=8), length=4.0, periodic=False, liquid=GIESEKUS)
+    transient = Transient(MPI.COMM_WORLD, replace(pair, solids=soft(0.1, 0.0)))
     try:
         scene, constraints, h = transient.scene, transient.constraints, transient.history.h[0]
         y = np.random.default_rng(0).standard_normal(constraints.size)

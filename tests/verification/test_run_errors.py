@@ -107,7 +107,7 @@ def test_errors_of_the_past_are_carried_like_a_difference_of_two_runs(monkeypatc
     """Without a defect, an error of stress and distance at t = 0 grows as a run that starts with it departs."""
 
     def nothing(self: RecoveredScene, *_: object) -> None:
-        self._added, self._star_added = [{} for _ in self._phases], {}
+        self._added, self._star_added = ([{} for _ in self._phases] for _ in range(2))
 
     monkeypatch.setattr(RecoveredScene, "recover", nothing)
     found = []

@@ -25,7 +25,8 @@ SHORT = {"ends": "developed", "length": 3}
 
 def steps_of(keys: dict[str, Any], end: float, **more: Any) -> list[Step]:
     """All steps of a run up to a time."""
-    transient = Transient(MPI.COMM_WORLD, problem_of(case_from_dict({**SHORT, **keys, **more}, "test")))
+    case = {**SHORT, **keys, **more, "time": {"end": end}}
+    transient = Transient(MPI.COMM_WORLD, problem_of(case_from_dict(case, "test")))
     try:
         return list(transient.steps(iter([end])))
     finally:
@@ -69,8 +70,8 @@ def test_a_single_particle_and_the_tube_alone_start_as_they_go_on() -> None:
         tube = {"particles": 0, **law, "mesh": {}, "ends": ends}
         dp = [step.observation.dp for step in steps_of(tube, 0.1)]
         assert np.ptp(dp) < 1e-8 * dp[0]
-        polymer = case_from_dict({**SHORT, **tube}, "test").polymer
-        assert dp[0] == pytest.approx(3 * Pipe(polymer).steady().gradient, rel=1e-4)
+        liquid = case_from_dict({**SHORT, **tube}, "test").liquid_model
+        assert dp[0] == pytest.approx(3 * Pipe(liquid).steady().gradient, rel=1e-4)
 
 
 def test_error_of_the_start_is_part_of_the_errors() -> None:

@@ -23,7 +23,7 @@ def solved(**keys: Any) -> tuple[Branch, Point]:
     """A branch at the first distance of a case, and its point there."""
     case = curve_from_dict({**PAIR, "d": (0.1,), **keys}, "test")
     narrowest = min((d for place in case.places for d in place), default=np.inf)
-    start = Parameters(case.places[0], case.Ca_es, case.De)
+    start = Parameters(case.places[0], case.solid_models, case.liquid_model)
     branch = Branch(MPI.COMM_WORLD, steady_problem(case, narrowest), start, mesh_error=False)
     return branch, branch.at(start)
 

@@ -18,6 +18,7 @@ from support.scenes import dU, march, soft_pair
 import pairsim
 from pairsim.fem.geometry import MeshSettings
 from pairsim.fem.scene import Body
+from pairsim.physics.solids import soft
 from pairsim.solvers.newton_options import TRANSIENT
 from pairsim.solvers.step_size import StepControl
 from pairsim.solvers.transient import Transient
@@ -74,7 +75,7 @@ def modes(body: Body, h: np.ndarray, Ca: float) -> np.ndarray:
 
 def single_sphere_modes(Ca: float) -> np.ndarray:
     problem = soft_pair(0.4, 0.1, Ca, control=StepControl(3e-4, 1e-9, 3 * Ca), first_step=Ca / 100)
-    problem = type(problem)(**{**problem.__dict__, "betas": (0.4,), "Ca_es": (Ca,), "gaps": ()})
+    problem = type(problem)(**{**problem.__dict__, "betas": (0.4,), "solids": soft(Ca), "gaps": ()})
     transient = Transient(MPI.COMM_WORLD, problem)
     h = [step.h for step in transient.steps(iter([30 * Ca]))][-1]
     found = modes(transient.bodies[0], h, Ca)

@@ -34,7 +34,7 @@ def test_work_of_quasi_steady_points(
     case = curve_from_dict({**PAIR, **keys}, "test")
     places = solution_order(case)
     problem = steady_problem(case, min(place[0] for place in places))
-    branch = Branch(MPI.COMM_WORLD, problem, Parameters(places[0], case.Ca_es, case.De), False, False)
+    branch = Branch(MPI.COMM_WORLD, problem, Parameters(places[0], case.solid_models, case.liquid_model), False, False)
     try:
         found = list(trace(branch, places, 1.0, len(places)))
         fine = branch.fine

@@ -8,38 +8,25 @@ from __future__ import annotations
 
 import ufl
 
+from pairsim.physics.forms.extra_stress import invariants
 from pairsim.physics.kinematics import Expr, Kinematics
-from pairsim.physics.materials import polymer
-from pairsim.physics.materials.log_conformation import LogConformation
+from pairsim.physics.liquids.conformation import ConformationLaw
+from pairsim.physics.log_conformation import LogConformation
 
 
-def stress(name: polymer.Name, s: LogConformation, xi: Expr, De: Expr, L2: Expr) -> tuple[Expr, Expr]:
-    """Polymer stress tau = (1 - xi)/De (F c - I).
-
-    Returns:
-        The (z, r) block and the hoop component.
-    """
-    c, hoop = s.exp(1)
-    F = polymer.spring(name, ufl.tr(c) + hoop, L2)
-    return (1 - xi) / De * (F * c - ufl.Identity(2)), (1 - xi) / De * (F * hoop - 1)
-
-
-def relaxation(name: polymer.Name, s: LogConformation, alpha: Expr, epsilon: Expr, L2: Expr) -> tuple[Expr, Expr]:
+def relaxation(kin: Kinematics, s: LogConformation, u: Expr, law: ConformationLaw) -> tuple[Expr, Expr]:
     """Relaxation term of the equation of s = log c.
 
-    A law De (upper-convected derivative of c) = -g(c) relaxes s at the rate f(s)/De with
+    A law De (upper-convected derivative of c) = -g(c) with g = g_0 I + g_1 c + g_2 c^2 relaxes s at the rate f(s)/De,
 
-        f(s) = -c^-1 g(c) = Y [c^-1 - F I - alpha (c - 2 I + c^-1)].
+        f(s) = -c^-1 g(c) = -(g_0 c^-1 + g_1 I + g_2 c).
 
     Returns:
         The (z, r) block and the hoop component of f(s).
     """
     (c, hoop), (inverse, inverse_hoop) = s.exp(1), s.exp(-1)
-    trace = ufl.tr(c) + hoop
-    Y, F = polymer.relaxation(name, trace, epsilon, ufl.exp), polymer.spring(name, trace, L2)
-    identity = ufl.Identity(2)
-    block = Y * (inverse - F * identity - alpha * (c - 2 * identity + inverse))
-    return block, Y * (inverse_hoop - F - alpha * (hoop - 2 + inverse_hoop))
+    g0, g1, g2 = law.relaxation(invariants(kin, (c, hoop), u))
+    return -(g0 * inverse + g1 * ufl.Identity(2) + g2 * c), -(g0 * inverse_hoop + g1 + g2 * hoop)
 
 
 def residual(
@@ -64,7 +51,7 @@ def residual(
         rate: Material derivative Ds/Dt, block and hoop component.
         u: Velocity.
         relaxed: f(s) from `relaxation`, block and hoop component.
-        De: Deborah number.
+        De: Relaxation time of the mode.
 
     Returns:
         The (z, r) block and the hoop component of r.
@@ -88,7 +75,7 @@ def upwind_time(mesh: ufl.Mesh, v: Expr, De: Expr, scale: float) -> Expr:
     Args:
         mesh: Mesh; h is the square root of twice the area of a cell.
         v: Velocity relative to the mesh.
-        De: Deborah number.
+        De: Relaxation time of the mode.
         scale: Dimensionless factor.
     """
     h = ufl.sqrt(abs(ufl.JacobianDeterminant(mesh)))

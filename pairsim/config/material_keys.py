@@ -1,0 +1,183 @@
+"""The keys `liquid` and `solid` of a case: pydantic models of their blocks, made from what each law declares."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Annotated, Any, Literal, Union
+
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    create_model,
+)
+
+from pairsim.config.materials import ELASTIC, MODES, VISCOUS, block_of, liquid_block, modes_in, solid_blocks
+from pairsim.config.values import number
+from pairsim.physics import liquids, solids
+from pairsim.physics.declared import FLAT
+from pairsim.physics.liquids import ConformationLaw, Newtonian
+from pairsim.physics.material import Material, Parameter
+
+MOST_MODES = 8
+MODES_WORDS = "several relaxation times: a list of modes, each with its law"
+
+
+def ranged(parameter: Parameter) -> Any:
+    """The type of a key with the range of a parameter."""
+    least, most = parameter.least, parameter.most
+    bounds = Field(gt=least, le=most) if parameter.open else Field(ge=least, le=most)
+    return Annotated[float, bounds, BeforeValidator(number)]
+
+
+def _flat_fields() -> dict[str, Any]:
+    """The fields of these keys."""
+    fields = {}
+    for name, (parameter, laws) in FLAT.items():
+        default = "" if parameter.default is None else f"; default: {parameter.default:g}"
+        words = f"{parameter.words}{default} (liquid: {', '.join(laws)})"
+        fields[name] = ranged(parameter) | None, Field(None, description=words)
+    return fields
+
+
+def _made(name: str, words: str, fields: dict[str, Any], measured: Sequence[str] = ()) -> type[BaseModel]:
+    """A model that is found in this module, so that a case can be sent to other processes.
+
+    Args:
+        name: Its name.
+        words: Its description.
+        fields: Its fields.
+        measured: Those that the `physical` block may give, which the JSON Schema therefore does not require.
+    """
+
+    def without_measured(schema: dict[str, Any]) -> None:
+        schema["required"] = [key for key in schema["required"] if key not in measured]
+
+    config = ConfigDict(extra="forbid", frozen=True, json_schema_extra=without_measured)
+    model = create_model(name, __config__=config, __doc__=words, __module__=__name__, **fields)
+    globals()[name] = model
+    return model
+
+
+def _model(law: type[Material], of: str = "", **more: Any) -> type[BaseModel]:
+    """The model of the block of a law; `of` distinguishes it from others of the same law."""
+    fields: dict[str, Any] = {"law": (_named([law.name]), Field(description=law.words))}
+    for name, each in law.parameters().items():
+        if each.default is None and not each.flat:
+            fields[name] = ranged(each), Field(description=each.words)
+        elif each.flat:
+            default = "" if each.default is None else f"; default: {each.default:g}"
+            fields[name] = ranged(each) | None, Field(None, description=each.words + default)
+        else:
+            fields[name] = ranged(each), Field(each.default, description=each.words)
+    measured = [name for name, each in law.parameters().items() if each.dimension is not None]
+    return _made(f"{law.__name__}{of}Block", law.words, fields | more, measured)
+
+
+def _law_in(value: Any) -> str | None:
+    """The tag of a block; unlike the names of laws it is no key, so that messages can leave it out."""
+    name = value.get("law") if isinstance(value, Mapping) else getattr(value, "law", None)
+    return f"law {name}" if isinstance(name, str) else None
+
+
+def _one_of(models: Mapping[str, type[BaseModel]]) -> Any:
+    """The type of a block of one of some laws."""
+    tagged = [Annotated[model, Tag(f"law {name}")] for name, model in models.items()]
+    return Annotated[Union[*tagged], Discriminator(_law_in)]
+
+
+def _named(laws: Iterable[str]) -> Any:
+    """The type of the name of one of some laws."""
+    return Literal[*laws]
+
+
+def _many(one: Any) -> Any:
+    """The type of a list."""
+    return tuple[one, ...]
+
+
+def _words(names: list[str], more: str = "") -> str:
+    return f"{', '.join(names)}, or a group with law (one of these{more}) and its parameters"
+
+
+def _of_modes(law: type[ConformationLaw]) -> type[BaseModel]:
+    shared = {name: (ranged(each), Field(description=each.words)) for name, each in ConformationLaw.OF_MODE.items()}
+    return _model(law, "Mode", **shared)
+
+
+_SOLVENTS = {name: _model(law) for name, law in VISCOUS.items()}
+_SOLVENT = (
+    _named(VISCOUS) | _one_of(_SOLVENTS) | None,
+    Field(
+        None,
+        description="viscosity law of the solvent; default: one of constant viscosity",
+        json_schema_extra={"words": _words(list(VISCOUS))},
+    ),
+)
+_MODELS_OF_MODES = {name: _of_modes(law) for name, law in ELASTIC.items()}
+_MODES = _made(
+    "ModesBlock",
+    MODES_WORDS,
+    {
+        "law": (_named([MODES]), Field(description=MODES_WORDS)),
+        "modes": (
+            _many(_one_of(_MODELS_OF_MODES)),
+            Field(
+                min_length=2,
+                max_length=MOST_MODES,
+                description="the modes, each with its law and its parameters, time and weight; of the weights only "
+                "their ratios count",
+                json_schema_extra={
+                    "words": f"a list of 2 to {MOST_MODES} groups with law, time, weight and the parameters of the law"
+                },
+            ),
+        ),
+        "solvent": _SOLVENT,
+    },
+)
+LIQUIDS: dict[str, type[BaseModel]] = {
+    **_SOLVENTS,
+    **{name: _model(law, solvent=_SOLVENT) for name, law in ELASTIC.items()},
+    MODES: _MODES,
+}
+"""The model of the block of each liquid."""
+SOLIDS: dict[str, type[BaseModel]] = {name: _model(law) for name, law in solids.LAWS.items()}
+"""The model of the block of each solid."""
+BLOCKS = {"liquid": LIQUIDS, "solid": SOLIDS}
+
+
+def material_fields() -> dict[str, Any]:
+    """The fields of `liquid`, `solid` and of the keys in `FLAT`."""
+    liquid = Field(
+        None,
+        description=f"constitutive law, or a group with it and its parameters; default: {liquids.DEFAULT.name}, "
+        f"{Newtonian.name} at De = 0",
+        json_schema_extra={"words": _words([*liquids.LAWS], f", or {MODES}")},
+    )
+    solid = Field(
+        None,
+        description="law of the soft particles, or a group with it and its parameters, or a list of these from "
+        f"upstream; default: {solids.DEFAULT.name}",
+        json_schema_extra={"words": f"{_words([*solids.LAWS])}, or a list of these"},
+    )
+    one: Any = _named(solids.LAWS) | _one_of(SOLIDS)
+    return {
+        "liquid": (_named(liquids.LAWS) | _one_of(LIQUIDS) | None, liquid),
+        **_flat_fields(),
+        "solid": (one | _many(one) | None, solid),
+    }
+
+
+def models_in(case: Mapping[str, Any]) -> dict[str, type[BaseModel]]:
+    """The models of the blocks of a case, which need not be validated yet, by their dotted keys."""
+    block = liquid_block(case)
+    found = {"liquid": LIQUIDS.get(block["law"])}
+    found["liquid.solvent"] = _SOLVENTS.get(block_of(block.get("solvent"), "")["law"])
+    for i, mode in enumerate(modes_in(block)):
+        found[f"liquid.modes[{i}]"] = _MODELS_OF_MODES.get(block_of(mode, "")["law"])
+    for key, each in solid_blocks(case):
+        found[key] = SOLIDS.get(each["law"])
+    return {key: model for key, model in found.items() if model is not None}

@@ -1,0 +1,52 @@
+"""What all laws in `liquids` and `solids` declare, for case files, `pairsim units`, pictures and pages."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from pairsim.physics import liquids, solids
+from pairsim.physics.liquids import Liquid, ViscousLaw
+from pairsim.physics.liquids.viscous import ZERO_SHEAR
+from pairsim.physics.material import Dimension, Material, Parameter
+from pairsim.physics.solids import Solid
+
+LAWS: dict[str, type[Material]] = {**liquids.LAWS, **solids.LAWS}
+"""All laws by name."""
+
+
+def _dimensions() -> dict[str, Dimension]:
+    units = [law.measured for law in LAWS.values() if issubclass(law, ViscousLaw)]
+    shared = [parameter.dimension for parameter in Liquid.OF_POLYMER.values()]
+    own = [parameter.dimension for law in LAWS.values() for parameter in law.parameters().values()]
+    return {each.key: each for each in (ZERO_SHEAR, *units, *shared, *own) if each is not None}
+
+
+class Named(NamedTuple):
+    """Parameters of the same name.
+
+    Attributes:
+        parameter: The declaration of the first law that has one.
+        laws: Names of the laws that have one.
+    """
+
+    parameter: Parameter
+    laws: list[str]
+
+
+def _named() -> dict[str, Named]:
+    found: dict[str, Named] = {}
+    for law in LAWS.values():
+        for name, parameter in law.parameters().items():
+            found.setdefault(name, Named(parameter, [])).laws.append(law.name)
+    return found
+
+
+DIMENSIONS = _dimensions()
+"""The measurable quantities of materials but the modulus, by key: those of all liquids, then those of each law."""
+PARAMETERS = _named()
+"""The parameters of all laws by name."""
+FLAT = {name: each for name, each in PARAMETERS.items() if each.parameter.flat}
+"""Those that are keys of the case, too."""
+SYMBOLS = {name: each.symbol for name, each in {**Liquid.OF_POLYMER, **Solid.OF_ALL}.items()}
+SYMBOLS |= {name: each.parameter.symbol for name, each in PARAMETERS.items()}
+"""The symbol (TeX) of each parameter by its name."""

@@ -1,0 +1,36 @@
+"""Liquids, a file a law. Every law in this folder is in `LAWS` by its name."""
+
+from __future__ import annotations
+
+from pairsim.physics.liquids.conformation import ConformationLaw
+from pairsim.physics.liquids.liquid import NEWTONIAN, Liquid, single
+from pairsim.physics.liquids.newtonian import Newtonian
+from pairsim.physics.liquids.viscous import ViscousLaw
+from pairsim.physics.material import laws_of
+
+LAWS: dict[str, type[ViscousLaw | ConformationLaw]] = laws_of(__name__, __path__, (ViscousLaw, ConformationLaw))
+"""The laws by their names in case files."""
+DEFAULT = next(law for law in LAWS.values() if vars(law).get("default"))
+"""The law of a viscoelastic liquid in a case that names none."""
+
+
+def of_structure(structure: str) -> Liquid:
+    """A liquid of the laws that `Liquid.structure` names; the values of its parameters have no meaning."""
+    polymer, _, solvent = structure.partition("/")
+    laws = [LAWS[name].anyhow() for name in (*polymer.split("+"), *filter(None, [solvent]))]
+    solvents = [law for law in laws if isinstance(law, ViscousLaw)]
+    modes = tuple(law for law in laws if isinstance(law, ConformationLaw))
+    return Liquid(solvents[0] if solvents else Newtonian(), modes=modes)
+
+
+__all__ = [
+    "DEFAULT",
+    "LAWS",
+    "NEWTONIAN",
+    "ConformationLaw",
+    "Liquid",
+    "Newtonian",
+    "ViscousLaw",
+    "of_structure",
+    "single",
+]

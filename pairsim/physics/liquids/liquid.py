@@ -1,0 +1,138 @@
+"""A liquid: a solvent with its viscosity law, and the modes of its polymer with a law of the conformation each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Literal
+
+from pairsim.physics.liquids.conformation import ConformationLaw
+from pairsim.physics.liquids.newtonian import Newtonian
+from pairsim.physics.liquids.viscous import ViscousLaw
+from pairsim.physics.material import Material, Parameter, a_time, a_viscosity
+
+COLD_DEBORAH = 0.01  # log c overflows from 0.02 in gaps of 0.02, from 0.05 at N_p 28
+
+
+@dataclass(frozen=True)
+class Liquid:
+    """A liquid with all its parameters: the one owner of De, xi and the parameters of its laws.
+
+    The extra stress is 2 xi eta(gamma) e(u) + sum_i tau_i, in units of eta_0 U_av/D_c.
+
+    Attributes:
+        solvent: Its viscosity law.
+        xi: Viscosity of the solvent over eta_0; 1 without modes.
+        De: Deborah number, 0 without modes.
+        modes: The modes of the polymer; none in a liquid without a memory.
+    """
+
+    solvent: ViscousLaw = Newtonian()
+    xi: Any = 1.0
+    De: Any = 0.0
+    modes: tuple[ConformationLaw, ...] = ()
+
+    OF_POLYMER: ClassVar[dict[str, Parameter]] = {
+        "De": Parameter(
+            r"\mathrm{De}",
+            "Deborah number lambda U_av/D_c; 0 is a liquid without elasticity",
+            1e-6,
+            1e4,
+            dimension=a_time("relaxation", "relaxation time lambda; gives De = lambda U_av/D_c"),
+        ),
+        "xi": Parameter(
+            r"\xi",
+            "solvent viscosity over eta_0",
+            1e-4,
+            1.0,
+            default=0.09,
+            dimension=a_viscosity("solvent", "viscosity of the solvent eta_s; gives xi = eta_s/eta_0"),
+        ),
+    }
+
+    @property
+    def newtonian(self) -> bool:
+        """Whether the stress is that of a Newtonian liquid: linear in the velocity, without a memory."""
+        return self.solvent.linear and not self.modes
+
+    @property
+    def structure(self) -> str:
+        """The names of its laws, such as "giesekus" or "oldroyd-b+fene-p/carreau": what its forms depend on."""
+        polymer = "+".join(mode.name for mode in self.modes)
+        if not polymer:
+            return self.solvent.name
+        return polymer if isinstance(self.solvent, Newtonian) else f"{polymer}/{self.solvent.name}"
+
+    @property
+    def label(self) -> str:
+        """Its name in pictures and sentences."""
+        polymer = " + ".join(dict.fromkeys(mode.label for mode in self.modes))
+        if not polymer:
+            return self.solvent.label
+        count = f"{len(self.modes)} modes: " if len(self.modes) > 1 else ""
+        return f"{count}{polymer}" + ("" if self.solvent.linear else f" in {self.solvent.label}")
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """All parameters by name; those of laws with their place, such as "solvent.n" or "modes.0.alpha"."""
+        found = {f"solvent.{name}": value for name, value in self.solvent.numbers.items()}
+        if self.modes:
+            found |= {"De": self.De, "xi": self.xi}
+        for i, mode in enumerate(self.modes):
+            own = mode.numbers if len(self.modes) == 1 else {"time": mode.time, "weight": mode.weight, **mode.numbers}
+            found |= {f"modes.{i}.{name}": value for name, value in own.items()}
+        return found
+
+    def with_numbers(self, numbers: Mapping[str, Any]) -> Liquid:
+        """The same liquid with other parameters, or with constants of a form in place of them."""
+
+        def of(place: str) -> dict[str, Any]:
+            return {key.removeprefix(place): value for key, value in numbers.items() if key.startswith(place)}
+
+        modes = tuple(replace(mode, **of(f"modes.{i}.")) for i, mode in enumerate(self.modes))
+        own = {key: value for key, value in numbers.items() if "." not in key}
+        return replace(self, solvent=replace(self.solvent, **of("solvent.")), modes=modes, **own)
+
+    def with_De(self, De: float) -> Liquid:
+        """The same liquid at another Deborah number; one without modes has none."""
+        return replace(self, De=De) if self.modes else self
+
+    def easier(self) -> Liquid:
+        """The same liquid with parameters at which a solution is found from undeformed spheres."""
+        return replace(self.with_De(min(self.De, COLD_DEBORAH)), solvent=self.solvent.easier())
+
+    def modulus(self, mode: ConformationLaw) -> Any:
+        """Modulus G of a mode, (1 - xi) weight/De, in units of eta_0 U_av/D_c."""
+        if len(self.modes) == 1:
+            return (1 - self.xi) / self.De
+        return (1 - self.xi) * mode.weight / (self.De * mode.time)
+
+    def relaxation_time(self, mode: ConformationLaw) -> Any:
+        """Relaxation time of a mode [D_c/U_av]."""
+        return self.De if len(self.modes) == 1 else self.De * mode.time
+
+    @property
+    def longest(self) -> float:
+        """The longest relaxation time [D_c/U_av], 0 without modes."""
+        return max((float(self.relaxation_time(mode)) for mode in self.modes), default=0.0)
+
+    @property
+    def cells(self) -> Literal["newtonian", "thinning", "hardening"]:
+        """The kind of stress layers at the particles, which decides the cells of a mesh."""
+        if not self.modes:
+            return "newtonian"
+        return "hardening" if any(mode.hardens for mode in self.modes) else "thinning"
+
+
+NEWTONIAN = Liquid()
+
+
+def single(law: Material, De: float = 0.0, xi: float = 0.09) -> Liquid:
+    """The liquid of one law: a viscosity law alone, or one mode at a Deborah number in a Newtonian solvent.
+
+    At De = 0 a viscoelastic liquid is Newtonian.
+    """
+    if isinstance(law, ViscousLaw):
+        return Liquid(law)
+    assert isinstance(law, ConformationLaw)
+    return Liquid(Newtonian(), xi, De, (law,)) if De > 0 else NEWTONIAN

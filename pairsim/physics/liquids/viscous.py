@@ -1,0 +1,58 @@
+"""Viscosity laws: liquids, and solvents of viscoelastic liquids, whose stress follows the rate of deformation at once.
+
+The stress is 2 eta e(u), with the viscosity eta a function of the shear rate gamma = sqrt(2 e : e).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+from pairsim.physics.material import Dimension, Material
+
+# Shear rate [U_av/D_c] below which the viscosity is constant: that of a power law would be infinite at rest. Chosen;
+# velocities change by less than 1e-7 from 1e-2 to 1e-6.
+LEAST_RATE = 1e-6
+
+ZERO_SHEAR = Dimension(
+    "viscosity",
+    "a viscosity",
+    "zero-shear viscosity of the liquid eta_0, including that of the solvent",
+    "Pa*s",
+    "1 Pa.s",
+    lambda eta, _: eta,
+)
+
+
+@dataclass(frozen=True)
+class ViscousLaw(Material):
+    """Viscosity as a function of the shear rate.
+
+    Attributes:
+        linear: Whether the viscosity is constant.
+        measured: The quantity that gives the unit of viscosity eta_0, by `unit_viscosity`.
+    """
+
+    linear: ClassVar[bool] = False
+    measured: ClassVar[Dimension] = ZERO_SHEAR
+
+    def viscosity(self, gamma2: Any) -> Any:
+        """Viscosity over its unit.
+
+        Args:
+            gamma2: Square of the shear rate [(U_av/D_c)^2], above 0.
+        """
+        raise NotImplementedError
+
+    def easier(self) -> Self:
+        """The same law with parameters for which Newton's method converges from a liquid at rest."""
+        return self
+
+    def unit_viscosity(self, value: float, rate: float) -> float:
+        """The unit of viscosity eta_0 [Pa s].
+
+        Args:
+            value: What was measured, in SI units.
+            rate: U_av/D_c [1/s].
+        """
+        return value

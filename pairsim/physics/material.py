@@ -1,0 +1,162 @@
+"""What a material says about itself: the parameters of its law with their ranges, dimensions, symbols and words.
+
+The case file, `pairsim units`, the schema, messages, pictures and reference pages ask these declarations; nothing
+outside its file knows the name of a law or of its parameters. This module imports neither numpy nor UFL, since the
+checks of case files use it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from pkgutil import iter_modules
+from string import Formatter
+from typing import Any, ClassVar, Self
+
+from pairsim.physics.scales import Scales
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """The measurable quantity that a parameter follows from.
+
+    Attributes:
+        key: Its key in the `physical` block, and its option in `pairsim units`.
+        kind: The kind of quantity, with article.
+        words: What it is.
+        unit: Its SI unit, in which "{n}" stands for the parameter n of the law.
+        example: A value with its unit, "{n}" in it as in `unit`.
+        number: The parameter from the value in SI units and the scales.
+    """
+
+    key: str
+    kind: str
+    words: str
+    unit: str
+    example: str
+    number: Callable[[float, Scales], float]
+
+    @property
+    def of_unit(self) -> tuple[str, ...]:
+        """Names of the parameters that the unit depends on."""
+        return tuple(name for _, name, _, _ in Formatter().parse(self.unit) if name)
+
+
+def a_time(key: str, words: str) -> Dimension:
+    """The dimension of a time, whose number is the time over D_c/U_av."""
+    return Dimension(key, "a time", words, "s", "2 ms", lambda value, scales: value / scales.time)
+
+
+def a_viscosity(key: str, words: str, example: str = "1 mPa.s") -> Dimension:
+    """The dimension of a viscosity, whose number is the viscosity over eta_0."""
+    return Dimension(key, "a viscosity", words, "Pa*s", example, lambda value, scales: value / scales.viscosity)
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A dimensionless parameter of a law.
+
+    Attributes:
+        symbol: Its symbol (TeX).
+        words: What it is.
+        least: Least value.
+        most: Largest value.
+        open: Whether the least value itself is excluded.
+        default: Its default, None if it must be given.
+        dimension: The measurable quantity that it follows from, None if it is a pure number.
+        flat: Whether it is a key of the case, too, as those of the first laws are; others are in the block of the law.
+    """
+
+    symbol: str
+    words: str
+    least: float
+    most: float
+    open: bool = False
+    default: float | None = None
+    dimension: Dimension | None = None
+    flat: bool = False
+
+
+def parameter(
+    symbol: str,
+    words: str,
+    least: float,
+    most: float,
+    *,
+    open: bool = False,
+    default: float | None = None,
+    dimension: Dimension | None = None,
+    flat: bool = False,
+) -> Any:
+    """Declare a parameter of a law as a field of its dataclass; the arguments are those of `Parameter`."""
+    metadata = {"parameter": Parameter(symbol, words, least, most, open, default, dimension, flat)}
+    if default is None:
+        return dataclasses.field(metadata=metadata, kw_only=True)
+    return dataclasses.field(default=default, metadata=metadata, kw_only=True)
+
+
+@dataclass(frozen=True)
+class Material:
+    """Base of all laws: a frozen dataclass whose fields are parameters.
+
+    A parameter is a number, or a constant of a form: a law is compiled with constants in place of its numbers, so that
+    its methods are written for both.
+
+    Attributes:
+        name: Name of the law in case files.
+        label: Its name in pictures and sentences.
+        words: What the law describes, in a line.
+        default: Whether it is the law of a case that names none.
+    """
+
+    name: ClassVar[str]
+    label: ClassVar[str]
+    words: ClassVar[str]
+    default: ClassVar[bool] = False
+
+    @classmethod
+    def parameters(cls) -> dict[str, Parameter]:
+        """The parameters by name, in the order of their declaration."""
+        return {f.name: f.metadata["parameter"] for f in dataclasses.fields(cls) if "parameter" in f.metadata}
+
+    @classmethod
+    def anyhow(cls) -> Self:
+        """The law with some values for its parameters, where only its equations matter."""
+        return cls(**{name: p.least if p.default is None else p.default for name, p in cls.parameters().items()})
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """The values of the parameters by name."""
+        return {name: getattr(self, name) for name in self.parameters()}
+
+    def with_numbers(self, numbers: Mapping[str, Any]) -> Self:
+        """The same law with other values, or with constants of a form in place of them."""
+        return dataclasses.replace(self, **numbers)
+
+
+def laws_of(package: str, path: Iterable[str], kinds: tuple[type[Material], ...]) -> dict[str, Any]:
+    """The laws that the modules of a package define, by name: classes of the given kinds that have a name."""
+    found = {}
+    for entry in iter_modules(path):
+        for law in vars(import_module(f"{package}.{entry.name}")).values():
+            if isinstance(law, type) and issubclass(law, kinds) and "name" in vars(law):
+                found[law.name] = law
+    return found
+
+
+def apart(a: Mapping[str, float], b: Mapping[str, float]) -> float:
+    """Largest relative difference of the numbers of two materials of the same laws."""
+    sizes = {name: max(abs(a[name]), abs(b[name])) for name in a}
+    return max((abs(a[name] - b[name]) / size for name, size in sizes.items() if size), default=0.0)
+
+
+def between(a: Mapping[str, float], b: Mapping[str, float], tau: float) -> dict[str, float]:
+    """Numbers on the way from a (tau = 0) to b (1): geometric for De, linear for all others."""
+    return {
+        name: a[name] * (b[name] / a[name]) ** tau
+        if name == "De" and a[name] > 0
+        else a[name] + (b[name] - a[name]) * tau
+        for name in a
+    }

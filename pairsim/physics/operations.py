@@ -1,0 +1,30 @@
+"""Functions by which a law is written once, for numbers, numpy arrays (real or complex) and UFL expressions."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def _library(x: Any) -> Any:
+    """UFL for its expressions, numpy for all else; both take a while to import, and checks of case files need none."""
+    if isinstance(x, int | float | complex):
+        import numpy
+
+        return numpy
+    if type(x).__module__.partition(".")[0] == "numpy":
+        import numpy
+
+        return numpy
+    import ufl
+
+    return ufl
+
+
+def exp(x: Any) -> Any:
+    """Exponential function."""
+    return _library(x).exp(x)
+
+
+def sqrt(x: Any) -> Any:
+    """Square root."""
+    return _library(x).sqrt(x)

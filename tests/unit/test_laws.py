@@ -1,0 +1,239 @@
+"""Every law by itself: shear, extension and small strains against closed forms, and its flow in the tube."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import ufl
+from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq
+
+import pairsim
+from pairsim.physics import liquids, solids
+from pairsim.physics.conformation import IDENTITY, polymer_stress, relaxation
+from pairsim.physics.liquids import ConformationLaw, Liquid, ViscousLaw, single
+from pairsim.physics.liquids.carreau import Carreau
+from pairsim.physics.liquids.conformation import Invariants
+from pairsim.physics.liquids.fene_p import FeneP
+from pairsim.physics.liquids.giesekus import Giesekus
+from pairsim.physics.liquids.newtonian import Newtonian
+from pairsim.physics.liquids.oldroyd_b import OldroydB
+from pairsim.physics.liquids.power_law import PowerLaw
+from pairsim.physics.liquids.ptt import ExponentialPTT, LinearPTT
+from pairsim.physics.material import Material
+from pairsim.physics.pipe import Pipe
+from pairsim.physics.solids import Solid
+from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
+from pairsim.physics.solids.neo_hookean import NeoHookean
+
+VISCOUS: list[ViscousLaw] = [Newtonian(), PowerLaw(n=0.6), Carreau(n=0.5, Cu=3.0, a=1.5, eta_inf=0.1)]
+ELASTIC: list[ConformationLaw] = [
+    *(OldroydB(), Giesekus(alpha=0.3), LinearPTT(epsilon=0.25), ExponentialPTT(epsilon=0.25), FeneP(L2=50.0)),
+]
+SOLIDS: list[Solid] = [NeoHookean(0.1), KelvinVoigt(0.1, eta=2.0)]
+DE, XI = 0.8, 0.09
+
+
+def name_of(law: Material) -> str:
+    return law.name
+
+
+def test_every_law_is_here() -> None:
+    assert {law.name for law in (*VISCOUS, *ELASTIC)} == set(liquids.LAWS)
+    assert {law.name for law in SOLIDS} == set(solids.LAWS)
+
+
+def test_no_other_file_names_a_law() -> None:
+    """But for the Newtonian liquid, in which a solvent, and a liquid without elasticity, has its law."""
+    package = Path(pairsim.__file__).parent
+    for law in (*VISCOUS[1:], *ELASTIC, *SOLIDS):
+        own = Path(inspect.getfile(type(law)))
+        for file in package.rglob("*.py"):
+            if file == own:
+                continue
+            tree = ast.parse(file.read_text())
+            texts = [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)]
+            names = [node.id for node in ast.walk(tree) if isinstance(node, ast.Name)]
+            assert law.name not in texts, file
+            assert type(law).__name__ not in names or file.parent == own.parent, file
+
+
+def values_of(expressions: tuple[Any, ...]) -> list[complex]:
+    """UFL expressions without fields, and numbers, as numbers."""
+    return [complex(ufl.as_ufl(each)(())) for each in expressions]
+
+
+@pytest.mark.parametrize("law", [*VISCOUS, *ELASTIC, *SOLIDS], ids=name_of)
+def test_a_law_says_the_same_to_arrays_and_to_forms(law: Material) -> None:
+    def said(number: Any) -> tuple[Any, ...]:
+        if isinstance(law, ViscousLaw):
+            return (law.viscosity(number(2.3)),)
+        if isinstance(law, ConformationLaw):
+            at = Invariants(number(7.0), number(30.0), number(2.3))
+            return (*law.relaxation(at), *law.stress(at))
+        assert isinstance(law, Solid)
+        return law.response(number(3.4), number(3.3))
+
+    arrays = [complex(np.ravel(each)[0]) for each in said(lambda x: np.array([x]))]
+    assert values_of(said(lambda x: ufl.as_ufl(x))) == pytest.approx(arrays, rel=1e-14)
+    assert [complex(each) for each in said(lambda x: x)] == pytest.approx(arrays, rel=1e-14)
+    shifted = [complex(np.ravel(each)[0]) for each in said(lambda x: np.array([x + 1e-30j * x]))]
+    assert np.real(shifted) == pytest.approx(np.real(arrays), rel=1e-14)
+
+
+def conformation_after(liquid: Liquid, L: np.ndarray, end: float) -> np.ndarray:
+    """The conformations of all modes in a homogeneous flow with grad u = L, components (zz, zr, rr, tt)."""
+    gamma2 = np.array([np.sum((L + L.T) ** 2) / 2])
+
+    def rate(_: float, flat: np.ndarray) -> np.ndarray:
+        changes = []
+        for i, law in enumerate(liquid.modes):
+            zz, zr, rr, tt = flat[4 * i : 4 * i + 4]
+            c = np.array([[zz, zr, 0], [zr, rr, 0], [0, 0, tt]])
+            stretched = L @ c + c @ L.T
+            relaxed = relaxation(liquid, law, flat[4 * i : 4 * i + 4, None], gamma2)[:, 0]
+            changes.append(stretched[[0, 0, 1, 2], [0, 1, 1, 2]] + relaxed)
+        return np.concatenate(changes)
+
+    start = np.tile(IDENTITY, len(liquid.modes))
+    return solve_ivp(rate, (0, end), start, "LSODA", rtol=1e-11, atol=1e-13).y[:, -1]
+
+
+def stress_after(liquid: Liquid, L: np.ndarray, end: float) -> np.ndarray:
+    return polymer_stress(liquid, conformation_after(liquid, L, end)[None])[0]
+
+
+def shear(rate: float) -> np.ndarray:
+    return np.array([[0, rate, 0], [0, 0, 0], [0, 0, 0.0]])
+
+
+def extension(rate: float) -> np.ndarray:
+    return np.diag([rate, -rate / 2, -rate / 2])
+
+
+def shear_stress(law: ConformationLaw, g: float) -> float:
+    """Steady shear stress over (1 - xi)/De at the Weissenberg number g, in closed form or from one scalar equation."""
+    match law:
+        case Giesekus(alpha=a):  # Bird, Armstrong and Hassager (1987), table 7.3-1
+            chi = np.sqrt((np.sqrt(1 + 16 * a * (1 - a) * g**2) - 1) / (8 * a * (1 - a) * g**2))
+            f = (1 - chi) / (1 + (1 - 2 * a) * chi)
+            return float(g * (1 - f) ** 2 / (1 + (1 - 2 * a) * f))
+        case LinearPTT(epsilon=e):
+            return brentq(lambda x: x * (1 + 2 * e * x**2) - g, 0, g)
+        case ExponentialPTT(epsilon=e):
+            return brentq(lambda x: x * np.exp(2 * e * x**2) - g, 0, g)
+        case FeneP(L2=L2):
+            F = brentq(lambda F: L2 * (F**3 - F**2) - 2 * g**2, 1, 10)
+            return float(g / F)
+    return g
+
+
+@pytest.mark.parametrize("law", ELASTIC, ids=name_of)
+def test_steady_shear_is_that_of_closed_forms(law: ConformationLaw) -> None:
+    rate = 2.5
+    tau = stress_after(single(law, DE, XI), shear(rate), 60)
+    assert tau[1] == pytest.approx((1 - XI) / DE * shear_stress(law, DE * rate), rel=1e-7)
+
+
+def test_start_up_of_a_hookean_mode_is_exact() -> None:
+    rate, t = 2.5, 0.7
+    tau = stress_after(single(OldroydB(), DE, XI), shear(rate), t)
+    left = np.exp(-t / DE)
+    assert tau[1] == pytest.approx((1 - XI) * rate * (1 - left), rel=1e-8)
+    assert tau[0] == pytest.approx(2 * (1 - XI) * DE * rate**2 * (1 - left * (1 + t / DE)), rel=1e-8)
+
+
+def test_steady_extension_is_that_of_closed_forms() -> None:
+    rate, a = 0.5, 0.3
+    tau = stress_after(single(OldroydB(), DE, XI), extension(rate), 100)
+    exact = (1 - XI) * rate * (2 / (1 - 2 * DE * rate) + 1 / (1 + DE * rate))
+    assert tau[0] - tau[2] == pytest.approx(exact, rel=1e-7)
+    rate, g = 3.0, 3.0 * DE
+    tau = stress_after(single(Giesekus(alpha=a), DE, XI), extension(rate), 60)
+    roots = np.sqrt(1 - 4 * (1 - 2 * a) * g + 4 * g**2) - np.sqrt(1 + 2 * (1 - 2 * a) * g + g**2)
+    assert tau[0] - tau[2] == pytest.approx((1 - XI) * rate / (2 * a) * (3 + roots / g), rel=1e-7)
+
+
+MODES = ((1.0, 0.5), (0.3, 0.3), (0.05, 0.2))
+
+
+def in_modes(laws: list[ConformationLaw], times_and_weights: tuple[tuple[float, float], ...], De: float = DE) -> Liquid:
+    modes = (replace(law, time=t, weight=w) for law, (t, w) in zip(laws, times_and_weights, strict=True))
+    return Liquid(Newtonian(), XI, De, tuple(modes))
+
+
+@pytest.mark.parametrize("law", ELASTIC, ids=name_of)
+def test_small_strains_relax_as_the_sum_of_maxwell_modes(law: ConformationLaw) -> None:
+    rate, t = 1e-5, 0.4
+    tau = stress_after(in_modes([law] * 3, MODES), shear(rate), t)
+    exact = sum((1 - XI) * w * rate * (1 - np.exp(-t / (DE * time))) for time, w in MODES)
+    assert tau[1] == pytest.approx(exact, rel=1e-6)
+
+
+def test_two_modes_of_half_the_weight_are_one() -> None:
+    one, two = single(Giesekus(), DE, XI), in_modes([Giesekus()] * 2, ((1.0, 0.5), (1.0, 0.5)))
+    assert stress_after(two, shear(2.0), 1.3) == pytest.approx(stress_after(one, shear(2.0), 1.3), rel=1e-9)
+    flows = [Pipe(liquid).steady() for liquid in (one, two)]
+    assert flows[1].gradient == pytest.approx(flows[0].gradient, rel=1e-13)
+    assert flows[1].u == pytest.approx(flows[0].u, rel=1e-12, abs=1e-13)
+
+
+@pytest.mark.parametrize("n", [0.3, 0.4, 0.6, 0.8, 1.0, 1.2])
+def test_power_law_in_the_tube_is_exact(n: float) -> None:
+    flow = Pipe(Liquid(PowerLaw(n=n))).steady()
+    exact = (3 * n + 1) / (n + 1) * (1 - (2 * flow.r) ** ((n + 1) / n))
+    assert flow.u == pytest.approx(exact, abs=1e-8)
+    assert flow.gradient == pytest.approx(4 * (2 * (3 * n + 1) / n) ** n, rel=1e-10)
+    assert flow.wall_rate == pytest.approx(2 * (3 * n + 1) / n, rel=1e-3)
+
+
+@pytest.mark.parametrize("Cu", [0.1, 1.0, 10.0])
+def test_carreau_liquid_in_the_tube_is_exact(Cu: float) -> None:
+    """The flow rate of a wall shear rate by Rabinowitsch: the stress, not its derivative, is integrated."""
+    law = Carreau(n=0.5, Cu=Cu, eta_inf=0.02)
+
+    def sigma(rate: float) -> float:
+        return float(rate * law.viscosity(rate**2))
+
+    def flow_rate(wall: float) -> float:
+        moments = quad(lambda g: sigma(g) ** 3, 0, wall, epsabs=0, epsrel=1e-12)[0] / sigma(wall) ** 3
+        return float(np.pi / 24 * (wall - moments))
+
+    wall = brentq(lambda rate: flow_rate(rate) - np.pi / 4, 1, 60, xtol=1e-12)
+    flow = Pipe(Liquid(law)).steady()
+    assert flow.gradient == pytest.approx(4 * sigma(wall), rel=1e-8)
+    assert flow.wall_rate == pytest.approx(wall, rel=1e-6)
+
+
+def test_carreau_tends_to_a_newtonian_liquid_and_to_a_power_law() -> None:
+    assert Pipe(Liquid(Carreau(n=0.5, Cu=1e-4))).steady().gradient == pytest.approx(32, rel=1e-6)
+    n, Cu = 0.6, 1e4
+    gradient = Pipe(Liquid(Carreau(n=n, Cu=Cu))).steady().gradient
+    assert gradient * Cu ** (1 - n) == pytest.approx(Pipe(Liquid(PowerLaw(n=n))).steady().gradient, rel=1e-5)
+
+
+@pytest.mark.parametrize("solvent", VISCOUS, ids=name_of)
+def test_flow_of_a_viscoelastic_liquid_in_any_solvent_balances_the_pressure(solvent: ViscousLaw) -> None:
+    liquid = Liquid(solvent, XI, DE, (Giesekus(),))
+    flow = Pipe(liquid).steady()
+    rate = np.gradient(flow.u, flow.r)[5:-5]
+    r = flow.r[5:-5]
+    viscous = XI * solvent.viscosity(rate**2) * rate
+    tau = polymer_stress(liquid, flow.c)[5:-5, 1]
+    assert viscous + tau == pytest.approx(-flow.gradient * r / 2, rel=2e-2)
+    gradients = [Pipe(replace(liquid, xi=xi)).until(60)(60).gradient for xi in (XI,)]
+    assert gradients == pytest.approx([flow.gradient], rel=1e-6), "the start-up ends in the steady flow"
+
+
+@pytest.mark.parametrize("solid", SOLIDS, ids=name_of)
+def test_solids_are_hookean_at_small_strain(solid: Solid) -> None:
+    """B = I + 2 e: the stress is 2 e/Ca_e, up to a pressure."""
+    e = 1e-6
+    zz, zr, rr, tt = solid.stress((1 + 2 * e, e, 1 - e, 1 - e))
+    assert [(zz - rr) * 0.1, zr * 0.1, rr - tt] == pytest.approx([3 * e, e, 0], rel=1e-5, abs=1e-15)
