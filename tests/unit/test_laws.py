@@ -26,6 +26,7 @@ from pairsim.physics.liquids.newtonian import Newtonian
 from pairsim.physics.liquids.oldroyd_b import OldroydB
 from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.physics.liquids.ptt import ExponentialPTT, LinearPTT
+from pairsim.physics.liquids.white_metzner import WhiteMetzner
 from pairsim.physics.material import Material
 from pairsim.physics.pipe import Pipe
 from pairsim.physics.solids import Solid
@@ -35,6 +36,7 @@ from pairsim.physics.solids.neo_hookean import NeoHookean
 VISCOUS: list[ViscousLaw] = [Newtonian(), PowerLaw(n=0.6), Carreau(n=0.5, Cu=3.0, a=1.5, eta_inf=0.1)]
 ELASTIC: list[ConformationLaw] = [
     *(OldroydB(), Giesekus(alpha=0.3), LinearPTT(epsilon=0.25), ExponentialPTT(epsilon=0.25), FeneP(L2=50.0)),
+    WhiteMetzner(n=0.5, Cu=1.0),
 ]
 SOLIDS: list[Solid] = [NeoHookean(0.1), KelvinVoigt(0.1, eta=2.0)]
 DE, XI = 0.8, 0.09
@@ -131,6 +133,8 @@ def shear_stress(law: ConformationLaw, g: float) -> float:
         case FeneP(L2=L2):
             F = brentq(lambda F: L2 * (F**3 - F**2) - 2 * g**2, 1, 10)
             return float(g / F)
+        case WhiteMetzner(n=n, Cu=Cu):
+            return g * (1 + (Cu * g / DE) ** 2) ** ((n - 1) / 2)
     return g
 
 

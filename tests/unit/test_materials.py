@@ -224,6 +224,13 @@ def test_a_solvent_has_its_own_viscosity_at_rest() -> None:
     assert (model.xi, model.solvent.numbers["eta_inf"]) == pytest.approx((0.1, 0.01))
 
 
+def test_a_quantity_of_two_laws_is_ambiguous() -> None:
+    block = {**BENCH, "viscosity": "1 Pa.s", "relaxation": "2 ms", "time_constant": "5 ms"}
+    liquid = {"law": "white-metzner", "n": 0.5, "solvent": {"law": "carreau", "n": 0.5}}
+    with pytest.raises(InputError, match=r"would stand for liquid.Cu and liquid.solvent.Cu, which are to be given"):
+        case_from_dict({"physical": block, "liquid": liquid}, "test")
+
+
 def test_a_unit_that_depends_on_a_parameter_needs_it_first() -> None:
     thin = {"physical": {**BENCH, "consistency": "0.5 Pa.s^0.6"}, "liquid": {"law": "power-law"}}
     with pytest.raises(InputError, match=r"^test: liquid.n: is missing; [^\n]*$"):

@@ -26,6 +26,7 @@ from pairsim.physics.liquids.fene_p import FeneP
 from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.oldroyd_b import OldroydB
 from pairsim.physics.liquids.ptt import ExponentialPTT, LinearPTT
+from pairsim.physics.liquids.white_metzner import WhiteMetzner
 from pairsim.physics.pipe import Pipe
 from pairsim.results.fields import frame
 from pairsim.runtime.errors import NoSteadyState
@@ -188,7 +189,9 @@ def test_jacobian_of_the_pipe_is_that_of_differences(name: str) -> None:
     assert pipe._jacobian(0, c) == pytest.approx(np.column_stack(columns), rel=1e-6, abs=1e-6)
 
 
-@pytest.mark.parametrize("liquid", list(LAWS.values()), ids=lambda liquid: liquid.label)
+@pytest.mark.parametrize(
+    "liquid", [*LAWS.values(), single(WhiteMetzner(n=0.5, Cu=1.0), De=0.8)], ids=lambda liquid: liquid.label
+)
 def test_every_law_starts_up_on_the_mesh(liquid: Liquid) -> None:
     """The UFL form of each law against the one-dimensional flow, which is written for c and not for log c."""
     found = pipe_in_two_dimensions(liquid, [0.3, 1.0], 0.25, max_size=0.1)
