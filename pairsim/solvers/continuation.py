@@ -50,7 +50,9 @@ def begin(steady: Steady) -> None:
         NoSteadyState: No solution was found.
     """
     wanted = steady.parameters
-    steady.place_undeformed()
+    # From the developed flow Newton's method does not find the flow of a thinning liquid through a narrow gap.
+    liquid = wanted.liquid
+    steady.place_undeformed(at_rest=not liquid.modes and not liquid.newtonian)
     for factor in STIFFER if any(wanted.Ca_es) else (1.0,):
         report = steady.solve(wanted.softer(factor))
         if report.converged:

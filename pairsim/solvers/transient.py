@@ -322,6 +322,9 @@ class Transient(OnMeshedScene):
         self._prescribe_ends(self.constraints.base, self.history.t[0])
         y = self._first_guess()
         x = self.constraints.expand(y, h)
+        # Viscous solids move as in the first guess, whatever the last solve left in their forms.
+        moved = self.constraints.M @ y
+        self.scene.set_solid_rates(self.scene.with_displacements(x, h - moved), 1.0)
         change = balanced(self.scene, x, h, self.constraints.M @ y, self._U_m, self.clock) - x
         begin, end = liquid.offsets["s"], liquid.offsets["s"] + liquid.nodal("s", x).size
         self.history.x = [x + change, *map(np.copy, self.history.x[1:])]

@@ -41,6 +41,13 @@ def test_equal_rigid_spheres_keep_their_distance(n: float) -> None:
     assert 1 < found["U_L"] < 2 * (3 * n + 1) / (2 * n + 2)
 
 
+@pytest.mark.parametrize(("n", "d", "Ca_e"), [(0.6, 0.05, 0), (0.5, 0.02, 0.05)])
+def test_near_pairs_in_thinning_liquids_are_found(n: float, d: float, Ca_e: float) -> None:
+    """From the developed flow Newton's method fails in these gaps."""
+    found = row(**{**PAIR, "d": [d], "length": 4, "mesh": {"Np": 12}}, Ca_e=Ca_e, liquid=power_law(n))
+    assert abs(found["dU"]) < (1e-12 if Ca_e == 0 else 1e-3)
+
+
 @pytest.mark.parametrize("n", [0.8, 0.6, 0.4])
 def test_velocity_of_a_sphere_converges(n: float) -> None:
     """The differences of halved cells fall with order 2 or more, and the correction predicts them."""
