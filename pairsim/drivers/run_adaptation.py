@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -106,6 +107,8 @@ def outcome_of(seen: RunWarnings) -> tuple[dict[str, Any], str]:
     peak, wanted = seen.steps.peak, seen.case.error_wanted
     if peak <= LEAST:
         return {"kept": True}, ""
+    if math.isfinite(seen.lost):
+        return {"kept": False}, f"; accuracy: {seen.case.accuracy} was not kept, dU_error is not known"
     reached = seen.largest / peak
     entry = {"reached": reached, "kept": reached <= wanted, "reference_dU": peak}
     kept = "kept" if reached <= wanted else "not kept"

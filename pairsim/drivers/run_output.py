@@ -19,6 +19,7 @@ from pairsim.drivers.warnings import (
     long_steps,
     narrow_gap,
     near_ends,
+    unknown_run_error,
     unresolved_stress,
 )
 from pairsim.results.checkpoint import Checkpoint
@@ -85,6 +86,7 @@ class RunWarnings:
         steps: Estimate of the error of dU due to the time steps.
         errors: Errors of dU to quote.
         largest: The largest of them after stresses have set in [U_av].
+        lost: Time from which they are unknown, since their estimate diverged; infinite if it did not.
     """
 
     case: Case
@@ -94,6 +96,7 @@ class RunWarnings:
     steps: TimeError = field(init=False)
     errors: RunError = field(init=False)
     largest: float = 0.0
+    lost: float = np.inf
 
     def __post_init__(self) -> None:
         self.steps = TimeError(order=2 if self.case.liquid_model.modes else 3)
@@ -142,8 +145,10 @@ class RunWarnings:
         if correction is None:
             return None
         error = self.errors.add(t, mesh, dU, correction, self.steps.largest)
-        if t > SET_IN:
-            self.largest = max(self.largest, float(error.max()))
+        if np.isnan(error).any():
+            self.lost = min(self.lost, t)
+        elif t > SET_IN:
+            self.largest = max(self.largest, float(error.max(initial=0.0)))
         return error
 
     @property
@@ -153,7 +158,7 @@ class RunWarnings:
         steps, ends = long_steps(self.case, self.steps.part), near_ends(self.case, self.widest)
         # Where dU is nothing but errors, as for equal rigid particles, a part of it means nothing.
         part = self.largest / self.steps.peak if self.steps.peak > LEAST else 0.0
-        error = large_run_error(self.case, part)
+        error = [*large_run_error(self.case, part), *unknown_run_error(self.lost)]
         return [*beyond_checked(self.case), *coarse_mesh(self.case), *steps, *error, *stress, *narrow, *ends]
 
 
@@ -174,7 +179,7 @@ class RunOutput:
         self.case, self.folder, self.old = case, folder, old
         errors = error_columns(case.n) if case.estimates_error else []
         columns = [*series_columns(case.n), *errors, *HEALTH, *(POLYMER_HEALTH if case.liquid_model.modes else ())]
-        self.series = SeriesWriter(folder.file(SERIES), columns, old.rows if old else None)
+        self.series = SeriesWriter(folder.file(SERIES), columns, old.rows if old else None, errors)
         keep, until = (old.frames, old.state.history.t[0]) if old else (0, 0.0)
         self.fields = FieldsWriter(folder.path, keep, until) if case.output.fields else None
         lost = keep - self.fields.frames if self.fields else 0

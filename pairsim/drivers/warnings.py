@@ -74,6 +74,16 @@ def large_run_error(case: Case, part: float) -> list[str]:
     ]
 
 
+def unknown_run_error(lost: float) -> list[str]:
+    """Warn of a run whose error is unknown from the time `lost` on; infinite where it is known throughout."""
+    if lost == np.inf:
+        return []
+    return [
+        f"the estimate of the error diverged at t = {lost:.4g}: dU_error is not known from there on; use a finer mesh "
+        "(mesh.Np, mesh.max_size)"
+    ]
+
+
 def unresolved_stress(case: SceneCase, s_jump: float) -> list[str]:
     """Warn of a polymer stress that the mesh does not resolve; `s_jump` is the largest change of s within a cell."""
     allowed = settings_of(case.accuracy).s_jump

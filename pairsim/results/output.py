@@ -257,15 +257,19 @@ class SeriesWriter:
         path: File, replaced if it exists.
         columns: Names of the columns; each row must have exactly these.
         keep: Append to the existing file after this number of its rows. None: replace the file.
+        unknown: Columns whose values may be unknown, which is written as nan.
 
     Raises:
         InputError: The existing file has other columns or fewer rows.
     """
 
-    def __init__(self, path: Path | str, columns: list[str], keep: int | None = None) -> None:
+    def __init__(
+        self, path: Path | str, columns: list[str], keep: int | None = None, unknown: Sequence[str] = ()
+    ) -> None:
         if len(set(columns)) != len(columns):
             raise ValueError(f"a column is named twice: {columns}")
         self.path, self.columns, self.rows = Path(path), tuple(columns), keep or 0
+        self.unknown = frozenset(unknown)
         if keep is not None:
             self._cut(keep)
         self._file = self.path.open("w" if keep is None else "a", encoding="utf-8", newline="")
@@ -289,15 +293,16 @@ class SeriesWriter:
         """Append a row; numbers are written with full precision.
 
         Raises:
-            ValueError: A column is missing or unknown, or a value is nan or infinite; the row is not written.
+            ValueError: A column is missing or has another name, or a value that must be known is nan or infinite; the
+                row is not written.
         """
         if missing := [name for name in self.columns if name not in values]:
             raise ValueError(f"{self.path.name}: no value for {', '.join(missing)}")
-        if unknown := [name for name in values if name not in self.columns]:
-            raise ValueError(f"{self.path.name}: no column {', '.join(unknown)}")
+        if others := [name for name in values if name not in self.columns]:
+            raise ValueError(f"{self.path.name}: no column {', '.join(others)}")
         numbers = [float(values[name]) for name in self.columns]
         for name, number in zip(self.columns, numbers, strict=True):
-            if not math.isfinite(number):
+            if not (math.isfinite(number) or (math.isnan(number) and name in self.unknown)):
                 raise ValueError(f"{self.path.name}: {name} is {number}")
         self._line(",".join(map(repr, numbers)))
         self.rows += 1

@@ -17,7 +17,14 @@ from pairsim.solvers.steady import DIFFERENCE, Steady
 
 
 def moving_residual(
-    steady: Steady, parameters: Parameters, y: Array, y_t: Array, rates: Array, *, stress: bool = True
+    steady: Steady,
+    parameters: Parameters,
+    y: Array,
+    y_t: Array,
+    rates: Array,
+    *,
+    stress: bool = True,
+    solids: bool = True,
 ) -> Array:
     """The complete residual of a scene at given rates, shape (n_y,); the forms are left at the given parameters.
 
@@ -28,6 +35,7 @@ def moving_residual(
         y_t: Their rates, seen by observers who move with the particles, shape (n_y,).
         rates: Rates of the distances [U_av], shape (N-1,).
         stress: Whether the stress of the polymer has a rate, too; otherwise it follows the surfaces at once.
+        solids: Whether viscous solids have their stress.
     """
     scene, constraints = steady.scene, steady.constraints
     h_t = _undeformed_rates(steady, parameters, rates) + constraints.M @ y_t
@@ -42,7 +50,8 @@ def moving_residual(
         means.append(body.quadrature.mean(moved[:, 0], body.phase.six_node_mesh.points + body.displacement(h)))
         for c in range(2):
             x[liquid.index("u", at, c)] += moved[body.nodes, c] - (means[-1] if c == 0 else 0.0)
-    scene.set_solid_rates(scene.with_displacements(x, h - h_t), 1.0)
+    if solids:
+        scene.set_solid_rates(scene.with_displacements(x, h - h_t), 1.0)
     if scene.material.modes and stress:
         x_t = constraints.N @ y_t + constraints.C @ h_t
         vertices = liquid.six_node_mesh.vertices

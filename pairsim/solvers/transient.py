@@ -43,7 +43,8 @@ RELATIVE_WEIGHT = 20.0
 CONFORMATION_WEIGHT = 0.4
 # First step for which Newton's method converges from a liquid at rest [D_c/U_av]; chosen.
 SURE_STEP = 1e-3
-THINNER = 0.2  # first step of the way to a strongly thinning liquid; chosen
+# First step of the way to a strongly thinning liquid, and iterations after which the next is larger; chosen.
+THINNER, FEW_ITERATIONS = 0.2, 8
 # Least error in units of the tolerance, for scenes that do not change; 0 stands for an unknown error.
 NO_ERROR = 1e-12
 
@@ -209,13 +210,14 @@ class Transient(OnMeshedScene):
         """Liquids on the way to a strongly thinning one, in smaller steps where the last one of `reports` failed."""
         wanted = self.problem.liquid
         easier = replace(wanted, solvent=wanted.solvent.easier())
-        tau, step = 0.0, THINNER
-        while easier != wanted and tau < 1.0 and step > THINNER / 64:
+        done, step = -THINNER, THINNER
+        while easier != wanted and done < 1.0 and step > THINNER / 64:
+            tau = min(done + step, 1.0)
             yield easier.with_numbers(between(easier.numbers, wanted.numbers, tau))
             if reports[-1].converged:
-                tau, step = tau + step, 1.5 * step
+                done, step = tau, step * (1.5 if reports[-1].iterations <= FEW_ITERATIONS else 1.0)
             else:
-                tau, step = tau - step / 2, step / 2
+                step = (tau - done) / 2
 
     def _attempt(self, dt: float, gradually: bool = False) -> tuple[Array, Array, Array, Report, float]:
         """Try a step of size dt.
@@ -374,10 +376,7 @@ class Transient(OnMeshedScene):
                     self.counts.steps += 1
                     without_particles = self.pipe(t + size).gradient * self.problem.length
                     observation = diagnostics.observe(self.scene, self.constraints, y, h, x, without_particles)
-                    correction = None
-                    if self._error is not None:
-                        step = self.history, t + size, self._U_m, y, observation.U
-                        correction = self._error.advance(self.newton, *step)
+                    correction = self._estimated(self.history, t + size, self._U_m, y, observation.U)
                     self.history.push(t + size, h, x, y)
                     self._U_m = float(observation.U.mean()) if observation.U.size else 0.0
                     self._dt = control.next(self._dt, size, error)
@@ -410,6 +409,17 @@ class Transient(OnMeshedScene):
                     self._dt = size / 3
                 if self._dt < control.smallest:
                     self._give_up(t, report, valid and distortion > 0, error)
+
+    def _estimated(self, past: History, t: float, U_m: float, y: Array, U: Array) -> Array | None:
+        """Estimates of exact minus discrete dU after a step, NaN from where they diverge; None if not asked for."""
+        if not self.problem.dU_error:
+            return None
+        if self._error is None:
+            return np.full(max(len(U) - 1, 0), np.nan)
+        found = self._error.advance(self.newton, past, t, U_m, y, U)
+        if np.isnan(found).any():
+            self._error = None
+        return found
 
     def _give_up(self, t: float, report: Report, valid: bool, error: float) -> None:
         step, fixed = self.counts.steps, self.problem.control.fixed

@@ -189,6 +189,11 @@ def test_two_modes_of_half_the_weight_are_one() -> None:
     assert flows[1].u == pytest.approx(flows[0].u, rel=1e-12, abs=1e-13)
 
 
+def test_time_of_a_lone_mode_is_that_of_De() -> None:
+    with pytest.raises(AssertionError, match="De and xi"):
+        Liquid(De=1.0, xi=0.1, modes=(Giesekus(time=2.0),))
+
+
 @pytest.mark.parametrize("n", [0.3, 0.4, 0.6, 0.8, 1.0, 1.2])
 def test_power_law_in_the_tube_is_exact(n: float) -> None:
     flow = Pipe(Liquid(PowerLaw(n=n))).steady()

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 from numpy.polynomial import chebyshev, legendre
+from scipy.interpolate import CubicSpline
 
 import pairsim
 
@@ -126,9 +128,10 @@ def test_a_run_in_a_thinning_liquid_tends_to_the_quasi_steady_dU() -> None:
     assert found["dU"] == pytest.approx(point["dU"] + (found["d"] - point["d"]) * point["slope"], rel=0.02)
 
 
-def test_runs_in_a_strongly_thinning_liquid_start_from_rest() -> None:
+@pytest.mark.parametrize("n", [0.3, 0.2])
+def test_runs_in_a_strongly_thinning_liquid_start_from_rest(n: float) -> None:
     """Newton's method by itself fails below n = .6."""
-    run = run_of(0.3, 0.05)
+    run = run_of(n, 0.05)
     assert run.record["reason"] == "end"
     assert run.record["rejected_steps"] <= 2
 
@@ -142,9 +145,43 @@ def test_two_modes_of_half_the_weight_move_a_pair_as_one() -> None:
 
 def test_a_viscous_solid_has_the_same_shape_and_forgets_its_start_later() -> None:
     solids = [None, {"law": "kelvin-voigt", "eta": 0.0}, {"law": "kelvin-voigt", "eta": 10.0}]
-    elastic, same, slow = (row(**PAIR, De=0, Ca_e=0.1, solid=solid) for solid in solids)
-    for name in ("dU", "dU_held", "D_L", "t_relax"):
+    keys = {**PAIR, "De": 0, "Ca_e": 0.1, "mesh": {"Np": 20}}
+    elastic, same, slow = (row(**keys, solid=solid) for solid in solids)
+    for name in ("dU_held", "D_L"):
         assert same[name] == pytest.approx(elastic[name], rel=1e-9), name
+    assert same["dU"] == pytest.approx(elastic["dU"], rel=1e-3)
+    assert same["t_relax"] == pytest.approx(elastic["t_relax"], rel=0.05)
     assert slow["dU_held"] == pytest.approx(elastic["dU_held"], rel=1e-6)
-    assert slow["t_relax"] > 3 * elastic["t_relax"]
+    assert slow["t_relax"] > 4 * elastic["t_relax"]
     assert abs(slow["dU"] - slow["dU_held"]) > 2 * abs(elastic["dU"] - elastic["dU_held"])
+
+
+def test_t_relax_of_viscous_particles_does_not_depend_on_the_mesh() -> None:
+    keys = {**PAIR, "Ca_e": 0.1, "De": 0, "solid": {"law": "kelvin-voigt", "eta": 20.0}}
+    coarse, fine = (row(**{**keys, "mesh": {"Np": Np}}) for Np in (12, 20))
+    assert coarse["t_relax"] == pytest.approx(fine["t_relax"], rel=0.15)
+
+
+def test_a_run_with_viscous_particles_forgets_its_start_within_t_relax() -> None:
+    keys = {**PAIR, "Ca_e": 0.1, "De": 0, "solid": {"law": "kelvin-voigt", "eta": 10.0}, "mesh": {"Np": 16}}
+    curve = pairsim.curve({**keys, "d": [0.1, 0.11, 0.12, 0.13, 0.14]}).check().table
+    fixed = {key: value for key, value in keys.items() if key not in ("d", "tol")}
+    run = pairsim.run({**fixed, "d0": 0.1, "time": {"end": 6}, "output": {"fields": False}}).check().table
+    late = run[run["t"] > 3]
+    left = np.abs(late["dU"] - CubicSpline(curve["d"], curve["dU"])(late["d"]))
+    assert -1 / np.polyfit(late["t"], np.log(left), 1)[0] == pytest.approx(curve["t_relax"].median(), rel=0.2)
+
+
+def test_a_run_goes_on_without_an_error_where_its_estimate_diverges(tmp_path: Path) -> None:
+    keys = {"beta": 0.4, "De": 0, "Ca_e": 0.15, "solid": {"law": "mooney-rivlin", "c": 0.5}, "d0": 0.1, "length": 5}
+    steps = {"ends": "developed", "mesh": {"Np": 20}, "time": {"end": 2.6}, "output": {"fields": False}}
+    run = pairsim.run({**keys, **steps, "dU_error": True}, folder=tmp_path / "run").check()
+    known = run.table["dU_error"].notna()
+    assert known.iloc[0]
+    assert not known.iloc[-1]
+    assert run.table.loc[known, "dU_correction"].abs().max() <= 1
+    assert run.table["dU"].between(-0.01, 0.02).all()
+    assert any("the estimate of the error diverged at t = " in warning for warning in run.warnings)
+    again = pairsim.run({**keys, **steps, "time": {"end": 3}, "dU_error": True}, folder=tmp_path / "run", resume=True)
+    assert again.record["reason"] == "end"
+    assert again.table["dU_error"].isna().iloc[-1]

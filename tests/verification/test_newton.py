@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
+from typing import Any
+
 import numpy as np
 import pytest
+import ufl
 from mpi4py import MPI
 from support.scenes import soft_pair
 
 import pairsim
+from pairsim.fem import compiled_phase
 from pairsim.fem.geometry import MeshSettings
 from pairsim.physics import solids
 from pairsim.physics.liquids import Liquid
@@ -108,3 +113,20 @@ def test_a_step_that_fails_with_an_earlier_matrix_is_solved_with_its_own() -> No
     """The third step begins with the matrix of the second one, with which its steps grow."""
     record = begun(3, d0=0.02).record
     assert (record["steps"], record["rejected_steps"], record["remeshings"]) == (3, 0, 0)
+
+
+def test_forms_have_the_same_signature_in_every_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """UFL sorts constants by their count as text; where 99 becomes 100 the forms were compiled twice."""
+    found: list[str] = []
+
+    def seen(comm: MPI.Comm, form: ufl.Form, **_: Any) -> None:
+        found.append(form.signature())
+        raise InterruptedError
+
+    monkeypatch.setattr(compiled_phase, "_COMPILED", {})
+    monkeypatch.setattr(compiled_phase.fem, "compile_form", seen)
+    for made_before in (50, *range(90, 100)):
+        monkeypatch.setattr(ufl.Constant, "_counter", itertools.count(made_before))
+        with pytest.raises(InterruptedError):
+            compiled_phase.liquid_phase(MPI.COMM_SELF, TWO_MODES, moving=True)
+    assert len(set(found)) == 1

@@ -17,6 +17,7 @@ from pairsim.fem.scene_constraints import balance_constraints
 from pairsim.physics.liquids import single
 from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.solids import soft
+from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InvertedCell
 from pairsim.solvers.mesh_transfer import free_unknowns
@@ -135,3 +136,26 @@ def test_stress_is_balanced_at_the_velocities_of_the_surfaces() -> None:
         assert scene.liquid.nodal("u", balance.expand(unknowns, h)) == pytest.approx(scene.liquid.nodal("u", x))
     finally:
         transient.close()
+
+
+@pytest.mark.parametrize("before", ["resumed", "after a rejected step"])
+def test_viscous_particles_keep_their_velocity_over_a_remeshing(before: str) -> None:
+    """The stress that is balanced on the new mesh contains that of the particles, whatever was assembled before."""
+    pair = soft_pair(0.4, 0.1, 0.15, mesh=MeshSettings(Np=10), length=4.0, periodic=False, t_end=10.0)
+    solid = KelvinVoigt(0.15, eta=2.0)
+    problem = replace(pair, liquid=replace(GIESEKUS, De=0.5), solids=(solid, solid))
+    transient = Transient(MPI.COMM_WORLD, problem)
+    steps = list(transient.steps(iter([0.1])))
+    state = replace(transient.state, due=True)
+
+    def next_dU() -> float:
+        return float(next(transient.steps(iter([10.0]))).observation.dU[0])
+
+    transient._due = True
+    expected = next_dU()
+    transient.close()
+    transient = Transient(MPI.COMM_WORLD, problem, state)
+    if before == "after a rejected step":
+        transient._attempt(20 * steps[-1].dt)
+    assert next_dU() == pytest.approx(expected, rel=1e-3)
+    transient.close()

@@ -21,7 +21,7 @@ class Carreau(ViscousLaw):
     Cu: Any = parameter(
         r"\mathrm{Cu}",
         "Carreau number: time constant times U_av/D_c",
-        0.0,
+        1e-6,
         1e6,
         dimension=a_time("time_constant", "time constant of thinning, the inverse of the rate where it begins"),
     )

@@ -50,6 +50,10 @@ class Liquid:
         ),
     }
 
+    def __post_init__(self) -> None:
+        alone = self.modes[0] if len(self.modes) == 1 else None
+        assert alone is None or alone.time == alone.weight == 1.0, "De and xi say the time and weight of the only mode"
+
     @property
     def newtonian(self) -> bool:
         """Whether the stress is that of a Newtonian liquid: linear in the velocity, without a memory."""
