@@ -55,7 +55,6 @@ def compute(output: Path, only: str) -> None:
 
 def plain(study: Path) -> list[float]:
     """Wall time per Newton iteration with a new matrix [s], in PLAIN_COUNTED steps of the paper's discretisation."""
-    from mpi4py import MPI
 
     import pairsim.runtime.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
     from pairsim.config.case_file import case_from_dict
@@ -70,7 +69,7 @@ def plain(study: Path) -> list[float]:
     settings = paper | {"time.end": end}
     apply_settings(case, tuple(f"{key}={value!r}" for key, value in settings.items() if key != "repeat"))
     seconds, begin = [], time.perf_counter()
-    transient = Transient(MPI.COMM_WORLD, every_matrix(problem_of(case_from_dict(case, study.stem))))
+    transient = Transient(every_matrix(problem_of(case_from_dict(case, study.stem))))
     for step in transient.steps(iter([end])):
         now = time.perf_counter()
         seconds.append((now - begin) / step.report.iterations)
@@ -81,7 +80,6 @@ def plain(study: Path) -> list[float]:
 
 def growth() -> dict[str, dict[str, Any]]:
     """Cost of the parts of a Newton iteration against the number of unknowns, with all cell sizes scaled equally."""
-    from mpi4py import MPI
 
     import pairsim.runtime.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
     from pairsim.config.case_file import curve_from_dict
@@ -106,7 +104,7 @@ def growth() -> dict[str, dict[str, Any]]:
             keys = {"beta": 0.4, "De": De, "Ca_e": 0.1, "ends": "developed", "length": "auto", "d": (0.1,)}
             case = curve_from_dict({**keys, "mesh": mesh}, "growth")
             start = Parameters((0.1,), case.solid_models, case.liquid_model)
-            branch = Branch(MPI.COMM_WORLD, steady_problem(case, 0.1), start, mesh_error=False)
+            branch = Branch(steady_problem(case, 0.1), start, mesh_error=False)
             scene, newton = branch.fine, branch.fine.newton
             newton.factor_at(scene.y)
             before = dict(scene.clock.seconds)

@@ -23,7 +23,6 @@ from typing import Any
 import matplotlib
 import numpy as np
 from measuring import every_matrix, with_one_thread
-from mpi4py import MPI
 from scipy.interpolate import CubicSpline
 
 import pairsim
@@ -63,7 +62,7 @@ def march(
     """
     begin = time.perf_counter()
     problem = adapt(problem_of(case_from_dict({**PAIR, **changes}, "benchmark")))
-    transient = Transient(MPI.COMM_WORLD, problem)
+    transient = Transient(problem)
     steps = list(transient.steps(iter(times)))
     return steps, transient, time.perf_counter() - begin
 
@@ -179,7 +178,7 @@ def branch_of(d: float, mesh_error: bool, **changes: object) -> Branch:
     """Branch of the pair at distance d, on the mesh of a curve down to d = 0.02 or to d if that is smaller."""
     case = curve_from_dict({"beta": 0.4, "De": 0, "Ca_e": 0.1, **changes, "d": (d,)}, "benchmark")
     start = Parameters((d,), case.solid_models, case.liquid_model)
-    return Branch(MPI.COMM_WORLD, steady_problem(case, min(d, 0.02)), start, mesh_error)
+    return Branch(steady_problem(case, min(d, 0.02)), start, mesh_error)
 
 
 def curve_cost() -> None:

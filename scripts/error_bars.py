@@ -83,7 +83,6 @@ def case_of(name: str, scene: dict[str, Any], mesh: str) -> CurveCase:
 
 def solve(name: str, scene: dict[str, Any], mesh: str) -> list[Row]:
     """A row for every gap of a scene on a mesh; for the peak, with the largest dU of all distances."""
-    from mpi4py import MPI
 
     import pairsim.runtime.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
     from pairsim.config.form_kinds import forms_of
@@ -94,12 +93,12 @@ def solve(name: str, scene: dict[str, Any], mesh: str) -> list[Row]:
     from pairsim.solvers.parameters import Parameters
 
     case = case_of(name, scene, mesh)
-    ensure_compiled(MPI.COMM_SELF, forms_of(case), print)
+    ensure_compiled(forms_of(case), print)
     places, begin = solution_order(case), time.perf_counter()
     start = Parameters(places[0], case.solid_models, case.liquid_model)
     try:
         narrowest = min(place[0] for place in places)
-        branch = Branch(MPI.COMM_SELF, steady_problem(case, narrowest), start, mesh_error=mesh in JUDGED)
+        branch = Branch(steady_problem(case, narrowest), start, mesh_error=mesh in JUDGED)
         points = [branch.at(Parameters(place, case.solid_models, case.liquid_model)) for place in places]
         unknowns = branch.fine.constraints.size
         branch.close()

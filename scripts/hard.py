@@ -27,8 +27,8 @@ from pairsim.config.yaml_file import read_yaml
 from pairsim.results.folders import read_record
 from pairsim.results.output import write_text
 from pairsim.runtime.child_process import module_command
+from pairsim.runtime.launcher import find_mpirun
 from pairsim.sweeps.ledger import read_sweep
-from pairsim.sweeps.worker import find_mpirun
 
 HARD = Path(__file__).resolve().parent.parent / "configs" / "hard"
 UNTYPED = ("error", "crashed", "refused", "not_started", "out_of_memory", "case_timeout", "disk_full")

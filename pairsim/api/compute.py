@@ -10,7 +10,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from pairsim.runtime.fenicsx import MPI  # before everything else that loads MPI or is compiled
+import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that loads MPI or is compiled
 
 # isort: split
 from pairsim.api.cases import AnyCase, load
@@ -22,7 +22,6 @@ from pairsim.drivers.progress import Style, make_reporter, style_of
 from pairsim.drivers.run import run_case
 from pairsim.drivers.session import Options
 from pairsim.runtime.errors import InputError
-from pairsim.runtime.launcher import check_launcher
 from pairsim.runtime.locks import command_line
 
 Folder = str | PathLike[str] | None
@@ -40,8 +39,6 @@ def run(
 ) -> RunResult:
     """Compute a case in time.
 
-    Under mpirun, all processes call this function, share the work, and all return the result.
-
     Args:
         case: Path of a case file, a dict of its keys, or a case from `load`.
         folder: Where series.csv, fields.xdmf, case.yaml and run.json go; None: nothing is written.
@@ -58,7 +55,6 @@ def run(
     Raises:
         InputError: The case or the folder cannot be used.
         WriteFailure: Results cannot be written.
-        KeyboardInterrupt: It was interrupted on several processes; continuing would deadlock them.
     """
     checked = load(case, kind="run", **overrides)
     if resume and folder is None:
@@ -99,7 +95,6 @@ def curve(
     Raises:
         InputError: The case or the folder cannot be used.
         WriteFailure: The first files of the folder cannot be written.
-        KeyboardInterrupt: As for `run`.
     """
     checked = load(case, kind="curve", **overrides)
 
@@ -136,7 +131,6 @@ def critical(
     Raises:
         InputError: The case or the folder cannot be used.
         WriteFailure: The first files of the folder cannot be written.
-        KeyboardInterrupt: As for `run`.
     """
     checked = load(case, kind="critical", **overrides)
 
@@ -155,37 +149,14 @@ def _computed[R: Result](
     signals: bool,
 ) -> R:
     """Compute in a folder; if none is given, in a temporary folder whose files are read and removed."""
-    comm = MPI.COMM_WORLD
-    check_launcher(comm)
-    reporter = make_reporter(style_of(progress), comm.rank)
-    options = Options(comm, overwrite, reporter, command_line(), signals)
-    directory = comm.bcast(_temporary(folder) if comm.rank == 0 else None)
+    reporter = make_reporter(style_of(progress))
+    options = Options(overwrite, reporter, command_line(), signals)
+    directory = Path(tempfile.mkdtemp(prefix="pairsim-") if folder is None else folder)
     try:
-        outcome = work(directory, options)
-        _wait_for_all(outcome, options)
-        result = kind(directory, asdict(outcome))
-        if comm.rank == 0 and style_of(progress) != "none":
+        result = kind(directory, asdict(work(directory, options)))
+        if style_of(progress) != "none":
             reporter.answer(result.answer, result.status, result.warnings)
-        if folder is not None:
-            return result
-        return comm.bcast(result.in_memory() if comm.rank == 0 else None)
+        return result if folder is not None else result.in_memory()
     finally:
-        if comm.rank == 0 and folder is None:
+        if folder is None:
             shutil.rmtree(directory, ignore_errors=True)
-
-
-def _temporary(folder: Folder) -> Path:
-    """The folder, a new temporary one where none is given."""
-    return Path(tempfile.mkdtemp(prefix="pairsim-") if folder is None else folder)
-
-
-def _wait_for_all(outcome: Outcome, options: Options) -> None:
-    """Wait until the first process has written the files, which all processes read next.
-
-    Raises:
-        KeyboardInterrupt: The computation was interrupted on several processes, which cannot be synchronised any more.
-    """
-    if outcome.status != "interrupted":
-        options.comm.Barrier()
-    elif options.comm.size > 1 and not options.signals:
-        raise KeyboardInterrupt

@@ -23,8 +23,8 @@ from typing import Literal
 from pairsim.fem import form_cache, jit
 from pairsim.runtime.child_process import clean_environment, module_command
 from pairsim.runtime.errors import PairsimError
+from pairsim.runtime.launcher import find_mpirun
 from pairsim.runtime.version import __version__
-from pairsim.sweeps.worker import find_mpirun
 
 ROOM = 500e6  # bytes of disk space below which there is a warning; chosen, enough for the forms and some runs
 PATIENCE = 300.0  # seconds for the computation of the small case, which may compile a form; chosen
@@ -114,7 +114,7 @@ def _mpirun() -> Check:
     """Whether there is an mpirun, and it is that of this Python."""
     path = find_mpirun()
     if path is None:
-        return Check("mpirun", "warning", "none", "install the MPI of mpi4py for cases on several cores")
+        return Check("mpirun", "warning", "none", "install the MPI of mpi4py for sweeps on several cores")
     if Path(path).parent != Path(sys.executable).parent:
         return Check("mpirun", "ok", f"{path}; it must be that of the MPI below")
     return Check("mpirun", "ok", path)

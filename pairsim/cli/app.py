@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import sys
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
@@ -35,6 +36,7 @@ from pairsim.runtime.errors import (
     abort_others,
     unexpected,
 )
+from pairsim.runtime.launcher import first_alone
 from pairsim.runtime.signals import Signals, no_interrupt_lost
 from pairsim.runtime.version import __version__, commit
 
@@ -73,7 +75,7 @@ def _common(
 
 @app.command(
     epilog="Examples: pairsim run configs/quickstart.yaml | pairsim run case.yaml -o out --set Ca_e=0.05 | "
-    "mpirun -n 2 pairsim run case.yaml | pairsim run --resume out --set time.end=4"
+    "pairsim run --resume out --set time.end=4"
 )
 def run(
     case: Annotated[
@@ -130,7 +132,7 @@ def run(
     from pairsim.api import compute
 
     shown: Style = "none" if quiet else progress
-    with Signals(final=True):
+    with _alone(), Signals(final=True):
         result = compute.run(
             checked,
             folder=directory,
@@ -180,7 +182,7 @@ def curve(
     from pairsim.api import compute
 
     shown: Style = "none" if quiet else progress
-    with Signals(final=True):
+    with _alone(), Signals(final=True):
         result = compute.curve(
             checked,
             folder=directory,
@@ -227,9 +229,14 @@ def critical(
     from pairsim.api import compute
 
     shown: Style = "none" if quiet else progress
-    with Signals(final=True):
+    with _alone(), Signals(final=True):
         result = compute.critical(checked, folder=directory, overwrite=overwrite, progress=shown, signals=True)
         _end(result, directory, shown, plot=True)
+
+
+def _alone() -> AbstractContextManager[None]:
+    """Context of the commands for one case: under mpirun the first process computes it."""
+    return first_alone(lambda note: typer.echo(f"pairsim: note: {note}", err=True))
 
 
 def _end(result: Result, directory: Path, shown: Style, plot: bool) -> NoReturn:
@@ -238,19 +245,18 @@ def _end(result: Result, directory: Path, shown: Style, plot: bool) -> NoReturn:
     from pairsim.results.answer import advice
 
     code = exit_code(result.status, result.reason)
-    if rank() == 0:
-        if code == 0:
-            if plot:
-                try:
-                    result.plot(directory)
-                except InputError as error:
-                    typer.echo(f"warning: no picture: {error}; pairsim plot {directory} draws it", err=True)
-            typer.echo(str(directory))
-        if shown == "none" and code:
-            typer.echo(result.message, err=True)
-        elif shown not in ("none", "json") and directory.is_dir():
-            pair = "dU" in result.table
-            typer.echo(advice(result.kind, result.status, result.reason, result.message, directory, pair), err=True)
+    if code == 0:
+        if plot:
+            try:
+                result.plot(directory)
+            except InputError as error:
+                typer.echo(f"warning: no picture: {error}; pairsim plot {directory} draws it", err=True)
+        typer.echo(str(directory))
+    if shown == "none" and code:
+        typer.echo(result.message, err=True)
+    elif shown not in ("none", "json") and directory.is_dir():
+        pair = "dU" in result.table
+        typer.echo(advice(result.kind, result.status, result.reason, result.message, directory, pair), err=True)
     raise typer.Exit(code)
 
 

@@ -51,7 +51,6 @@ def sweep(
     ] = False,
     fail_fast: Annotated[bool, typer.Option("--fail-fast", help="Stop when a case fails.")] = False,
     shard: Annotated[str | None, typer.Option(metavar="I/N", help="Compute part I of N, counted from 1.")] = None,
-    ranks_per_case: Annotated[int, typer.Option(min=1, help="MPI processes of each case.")] = 1,
     workers: Annotated[int, typer.Option(min=1, help="Number of cases computed at the same time, without mpirun.")] = 1,
     cold: Annotated[
         bool, typer.Option("--cold", help="A process of its own for every case, with nothing of another's.")
@@ -102,9 +101,7 @@ def sweep(
         extra += ["--cold"] if cold else []
         extra += ["--case-timeout", f"{case_timeout:g}"] if case_timeout else []
         tasks = part[1] if part else None
-        script, warnings = job_script(
-            checked, directory, tasks=tasks, ranks_per_case=ranks_per_case, walltime=seconds, extra=extra
-        )
+        script, warnings = job_script(checked, directory, tasks=tasks, walltime=seconds, extra=extra)
         typer.echo(script, nl=False)
         for warning in warnings:
             typer.echo(f"warning: {warning}", err=True)
@@ -125,7 +122,6 @@ def sweep(
         only_failed,
         fail_fast,
         Shard(*part) if part else None,
-        ranks_per_case,
         case_timeout,
         seconds,
         cold,

@@ -12,7 +12,6 @@ import numpy as np
 from pairsim.config.case import SceneCase
 from pairsim.drivers.warnings import above
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
-from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.adaptation import ENOUGH, AdaptiveBranch, Scale, has_scale, reference_scale
 from pairsim.solvers.branch import Point
 from pairsim.solvers.continuation import where
@@ -68,7 +67,6 @@ class Adaptation:
     def begin(
         cls,
         case: SceneCase,
-        comm: MPI.Comm,
         problem: SteadyProblem,
         first: Parameters,
         places: Sequence[tuple[float, ...]],
@@ -82,7 +80,6 @@ class Adaptation:
 
         Args:
             case: The case.
-            comm: Its communicator.
             problem: Its problem.
             first: Parameters of the first solution.
             places: Distances of the case.
@@ -93,18 +90,18 @@ class Adaptation:
             NoSteadyState: No solution was found at the first parameters.
             MeshFailure: A mesh could not be generated.
         """
-        (found, scout), wanted = reference_scale(comm, problem, first, places), case.error_wanted
+        (found, scout), wanted = reference_scale(problem, first, places), case.error_wanted
         if not has_scale(found):
             scout.close()
             return None
         scale = LineOfScales(((first, found),))
         if last is not None and last != first:
             with suppress(NoSteadyState, MeshFailure):  # the last parameters may have no solution
-                end, other = reference_scale(comm, problem, last, places)
+                end, other = reference_scale(problem, last, places)
                 other.close()
                 scale = LineOfScales(((first, found), (last, end)) if has_scale(end) else ((first, found),))
         options: Any = {"allowed": lambda at: wanted * scale.at(at), "zeros_only": zeros_only, "scout": scout}
-        branch = AdaptiveBranch(comm, problem, first, mesh_error, sensitivities, **options)
+        branch = AdaptiveBranch(problem, first, mesh_error, sensitivities, **options)
         return cls(wanted, scale, branch)
 
     def size(self, points: Sequence[Point]) -> float:

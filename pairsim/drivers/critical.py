@@ -18,7 +18,6 @@ from pairsim.drivers.session import Options, Session, open_session
 from pairsim.drivers.warnings import large_errors
 from pairsim.fem.form_cache import ensure_compiled
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
-from pairsim.runtime.signals import Signals
 from pairsim.solvers.branch import Branch
 from pairsim.solvers.critical import Followed, Region, find_all, follow_all, with_value
 from pairsim.solvers.parameters import Parameters
@@ -30,7 +29,7 @@ def run_critical(case: CriticalCase, directory: Path, options: Options) -> Outco
     Args:
         case: The validated case.
         directory: Folder for the results.
-        options: Communicator, overwriting, progress and signals.
+        options: Overwriting, progress and signals.
 
     Returns:
         How the command ended. Results found before a failure are in the folder, too.
@@ -56,10 +55,10 @@ def _run(case: CriticalCase, session: Session) -> Outcome:
     branch: Branch | None = None
     adaptation: Adaptation | None = None
 
-    def work(_: Signals) -> Outcome:
+    def work() -> Outcome:
         nonlocal branch, adaptation
         output.write()
-        ensure_compiled(session.comm, forms_of(case), session.reporter.note)
+        ensure_compiled(forms_of(case), session.reporter.note)
         failures: list[str] = []
         for line, start in lines:
             output.begin_line(line)
@@ -107,10 +106,10 @@ def _begin(
     problem = steady_problem(case, case.d[0])
     if case.adapts:
         options: Any = {"mesh_error": case.mesh_error, "zeros_only": True, "last": last}
-        adaptation = Adaptation.begin(case, session.comm, problem, start, [start.gaps], **options)
+        adaptation = Adaptation.begin(case, problem, start, [start.gaps], **options)
         if adaptation is not None:
             return adaptation, adaptation.branch
-    return None, Branch(session.comm, problem, start, case.mesh_error)
+    return None, Branch(problem, start, case.mesh_error)
 
 
 def _region(case: CriticalCase) -> Region | None:

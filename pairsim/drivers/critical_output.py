@@ -16,7 +16,7 @@ from pairsim.solvers.curve import Jump
 
 
 class CriticalOutput:
-    """Writes critical.csv and shows progress. Every process calls it, the first one writes.
+    """Writes critical.csv and shows progress.
 
     Args:
         case: The case.

@@ -19,8 +19,6 @@ from pairsim.drivers.session import Options, Session, open_session
 from pairsim.drivers.warnings import ErrorAt, far_apart, large_errors
 from pairsim.fem.form_cache import ensure_compiled
 from pairsim.runtime.errors import NoSteadyState, RunFailure
-from pairsim.runtime.fenicsx import MPI
-from pairsim.runtime.signals import Signals
 from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.continuation import where
 from pairsim.solvers.curve import ROUNDING, Zero, equilibria, find_zeros, interpolants, trace
@@ -36,13 +34,10 @@ class WarmStart:
         self._branch: Branch | None = None
         self._kind: tuple[Any, ...] = ()
 
-    def start(
-        self, comm: MPI.Comm, problem: SteadyProblem, first: Parameters, mesh_error: bool, sensitivities: bool
-    ) -> Branch:
+    def start(self, problem: SteadyProblem, first: Parameters, mesh_error: bool, sensitivities: bool) -> Branch:
         """A branch at the first point of a curve, continued from the previous curve if possible, else solved anew.
 
         Args:
-            comm: Communicator of the case.
             problem: The problem of the curve.
             first: Parameters of its first point.
             mesh_error: Whether to solve on a coarser mesh, too.
@@ -60,7 +55,7 @@ class WarmStart:
             except NoSteadyState:
                 pass
         self.close()
-        self._branch = Branch(comm, problem, first, mesh_error, sensitivities)
+        self._branch = Branch(problem, first, mesh_error, sensitivities)
         return self._branch
 
     def replace(self, branch: Branch) -> None:
@@ -88,7 +83,7 @@ def run_curve(
     Args:
         case: The validated case.
         directory: Folder for the results.
-        options: Communicator, overwriting, progress and signals.
+        options: Overwriting, progress and signals.
         sensitivities: Compute the derivatives of dU with respect to Ca_e, De and beta, too.
         warm_start: Solutions of the previous curve to start from; keeps those of this curve. The caller closes it.
 
@@ -122,20 +117,20 @@ def _run(case: CurveCase, session: Session, sensitivities: bool, warm_start: War
     branch: Branch | None = None
     adaptation: Adaptation | None = None
 
-    def work(_: Signals) -> Outcome:
+    def work() -> Outcome:
         nonlocal branch, adaptation
-        ensure_compiled(session.comm, forms_of(case), session.reporter.note)
+        ensure_compiled(forms_of(case), session.reporter.note)
         start = Parameters(places[0], case.solid_models, case.liquid_model)
         narrowest = min((d for place in places for d in place), default=np.inf)
         problem = steady_problem(case, narrowest)
         if case.adapts:
             options: Any = {"sensitivities": sensitivities, "mesh_error": case.mesh_error}
-            adaptation = Adaptation.begin(case, session.comm, problem, start, places, **options)
+            adaptation = Adaptation.begin(case, problem, start, places, **options)
         if adaptation is not None:
             branch = adaptation.branch
             warm_start.replace(branch)
         else:
-            branch = warm_start.start(session.comm, problem, start, case.mesh_error, sensitivities)
+            branch = warm_start.start(problem, start, case.mesh_error, sensitivities)
         for point, wanted in trace(branch, places, case.tol, case.max_points):
             output.take(point, wanted, branch.fine)
         message = f"{len(output.points)} points"
@@ -143,16 +138,13 @@ def _run(case: CurveCase, session: Session, sensitivities: bool, warm_start: War
             message += f"; dU = 0: {_find_zeros(branch, output) or 'at no d'}"
         return Outcome("finished", "end", message)
 
-    def finish(_: Signals) -> Outcome:
+    def finish() -> Outcome:
         output.finish()
         return outcome
 
     outcome = session.carry_out(work, kept)
-    if session.stopped_at_once:
-        output.finish()
-    else:
-        finished = session.carry_out(finish, kept)
-        outcome = finished if outcome.status == "finished" else outcome
+    finished = session.carry_out(finish, kept)
+    outcome = finished if outcome.status == "finished" else outcome
     points = output.points
     summary: dict[str, Any] = {"points": len(points)}
     warnings = [*output.warnings, *(_large_errors if case.velocity is None else _large_force_errors)(case, points)]

@@ -33,7 +33,7 @@ def _shown(point: Point, count: int) -> str:
 
 
 class CurveOutput:
-    """Writes curve.csv, equilibria.csv and fields, and shows progress. Every process calls it, the first one writes.
+    """Writes curve.csv, equilibria.csv and fields, and shows progress.
 
     Args:
         case: The case.
@@ -79,7 +79,7 @@ class CurveOutput:
         if self.case.common:
             self._rows.sort(key=lambda row: row[0].d)
         self.session.write_table("curve.csv", self._columns, [row for _, row in self._rows])
-        if self.session.folder is not None and any(abs(point.d - d) < 1e-9 * d for d in self.case.fields):
+        if any(abs(point.d - d) < 1e-9 * d for d in self.case.fields):
             (h, x), flow = scene.state(), scene.developed_flow
             moment = SteadyMoment(point.d, scene.scene, scene.meshes, x, h, scene.constraints.V @ scene.y)
             self._frames.append(frame(moment, scene.h_star(scene.parameters), flow))
@@ -101,11 +101,10 @@ class CurveOutput:
         """Write the kept fields in ascending distance.
 
         Raises:
-            WriteFailure: They cannot be written. Not raised after a signal has stopped the work at once.
+            WriteFailure: They cannot be written.
         """
 
         def write() -> None:
-            assert self.session.folder is not None
             if self._frames:
                 fields = FieldsWriter(self.session.folder.path)
                 for kept in sorted(self._frames, key=lambda kept: kept.t):
@@ -113,8 +112,4 @@ class CurveOutput:
                 with suppress(OSError):  # the frames are complete as they are
                     gather_frames(self.session.folder.path)
 
-        if not self.session.stopped_at_once:
-            self.session.write(write)
-        elif self.session.folder is not None:
-            with suppress(OSError):
-                write()
+        self.session.write(write)

@@ -77,25 +77,23 @@ class Record:
     """Writes run.json, as a whole at each change.
 
     Args:
-        folder: The folder of results, None on all processes but the first.
+        folder: The folder of results.
         kind: The command that writes the folder: run, curve or critical.
         command: The command line.
-        processes: Number of MPI processes.
         before: Wall time before the run was resumed [s].
         scales: The units of length, velocity and stress in SI units, None without a `physical` block.
     """
 
     def __init__(
         self,
-        folder: RunFolder | None,
+        folder: RunFolder,
         kind: str,
         command: str,
-        processes: int,
         before: float = 0.0,
         scales: Scales | None = None,
     ) -> None:
         self._folder, self._kind, self._scales = folder, kind, scales
-        self._command, self._processes = command, processes
+        self._command = command
         self._begin = time.perf_counter() - before
         self._started = time.strftime("%Y-%m-%dT%H:%M:%S%z")
 
@@ -105,7 +103,7 @@ class Record:
         return time.perf_counter() - self._begin
 
     def write(self, outcome: Outcome | None, more: dict[str, Any], phases: dict[str, float]) -> None:
-        """Write run.json; does nothing on all processes but the first.
+        """Write run.json.
 
         Args:
             outcome: How the command ended, None while it is running.
@@ -115,8 +113,6 @@ class Record:
         Raises:
             OSError: The file cannot be written.
         """
-        if self._folder is None:
-            return
         wall = self.passed
         content = {
             "format": FORMAT,
@@ -126,11 +122,10 @@ class Record:
             "message": outcome.message if outcome else "",
             "started": self._started,
             "command": self._command,
-            "processes": self._processes,
             "machine": {"node": platform.node(), "system": platform.platform(), "processor": platform.machine()},
             "versions": _versions(),
             "wall_time": wall,
-            "peak_memory": peak_memory(),  # of the first process
+            "peak_memory": peak_memory(),
             **more,
         }
         if (scales := self._scales) is not None:

@@ -156,9 +156,9 @@ def style_of(progress: bool | Style) -> Style:
     return progress
 
 
-def make_reporter(style: Style, rank: int) -> Reporter:
-    """The reporter of a style; none on other processes than the first."""
-    if style == "none" or rank > 0:
+def make_reporter(style: Style) -> Reporter:
+    """The reporter of a style."""
+    if style == "none":
         return Reporter()
     if style == "auto":
         style = "bar" if sys.stderr.isatty() else "lines"

@@ -108,7 +108,7 @@ def conclude(
         summary: Further entries of run.json.
 
     Returns:
-        The outcome; on the first process a failure if run.json cannot be written.
+        The outcome; a failure if run.json cannot be written.
     """
     counts, phases = costs(branch)
     seen = [c.s_jump for p in points if (c := p.observation.conformation) is not None]
@@ -117,6 +117,6 @@ def conclude(
     try:
         session.record.write(outcome, {**summary, **counts, "warnings": warnings}, phases)
     except OSError as error:
-        failure = write_failure(error, session.directory, "the same command with --overwrite")
+        failure = write_failure(error, session.folder.path, "the same command with --overwrite")
         return Outcome("failed", failure.reason, str(failure))
     return outcome

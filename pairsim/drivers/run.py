@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -24,8 +23,7 @@ from pairsim.results.fields_writer import gather_frames
 from pairsim.results.folders import read_record
 from pairsim.results.output import CHECKPOINT, SERIES, plain, read_series
 from pairsim.runtime.errors import InputError, TooManySteps, WallTime, WriteFailure
-from pairsim.runtime.fenicsx import MPI
-from pairsim.runtime.signals import Signals, Stopped
+from pairsim.runtime.signals import heed
 from pairsim.solvers.history import Counts
 from pairsim.solvers.step import Step
 from pairsim.solvers.step_size import reached
@@ -77,7 +75,7 @@ def run_case(case: Case, directory: Path, options: Options, *, resume: bool = Fa
     Args:
         case: The validated case.
         directory: Folder for the results.
-        options: Communicator, overwriting, progress and signals.
+        options: Overwriting, progress and signals.
         resume: Continue from the checkpoint in the folder. Without a checkpoint, and with at most one row in
             series.csv, the run starts at t = 0.
 
@@ -114,7 +112,6 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
     old = session.checkpoint
 
     def begin() -> RunOutput:
-        assert session.folder is not None
         output = RunOutput(case, session.folder, old)
         session.folder.write_yaml("case.yaml", case.resolved())
         session.record.write(None, {}, {})
@@ -122,24 +119,24 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
 
     output = session.write(begin, retry=RETRY)
     notes = [*case.notes, *run_estimate(case).notes, *notes]
-    session.announce(*_goal(case), [*notes, *(output.damage if output is not None else [])])
+    session.announce(*_goal(case), [*notes, *output.damage])
     transient: Transient | None = None
     adaptation: RunAdaptation | None = None
     found: dict[str, Any] = {}
 
-    def work(signals: Signals) -> Outcome:
+    def work() -> Outcome:
         nonlocal transient, adaptation
-        ensure_compiled(session.comm, forms_of(case), session.reporter.note)
+        ensure_compiled(forms_of(case), session.reporter.note)
         problem = problem_of(case)
         if case.adapts:
             session.reporter.note(f"a coarse run first: it tells which cells accuracy: {case.accuracy} needs")
-            adaptation = RunAdaptation.begin(case, session.comm, problem, lambda *at: _end(case, *at) is not None)
+            adaptation = RunAdaptation.begin(case, problem, lambda *at: _end(case, *at) is not None)
             problem = adaptation.adapted(problem) if adaptation is not None else problem
-        transient = Transient(session.comm, problem, old.state if old is not None else None)
-        ended, gaps = _march(case, transient, output, session, signals)
+        transient = Transient(problem, old.state if old is not None else None)
+        ended, gaps = _march(case, transient, output, session)
         transient.close()  # its memory serves the quasi-steady solution
         with transient.clock("quasi-steady"):
-            found.update(settled_entry(case, session.comm, problem, gaps, ended))
+            found.update(settled_entry(case, problem, gaps, ended))
         return ended
 
     def kept() -> str:
@@ -156,26 +153,22 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
 
     def finish() -> None:
         nonlocal outcome
-        if output is not None:
-            if adaptation is not None:
-                entry, words = outcome_of(output.worst)
-                summary["adaptation"] = adaptation.entry | entry
-                if outcome.status == "finished":
-                    outcome = replace(outcome, message=outcome.message + words)
-            ended = outcome
-            try:
-                output.finish(not session.stopped_at_once, outcome.status != "interrupted")
-            except OSError as error:
-                ended = Outcome("failed", WriteFailure.reason, str(error))
-                raise
-            finally:
-                session.record.write(ended, summary | {"warnings": output.warnings}, dict(seconds))
+        if adaptation is not None:
+            entry, words = outcome_of(output.worst)
+            summary["adaptation"] = adaptation.entry | entry
+            if outcome.status == "finished":
+                outcome = replace(outcome, message=outcome.message + words)
+        ended = outcome
+        try:
+            output.finish(not session.stopped_at_once, outcome.status != "interrupted")
+        except OSError as error:
+            ended = Outcome("failed", WriteFailure.reason, str(error))
+            raise
+        finally:
+            session.record.write(ended, summary | {"warnings": output.warnings}, dict(seconds))
 
     try:
-        if session.stopped_at_once:
-            finish()
-        else:
-            session.write(finish, retry=RETRY, t=t, step=counts.steps)
+        session.write(finish, retry=RETRY, t=t, step=counts.steps)
     finally:
         if transient is not None:
             transient.close()
@@ -186,14 +179,13 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
 def _confirm(case: Case, session: Session, old: Checkpoint, ended: Outcome) -> None:
     """Write to run.json that a run is finished, if it was killed after its last checkpoint and before doing so."""
     counts, history = old.state.counts, old.state.history
-    confirmed = session.comm.bcast(session.folder and read_record(session.folder.path).get("status") == "finished")
+    confirmed = read_record(session.folder.path).get("status") == "finished"
     found: dict[str, Any] = {}
     if not confirmed:
-        ensure_compiled(session.comm, forms_of(case), session.reporter.note)
-        found = settled_entry(case, session.comm, problem_of(case), old.gaps, ended)
+        ensure_compiled(forms_of(case), session.reporter.note)
+        found = settled_entry(case, problem_of(case), old.gaps, ended)
 
     def confirm() -> None:
-        assert session.folder is not None
         if not confirmed:
             series = read_series(session.folder.file(SERIES))
             summary = _summary(counts, history.t[0], history.y[0].size) | found
@@ -225,35 +217,29 @@ def _summary(counts: Counts, t: float, unknowns: int) -> dict[str, Any]:
     }
 
 
-def _march(
-    case: Case, transient: Transient, output: RunOutput | None, session: Session, signals: Signals
-) -> tuple[Outcome, tuple[float, ...]]:
+def _march(case: Case, transient: Transient, output: RunOutput, session: Session) -> tuple[Outcome, tuple[float, ...]]:
     """Take all time steps and write them; returns how the run ended, and the last distances.
 
     Raises:
-        Stopped: A process has received a signal; all steps taken are written.
+        Stopped: The process has received a signal; all steps taken are written.
     """
     record, limits, gaps = session.record, case.limits, case.gaps
-    if output is not None:
-        output.attach(transient)
+    output.attach(transient)
     for step in transient.steps(iter(milestones(case))):
         o, count = step.observation, transient.counts.steps
         gaps = tuple(map(float, o.d))
 
         def write(step: Step = step) -> None:
-            assert output is not None
             output.take(step, record.passed)
 
         with transient.clock("output"):
             session.write(write, retry=RETRY, t=step.t, step=count)
         session.reporter.update(step.t, _shown(step, count), count)
-        stop = session.comm.allreduce((signals.number, record.passed), op=MPI.MAX)
         if (outcome := _end(case, step.t, gaps)) is not None:
             return outcome, gaps
-        if stop[0]:
-            raise Stopped(signal.Signals(stop[0]).name)
-        if limits.wall_time is not None and stop[1] > limits.wall_time:
-            message = f"{stop[1]:.0f} s have passed"
+        heed()
+        if limits.wall_time is not None and record.passed > limits.wall_time:
+            message = f"{record.passed:.0f} s have passed"
             raise WallTime(message, t=step.t, step=count, advice="a larger limits.wall_time, with --resume")
         if count >= limits.max_steps:
             message = f"{limits.max_steps} steps were taken"

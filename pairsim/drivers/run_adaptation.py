@@ -12,7 +12,6 @@ from pairsim.config.case import Case
 from pairsim.drivers.run_output import RunWarnings
 from pairsim.drivers.warnings import above
 from pairsim.runtime.errors import RunFailure
-from pairsim.runtime.fenicsx import MPI
 from pairsim.runtime.signals import heed
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.time_error import LEAST
@@ -52,18 +51,17 @@ class RunAdaptation:
 
     @classmethod
     def begin(
-        cls, case: Case, comm: MPI.Comm, problem: Problem, ended: Callable[[float, Sequence[float]], bool]
+        cls, case: Case, problem: Problem, ended: Callable[[float, Sequence[float]], bool]
     ) -> RunAdaptation | None:
         """Compute the coarse run; None if it has no dU to which an error could be compared.
 
         Args:
             case: The case.
-            comm: Its communicator.
             problem: Its problem.
             ended: Whether a run ends at a time and distances.
 
         Raises:
-            Stopped: A process has received a signal.
+            Stopped: The process has received a signal.
         """
         seen, t, unknowns = RunWarnings(case), 0.0, 0
         control = replace(problem.control, tolerance=COARSE_TOLERANCE * problem.control.tolerance)
@@ -71,11 +69,11 @@ class RunAdaptation:
         transient: Transient | None = None
         try:
             with suppress(RunFailure):  # finer cells may go on where coarse ones fail
-                transient = Transient(comm, coarse)
+                transient = Transient(coarse)
                 seen.errors.start = transient.state.start_error
                 unknowns = transient.constraints.size
                 for step in transient.steps(iter([case.time.end])):
-                    heed(comm)
+                    heed()
                     seen.add(step.t, step.mesh_id, step.observation.dU, step.dU_correction)
                     t = step.t
                     if ended(t, step.observation.d.tolist()):
@@ -89,7 +87,7 @@ class RunAdaptation:
         by_cells = max(seen.largest - seen.steps.largest, LEAST_PART * seen.largest)
         factor = COARSE * (AIM * wanted * peak / by_cells) ** (1 / ORDER)
         factor = min(max(factor, FACTORS[0]), FACTORS[1])
-        return comm.bcast(cls(wanted, peak, seen.largest, t, unknowns, float(f"{factor:.3g}")))
+        return cls(wanted, peak, seen.largest, t, unknowns, float(f"{factor:.3g}"))
 
     def adapted(self, problem: Problem) -> Problem:
         """The problem with the cells of the run."""

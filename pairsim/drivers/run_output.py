@@ -163,7 +163,7 @@ class RunWarnings:
 
 
 class RunOutput:
-    """Writes series.csv, fields and checkpoints of a run; exists on the first process only.
+    """Writes series.csv, fields and checkpoints of a run.
 
     Args:
         case: The case.

@@ -9,20 +9,16 @@ from pairsim.config.case import Case
 from pairsim.drivers.outcome import Outcome
 from pairsim.results.run_answer import SETTLED
 from pairsim.runtime.errors import RunFailure
-from pairsim.runtime.fenicsx import MPI
 from pairsim.runtime.signals import Stopped
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.run_end import settled
 
 
-def settled_entry(
-    case: Case, comm: MPI.Comm, problem: Problem, gaps: tuple[float, ...], ended: Outcome
-) -> dict[str, Any]:
-    """The quasi-steady solution at the last distances of a run; collective.
+def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: Outcome) -> dict[str, Any]:
+    """The quasi-steady solution at the last distances of a run.
 
     Args:
         case: The case.
-        comm: Its communicator.
         problem: Its problem, with the cells of the run.
         gaps: The last distances [D_c], N-1 values.
         ended: How the run ended.
@@ -35,7 +31,7 @@ def settled_entry(
     if case.n < 2 or ended.reason not in ("end", "max_gap"):
         return {}
     try:
-        point = settled(comm, problem, gaps)
+        point = settled(problem, gaps)
     except RunFailure as failure:
         return {SETTLED: {"message": failure.message}}
     except Stopped:

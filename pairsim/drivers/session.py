@@ -1,4 +1,4 @@
-"""The session of run, curve and critical: a locked folder, run.json, signals, and collective writing of files.
+"""The session of run, curve and critical: a locked folder, run.json, signals, and failures of writing.
 
 A driver opens a session, announces its goal, and carries out its work in it, which returns an outcome.
 """
@@ -17,9 +17,7 @@ from pairsim.drivers.progress import Reporter
 from pairsim.results.checkpoint import Checkpoint
 from pairsim.results.output import RunFolder, write_table
 from pairsim.runtime.child_process import DISK
-from pairsim.runtime.collective import collectively
 from pairsim.runtime.errors import RunFailure, WriteFailure
-from pairsim.runtime.fenicsx import MPI
 from pairsim.runtime.locks import sole_writer
 from pairsim.runtime.signals import Signals, Stopped
 
@@ -29,14 +27,12 @@ class Options:
     """Options that run, curve and critical share.
 
     Attributes:
-        comm: MPI communicator; every process of it calls the driver.
         overwrite: Whether existing results may be replaced.
-        reporter: Shows progress (quiet on all processes but the first).
+        reporter: Shows progress.
         command: The command line, for run.json and for the lock.
         signals: Whether SIGINT and SIGTERM end the computation in order; if not, the handlers are left unchanged.
     """
 
-    comm: MPI.Comm
     overwrite: bool
     reporter: Reporter
     command: str
@@ -47,31 +43,25 @@ class Session:
     """A command that writes to its locked folder; made by `open_session`.
 
     Attributes:
-        comm, reporter: Those of the options.
-        folder: The folder for the results, None on all processes but the first.
-        directory: Its path, on every process.
-        checkpoint: The checkpoint to resume from, the same on every process; None to start at the beginning.
+        reporter: That of the options.
+        folder: The folder for the results.
+        checkpoint: The checkpoint to resume from; None to start at the beginning.
         record: Writes run.json.
         stopped_at_once: Whether a second Ctrl-C, or a KeyboardInterrupt without handlers, has interrupted the
-            computation at an arbitrary point. Collective calls are then no longer possible, since the other processes
-            may be at another point.
+            computation at an arbitrary point, in the middle of a step.
     """
 
     def __init__(
         self,
         case: SceneCase,
         options: Options,
-        folder: RunFolder | None,
+        folder: RunFolder,
         checkpoint: Checkpoint | None,
-        signals: Signals,
-        directory: Path,
     ) -> None:
-        self.comm, self.reporter = options.comm, options.reporter
-        self.folder, self.checkpoint, self.directory = folder, checkpoint, directory
+        self.reporter, self.folder, self.checkpoint = options.reporter, folder, checkpoint
         wall = checkpoint.wall if checkpoint else 0.0
-        self.record = Record(folder, case.kind, options.command, self.comm.size, wall, case.scales)
+        self.record = Record(folder, case.kind, options.command, wall, case.scales)
         self.stopped_at_once = False
-        self._signals = signals
         self._title = case.name or case.slug
 
     def announce(self, goal: str, total: float, notes: Iterable[str] = ()) -> None:
@@ -86,18 +76,18 @@ class Session:
         for note in notes:
             self.reporter.note(note)
 
-    def carry_out(self, work: Callable[[Signals], Outcome], kept: Callable[[], str]) -> Outcome:
+    def carry_out(self, work: Callable[[], Outcome], kept: Callable[[], str]) -> Outcome:
         """Call a function, and turn failures and interrupts into an outcome.
 
         Args:
-            work: The computation; it may poll the signals.
+            work: The computation.
             kept: Returns the end of the message of an interrupt, after the name of the signal: what was kept.
 
         Returns:
             The outcome of `work`, or one for the `RunFailure` or signal that ended it.
         """
         try:
-            return work(self._signals)
+            return work()
         except RunFailure as failure:
             return Outcome("failed", failure.reason, str(failure))
         except Stopped as stopped:
@@ -108,8 +98,8 @@ class Session:
 
     def write[T](
         self, write: Callable[[], T], *, retry: str = "the same command with --overwrite", t: float = 0.0, step: int = 0
-    ) -> T | None:
-        """Call a function that writes files, on the first process only.
+    ) -> T:
+        """Call a function that writes files.
 
         Args:
             write: The function.
@@ -118,15 +108,15 @@ class Session:
             step: Number of accepted steps, for the message of a failure.
 
         Returns:
-            The return value of `write` on the first process, None on the others.
+            The return value of `write`.
 
         Raises:
-            WriteFailure: `write` raised an OSError; raised on every process.
+            WriteFailure: `write` raised an OSError.
         """
         try:
-            return collectively(self.comm, write)
+            return write()
         except OSError as error:
-            raise write_failure(error, self.directory, retry, t, step) from error
+            raise write_failure(error, self.folder.path, retry, t, step) from error
 
     def write_table(self, name: str, columns: Sequence[str], rows: Sequence[Mapping[str, Any] | str]) -> None:
         """Write a CSV table as a whole, replacing the file.
@@ -137,14 +127,9 @@ class Session:
             rows: Values by column, or the text of `table_line`.
 
         Raises:
-            WriteFailure: It cannot be written; raised on every process.
+            WriteFailure: It cannot be written.
         """
-
-        def write() -> None:
-            assert self.folder is not None
-            write_table(self.folder.file(name), columns, rows)
-
-        self.write(write)
+        self.write(lambda: write_table(self.folder.file(name), columns, rows))
 
 
 def write_failure(error: OSError, directory: Path, retry: str, t: float = 0.0, step: int = 0) -> WriteFailure:
@@ -175,29 +160,24 @@ def open_session(
     Args:
         case: The validated case.
         directory: Folder for the results.
-        options: Communicator, overwriting, progress and signals.
-        find_checkpoint: Returns the checkpoint to resume from; called on the first process. None: do not resume.
+        options: Overwriting, progress and signals.
+        find_checkpoint: Returns the checkpoint to resume from. None: do not resume.
 
     Raises:
         InputError: The folder exists and may not be overwritten, or another command is writing to it; also errors
             of `find_checkpoint`.
         WriteFailure: The first files of the folder cannot be written.
     """
-    comm = options.comm
     # The handlers stay until the last file is written: a signal that comes later changes nothing.
     signals = Signals(impatient=True, installed=options.signals)
-    with signals, sole_writer(comm, directory, options.command):
-        checkpoint = comm.bcast(collectively(comm, find_checkpoint)) if find_checkpoint is not None else None
-
-        def make() -> RunFolder:
-            if checkpoint is not None:
-                return RunFolder.reopen(directory)
-            folder = RunFolder.create(directory, options.overwrite)
-            folder.write_yaml("case.yaml", case.resolved())
-            return folder
-
+    with signals, sole_writer(directory, options.command):
+        checkpoint = find_checkpoint() if find_checkpoint is not None else None
         try:
-            folder = collectively(comm, make)
+            if checkpoint is not None:
+                folder = RunFolder.reopen(directory)
+            else:
+                folder = RunFolder.create(directory, options.overwrite)
+                folder.write_yaml("case.yaml", case.resolved())
         except OSError as error:
             raise write_failure(error, directory, "the same command") from error
-        yield Session(case, options, folder, checkpoint, signals, directory)
+        yield Session(case, options, folder, checkpoint)

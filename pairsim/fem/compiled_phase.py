@@ -148,13 +148,12 @@ _COMPILED: dict[tuple[str | bool, ...], CompiledPhase] = {}
 
 
 def _compile(
-    comm: MPI.Comm,
     kind: tuple[str | bool, ...],
     fields: tuple[FieldSpec, ...],
     constant_names: tuple[str, ...],
     build: Callable[[Terms], ufl.Form],
 ) -> CompiledPhase:
-    """Compile the forms of a kind of phase, or return them if they were compiled before; collective."""
+    """Compile the forms of a kind of phase, or return them if they were compiled before."""
     if kind in _COMPILED:
         return _COMPILED[kind]
     mesh = ufl.Mesh(basix.ufl.element("Lagrange", "triangle", 2, shape=(2,)))
@@ -175,7 +174,7 @@ def _compile(
     jacobian = ufl.derivative(residual, x, ufl.TrialFunction(space))
 
     def compiled(form: ufl.Form) -> Any:
-        return fem.compile_form(comm, form, jit_options=JIT_OPTIONS)
+        return fem.compile_form(MPI.COMM_SELF, form, jit_options=JIT_OPTIONS)
 
     compiled_jacobian = compiled(jacobian)
 
@@ -193,15 +192,14 @@ def _compile(
     return _COMPILED[kind]
 
 
-def liquid_phase(comm: MPI.Comm, liquid: Liquid, moving: bool, steady: bool = False) -> CompiledPhase:
-    """A liquid with the fields u, p, the s = log c of its modes and, if the mesh moves, eta; collective.
+def liquid_phase(liquid: Liquid, moving: bool, steady: bool = False) -> CompiledPhase:
+    """A liquid with the fields u, p, the s = log c of its modes and, if the mesh moves, eta.
 
     In time-dependent problems the velocity of the mesh follows from eta. In quasi-steady problems it is a field w, and
     the time derivative of s is multiplied by the constant `rate`: 0 in a quasi-steady solve, 1/dt in a step of
     pseudo-time. A liquid without modes has no time derivative.
 
     Args:
-        comm: Communicator of the case.
         liquid: The liquid; forms depend on its laws, and its parameters are their constants.
         moving: Whether the mesh moves.
         steady: Whether the problem is quasi-steady.
@@ -243,7 +241,7 @@ def liquid_phase(comm: MPI.Comm, liquid: Liquid, moving: bool, steady: bool = Fa
     fields += [DISPLACEMENT] if moving else []
     fields += [MESH_VELOCITY] if steady else []
     of_time = ("rate",) if steady else ("g", "U_m") if count else ()
-    return _compile(comm, (liquid.structure, moving, steady), tuple(fields), (*liquid.numbers, *of_time), build)
+    return _compile((liquid.structure, moving, steady), tuple(fields), (*liquid.numbers, *of_time), build)
 
 
 def mode_part(s: Expr, i: int, count: int) -> Expr:
@@ -251,8 +249,8 @@ def mode_part(s: Expr, i: int, count: int) -> Expr:
     return s if count == 1 else ufl.as_vector([s[4 * i + c] for c in range(4)])
 
 
-def solid_phase(comm: MPI.Comm, solid: Solid) -> CompiledPhase:
-    """A solid with the fields eta and p; collective.
+def solid_phase(solid: Solid) -> CompiledPhase:
+    """A solid with the fields eta and p.
 
     Its viscous stress, if it has any, is that of the velocity `rate` (eta - star): 1/(gamma dt) in a time step, 0 in a
     quasi-steady solve.
@@ -270,4 +268,4 @@ def solid_phase(comm: MPI.Comm, solid: Solid) -> CompiledPhase:
         return momentum(kin, stress, x["p"], test["eta"], dX) + continuity.solid(kin, test["p"], dX)
 
     names = (*solid.numbers, *(("rate",) if solid.viscosity is not None else ()))
-    return _compile(comm, (solid.name,), (DISPLACEMENT, PRESSURE), names, build)
+    return _compile((solid.name,), (DISPLACEMENT, PRESSURE), names, build)

@@ -1,6 +1,6 @@
 """Affine constraints between the unknowns, x = x_0 + P y, and the restriction T of the residual.
 
-Constraints are sparse matrices in the canonical numbering of a scene, identical on every process. The time scheme is
+Constraints are sparse matrices in the canonical numbering of a scene. The time scheme is
 h = h* + g (M y - U_m a), with g = gamma dt and the unit axial translation a. The full vector is
 
     x = base + N y + C h,    P = N + g C M,

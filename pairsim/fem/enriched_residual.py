@@ -44,8 +44,8 @@ class EnrichedForm:
 _COMPILED: dict[tuple[str | bool, ...], EnrichedForm] = {}
 
 
-def enriched_form(comm: MPI.Comm, phase: CompiledPhase) -> EnrichedForm:
-    """Compile the enriched residual of a kind of phase on all processes of a communicator, once for every scene."""
+def enriched_form(phase: CompiledPhase) -> EnrichedForm:
+    """Compile the enriched residual of a kind of phase, once for all scenes."""
     if phase.kind in _COMPILED:
         return _COMPILED[phase.kind]
     liquid = any(f.name == "u" for f in phase.fields)
@@ -57,7 +57,7 @@ def enriched_form(comm: MPI.Comm, phase: CompiledPhase) -> EnrichedForm:
     dX = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE + 1})
     x, star = split(phase.x, phase.fields), split(phase.star, phase.fields)
     residual = phase.build(Terms(mesh, x, star, split(test, fields), phase.constants, dX))
-    compiled = fem.compile_form(comm, residual, jit_options=JIT_OPTIONS)
+    compiled = fem.compile_form(MPI.COMM_SELF, residual, jit_options=JIT_OPTIONS)
     _COMPILED[phase.kind] = EnrichedForm(fields, element, compiled)
     return _COMPILED[phase.kind]
 
@@ -87,25 +87,24 @@ class EnrichedResidual:
 
     Attributes:
         fields: The tested fields, with the degrees of their test functions.
-        cells: Nodes of this process's cells in the order of `SixNodeMesh`, (m, 6).
+        cells: Nodes of the cells in the order of `SixNodeMesh`, (m, 6).
     """
 
     def __init__(self, phase: Phase) -> None:
-        form = enriched_form(phase.comm, phase.compiled)
+        form = enriched_form(phase.compiled)
         self.fields = form.fields
         space = fem.functionspace(phase.mesh, form.element)
         functions = {phase.compiled.x: phase.x, phase.compiled.star: phase.star}
         constants = {phase.compiled.constants[k]: constant for k, constant in phase.constants.items()}
         self._form = fem.create_form(form.residual, [space], phase.mesh, {}, functions, constants)
-        owned, geometry = phase.mesh.topology.index_map(2).size_local, phase.mesh.geometry
-        cells = geometry.input_global_indices[geometry.dofmap[:owned]]
+        geometry = phase.mesh.geometry
+        cells = geometry.input_global_indices[geometry.dofmap]
         self.cells: Indices = np.asarray(cells[:, np.argsort(TO_BASIX)])
         self._dofs = {
-            f.name: np.stack([part.dofmap.list[:owned] for part in components(space, i, f)], axis=2)
+            f.name: np.stack([part.dofmap.list for part in components(space, i, f)], axis=2)
             for i, f in enumerate(form.fields)
         }
-        index_map = space.dofmap.index_map
-        self._size = (index_map.size_local + index_map.num_ghosts) * space.dofmap.index_map_bs
+        self._size = space.dofmap.index_map.size_local * space.dofmap.index_map_bs
 
     def assemble(self) -> dict[str, Array]:
         """The residual by field, for each cell, node and component of the test functions, (m, n, components)."""

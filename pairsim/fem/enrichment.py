@@ -18,7 +18,6 @@ from pairsim.fem.phases import Phase
 from pairsim.fem.scene import Body, Scene
 from pairsim.fem.six_node_mesh import MIDSIDE_OPPOSITE, shape_values
 from pairsim.runtime.arrays import Array, Indices
-from pairsim.runtime.fenicsx import MPI
 
 # Fewest nodes of a patch by degree of the recovered field: two rings of cells inside the mesh. Fewer nodes (9 and 15)
 # gave estimates of .3 to .9 of the errors of Newtonian pairs, a third ring at boundaries (18 and 40) 1.1 to 1.9 where
@@ -31,7 +30,7 @@ NARROW = {2: 9}
 
 @dataclass(frozen=True)
 class TestedResidual:
-    """A residual tested with the recovered weights of k functionals; the same on every process.
+    """A residual tested with the recovered weights of k functionals.
 
     Attributes:
         sums: The residuals, (k,).
@@ -90,13 +89,10 @@ class Enrichment:
         if "s" in residual:
             by_cell = np.einsum("kmqc,mqc->km", additions["s"], residual["s"])
             products = by_cell @ by_cell.T
-        if scene.comm.size > 1:
-            scene.comm.Allreduce(MPI.IN_PLACE, sums)
-            scene.comm.Allreduce(MPI.IN_PLACE, products)
         return TestedResidual(sums[0], sums[1], products, by_cell)
 
     def corners(self) -> Array:
-        """Vertices of this process's cells of the liquid in the reference domain, (m, 3, 2)."""
+        """Vertices of the cells of the liquid in the reference domain, (m, 3, 2)."""
         liquid = self._phases[0]
         return np.asarray(liquid.phase.six_node_mesh.points[liquid.residual.cells[:, :3]])
 

@@ -179,34 +179,19 @@ def why_not_writable() -> str:
     return "" if os.access(cache(), os.W_OK | os.X_OK) else "Permission denied"
 
 
-def ensure_compiled(comm: MPI.Comm, forms: Iterable[str], note: Callable[[str], None]) -> None:
-    """Compile the missing kinds of forms on one process of each machine; collective.
+def ensure_compiled(forms: Iterable[str], note: Callable[[str], None]) -> None:
+    """Compile the missing kinds of forms.
 
     Args:
-        comm: Communicator of the case.
         forms: As for `compile_missing`.
         note: Shows a note to the user.
 
     Raises:
-        EnvironmentFailure: A compilation failed on some process; raised on all of them.
+        EnvironmentFailure: A compilation failed.
         Stopped: The compilation was interrupted by a signal.
     """
-    from mpi4py import MPI
-
-    node = comm.Split_type(MPI.COMM_TYPE_SHARED)
-    error: EnvironmentFailure | None = None
-    if node.rank == 0:
-        try:
-            compile_apart(forms, note)
-        except EnvironmentFailure as caught:
-            error = caught
-    share_cache(node)
-    node.Free()
-    errors = comm.allgather(error)
-    heed(comm)
-    for each in errors:
-        if each is not None:
-            raise each
+    compile_apart(forms, note)
+    heed()
 
 
 def share_cache(node: MPI.Comm) -> None:
@@ -218,8 +203,6 @@ def share_cache(node: MPI.Comm) -> None:
 
 def _compile(form: str) -> list[Path]:
     """Compile a kind of form, or load it if it is there; returns the paths of its modules."""
-    from mpi4py import MPI
-
     from pairsim.fem.cell_loop import compile_loops
     from pairsim.fem.compiled_phase import liquid_phase, solid_phase
     from pairsim.fem.enriched_residual import enriched_form
@@ -228,15 +211,15 @@ def _compile(form: str) -> list[Path]:
 
     material, *words = form.split(":")
     if material in solids.LAWS:
-        phase = solid_phase(MPI.COMM_SELF, solids.LAWS[material].anyhow())
+        phase = solid_phase(solids.LAWS[material].anyhow())
     else:
         liquid = liquids.of_structure(material)
-        phase = liquid_phase(MPI.COMM_SELF, liquid, "moving" in words, "steady" in words)
+        phase = liquid_phase(liquid, "moving" in words, "steady" in words)
     compiled = [phase.residual, phase.jacobian]
     if "enriched" in words:
-        compiled.append(enriched_form(MPI.COMM_SELF, phase).residual)
+        compiled.append(enriched_form(phase).residual)
     if "recovered" in words:
-        compiled.append(recovered_form(MPI.COMM_SELF, phase).residual)
+        compiled.append(recovered_form(phase).residual)
     loops = compile_loops()
     ctypes.CDLL(str(loops))  # like the forms: a torn library ends this process, and not that of a case
     return [*(Path(each.module.__file__) for each in compiled), loops]

@@ -1,9 +1,8 @@
 """A phase on its mesh: its unknowns, and the assembly of its residual and Jacobian.
 
 A phase has one mixed function x on its own mesh. Its degrees of freedom are numbered canonically, independently of the
-distribution over processes: field after field, vector fields as (node, component), P1 fields by vertex. The phases are
-joined by constraints (`pairsim.fem.constraints`). Assembled vectors and matrices are the contributions of one process;
-they are summed over processes elsewhere.
+order in which DOLFINx has them: field after field, vector fields as (node, component), P1 fields by vertex. The phases
+are joined by constraints (`pairsim.fem.constraints`).
 """
 
 from __future__ import annotations
@@ -29,32 +28,27 @@ TO_BASIX = np.array([0, 1, 2, 4, 5, 3])
 
 
 class Phase[M: (Liquid, Solid)]:
-    """A phase on its mesh, distributed over the processes of a communicator.
+    """A phase on its mesh.
 
     Args:
-        comm: Communicator of the case.
         compiled: Forms and fields.
-        mesh: The mesh, identical on every process.
+        mesh: The mesh.
         material: What it is made of; its parameters are constants of the forms.
 
     Attributes:
         material: The same, with the parameters of today.
         size: Number of canonical degrees of freedom.
-        canonical: Canonical number of each local degree of freedom, owned ones before ghosts.
-        owned: Number of local degrees of freedom that this process owns.
+        canonical: Canonical number of each degree of freedom of DOLFINx.
     """
 
-    def __init__(self, comm: MPI.Comm, compiled: CompiledPhase, mesh: SixNodeMesh, material: M) -> None:
-        self.comm, self.compiled, self.six_node_mesh = comm, compiled, mesh
+    def __init__(self, compiled: CompiledPhase, mesh: SixNodeMesh, material: M) -> None:
+        self.compiled, self.six_node_mesh = compiled, mesh
         coordinate = basix.ufl.element("Lagrange", "triangle", 2, shape=(2,))
-        cells = mesh.cells[:, TO_BASIX] if comm.rank == 0 else np.empty((0, 6), dtype=np.int64)
-        points = mesh.points if comm.rank == 0 else np.empty((0, 2))
-        self.mesh = dolfinx.mesh.create_mesh(comm, cells, coordinate, points)
+        self.mesh = dolfinx.mesh.create_mesh(MPI.COMM_SELF, mesh.cells[:, TO_BASIX], coordinate, mesh.points)
         self.space = fem.functionspace(self.mesh, compiled.element)
         self.x, self.star = fem.Function(self.space), fem.Function(self.space)
         self.offsets = self._offsets()
         self.canonical = self._number()
-        self.owned = int(self.space.dofmap.index_map.size_local * self.space.dofmap.index_map_bs)
         self.constants = {name: fem.Constant(self.mesh, OF_TIME.get(name, 0.0)) for name in compiled.constants}
         self.material: M
         self.become(material)
@@ -119,7 +113,7 @@ class Phase[M: (Liquid, Solid)]:
         return values[start : start + f.components * len(self.six_node_mesh.points)].reshape(-1, f.components)
 
     def set(self, values: Array) -> None:
-        """Set the unknowns on this process from a canonical vector, shape (size,)."""
+        """Set the unknowns from a canonical vector, shape (size,)."""
         self.x.x.array[:] = values[self.canonical]
 
     def set_star(self, values: Array) -> None:
@@ -127,7 +121,7 @@ class Phase[M: (Liquid, Solid)]:
         self.star.x.array[:] = values[self.canonical]
 
     def residual(self) -> Array:
-        """Contribution of this process to the residual, as a canonical vector, shape (size,)."""
+        """The residual as a canonical vector, shape (size,)."""
         self._vector[:] = 0.0
         fem.assemble_vector(self._vector, self._residual)
         out = np.zeros(self.size)
@@ -135,9 +129,8 @@ class Phase[M: (Liquid, Solid)]:
         return out
 
     def cell_jacobian(self) -> CellJacobian:
-        """The Jacobian on the cells of this process, at the state of the phase when it is evaluated."""
-        cells = self.mesh.topology.index_map(2).size_local
-        dofs = self.canonical[self.space.dofmap.list[:cells]].astype(np.int32)
+        """The Jacobian on the cells, at the state of the phase when it is evaluated."""
+        dofs = self.canonical[self.space.dofmap.list].astype(np.int32)
         local = self.compiled.field_of_dof
         coupled = self.compiled.coupled[np.ix_(local, local)]
         form, ffi = self.compiled.jacobian.ufcx_form, self.compiled.jacobian.module.ffi
@@ -148,7 +141,7 @@ class Phase[M: (Liquid, Solid)]:
             np.concatenate([[0], np.cumsum(coupled.sum(axis=1))]).astype(np.int32),
             np.nonzero(coupled)[1].astype(np.int32),
             self.mesh.geometry.x,
-            self.mesh.geometry.dofmap[:cells],
+            self.mesh.geometry.dofmap,
             self._packed,
         )
 

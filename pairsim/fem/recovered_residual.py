@@ -49,8 +49,8 @@ class RecoveredForm:
 _COMPILED: dict[tuple[str | bool, ...], RecoveredForm] = {}
 
 
-def recovered_form(comm: MPI.Comm, phase: CompiledPhase) -> RecoveredForm:
-    """Compile the residual of a kind of phase on all processes of a communicator, once for every scene."""
+def recovered_form(phase: CompiledPhase) -> RecoveredForm:
+    """Compile the residual of a kind of phase, once for all scenes."""
     if phase.kind in _COMPILED:
         return _COMPILED[phase.kind]
     fields = tuple(replace(f, degree=f.degree + 1) for f in phase.fields)
@@ -61,7 +61,7 @@ def recovered_form(comm: MPI.Comm, phase: CompiledPhase) -> RecoveredForm:
     dX = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE})
     named = [split(function, fields) for function in (x, star, test)]
     residual = phase.build(Terms(mesh, named[0], named[1], named[2], phase.constants, dX))
-    compiled = fem.compile_form(comm, residual, jit_options=JIT_OPTIONS)
+    compiled = fem.compile_form(MPI.COMM_SELF, residual, jit_options=JIT_OPTIONS)
     _COMPILED[phase.kind] = RecoveredForm(fields, element, compiled, x, star)
     return _COMPILED[phase.kind]
 
@@ -75,24 +75,21 @@ class RecoveredResidual:
     Attributes:
         phase: The phase.
         fields: All fields by name, with the degrees of the recovered ones.
-        cells: Numbers in the `SixNodeMesh` of this process's cells, (m,).
+        cells: Numbers of the cells in the `SixNodeMesh`, (m,).
     """
 
     def __init__(self, phase: Phase) -> None:
-        form = recovered_form(phase.comm, phase.compiled)
+        form = recovered_form(phase.compiled)
         self.phase, self.fields = phase, {f.name: f for f in form.fields}
         space = fem.functionspace(phase.mesh, form.element)
         self._x, self._star = fem.Function(space), fem.Function(space)
         functions = {form.x: self._x, form.star: self._star}
         constants = {phase.compiled.constants[k]: constant for k, constant in phase.constants.items()}
         self._form = fem.create_form(form.residual, [phase.space], phase.mesh, {}, functions, constants)
-        owned = phase.mesh.topology.index_map(2).size_local
-        self.cells: Indices = np.asarray(phase.mesh.topology.original_cell_index[:owned])
+        self.cells: Indices = np.asarray(phase.mesh.topology.original_cell_index)
         nodes = phase.six_node_mesh.cells[self.cells]
         self._nodes = {2: nodes[:, :3], 3: nodes}
-        self._dofs = {
-            f.name: [part.dofmap.list[:owned] for part in components(space, i, f)] for i, f in enumerate(form.fields)
-        }
+        self._dofs = {f.name: [part.dofmap.list for part in components(space, i, f)] for i, f in enumerate(form.fields)}
         self._vector = np.zeros(phase.x.x.array.size)
 
     def _set(self, function: Any, values: Array, additions: Additions) -> None:

@@ -97,7 +97,7 @@ class _Contribution:
 
 
 class ReducedMatrix:
-    """The contribution of this process to T A P, in compressed rows with ascending columns.
+    """T A P, in compressed rows with ascending columns.
 
     Args:
         scene: The scene.
@@ -119,11 +119,9 @@ class ReducedMatrix:
         N, CM = _renumbered(constraints.N, place), _renumbered(sparse.csr_matrix(constraints.C @ constraints.M), place)
         self._free, self._direct, self._by_position = _on_one_pattern(N, CM)
         self._integrated = np.flatnonzero(constraints.integrated[order][self._equations.indices])
-        linear = sparse.csr_matrix((n, n))
-        if scene.comm.rank == 0:
-            row, column, value = scene.linear_terms()
-            terms = sparse.csr_matrix(sparse.coo_matrix((value, (row, column)), shape=(scene.size, scene.size)))
-            linear = sparse.csr_matrix(self._equations.T @ terms @ N)
+        row, column, value = scene.linear_terms()
+        terms = sparse.csr_matrix(sparse.coo_matrix((value, (row, column)), shape=(scene.size, scene.size)))
+        linear = sparse.csr_matrix(self._equations.T @ terms @ N)
         by_unknown = self._equations, self._free
         self._contributions = [
             _Contribution(n, phase.cell_jacobian(), *(_Dependence.of(matrix, a, b) for matrix in by_unknown))

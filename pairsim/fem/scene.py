@@ -30,7 +30,6 @@ from pairsim.physics.scales import FLOW_RATE, TUBE_RADIUS
 from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.errors import MeshFailure
-from pairsim.runtime.fenicsx import MPI
 
 BoundaryVelocity = Callable[[Array], Array]
 
@@ -141,15 +140,13 @@ class Body:
 
 
 def make_bodies(
-    comm: MPI.Comm,
     solids: Sequence[Solid | None],
     outlines: Sequence[Outline],
     meshes: Sequence[SixNodeMesh | None],
 ) -> list[Body]:
-    """Create the particles of a scene; collective.
+    """Create the particles of a scene.
 
     Args:
-        comm: Communicator of the case.
         solids: What they are made of, None for rigid particles.
         outlines: Outlines of the particles.
         meshes: Meshes of the soft particles; ignored for rigid ones.
@@ -159,7 +156,7 @@ def make_bodies(
     for solid, outline, mesh in zip(solids, outlines, meshes, strict=True):
         if solid is not None:
             assert mesh is not None
-            phase: Phase[Solid] | None = Phase(comm, solid_phase(comm, solid), mesh, solid)
+            phase: Phase[Solid] | None = Phase(solid_phase(solid), mesh, solid)
             nodes = match(mesh.points, outline.nodes)
         else:
             phase, nodes = None, np.empty(0, dtype=np.int64)
@@ -172,7 +169,6 @@ class Scene:
     """Phases, boundaries and scalar unknowns of a case on one reference mesh of the liquid.
 
     Args:
-        comm: Communicator of the case.
         reference: Reference domain of the liquid.
         mesh: Mesh of the reference domain.
         bodies: The particles, which the scenes before and after a remeshing have in common.
@@ -198,7 +194,6 @@ class Scene:
 
     def __init__(
         self,
-        comm: MPI.Comm,
         reference: Reference,
         mesh: SixNodeMesh,
         bodies: Sequence[Body],
@@ -210,12 +205,12 @@ class Scene:
         velocity: float | None = None,
         steady: bool = False,
     ) -> None:
-        self.comm, self.reference, self.bodies, self.periodic = comm, reference, list(bodies), periodic
+        self.reference, self.bodies, self.periodic = reference, list(bodies), periodic
         self.boundary_velocity, self.flow, self.velocity = boundary_velocity, flow, velocity
         self.steady = steady
         soft = any(body.phase is not None for body in self.bodies)
         self.moving = mesh_moves(len(self.bodies), soft=soft, viscoelastic=bool(liquid.modes), steady=steady)
-        self.liquid = Phase(comm, liquid_phase(comm, liquid, self.moving, steady), mesh, liquid)
+        self.liquid = Phase(liquid_phase(liquid, self.moving, steady), mesh, liquid)
         self.nodes = LiquidNodes.find(mesh, reference)
         self.phases: list[Phase] = [self.liquid] + [b.phase for b in self.bodies if b.phase is not None]
         self.offsets = np.concatenate([[0], np.cumsum([phase.size for phase in self.phases])]).astype(np.int64)
@@ -372,9 +367,9 @@ class Scene:
             c = exponential(self.liquid.nodal("s", x)[:, 4 * i : 4 * i + 4])
             trace = c[:, 0] + c[:, 2] + c[:, 3]
             top = int(np.argmax(trace))
-            largest: float = self.comm.bcast(float(trace[top]))
+            largest = float(trace[top])
             if not largest < law.largest_trace:
-                z, r = self.comm.bcast(self.positions(x)[top].tolist())
+                z, r = self.positions(x)[top].tolist()
                 bound = f"{law.largest_trace:g}, the bound of the {law.label} law"
                 return f"tr c = {largest:.4g} at z = {z:.3f}, r = {r:.3f} exceeds {bound}"
         return ""

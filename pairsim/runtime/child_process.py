@@ -89,16 +89,14 @@ class Child:
     Args:
         argv: The command and its arguments.
         locks: Locks of the folders that the command writes into; the child inherits them.
-        ranks: Whether the command is mpirun. Its processes are then signalled one by one, since mpirun answers
-            SIGTERM by killing them.
 
     Raises:
         OSError: The command cannot be started.
     """
 
-    def __init__(self, argv: list[str], locks: Iterable[FolderLock] = (), ranks: bool = False) -> None:
+    def __init__(self, argv: list[str], locks: Iterable[FolderLock] = ()) -> None:
         parent, held = os.getpid(), list(locks)
-        self.ranks, self.began = ranks, time.monotonic()
+        self.began = time.monotonic()
         self._process = subprocess.Popen(
             argv,
             env=clean_environment() | handed_over(held),
@@ -155,11 +153,8 @@ class Child:
         """
         if self._deadline is None:
             self._deadline = time.monotonic() + grace
-            everyone = descendants(self.pid) if self.ranks else [self.pid]
-            # With mpirun, only the processes without children: the ranks, not mpirun and its proxies.
-            for pid in [p for p in everyone if not self.ranks or len(descendants(p)) == 1]:
-                with contextlib.suppress(ProcessLookupError):
-                    os.kill(pid, signal.SIGTERM)
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(self.pid, signal.SIGTERM)
 
     def kill(self) -> None:
         """Send SIGKILL to the child and all its descendants."""

@@ -157,13 +157,13 @@ class FolderLock:
 
 
 @contextlib.contextmanager
-def sole_writer(comm: MPI.Comm | None, directory: Path, command: str) -> Iterator[None]:
+def sole_writer(directory: Path, command: str, comm: MPI.Comm | None = None) -> Iterator[None]:
     """Context in which only this command may write into a folder; rank 0 holds the lock.
 
     Args:
-        comm: Communicator of all processes, or None in a single process without MPI.
         directory: The folder.
         command: Command line of the owner, shown to other commands.
+        comm: Communicator of all processes, or None in a single process without MPI.
 
     Raises:
         InputError: Another command is at work in the folder, or no folder can be created there; raised on every

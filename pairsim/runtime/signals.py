@@ -9,19 +9,16 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import wraps
 from types import FrameType
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from mpi4py import MPI
+from typing import Any
 
 AGAIN = 0.01  # time after which an interrupt that Python has ignored is sent again [s]; chosen
 _entered: list[Signals] = []
 
 
 class Stopped(KeyboardInterrupt):
-    """A signal has stopped the computation on all processes at the same point, so that collective calls go on working.
+    """A signal has stopped the computation between two solves.
 
-    A KeyboardInterrupt of another kind may have come anywhere, on one process only.
+    A KeyboardInterrupt of another kind may have come anywhere.
     """
 
 
@@ -140,26 +137,14 @@ def received() -> int:
     return _entered[-1].number if _entered else 0
 
 
-def stop_wanted(comm: MPI.Comm) -> int:
-    """Number of a signal that a process has received, 0 if none has; the same on every process.
+def heed() -> None:
+    """Raise `Stopped` if this process has received a signal; to be called between solves.
 
-    Collective. Always 0 outside a `Signals` context.
-    """
-    if not _entered:
-        return 0
-    number = max(comm.allgather(_entered[-1].number))
-    _entered[-1].number = number  # what comes next is the same on every process
-    return number
-
-
-def heed(comm: MPI.Comm) -> None:
-    """Raise `Stopped` on every process if one of them has received a signal; to be called between solves.
-
-    Collective. Handlers only set a flag because exceptions do not propagate through the callbacks of gmsh and PETSc.
-    Does nothing outside a `Signals` context.
+    Handlers only set a flag because exceptions do not propagate through the callbacks of gmsh and PETSc. Does nothing
+    outside a `Signals` context.
 
     Raises:
-        Stopped: A process has received SIGINT or SIGTERM.
+        Stopped: The process has received SIGINT or SIGTERM.
     """
-    if number := stop_wanted(comm):
+    if number := received():
         raise Stopped(signal.Signals(number).name)

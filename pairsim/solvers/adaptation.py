@@ -18,7 +18,6 @@ import numpy as np
 from pairsim.fem.size_field import MOST_FACTOR, AdaptedSizes, SizeField
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
-from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.branch import BESIDE, Branch, Point
 from pairsim.solvers.continuation import follow
 from pairsim.solvers.curve import ROUNDING
@@ -62,12 +61,11 @@ class Scale:
 
 
 def reference_scale(
-    comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters, places: Sequence[tuple[float, ...]]
+    problem: SteadyProblem, parameters: Parameters, places: Sequence[tuple[float, ...]]
 ) -> tuple[Scale, Steady]:
     """The largest |dU| of a curve, or of the curve that a single point lies on, from coarse solutions.
 
     Args:
-        comm: Communicator of the case.
         problem: The problem.
         parameters: Its first parameters.
         places: The distances of the case.
@@ -92,7 +90,7 @@ def reference_scale(
     size = max(problem.mesh.max_size, SCALE_SIZE * min(problem.betas))
     cells = replace(problem.mesh, Np=SCALE_CELLS, growth=SCALE_GROWTH, max_size=size, gap_cells=0, wall_cells=0)
     rough = replace(problem.newton, tolerance=SCOUT_TOLERANCE)
-    scout = walked(comm, replace(problem, mesh=cells, newton=rough), parameters)
+    scout = walked(replace(problem, mesh=cells, newton=rough), parameters)
     start, found = scout.snapshot, {first: _largest(scout)}
     wider = sorted(gaps for gaps in wanted if gaps > first)
     narrower = sorted((gaps for gaps in wanted if gaps < first), reverse=True)
@@ -114,7 +112,6 @@ class AdaptiveBranch(Branch):
     """A branch whose points are solved on finer meshes until their estimated errors are small enough.
 
     Args:
-        comm: Communicator of the case.
         problem: The problem, with the cells that `accuracy` sets everywhere.
         parameters: Parameters of the first solution.
         mesh_error: Whether to solve on a coarser mesh too, as a check of the estimated error.
@@ -134,7 +131,6 @@ class AdaptiveBranch(Branch):
 
     def __init__(
         self,
-        comm: MPI.Comm,
         problem: SteadyProblem,
         parameters: Parameters,
         mesh_error: bool,
@@ -144,9 +140,9 @@ class AdaptiveBranch(Branch):
         zeros_only: bool = False,
         scout: Steady | None = None,
     ) -> None:
-        self._comm, self._allowed, self._zeros_only = comm, allowed, zeros_only
+        self._allowed, self._zeros_only = allowed, zeros_only
         start = coarser(problem, ELASTIC_START if parameters.liquid.modes else START, START_CELLS)
-        super().__init__(comm, start, parameters, mesh_error, sensitivities, scout=scout)
+        super().__init__(start, parameters, mesh_error, sensitivities, scout=scout)
         self._estimator = ErrorEstimator(cells=True)
         self._fields: dict[tuple[float, ...], SizeField] = {}
         self.rounds: Counter[tuple[float, ...]] = Counter()
@@ -220,16 +216,15 @@ class AdaptiveBranch(Branch):
             finer = float(np.max(estimate.cells_dU / most)) ** (1 / order)
             problem = coarser(self.problem, 1 / float(np.clip(finer, *FACTORS)))
         else:
-            self._fields[place] = self._comm.bcast(self._sizes(point, most))
+            self._fields[place] = self._sizes(point, most)
             sizes = AdaptedSizes(tuple(self._fields.values()))
             problem = replace(self.problem, mesh=replace(self.problem.mesh, sizes=sizes))
         return self._go_on(problem, point.parameters)
 
-    def _sizes(self, point: Point, most: Array) -> SizeField | None:
-        """Cell sizes for a point, on the first process."""
+    def _sizes(self, point: Point, most: Array) -> SizeField:
+        """Cell sizes for a point."""
         cells = point.estimate.cells
-        if cells is None:
-            return None
+        assert cells is not None, "an elastic liquid has them"
         largest_factor = MOST_FACTOR
         if self.rounds[self._nominal(point)] > 1:  # smaller cells where the scatter came from were not enough
             common = float(np.max(point.estimate.cells_dU / most))
@@ -240,9 +235,9 @@ class AdaptiveBranch(Branch):
         """Carry the solution over to other cells; False, with the old ones kept, if that fails."""
         scenes: list[Steady] = []
         try:
-            scenes.append(started(self._comm, problem, parameters, self.fine))
+            scenes.append(started(problem, parameters, self.fine))
             if len(self.scenes) > 1:
-                scenes.append(started(self._comm, coarser(problem, COARSER), parameters, self.fine))
+                scenes.append(started(coarser(problem, COARSER), parameters, self.fine))
         except (NoSteadyState, MeshFailure):
             for scene in scenes:
                 scene.close()

@@ -40,7 +40,7 @@ def solve_with(
         The solution tau, or None if the iteration did not converge, and the number of iterations.
     """
     newton = steady.newton
-    heed(steady.comm)
+    heed()
     previous = np.inf
     steady.forget()
     for count in range(1, MOST_BORDERED + 1):
@@ -56,14 +56,14 @@ def solve_with(
                 break
         a = newton.linear_solve(newton.residual_at(y))
         b = newton.linear_solve((ends[0] - ends[1]) / (2 * DIFFERENCE))
-        step_tau = steady.comm.bcast(float((value - row @ y - row_tau * tau + row @ a) / (row_tau - row @ b)))
+        step_tau = float((value - row @ y - row_tau * tau + row @ a) / (row_tau - row @ b))
         if not np.isfinite(step_tau):
             break
         step = -a - b * step_tau
         y, tau = y + step, tau + step_tau
         steady.iterations += 1
         sizes = newton.scaled(step, y)
-        largest = steady.comm.bcast(max([v for k, v in sizes.items() if k != "m"] + [abs(step_tau)]))
+        largest = max([v for k, v in sizes.items() if k != "m"] + [abs(step_tau)])
         if not np.isfinite(largest) or (count > 3 and largest > 2 * previous):
             break
         if largest < 10 * steady.problem.newton.tolerance:

@@ -13,7 +13,6 @@ from pairsim.fem.diagnostics import Observation, liquid_distortion
 from pairsim.fem.remeshing import GAP_RATIO
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
-from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.adjoints import Adjoints
 from pairsim.solvers.bordered import solve_with
 from pairsim.solvers.continuation import follow, new_mesh
@@ -109,7 +108,6 @@ class Branch:
     """Solutions of one scene at any parameters, each continued from the nearest known solution.
 
     Args:
-        comm: Communicator of the case.
         problem: The problem.
         parameters: Parameters of the first solution.
         mesh_error: Whether to solve on a coarser mesh too, as a check of the estimated error.
@@ -123,7 +121,6 @@ class Branch:
 
     def __init__(
         self,
-        comm: MPI.Comm,
         problem: SteadyProblem,
         parameters: Parameters,
         mesh_error: bool,
@@ -134,10 +131,10 @@ class Branch:
         self._sensitivities, self._estimator = sensitivities, ErrorEstimator()
         self.scenes: list[Steady] = []
         try:
-            self.scenes.append(first_scene(comm, problem, parameters, scout))
+            self.scenes.append(first_scene(problem, parameters, scout))
             if mesh_error:
                 with _for_the_error():
-                    self.scenes.append(started(comm, coarser(problem, COARSER), parameters, self.fine))
+                    self.scenes.append(started(coarser(problem, COARSER), parameters, self.fine))
         except (NoSteadyState, MeshFailure):
             self.close()
             raise

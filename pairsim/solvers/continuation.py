@@ -103,7 +103,7 @@ def reach(steady: Steady, tangent: Array, rates: Array) -> float:
         rate = tangent[fields[name]] if name in fields else np.empty(0)
         if rate.size and (largest := float(np.abs(rate).max())) > 0:
             step = min(step, most / largest)
-    return float(steady.comm.bcast(step))
+    return float(step)
 
 
 def follow(steady: Steady, target: Parameters) -> None:

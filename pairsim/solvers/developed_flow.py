@@ -7,7 +7,6 @@ import numpy as np
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.material import apart
 from pairsim.physics.pipe import Pipe, PipeState
-from pairsim.runtime.fenicsx import MPI
 
 # Relative difference of its parameters up to which the flow of one liquid is the first guess for another; chosen.
 ALL_BUT_THE_SAME = 0.01
@@ -17,16 +16,15 @@ class DevelopedFlows:
     """Cache of developed flows by liquid; all have the same laws.
 
     Args:
-        comm: Communicator of the case.
         flow: Mean velocity [U_av].
     """
 
-    def __init__(self, comm: MPI.Comm, flow: float = 1.0) -> None:
-        self._comm, self._flow = comm, flow
+    def __init__(self, flow: float = 1.0) -> None:
+        self._flow = flow
         self._known: dict[Liquid, PipeState] = {}
 
     def at(self, liquid: Liquid) -> PipeState:
-        """Developed flow of a liquid; collective.
+        """Developed flow of a liquid.
 
         Raises:
             NoSteadyState: No developed flow was found.
@@ -35,7 +33,7 @@ class DevelopedFlows:
             distances = {other: apart(other.numbers, liquid.numbers) for other in self._known}
             nearest = min(distances, key=lambda other: distances[other], default=liquid)
             near = self._known[nearest] if distances.get(nearest, np.inf) <= ALL_BUT_THE_SAME else None
-            self._known[liquid] = self._comm.bcast(Pipe(liquid, self._flow).steady(near))
+            self._known[liquid] = Pipe(liquid, self._flow).steady(near)
         return self._known[liquid]
 
     def learn(self, other: DevelopedFlows) -> None:

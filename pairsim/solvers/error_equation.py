@@ -83,7 +83,7 @@ class ErrorEquation:
                 residual = newton.restricted(local, x_c)
             corrected -= newton.linear_solve(residual, tolerance=ROUGH)
         h_c, x_c = self._state(newton, corrected, h_star, scheme.g, U_m)
-        dh, dx, dy = scene.comm.bcast((h_c - h, x_c - x, corrected - y))
+        dh, dx, dy = h_c - h, x_c - x, corrected - y
         errors.push(t, dh, dx, dy)
         errors.t_y, errors.y = errors.t_y[:1], errors.y[:1]
         dU = np.diff(velocities(scene.bodies, constraints.V @ (y + dy), h + dh) - U)

@@ -43,7 +43,7 @@ class ErrorEstimate:
             constitutive equation; 0 in a Newtonian liquid, (N-1,). Where stress or adjoint are not resolved the signs
             are random, and the estimate is no more than the remainder of a sum of this size.
         ends_dU: By how much the ends of the tube change every dU, (N-1,).
-        cells: What the cells have of `scatter_dU`, on the first process; None unless it was asked for.
+        cells: What the cells have of `scatter_dU`; None unless it was asked for.
     """
 
     U: Array
@@ -135,15 +135,11 @@ class ErrorEstimator:
 
 
 def _indicators(enrichment: Enrichment, tested: TestedResidual, count: int) -> CellIndicators | None:
-    """The contributions of the cells of all processes to the scatter of every dU, on the first process."""
+    """The contributions of the cells to the scatter of every dU."""
     if tested.stress_by_cell is None:
         return None
-    scene, squares = enrichment.scene, np.diff(tested.stress_by_cell[:count], axis=0).T ** 2
-    parts = scene.comm.gather((enrichment.corners(), squares))
-    if parts is None:
-        return None
-    corners, every = (np.concatenate(each) for each in zip(*parts, strict=True))
-    return CellIndicators(scene.reference.geometry, scene.reference.mirrored, corners, every)
+    reference, squares = enrichment.scene.reference, np.diff(tested.stress_by_cell[:count], axis=0).T ** 2
+    return CellIndicators(reference.geometry, reference.mirrored, enrichment.corners(), squares)
 
 
 def _half_width(change: Array, spread: Array, scatter: Array, ends: Array, newton: Array) -> Array:

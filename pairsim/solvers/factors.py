@@ -27,7 +27,7 @@ DIRECTION = 9  # ICNTL(9): MUMPS solves with the matrix if it is 1, otherwise wi
 
 
 class Factors:
-    """The factors, in the KSP of an SNES; methods are collective.
+    """The factors, in the KSP of an SNES.
 
     Args:
         system: The matrix.
@@ -66,7 +66,7 @@ class Factors:
 
     @property
     def megabytes(self) -> int:
-        """Memory of the factors on all processes [1e6 bytes]."""
+        """Memory of the factors [1e6 bytes]."""
         return int(self._ksp.getPC().getFactorMatrix().getMumpsInfog(22))
 
     def make(self) -> bool:
@@ -144,7 +144,7 @@ class Factors:
         system, factors = self._system, self._ksp.getPC().getFactorMatrix()
 
         def squares(values: Array) -> Array:
-            return np.asarray(system.comm.allreduce((values**2).sum(axis=0)))
+            return np.asarray((values**2).sum(axis=0))
 
         left = system.block(rhs)
         correction, product = left.duplicate(), None
@@ -167,4 +167,4 @@ class Factors:
         for matrix in (left, correction, product):
             if matrix is not None:
                 matrix.destroy()
-        return system.gather_block(x), met
+        return system.columns(x), met

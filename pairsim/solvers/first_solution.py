@@ -9,7 +9,6 @@ from contextlib import suppress
 from dataclasses import replace
 
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
-from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.continuation import begin, cold_start, follow, prepared
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
@@ -31,14 +30,14 @@ def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -
     return replace(problem, mesh=problem.mesh.scaled(factor, fewest))
 
 
-def walked(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters) -> Steady:
+def walked(problem: SteadyProblem, parameters: Parameters) -> Steady:
     """Create a scene at given parameters by continuation from an easier liquid and nearly rigid particles.
 
     Raises:
         NoSteadyState: The continuation did not reach the parameters.
         MeshFailure: A mesh could not be generated.
     """
-    scene = Steady(comm, problem, cold_start(parameters))
+    scene = Steady(problem, cold_start(parameters))
     try:
         begin(scene)
         follow(scene, parameters)
@@ -48,11 +47,10 @@ def walked(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters) -> St
     return scene
 
 
-def started(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters, scout: Steady) -> Steady:
+def started(problem: SteadyProblem, parameters: Parameters, scout: Steady) -> Steady:
     """Create a scene at given parameters, from a solution on another mesh or else by continuation (see `walked`).
 
     Args:
-        comm: Communicator of the case.
         problem: The problem.
         parameters: Parameters at which to solve.
         scout: The same scene on another mesh, at a solution for these parameters.
@@ -61,11 +59,11 @@ def started(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters, scou
         NoSteadyState: No solution was found.
         MeshFailure: A mesh could not be generated.
     """
-    scene = Steady(comm, problem, parameters)
+    scene = Steady(problem, parameters)
     if adopted(scene, parameters, scout):
         return scene
     scene.close()
-    return walked(comm, problem, parameters)
+    return walked(problem, parameters)
 
 
 def at_once(scene: Steady) -> bool:
@@ -97,7 +95,7 @@ def adopted(scene: Steady, parameters: Parameters, scout: Steady) -> bool:
     return False
 
 
-def first_scene(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters, scout: Steady | None) -> Steady:
+def first_scene(problem: SteadyProblem, parameters: Parameters, scout: Steady | None) -> Steady:
     """Create a scene at given parameters: from a solution on larger cells if one is given, at once, or from a scout.
 
     Raises:
@@ -105,10 +103,10 @@ def first_scene(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters, 
         MeshFailure: A mesh could not be generated.
     """
     try:
-        scene = Steady(comm, problem, parameters)
+        scene = Steady(problem, parameters)
         if scout is None and at_once(scene):
             return scene
-        scout = scout or _scout(comm, problem, parameters)
+        scout = scout or _scout(problem, parameters)
         found = scout is not None and adopted(scene, parameters, scout)
         if scout is not None:
             scene.take_over_costs(scout)
@@ -118,16 +116,16 @@ def first_scene(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters, 
     if found:
         return scene
     scene.close()
-    other = walked(comm, problem, parameters)
+    other = walked(problem, parameters)
     other.take_over_costs(scene)
     return other
 
 
-def _scout(comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters) -> Steady | None:
+def _scout(problem: SteadyProblem, parameters: Parameters) -> Steady | None:
     """The scene on larger cells, at a rough solution; None where it is not needed or was not found."""
     if cold_start(parameters) == parameters:
         return None
     rough = replace(problem, newton=replace(problem.newton, tolerance=SCOUT_TOLERANCE))
     with suppress(NoSteadyState, MeshFailure):
-        return walked(comm, coarser(rough, SCOUT, SCOUT_CELLS), parameters)
+        return walked(coarser(rough, SCOUT, SCOUT_CELLS), parameters)
     return None

@@ -17,7 +17,6 @@ from pairsim.fem.cell_sizes import make_outlines
 from pairsim.fem.constraints import Constraints
 from pairsim.fem.geometry import Geometry, MeshSettings, Outline, Reference
 from pairsim.fem.meshing import liquid_mesh, particle_meshes
-from pairsim.fem.remeshing import on_root
 from pairsim.fem.scene import Body, Scene, make_bodies
 from pairsim.fem.scene_constraints import extension_constraints
 from pairsim.fem.six_node_mesh import SixNodeMesh
@@ -26,7 +25,6 @@ from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import MeshFailure
-from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.mesh_transfer import carry_liquid
 from pairsim.solvers.newton import Newton
 from pairsim.solvers.newton_options import EXTENSION
@@ -36,40 +34,33 @@ ROUNDING = 1e-13  # displacement [D_c] that positions have by rounding alone
 
 
 def cut_particles(
-    comm: MPI.Comm,
     settings: MeshSettings,
     geometry: Geometry,
     narrowest: tuple[float, ...],
     solids: Sequence[Solid | None],
 ) -> tuple[list[Outline], list[SixNodeMesh | None]]:
-    """Divide the outlines of the particles into arcs and mesh the soft particles; collective.
+    """Divide the outlines of the particles into arcs and mesh the soft particles.
 
     Args:
-        comm: Communicator of the case.
         settings: Cell sizes.
         geometry: The particles.
         narrowest: Distances that determine the lengths of the arcs, N-1 values.
         solids: What the particles are made of, None for rigid ones.
 
     Returns:
-        Outlines, and meshes with None for rigid particles, identical on every process.
+        Outlines, and meshes with None for rigid particles.
 
     Raises:
         MeshFailure: A mesh could not be generated.
     """
-
-    def cut() -> tuple[list[Outline], list[SixNodeMesh | None]]:
-        outlines = make_outlines(replace(geometry, gaps=narrowest), settings)
-        return outlines, particle_meshes(geometry, settings, outlines, [solid is not None for solid in solids])
-
-    return on_root(comm, cut)
+    outlines = make_outlines(replace(geometry, gaps=narrowest), settings)
+    return outlines, particle_meshes(geometry, settings, outlines, [solid is not None for solid in solids])
 
 
 class MeshedScene:
     """The particles of a case, and the scene and the solver on the present mesh of the liquid, created by `put`.
 
     Args:
-        comm: Communicator of the case.
         problem: The problem.
         outlines: Outlines of the particles.
         insides: Meshes of the soft particles, None for rigid ones.
@@ -92,7 +83,6 @@ class MeshedScene:
 
     def __init__(
         self,
-        comm: MPI.Comm,
         problem: SceneProblem,
         outlines: Sequence[Outline],
         insides: Sequence[SixNodeMesh | None],
@@ -103,13 +93,13 @@ class MeshedScene:
         constrain: Callable[[MeshedScene], Constraints],
         clock: Clock,
     ) -> None:
-        self.comm, self.problem, self.outlines, self.clock = comm, problem, tuple(outlines), clock
+        self.problem, self.outlines, self.clock = problem, tuple(outlines), clock
         self._liquid, self._steady, self._constrain = liquid, steady, constrain
         self._newton: Newton | None = None
         self._extension: Newton | None = None
         self.made = 0
         with clock("jit"):
-            self.bodies = make_bodies(comm, solids, outlines, insides)
+            self.bodies = make_bodies(solids, outlines, insides)
 
     @property
     def newton(self) -> Newton:
@@ -129,12 +119,11 @@ class MeshedScene:
         """
         if mesh is None:
             with self.clock("mesh"):
-                mesh = on_root(self.comm, lambda: liquid_mesh(reference, self.problem.mesh))
+                mesh = liquid_mesh(reference, self.problem.mesh)
             self.made += 1
         self.close()
         with self.clock("jit"):
             self.scene = Scene(
-                self.comm,
                 reference,
                 mesh,
                 self.bodies,
@@ -156,7 +145,7 @@ class MeshedScene:
         Raises:
             MeshFailure: Two particles are in contact.
         """
-        distances = self.comm.bcast(diagnostics.gaps(self.bodies, h))
+        distances = diagnostics.gaps(self.bodies, h)
         if distances.size and distances.min() <= 0:
             raise MeshFailure(f"two particles are in contact: their distance is {distances.min():.2g}")
         return Geometry(self.problem.betas, tuple(map(float, distances)), self.problem.length)
@@ -179,7 +168,7 @@ class MeshedScene:
             self.put(Reference.spheres(spheres, self.outlines))
             if not self.scene.moving:
                 return
-            if good_enough(self.comm.bcast(diagnostics.liquid_distortion(self.scene, self.displaced(h)))):
+            if good_enough(diagnostics.liquid_distortion(self.scene, self.displaced(h))):
                 return
         shapes = tuple(body.outline_points(h) for body in self.bodies)
         self.put(Reference(geometry, self.outlines, shapes, True))

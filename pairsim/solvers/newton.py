@@ -19,7 +19,7 @@ from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.fenicsx import PETSc
-from pairsim.runtime.signals import Stopped, callback, stop_wanted
+from pairsim.runtime.signals import Stopped, callback, received
 from pairsim.solvers.factors import EXACT, Factors
 from pairsim.solvers.kept_matrix import KeptMatrix
 from pairsim.solvers.matrix_state import MatrixState, Place
@@ -41,7 +41,6 @@ NONLINEAR = 1e-2
 class Newton:
     """Newton's method on one scene with one set of constraints.
 
-    Methods that solve or assemble are collective; vectors are identical on every process.
 
     Args:
         scene: The scene.
@@ -80,7 +79,7 @@ class Newton:
         self._A = self._system.A
         self._y, self._r = self._A.createVecs()
         prefix = f"pairsim_{next(_PREFIXES)}_"
-        self._snes = PETSc.SNES().create(self.scene.comm)
+        self._snes = PETSc.SNES().create(PETSc.COMM_SELF)
         self._snes.setOptionsPrefix(prefix)
         self._snes.setFunction(callback(self._residual), self._r)
         self._snes.setJacobian(callback(self._jacobian), self._A)
@@ -110,15 +109,13 @@ class Newton:
             self._system.scatter(self._tested(x), r)
 
     def _tested(self, x: Array) -> Array:
-        """T R(x), summed over processes, with scaled rows, shape (n_y,)."""
+        """T R(x), with scaled rows, shape (n_y,)."""
         self.scene.set(x)
         return self.restricted([phase.residual() for phase in self.scene.phases], x)
 
     def restricted(self, local: list[Array], x: Array) -> Array:
-        """T R(x), with scaled rows, from this process's parts of the residuals of all phases (canonical vectors)."""
+        """T R(x), with scaled rows, from the residuals of all phases (canonical vectors)."""
         reduced = self.constraints.T @ np.concatenate([*local, np.zeros(self.scene.size - self.scene.m)])
-        if self.scene.comm.size > 1:
-            self.scene.comm.Allreduce(reduced.copy(), reduced)
         reduced += self.constraints.T @ (self._linear @ x + self.scene.load())
         reduced[self.constraints.integrated] /= self._g
         return np.asarray(reduced)
@@ -161,7 +158,7 @@ class Newton:
     def _converged(self, snes: Any, its: int, norms: tuple[float, float, float]) -> int:
         reason = PETSc.SNES.ConvergedReason
         self._residual_norm = norms[2]
-        if number := stop_wanted(self.scene.comm):
+        if number := received():
             self._stopped = signal.Signals(number).name
             return reason.DIVERGED_FUNCTION_DOMAIN
         if not np.isfinite(norms[2]):
@@ -175,11 +172,9 @@ class Newton:
             return reason.DIVERGED_DTOL
         step, x = self._system.gather(snes.getSolutionUpdate()), self._system.gather(snes.getSolution())
         self._steps = self.scaled(step, x)
-        # The norms are broadcast, since they may differ between processes by rounding and all must decide alike.
         # Divergence is judged without pressures and forces, which may change by a multiple of their initial values.
         largest = max((v for k, v in self._steps.items() if k != "m"), default=0.0)
         leading = max((v for k, v in self._steps.items() if k not in ("m", "p_f", "p_s", "dp", "F")), default=0.0)
-        largest, leading = self.scene.comm.bcast((largest, leading))
         growth, self._leading = leading / self._leading if its > 1 and self._leading else 0.0, leading
         left = self.matrix.error_left(its, largest)
         if left < self.options.tolerance or largest < 0.1 * self.options.tolerance:
@@ -316,7 +311,7 @@ class Newton:
 
     @property
     def factor_megabytes(self) -> int:
-        """Memory of the current factors on all processes [1e6 bytes]."""
+        """Memory of the current factors [1e6 bytes]."""
         return self._factors.megabytes
 
     def linear_solve(self, rhs: Array, *, transposed: bool = False, tolerance: float = EXACT) -> Array:

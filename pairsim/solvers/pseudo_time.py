@@ -33,7 +33,7 @@ def relax(steady: Steady, parameters: Parameters) -> Report:
     steady.forget()
     liquid = steady.scene.liquid
     for _ in range(MOST_RELAXED):
-        heed(steady.comm)
+        heed()
         liquid.constants["rate"].value = 1 / dt if dt < RELAX_LAST * parameters.liquid.longest else 0.0
         _, x = newton.state(y)
         liquid.set_star(x[: liquid.size])

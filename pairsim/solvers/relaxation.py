@@ -80,7 +80,7 @@ def _shape_time(steady: Steady, moving: np.ndarray, De: float) -> tuple[float, f
         y_t[moving] = scale * v
         change = moving_residual(steady, parameters, steady.y, y_t, no_rates, stress=False, solids=solids) - still
         found = steady.newton.linear_solve(change, tolerance=SOLVED)
-        return np.asarray(steady.comm.bcast(found[moving] / scale))
+        return np.asarray(found[moving] / scale)
 
     start = times(_disturbance(steady)[moving])
     basis, H = [start / np.linalg.norm(start)], np.zeros((most + 1, most))

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.run_start import steady_scene
 
 
-def settled(comm: MPI.Comm, problem: Problem, gaps: tuple[float, ...]) -> Point:
+def settled(problem: Problem, gaps: tuple[float, ...]) -> Point:
     """The quasi-steady solution of a run's scene on its cells.
 
     Args:
-        comm: Communicator of the case.
         problem: The problem of the run.
         gaps: Distances [D_c], N-1 values.
 
@@ -21,7 +19,7 @@ def settled(comm: MPI.Comm, problem: Problem, gaps: tuple[float, ...]) -> Point:
         MeshFailure: A mesh could not be generated.
     """
     steady, parameters = steady_scene(problem, gaps)
-    branch = Branch(comm, steady, parameters, mesh_error=False)
+    branch = Branch(steady, parameters, mesh_error=False)
     try:
         return branch.at(parameters)
     finally:

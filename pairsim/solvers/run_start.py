@@ -13,7 +13,6 @@ from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import NoSteadyState
-from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.adjoints import Adjoints
 from pairsim.solvers.error_estimate import ErrorEstimator
 from pairsim.solvers.first_solution import first_scene
@@ -102,7 +101,7 @@ class Start:
     factorisations: int = 0
 
 
-def at_rest(comm: MPI.Comm, problem: Problem, clock: Clock) -> Start:
+def at_rest(problem: Problem, clock: Clock) -> Start:
     """Unstressed particles in an unstressed liquid.
 
     Raises:
@@ -110,7 +109,7 @@ def at_rest(comm: MPI.Comm, problem: Problem, clock: Clock) -> Start:
     """
     geometry = Geometry(problem.betas, problem.gaps, problem.length)
     with clock("mesh"):
-        outlines, insides = cut_particles(comm, problem.mesh, geometry, geometry.gaps, problem.solids)
+        outlines, insides = cut_particles(problem.mesh, geometry, geometry.gaps, problem.solids)
     h = [np.empty(0)]
     for inside, centre in zip(insides, geometry.centres, strict=True):
         if inside is None:
@@ -121,7 +120,7 @@ def at_rest(comm: MPI.Comm, problem: Problem, clock: Clock) -> Start:
     return Start(Reference.spheres(geometry, outlines), None, tuple(insides), np.concatenate(h))
 
 
-def quasi_steady(comm: MPI.Comm, problem: Problem, clock: Clock) -> Start:
+def quasi_steady(problem: Problem, clock: Clock) -> Start:
     """The quasi-steady state of the first distances, with developed flow at the ends of the tube.
 
     Raises:
@@ -129,7 +128,7 @@ def quasi_steady(comm: MPI.Comm, problem: Problem, clock: Clock) -> Start:
         MeshFailure: A mesh could not be generated.
     """
     try:
-        steady = first_scene(comm, *steady_scene(problem, problem.gaps), None)
+        steady = first_scene(*steady_scene(problem, problem.gaps), None)
     except NoSteadyState as failure:
         message = f"the run has no quasi-steady state to start from: {failure.message}"
         raise NoSteadyState(message, advice="start: rest") from failure

@@ -97,7 +97,7 @@ def slow_motion(steady: Steady, adjoints: Adjoints, t_relax: float, error: float
 def _centres(steady: Steady, parameters: Parameters, y: Array) -> Array:
     """Distances between the centres of volume of neighbours, shape (N-1,)."""
     h = steady.constraints.positions(y, steady.h_star(parameters), 1.0, 0.0)
-    return np.asarray(steady.comm.bcast(centres(steady.bodies, h)))
+    return np.asarray(centres(steady.bodies, h))
 
 
 def _centres_by_gaps(steady: Steady) -> Array:

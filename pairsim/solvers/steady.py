@@ -23,7 +23,6 @@ from pairsim.physics.pipe import PipeState
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import NoSteadyState
-from pairsim.runtime.fenicsx import MPI
 from pairsim.runtime.signals import heed
 from pairsim.solvers.developed_flow import DevelopedFlows
 from pairsim.solvers.factors import LAST
@@ -46,7 +45,6 @@ class Steady(OnMeshedScene):
     """A quasi-steady scene at one set of parameters.
 
     Args:
-        comm: Communicator of the case.
         problem: The problem.
         parameters: Initial parameters. Rigid particles remain rigid, and materials keep their laws.
 
@@ -61,10 +59,10 @@ class Steady(OnMeshedScene):
         NoSteadyState: There is no developed flow of the initial liquid.
     """
 
-    def __init__(self, comm: MPI.Comm, problem: SteadyProblem, parameters: Parameters) -> None:
-        self.comm, self.problem, self.parameters = comm, problem, parameters
+    def __init__(self, problem: SteadyProblem, parameters: Parameters) -> None:
+        self.problem, self.parameters = problem, parameters
         self.clock = Clock()
-        self._flows = DevelopedFlows(comm, problem.flow)
+        self._flows = DevelopedFlows(problem.flow)
         self.iterations = self.factorisations = 0
         # Parameters at which a mesh around spheres was last found to be too distorted.
         self._refused: Parameters | None = None
@@ -74,9 +72,8 @@ class Steady(OnMeshedScene):
         geometry = Geometry(problem.betas, parameters.gaps, problem.length)
         narrowest = tuple(min(d, problem.narrowest) for d in parameters.gaps)
         with self.clock("mesh"):
-            outlines, insides = cut_particles(comm, problem.mesh, geometry, narrowest, parameters.solids)
+            outlines, insides = cut_particles(problem.mesh, geometry, narrowest, parameters.solids)
         self.meshed = MeshedScene(
-            comm,
             problem,
             outlines,
             insides,
@@ -129,13 +126,13 @@ class Steady(OnMeshedScene):
             spheres = replace(geometry, gaps=self.problem.nominal(parameters.gaps))
 
         def good_enough(distortion: float) -> bool:
-            shape = self.comm.bcast(self._shape_alone(distortion, parameters, FRESH_STEADY))
+            shape = self._shape_alone(distortion, parameters, FRESH_STEADY)
             self._refused = None if shape >= FRESH_STEADY else parameters
             return self._refused is None
 
         self.meshed.remesh(h, geometry, spheres, good_enough)
         self.parameters = parameters
-        self.y = self.comm.bcast(self._carried_over(old, x, h, material))
+        self.y = self._carried_over(old, x, h, material)
 
     def _as_refused(self, there: Parameters) -> bool:
         """Whether particles are at least as soft and close as those that last required a mesh around their shapes."""
@@ -173,7 +170,7 @@ class Steady(OnMeshedScene):
         h = self.h_star(other.parameters) + self.constraints.M @ y
         self.parameters = other.parameters
         self._flows.learn(other._flows)
-        self.y = self.comm.bcast(self._carried_over(other.scene, x, h, y[self.meshed.material]))
+        self.y = self._carried_over(other.scene, x, h, y[self.meshed.material])
 
     def take_over_costs(self, other: Steady) -> None:
         """Add the iterations, factorisations, meshes and times of another scene to those of this one."""
@@ -291,7 +288,7 @@ class Steady(OnMeshedScene):
             NoSteadyState: There is no developed flow of this liquid.
             KeyboardInterrupt: A signal was received.
         """
-        heed(self.comm)
+        heed()
         h_star, self._factored = self.apply(parameters), None
         y, report = self.newton.solve(self.y if guess is None else guess, h_star, 1.0, 0.0)
         self.iterations += report.iterations
@@ -311,7 +308,7 @@ class Steady(OnMeshedScene):
     def distortion_of(self, h: Array, x: Array) -> float:
         """Smallest ratio of current to reference Jacobian in the liquid; zero or negative if any cell is inverted."""
         solid = diagnostics.solid_distortion(self.bodies, h)
-        return self.comm.bcast(diagnostics.liquid_distortion(self.scene, x) if solid > 0 else 0.0)
+        return diagnostics.liquid_distortion(self.scene, x) if solid > 0 else 0.0
 
     def distorted(
         self, parameters: Parameters | None = None, y: Array | None = None, least: float = LEAST_STEADY
@@ -322,10 +319,10 @@ class Steady(OnMeshedScene):
         reference = self.scene.reference
         if not reference.deformed and self.problem.nominal(parameters.gaps) != reference.geometry.gaps:
             return True
-        gaps = self.comm.bcast(diagnostics.gaps(self.bodies, h))
+        gaps = diagnostics.gaps(self.bodies, h)
         distortion = self.distortion_of(h, x)
         if self.scene.moving:
-            distortion = self.comm.bcast(self._shape_alone(distortion, parameters, least))
+            distortion = self._shape_alone(distortion, parameters, least)
         return needs_mesh(distortion, gaps, reference.geometry.gaps, least)
 
     def folded(self, parameters: Parameters, y: Array) -> bool:

@@ -30,7 +30,7 @@ PASSES = 16
 
 
 def balanced(scene: Scene, x: Array, h: Array, velocity: Array, U_m: float, clock: Clock) -> Array:
-    """Correct s and p of a full vector such that momentum is balanced at its velocities; collective.
+    """Correct s and p of a full vector such that momentum is balanced at its velocities.
 
     Args:
         scene: A time-dependent viscoelastic scene.
@@ -41,7 +41,7 @@ def balanced(scene: Scene, x: Array, h: Array, velocity: Array, U_m: float, cloc
         clock: Stopwatch for the phases of the computation.
 
     Returns:
-        The corrected full vector, identical on every process; `x` itself if the matrix is singular.
+        The corrected full vector; `x` itself if the matrix is singular.
     """
     liquid = scene.liquid
     constraints = balance_constraints(scene, x)
@@ -66,7 +66,7 @@ def balanced(scene: Scene, x: Array, h: Array, velocity: Array, U_m: float, cloc
             imbalance = np.zeros(constraints.size)
             imbalance[momentum] = newton.residual_at(y)[momentum]
             change = -newton.linear_solve(imbalance)
-            w: float = scene.comm.bcast(float(np.linalg.norm(change[momentum])))
+            w = float(np.linalg.norm(change[momentum]))
             if not w < last:  # the last iteration increased w, or w is not a number
                 y = before
                 break
@@ -77,4 +77,4 @@ def balanced(scene: Scene, x: Array, h: Array, velocity: Array, U_m: float, cloc
             last = w
     finally:
         newton.destroy()
-    return scene.comm.bcast(constraints.expand(y, h))
+    return constraints.expand(y, h)

@@ -24,7 +24,6 @@ from pairsim.physics.pipe import Pipe
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import InvertedCell, MeshFailure, NewtonFailure, StepTooSmall
-from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.error_equation import ErrorEquation
 from pairsim.solvers.history import Counts, Errors, History, State
 from pairsim.solvers.mesh_transfer import free_unknowns
@@ -53,9 +52,8 @@ class Transient(OnMeshedScene):
     """Time integration of one case.
 
     Args:
-        comm: Communicator of the case.
         problem: The problem.
-        state: State of an earlier run to continue, identical on every process; None to start as the problem says.
+        state: State of an earlier run to continue, None to start as the problem says.
 
     Raises:
         MeshFailure: The first mesh could not be generated.
@@ -63,8 +61,8 @@ class Transient(OnMeshedScene):
             from.
     """
 
-    def __init__(self, comm: MPI.Comm, problem: Problem, state: State | None = None) -> None:
-        self.comm, self.problem = comm, problem
+    def __init__(self, problem: Problem, state: State | None = None) -> None:
+        self.problem = problem
         self.clock, self.counts = Clock(), Counts()
         # The flow without particles is needed for developed ends and for the excess pressure drop.
         pipe = Pipe(problem.liquid)
@@ -81,7 +79,7 @@ class Transient(OnMeshedScene):
     def _begin(self) -> None:
         """Start from unstressed particles and an unstressed liquid, or from the quasi-steady state."""
         problem = self.problem
-        start = (quasi_steady if problem.from_steady else at_rest)(self.comm, problem, self.clock)
+        start = (quasi_steady if problem.from_steady else at_rest)(problem, self.clock)
         self.meshed = self._particles(start.reference.outlines, start.insides)
         self.meshed.put(start.reference, start.mesh)
         self.history = History([0.0], [start.h], [np.zeros(self.scene.size)])
@@ -91,8 +89,7 @@ class Transient(OnMeshedScene):
             if not problem.liquid.newtonian:
                 self._prescribe_ends(self.constraints.base, 0.0)
             x = self.constraints.expand(y, start.h)
-            # The state must be identical on every process (see `_attempt`).
-            self.history = History(*self.comm.bcast(([0.0], [start.h], [x], [y], [0.0])))
+            self.history = History([0.0], [start.h], [x], [y], [0.0])
             self._U_m, errors.start = float(start.flow.U.mean()) if start.flow.U.size else 0.0, start.flow.dU_error
         self.counts.newton, self.counts.factorisations = start.newton, start.factorisations
         if problem.dU_error:
@@ -130,7 +127,6 @@ class Transient(OnMeshedScene):
 
     def _particles(self, outlines: Sequence[Outline], insides: Sequence[SixNodeMesh | None]) -> MeshedScene:
         return MeshedScene(
-            self.comm,
             self.problem,
             outlines,
             insides,
@@ -149,7 +145,7 @@ class Transient(OnMeshedScene):
     def _prescribe_ends(self, x: Array, t: float) -> None:
         """Set u and s at developed ends in a full vector to those of the flow without particles at time t."""
         if not self.problem.periodic:
-            self.scene.prescribe_ends(x, self.comm.bcast(self.pipe(t)))
+            self.scene.prescribe_ends(x, self.pipe(t))
 
     def _first_guess(self) -> Array:
         """First guess on a new mesh: interpolated values (a Newtonian liquid is at rest), at first everything at rest.
@@ -160,7 +156,7 @@ class Transient(OnMeshedScene):
         """
         x = self.history.x[0]
         if self._carried is None and self.problem.liquid.modes and not self.problem.periodic:
-            x = self.scene.at_rest_between(self.comm.bcast(self.pipe(self.history.t[0])))
+            x = self.scene.at_rest_between(self.pipe(self.history.t[0]))
         y = free_unknowns(self.constraints, x)
         if self._carried is not None:
             y[self.meshed.material] = self._carried
@@ -229,10 +225,7 @@ class Transient(OnMeshedScene):
         Returns:
             y, h, x, the report of Newton's method, and the local error in units of the tolerance, 0 if unknown.
         """
-        past = self.history
-        # The state must be identical on every process. Differences by rounding, as in norms computed on each process,
-        # violate the constraints and were seen to grow by a factor of 100 in each step.
-        dt, U_m = self.comm.bcast((dt, self._U_m))
+        past, U_m = self.history, self._U_m
         t = past.t[0] + dt
         if past.y:
             known = self.problem.extrapolated
@@ -253,7 +246,6 @@ class Transient(OnMeshedScene):
                 size = max(size, CONFORMATION_WEIGHT * float(np.sqrt(np.mean(change**2))))
             error = size * velocity_error(past.t, t) / self.problem.control.tolerance
             error = max(error, NO_ERROR)
-        h, x, error = self.comm.bcast((h, x, error))
         return y, h, x, report, error
 
     def _size_of(self, difference: Array) -> float:
@@ -281,7 +273,7 @@ class Transient(OnMeshedScene):
         geometry = self.meshed.geometry_at(h)
         # Back to the middle of the tube: the ends are periodic or far away, so that this does not change the solution.
         centres = [h[body.start : body.start + body.size : 2].mean() for body in self.bodies]
-        shift = self.comm.bcast(float(np.mean(geometry.centres) - np.mean(centres)))
+        shift = float(np.mean(geometry.centres) - np.mean(centres))
         self.history.h = [positions + shift * (self.constraints.a > 0) for positions in self.history.h]
         h = self.history.h[0]
         if self.history.y:
@@ -293,7 +285,7 @@ class Transient(OnMeshedScene):
         if self._error is not None:
             self._carry_errors(old, shift)
         past = zip(self.history.t, self.history.x, self.history.h, strict=True)
-        self.history.x = self.comm.bcast([self._carried_over(old, t, x, h, shift) for t, x, h in past])
+        self.history.x = [self._carried_over(old, t, x, h, shift) for t, x, h in past]
         if self.problem.liquid.modes and self._carried is not None:
             self._balance()
 
@@ -311,12 +303,10 @@ class Transient(OnMeshedScene):
         past, errors = self.history, self._error.errors
         errors.t_y, errors.y = [], []
         levels = zip(past.t, past.x, past.h, errors.x, errors.h, strict=True)
-        errors.x = self.comm.bcast(
-            [
-                self._carried_over(old, t, x + dx, h + dh, shift) - self._carried_over(old, t, x, h, shift)
-                for t, x, h, dx, dh in levels
-            ]
-        )
+        errors.x = [
+            self._carried_over(old, t, x + dx, h + dh, shift) - self._carried_over(old, t, x, h, shift)
+            for t, x, h, dx, dh in levels
+        ]
 
     def _balance(self) -> None:
         """Restore the momentum balance of the interpolated s, with the same change of s at all old times."""
@@ -371,7 +361,6 @@ class Transient(OnMeshedScene):
                 self.counts.factorisations += report.factorisations
                 valid = report.converged and diagnostics.solid_distortion(self.bodies, h) > 0
                 distortion = diagnostics.liquid_distortion(self.scene, x) if valid else 0.0
-                valid, distortion = self.comm.bcast((valid, distortion))
                 if valid and distortion > 0 and control.accepts(error):
                     self.counts.steps += 1
                     without_particles = self.pipe(t + size).gradient * self.problem.length

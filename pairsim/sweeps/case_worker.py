@@ -15,7 +15,7 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
-from pairsim.runtime.fenicsx import MPI  # before everything else that loads MPI or makes threads
+import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that loads MPI or makes threads
 
 # isort: split
 from pairsim.config.case_file import load_case, load_critical, load_curve
@@ -45,7 +45,7 @@ def _critical(file: Path, directory: Path, options: Options) -> Outcome:
 
 def _curve(warm_start: WarmStart, file: Path, directory: Path, options: Options) -> Outcome:
     outcome = run_curve(load_curve(file), directory, options, warm_start=warm_start)
-    if outcome.status == "finished" and options.comm.rank == 0:
+    if outcome.status == "finished":
         with suppress(OSError, InputError):  # a picture can be drawn again
             draw_curve(directory, directory, Page())
     return outcome
@@ -61,7 +61,7 @@ def solve(name: str, pairs: list[tuple[Path, Path]]) -> Outcome:
     Returns:
         The outcome of the last case that was computed.
     """
-    comm, warm_start = MPI.COMM_WORLD, WarmStart()
+    warm_start = WarmStart()
     commands: dict[str, Callable[[Path, Path, Options], Outcome]] = {
         "run": _run,
         "curve": partial(_curve, warm_start),
@@ -70,9 +70,9 @@ def solve(name: str, pairs: list[tuple[Path, Path]]) -> Outcome:
     with Signals(final=True) as signals:
         for file, directory in pairs:
             command = shlex.join(["pairsim", name, str(file), "-o", str(directory)])
-            options = Options(comm, overwrite=True, reporter=Reporter(), command=command, signals=True)
+            options = Options(overwrite=True, reporter=Reporter(), command=command, signals=True)
             outcome = commands[name](file, directory, options)
-            if any(comm.allgather(signals.number or memory() > MOST_MEMORY)):
+            if signals.number or memory() > MOST_MEMORY:
                 break
     warm_start.close()
     return outcome

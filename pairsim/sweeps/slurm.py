@@ -10,7 +10,6 @@ import shlex
 from dataclasses import dataclass
 from pathlib import Path
 
-from pairsim.config.cost import LIBRARIES
 from pairsim.runtime.child_process import module_command
 from pairsim.runtime.duration import duration
 from pairsim.sweeps.grid import Grid
@@ -54,14 +53,13 @@ class Array:
         return TIME_FACTOR * self.work + SIGNAL + EARLIER <= self.time
 
 
-def array_of(grid: Grid, *, tasks: int | None, ranks_per_case: int, walltime: float | None) -> Array:
+def array_of(grid: Grid, *, tasks: int | None, walltime: float | None) -> Array:
     """Divide a grid into the tasks of a job array.
 
     Args:
         grid: The grid.
         tasks: Number of tasks; default: so many that each has at least a quarter of an hour of work, at most 32, or as
             many as the time limit needs.
-        ranks_per_case: MPI processes of each case. Cases are assumed to take as long on several as on one.
         walltime: Time limit of a task [s]; default: three times the estimate and five minutes, at most one day.
     """
     estimates = [case.checked.estimate for case in grid.cases]
@@ -73,7 +71,7 @@ def array_of(grid: Grid, *, tasks: int | None, ranks_per_case: int, walltime: fl
     tasks = min(tasks, len(grid.cases))
     work = max(sum(case.checked.estimate.seconds for case in part) for part in shards(grid.cases, tasks))
     time = walltime or min(math.ceil((TIME_FACTOR * work + START) / STEP) * STEP, LONGEST)
-    case = max(estimate.memory for estimate in estimates) + (ranks_per_case - 1) * LIBRARIES
+    case = max(estimate.memory for estimate in estimates)
     memory = max(MEMORY_FACTOR * case + SWEEP_MEMORY, LEAST_MEMORY)
     return Array(tasks, work, time, math.ceil(memory / MEMORY_STEP) * MEMORY_STEP)
 
@@ -96,7 +94,7 @@ def warnings_of(array: Array, cases: int) -> list[str]:
 
 
 def job_script(
-    grid: Grid, directory: Path, *, tasks: int | None, ranks_per_case: int, walltime: float | None, extra: list[str]
+    grid: Grid, directory: Path, *, tasks: int | None, walltime: float | None, extra: list[str]
 ) -> tuple[str, list[str]]:
     """The text of the script, and warnings.
 
@@ -104,16 +102,14 @@ def job_script(
         grid: The grid.
         directory: Folder of the sweep.
         tasks: Number of tasks of the array; default: see `array_of`.
-        ranks_per_case: MPI processes of each case.
         walltime: Time limit of a task [s]; default: see `array_of`.
         extra: Further options of `pairsim sweep`.
     """
-    array = array_of(grid, tasks=tasks, ranks_per_case=ranks_per_case, walltime=walltime)
+    array = array_of(grid, tasks=tasks, walltime=walltime)
     total = sum(case.checked.estimate.seconds for case in grid.cases)
     minutes = math.ceil(array.time / 60)
-    options = [*extra, *(["--ranks-per-case", str(ranks_per_case)] if ranks_per_case > 1 else [])]
     command = shlex.join(module_command("pairsim", "sweep", str(grid.source.resolve())))
-    command += " " + shlex.join(["-o", str(directory.resolve()), *options, "-q"])
+    command += " " + shlex.join(["-o", str(directory.resolve()), *extra, "-q"])
     name = "".join(letter if letter.isalnum() or letter in "._-" else "-" for letter in grid.name)
     limit = (
         "as given by --walltime"
@@ -131,7 +127,7 @@ task{"s" if array.tasks > 1 else ""}; the longest: {duration(array.work)}.
 #SBATCH --array=1-{array.tasks}
 #SBATCH --nodes=1
 #SBATCH --ntasks=1
-#SBATCH --cpus-per-task={ranks_per_case}
+#SBATCH --cpus-per-task=1
 #SBATCH --time={minutes // 60:02d}:{minutes % 60:02d}:00
 #SBATCH --mem={array.memory / 1e6:.0f}M
 #SBATCH --signal=B:TERM@{SIGNAL}

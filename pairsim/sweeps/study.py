@@ -242,7 +242,7 @@ def run_study(
     Raises:
         InputError: The folder belongs to another study, or another command is writing to it.
     """
-    with sole_writer(comm, directory, command_line()):
+    with sole_writer(directory, command_line(), comm):
         folders = [directory / f"sweep-{i + 1}" for i in range(max(study.repeat))]
         worst, shown = 0, ""
         sweeps = [(folder, *sweep) for i, folder in enumerate(folders) for sweep in study.repetition(i).items()]

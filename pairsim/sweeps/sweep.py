@@ -51,7 +51,6 @@ class Options:
         only_failed: Whether to repeat only the cases that failed or timed out.
         fail_fast: Whether to stop at the first case that fails.
         shard: The part of the sweep to compute, None for all of it.
-        ranks_per_case: MPI processes of each case.
         case_timeout: Largest wall time of a case [s].
         walltime: Largest wall time of the sweep [s].
         cold: Whether every case has a process of its own, and no curve starts from the solutions of another.
@@ -64,7 +63,6 @@ class Options:
     only_failed: bool = False
     fail_fast: bool = False
     shard: Shard | None = None
-    ranks_per_case: int = 1
     case_timeout: float | None = None
     walltime: float | None = None
     cold: bool = False
@@ -94,9 +92,6 @@ def run_sweep(
         EnvironmentFailure: The forms cannot be compiled.
     """
     rank, size = (comm.rank, comm.size) if comm else (0, 1)
-    if size > 1 and options.ranks_per_case > size:
-        allowed = f"must be at most {size}, the number of MPI processes"
-        raise InputError("--ranks-per-case", "", options.ranks_per_case, allowed)
     if size > 1 and options.workers > 1:
         raise InputError("--workers", "", options.workers, "must be 1 under mpirun, whose processes are the workers")
     with Signals(installed=options.signals) as signals, ExitStack() as held:
@@ -117,7 +112,7 @@ def run_sweep(
             raise InputError(str(directory), "-o", None, allowed) from error
         _compile_forms(root.forms if root else (), comm, reporter)
         count = options.workers if root is not None else 1
-        workers = [CaseWorker(grid.command, options.ranks_per_case, options.case_timeout) for _ in range(count)]
+        workers = [CaseWorker(grid.command, options.case_timeout) for _ in range(count)]
         for worker in workers:
             held.callback(worker.close)
         if root is not None:
@@ -207,9 +202,7 @@ class _Root:
         }
         self.ledger = Ledger(directory, grid, cases, options.shard, about)
         self.ledger.recover()
-        step = options.ranks_per_case if size > 1 else 1
-        ranks = [rank for rank in range(0, size, step) if rank + step <= size]
-        self.idle = deque(ranks if size > 1 else range(options.workers))
+        self.idle = deque(range(size if size > 1 else options.workers))
         self.workers = {rank: {"cases": 0, "busy": 0.0} for rank in self.idle}
         self.running: dict[int, list[str]] = {}
         tasks, neighbours = self._tasks(cases), grid.command.neighbours

@@ -7,8 +7,6 @@ has become large, a new one computes the rest. The folder of a case is locked un
 from __future__ import annotations
 
 import contextlib
-import shutil
-import sys
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -26,12 +24,6 @@ from pairsim.sweeps.grid import finished_in
 from pairsim.sweeps.verdict import judge
 
 STDERR = "stderr.txt"
-
-
-def find_mpirun() -> str | None:
-    """Path of mpirun: that of the Python environment, else that on PATH; None if there is none."""
-    beside = Path(sys.executable).parent / "mpirun"
-    return str(beside) if beside.exists() else shutil.which("mpirun")
 
 
 @dataclass(frozen=True)
@@ -83,12 +75,11 @@ class CaseWorker:
 
     Args:
         command: The command of the sweep.
-        ranks: MPI processes of each case.
         timeout: Largest wall time of a case [s].
     """
 
-    def __init__(self, command: SweepCommand[Any], ranks: int = 1, timeout: float | None = None) -> None:
-        self.command, self.ranks, self.timeout = command, ranks, timeout
+    def __init__(self, command: SweepCommand[Any], timeout: float | None = None) -> None:
+        self.command, self.timeout = command, timeout
         self._unit: list[Task] = []
         self._child: Child | None = None
         self._first = ""  # folder of the child's first case
@@ -207,9 +198,8 @@ class CaseWorker:
             arguments = ["pairsim", name, "--resume", str(task.directory), "-q"]
         else:
             arguments = ["pairsim", name, str(task.case_file), "-o", str(task.directory), "--overwrite", "-q"]
-        mpirun = [find_mpirun() or "mpirun", "-n", str(self.ranks)] if self.ranks > 1 else []
         locks = [self._locks[each.folder] for each in together]
-        self._child = Child([*mpirun, *module_command(*arguments)], locks, ranks=bool(mpirun))
+        self._child = Child(module_command(*arguments), locks)
         self._first, self._left, self._begun = task.folder, len(together), time.monotonic()
 
     def _has_checkpoint(self, task: Task) -> bool:

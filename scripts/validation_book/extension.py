@@ -11,7 +11,6 @@ from scipy.optimize import brentq
 
 from pairsim.fem.geometry import MeshSettings
 from pairsim.physics.solids import soft
-from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.continuation import begin, find_fold, follow
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
@@ -53,7 +52,7 @@ def steady(setting: Setting) -> list[Comparison]:
     """Taylor parameters of steady shapes, 20 radii from the wall."""
     Np = 14 if setting.quick else 28
     problem = SteadyProblem((0.02,), 1.0, False, MeshSettings(Np=Np), boundary_velocity=lambda x: x * [1.0, -0.5])
-    sphere, rows = Steady(MPI.COMM_SELF, problem, Parameters((), soft(0.05))), []
+    sphere, rows = Steady(problem, Parameters((), soft(0.05))), []
     begin(sphere)
     for Ca in (0.05, 0.1, 0.2):
         follow(sphere, Parameters((), soft(Ca)))

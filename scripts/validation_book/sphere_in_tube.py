@@ -17,7 +17,6 @@ from pairsim.config.yaml_file import read_yaml
 from pairsim.drivers.problems import steady_problem
 from pairsim.results.answer import with_error
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
-from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.branch import Branch
 from pairsim.solvers.parameters import Parameters
 from validation_book.comparisons import (
@@ -67,7 +66,7 @@ def along(mesh: Keys, places: Sequence[float]) -> Line:
     case = curve_from_dict({**read_yaml(CASE), **mesh, "De": places[0] * RADIUS}, CASE.name)
     points: Points = {}
     start = Parameters((), case.solid_models, case.liquid_model)
-    branch = Branch(MPI.COMM_WORLD, steady_problem(case, inf), start, mesh_error=False)
+    branch = Branch(steady_problem(case, inf), start, mesh_error=False)
     try:
         for place in places:
             point = branch.at(Parameters((), case.solid_models, case.liquid_model.with_De(place * RADIUS)))

@@ -261,16 +261,15 @@ def test_a_notebook_shows_results(curve: pairsim.CurveResult) -> None:
 
 
 @pytest.mark.slow
-def test_every_process_of_a_job_gets_the_result(empty: Path) -> None:
+def test_processes_of_a_job_compute_cases_of_their_own(empty: Path) -> None:
     script = "\n".join(
         [
             "import pairsim",
             "from mpi4py import MPI",
             "from pathlib import Path",
-            f"result = pairsim.curve({CURVE | {'beta': [0.4, 0.3], 'Ca_e': 0}!r})",
-            "same = pairsim.curve(result.case, folder='out')",
-            "seen = (repr(result.dU(0.2)), repr(same.dU(0.2)), same.folder, result.fields(0.1).n_cells)",
-            "Path(f'rank{MPI.COMM_WORLD.rank}').write_text(' '.join(map(str, seen)))",
+            "rank = MPI.COMM_WORLD.rank",
+            f"result = pairsim.curve({CURVE | {'beta': [0.4, 0.3], 'Ca_e': 0}!r}, folder=f'out{{rank}}')",
+            "Path(f'rank{rank}').write_text(' '.join(map(str, (repr(result.dU(0.2)), result.fields(0.1).n_cells))))",
         ]
     )
     mpirun = str(Path(sys.executable).parent / "mpirun")
@@ -285,10 +284,6 @@ def test_every_process_of_a_job_gets_the_result(empty: Path) -> None:
     assert done.returncode == 0, done.stderr
     first, second = ((empty / f"rank{rank}").read_text() for rank in (0, 1))
     assert first == second
-    assert first.split()[2] == "out"
-    # Repetitions on one process are identical; on two MUMPS adds contributions as they come in, the last step of
-    # Newton's method is solved to a part of itself only, and what motion adds has second differences of the residual.
-    assert float(first.split()[0]) == pytest.approx(float(first.split()[1]), rel=1e-8)
 
 
 @pytest.mark.slow

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mpi4py import MPI
 from support.commands import Pairsim
 from support.scenes import dU, soft_pair
 
@@ -186,7 +185,7 @@ def test_run_can_be_resumed_from_every_step(tmp_path: Path) -> None:
     problem = soft_pair(0.4, 0.1, 0.2, length=3.0, periodic=False, mesh=settings, control=control)
     problem = replace(problem, betas=(0.3, 0.4), solids=solids.soft(0.05, 0.2))
     times, folder = iter([0.8]), RunFolder.create(tmp_path / "run")
-    transient = Transient(MPI.COMM_WORLD, problem)
+    transient = Transient(problem)
     steps, states = [], []
     for step in transient.steps(times):
         steps.append(step)
@@ -197,7 +196,7 @@ def test_run_can_be_resumed_from_every_step(tmp_path: Path) -> None:
         Checkpoint(states[k], {}, (), (1.0, 0.0), np.zeros(0), 1, 1, 0.0).save(folder)
         found = load(folder.path)
         assert found is not None
-        again = Transient(MPI.COMM_WORLD, problem, found.state)
+        again = Transient(problem, found.state)
         try:
             for step, expected in zip(again.steps(iter([0.8])), steps[k + 1 : k + 3], strict=False):
                 assert (step.t, step.mesh_id) == (expected.t, expected.mesh_id)
@@ -342,24 +341,9 @@ def test_run_that_fills_the_disk_with_fields_can_be_resumed(tmp_path: Path) -> N
 
 
 @pytest.mark.slow
-def test_command_resumes_with_any_number_of_processes(tmp_path: Path, pairsim: Pairsim) -> None:
-    text = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\nends: developed\nlength: 3\nmesh: {Np: 8}\n"
-    (tmp_path / "case.yaml").write_text(text + "time: {end: 0.01, first_step: 0.001}\n")
-    assert pairsim("run", "case.yaml", "-o", "whole").returncode == 0
-    done = pairsim("run", "case.yaml", "-o", "two", "--set", "limits.max_steps=3", ranks=2)
-    assert done.returncode == 3, done.stderr
-    shutil.copytree(tmp_path / "two", tmp_path / "one")
-    for name, ranks in (("two", 2), ("one", 0)):
-        done = pairsim("run", "--resume", name, "--set", "limits.max_steps=100", ranks=ranks)
-        assert done.returncode == 0, done.stderr
-        assert done.stdout.strip() == name
-        assert_same(tmp_path / "whole", tmp_path / name, 1e-8)
-
-
-@pytest.mark.slow
 def test_what_cannot_be_resumed_is_an_input_error(short: Path, tmp_path: Path, pairsim: Pairsim) -> None:
     shutil.copytree(short, tmp_path / "run")
-    done = pairsim("run", "--resume", "run", "--set", "Ca_e=0.3", ranks=2)
+    done = pairsim("run", "--resume", "run", "--set", "Ca_e=0.3")
     assert done.returncode == 2
     assert done.stderr.count("Ca_e") == 1
     (tmp_path / "run" / "checkpoint.npz").write_text("torn")

@@ -74,11 +74,10 @@ def test_slurm_tasks_are_bundles_with_time_and_memory_of_the_estimate(tmp_path: 
     estimate = replace(grid.cases[0].checked.estimate, seconds=3600.0, memory=2e9)
     cases = tuple(replace(case, checked=replace(case.checked, estimate=estimate)) for case in grid.cases)
     hours = replace(grid, cases=cases)
-    array = array_of(hours, tasks=None, ranks_per_case=1, walltime=None)
+    array = array_of(hours, tasks=None, walltime=None)
     assert (array.tasks, array.work, array.memory) == (24, 3600.0, 3.1e9)
     assert 3 * 3600 + 300 <= array.time < 3 * 3600 + 300 + 600
-    assert array_of(hours, tasks=3, ranks_per_case=1, walltime=None).time == 24 * 3600
-    assert array_of(hours, tasks=None, ranks_per_case=3, walltime=None).memory > array.memory
+    assert array_of(hours, tasks=3, walltime=None).time == 24 * 3600
 
 
 def test_slurm_script_warns_of_times_that_are_too_short(tmp_path: Path) -> None:

@@ -87,7 +87,6 @@ def test_table_has_a_row_a_case_and_the_promised_columns(swept: Path) -> None:
 def test_both_ranks_compute_and_every_folder_says_how(swept: Path) -> None:
     assert {case["rank"] for case in ledger(swept / "out").values()} == {0, 1}
     for text in run_records(swept / "out").values():
-        assert json.loads(text)["processes"] == 1
         assert "pairsim run" in json.loads(text)["command"]
     assert {"versions", "machine", "command_line"} <= set(json.loads((swept / "out" / "sweep.json").read_text()))
 
@@ -310,22 +309,6 @@ def test_shards_share_a_folder_and_a_last_command_makes_one_table(swept: Path, t
     assert run_records(tmp_path / "out") == before
     alone = {row["folder"]: row for row in table(swept / "out")}
     assert [row.items() <= alone[row["folder"]].items() for row in table(tmp_path / "out")] == [True, True]
-
-
-@pytest.mark.slow
-def test_two_ranks_a_case_give_the_same_table(swept: Path, tmp_path: Path) -> None:
-    (tmp_path / "grid.yaml").write_text(THREE)
-    done = subprocess.run(
-        command("--ranks-per-case", "2", "--limit", "1"), cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    assert {json.loads(text)["processes"] for text in run_records(tmp_path / "out").values()} == {2}
-    alone = {row["folder"]: row for row in table(swept / "out")}
-    rows = table(tmp_path / "out")
-    assert len(rows) == 1
-    for row in rows:
-        for name in ("d", "dU", "U_L", "U_T", "dp"):
-            assert float(row[name]) == pytest.approx(float(alone[row["folder"]][name]), rel=1e-8, abs=1e-8)
 
 
 @pytest.mark.slow

@@ -159,7 +159,7 @@ OPTIONS = [
         ["--case-timeout", "nan"],
         ["--workers", "0"],
     ),
-    *(["--case-timeout", "-1"], ["--case-timeout", "1e308"], ["--ranks-per-case", "99999"], ["--emit", "slurm"]),
+    *(["--case-timeout", "-1"], ["--case-timeout", "1e308"], ["--emit", "slurm"]),
     *(
         ["--emit", "x"],
         ["--progress", "x"],

@@ -10,7 +10,6 @@ import random
 import shutil
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -39,16 +38,6 @@ def _texts(folder: Path, *names: str) -> Outcome:
 def _run(folder: Path) -> Outcome:
     assert json.loads((folder / "run.json").read_text())["status"] == "finished"
     return _texts(folder, "series.csv", "fields.xdmf", "case.yaml")
-
-
-def _rounded(folder: Path) -> Outcome:
-    """On several processes sums differ by rounding."""
-    assert json.loads((folder / "run.json").read_text())["status"] == "finished"
-    with (folder / "series.csv").open() as file:
-        rows = [
-            {name: f"{float(row[name]):.7f}" for name in ("t", "d", "U_L", "U_T", "dp")} for row in csv.DictReader(file)
-        ]
-    return {"series.csv": json.dumps(rows)}
 
 
 def _frames_are_kept(folder: Path) -> None:
@@ -92,7 +81,6 @@ class Kind:
         again: Words of the command that is given after it was killed.
         kept: Checks a folder after a kill.
         read: Reads and checks the outcome.
-        ranks: Number of MPI processes, 0 without mpirun.
     """
 
     file: str
@@ -100,7 +88,6 @@ class Kind:
     again: tuple[str, ...]
     kept: Callable[[Path], None]
     read: Callable[[Path], Outcome]
-    ranks: int = 0
 
 
 RAN, RESUMED = ("run", "in.yaml", "-o", "out", "-q"), ("run", "in.yaml", "--resume", "out", "-q")
@@ -108,7 +95,6 @@ GRID = TINY + "grid: {d0: [0.1, 0.2, 0.3]}\n"
 SWEPT, CURVED = ("sweep", "in.yaml", "-o", "out", "-q"), ("curve", "in.yaml", "-o", "out", "-q")
 KINDS = {
     "run": Kind(RUN, RAN, RESUMED, _frames_are_kept, _run),
-    "mpirun": Kind(RUN, RAN, RESUMED, _frames_are_kept, _rounded, ranks=2),
     "curve": Kind(CURVE, CURVED, (*CURVED, "--overwrite"), _table_is_whole, _curve),
     "sweep": Kind(GRID, SWEPT, SWEPT, _table_is_whole, _sweep),
 }
@@ -134,10 +120,10 @@ class Victim:
         self.outcome = self.kind.read(self.out)
 
     def _start(self, words: tuple[str, ...]) -> subprocess.Popen[bytes]:
-        mpirun = [str(Path(sys.executable).parent / "mpirun"), "-n", str(self.kind.ranks)] if self.kind.ranks else []
         with (self.folder / "stderr").open("wb") as errors:
-            command = [*mpirun, *module_command("pairsim", *words)]
-            return subprocess.Popen(command, cwd=self.folder, stdout=subprocess.DEVNULL, stderr=errors)
+            return subprocess.Popen(
+                module_command("pairsim", *words), cwd=self.folder, stdout=subprocess.DEVNULL, stderr=errors
+            )
 
     @property
     def said(self) -> str:
@@ -167,7 +153,7 @@ class Victim:
             time.sleep(0.005)
 
     def _settle(self, process: subprocess.Popen[bytes], family: list[int]) -> None:
-        """Wait for the end of all processes: ranks whose launcher was killed may go on to the end of the run."""
+        """Wait for the end of all processes."""
         try:
             process.wait(PATIENCE)
         finally:
@@ -178,12 +164,12 @@ class Victim:
             time.sleep(0.02)
 
     def _kill(self, words: tuple[str, ...], lines: int, chance: random.Random) -> bool:
-        """Give a command and kill it: of mpirun, it or any of its processes.
+        """Give a command and kill it.
 
         Args:
             words: Words of the command.
             lines: Number of lines in its tables after which it is killed, at a random moment before the next one.
-            chance: Chooses moment and process.
+            chance: Chooses the moment.
 
         Returns:
             Whether it was still running.
@@ -199,7 +185,7 @@ class Victim:
         alive = process.poll() is None
         if alive:
             with suppress(ProcessLookupError):
-                os.kill(chance.choice(family) if self.kind.ranks else process.pid, signal.SIGKILL)
+                os.kill(process.pid, signal.SIGKILL)
         self._settle(process, family)
         return alive
 
@@ -208,7 +194,7 @@ class Victim:
 
         Args:
             count: Number of kills, as long as it is not finished.
-            chance: Chooses moments and processes.
+            chance: Chooses moments.
 
         Returns:
             The number of kills, and how many of them met a running process; one that did not is the last.
@@ -222,7 +208,7 @@ class Victim:
             history.append(f"at line {place} of {self.lines}: {self.said.strip()}")
             words = self.kind.again if self.out.exists() else self.kind.begin
             self.kind.kept(self.out)
-            if not alive or self._finished():
+            if not alive:
                 break
         process = self._start(words)
         self._settle(process, [])
@@ -235,9 +221,3 @@ class Victim:
             changed = [*difflib.unified_diff(text.splitlines(), outcome[name].splitlines(), lineterm="", n=0)]
             assert not changed, f"{name}: {changed[:6]}{told}"
         return len(history), met
-
-    def _finished(self) -> bool:
-        """Whether ranks that outlived their launcher have finished a run."""
-        with suppress(OSError, ValueError, KeyError):
-            return bool(json.loads((self.out / "run.json").read_text())["status"] == "finished")
-        return False

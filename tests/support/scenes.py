@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from mpi4py import MPI
 
 from pairsim.fem.cell_sizes import make_outlines
 from pairsim.fem.geometry import Geometry, MeshSettings, Reference
@@ -38,8 +37,8 @@ def solve_rigid(betas: tuple[float, ...], gaps: tuple[float, ...] = (), **mesh: 
     outlines = make_outlines(geometry, settings)
     reference = Reference.spheres(geometry, outlines)
     n = len(betas)
-    bodies = make_bodies(MPI.COMM_WORLD, [None] * n, outlines, [None] * n)
-    scene = Scene(MPI.COMM_WORLD, reference, liquid_mesh(reference, settings), bodies, periodic=True)
+    bodies = make_bodies([None] * n, outlines, [None] * n)
+    scene = Scene(reference, liquid_mesh(reference, settings), bodies, periodic=True)
     constraints = transient_constraints(scene)
     newton = Newton(scene, constraints)
     y, report = newton.solve(np.zeros(constraints.size), geometry.centres.copy(), 1e-3, 2 - 4 / 3 * betas[0] ** 2)
@@ -67,7 +66,7 @@ def soft_pair(beta: float, d: float, Ca_e: float, **changes: object) -> Problem:
 
 def march(problem: Problem, times: list[float]) -> list[Step]:
     """Every accepted step up to the last of the times, all of which are landed on."""
-    transient = Transient(MPI.COMM_WORLD, problem)
+    transient = Transient(problem)
     try:
         return list(transient.steps(iter(times)))
     finally:

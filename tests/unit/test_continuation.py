@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mpi4py import MPI
 
 from pairsim.physics.liquids import single
 from pairsim.physics.liquids.oldroyd_b import OldroydB
@@ -36,7 +35,6 @@ class Limited:
         self.parameters, self.y, self.relaxations = at(0.1), np.zeros(1), 0
         self.problem = SimpleNamespace(betas=(0.4,))
         self.constraints = SimpleNamespace(fields={"s": np.zeros(0, dtype=int)})
-        self.comm = SimpleNamespace(bcast=lambda value: value)
 
     @property
     def snapshot(self) -> SimpleNamespace:
@@ -85,7 +83,7 @@ def test_pseudo_time_in_which_stress_keeps_growing_is_given_up(monkeypatch: pyte
             state=lambda y: (y, y), forget=lambda: None, solve=lambda y, *_: (y, report(rate.value > 0.5))
         ),
     )
-    scene.comm, scene.y, scene.parameters = MPI.COMM_SELF, np.zeros(1), None
+    scene.y, scene.parameters = np.zeros(1), None
     scene.iterations = scene.factorisations = 0
     monkeypatch.setattr(Steady, "apply", lambda *_: np.zeros(0))
     monkeypatch.setattr(Steady, "distortion_of", lambda *_: 1.0)

@@ -33,7 +33,6 @@ class Formula:
             velocity_row=lambda: np.ones(1),
             folded=nothing,
             distorted=nothing,
-            comm=SimpleNamespace(bcast=lambda value: value),
             problem=SimpleNamespace(betas=(0.4, 0.4)),
             constraints=SimpleNamespace(fields={"h": np.zeros(0, dtype=int)}),
         )

@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mpi4py import MPI
 from support.scenes import soft_pair
 
 import pairsim as package
@@ -133,7 +132,7 @@ def test_process_that_ends_after_a_signal_ignores_sigterm(number: int) -> None:
 
 
 def test_newtons_method_stops_before_the_next_factorisation() -> None:
-    transient = Transient(MPI.COMM_WORLD, soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=6), length=2.0))
+    transient = Transient(soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=6), length=2.0))
     newton = transient.newton
     arguments = (np.zeros(transient.constraints.size), transient.history.h[0], 0.01, 1.7)
     with Signals():

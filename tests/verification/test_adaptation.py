@@ -11,7 +11,6 @@ from pairsim.drivers.adaptive import LineOfScales
 from pairsim.drivers.problems import steady_problem
 from pairsim.fem.size_field import AdaptedSizes
 from pairsim.physics.solids import soft
-from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers import adaptation
 from pairsim.solvers.adaptation import ROUNDS, AdaptiveBranch, Scale, reference_scale
 from pairsim.solvers.parameters import Parameters
@@ -23,7 +22,7 @@ def adaptive(allowed: float, **keys: object) -> tuple[AdaptiveBranch, Parameters
     case = curve_from_dict(TUBE | keys, "test")
     first = Parameters(case.places[0], case.solid_models, case.liquid_model)
     problem = steady_problem(case, first.gaps[0])
-    return AdaptiveBranch(MPI.COMM_WORLD, problem, first, case.mesh_error, allowed=lambda _: allowed), first
+    return AdaptiveBranch(problem, first, case.mesh_error, allowed=lambda _: allowed), first
 
 
 @pytest.mark.slow
@@ -84,7 +83,7 @@ def test_what_cannot_be_kept_ends_with_the_error_reached(monkeypatch: pytest.Mon
 def test_the_scale_of_a_single_point_is_that_of_the_curve_it_lies_on() -> None:
     case = curve_from_dict(TUBE | {"De": 0, "Ca_e": 0.02, "d": [0.8]}, "test")
     first = Parameters(case.places[0], case.solid_models, case.liquid_model)
-    scale, scout = reference_scale(MPI.COMM_WORLD, steady_problem(case, 0.8), first, case.places)
+    scale, scout = reference_scale(steady_problem(case, 0.8), first, case.places)
     assert scale.at == ((0.8,), (0.4,), (0.2,), (0.1,))
     assert scout.parameters == first
     scout.close()
@@ -97,7 +96,7 @@ def test_a_zero_is_improved_where_it_is() -> None:
     case = curve_from_dict(TUBE | keys, "test")
     first, most = Parameters(case.places[0], case.solid_models, case.liquid_model), [1.0]
     problem = steady_problem(case, 0.05)
-    branch = AdaptiveBranch(MPI.COMM_WORLD, problem, first, False, allowed=lambda _: most[0], zeros_only=True)
+    branch = AdaptiveBranch(problem, first, False, allowed=lambda _: most[0], zeros_only=True)
     rough = branch.zero(0.045, 0.08, 0.055)
     assert branch.improved(rough) is rough
     most[0] = rough.dU_errors[0] / 3

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from mpi4py import MPI
 from support.points import made_point
 from support.scenes import traced
 
@@ -45,7 +44,7 @@ def branch(made: CurveCase, *, mesh_error: bool = False, sensitivities: bool = F
     places = made.places
     start = Parameters(places[0], made.solid_models, made.liquid_model)
     narrowest = min((d for place in places for d in place), default=np.inf)
-    return Branch(MPI.COMM_WORLD, steady_problem(made, narrowest), start, mesh_error, sensitivities)
+    return Branch(steady_problem(made, narrowest), start, mesh_error, sensitivities)
 
 
 def points(**keys: object) -> list[Point]:
@@ -185,8 +184,8 @@ def test_the_first_solution_does_not_depend_on_the_way_to_it() -> None:
     made, larger = (case(**keys, mesh={"Np": Np, "max_size": 0.08}) for Np in (12, 10))
     start = Parameters((0.1,), made.solid_models, made.liquid_model)
     problem = replace(steady_problem(made, 0.1), newton=replace(STEADY, tolerance=1e-11))
-    scout = walked(MPI.COMM_WORLD, steady_problem(larger, 0.1), start)
-    short, long = started(MPI.COMM_WORLD, problem, start, scout), walked(MPI.COMM_WORLD, problem, start)
+    scout = walked(steady_problem(larger, 0.1), start)
+    short, long = started(problem, start, scout), walked(problem, start)
     assert short.factorisations <= 3 < long.factorisations
     for name, unknowns in short.constraints.fields.items():
         assert short.y[unknowns] == pytest.approx(long.y[unknowns], abs=1e-6 if name.startswith("p") else 1e-8)
@@ -307,7 +306,7 @@ def test_a_problem_remembers_its_narrowest_distance() -> None:
     wide, narrow = steady_problem(made, 0.3), steady_problem(made, 0.01)
     arcs = []
     for problem in (wide, narrow):
-        solver = Branch(MPI.COMM_WORLD, problem, Parameters((0.3,), soft(0.0, 0.0)), False)
+        solver = Branch(problem, Parameters((0.3,), soft(0.0, 0.0)), False)
         arcs.append(len(solver.fine.meshed.outlines[0].angles))
         solver.close()
     assert arcs[1] > arcs[0]

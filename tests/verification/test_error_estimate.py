@@ -6,7 +6,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from mpi4py import MPI
 
 from pairsim.config.case_file import curve_from_dict
 from pairsim.drivers.problems import steady_problem
@@ -32,7 +31,7 @@ def scene_of(keys: dict[str, object], **mesh: float) -> Steady:
     """The solution of the first place of a case with developed ends."""
     case = curve_from_dict({"ends": "developed", "length": 5.0, "mesh": mesh, **keys}, "test")
     start = Parameters(case.places[0], case.solid_models, case.liquid_model)
-    return walked(MPI.COMM_WORLD, steady_problem(case, min(case.places[0], default=np.inf)), start)
+    return walked(steady_problem(case, min(case.places[0], default=np.inf)), start)
 
 
 def solved(keys: dict[str, object], **mesh: float) -> tuple[Observation, ErrorEstimate]:

@@ -12,7 +12,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mpi4py import MPI
 from scipy import sparse
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
@@ -133,7 +132,7 @@ class SmoothSphere(Steady):
 
     def __init__(self, problem: SteadyProblem, parameters: Parameters, degree: int) -> None:
         self.degree = degree
-        super().__init__(MPI.COMM_SELF, problem, parameters)
+        super().__init__(problem, parameters)
 
     def _constraints_on(self, meshed: MeshedScene) -> Constraints:
         constraints, (body,) = super()._constraints_on(meshed), meshed.bodies

@@ -7,7 +7,6 @@ from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
-from mpi4py import MPI
 
 from pairsim.config.case_file import curve_from_dict
 from pairsim.drivers.problems import steady_problem
@@ -24,7 +23,7 @@ KEYS = {"beta": 0.4, "De": 0, "Ca_e": 0.01, "d": [0.1], "ends": "developed", "le
 
 def pair() -> Steady:
     case = curve_from_dict(KEYS, "test")
-    return Steady(MPI.COMM_WORLD, steady_problem(case, 0.1), Parameters((0.1,), case.solid_models))
+    return Steady(steady_problem(case, 0.1), Parameters((0.1,), case.solid_models))
 
 
 @pytest.fixture

@@ -27,7 +27,6 @@ from pairsim.physics.conformation import logarithm
 from pairsim.physics.liquids import single
 from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.runtime.arrays import Array
-from pairsim.runtime.fenicsx import MPI
 from pairsim.solvers.history import Counts, History, State
 from pairsim.solvers.newton_report import Report
 from pairsim.solvers.problems import Problem
@@ -184,7 +183,7 @@ class Manufactured(Transient):
         problem = Problem((), (), (), LENGTH, False, MeshSettings(), control, step, liquid=LIQUID, t_end=1.0)
         reference = Reference.spheres(Geometry((), (), LENGTH), [])
         state = State(History(), reference, triangles(n), (), step, FRAME, None, False, Counts(steps=3), {})
-        super().__init__(MPI.COMM_SELF, problem, state)
+        super().__init__(problem, state)
         self.history = History(list(old), [np.zeros(0)] * 3, [self.exact(t) for t in old])
 
     # Values at the nodes

@@ -57,7 +57,7 @@ def problems() -> dict[str, Problem]:
 
 @pytest.mark.parametrize("name", problems())
 def test_jacobian_matches_differences(name: str) -> None:
-    transient = Transient(MPI.COMM_WORLD, problems()[name])
+    transient = Transient(problems()[name])
     newton, constraints = transient.newton, transient.constraints
     rng = np.random.default_rng(1)
     h, g, U_m = transient.history.h[0], 0.03, 1.7
@@ -78,7 +78,7 @@ def test_small_steps_share_a_matrix() -> None:
     """Two or three iterations each; one that has once contracted badly is made anew once, not at every step."""
     control = StepControl(1e-3, 1e-8, 2.0, fixed=7.5e-4)
     pair = soft_pair(0.4, 0.1, 0.1, length=4.9, periodic=False, mesh=MeshSettings(Np=10), control=control)
-    transient = Transient(MPI.COMM_WORLD, pair)
+    transient = Transient(pair)
     steps = transient.steps(iter([0.03]))
     first = [next(steps).report for _ in range(10)]
     assert sum(report.factorisations for report in first[2:]) == 0
@@ -128,5 +128,5 @@ def test_forms_have_the_same_signature_in_every_process(monkeypatch: pytest.Monk
     for made_before in (50, *range(90, 100)):
         monkeypatch.setattr(ufl.Constant, "_counter", itertools.count(made_before))
         with pytest.raises(InterruptedError):
-            compiled_phase.liquid_phase(MPI.COMM_SELF, TWO_MODES, moving=True)
+            compiled_phase.liquid_phase(TWO_MODES, moving=True)
     assert len(set(found)) == 1

@@ -8,7 +8,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from mpi4py import MPI
 from support.scenes import soft_pair
 
 from pairsim.fem.geometry import MeshSettings
@@ -59,7 +58,7 @@ def test_newton_converges_quadratically_in_time(name: str) -> None:
     """From the velocities and stresses before a step."""
     liquid = LIQUIDS[name]
     pair = soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=8), length=4.0, periodic=False, liquid=liquid, t_end=1.0)
-    transient = Transient(MPI.COMM_WORLD, replace(pair, newton=EXACT))
+    transient = Transient(replace(pair, newton=EXACT))
     try:
         *_, last = transient.steps(iter([0.01]))
         before, U_m = transient.history.y[0], float(last.observation.U.mean())
@@ -79,7 +78,7 @@ def test_newton_converges_quadratically_on_a_curve(liquid: Liquid) -> None:
     problem = SteadyProblem((0.4, 0.4), 4.0, False, MeshSettings(Np=8), newton=EXACT)
     places = ((0.05, 0.3), (0.08, 0.6))
     start, end = (Parameters((0.1,), soft(Ca_e, Ca_e), liquid.with_De(De)) for Ca_e, De in places)
-    steady = Steady(MPI.COMM_WORLD, problem, start)
+    steady = Steady(problem, start)
     steady.place_undeformed()
     try:
         assert steady.solve(start).converged

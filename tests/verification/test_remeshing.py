@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mpi4py import MPI
 
 from pairsim.fem.diagnostics import liquid_distortion
 from pairsim.fem.geometry import MeshSettings
@@ -59,7 +58,7 @@ def attempts(monkeypatch: pytest.MonkeyPatch) -> Attempts:
 def first_steps(number: int, control: StepControl = CONTROLLED, new_mesh_after: int = 0, **changes: Any) -> list[Step]:
     """The first steps of a soft pair on coarse cells."""
     problem = soft_pair(0.4, 0.1, 0.1, control=control, mesh=MeshSettings(Np=8), length=4.9, **changes)
-    transient = Transient(MPI.COMM_WORLD, problem)
+    transient = Transient(problem)
     found = []
     try:
         for step in transient.steps(iter([1.0])):
@@ -125,7 +124,7 @@ def test_stress_is_balanced_on_a_new_mesh(monkeypatch: pytest.MonkeyPatch) -> No
 def test_stress_is_balanced_at_the_velocities_of_the_surfaces() -> None:
     """With the velocities of the material as unknowns the liquid has the velocity that it has in a step."""
     pair = soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=8), length=4.0, periodic=False, liquid=GIESEKUS)
-    transient = Transient(MPI.COMM_WORLD, replace(pair, solids=soft(0.1, 0.0)))
+    transient = Transient(replace(pair, solids=soft(0.1, 0.0)))
     try:
         scene, constraints, h = transient.scene, transient.constraints, transient.history.h[0]
         y = np.random.default_rng(0).standard_normal(constraints.size)
@@ -144,7 +143,7 @@ def test_viscous_particles_keep_their_velocity_over_a_remeshing(before: str) -> 
     pair = soft_pair(0.4, 0.1, 0.15, mesh=MeshSettings(Np=10), length=4.0, periodic=False, t_end=10.0)
     solid = KelvinVoigt(0.15, eta=2.0)
     problem = replace(pair, liquid=replace(GIESEKUS, De=0.5), solids=(solid, solid))
-    transient = Transient(MPI.COMM_WORLD, problem)
+    transient = Transient(problem)
     steps = list(transient.steps(iter([0.1])))
     state = replace(transient.state, due=True)
 
@@ -154,7 +153,7 @@ def test_viscous_particles_keep_their_velocity_over_a_remeshing(before: str) -> 
     transient._due = True
     expected = next_dU()
     transient.close()
-    transient = Transient(MPI.COMM_WORLD, problem, state)
+    transient = Transient(problem, state)
     if before == "after a rejected step":
         transient._attempt(20 * steps[-1].dt)
     assert next_dU() == pytest.approx(expected, rel=1e-3)

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mpi4py import MPI
 
 from pairsim.config.case_file import case_from_dict
 from pairsim.drivers.problems import problem_of
@@ -27,7 +26,7 @@ SHORT = {"ends": "developed", "length": 4, "dU_error": True}
 def transient_of(keys: dict[str, Any], fixed: float, **mesh: float) -> Transient:
     """Equal steps: those of a run and of one on finer cells have the same error."""
     case = case_from_dict({**SHORT, **keys, "mesh": mesh, "time": {"fixed_step": fixed}}, "test")
-    return Transient(MPI.COMM_WORLD, problem_of(case))
+    return Transient(problem_of(case))
 
 
 def steps_of(keys: dict[str, Any], fixed: float, end: float, **mesh: float) -> list[Step]:

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mpi4py import MPI
 
 from pairsim.config.case_file import case_from_dict
 from pairsim.drivers.problems import problem_of
@@ -26,7 +25,7 @@ SHORT = {"ends": "developed", "length": 3}
 def steps_of(keys: dict[str, Any], end: float, **more: Any) -> list[Step]:
     """All steps of a run up to a time."""
     case = {**SHORT, **keys, **more, "time": {"end": end}}
-    transient = Transient(MPI.COMM_WORLD, problem_of(case_from_dict(case, "test")))
+    transient = Transient(problem_of(case_from_dict(case, "test")))
     try:
         return list(transient.steps(iter([end])))
     finally:
@@ -35,7 +34,7 @@ def steps_of(keys: dict[str, Any], end: float, **more: Any) -> list[Step]:
 
 def settled_at(keys: dict[str, Any], gaps: tuple[float, ...]) -> Point:
     """The quasi-steady solution on the cells of a run."""
-    return settled(MPI.COMM_WORLD, problem_of(case_from_dict({**SHORT, **keys}, "test")), gaps)
+    return settled(problem_of(case_from_dict({**SHORT, **keys}, "test")), gaps)
 
 
 @pytest.mark.parametrize("ends", ["developed", "periodic"])
@@ -76,9 +75,7 @@ def test_a_single_particle_and_the_tube_alone_start_as_they_go_on() -> None:
 
 def test_error_of_the_start_is_part_of_the_errors() -> None:
     """The estimate that a run carries forward begins with exact stresses and positions, which a curve has not."""
-    transient = Transient(
-        MPI.COMM_WORLD, problem_of(case_from_dict({**SHORT, **UNEQUAL, "start": "steady", "dU_error": True}, "test"))
-    )
+    transient = Transient(problem_of(case_from_dict({**SHORT, **UNEQUAL, "start": "steady", "dU_error": True}, "test")))
     try:
         errors = transient.state.errors
         assert errors is not None

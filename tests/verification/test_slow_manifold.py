@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mpi4py import MPI
 from scipy.sparse.linalg import LinearOperator, gmres
 
 import pairsim
@@ -24,7 +23,7 @@ def solved(**keys: Any) -> tuple[Branch, Point]:
     case = curve_from_dict({**PAIR, "d": (0.1,), **keys}, "test")
     narrowest = min((d for place in case.places for d in place), default=np.inf)
     start = Parameters(case.places[0], case.solid_models, case.liquid_model)
-    branch = Branch(MPI.COMM_WORLD, steady_problem(case, narrowest), start, mesh_error=False)
+    branch = Branch(steady_problem(case, narrowest), start, mesh_error=False)
     return branch, branch.at(start)
 
 

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from mpi4py import MPI
 from numpy.polynomial import legendre
 from scipy.interpolate import CubicSpline
 from support.references import reference
@@ -76,7 +75,7 @@ def modes(body: Body, h: np.ndarray, Ca: float) -> np.ndarray:
 def single_sphere_modes(Ca: float) -> np.ndarray:
     problem = soft_pair(0.4, 0.1, Ca, control=StepControl(3e-4, 1e-9, 3 * Ca), first_step=Ca / 100)
     problem = type(problem)(**{**problem.__dict__, "betas": (0.4,), "solids": soft(Ca), "gaps": ()})
-    transient = Transient(MPI.COMM_WORLD, problem)
+    transient = Transient(problem)
     h = [step.h for step in transient.steps(iter([30 * Ca]))][-1]
     found = modes(transient.bodies[0], h, Ca)
     transient.close()

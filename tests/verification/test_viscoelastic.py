@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from mpi4py import MPI
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
@@ -97,7 +96,7 @@ def pipe_in_two_dimensions(
     """Pressure gradient and axial velocity on the mesh of a piece of tube without particles, repeated without end."""
     control = StepControl(3e-4, 1e-8, 1.0)
     problem = Problem((), (), (), length, True, MeshSettings(**mesh), control, 1e-3, liquid=liquid, t_end=times[-1])
-    transient = Transient(MPI.COMM_WORLD, problem)
+    transient = Transient(problem)
     found = {}
     for step in transient.steps(iter(times)):
         for t in times:
@@ -125,7 +124,7 @@ def test_perturbations_vanish_without_particles() -> None:
     """A Giesekus liquid has a second normal stress difference, and with it a pressure that depends on r."""
     control, liquid = StepControl(1e-3, 1e-8, 1.0), GIESEKUS[1.0]
     problem = Problem((), (), (), 0.25, True, MeshSettings(max_size=0.06), control, 1e-3, liquid=liquid, t_end=1.0)
-    transient = Transient(MPI.COMM_WORLD, problem)
+    transient = Transient(problem)
     *_, step = transient.steps(iter([1.0]))
     flow = Pipe(liquid).until(1.0)(step.t)
     fields = frame(step, step.h, flow).point_data
@@ -274,13 +273,13 @@ def test_a_viscoelastic_run_goes_on_after_a_remeshing_as_on_the_old_mesh() -> No
     """
     pair = soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=12), length=4.0, periodic=False, t_end=10.0)
     problem = replace(pair, liquid=GIESEKUS[1.0])
-    transient = Transient(MPI.COMM_WORLD, problem)
+    transient = Transient(problem)
     first = [dU(step) for step in transient.steps(iter([0.5]))]
     peak = max(map(abs, first))
     state = transient.state
     kept = list(transient.steps(iter([0.55])))
     transient.close()
-    transient = Transient(MPI.COMM_WORLD, problem, replace(state, due=True))
+    transient = Transient(problem, replace(state, due=True))
     new = list(transient.steps(iter([0.55])))
     transient.close()
     assert {step.mesh_id for step in new} == {1}
@@ -293,7 +292,7 @@ def test_solution_past_the_pole_of_fene_p_is_none() -> None:
     liquid = single(FeneP(L2=10.0), De=1.0)
     settings = MeshSettings(Np=8)
     problem = soft_pair(0.4, 0.1, 0.0, liquid=liquid, length=3.0, periodic=False, mesh=settings)
-    transient = Transient(MPI.COMM_WORLD, problem)
+    transient = Transient(problem)
     try:
         newton = transient.newton
         newton.place(transient.history.h[0])

@@ -7,7 +7,6 @@ factorisation and three in a hundred iterations more or fewer are let pass. The 
 from __future__ import annotations
 
 import pytest
-from mpi4py import MPI
 
 from pairsim.config.case_file import case_from_dict, curve_from_dict
 from pairsim.drivers.problems import problem_of, solution_order, steady_problem
@@ -34,7 +33,7 @@ def test_work_of_quasi_steady_points(
     case = curve_from_dict({**PAIR, **keys}, "test")
     places = solution_order(case)
     problem = steady_problem(case, min(place[0] for place in places))
-    branch = Branch(MPI.COMM_WORLD, problem, Parameters(places[0], case.solid_models, case.liquid_model), False, False)
+    branch = Branch(problem, Parameters(places[0], case.solid_models, case.liquid_model), False, False)
     try:
         found = list(trace(branch, places, 1.0, len(places)))
         fine = branch.fine
@@ -50,7 +49,7 @@ def test_work_of_quasi_steady_points(
 )
 def test_work_of_runs(De: float, end: float, attempts: int, iterations: int, factorisations: int) -> None:
     case = case_from_dict({**PAIR, "De": De, "Ca_e": 0.1, "d0": 0.1, "time": {"end": end}}, "test")
-    transient = Transient(MPI.COMM_WORLD, problem_of(case))
+    transient = Transient(problem_of(case))
     try:
         list(transient.steps(iter([end])))
     finally:
