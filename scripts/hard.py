@@ -20,12 +20,11 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import yaml
 from markdown_tables import table
 
-from pairsim.config.yaml_file import read_yaml
+from pairsim.config.yaml_file import read_yaml, yaml_text
 from pairsim.results.folders import read_record
-from pairsim.results.output import write_text
+from pairsim.results.output import plain, write_text
 from pairsim.runtime.child_process import module_command
 from pairsim.runtime.launcher import find_mpirun
 from pairsim.sweeps.ledger import read_sweep
@@ -64,7 +63,7 @@ def sweep(command: str, arguments: argparse.Namespace) -> Path | None:
     arguments.output.mkdir(parents=True, exist_ok=True)
     cases = [{"name": path.stem, **read_yaml(path)} for path in files]
     content = {"command": command, "name": f"hard-{command}", "cases": cases}
-    write_text(grid, yaml.safe_dump(content, sort_keys=False))
+    write_text(grid, yaml_text(plain(content)))
     mpirun = find_mpirun() if arguments.n > 1 else None
     words = [mpirun, "-n", str(arguments.n)] if mpirun else []
     words += module_command("pairsim", "sweep", str(grid), "-o", str(folder), "--cold")

@@ -123,6 +123,7 @@ def units(
     """
     from pairsim.config.bench_report import DEFAULTS, DISTANCES, bench_report
     from pairsim.config.case_file import PARSERS
+    from pairsim.config.yaml_file import yaml_text
 
     _check_free(output, overwrite)
     if end is not None and kind != "run":
@@ -147,9 +148,7 @@ def units(
         raise _of_options(error) from None
     report = bench_report(case, given)
     if output is not None:  # before the output, which a closed pipe may cut short
-        import yaml
-
-        body = yaml.safe_dump(written, sort_keys=False, allow_unicode=True)
+        body = yaml_text(written, blocks=True)
         _write(output, "".join(f"# {line}\n" for line in _comments(report, kind)) + body)
     _show(report)
     for note in case.notes:

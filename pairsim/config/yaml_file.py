@@ -1,19 +1,24 @@
-"""Read YAML files, keeping the file and line of each key for error messages.
+"""Read YAML files, keeping the file and line of each key for error messages, and write them.
 
 A file is data: it cannot name types (tags), and its size, depth and number of values are limited, also where aliases
-repeat parts of it. Numbers are decimal, as in YAML 1.2: 010 and 1:30, which YAML 1.1 reads as 8 and 90, are text here,
-which no key that takes a number accepts.
+repeat parts of it. The grammar is that of YAML 1.2 (ruamel.yaml), with one exception: whole numbers are decimal, and
+010, which is 8 in YAML 1.1 and 10 in YAML 1.2, is text here, which no key that takes a number accepts.
 """
 
 from __future__ import annotations
 
+import io
 import re
 import stat
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
+from ruamel.yaml import YAML
+from ruamel.yaml.composer import ComposerError
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.nodes import Node, ScalarNode, SequenceNode
+from ruamel.yaml.reader import ReaderError
 
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import as_typed, control_characters, printable
@@ -21,8 +26,7 @@ from pairsim.runtime.text import as_typed, control_characters, printable
 LARGEST_FILE = 2_000_000  # bytes; reading takes some 10 s per MB
 MOST_VALUES = 250_000  # keys and values, counted as often as aliases repeat them
 DEEPEST = 20  # groups and lists within each other
-MOST_KEYS = 1000  # in one group
-MOST_DIGITS = 400  # of a whole number; the largest number in double precision has 309
+TOO_DEEP = f"must have at most {DEEPEST} groups and lists within each other"
 OPTION = "--set"
 MERGE = "tag:yaml.org,2002:merge"  # of the key <<
 
@@ -57,9 +61,6 @@ class Section(dict[str, Any]):
         if key in ("liquid", "solid") and isinstance(name := self.get(key), str):
             self[key] = Section({"law": name}, {"law": self.places[key]} if key in self.places else {})
         return self.setdefault(key, Section())
-
-
-yaml.SafeDumper.add_representer(Section, yaml.SafeDumper.represent_dict)
 
 
 def places_in(data: Mapping[str, Any]) -> Mapping[str, Place]:
@@ -99,128 +100,91 @@ def _start(value: Any) -> Place | None:
     return next(iter(places_in(value).values()), None) if isinstance(value, Section) else None
 
 
-class _Loader(yaml.SafeLoader):
-    """YAML without tags, with limits on size and depth, in which 1e-3 is a number and a repeated key is an error."""
+class _Values:
+    """Makes the values of a YAML text.
 
-    def __init__(self, text: str, name: str) -> None:
-        super().__init__(text)
-        self.name = name
-        self._depth = 0
-        self._extents: dict[yaml.Node, tuple[int, int]] = {}
+    Args:
+        name: The file in the places of the keys.
+    """
 
-    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
-        """Compose a node, within the limits.
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._count = 0
+
+    def of(self, node: Node, depth: int = 1) -> Any:
+        """The value of a node, `depth` groups and lists deep.
 
         Raises:
-            yaml.composer.ComposerError: A limit is exceeded, a node contains itself, or it has a tag.
+            ComposerError: It has a tag, control characters, or keys that are wrong, or exceeds a limit.
         """
-        event = self.peek_event()
-
-        def refuse(problem: str) -> yaml.composer.ComposerError:
-            return yaml.composer.ComposerError(None, None, problem, event.start_mark)
-
-        if (tag := getattr(event, "tag", None)) not in (None, "!"):
-            raise refuse(f"must not have tags such as {as_typed(tag)}")
-        if self._depth == DEEPEST:
-            raise refuse(f"must have at most {DEEPEST} groups and lists within each other")
-        self._depth += 1
-        node = super().compose_node(parent, index)
-        self._depth -= 1
-        if node is None or node in self._extents:
-            return node
-        if isinstance(event, yaml.AliasEvent):
-            raise refuse(f"*{event.anchor} must not contain itself")
-        inner = [self._extents[each] for each in _children(node)]
-        depth, values = 1 + max((depth for depth, _ in inner), default=0), 1 + sum(count for _, count in inner)
+        self._count += 1
+        if node.ctag.handle or not str(node.tag).startswith("tag:yaml.org,2002:"):
+            raise _wrong(node, f"must not have tags such as {as_typed(str(node.tag))}")
+        if self._count > MOST_VALUES:
+            raise _wrong(node, f"must have at most {MOST_VALUES} keys and values, aliases written out")
+        if isinstance(node, ScalarNode):
+            return _scalar(node)
         if depth > DEEPEST:
-            raise refuse(f"must have at most {DEEPEST} groups and lists within each other")
-        if values > MOST_VALUES or len(self._extents) > MOST_VALUES:
-            raise refuse(f"must have at most {MOST_VALUES} keys and values, aliases written out")
-        self._extents[node] = depth, values
-        return node
+            raise _wrong(node, TOO_DEEP)
+        if isinstance(node, SequenceNode):
+            return [self.of(each, depth + 1) for each in node.value]
+        return self._section(node, depth)
 
-    def construct_scalar(self, node: yaml.ScalarNode | yaml.MappingNode) -> str:
-        """The text of a scalar.
-
-        Raises:
-            yaml.constructor.ConstructorError: It has control characters.
-        """
-        text = str(super().construct_scalar(node))
-        if found := control_characters(text):
-            problem = f"text must not have control characters, such as {found}"
-            raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
-        return text
-
-    def construct_yaml_int(self, node: yaml.ScalarNode) -> int:
-        """A whole number.
-
-        Raises:
-            yaml.constructor.ConstructorError: It has too many digits.
-        """
-        if len(digits := self.construct_scalar(node)) > MOST_DIGITS:
-            problem = f"{as_typed(digits)} must have at most {MOST_DIGITS} digits"
-            raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
-        return int(digits)
-
-    def construct_section(self, node: yaml.MappingNode) -> Section:
-        """A mapping. Keys must be strings and occur once; they may override keys merged with <<.
-
-        Raises:
-            yaml.constructor.ConstructorError: A key is not a string or occurs twice, or there are too many.
-        """
-        seen: set[str] = set()
-        for key_node, _ in node.value:
-            if key_node.tag == MERGE:
-                continue
-            key = self.construct_object(key_node, deep=True)
-            if not isinstance(key, str):
-                problem = f"key {as_typed(key)} must be text"
-                raise yaml.constructor.ConstructorError(None, None, problem, key_node.start_mark)
-            if key in seen:
-                problem = f"key {as_typed(key)} must be given only once"
-                raise yaml.constructor.ConstructorError(None, None, problem, key_node.start_mark)
-            seen.add(key)
-        self.flatten_mapping(node)
-        if len(node.value) > MOST_KEYS:
-            problem = f"a group must have at most {MOST_KEYS} keys, not {len(node.value)}"
-            raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
-        section = Section()
+    def _section(self, node: Node, depth: int) -> Section:
+        """A group. Keys must be text and occur once; they override keys merged with <<."""
+        own, merged = Section(), Section()
         for key_node, value_node in node.value:
-            place = Place(str(self.name), key_node.start_mark.line + 1)
-            value = self.construct_object(value_node, deep=True)
-            section.put(self.construct_object(key_node, deep=True), value, place)
-        return section
+            value = self.of(value_node, depth + 1)
+            if key_node.tag == MERGE:
+                for each in reversed(value if isinstance(value, list) else [value]):
+                    if not isinstance(each, Section):
+                        raise _wrong(value_node, "<< must name a group, or a list of groups")
+                    merged.update(each)
+                    merged.places.update(each.places)
+                continue
+            key = self.of(key_node, depth + 1)
+            if not isinstance(key, str):
+                raise _wrong(key_node, f"key {as_typed(key)} must be text")
+            if key in own:
+                raise _wrong(key_node, f"key {as_typed(key)} must be given only once")
+            own.put(key, value, Place(self._name, key_node.start_mark.line + 1))
+        return Section({**merged, **own}, {**merged.places, **own.places})
 
 
-def _children(node: yaml.Node) -> list[yaml.Node]:
-    """The nodes directly within a node: the entries of a list, keys and values of a mapping."""
-    if isinstance(node, yaml.MappingNode):
-        return [each for pair in node.value for each in pair]
-    return list(node.value) if isinstance(node, yaml.SequenceNode) else []
+def _scalar(node: ScalarNode) -> Any:
+    """The number, true, false, null or text of a node."""
+    text, kind = node.value, str(node.tag).rpartition(":")[2]
+    if found := control_characters(text):
+        raise _wrong(node, f"text must not have control characters, such as {found}")
+    try:
+        if kind == "float":
+            return float(re.sub(r"\.(?=[a-zA-Z])", "", text))  # .inf and .nan
+        if kind == "int" and not re.match(r"[-+]?0\d", text):
+            return int(text)
+    except ValueError:  # 0x10, or more digits than Python converts
+        return text
+    if kind == "null":
+        return None
+    return text.lower() == "true" if kind == "bool" else text
 
 
-_Loader.yaml_implicit_resolvers = {}  # those of YAML 1.1 are not inherited
-_Loader.add_constructor("tag:yaml.org,2002:map", _Loader.construct_section)
-_Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_yaml_int)
-for _kind, _pattern, _first in (
-    ("null", r"~|null|Null|NULL|", ["~", "n", "N", ""]),
-    ("bool", r"(?:yes|no|true|false|on|off)", list("yYnNtTfFoO")),
-    ("int", r"[-+]?(?:0|[1-9][0-9]*)", list("-+0123456789")),
-    ("float", r"[-+]?(?:[0-9]+\.[0-9]*|\.[0-9]+|[0-9]+(?=[eE]))(?:[eE][-+]?[0-9]+)?", list("-+0123456789.")),
-    ("float", r"[-+]?\.inf|\.nan", list("-+.")),
-    ("merge", r"<<", ["<"]),
-):
-    _flags = re.IGNORECASE if _kind == "bool" or "inf" in _pattern else 0
-    _Loader.add_implicit_resolver(f"tag:yaml.org,2002:{_kind}", re.compile(rf"(?:{_pattern})\Z", _flags), _first)
+def _wrong(node: Node, problem: str) -> ComposerError:
+    return ComposerError(None, None, problem, node.start_mark)
 
 
 def _parse(text: str, name: str) -> Any:
-    """Parse a YAML text; `name` is the file in the places of its keys."""
-    loader = _Loader(text, name)
+    """Parse a YAML text; `name` is the file in the places of its keys.
+
+    Raises:
+        YAMLError: It is not valid YAML, or exceeds a limit.
+    """
+    reader = YAML(typ="safe", pure=True)
+    reader.composer.warn_double_anchors = False
     try:
-        return loader.get_single_data()
-    finally:
-        loader.dispose()
+        node = reader.compose(text)
+    except RecursionError:
+        raise YAMLError(TOO_DEEP) from None
+    return None if node is None else _Values(name).of(node)
 
 
 def _text_of(path: Path) -> str:
@@ -229,33 +193,24 @@ def _text_of(path: Path) -> str:
     Raises:
         InputError: It is missing, unreadable, too large, not text, or not a regular file.
     """
-
-    def refuse(allowed: str) -> InputError:
-        return InputError(str(path), "", None, allowed)
-
+    line = None
     try:
         status = path.stat()
         if stat.S_ISDIR(status.st_mode):
-            raise refuse("must be a file, but is a folder")
-        if not stat.S_ISREG(status.st_mode):  # reading from a pipe may never end
-            raise refuse("must be a file, but is a pipe or a device")
-        with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)
+            allowed = "must be a file, but is a folder"
+        elif not stat.S_ISREG(status.st_mode):  # reading from a pipe may never end
+            allowed = "must be a file, but is a pipe or a device"
+        elif status.st_size > LARGEST_FILE:
+            allowed = f"must be a file of at most {LARGEST_FILE / 1e6:g} MB"
+        else:
+            return path.read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise refuse("no such file") from None
+        allowed = "no such file"
     except OSError as error:
-        raise refuse(f"cannot be read: {error.strerror}") from None
-    except InputError:
-        raise
-    except ValueError:  # the name contains a null character or a lone surrogate
-        raise refuse("must be the name of a file") from None
-    if len(content) > LARGEST_FILE:
-        raise refuse(f"must be a file of at most {LARGEST_FILE / 1e6:g} MB")
-    try:
-        return content.decode("utf-8")
+        allowed = f"cannot be read: {error.strerror}"
     except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise InputError(str(path), "", None, "must be text in UTF-8", line=line) from None
+        allowed, line = "must be text in UTF-8", error.object.count(b"\n", 0, error.start) + 1
+    raise InputError(str(path), "", None, allowed, line=line)
 
 
 def read_yaml(path: Path) -> Section:
@@ -267,7 +222,7 @@ def read_yaml(path: Path) -> Section:
     name, text = str(path), _text_of(path)
     try:
         data = _parse(text, name)
-    except yaml.YAMLError as error:
+    except YAMLError as error:
         line, problem = _problem(error, text)
         raise InputError(name, "", None, f"must be valid YAML: {problem}", line=line) from None
     if not isinstance(data, Section):
@@ -275,15 +230,30 @@ def read_yaml(path: Path) -> Section:
     return data
 
 
-def _problem(error: yaml.YAMLError, text: str) -> tuple[int | None, str]:
-    """The line of an error of PyYAML, None if unknown, and what is wrong."""
-    if isinstance(error, yaml.reader.ReaderError):
-        return text.count(
-            "\n", 0, error.position
-        ) + 1, f"the character {printable(text[error.position])} is not allowed"
-    if isinstance(error, yaml.MarkedYAMLError):
+def _problem(error: YAMLError, text: str) -> tuple[int | None, str]:
+    """The line of an error of the reader, None if unknown, and what is wrong."""
+    if isinstance(error, ReaderError):
+        character = printable(text[error.position])
+        return text.count("\n", 0, error.position) + 1, f"the character {character} is not allowed"
+    if isinstance(error, MarkedYAMLError):
         return error.problem_mark.line + 1 if error.problem_mark else None, str(error.problem)
     return None, str(error)
+
+
+def yaml_text(content: Mapping[str, Any], blocks: bool = False) -> str:
+    """Keys and values as YAML that readers of YAML 1.1 understand, too, in their order.
+
+    Args:
+        content: Nested dicts, lists, texts, numbers, true, false and None.
+        blocks: Whether the innermost groups and lists have a line for each entry; else they are {...} and [...].
+    """
+    writer = YAML(typ="safe", pure=True)
+    writer.version = (1, 1)  # PyYAML reads 1e-05 without a point and yes without quotes as something else
+    writer.default_flow_style = False if blocks else None
+    writer.sort_base_mapping_type_on_output = False
+    stream = io.StringIO()
+    writer.dump(content, stream)
+    return stream.getvalue().removeprefix("%YAML 1.1\n---\n")
 
 
 def apply_settings(data: Section, overrides: tuple[str, ...]) -> None:
@@ -302,7 +272,7 @@ def apply_settings(data: Section, overrides: tuple[str, ...]) -> None:
             raise InputError(OPTION, "", setting, "must be key=value on one line, such as mesh.Np=20")
         try:
             value = _parse(text, OPTION)
-        except yaml.YAMLError as error:
+        except YAMLError as error:
             raise InputError(OPTION, key, text, f"must be a valid YAML value: {_problem(error, text)[1]}") from None
         *groups, last = key.split(".")
         if len(groups) >= DEEPEST:

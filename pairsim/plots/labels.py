@@ -6,17 +6,16 @@ from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 
 from pairsim.config.materials import declared_in, is_viscous, liquid_block, liquid_of, solid_blocks
+from pairsim.config.yaml_file import read_yaml
 from pairsim.physics import declared
 from pairsim.physics.declared import LAWS
 from pairsim.results.columns import column
 from pairsim.runtime.arrays import Array
-from pairsim.runtime.errors import InputError
 
 SYMBOLS = {"beta": r"\beta", "d0": "d_0", "mesh.Np": "N_p", **declared.SYMBOLS}
 WIDE = 8.0  # ratio of values from which their axis is logarithmic
@@ -25,13 +24,7 @@ NOISE = 1e-9  # what varies less than this is constant to rounding, and not blow
 
 def read_case(file: Path) -> dict[str, Any]:
     """Content of a case.yaml, empty if there is none."""
-    if not file.is_file():
-        return {}
-    try:
-        case = yaml.safe_load(file.read_text(encoding="utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise InputError(str(file), "", None, f"is not YAML ({error})") from error
-    return case if isinstance(case, dict) else {}
+    return read_yaml(file) if file.is_file() else {}
 
 
 def plain_text(text: str) -> str:

@@ -19,9 +19,9 @@ from types import TracebackType
 from typing import Any, BinaryIO
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
+from pairsim.config.yaml_file import yaml_text
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import LOCK
 
@@ -210,7 +210,7 @@ class RunFolder:
             OSError: The file cannot be written.
         """
         path = self.file(name)
-        write_text(path, yaml.safe_dump(plain(content), sort_keys=False, allow_unicode=True, default_flow_style=None))
+        write_text(path, yaml_text(plain(content)))
         return path
 
     def write_json(self, name: str, content: Mapping[str, Any]) -> Path:

@@ -16,8 +16,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import yaml
-
+from pairsim.config.yaml_file import yaml_text
 from pairsim.fem import form_cache
 from pairsim.results.output import plain, write_text
 from pairsim.runtime.child_process import DISK, TOO_LARGE
@@ -213,7 +212,7 @@ class _Root:
         self.deadline = self._deadline()
         if not (directory / "grid.yaml").exists():
             settings = "".join(f"# --set {setting}\n" for setting in options.settings)
-            text = yaml.safe_dump(plain(grid.content), sort_keys=False, default_flow_style=None)
+            text = yaml_text(plain(grid.content))
             part = directory / f".grid.{platform.node()}.{os.getpid()}"  # shards may write it at the same time
             write_text(part, settings + text)
             part.replace(directory / "grid.yaml")

@@ -12,8 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import yaml
-
+from pairsim.config.yaml_file import yaml_text
 from pairsim.results.folders import read_record
 from pairsim.results.output import CHECKPOINT, plain, write_text
 from pairsim.runtime.child_process import DISK, GRACE, Child, module_command
@@ -187,7 +186,7 @@ class CaseWorker:
             for name in stale:
                 (each.directory / name).unlink(missing_ok=True)
             each.case_file.parent.mkdir(exist_ok=True)
-            write_text(each.case_file, yaml.safe_dump(plain(each.checked.resolved), sort_keys=False))
+            write_text(each.case_file, yaml_text(plain(each.checked.resolved)))
         name = self.command.name
         if len(together) > 1:
             arguments = [

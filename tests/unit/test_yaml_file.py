@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from pairsim.config.yaml_file import Place, apply_settings, place_of, read_yaml
+from pairsim.config.yaml_file import Place, apply_settings, place_of, read_yaml, yaml_text
+from pairsim.results.output import plain
 from pairsim.runtime.errors import InputError
 
 TEXT = "a: 1\nmesh:\n  Np: 20\n  growth: 1e-1\nlist: [{x: 1},\n  {y: 2}]\n"
@@ -31,7 +32,7 @@ def test_keys_know_their_lines(tmp_path: Path) -> None:
         assert place_of(data, key) == Place(str(path), line)
     assert place_of(data, "b") is None
     assert data["list"][1].places["y"].line == 6
-    assert yaml.safe_load(yaml.safe_dump(data)) == data
+    assert yaml.safe_load(yaml_text(plain(data))) == data
 
 
 def test_settings_have_their_own_place(tmp_path: Path) -> None:
