@@ -14,7 +14,7 @@ from pairsim.config.case_checks import check_scene
 from pairsim.config.materials import is_viscous
 from pairsim.config.mistakes import Mistake, missing
 from pairsim.config.ranges import RANGE, spelled_out
-from pairsim.config.values import FOLLOWED, CurveTolerance, Distance, Positive, Velocity, Whole, number
+from pairsim.config.values import FOLLOWED, CurveTolerance, Distance, Positive, Velocity, Whole
 
 MOST_VALUES = 10_000
 _RANGE = "a list, or {start, stop, num, spacing: log or linear} with start and stop above 0 and num from 2 to 10000"
@@ -31,7 +31,7 @@ def expanded(value: Any) -> Any:
     try:
         if not value.keys() <= set(RANGE):
             raise ValueError
-        return tuple(map(number, spelled_out(value, MOST_VALUES, "log")))
+        return tuple(spelled_out(value, MOST_VALUES, "log"))
     except (ValueError, OverflowError):
         raise PydanticCustomError("range", f"must be {_RANGE}") from None
 

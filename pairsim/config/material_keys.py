@@ -7,7 +7,6 @@ from typing import Annotated, Any, Literal, Union
 
 from pydantic import (
     BaseModel,
-    BeforeValidator,
     ConfigDict,
     Discriminator,
     Field,
@@ -16,7 +15,7 @@ from pydantic import (
 )
 
 from pairsim.config.materials import ELASTIC, MODES, VISCOUS, block_of, liquid_block, modes_in, solid_blocks
-from pairsim.config.values import number
+from pairsim.config.values import Number
 from pairsim.physics import liquids, solids
 from pairsim.physics.declared import FLAT
 from pairsim.physics.liquids import ConformationLaw, Newtonian
@@ -30,7 +29,7 @@ def ranged(parameter: Parameter) -> Any:
     """The type of a key with the range of a parameter."""
     least, most = parameter.least, parameter.most
     bounds = Field(gt=least, le=most) if parameter.open else Field(ge=least, le=most)
-    return Annotated[float, bounds, BeforeValidator(number)]
+    return Annotated[Number, bounds]
 
 
 def _flat_fields() -> dict[str, Any]:

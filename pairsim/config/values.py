@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
 from typing import Annotated, Any, TypeGuard
 
-from pydantic import BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.solids import Solid
@@ -34,28 +33,6 @@ def is_finite(value: Any) -> TypeGuard[float]:
         return False
 
 
-def number(value: Any) -> float:
-    """Validate a finite number; booleans and strings are rejected.
-
-    Raises:
-        ValueError: The value is not a finite number.
-    """
-    if not is_finite(value):
-        raise ValueError("must be a finite number")
-    return float(value)
-
-
-def whole(value: Any) -> int:
-    """Validate a whole number; booleans are rejected.
-
-    Raises:
-        ValueError: The value is not a whole number.
-    """
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise ValueError("must be a whole number")
-    return value
-
-
 def is_name(text: str) -> bool:
     """Whether a text can be the name of a case."""
     return re.search(NAME, text) is not None and fits_a_folder(text)
@@ -72,47 +49,44 @@ def _name(value: Any) -> Any:
     return value
 
 
-def _zero_or_at_least(least: float) -> Callable[[Any], float]:
-    def check(value: Any) -> float:
-        if 0 < (checked := number(value)) < least:
-            raise ValueError(f"must be 0, or at least {least:g}")
-        return checked
-
-    return check
-
-
 def _zero_or(least: float, most: float) -> Any:
-    """Bounds of a number that is 0 or in a range."""
-    return Field(ge=0, le=most, json_schema_extra={"words": f"0, or a finite number from {least:g} to {most:g}"})
+    """What a number must be that is 0 or in a range."""
+
+    def check(value: float) -> float:
+        if 0 < value < least:
+            raise ValueError(f"must be 0, or at least {least:g}")
+        return value
+
+    words = f"0, or a finite number from {least:g} to {most:g}"
+    return Field(ge=0, le=most, json_schema_extra={"words": words}), AfterValidator(check)
 
 
-# Bounds come before the validator, so that they also appear in the JSON schema of a union.
-Whole = Annotated[int, BeforeValidator(whole)]
+# Strict: booleans and texts are no numbers.
+Whole = Annotated[int, Field(strict=True)]
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Positive = Annotated[Number, Field(gt=0)]
 CaseName = Annotated[str, Field(pattern=NAME, json_schema_extra={"words": NAME_WORDS}), BeforeValidator(_name)]
 DIAMETERS = 1e-3, 0.999  # [D_c]; cell sizes by default follow from the diameter
-Diameter = Annotated[float, Field(ge=DIAMETERS[0], le=DIAMETERS[1]), BeforeValidator(number)]
+Diameter = Annotated[Number, Field(ge=DIAMETERS[0], le=DIAMETERS[1])]
 _SHARED = {name: (p.least, p.most) for name, p in {**Liquid.OF_POLYMER, **Solid.OF_ALL}.items()}
 FOLLOWED = {name: _SHARED[name] for name in ("De", "Ca_e")}  # ranges of the parameters over which curves are followed
-Deborah = Annotated[float, _zero_or(*_SHARED["De"]), BeforeValidator(_zero_or_at_least(_SHARED["De"][0]))]
-Capillary = Annotated[float, _zero_or(*_SHARED["Ca_e"]), BeforeValidator(_zero_or_at_least(_SHARED["Ca_e"][0]))]
-SolventPart = Annotated[float, _zero_or(*_SHARED["xi"]), BeforeValidator(_zero_or_at_least(_SHARED["xi"][0]))]
-Fraction = Annotated[float, Field(ge=0, le=1), BeforeValidator(number)]
-CellSize = Annotated[float, Field(ge=1e-4, le=0.5), BeforeValidator(number)]
-Growth = Annotated[float, Field(ge=0.01, le=2), BeforeValidator(number)]
-Grading = Annotated[float, Field(ge=0.1, le=10), BeforeValidator(number)]
-CellCount = Annotated[int, Field(ge=0, le=1000), BeforeValidator(whole)]
-TubeLength = Annotated[float, Field(ge=0.1, le=1e4), BeforeValidator(number)]
-Rows = Annotated[float, _zero_or(0.05, 1e4), BeforeValidator(_zero_or_at_least(0.05))]
+Deborah = Annotated[Number, *_zero_or(*_SHARED["De"])]
+Capillary = Annotated[Number, *_zero_or(*_SHARED["Ca_e"])]
+SolventPart = Annotated[Number, *_zero_or(*_SHARED["xi"])]
+Fraction = Annotated[Number, Field(ge=0, le=1)]
+CellSize = Annotated[Number, Field(ge=1e-4, le=0.5)]
+Growth = Annotated[Number, Field(ge=0.01, le=2)]
+Grading = Annotated[Number, Field(ge=0.1, le=10)]
+CellCount = Annotated[Whole, Field(ge=0, le=1000)]
+TubeLength = Annotated[Number, Field(ge=0.1, le=1e4)]
+Rows = Annotated[Number, *_zero_or(0.05, 1e4)]
 # A much narrower gap needs more cells than fit in memory, and gmsh does not report that.
-Distance = Annotated[float, Field(ge=1e-4, le=1e4), BeforeValidator(number)]
-Gap = Annotated[float, Field(ge=0, le=1e4), BeforeValidator(number)]
+Distance = Annotated[Number, Field(ge=1e-4, le=1e4)]
+Gap = Annotated[Number, Field(ge=0, le=1e4)]
 MOST_TIME = 1e6
-Time = Annotated[float, Field(ge=1e-9, le=MOST_TIME), BeforeValidator(number)]
-Tolerance = Annotated[float, Field(ge=1e-9, le=0.1), BeforeValidator(number)]
-CurveTolerance = Annotated[float, Field(ge=1e-9, le=1), BeforeValidator(number)]
-Velocity = Annotated[float, Field(ge=-1e3, le=1e3), BeforeValidator(number)]
-Interval = Annotated[float, Field(ge=0, le=1e9), BeforeValidator(number)]
-Seconds = Annotated[float, Field(ge=0.001, le=1e9), BeforeValidator(number)]
-# Of several keys, each of which has a range of its own that is checked, too.
-Number = Annotated[float, BeforeValidator(number)]
-Positive = Annotated[float, Field(gt=0), BeforeValidator(number)]
+Time = Annotated[Number, Field(ge=1e-9, le=MOST_TIME)]
+Tolerance = Annotated[Number, Field(ge=1e-9, le=0.1)]
+CurveTolerance = Annotated[Number, Field(ge=1e-9, le=1)]
+Velocity = Annotated[Number, Field(ge=-1e3, le=1e3)]
+Interval = Annotated[Number, Field(ge=0, le=1e9)]
+Seconds = Annotated[Number, Field(ge=0.001, le=1e9)]

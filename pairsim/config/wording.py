@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from typing import Any, get_args
@@ -17,11 +16,19 @@ from pairsim.config.physical import BLOCK
 from pairsim.runtime.text import as_typed
 
 Groups = dict[str, type[BaseModel]]
-LIST = "a list, each entry "
-MOST_OF_A_KEY = 10  # mistakes of one key that are read
-LONGEST_KEY = 100  # characters of a key up to which a similar one is looked for
-LONGEST_NUMBER = 40  # characters of a text that is read as a number, for a hint
+MOST_READ = 1000  # mistakes of a file that are read
 CLOSE = 0.65  # least similarity (difflib) at which a key counts as a misspelling of another
+DECIMAL = "; numbers are written as 90, 0.4 or 1e-3, without quotes"
+LIST = "a list, each entry "
+KINDS = {
+    "number": "a finite number",
+    "integer": "a whole number",
+    "boolean": "true or false",
+    "string": "a word",
+    "object": "keys with their values",
+}
+"""What a value must be, by its type in a JSON schema."""
+LIMITS = {"exclusiveMinimum": "above", "minimum": "at least", "exclusiveMaximum": "below", "maximum": "at most"}
 
 
 def groups_of(model: type[BaseModel]) -> Groups:
@@ -46,20 +53,11 @@ def dotted_keys(groups: Groups) -> list[str]:
 
 def meant(name: str, group: str, groups: Groups) -> str:
     """The known key most similar to an unknown one, preferably from the same group; "" if there is none."""
-    if len(name) > LONGEST_KEY:
-        return ""
-    keys = sorted(dotted_keys(groups), key=lambda key: key.startswith(f"{BLOCK}."))  # keys of the physical block last
-    own = [key for key in keys if key.rpartition(".")[0] == group]
-    for wanted in (own, keys):
-        if same := [key for key in wanted if key.rpartition(".")[2].lower() == name.lower()]:
-            return same[0]
-    if not group and name in groups:
-        return name
-    for wanted in (own, keys):
-        leaves = {key.rpartition(".")[2]: key for key in reversed(wanted)}
-        if close := difflib.get_close_matches(name, leaves, 1, CLOSE):
-            return leaves[close[0]]
-    return ""
+    order = [group, *(other for other in groups if other not in (group, BLOCK)), BLOCK]
+    keys = sorted(dotted_keys(groups), key=lambda key: order.index(key.rpartition(".")[0]))
+    leaves = {key.rpartition(".")[2].lower(): key for key in reversed(keys)}
+    close = difflib.get_close_matches(name.lower(), leaves, 1, CLOSE)
+    return leaves[close[0]] if close else ""
 
 
 def unknown_key(key: str, value: Any, groups: Groups) -> Mistake:
@@ -86,12 +84,7 @@ def mistakes_of(error: ValidationError, groups: Groups, data: Mapping[str, Any])
     """
     groups = groups | (models_in(data) if "liquid" in groups[""].model_fields else {})
     found: dict[str, Mistake] = {}
-    seen: Counter[Any] = Counter()
-    for problem in error.errors(include_url=False, include_context=False):
-        within = problem["loc"][: 2 if problem["loc"][:1] and problem["loc"][0] in groups else 1]
-        seen[within] += 1
-        if seen[within] > MOST_OF_A_KEY:  # the entries of a long list
-            continue
+    for problem in error.errors(include_url=False, include_context=False)[:MOST_READ]:
         mistake = _mistake(problem, groups, data)
         found.setdefault(mistake.key, mistake)
     # A key that takes alternatives, such as a number or a list, yields an error for each; the one that names an entry
@@ -102,12 +95,11 @@ def mistakes_of(error: ValidationError, groups: Groups, data: Mapping[str, Any])
 
 
 def _mistake(problem: Any, groups: Groups, data: Mapping[str, Any]) -> Mistake:
-    value, kind = problem.get("input"), problem["type"]
+    value, kind = problem["input"], problem["type"]
     key = _key(problem["loc"], data, missing=kind == "missing")
     within = key if kind == "model_type" else key.rpartition(".")[0]
     group = max((group for group in groups if f"{within}.".startswith(f"{group}.")), key=len, default="")
     name = key.removeprefix(f"{group}.") if group else key
-    value = list(value) if isinstance(value, tuple) else value
     if kind == "extra_forbidden":
         return unknown_key(key, value, groups)
     if kind == "missing":
@@ -118,29 +110,8 @@ def _mistake(problem: Any, groups: Groups, data: Mapping[str, Any]) -> Mistake:
         return Mistake(key, value, f"must be a group of keys; allowed: {', '.join(groups[group].model_fields)}")
     field = re.split(r"[.\[]", name)[0]
     allowed = f"must be {allowed_in(groups[group], field, entry='[' in name)}"
-    return Mistake(key, value, allowed + (_decimal(value) if "number" in allowed else ""))
-
-
-def _decimal(value: Any) -> str:
-    """How to write a text that looks like a number, such as 010 or 1:30, in decimal; empty if it is none."""
-    text = value if isinstance(value, str) and len(value) <= LONGEST_NUMBER else ""
-    if re.fullmatch(r"[-+]?0\d+", text):
-        octal = f", or as {int(text, 8)} if it is octal" if not set("89") & set(text) else ""
-        return f"; write it as {int(text)}{octal}"
-    if re.fullmatch(r"[-+]?0[xob][0-9a-fA-F]+", text):
-        try:
-            return f"; write it as {int(text, 0)}"
-        except ValueError:
-            return ""
-    if re.fullmatch(r"[-+]?\d+(:[0-5]?\d)+(\.\d*)?", text):
-        whole, *parts = text.split(":")
-        seconds = abs(int(whole))
-        for part in parts[:-1]:
-            seconds = 60 * seconds + int(part)
-        return f"; write it as {60 * seconds + float(parts[-1]):g} if it is in base 60 (minutes:seconds)"
-    if re.fullmatch(r"[-+]?\d+(_\d+)+", text):
-        return f"; write it as {text.replace('_', '')}"
-    return f"; write it as {text.replace(',', '.')}" if re.fullmatch(r"[-+]?\d+,\d+", text) else ""
+    odd = "number" in allowed and isinstance(value, str) and re.match(r"[-+.]?\d", value)  # 010, 1:30, 0x10, 0,4
+    return Mistake(key, value, allowed + DECIMAL if odd else allowed)
 
 
 def _key(location: Sequence[str | int], data: Mapping[str, Any], missing: bool) -> str:
@@ -191,36 +162,24 @@ def joined(choices: Iterable[str]) -> str:
 
 
 def _words(schema: Mapping[str, Any], models: Mapping[str, Any]) -> str:
+    """What a part of a JSON schema allows, as text."""
+    kind = KINDS.get(str(schema.get("type")), "a value")
     if "words" in schema:
         return str(schema["words"])
-    limits = [
-        f"{word} {schema[k]:g}"
-        for k, word in (
-            ("exclusiveMinimum", "above"),
-            ("minimum", "at least"),
-            ("exclusiveMaximum", "below"),
-            ("maximum", "at most"),
-        )
-        if k in schema
-    ]
-    kinds = {"number": "a finite number", "integer": "a whole number", "boolean": "true or false", "string": "a word"}
     if "$ref" in schema:
         return f"a group of keys: {', '.join(models[schema['$ref'].rpartition('/')[2]]['properties'])}"
-    if "const" in schema:
-        return str(schema["const"])
-    if "enum" in schema:
-        *others, last = map(str, schema["enum"])
+    if "const" in schema or "enum" in schema:
+        *others, last = map(str, schema.get("enum", [schema.get("const")]))
         return f"{', '.join(others)} or {last}" if others else last
     if "oneOf" in schema:
         return "a group with law and its parameters"
     if "anyOf" in schema:
-        return joined(_words(s, models) for s in schema["anyOf"])
-    if schema.get("type") == "object":
-        values = schema.get("additionalProperties")
-        return f"a key with {_words(values, models)}" if isinstance(values, dict) else "keys with their values"
+        return joined(_words(each, models) for each in schema["anyOf"])
+    if isinstance(values := schema.get("additionalProperties"), dict):
+        return f"a key with {_words(values, models)}"
     if "prefixItems" in schema:
         return f"two numbers, each {_words(schema['prefixItems'][0], models)}"
     if schema.get("type") == "array":
         return f"{LIST}{_words(schema['items'], models)}"
-    text = kinds.get(str(schema.get("type")), "a value")
-    return f"{text} {' and '.join(limits)}".strip() if limits else text
+    limits = " and ".join(f"{word} {schema[limit]:g}" for limit, word in LIMITS.items() if limit in schema)
+    return f"{kind} {limits}".strip()

@@ -163,9 +163,9 @@ def _scalar(node: ScalarNode) -> Any:
             return int(text)
     except ValueError:  # 0x10, or more digits than Python converts
         return text
-    if kind == "null":
-        return None
-    return text.lower() == "true" if kind == "bool" else text
+    if kind == "bool":
+        return {"true": True, "false": False}.get(text.lower(), text)  # yes in a file with the heading %YAML 1.1
+    return None if kind == "null" else text
 
 
 def _wrong(node: Node, problem: str) -> ComposerError:
@@ -250,7 +250,7 @@ def yaml_text(content: Mapping[str, Any], blocks: bool = False) -> str:
     writer = YAML(typ="safe", pure=True)
     writer.version = (1, 1)  # PyYAML reads 1e-05 without a point and yes without quotes as something else
     writer.default_flow_style = False if blocks else None
-    writer.sort_base_mapping_type_on_output = False
+    writer.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
     stream = io.StringIO()
     writer.dump(content, stream)
     return stream.getvalue().removeprefix("%YAML 1.1\n---\n")

@@ -123,13 +123,17 @@ HOSTILE = {
     ),
     "many cells": run("mesh: {wall_cells: 99999999999999999999999}\n", "at least 0 and at most 1000"),
     "octal number": run(
-        "mesh: {Np: 010}\n", "got '010'; must be a whole number at least 6 and at most 1000; write it as 10, or as 8"
+        "mesh: {Np: 010}\n", "got '010'; must be a whole number at least 6 and at most 1000; numbers are written as 90"
     ),
-    "sexagesimal number": run("limits: {wall_time: 1:30}\n", "write it as 90 if it is in base 60 (minutes:seconds)"),
+    "sexagesimal number": run(
+        "limits: {wall_time: 1:30}\n",
+        "got '1:30'; must be a finite number at least 0.001 and at most 1e+09; numbers are written as 90",
+    ),
     "hexadecimal number": run(
-        "mesh: {Np: 0x10}\n", "got '0x10'; must be a whole number at least 6 and at most 1000; write it as 16"
+        "mesh: {Np: 0x10}\n",
+        "got '0x10'; must be a whole number at least 6 and at most 1000; numbers are written as 90",
     ),
-    "decimal comma": changed("0.4", "0,4", "write it as 0.4"),
+    "decimal comma": changed("0.4", "0,4", "numbers are written as 90, 0.4 or 1e-3"),
     "pipe": line("pipe: must be a file, but is a pipe or a device", "run", "pipe", "--dry-run"),
     "endless device": line("/dev/zero: must be a file, but is a pipe or a device", "run", "/dev/zero", "--dry-run"),
     "pipe as case of a schema": line("pipe: must be a file, but is a pipe", "schema", "run", "--case", "pipe"),
@@ -211,10 +215,11 @@ def test_grid_takes_a_file_whose_name_no_case_can_have(tmp_path: Path) -> None:
     assert case.folder.startswith("beta0.4-")
 
 
-def test_dates_and_times_are_text(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["2020-13-45", "2026-01-15", "010", "yes", "on"])
+def test_dates_and_words_are_text(name: str, tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
-    path.write_text(RUN + "name: 2020-13-45\n")
-    assert load_case(path).name == "2020-13-45"
+    path.write_text(RUN + f"name: {name}\n")
+    assert load_case(path).name == name
 
 
 def test_message_lists_twenty_mistakes_and_counts_the_others(tmp_path: Path) -> None:

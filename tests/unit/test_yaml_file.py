@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 import pickle
 from pathlib import Path
 
@@ -62,7 +63,65 @@ def test_error_of_several_mistakes_travels_between_processes() -> None:
     assert (again.file, again.value, again.allowed) == ("case.yaml", [0.4], "must be one")
 
 
-@pytest.mark.parametrize(("text", "line"), [("a: 1\nb: [\n", 3), ("a: 1\n2: 1\n", 2), ("a: &x [*x]\n", 1)])
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        *(("1e-3", 0.001), ("1E5", 1e5), (".5", 0.5), ("-.inf", -math.inf), ("1_000", 1000), ("+7", 7), ("-0", 0)),
+        *(("True", True), ("FALSE", False), ("~", None), ("", None), ("null", None)),
+        *(
+            (text, text)
+            for text in ("010", "-08", "0x10", "0o10", "1:30", "1e", "0,4", "yes", "Off", "2020-01-01", "=")
+        ),
+        *(("'0.4'", "0.4"), ("4" * 5000, "4" * 5000)),
+    ],
+)
+def test_scalars_are_those_of_yaml_1_2_but_010(text: str, value: object, tmp_path: Path) -> None:
+    read = read_yaml(write(tmp_path, f"x: {text}\n"))["x"]
+    assert (type(read), read) == (type(value), value)
+
+
+def test_heading_changes_no_value(tmp_path: Path) -> None:
+    text = "%YAML 1.1\n---\na: 010\nb: 1:30\nc: yes\nd: 1_0.5\n"
+    assert read_yaml(write(tmp_path, text)) == {"a": "010", "b": "1:30", "c": "yes", "d": 10.5}
+
+
+def test_aliases_are_copies(tmp_path: Path) -> None:
+    data = read_yaml(
+        write(tmp_path, "base: &a {Np: 8}\nmesh: *a\nother: {<<: [{growth: 1}, *a, {Np: 9}], x: &a 2}\ny: *a\n")
+    )
+    apply_settings(data, ("mesh.Np=20",))
+    assert data == {"base": {"Np": 8}, "mesh": {"Np": 20}, "other": {"growth": 1, "Np": 8, "x": 2}, "y": 2}
+
+
+def test_written_files_are_read_alike_by_yaml_1_1_and_1_2(tmp_path: Path) -> None:
+    texts = ["010", "1:30", "1e5", "2020-01-01", "yes", "~", "<<", "µm", "", "a: b", "x" * 200]
+    content = {
+        "texts": texts,
+        "numbers": [1e-5, 1e17, math.inf, -0.5, 10**30],
+        "on": {"z": True, "a": None},
+        "empty": [],
+    }
+    for blocks in (False, True):
+        text = yaml_text(content, blocks)
+        assert read_yaml(write(tmp_path, text)) == yaml.safe_load(text) == content
+    assert list(read_yaml(write(tmp_path, text))) == list(content)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("a: 1\nb: [\n", 3),
+        ("a: 1\n2: 1\n", 2),
+        ("a: &x [*x]\n", 1),
+        ("a: 1\na: 2\n", 2),
+        ("a:\n\tb: 1\n", 2),
+        ("a: 1\n---\nb: 2\n", 2),
+        ("a:\n  <<: 3\n", 2),
+        ("a: 1\nb: !!str 2\n", 2),
+        ("a: 1\nb: !<tag:x> 2\n", 2),
+        ("a: \x07", 1),
+    ],
+)
 def test_broken_files_name_the_line(text: str, line: int, tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:
         read_yaml(write(tmp_path, text))
