@@ -51,9 +51,9 @@ def case_files() -> str:
         "Keys of the YAML files that each command reads. Dotted keys are nested: `mesh.Np` is the key `Np` in the "
         "group `mesh`. Units are in brackets; quantities without one are dimensionless "
         "([definitions](../explanation/physics.md#dimensionless-numbers)).\n",
-        "Files are YAML with decimal numbers: `010` and `1:30`, which YAML 1.1 reads as 8 and 90, are refused, and so "
-        f"are tags. A file has at most {LARGEST_FILE / 1e6:g} MB, {MOST_VALUES:,} keys and values, and {DEEPEST} "
-        "groups and lists within each other.\n",
+        "Files are YAML 1.2 with decimal numbers: `010` and `1:30`, which YAML 1.1 reads as 8 and 90, are no numbers, "
+        f"`yes` and `no` are words. Tags are refused. A file has at most {LARGEST_FILE / 1e6:g} MB, {MOST_VALUES:,} "
+        f"keys and values, and {DEEPEST} groups and lists within each other.\n",
     ]
     for command in FILES:
         rows = [

@@ -62,14 +62,20 @@ def input_error(mistakes: Sequence[Mistake], data: Mapping[str, Any], source: st
         The error, with the mistakes in the order of the file and missing keys last.
     """
 
-    def error(mistake: Mistake, others: Sequence[InputError] = ()) -> InputError:
-        place = place_of(data, mistake.key)
-        file, line = (source, None) if place is None else place
+    def error(mistake: Mistake) -> InputError:
+        file, line = place_of(data, mistake.key) or (source, None)
         value = list(mistake.value) if isinstance(mistake.value, tuple) else mistake.value
-        return InputError(file, mistake.key, value, mistake.allowed, line=line, entry=entry, others=others)
+        return InputError(file, mistake.key, value, mistake.allowed, line=line, entry=entry)
 
-    first, *rest = sorted(mistakes, key=lambda mistake: _order(error(mistake)))
-    return error(first, [error(mistake) for mistake in rest])
+    return _together(map(error, mistakes))
+
+
+def _together(errors: Iterable[InputError]) -> InputError:
+    """One error with all of some errors, in the order of the file."""
+    first, *rest = sorted(errors, key=_order)
+    return InputError(
+        first.file, first.key, first.value, first.allowed, line=first.line, entry=first.entry, others=rest
+    )
 
 
 def _order(error: InputError) -> tuple[bool, str, int]:
@@ -104,10 +110,7 @@ class Mistakes:
         for same, each in self._found.items():
             entry = "every case" if self._counts[same] == cases > 1 else each.entry
             errors.append(InputError(each.file, each.key, each.value, each.allowed, line=each.line, entry=entry))
-        first, *rest = sorted(errors, key=_order)
-        return InputError(
-            first.file, first.key, first.value, first.allowed, line=first.line, entry=first.entry, others=rest
-        )
+        return _together(errors)
 
 
 def without(data: Mapping[str, Any], mistakes: Iterable[Mistake]) -> dict[str, Any]:
