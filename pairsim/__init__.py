@@ -71,12 +71,18 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import a name of the interface when it is first used."""
-    if name not in _MODULES:
+    """Import a name of the interface when it is first used; every command is a function."""
+    if name.startswith("_"):
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     with no_interrupt_lost():
-        module = import_module(f"pairsim.api.{_MODULES[name]}")
-    value = getattr(module, "open_folder" if name == "open" else name)
+        if name in _MODULES:
+            module = import_module(f"pairsim.api.{_MODULES[name]}")
+            value = getattr(module, "open_folder" if name == "open" else name)
+        else:
+            commands = import_module("pairsim.commands").COMMANDS
+            if name not in commands:
+                raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+            value = import_module("pairsim.api.compute").function_of(commands[name])
     globals()[name] = value
     return value
 

@@ -57,9 +57,10 @@ def plain(study: Path) -> list[float]:
     """Wall time per Newton iteration with a new matrix [s], in PLAIN_COUNTED steps of the paper's discretisation."""
 
     import pairsim.runtime.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
-    from pairsim.config.case_file import case_from_dict
+    from pairsim.commands import COMMANDS
     from pairsim.config.yaml_file import apply_settings, read_yaml
     from pairsim.drivers.problems import problem_of
+    from pairsim.inputs.case_files import parse_case
     from pairsim.solvers.transient import Transient
 
     content = read_yaml(study)
@@ -69,7 +70,7 @@ def plain(study: Path) -> list[float]:
     settings = paper | {"time.end": end}
     apply_settings(case, tuple(f"{key}={value!r}" for key, value in settings.items() if key != "repeat"))
     seconds, begin = [], time.perf_counter()
-    transient = Transient(every_matrix(problem_of(case_from_dict(case, study.stem))))
+    transient = Transient(every_matrix(problem_of(parse_case(COMMANDS["run"], case, study.stem))))
     for step in transient.steps(iter([end])):
         now = time.perf_counter()
         seconds.append((now - begin) / step.report.iterations)
@@ -82,8 +83,9 @@ def growth() -> dict[str, dict[str, Any]]:
     """Cost of the parts of a Newton iteration against the number of unknowns, with all cell sizes scaled equally."""
 
     import pairsim.runtime.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
-    from pairsim.config.case_file import curve_from_dict
+    from pairsim.commands import COMMANDS
     from pairsim.drivers.problems import steady_problem
+    from pairsim.inputs.case_files import parse_case
     from pairsim.solvers.branch import Branch
     from pairsim.solvers.parameters import Parameters
 
@@ -102,7 +104,7 @@ def growth() -> dict[str, dict[str, Any]]:
             cells = SETTINGS["1%"].mesh("thinning" if De else "newtonian", [0.4])
             mesh = {"Np": round(cells["Np"] / scale), "max_size": cells["max_size"] * scale, "growth": 0.15 * scale}
             keys = {"beta": 0.4, "De": De, "Ca_e": 0.1, "ends": "developed", "length": "auto", "d": (0.1,)}
-            case = curve_from_dict({**keys, "mesh": mesh}, "growth")
+            case = parse_case(COMMANDS["curve"], {**keys, "mesh": mesh}, "growth")
             start = Parameters((0.1,), case.solid_models, case.liquid_model)
             branch = Branch(steady_problem(case, 0.1), start, mesh_error=False)
             scene, newton = branch.fine, branch.fine.newton

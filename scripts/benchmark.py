@@ -27,10 +27,11 @@ from scipy.interpolate import CubicSpline
 
 import pairsim
 import pairsim.runtime.fenicsx  # orders MPI ahead of everything compiled
-from pairsim.config.case_file import case_from_dict, curve_from_dict
+from pairsim.commands import COMMANDS
 from pairsim.drivers.problems import problem_of, steady_problem
 from pairsim.fem import compiled_phase
 from pairsim.fem.jit import JIT_OPTIONS
+from pairsim.inputs.case_files import parse_case
 from pairsim.solvers.branch import Branch
 from pairsim.solvers.newton_options import MumpsOptions
 from pairsim.solvers.parameters import Parameters
@@ -61,7 +62,7 @@ def march(
         The steps, the transient, and the wall time including the setup [s].
     """
     begin = time.perf_counter()
-    problem = adapt(problem_of(case_from_dict({**PAIR, **changes}, "benchmark")))
+    problem = adapt(problem_of(parse_case(COMMANDS["run"], {**PAIR, **changes}, "benchmark")))
     transient = Transient(problem)
     steps = list(transient.steps(iter(times)))
     return steps, transient, time.perf_counter() - begin
@@ -176,7 +177,7 @@ def ends() -> None:
 
 def branch_of(d: float, mesh_error: bool, **changes: object) -> Branch:
     """Branch of the pair at distance d, on the mesh of a curve down to d = 0.02 or to d if that is smaller."""
-    case = curve_from_dict({"beta": 0.4, "De": 0, "Ca_e": 0.1, **changes, "d": (d,)}, "benchmark")
+    case = parse_case(COMMANDS["curve"], {"beta": 0.4, "De": 0, "Ca_e": 0.1, **changes, "d": (d,)}, "benchmark")
     start = Parameters((d,), case.solid_models, case.liquid_model)
     return Branch(steady_problem(case, min(d, 0.02)), start, mesh_error)
 
@@ -259,7 +260,7 @@ def moving() -> None:
         folder = MOVING_RUNS / f"beta{beta:g}-De{De:g}-Ca{Ca_e:g}-d{d_0:g}"
         if not folder.is_dir():
             run(**same, d0=d_0, time={"end": t, "tol": 5e-5}, dU_error=True, folder=folder)
-        d, dU, error = pairsim.RunResult(folder).check().table[["d", "dU", "dU_error"]].iloc[-1]
+        d, dU, error = pairsim.open(folder).check().table[["d", "dU", "dU_error"]].iloc[-1]
         points = pairsim.curve(same, d=sorted({d, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5}), tol=1).check().table
         point = points.loc[(points["d"] - d).abs().idxmin()]
         peak = points.loc[points["d"] >= min(d, 0.05), "dU"].abs().max()

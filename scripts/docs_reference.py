@@ -12,14 +12,14 @@ from typer.cli import get_docs_for_click
 
 import pairsim
 from pairsim.cli.app import app
-from pairsim.config.case_file import FILES
-from pairsim.config.schema import schema_rows
+from pairsim.commands import COMMANDS
 from pairsim.config.yaml_file import DEEPEST, LARGEST_FILE, MOST_VALUES
+from pairsim.inputs.case_files import FILES, parse_case
+from pairsim.inputs.schema import schema_rows
 from pairsim.results import columns as tables
 from pairsim.results.columns import Column, column
 from pairsim.runtime import errors
 from pairsim.runtime.errors import RunFailure
-from pairsim.sweeps.commands import COMMANDS
 
 ROOT = Path(__file__).resolve().parent.parent
 CASE: dict[str, Any] = {"beta": 0.4, "De": 1, "Ca_e": 0.1}
@@ -119,9 +119,9 @@ def column_pages() -> str:
 
 def listed(name: str) -> str:
     """Columns of results.csv for a sweep of a command over a pair, as text."""
-    command = COMMANDS[name]
-    checked = command.check(CASE | PLACES[name], "")
-    return ", ".join(code(entry) for entry in (*command.parameters, *checked.columns, *command.last))
+    command, shown = COMMANDS[name], COMMANDS[name].in_sweeps
+    columns = shown.columns(parse_case(command, CASE | PLACES[name], ""))
+    return ", ".join(code(entry) for entry in (*shown.parameters, *columns, *shown.last))
 
 
 def cli() -> str:

@@ -74,11 +74,14 @@ def meshes_of(scene: dict[str, Any]) -> dict[str, dict[str, float]]:
 
 def case_of(name: str, scene: dict[str, Any], mesh: str) -> CurveCase:
     """The curve of a scene on a mesh: one distance or, for the peak, those at which it is looked for."""
-    from pairsim.config.case_file import curve_from_dict
+    from pairsim.commands import COMMANDS
+    from pairsim.inputs.case_files import parse_case
 
     distances = PEAK_AT if mesh == PEAK else (scene["d"],)
     cells = meshes_of(scene)[JUDGED[0] if mesh == PEAK else mesh]
-    return curve_from_dict({"ends": "developed", "length": "auto", "mesh": cells, **scene, "d": distances}, name)
+    return parse_case(
+        COMMANDS["curve"], {"ends": "developed", "length": "auto", "mesh": cells, **scene, "d": distances}, name
+    )
 
 
 def solve(name: str, scene: dict[str, Any], mesh: str) -> list[Row]:
@@ -134,13 +137,13 @@ def read(path: Path) -> list[Row]:
 
 def compute(scenes: dict[str, dict[str, Any]], path: Path, only: str) -> None:
     """Solve what has not been solved, and write the table after each solution."""
-    from pairsim.config.cost import curve_estimate
+    from pairsim.commands import COMMANDS
 
     rows = read(path)
     done = {(row["scene"], row["mesh"]) for row in rows}
 
     def expense(name: str) -> float:
-        return max(curve_estimate(case_of(name, scenes[name], mesh)).seconds for mesh in FINE)
+        return max(COMMANDS["curve"].estimate(case_of(name, scenes[name], mesh)).seconds for mesh in FINE)
 
     for name in sorted(scenes, key=expense):
         scene = scenes[name]

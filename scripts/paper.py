@@ -133,11 +133,12 @@ def compute(name: str, output: Path, quick: bool, settings: tuple[str, ...], com
 def mesh(path: Path, target: Path, comm: MPI.Comm | None) -> int:
     """Write the mesh of a case file on the first process, unless it is there; returns 0."""
     import pairsim.runtime.fenicsx  # noqa: F401 - PETSc is loaded by all processes together
-    from pairsim.config.case_file import load_case
+    from pairsim.commands import COMMANDS
     from pairsim.drivers.mesh import write_mesh
+    from pairsim.inputs.case_files import read_case
 
     if (comm is None or comm.rank == 0) and not target.is_file():
-        write_mesh(load_case(path), target, None)
+        write_mesh(read_case(COMMANDS["run"], path), target, None)
     return 0
 
 

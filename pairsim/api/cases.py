@@ -5,21 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal, NoReturn, cast, overload
+from typing import Any, Literal, NoReturn, overload
 
+from pairsim.commands import COMMANDS
 from pairsim.config.case import Case, SceneCase
-from pairsim.config.case_file import case_from_dict, critical_from_dict, curve_from_dict
 from pairsim.config.curve_case import CriticalCase, CurveCase
 from pairsim.config.merging import merge, section_of
 from pairsim.config.physical import forget_numbers
 from pairsim.config.yaml_file import Section, read_yaml
+from pairsim.inputs.case_files import parse_case
 from pairsim.results.output import plain
 from pairsim.runtime.errors import InputError
 
 AnyCase = str | PathLike[str] | Mapping[str, Any] | SceneCase
 """Input for a case: the path of a case file, a dict of keys and values, or a case returned by `load`."""
-
-PARSERS = {"run": case_from_dict, "curve": curve_from_dict, "critical": critical_from_dict}
 
 
 @overload
@@ -28,17 +27,17 @@ def load(path_or_dict: AnyCase, *, kind: Literal["run"] = "run", **overrides: An
 def load(path_or_dict: AnyCase, *, kind: Literal["curve"], **overrides: Any) -> CurveCase: ...
 @overload
 def load(path_or_dict: AnyCase, *, kind: Literal["critical"], **overrides: Any) -> CriticalCase: ...
+@overload
+def load(path_or_dict: AnyCase, *, kind: str, **overrides: Any) -> SceneCase: ...
 
 
-def load(
-    path_or_dict: AnyCase, *, kind: Literal["run", "curve", "critical"] = "run", **overrides: Any
-) -> Case | CurveCase | CriticalCase:
+def load(path_or_dict: AnyCase, *, kind: str = "run", **overrides: Any) -> SceneCase:
     """Load and validate a case.
 
     Args:
         path_or_dict: Path of a case file (YAML), a dict of its keys, or a case.
         kind: The computation that the case is for: "run" (in time), "curve" (quasi-steady, over the distance) or
-            "critical" (zeros of dU).
+            "critical" (zeros of dU); or another command for one case.
         overrides: Keys to replace, such as `Ca_e=0.05`. Groups are merged: `mesh={"Np": 20}` only changes this key of
             `mesh`. Dotted keys are written as `**{"mesh.Np": 20}`.
 
@@ -52,8 +51,8 @@ def load(
         >>> pairsim.load({"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}, mesh={"Np": 20}).tube_length
         20.0
     """
-    if kind not in PARSERS:
-        raise InputError("pairsim.load", "kind", kind, f"must be {' or '.join(PARSERS)}")
+    if kind not in COMMANDS:
+        raise InputError("pairsim.load", "kind", kind, f"must be {' or '.join(COMMANDS)}")
     data, source = content_of(path_or_dict)
     forget_numbers(data)
 
@@ -64,7 +63,7 @@ def load(
         merge(data, plain(overrides), refuse)
     except (TypeError, ValueError) as error:
         raise InputError(source, "", None, str(error)) from None
-    return cast(Case, PARSERS[kind](data, source))
+    return parse_case(COMMANDS[kind], data, source)
 
 
 def content_of(given: AnyCase) -> tuple[Section, str]:

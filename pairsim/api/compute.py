@@ -4,22 +4,19 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that loads MPI or is compiled
 
 # isort: split
 from pairsim.api.cases import AnyCase, load
-from pairsim.api.results import CriticalResult, CurveResult, Result, RunResult
-from pairsim.drivers.critical import run_critical
-from pairsim.drivers.curve import run_curve
-from pairsim.drivers.outcome import Outcome
+from pairsim.api.results import CriticalResult, CurveResult, Result, RunResult, result_of
+from pairsim.commands import COMMANDS, Command, own_files
 from pairsim.drivers.progress import Style, make_reporter, style_of
-from pairsim.drivers.run import run_case
 from pairsim.drivers.session import Options
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import command_line
@@ -56,14 +53,10 @@ def run(
         InputError: The case or the folder cannot be used.
         WriteFailure: Results cannot be written.
     """
-    checked = load(case, kind="run", **overrides)
     if resume and folder is None:
         raise InputError("pairsim.run", "resume", resume, "must be left out without a folder, which has the checkpoint")
-
-    def work(directory: Path, options: Options) -> Outcome:
-        return run_case(checked, directory, options, resume=resume)
-
-    return _computed(RunResult, work, folder, overwrite and not resume, progress, signals)
+    how = folder, overwrite and not resume, progress, signals
+    return cast(RunResult, compute(COMMANDS["run"], case, *how, overrides, resume=resume))
 
 
 def curve(
@@ -96,12 +89,8 @@ def curve(
         InputError: The case or the folder cannot be used.
         WriteFailure: The first files of the folder cannot be written.
     """
-    checked = load(case, kind="curve", **overrides)
-
-    def work(directory: Path, options: Options) -> Outcome:
-        return run_curve(checked, directory, options, sensitivities=sensitivities)
-
-    return _computed(CurveResult, work, folder, overwrite, progress, signals)
+    how = folder, overwrite, progress, signals
+    return cast(CurveResult, compute(COMMANDS["curve"], case, *how, overrides, sensitivities=sensitivities))
 
 
 def critical(
@@ -132,28 +121,58 @@ def critical(
         InputError: The case or the folder cannot be used.
         WriteFailure: The first files of the folder cannot be written.
     """
-    checked = load(case, kind="critical", **overrides)
-
-    def work(directory: Path, options: Options) -> Outcome:
-        return run_critical(checked, directory, options)
-
-    return _computed(CriticalResult, work, folder, overwrite, progress, signals)
+    how = folder, overwrite, progress, signals
+    return cast(CriticalResult, compute(COMMANDS["critical"], case, *how, overrides))
 
 
-def _computed[R: Result](
-    kind: type[R],
-    work: Callable[[Path, Options], Outcome],
+def function_of(command: Command[Any]) -> Callable[..., Result]:
+    """The function of a command that has none of its own here; its arguments are those of `critical` and its flags."""
+
+    def function(
+        case: AnyCase,
+        *,
+        folder: Folder = None,
+        overwrite: bool = False,
+        progress: bool | Style = False,
+        signals: bool = False,
+        **overrides: Any,
+    ) -> Result:
+        more = {flag.name: overrides.pop(flag.name, False) for flag in command.flags}
+        result: Result = compute(command, case, folder, overwrite, progress, signals, overrides, **more)
+        return result
+
+    function.__name__, function.__doc__ = command.name, command.about
+    return function
+
+
+def compute(
+    command: Command[Any],
+    case: AnyCase,
     folder: Folder,
     overwrite: bool,
     progress: bool | Style,
     signals: bool,
-) -> R:
-    """Compute in a folder; if none is given, in a temporary folder whose files are read and removed."""
+    overrides: Mapping[str, Any],
+    **more: Any,
+) -> Any:
+    """Compute a case in a folder; if none is given, in a temporary folder whose files are read and removed.
+
+    Args:
+        command: The command.
+        case, folder, overwrite, progress, signals, overrides: As for `run`.
+        more: Keywords of the command's own.
+
+    Returns:
+        The result of the command.
+    """
+    checked = load(case, kind=command.name, **overrides)
     reporter = make_reporter(style_of(progress))
-    options = Options(overwrite, reporter, command_line(), signals)
+    notes = [*checked.notes, *command.estimate(checked).notes]
+    options = Options(overwrite, reporter, command_line(), notes, own_files(), signals)
     directory = Path(tempfile.mkdtemp(prefix="pairsim-") if folder is None else folder)
     try:
-        result = kind(directory, asdict(work(directory, options)))
+        outcome = command.compute(checked, directory, options, **more)
+        result = result_of(command, directory, asdict(outcome))
         if style_of(progress) != "none":
             reporter.answer(result.answer, result.status, result.warnings)
         return result if folder is not None else result.in_memory()

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
-from pairsim.api.results import KINDS, CriticalResult, CurveResult, RunResult
+from pairsim.api.results import result_of
 from pairsim.api.sweeps import SweepResult
+from pairsim.commands import COMMANDS
 from pairsim.results.folders import kind_of, read_record
 from pairsim.results.output import FORMAT
 from pairsim.runtime.errors import InputError
 
 
-def open_folder(folder: str | PathLike[str]) -> RunResult | CurveResult | CriticalResult | SweepResult:
+def open_folder(folder: str | PathLike[str]) -> Any:
     """Open the results of `run`, `curve`, `critical` or `sweep`, also of earlier versions of pairsim.
 
     Args:
@@ -39,4 +41,6 @@ def open_folder(folder: str | PathLike[str]) -> RunResult | CurveResult | Critic
     if not isinstance(number, int) or number > FORMAT:
         allowed = f"must be at most {FORMAT}; a newer pairsim wrote this folder"
         raise InputError(str(path / "run.json"), "format", number, allowed)
-    return KINDS[kind](path)
+    if kind not in COMMANDS:
+        raise InputError(str(path / "run.json"), "kind", kind, f"must be {' or '.join(COMMANDS)}")
+    return result_of(COMMANDS[kind], path)

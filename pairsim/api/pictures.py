@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 
+from pairsim.commands import COMMANDS
 from pairsim.plots.animation import animate as make_animation
 from pairsim.plots.animation import default_movie
-from pairsim.plots.critical import draw_critical
-from pairsim.plots.curves import draw_curve
 from pairsim.plots.fields import draw_fields
 from pairsim.plots.overlay import overlay
-from pairsim.plots.series import draw_series
 from pairsim.plots.style import FORMATS, MOVIES, Page
 from pairsim.results.folders import kind_of
 from pairsim.runtime.errors import InputError
@@ -66,19 +64,18 @@ def plot(
         if key is not None and kind != "sweep":
             allowed = f"must be left out: it goes with a sweep or several folders, {directory} holds a {kind}"
             raise InputError(option, "", key, allowed)
-    if kind not in ("run", "curve") and (field is not None or animate):
+    command = COMMANDS.get(kind)
+    frames = command.frames if command is not None else ""
+    if not frames and (field is not None or animate):
         option, value = ("--field", field) if field is not None else ("--animate", None)
         raise InputError(option, "", value, f"must be left out: it goes with a run or a curve, not with a {kind}")
     if animate:
-        return make_animation(directory, target, page, curve=kind == "curve", field=field)
+        return make_animation(directory, target, page, curve=frames == "d", field=field)
     if field is not None:
-        return draw_fields(directory, target, page, curve=kind == "curve", field=field)
+        return draw_fields(directory, target, page, curve=frames == "d", field=field)
+    if command is not None:
+        fields = draw_fields(directory, target, page, curve=frames == "d") if frames else []
+        return [*command.draw(directory, target, page), *fields]
     if kind == "sweep":
         return plot_sweep(directory, target, group, page, panels)
-    if kind == "study":
-        return plot_study(directory, target, page)
-    if kind == "critical":
-        return draw_critical(directory, target, page)
-    if kind == "curve":
-        return [*draw_curve(directory, target, page), *draw_fields(directory, target, page, curve=True)]
-    return [*draw_series(directory, target, page), *draw_fields(directory, target, page, curve=False)]
+    return plot_study(directory, target, page)

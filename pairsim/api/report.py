@@ -15,19 +15,15 @@ import jinja2
 
 from pairsim.api.pictures import plot
 from pairsim.api.report_content import Content, content_of
-from pairsim.plots.curves import draw_curve
+from pairsim.commands import COMMANDS
 from pairsim.plots.fields import draw_fields, frame_count
-from pairsim.plots.series import draw_series
 from pairsim.plots.style import Page
-from pairsim.results.folders import Kind
 from pairsim.results.output import REPORT, write_text
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.version import __version__
 
 CAPTIONS = {
-    "series": "Velocities and shapes over time, relative velocity over distance",
-    "curve": "Relative velocity and shapes over distance",
-    "critical": "Critical distances",
+    **{name: words for command in COMMANDS.values() for name, words in command.captions.items()},
     "fields": "Velocity of the liquid and axial elastic stress of soft particles",
     "perturbation": "What the particles change in the stress and pressure of the liquid",
     "field-streamlines": "Streamlines in the frame of the particles",
@@ -98,7 +94,7 @@ def _pictures(directory: Path, content: Content) -> tuple[list[Picture], list[st
     return [Picture(CAPTIONS.get(name, name), data, narrow.get(name, "")) for name, data in wide.items()], notes
 
 
-def _drawn(directory: Path, kind: Kind, width: float) -> tuple[dict[str, str], list[str]]:
+def _drawn(directory: Path, kind: str, width: float) -> tuple[dict[str, str], list[str]]:
     """Data URIs by the names of the pictures, and why some are missing."""
     found: dict[str, str] = {}
     notes = []
@@ -115,15 +111,15 @@ def _drawn(directory: Path, kind: Kind, width: float) -> tuple[dict[str, str], l
     return found, notes
 
 
-def _drawings(directory: Path, out: Path, kind: Kind, width: float) -> list[Callable[[], list[Path]]]:
+def _drawings(directory: Path, out: Path, kind: str, width: float) -> list[Callable[[], list[Path]]]:
     """What draws a folder: lines as SVG, fields, which are pixels anyway, as PNG."""
     lines, pixels = Page(("svg",), width), Page(("png",), FIELDS, dpi=225.0)
-    if kind not in ("run", "curve"):
+    if kind not in COMMANDS:
         return [lambda: plot(directory, out=out, formats="svg", width=width)]
-    curve = kind == "curve"
-    series = draw_curve if curve else draw_series
-    drawings = [lambda: series(directory, out, lines)]
-    if width == WIDE and frame_count(directory):
+    command = COMMANDS[kind]
+    drawings = [lambda: command.draw(directory, out, lines)]
+    if command.frames and width == WIDE and frame_count(directory):
+        curve = command.frames == "d"
         drawings += [
             lambda: draw_fields(directory, out, pixels, curve=curve),
             lambda: draw_fields(directory, out, pixels, curve=curve, field="streamlines"),

@@ -16,7 +16,7 @@ from pairsim.api.results import Result
 from pairsim.api.sweeps import SweepResult
 from pairsim.api.tables import read_table
 from pairsim.results.columns import COLUMNS, STUDY_COLUMNS, SWEEP_COLUMNS, Column, column
-from pairsim.results.folders import Kind, kind_of
+from pairsim.results.folders import kind_of
 from pairsim.runtime.duration import duration
 from pairsim.runtime.locks import is_locked
 from pairsim.sweeps.study_file import TABLE
@@ -53,7 +53,7 @@ class Content:
         case: The input file with every default.
     """
 
-    kind: Kind
+    kind: str
     name: str
     status: str
     answer: list[str]
@@ -86,7 +86,7 @@ def content_of(directory: Path) -> Content:
     return _of_sweep(directory, result) if isinstance(result, SweepResult) else _of_case(directory, kind, result)
 
 
-def _of_case(directory: Path, kind: Kind, result: Any) -> Content:
+def _of_case(directory: Path, kind: str, result: Any) -> Content:
     assert isinstance(result, Result)
     lines = [line for line in result.answer.splitlines() if not line.startswith("Warning: ")]
     failed = result.status in ENDED_BADLY
@@ -99,7 +99,7 @@ def _of_case(directory: Path, kind: Kind, result: Any) -> Content:
         [(warning, []) for warning in result.warnings],
         failures,
         *_table(result.table),
-        result.table_name,
+        f"{result.command.tables[0]}.csv",
         _provenance(result.record),
         _text(directory / "case.yaml"),
     )
@@ -186,7 +186,6 @@ def _provenance(record: Mapping[str, Any]) -> dict[str, str]:
         "command": record.get("command_line") or (record.get("command") if "kind" in record else ""),
         "started": record.get("started"),
         "wall time": duration(float(record["wall_time"])) if "wall_time" in record else None,
-        "processes": record.get("processes"),
         "largest memory": f"{record['peak_memory'] / 2**20:.0f} MiB" if "peak_memory" in record else None,
         "unknowns": record.get("unknowns"),
         "machine": ", ".join(str(machine[name]) for name in ("node", "system", "processor") if name in machine),

@@ -6,18 +6,18 @@ from collections.abc import Mapping
 from functools import cached_property
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self, cast
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from pairsim.api.cases import load
+from pairsim.commands import Command
+from pairsim.commands.command import numbers_in
 from pairsim.config.case import SceneCase
-from pairsim.results.answer import Zero, answer_of_critical, answer_of_curve, cost_line
+from pairsim.results.answer import cost_line
 from pairsim.results.columns import EQUILIBRIA_COLUMNS
 from pairsim.results.curve_table import curve_of
 from pairsim.results.folders import valid_record
-from pairsim.results.output import SERIES
-from pairsim.results.run_answer import answer_of_run
 from pairsim.results.xdmf import FieldFrame, read_frame, read_times
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError, failure_of
@@ -37,19 +37,18 @@ class Result:
 
     Args:
         folder: The folder of results.
+        command: The command that wrote it.
         ending: Status, reason and message, if they are not to be taken from run.json: a sweep also records crashes and
             timeouts. None: those of run.json.
 
     Attributes:
         folder: The folder; None for a result that is only in memory.
+        command: The command that computed it.
     """
 
-    kind: ClassVar[str]
-    table_name: ClassVar[str]
-
-    def __init__(self, folder: Path, ending: Mapping[str, Any] | None = None) -> None:
+    def __init__(self, folder: Path, command: Command[Any], ending: Mapping[str, Any] | None = None) -> None:
         self.folder: Path | None = folder
-        self._ending = ending
+        self.command, self._ending = command, ending
 
     @property
     def _path(self) -> Path:
@@ -68,9 +67,19 @@ class Result:
     @cached_property
     def table(self) -> pd.DataFrame:
         """The main table, with the columns of its CSV file (see the reference); counts are integers."""
+        return self._tables[self.command.tables[0]]
+
+    @cached_property
+    def _tables(self) -> dict[str, pd.DataFrame]:
+        """The tables of the command by name; one that is not there is empty."""
         from pairsim.api.tables import read_table
 
-        return read_table(self._path / self.table_name)
+        return {name: read_table(self._path / f"{name}.csv") for name in self.command.tables}
+
+    @property
+    def kind(self) -> str:
+        """Name of the command."""
+        return self.command.name
 
     @cached_property
     def case(self) -> SceneCase:
@@ -79,7 +88,7 @@ class Result:
         Raises:
             InputError: case.yaml is missing, or not valid in this version.
         """
-        return cast(SceneCase, load(self._path / "case.yaml", kind=self.kind))  # type: ignore[call-overload]
+        return load(self._path / "case.yaml", kind=self.kind)
 
     def _ended(self, key: str) -> str:
         return str((self.record if self._ending is None else self._ending).get(key, ""))
@@ -130,11 +139,11 @@ class Result:
         return "\n".join([*ended, *found, *warnings, *cost])
 
     def _answer(self) -> list[str]:
-        raise NotImplementedError
+        return self.command.answer(self._tables, self.record) if len(self.table) else [self.command.nothing]
 
     def _columns(self) -> dict[str, Array]:
         """The columns of the table whose values are numbers."""
-        return {str(name): self.table[name].to_numpy() for name in self.table if self.table[name].dtype.kind in "fi"}
+        return numbers_in(self.table)
 
     def plot(self, folder: Path | str, **options: Any) -> list[Path]:
         """Draw the result, as `pairsim plot` does.
@@ -188,7 +197,7 @@ class Result:
         Returns:
             The result itself, with `folder` set to None.
         """
-        for name in ("record", "case", "table", "_frame_times", "_frames"):
+        for name in ("record", "case", "_tables", "_frame_times", "_frames"):
             getattr(self, name)
         self.folder = None
         return self
@@ -211,9 +220,6 @@ class Result:
 class RunResult(Result):
     """The result of a run in time. `table` is series.csv, with a row for each accepted step."""
 
-    kind = "run"
-    table_name = SERIES
-
     @property
     def times(self) -> Array:
         """Times at which there are fields [D_c/U_av], shape (n,)."""
@@ -230,23 +236,17 @@ class RunResult(Result):
         """
         return self._fields("t", t)
 
-    def _answer(self) -> list[str]:
-        return answer_of_run(self._columns(), self.record) if len(self.table) else ["No step was completed."]
-
 
 class CurveResult(Result):
     """A master curve. `table` is curve.csv, with a row for each point."""
 
-    kind = "curve"
-    table_name = "curve.csv"
-
     @cached_property
     def zeros(self) -> pd.DataFrame:
         """The zeros of dU (equilibria.csv): d, stable, slope, peak, d_error and certain."""
-        from pairsim.api.tables import empty_table, read_table
+        from pairsim.api.tables import empty_table
 
-        path = self._path / "equilibria.csv"
-        return read_table(path) if path.is_file() else empty_table(EQUILIBRIA_COLUMNS)
+        found = self._tables["equilibria"]
+        return found if len(found.columns) else empty_table(EQUILIBRIA_COLUMNS)
 
     def dU(self, d: Any, gap: int = 1) -> Any:
         """dU at any distance of the curve [U_av]; see `curve`, which returns the half-width of its interval, too."""
@@ -297,40 +297,26 @@ class CurveResult(Result):
         """
         return self._fields("d", d)
 
-    def in_memory(self) -> Self:
-        """As `Result.in_memory`."""
-        self.zeros  # noqa: B018 - reads the file
-        return super().in_memory()
-
     def _headline(self) -> str:
         zeros = ", ".join(
             f"{'stable' if row.stable else 'unstable'} zero at d = {row.d:.5g}" for row in self.zeros.itertuples()
         )
         return super()._headline() + (f"; {zeros}" if zeros else "")
 
-    def _answer(self) -> list[str]:
-        rows = self.zeros.to_dict("records")
-        zeros = [Zero(row["d"], bool(row["stable"]), row.get("d_error")) for row in rows]
-        return answer_of_curve(self._columns(), zeros, self.record) if len(self.table) else ["No point was solved."]
-
 
 class CriticalResult(Result):
     """Critical distances. `table` is critical.csv, with a row for each zero of dU."""
-
-    kind = "critical"
-    table_name = "critical.csv"
 
     @property
     def ends(self) -> list[dict[str, Any]]:
         """For each end of a branch: where it is, and why the branch ends there."""
         return list(self.record.get("ends", ()))
 
-    def _answer(self) -> list[str]:
-        rows = self.table.to_dict("records")
-        return answer_of_critical([Zero(row["d_cr"], bool(row["stable"])) for row in rows], self.record)
+
+TYPES: dict[str, type[Result]] = {"run": RunResult, "curve": CurveResult, "critical": CriticalResult}
+"""Results that have more to ask for than a table, by the command."""
 
 
-KINDS: dict[str, type[RunResult] | type[CurveResult] | type[CriticalResult]] = {
-    kind.kind: kind for kind in (RunResult, CurveResult, CriticalResult)
-}
-"""The type of result of each command for one case."""
+def result_of(command: Command[Any], folder: Path, ending: Mapping[str, Any] | None = None) -> Any:
+    """The result of a command in a folder; arguments as for `Result`."""
+    return TYPES.get(command.name, Result)(folder, command, ending)

@@ -9,7 +9,8 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pairsim.api.results import KINDS, SHOWN, Result
+from pairsim.api.results import SHOWN, Result, result_of
+from pairsim.commands import COMMANDS
 from pairsim.config.merging import section_of
 from pairsim.drivers.progress import Style, style_of
 from pairsim.results.output import plain
@@ -53,10 +54,9 @@ class SweepResult:
     @cached_property
     def cases(self) -> list[Result]:
         """Results of the cases that have ended, in the order of `table`."""
-        kind = KINDS[self.record["command"]]
-        return [
-            kind(self.folder / entry["folder"], entry) for entry in self.record["cases"] if entry["status"] in ENDED
-        ]
+        command = COMMANDS[self.record["command"]]
+        ended = [entry for entry in self.record["cases"] if entry["status"] in ENDED]
+        return [result_of(command, self.folder / entry["folder"], entry) for entry in ended]
 
     @property
     def status(self) -> str:

@@ -9,11 +9,12 @@ import re
 from collections.abc import Callable, Mapping
 from inspect import Parameter, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pairsim.cli.options import print_table, usable
+from pairsim.cli.options import OfOneCase, print_table, usable
+from pairsim.commands import COMMANDS
 from pairsim.physics import liquids, solids
 from pairsim.physics.declared import DIMENSIONS, FLAT, LAWS, PARAMETERS
 from pairsim.physics.material import Dimension
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from pairsim.config.bench_report import BenchReport
 
 app = typer.Typer()
+TABLES = [table for command in COMMANDS.values() for table in command.tables]
 PURE = [name for name, each in PARAMETERS.items() if each.parameter.dimension is None]
 """Parameters of laws that are pure numbers."""
 
@@ -106,9 +108,7 @@ def units(
         ),
     ] = None,
     end: Annotated[str | None, _option("--end", "End time of the run (default: by De and Ca_e)", "0.1s")] = None,
-    kind: Annotated[
-        Literal["run", "curve", "critical"], typer.Option("--kind", help="The command that the case file is for.")
-    ] = "run",
+    kind: Annotated[OfOneCase, typer.Option("--kind", help="The command that the case file is for.")] = "run",
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Write a case file to this path.", callback=usable)
     ] = None,
@@ -121,9 +121,9 @@ def units(
     inertia is negligible, a warning if no steady shape is expected, and each
     default used.
     """
-    from pairsim.config.bench_report import DEFAULTS, DISTANCES, bench_report
-    from pairsim.config.case_file import PARSERS
+    from pairsim.config.bench_report import DEFAULTS, bench_report
     from pairsim.config.yaml_file import yaml_text
+    from pairsim.inputs.case_files import parse_case
 
     _check_free(output, overwrite)
     if end is not None and kind != "run":
@@ -141,9 +141,9 @@ def units(
     if not modulus and not young:
         written["Ca_e"] = 0
     if distance is None:
-        written |= DISTANCES[kind]
+        written |= COMMANDS[kind].distances
     try:
-        case = PARSERS[kind]({**written, "physical": DEFAULTS | given}, "pairsim units")
+        case = parse_case(COMMANDS[kind], {**written, "physical": DEFAULTS | given}, "pairsim units")
     except InputError as error:
         raise _of_options(error) from None
     report = bench_report(case, given)
@@ -243,7 +243,7 @@ def table(
     directory: Annotated[
         Path,
         typer.Argument(
-            help="Folder of run, curve or critical.",
+            help=f"Folder of {', '.join(COMMANDS)}.",
             show_default=False,
             callback=usable,
         ),
@@ -251,7 +251,8 @@ def table(
     name: Annotated[
         str | None,
         typer.Argument(
-            help="series, curve, equilibria or critical (default: the main table of the folder).", show_default=False
+            help=f"{', '.join(TABLES)} (default: the main table of the folder).",
+            show_default=False,
         ),
     ] = None,
     physical: Annotated[
@@ -273,10 +274,18 @@ def table(
     Units are those of pairsim (D_c, U_av, D_c/U_av) or, with --physical, um, s,
     um/s and Pa.
     """
+    from pairsim.results.folders import kind_of
     from pairsim.results.physical_table import table_of
 
     _check_free(output, overwrite)
-    text = table_of(directory, name, physical)
+    kind = kind_of(directory)
+    if kind not in COMMANDS:
+        names = " or ".join(COMMANDS)
+        raise InputError(str(directory), "", None, f"must be a folder of {names}, not of `pairsim {kind}`")
+    tables = COMMANDS[kind].tables
+    if name is not None and name not in tables:
+        raise InputError(str(directory), "", name, f"must be {' or '.join(tables)}, a table of `pairsim {kind}`")
+    text = table_of(directory, name or tables[0], physical)
     if output is None:
         typer.echo(text, nl=False)
         return

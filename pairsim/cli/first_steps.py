@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
-from pairsim.cli.options import Settings, print_table, usable
+from pairsim.cli.options import OfExamples, OfFiles, Settings, print_table, usable
 from pairsim.runtime.errors import InputError
 
 app = typer.Typer()
@@ -21,9 +21,7 @@ def init(
     name: Annotated[
         str | None, typer.Argument(help="Name of the case and of its file (default: the kind, or the example).")
     ] = None,
-    kind: Annotated[
-        Literal["run", "curve", "critical", "sweep"], typer.Option("--kind", help="The command that reads the file.")
-    ] = "run",
+    kind: Annotated[OfExamples, typer.Option("--kind", help="The command that reads the file.")] = "run",
     example: Annotated[
         str | None, typer.Option("--example", help="Copy this example of the documentation instead, under NAME.")
     ] = None,
@@ -69,9 +67,7 @@ def doctor() -> None:
     "pairsim schema run --json > run.schema.json"
 )
 def schema(
-    command: Annotated[
-        Literal["run", "curve", "critical", "sweep", "study"], typer.Argument(help="The command that reads the file.")
-    ] = "run",
+    command: Annotated[OfFiles, typer.Argument(help="The command that reads the file.")] = "run",
     case: Annotated[
         Path | None,
         typer.Option(
@@ -93,7 +89,7 @@ def schema(
     """
     from rich.table import Table
 
-    from pairsim.config.schema import json_schema, schema_rows, values_in
+    from pairsim.inputs.schema import json_schema, schema_rows, values_in
 
     if set_ and case is None:
         raise InputError("pairsim schema", "--set", None, "must be used with --case, whose keys it replaces")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from pairsim.commands import COMMANDS
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.launcher import launched
 from pairsim.runtime.names import wrong_in
@@ -30,6 +31,15 @@ def usable(given: Any) -> Any:
     return given
 
 
+# Words that arguments take: mypy cannot know them.
+if TYPE_CHECKING:
+    OfOneCase = str
+    OfExamples = str
+    OfFiles = str
+else:
+    OfOneCase = Literal[tuple(COMMANDS)]
+    OfExamples = Literal[(*COMMANDS, "sweep")]
+    OfFiles = Literal[(*COMMANDS, "sweep", "study")]
 CaseFile = Annotated[
     Path,
     typer.Argument(

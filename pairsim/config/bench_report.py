@@ -9,17 +9,10 @@ from typing import Any
 
 from pairsim.config.case import Case, SceneCase
 from pairsim.config.checked_range import beyond_checked
-from pairsim.config.curve_case import CriticalCase, CurveCase
 from pairsim.config.materials import declared_in, is_viscous
 
 WATER = "1000 kg/m^3"
 DEFAULTS = {"density": WATER}
-DISTANCES: dict[str, dict[str, Any]] = {
-    "run": {"d0": 0.1},
-    "curve": {"d": {"start": 0.02, "stop": 0.8, "num": 9}},
-    "critical": {"d": [0.02, 0.8]},
-}
-"""The distances of a case of each command if none are given [D_c]."""
 # Largest Ca_e with steady shapes of pairs in a Newtonian liquid, by beta (docs/notebook/quasi-steady.md, "Limits").
 STEADY_SHAPES = {0.2: 0.33, 0.4: 0.155, 0.6: 0.085}
 SMALL_RE = 1.0
@@ -113,9 +106,8 @@ def _distances(case: SceneCase) -> tuple[str, str]:
     """The key of the distances, and their values."""
     if isinstance(case, Case):
         return "d0", _list(case.d0)
-    assert isinstance(case, CurveCase | CriticalCase)
-    values = [d for place in case.places for d in place] if isinstance(case, CurveCase) else case.d
-    return "d", f"{min(values):.4g} to {max(values):.4g}"
+    least, most = case.range_of_d
+    return "d", f"{least:.4g} to {most:.4g}"
 
 
 def _list(value: Any) -> str:

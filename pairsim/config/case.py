@@ -260,6 +260,16 @@ class SceneCase(_WithMaterials):
         raise NotImplementedError
 
     @property
+    def range_of_d(self) -> tuple[float, float]:
+        """The least and the largest distance of the case [D_c]."""
+        return min(self.gaps), max(self.gaps)
+
+    @property
+    def values_of_De(self) -> tuple[float, ...]:
+        """Every De at which the case is solved."""
+        return (self.De,)
+
+    @property
     def driven(self) -> tuple[float, float | None]:
         """Mean velocity of the liquid, and that at which all particles are moved, None if no force acts on them."""
         return 1.0, None

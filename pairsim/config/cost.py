@@ -12,11 +12,9 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from pairsim.config.case import Case, SceneCase
-from pairsim.config.curve_case import CriticalCase, CurveCase
+from pairsim.config.case import SceneCase
 from pairsim.config.mistakes import Mistake
 from pairsim.runtime.duration import duration
-from pairsim.solvers.distances import between
 
 STRIPS = 200  # slices of the tube over which the number of cells is summed
 MOST_UNKNOWNS = 2e7  # a larger mesh takes gmsh days or exhausts the memory
@@ -115,48 +113,25 @@ def check_size(case: SceneCase) -> Iterator[Mistake]:
         yield Mistake("mesh", None, allowed)
 
 
-def _memory(size: float, per_unknown: tuple[float, float], polymer: bool) -> float:
+def memory_of(size: float, per_unknown: tuple[float, float], polymer: bool) -> float:
+    """Peak memory of a process with so many unknowns [bytes], `per_unknown` in a Newtonian and another liquid."""
     return LIBRARIES + size * per_unknown[polymer] * (size / USUAL) ** GROWTH
 
 
-def run_estimate(case: Case) -> Estimate:
-    """Estimated cost of a run in time."""
-    size, polymer = unknowns(case), bool(case.liquid_model.modes)
-    end, first = case.time.end, case.time.first_step
-    if case.time.fixed_step is not None:
-        steps = end / case.time.fixed_step
-    else:
-        pace = (3e-4 / case.time.tol) ** 0.45 if any(case.Ca_es) or polymer else 0.25
-        steps = 10 * pace * math.log(1 + end / first) * (3 if polymer else 1) + end / case.time.max_step
-    each = 1.1e-6 * size**1.15 * (ERROR_TOO if case.estimates_error else 1.0)
-    adapted = "; the mesh is adapted: what the run needs is known after a coarse one" if case.adapts else ""
-    return Estimate(round(size), START + steps * each, _memory(size, RUN_BYTES, polymer), adapted)
+def steady_estimate(case: SceneCase, points: int, mesh_error: bool = False) -> Estimate:
+    """Estimated cost of quasi-steady solutions.
 
-
-def _steady_estimate(case: CurveCase | CriticalCase, points: int) -> Estimate:
-    """Estimated cost of a first quasi-steady solution and this number of further points."""
+    Args:
+        case: The case.
+        points: Number of points after the first one.
+        mesh_error: Whether they are solved on a coarser mesh, too.
+    """
     size, polymer = unknowns(case), bool(case.liquid_model.modes)
-    each = 0.4e-6 * size**1.15 * (3 if polymer else 1) * (1.5 if case.mesh_error else 1)
-    memory = _memory(size * (COARSE_TOO if case.mesh_error else 1.0), STEADY_BYTES, polymer)
+    each = 0.4e-6 * size**1.15 * (3 if polymer else 1) * (1.5 if mesh_error else 1)
+    memory = memory_of(size * (COARSE_TOO if mesh_error else 1.0), STEADY_BYTES, polymer)
     iterations = FIRST_POINT + NEXT_POINT * points + ERROR_ESTIMATE * (points + 1)
     adapted = ""
     if case.adapts:
         least, most = (round(factor * size, -3) for factor in ADAPTED)
         adapted = f"; the mesh is adapted, to between {least:,.0f} and {most:,.0f} unknowns"
     return Estimate(round(size), START + iterations * each, memory, adapted)
-
-
-def curve_estimate(case: CurveCase) -> Estimate:
-    """Estimated cost of a master curve: the points between those requested, and a third more where dU is curved."""
-    points = len(case.places)
-    if case.common:
-        points = len(between(sorted(case.places), case.max_points))
-        points = max(min(points + -(-points // 3), case.max_points), points)
-    return _steady_estimate(case, points)
-
-
-def critical_estimate(case: CriticalCase) -> Estimate:
-    """Estimated cost of critical distances: on each line a search for zeros, then two branches over all values."""
-    values = len(next(iter(case.along.values()))) if case.along else 1
-    lines = len(next(iter(case.lines.values()))) if case.lines else 1
-    return _steady_estimate(case, lines * (15 + 4 * values))

@@ -124,6 +124,12 @@ class CurveCase(SceneCase):
         return tuple(max(values) for values in zip(*self.places, strict=True))
 
     @property
+    def range_of_d(self) -> tuple[float, float]:
+        """See `SceneCase`."""
+        values = [d for place in self.places for d in place]
+        return min(values), max(values)
+
+    @property
     def driven(self) -> tuple[float, float | None]:
         """See `SceneCase`."""
         return float(self.flow), self.velocity
@@ -163,6 +169,17 @@ class CriticalCase(SceneCase):
     def gaps(self) -> tuple[float, ...]:
         """The largest distance [D_c], which sets the length of the tube."""
         return (max(self.d),) * (self.n - 1)
+
+    @property
+    def range_of_d(self) -> tuple[float, float]:
+        """See `SceneCase`."""
+        return self.d
+
+    @property
+    def values_of_De(self) -> tuple[float, ...]:
+        """See `SceneCase`."""
+        followed = [De for line in (self.along, self.lines) if line for De in line.get("De", ())]
+        return (self.De, *followed)
 
     def _slug_parts(self) -> list[str]:
         return ["critical", *super()._slug_parts()]

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, cast
 
-from pairsim.config.cost import critical_estimate
 from pairsim.config.curve_case import CriticalCase
 from pairsim.config.form_kinds import forms_of
 from pairsim.drivers.adaptive import Adaptation
@@ -49,8 +48,7 @@ def _run(case: CriticalCase, session: Session) -> Outcome:
     region = _region(case)
     lines = list(_lines(case, region))
     count = len(lines) * (len(region.values) if region is not None else 1)
-    notes = [*case.notes, *critical_estimate(case).notes]
-    session.announce(f"zeros of dU between d = {least:g} and {most:g}", count, notes)
+    session.announce(f"zeros of dU between d = {least:g} and {most:g}", count)
     output = CriticalOutput(case, session)
     branch: Branch | None = None
     adaptation: Adaptation | None = None

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.config.cost import curve_estimate
 from pairsim.config.curve_case import CurveCase
 from pairsim.config.form_kinds import forms_of
 from pairsim.drivers.adaptive import Adaptation
@@ -112,7 +111,7 @@ def _run(case: CurveCase, session: Session, sensitivities: bool, warm_start: War
     places = solution_order(case)
     expected = len(between(places, case.max_points)) if case.common else len(places)
     goal = f"{expected} point{'s' * (expected > 1)}, more as needed"
-    session.announce(goal, expected, [*case.notes, *curve_estimate(case).notes])
+    session.announce(goal, expected)
     output = CurveOutput(case, session, expected, sensitivities)
     branch: Branch | None = None
     adaptation: Adaptation | None = None

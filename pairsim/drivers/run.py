@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.config.case import FREE_ENDS, Case
-from pairsim.config.cost import run_estimate
 from pairsim.config.form_kinds import forms_of
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import problem_of
@@ -118,7 +117,6 @@ def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
         return output
 
     output = session.write(begin, retry=RETRY)
-    notes = [*case.notes, *run_estimate(case).notes, *notes]
     session.announce(*_goal(case), [*notes, *output.damage])
     transient: Transient | None = None
     adaptation: RunAdaptation | None = None

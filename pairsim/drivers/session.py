@@ -30,12 +30,16 @@ class Options:
         overwrite: Whether existing results may be replaced.
         reporter: Shows progress.
         command: The command line, for run.json and for the lock.
+        notes: What the user should know of the case beforehand.
+        files: Names of the files that commands write; --overwrite removes them.
         signals: Whether SIGINT and SIGTERM end the computation in order; if not, the handlers are left unchanged.
     """
 
     overwrite: bool
     reporter: Reporter
     command: str
+    notes: Sequence[str]
+    files: Sequence[str]
     signals: bool = False
 
 
@@ -62,7 +66,7 @@ class Session:
         wall = checkpoint.wall if checkpoint else 0.0
         self.record = Record(folder, case.kind, options.command, wall, case.scales)
         self.stopped_at_once = False
-        self._title = case.name or case.slug
+        self._title, self._notes = case.name or case.slug, options.notes
 
     def announce(self, goal: str, total: float, notes: Iterable[str] = ()) -> None:
         """Show title and goal of the command, and notes for the user.
@@ -70,10 +74,10 @@ class Session:
         Args:
             goal: The goal, such as "to t = 2".
             total: The same as a number, for the progress bar.
-            notes: Notes about the case.
+            notes: Further notes.
         """
         self.reporter.start(self._title, goal, total)
-        for note in notes:
+        for note in (*self._notes, *notes):
             self.reporter.note(note)
 
     def carry_out(self, work: Callable[[], Outcome], kept: Callable[[], str]) -> Outcome:
@@ -174,9 +178,9 @@ def open_session(
         checkpoint = find_checkpoint() if find_checkpoint is not None else None
         try:
             if checkpoint is not None:
-                folder = RunFolder.reopen(directory)
+                folder = RunFolder.reopen(directory, options.files)
             else:
-                folder = RunFolder.create(directory, options.overwrite)
+                folder = RunFolder.create(directory, options.overwrite, options.files)
                 folder.write_yaml("case.yaml", case.resolved())
         except OSError as error:
             raise write_failure(error, directory, "the same command") from error

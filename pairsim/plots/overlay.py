@@ -11,7 +11,7 @@ from pairsim.plots.encoding import Encoding, hashable
 from pairsim.plots.labels import case_parts, read_case, symbol
 from pairsim.plots.lines import Line, draw_lines, lines_of
 from pairsim.plots.style import Page, printing
-from pairsim.results.folders import Kind, kind_of
+from pairsim.results.folders import kind_of
 from pairsim.runtime.errors import InputError
 
 FIRST = ("beta", "De", "Ca_e", "d0", "particles", "liquid", "xi", *FLAT)
@@ -61,7 +61,7 @@ def overlay(
     Raises:
         InputError: A folder is of another kind, or has nothing to draw yet.
     """
-    kinds: dict[Path, Kind] = {folder: kind_of(folder) for folder in folders}
+    kinds: dict[Path, str] = {folder: kind_of(folder) for folder in folders}
     for folder, kind in kinds.items():
         if kind not in ("run", "curve"):
             raise InputError(str(folder), "", kind, "must be a run or a curve to be laid over others")

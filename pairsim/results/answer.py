@@ -203,32 +203,25 @@ CASE_NOT_AT_FAULT = ("interrupted", "write_failed", "environment")  # reasons fo
 LIMITS = ("wall_time", "max_steps")  # reasons that are keys of `limits` as well
 
 
-def advice(kind: str, status: str, reason: str, message: str, directory: Path, pair: bool) -> str:
+def advice(afterwards: str, status: str, reason: str, message: str, directory: Path, resumable: bool) -> str:
     """What to do next.
 
     Args:
-        kind: The command: run, curve or critical.
+        afterwards: What may come next where it has finished.
         status: How it ended, as in run.json.
         reason: Why.
         message: The same in words, with what a failure advises to try.
         directory: The folder of its results.
-        pair: Whether the result tells how fast a pair moves apart.
+        resumable: Whether the command goes on from a checkpoint.
     """
     if status == "finished":
-        more = {
-            "run": f"pairsim plot {directory} draws it; pairsim run --resume {directory} --set time.end=... continues",
-            "curve": f"pairsim travel {directory} --from D --to D gives the time and tube that a pair needs"
-            if pair
-            else f"pairsim plot {directory} draws it again",
-            "critical": f"pairsim plot {directory} draws it again",
-        }
-        return f"Next: {more[kind]}."
+        return f"Next: {afterwards}."
     if reason in LIMITS:
         return f"Next: pairsim run --resume {directory} --set limits.{reason}=... continues from the last checkpoint."
     if reason not in CASE_NOT_AT_FAULT:
         _, found, remedy = message.rpartition("; try ")
         change = f"try {remedy}; " if found else ""
         return f"Next: {change}unchanged, the case fails in the same way. What was written stands."
-    if kind == "run":
+    if resumable:
         return f"Next: pairsim run --resume {directory} continues from the last checkpoint."
     return "Next: the same command with --overwrite computes it again; what was written stands until then."

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from pairsim.runtime.errors import InputError
 
-Kind = Literal["run", "curve", "critical", "sweep", "study"]
-MARKS: dict[Kind, tuple[str, ...]] = {
+MARKS = {
     "sweep": ("sweep.json", "sweep-*-of-*.json"),
     "study": ("study.csv", "sweep-[0-9]*/sweep.json"),
-    "curve": ("curve.csv",),
-    "critical": ("critical.csv",),
-    "run": ("series.csv", "run.json"),
 }
-"""The files by which the folder of a command is recognised, in this order, if run.json does not name the command (as in
-earlier versions; a run.json alone may then also be that of a curve or of critical distances)."""
+"""The files by which the folder of a command for many cases is recognised."""
+EARLIER = {"curve": ("curve.csv",), "critical": ("critical.csv",), "run": ("series.csv", "run.json")}
+"""The same of commands for one case, in this order, where run.json does not name the command: in folders of early
+versions."""
 
 
-def kind_of(directory: Path) -> Kind:
+def kind_of(directory: Path) -> str:
     """The command that wrote a folder.
 
     Raises:
@@ -33,11 +32,12 @@ def kind_of(directory: Path) -> Kind:
             str(directory), "", None, "must be a folder of results, such as runs/quickstart, but is a file"
         )
     named = read_record(directory).get("kind")
-    for kind, patterns in MARKS.items():
-        if kind == named:
-            return kind
+    marks = MARKS if isinstance(named, str) else MARKS | EARLIER
+    for kind, patterns in marks.items():
         if any(path.is_file() for pattern in patterns for path in directory.glob(pattern)):
             return kind
+    if isinstance(named, str):
+        return named
     tables = "series.csv, curve.csv, critical.csv, sweep.json, study.csv"
     held = "is empty" if not any(directory.iterdir()) else f"has none of {tables}"
     held = f"must be a folder of results, but {held}"
@@ -72,3 +72,13 @@ def valid_record(directory: Path) -> dict[str, Any]:
     if not isinstance(record, dict):
         raise InputError(str(path), "", None, "must be a JSON object")
     return record
+
+
+def rows_of(table: Path) -> list[dict[str, str]]:
+    """The rows of a CSV table as text, by column.
+
+    Raises:
+        OSError: It cannot be read.
+    """
+    with table.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))

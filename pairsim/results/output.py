@@ -11,7 +11,7 @@ import json
 import math
 import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,24 +31,26 @@ SERIES, CHECKPOINT, REPORT = "series.csv", "checkpoint.npz", "report.html"
 FIELDS_XDMF, FIELDS_LAST, FIELDS_H5 = "fields.xdmf", "fields_last.xdmf", "fields.h5"
 FRAMES = "fields"
 """Folder with a file for each frame of fields, while a command is at work."""
-PICTURES = ("series", "curve", "critical", "fields", "perturbation", "runs", "curves")
+PICTURES = ("fields", "perturbation", "runs", "curves")
 FIELD_NAMES = ("velocity", "streamlines", "tr_c", "N1", "tau_zz", "tau_zz_extra", "pressure", "pressure_extra")
 PICTURE_ENDINGS = ("png", "pdf", "svg", "gif", "mp4")
 OWN_FILES = (
     "case.yaml",
     "run.json",
-    SERIES,
     CHECKPOINT,
     FIELDS_XDMF,
     FIELDS_LAST,
     FIELDS_H5,
-    "curve.csv",
-    "equilibria.csv",
-    "critical.csv",
     REPORT,
     *(f"{stem}.{end}" for stem in (*PICTURES, *(f"field-{n}" for n in FIELD_NAMES)) for end in PICTURE_ENDINGS),
 )
-"""All files that pairsim writes into a folder of results, but for `frame_files`; `--overwrite` removes only these."""
+"""Files of all commands in a folder of results, but for `frame_files`, and for the tables and pictures of a command."""
+
+
+def files_of(tables: Iterable[str], pictures: Iterable[str]) -> tuple[str, ...]:
+    """All files in folders of commands with these tables and pictures; `--overwrite` removes only these."""
+    drawn = (f"{stem}.{end}" for stem in pictures for end in PICTURE_ENDINGS)
+    return tuple(dict.fromkeys((*OWN_FILES, *(f"{name}.csv" for name in tables), *drawn)))
 
 
 def make_folder(path: Path) -> None:
@@ -142,14 +144,16 @@ class RunFolder:
     """A folder for the results of one case; made with `RunFolder.create` or `RunFolder.reopen`."""
 
     path: Path
+    files: Sequence[str] = OWN_FILES
 
     @classmethod
-    def create(cls, path: Path | str, overwrite: bool = False) -> RunFolder:
+    def create(cls, path: Path | str, overwrite: bool = False, files: Sequence[str] = OWN_FILES) -> RunFolder:
         """Create the folder, or remove the files of earlier results from it.
 
         Args:
             path: Folder; created with its parents if needed.
-            overwrite: Whether existing results (`OWN_FILES`, `frame_files`) are removed; other files are kept.
+            overwrite: Whether existing results (`files`, `frame_files`) are removed; other files are kept.
+            files: Names of the files that pairsim writes into folders.
 
         Raises:
             InputError: `path` is a file or not writable, or it is not empty and `overwrite` is not set.
@@ -166,7 +170,7 @@ class RunFolder:
             if present and not overwrite:
                 raise refuse("must be a new or empty folder, unless --overwrite replaces the results in it")
             folder.mkdir(parents=True, exist_ok=True)
-            old = [file for name in OWN_FILES for file in (folder / name, part_of(folder / name))]
+            old = [file for name in files for file in (folder / name, part_of(folder / name))]
             for file in old:
                 if file.is_dir() and not file.is_symlink():
                     raise refuse(f"must be another folder: {file.name} in it is a folder, where pairsim writes a file")
@@ -180,10 +184,10 @@ class RunFolder:
                 raise refuse("must be a folder with write permission")
         except OSError as error:
             raise refuse(f"must be a folder that can be used ({error.strerror or error})") from error
-        return cls(folder)
+        return cls(folder, files)
 
     @classmethod
-    def reopen(cls, path: Path | str) -> RunFolder:
+    def reopen(cls, path: Path | str, files: Sequence[str] = OWN_FILES) -> RunFolder:
         """Open an existing folder and keep its files.
 
         Raises:
@@ -191,12 +195,12 @@ class RunFolder:
         """
         if not os.access(path, os.W_OK | os.X_OK):
             raise InputError(str(path), "--resume", None, "must be a folder with write permission")
-        return cls(Path(path))
+        return cls(Path(path), files)
 
     def file(self, name: str) -> Path:
-        """Path of one of `OWN_FILES`; other names are refused, as `--overwrite` would not find them again."""
-        if name not in OWN_FILES:
-            raise ValueError(f"{name} is not in OWN_FILES: {', '.join(OWN_FILES)}")
+        """Path of one of `files`; other names are refused, as `--overwrite` would not find them again."""
+        if name not in self.files:
+            raise ValueError(f"{name} is not a file of pairsim: {', '.join(self.files)}")
         return self.path / name
 
     def write_yaml(self, name: str, content: Mapping[str, Any]) -> Path:

@@ -9,15 +9,9 @@ from pathlib import Path
 
 from pairsim.physics.scales import Scales
 from pairsim.results.columns import LENGTH, RATE, STRESS, TIME, VELOCITY, column
-from pairsim.results.folders import Kind, kind_of, valid_record
+from pairsim.results.folders import valid_record
 from pairsim.runtime.errors import InputError
 
-TABLES: dict[Kind, tuple[str, ...]] = {
-    "run": ("series",),
-    "curve": ("curve", "equilibria"),
-    "critical": ("critical",),
-}
-"""The tables of each kind of folder, the main one first."""
 PHYSICAL: dict[str, tuple[str, Callable[[Scales], float]]] = {
     TIME: ("s", lambda scales: scales.time),
     LENGTH: ("um", lambda scales: 1e6 * scales.length),
@@ -43,25 +37,18 @@ def scales_of(directory: Path) -> Scales:
     return Scales(scales["length"], scales["velocity"], scales["stress"] * scales["time"])
 
 
-def table_of(directory: Path, name: str | None, physical: bool) -> str:
+def table_of(directory: Path, name: str, physical: bool) -> str:
     """A table as CSV text, with the unit of each column after its name.
 
     Args:
-        directory: Folder of run, curve or critical.
-        name: Name of the table, one of `TABLES`; None for the main one.
+        directory: Folder of a command for one case.
+        name: Name of the table, without .csv.
         physical: Whether to convert to micrometres, seconds and pascals.
 
     Raises:
-        InputError: The folder has no such table, or `physical` is set and its case has no `physical` block.
+        InputError: The table cannot be read, or `physical` is set and its case has no `physical` block.
     """
-    kind = kind_of(directory)
-    if kind not in TABLES:
-        raise InputError(
-            str(directory), "", None, f"must be a folder of run, curve or critical, not of `pairsim {kind}`"
-        )
-    if name is not None and name not in TABLES[kind]:
-        raise InputError(str(directory), "", name, f"must be {' or '.join(TABLES[kind])}, a table of `pairsim {kind}`")
-    path = directory / f"{name or TABLES[kind][0]}.csv"
+    path = directory / f"{name}.csv"
     scales = scales_of(directory) if physical else None
     try:
         header, *rows = csv.reader(path.read_text(encoding="utf-8").splitlines())

@@ -10,22 +10,18 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Callable
 from contextlib import suppress
-from functools import partial
 from pathlib import Path
 
 import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that loads MPI or makes threads
 
 # isort: split
-from pairsim.config.case_file import load_case, load_critical, load_curve
-from pairsim.drivers.critical import run_critical
-from pairsim.drivers.curve import WarmStart, run_curve
+from pairsim.commands import COMMANDS, own_files
+from pairsim.drivers.curve import WarmStart
 from pairsim.drivers.outcome import Outcome, memory
 from pairsim.drivers.progress import Reporter
-from pairsim.drivers.run import run_case
 from pairsim.drivers.session import Options
-from pairsim.plots.curves import draw_curve
+from pairsim.inputs.case_files import read_case
 from pairsim.plots.style import Page
 from pairsim.runtime.errors import InputError, unexpected
 from pairsim.runtime.signals import Signals
@@ -33,22 +29,6 @@ from pairsim.runtime.signals import Signals
 # Memory of a process above which it computes no further case [bytes]. Chosen: a run of the default mesh at De 1 takes
 # half of it.
 MOST_MEMORY = 1_000_000_000
-
-
-def _run(file: Path, directory: Path, options: Options) -> Outcome:
-    return run_case(load_case(file), directory, options)
-
-
-def _critical(file: Path, directory: Path, options: Options) -> Outcome:
-    return run_critical(load_critical(file), directory, options)
-
-
-def _curve(warm_start: WarmStart, file: Path, directory: Path, options: Options) -> Outcome:
-    outcome = run_curve(load_curve(file), directory, options, warm_start=warm_start)
-    if outcome.status == "finished":
-        with suppress(OSError, InputError):  # a picture can be drawn again
-            draw_curve(directory, directory, Page())
-    return outcome
 
 
 def solve(name: str, pairs: list[tuple[Path, Path]]) -> Outcome:
@@ -61,17 +41,17 @@ def solve(name: str, pairs: list[tuple[Path, Path]]) -> Outcome:
     Returns:
         The outcome of the last case that was computed.
     """
-    warm_start = WarmStart()
-    commands: dict[str, Callable[[Path, Path, Options], Outcome]] = {
-        "run": _run,
-        "curve": partial(_curve, warm_start),
-        "critical": _critical,
-    }
+    command, warm_start = COMMANDS[name], WarmStart()
+    more = {"warm_start": warm_start} if command.in_sweeps.neighbours else {}
     with Signals(final=True) as signals:
         for file, directory in pairs:
-            command = shlex.join(["pairsim", name, str(file), "-o", str(directory)])
-            options = Options(overwrite=True, reporter=Reporter(), command=command, signals=True)
-            outcome = commands[name](file, directory, options)
+            line = shlex.join(["pairsim", name, str(file), "-o", str(directory)])
+            case = read_case(command, file)
+            options = Options(True, Reporter(), line, [*case.notes, *command.estimate(case).notes], own_files(), True)
+            outcome = command.compute(case, directory, options, **more)
+            if outcome.status == "finished" and command.draws_itself:
+                with suppress(OSError, InputError):  # a picture can be drawn again
+                    command.draw(directory, directory, Page())
             if signals.number or memory() > MOST_MEMORY:
                 break
     warm_start.close()

@@ -11,18 +11,19 @@ from itertools import product
 from pathlib import Path
 from typing import Any, NoReturn
 
-from pairsim.config.case_file import check_file, wrong_keys
-from pairsim.config.identity import folder_name, key_of
-from pairsim.config.many_cases import SweepFile, check_sweep
+from pairsim.commands import COMMANDS, Command
+from pairsim.config.identity import folder_name
 from pairsim.config.merging import merge
 from pairsim.config.mistakes import Mistake, Mistakes, input_error
 from pairsim.config.physical import BLOCK, forget_numbers
 from pairsim.config.values import FOLDER_WORDS, is_finite, is_name
 from pairsim.config.yaml_file import Section, apply_settings, place_of, places_in, read_yaml
+from pairsim.inputs.case_files import check_file, wrong_keys
+from pairsim.inputs.many_cases import SweepFile, check_sweep
 from pairsim.results.folders import read_record
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.names import fits_a_folder
-from pairsim.sweeps.commands import COMMANDS, Checked, SweepCommand
+from pairsim.sweeps.checked import Checked
 
 NUMBERS = ("beta", "De", "Ca_e", "xi", "d0")  # keys whose values a physical block can give
 
@@ -62,7 +63,7 @@ class Grid:
 
     source: Path
     name: str
-    command: SweepCommand[Any]
+    command: Command[Any]
     cases: tuple[SweepCase, ...]
     varying: tuple[str, ...]
     key: str
@@ -81,7 +82,7 @@ class Grid:
     def columns(self) -> tuple[str, ...]:
         """Result columns of all cases, in the order of their first appearance."""
         own = (name for case in self.cases for name in case.checked.columns)
-        return tuple(dict.fromkeys((*own, *self.command.last)))
+        return tuple(dict.fromkeys((*own, *self.command.in_sweeps.last)))
 
 
 def read_grid(path: Path, settings: tuple[str, ...] = ()) -> Grid:
@@ -250,7 +251,7 @@ class _Reader:
         cases = 0
         for where, _, merged, _ in self._entries():
             cases += 1
-            if (error := wrong_keys(merged, self.command.name, str(self.path), where)) is not None:
+            if (error := wrong_keys(self.command, merged, str(self.path), where)) is not None:
                 self.mistakes.add(error)
         return self.mistakes.error(cases) if self.mistakes else None
 
@@ -273,11 +274,11 @@ class _Reader:
                 continue
             cases += 1
             try:
-                checked = self.command.check(merged, str(self.path), where)
+                checked = Checked.of(self.command, merged, str(self.path), where)
             except InputError as error:
                 self.mistakes.add(error)
                 continue
-            key = case_key(self.command, checked)
+            key = checked.key
             if key in found:
                 duplicates += 1
             else:
@@ -312,17 +313,12 @@ def _whole_key(keys: Iterable[str]) -> str:
     return hashlib.sha256("\n".join(sorted(keys)).encode()).hexdigest()
 
 
-def case_key(command: SweepCommand[Any], checked: Checked) -> str:
-    """Hash that identifies a case of a command."""
-    return key_of(command.name, checked.identity)
-
-
-def finished_in(directory: Path, command: SweepCommand[Any], key: str) -> bool:
+def finished_in(directory: Path, command: Command[Any], key: str) -> bool:
     """Whether a folder has the finished results of the case with this hash."""
     if read_record(directory).get("status") != "finished":
         return False
     try:
-        return case_key(command, command.check(read_yaml(directory / "case.yaml"), "case.yaml")) == key
+        return Checked.of(command, read_yaml(directory / "case.yaml"), "case.yaml").key == key
     except InputError:
         return False
 

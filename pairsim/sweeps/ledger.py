@@ -15,10 +15,10 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from pairsim.commands.command import Value
 from pairsim.results.folders import read_record
 from pairsim.results.output import plain, write_text
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.commands import Value
 from pairsim.sweeps.grid import Grid, SweepCase, finished_in
 
 STATUSES = ("pending", "running", "finished", "failed", "timeout")
@@ -94,7 +94,7 @@ class Ledger:
         self, directory: Path, grid: Grid, cases: list[SweepCase], shard: Shard | None, about: dict[str, Any]
     ) -> None:
         self.directory, self.grid = directory, grid
-        self.entries = {case.folder: entry_of(case, grid.command.parameters) for case in cases}
+        self.entries = {case.folder: entry_of(case, grid.command.in_sweeps.parameters) for case in cases}
         tag = shard.tag if shard else ""
         self.path, self.table = directory / f"sweep{tag}.json", directory / f"results{tag}.csv"
         self.about = about
@@ -160,7 +160,7 @@ class Ledger:
             "name": self.grid.name,
             "command": self.grid.command.name,
             "varying": list(self.grid.varying),
-            "parameters": list(dict.fromkeys((*self.grid.varying, *self.grid.command.parameters))),
+            "parameters": list(dict.fromkeys((*self.grid.varying, *self.grid.command.in_sweeps.parameters))),
             "columns": list(self.grid.columns),
             "updated": time.time(),
             "counts": {status: self.count(status) for status in STATUSES},

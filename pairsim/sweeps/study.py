@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from pairsim.config.many_cases import ZERO
+from pairsim.commands import COMMANDS
+from pairsim.inputs.many_cases import ZERO
 from pairsim.results.folders import read_record
 from pairsim.results.output import read_series, write_text
 from pairsim.runtime.arrays import Array
@@ -110,7 +111,7 @@ def _row(
     for name in dict.fromkeys(name for i in done for name in records[i].get("wall_time_by_phase", {})):
         row[f"wall_{name}"] = statistics.median(records[i]["wall_time_by_phase"].get(name, 0.0) for i in done)
     row["peak_memory"] = max(records[i]["peak_memory"] for i in done)
-    series = read_series(directories[done[0]] / ("curve.csv" if command == "curve" else "series.csv"))
+    series = read_series(directories[done[0]] / f"{COMMANDS[command].tables[0]}.csv")
     read = sampled(series, study.over, study.at)
     if read is None:
         return row

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from pairsim.config.case import Case, SceneCase
-from pairsim.config.case_file import check_file
-from pairsim.config.curve_case import CurveCase
-from pairsim.config.many_cases import ZERO, StudyFile, check_study
+from pairsim.commands import COMMANDS
 from pairsim.config.mistakes import Mistake, Mistakes, input_error, missing
 from pairsim.config.yaml_file import OPTION, Section, places_in
+from pairsim.inputs.case_files import check_file
+from pairsim.inputs.many_cases import STUDIED, ZERO, StudyFile, check_study
 from pairsim.results.columns import series_columns
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import Grid, SweepCase, flat, grid_from, read_base, value_at, wrong_keys_in
@@ -20,7 +19,6 @@ from pairsim.sweeps.grid import Grid, SweepCase, flat, grid_from, read_base, val
 OWN = ("command", "repeat")  # keys of a discretisation that do not belong to its case
 TABLE = "study.csv"
 FROM_AT = "must be left out: it follows from at"
-MODELS: dict[str, type[SceneCase]] = {"run": Case, "curve": CurveCase}
 
 
 @dataclass(frozen=True)
@@ -144,11 +142,15 @@ class _Reader:
     def _contents(self) -> Iterator[tuple[str, dict[str, Any], list[int]]]:
         """Yield for each command the content of a grid file, and the indices of its discretisations."""
         file = self.file
-        for command in dict.fromkeys(name for name in file.commands if name in MODELS):
+        for command in dict.fromkeys(name for name in file.commands if name in STUDIED):
             own = [i for i, name in enumerate(file.commands) if name == command]
             # A base shared by both commands may have keys that only the other command knows.
-            other = {key for name in set(file.commands) & set(MODELS) - {command} for key in MODELS[name].model_fields}
-            kept = {k: v for k, v in self.base.items() if k not in other or k in MODELS[command].model_fields}
+            other = {
+                key
+                for name in set(file.commands) & set(STUDIED) - {command}
+                for key in COMMANDS[name].model.model_fields
+            }
+            kept = {k: v for k, v in self.base.items() if k not in other or k in COMMANDS[command].model.model_fields}
             base = Section(kept, places_in(self.base))
             cases = []
             for i in own:

@@ -204,7 +204,7 @@ class _Root:
         self.idle = deque(range(size if size > 1 else options.workers))
         self.workers = {rank: {"cases": 0, "busy": 0.0} for rank in self.idle}
         self.running: dict[int, list[str]] = {}
-        tasks, neighbours = self._tasks(cases), grid.command.neighbours
+        tasks, neighbours = self._tasks(cases), grid.command.in_sweeps.neighbours
         self.queue = deque([task] for task in tasks) if options.cold else units(tasks, neighbours, len(self.workers))
         self.forms = tuple(dict.fromkeys(f for unit in self.queue for task in unit for f in task.checked.forms))
         self.stopping, self.code, self.why = False, 0, ""

@@ -12,13 +12,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from pairsim.commands import Command
+from pairsim.commands.command import Value
 from pairsim.config.yaml_file import yaml_text
 from pairsim.results.folders import read_record
 from pairsim.results.output import CHECKPOINT, plain, write_text
 from pairsim.runtime.child_process import DISK, GRACE, Child, module_command
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import FolderLock, command_line
-from pairsim.sweeps.commands import Checked, SweepCommand, Value
+from pairsim.sweeps.checked import Checked
 from pairsim.sweeps.grid import finished_in
 from pairsim.sweeps.verdict import judge
 
@@ -77,7 +79,7 @@ class CaseWorker:
         timeout: Largest wall time of a case [s].
     """
 
-    def __init__(self, command: SweepCommand[Any], timeout: float | None = None) -> None:
+    def __init__(self, command: Command[Any], timeout: float | None = None) -> None:
         self.command, self.timeout = command, timeout
         self._unit: list[Task] = []
         self._child: Child | None = None

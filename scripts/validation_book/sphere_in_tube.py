@@ -12,9 +12,10 @@ matplotlib.use("Agg")
 from matplotlib import pyplot
 
 import pairsim
-from pairsim.config.case_file import curve_from_dict
+from pairsim.commands import COMMANDS
 from pairsim.config.yaml_file import read_yaml
 from pairsim.drivers.problems import steady_problem
+from pairsim.inputs.case_files import parse_case
 from pairsim.results.answer import with_error
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.branch import Branch
@@ -63,7 +64,7 @@ class Line:
 
 def along(mesh: Keys, places: Sequence[float]) -> Line:
     """Solve at ascending De_b, each continued from the last."""
-    case = curve_from_dict({**read_yaml(CASE), **mesh, "De": places[0] * RADIUS}, CASE.name)
+    case = parse_case(COMMANDS["curve"], {**read_yaml(CASE), **mesh, "De": places[0] * RADIUS}, CASE.name)
     points: Points = {}
     start = Parameters((), case.solid_models, case.liquid_model)
     branch = Branch(steady_problem(case, inf), start, mesh_error=False)

@@ -9,7 +9,8 @@ from support.commands import Pairsim
 from typer.testing import CliRunner
 
 from pairsim.cli.app import app
-from pairsim.config.case_file import load_case
+from pairsim.commands import COMMANDS
+from pairsim.inputs.case_files import read_case
 from pairsim.runtime.errors import InputError
 
 GOOD = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\n"
@@ -78,7 +79,7 @@ def test_bad_case_is_refused(name: str, tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
     path.write_text(text)
     with pytest.raises(InputError) as caught:
-        load_case(path)
+        read_case(COMMANDS["run"], path)
     message = str(caught.value)
     assert str(path) in message
     assert key in message
@@ -127,7 +128,7 @@ def test_usage_errors_end_with_2(arguments: list[str]) -> None:
 def test_settings_are_checked_like_the_file(tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
     path.write_text(GOOD)
-    assert load_case(path, ("mesh.Np=20", "Ca_e=[0.1, 0]")).mesh.Np == 20
+    assert read_case(COMMANDS["run"], path, ("mesh.Np=20", "Ca_e=[0.1, 0]")).mesh.Np == 20
     for setting, key in (("mesh.Np=2", "mesh.Np"), ("mesh.Np", "mesh.Np"), ("beta.x=1", "beta")):
         with pytest.raises(InputError, match=key):
-            load_case(path, (setting,))
+            read_case(COMMANDS["run"], path, (setting,))

@@ -19,16 +19,16 @@ from support.references import reference
 
 import pairsim
 from pairsim.api.results import Result
-from pairsim.config.case_file import load_critical, load_curve
+from pairsim.commands import COMMANDS
 from pairsim.drivers.curve import WarmStart, run_curve
 from pairsim.drivers.progress import Reporter
 from pairsim.drivers.session import Options
+from pairsim.inputs.case_files import read_case
 from pairsim.results.output import read_series
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError, NoSteadyState
 from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.curve import Zero
-from pairsim.sweeps.commands import COMMANDS
 
 CURVE = "beta: 0.4\nDe: 0\nCa_e: 0.1\nends: developed\nlength: auto\nmesh: {Np: 10}\nd: [0.3, 0.1]\n"
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": "auto", "mesh": {"Np": 8}}
@@ -203,7 +203,7 @@ def test_bad_case_is_refused(name: str, tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
     path.write_text(yaml.safe_dump(plain | changed))
     with pytest.raises(InputError) as caught:
-        (load_curve if command == "curve" else load_critical)(path)
+        read_case(COMMANDS[command], path)
     assert re.match(rf"{path}(:\d+)?: {key}: ", str(caught.value))
     assert allowed in str(caught.value)
 

@@ -17,8 +17,9 @@ import pytest
 from support.fuzz import BOMB
 
 from pairsim.cli.app import main
-from pairsim.config.case_file import load_case
+from pairsim.commands import COMMANDS
 from pairsim.config.values import FOLLOWED
+from pairsim.inputs.case_files import read_case
 from pairsim.physics.liquids import single
 from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.pipe import Pipe
@@ -219,14 +220,14 @@ def test_grid_takes_a_file_whose_name_no_case_can_have(tmp_path: Path) -> None:
 def test_dates_and_words_are_text(name: str, tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
     path.write_text(RUN + f"name: {name}\n")
-    assert load_case(path).name == name
+    assert read_case(COMMANDS["run"], path).name == name
 
 
 def test_message_lists_twenty_mistakes_and_counts_the_others(tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
     path.write_text(RUN + "".join(f"key{i}: 1\n" for i in range(100)))
     with pytest.raises(InputError) as caught:
-        load_case(path)
+        read_case(COMMANDS["run"], path)
     lines = str(caught.value).splitlines()
     assert len(caught.value.mistakes) == 100
     assert len(lines) == 21

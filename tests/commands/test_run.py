@@ -242,12 +242,13 @@ def test_an_interrupted_run_keeps_its_rows(number: int, tmp_path: Path) -> None:
 ORDERINGS = """
 import os, signal, subprocess, sys
 from pairsim.runtime.fenicsx import MPI
-from pairsim.config.case_file import case_from_dict
+from pairsim.commands import COMMANDS
+from pairsim.inputs.case_files import parse_case
 from pairsim.drivers.problems import problem_of
 from pairsim.solvers.transient import Transient
 
 keys = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": "auto", "mesh": {"Np": 8}}
-transient = Transient(problem_of(case_from_dict(keys, "test")))
+transient = Transient(problem_of(parse_case(COMMANDS["run"], keys, "test")))
 next(transient.steps(iter([0.01])))
 caught = []
 signal.signal(signal.SIGTERM, lambda *_: caught.append(1))

@@ -14,8 +14,9 @@ import pytest
 from support.commands import Pairsim
 from support.field_samples import scene
 
-from pairsim.config.case_file import load_case
+from pairsim.commands import COMMANDS
 from pairsim.config.quantities import LENGTH, si
+from pairsim.inputs.case_files import read_case
 from pairsim.results.checkpoint import load
 from pairsim.results.fields_writer import FieldsWriter
 from pairsim.results.xdmf import read_frame, read_times
@@ -54,7 +55,7 @@ def test_yaml_makes_no_objects(value: str, here: Path) -> None:
     path = here / "case.yaml"
     path.write_text(CASE + f"name: {value}\n")
     with pytest.raises(InputError, match="must not have tags"):
-        load_case(path)
+        read_case(COMMANDS["run"], path)
     assert not (here / "executed").exists()
 
 
@@ -72,7 +73,7 @@ def test_name_of_a_case_is_no_path(name: str, here: Path) -> None:
     path = here / "case.yaml"
     path.write_text(CASE + f"name: '{name}'\n")
     with pytest.raises(InputError, match="must be a word"):
-        load_case(path)
+        read_case(COMMANDS["run"], path)
 
 
 @pytest.mark.parametrize("name", ["../out", "/tmp/out", "..", ".hidden", "a/b"])

@@ -15,8 +15,8 @@ from support.browser import chromium, screenshot
 from support.inputs import ROOT
 
 from pairsim.cli.app import app
-from pairsim.config.case_file import FILES
-from pairsim.config.schema import schema_rows
+from pairsim.inputs.case_files import FILES
+from pairsim.inputs.schema import schema_rows
 
 SHOWN = ("index", "tutorials/first-pair", "explanation/physics", "reference/case-files", "validation/index")
 

@@ -17,8 +17,8 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from pairsim.config.case_file import FILES
-from pairsim.config.schema import json_schema
+from pairsim.inputs.case_files import FILES
+from pairsim.inputs.schema import json_schema
 
 Tree = dict[str, Any]
 """Keys with their values as text of YAML, groups nested."""

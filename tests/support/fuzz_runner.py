@@ -33,9 +33,9 @@ import pairsim.sweeps.progress
 import pairsim.sweeps.slurm
 import pairsim.sweeps.study_file
 import pairsim.sweeps.summary
-from pairsim.config.case_file import FILES
 from pairsim.config.quantities import LENGTH, si
-from pairsim.config.schema import schema_rows
+from pairsim.inputs.case_files import FILES
+from pairsim.inputs.schema import schema_rows
 
 SECONDS, BYTES = 10, 4 << 30  # limits of a child
 WALL = 60  # seconds; a child that sleeps uses no processor time

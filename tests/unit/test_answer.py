@@ -131,8 +131,8 @@ def test_critical_distances_by_kind() -> None:
     assert "keeps its sign" in answer_of_critical([], {})[0]
 
 
-@pytest.mark.parametrize("kind", ["run", "curve", "critical"])
-def test_nobody_is_told_to_repeat_what_fails_in_the_same_way(kind: str) -> None:
+@pytest.mark.parametrize("resumable", [True, False])
+def test_nobody_is_told_to_repeat_what_fails_in_the_same_way(resumable: bool) -> None:
     """Only a case that is not at fault may succeed when it is repeated."""
     out = Path("out")
     for failure in (
@@ -140,16 +140,16 @@ def test_nobody_is_told_to_repeat_what_fails_in_the_same_way(kind: str) -> None:
         MeshFailure("a cell of the new mesh is inverted", advice="a larger mesh.Np"),
         NewtonFailure("no convergence", t=0.1, step=3, advice="a larger mesh.Np"),
     ):
-        told = advice(kind, "failed", failure.reason, str(failure), out, True)
+        told = advice("", "failed", failure.reason, str(failure), out, resumable)
         assert "try a larger mesh.Np; unchanged, the case fails in the same way" in told
         assert not re.search("--overwrite|--resume", told)
-    folded = advice(kind, "failed", NoSteadyState.reason, "the branch has a fold at Ca_e = 0.15", out, True)
+    folded = advice("", "failed", NoSteadyState.reason, "the branch has a fold at Ca_e = 0.15", out, resumable)
     assert folded.startswith("Next: unchanged, the case fails in the same way")
-    again = "--resume out" if kind == "run" else "--overwrite"
+    again = "--resume out" if resumable else "--overwrite"
     full = WriteFailure("No space left on device", advice="freeing disk space, then the same command")
-    assert again in advice(kind, "failed", full.reason, str(full), out, True)
-    assert again in advice(kind, "failed", "environment", "no C compiler", out, True)
-    assert again in advice(kind, "interrupted", "interrupted", "SIGINT", out, True)
+    assert again in advice("", "failed", full.reason, str(full), out, resumable)
+    assert again in advice("", "failed", "environment", "no C compiler", out, resumable)
+    assert again in advice("", "interrupted", "interrupted", "SIGINT", out, resumable)
 
 
 @pytest.mark.parametrize("limit", [WallTime, TooManySteps])

@@ -8,10 +8,11 @@ from pathlib import Path
 import pytest
 from support.inputs import ROOT
 
+from pairsim.commands import COMMANDS, own_files
 from pairsim.config.case import Case
+from pairsim.inputs.case_files import parse_case
 from pairsim.results.columns import COLUMNS, STUDY_COLUMNS, SWEEP_COLUMNS
-from pairsim.results.output import OWN_FILES, PICTURE_ENDINGS
-from pairsim.sweeps.commands import COMMANDS
+from pairsim.results.output import PICTURE_ENDINGS
 from pairsim.sweeps.study import COUNTS
 
 WIDTH = 100
@@ -42,16 +43,16 @@ def test_tables_and_code_may_be_wider() -> None:
 def test_every_file_is_described() -> None:
     page = (ROOT / "docs" / "reference" / "files.md").read_text()
     others = tuple(f".{ending}" for ending in PICTURE_ENDINGS if ending != "png")  # the page names them once
-    assert not [name for name in OWN_FILES if f"`{name}`" not in page and not name.endswith(others)]
+    assert not [name for name in own_files() if f"`{name}`" not in page and not name.endswith(others)]
     assert all(f"`{ending}`" in page for ending in others)
 
 
 @pytest.mark.parametrize(("name", "places"), [("run", {"d0": 0.1}), ("curve", {"d": [0.1]}), ("critical", {})])
 def test_columns_of_sweeps_are_described(name: str, places: dict[str, object]) -> None:
     known = {column.name for column in (*COLUMNS, *SWEEP_COLUMNS)} | Case.model_fields.keys()
-    command = COMMANDS[name]
-    columns = command.check(CASE | places, "").columns
-    assert not [column for column in (*command.parameters, *columns, *command.last) if column not in known]
+    shown = COMMANDS[name].in_sweeps
+    columns = shown.columns(parse_case(COMMANDS[name], CASE | places, ""))
+    assert not [column for column in (*shown.parameters, *columns, *shown.last) if column not in known]
 
 
 def test_counts_of_studies_are_described() -> None:

@@ -14,11 +14,11 @@ import pytest
 import yaml
 from support.fuzz import CASES, allowed
 
-from pairsim.config.case_file import MODELS
+from pairsim.commands import COMMANDS
 from pairsim.config.identity import folder_name
 from pairsim.runtime.duration import duration
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.commands import COMMANDS
+from pairsim.sweeps.checked import Checked
 
 COMBINATIONS = 300  # of each command
 LONGEST = 2000  # characters of a message
@@ -41,7 +41,7 @@ def outcome(command: str, changes: dict[str, str]) -> str:
         group, _, name = key.rpartition(".")
         (data.setdefault(group, {}) if group else data)[name] = loaded(text)
     try:
-        checked = COMMANDS[command].check(data, "case", "")
+        checked = Checked.of(COMMANDS[command], data, "case")
     except InputError as error:
         message = str(error)
     else:
@@ -56,14 +56,14 @@ def outcome(command: str, changes: dict[str, str]) -> str:
     return "ready"
 
 
-@pytest.mark.parametrize("command", MODELS)
+@pytest.mark.parametrize("command", COMMANDS)
 def test_every_limit_is_allowed_or_refused_for_a_reason(command: str) -> None:
     for key, texts in allowed(command).items():
         for text in texts:
             outcome(command, {key: text})
 
 
-@pytest.mark.parametrize("command", MODELS)
+@pytest.mark.parametrize("command", COMMANDS)
 def test_combinations_of_limits_are_allowed_or_refused_for_a_reason(command: str) -> None:
     choose = random.Random(command)
     keys = list(allowed(command).items())

@@ -12,10 +12,11 @@ import yaml
 from typer.testing import CliRunner
 
 from pairsim.cli.app import app
-from pairsim.config.case_file import FILES, LOADERS, load_case, load_curve
-from pairsim.config.cost import Estimate, curve_estimate, run_estimate
+from pairsim.commands import COMMANDS
+from pairsim.config.cost import Estimate
 from pairsim.config.identity import default_folder
-from pairsim.config.schema import schema_rows
+from pairsim.inputs.case_files import FILES, read_case
+from pairsim.inputs.schema import schema_rows
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import read_grid
 
@@ -59,7 +60,7 @@ def test_keys_of_an_example_that_are_commented_out_are_right(tmp_path: Path, mon
             if kind == "sweep":
                 assert read_grid(tmp_path / "changed.yaml").cases
             else:
-                LOADERS[kind](tmp_path / "changed.yaml", ())
+                read_case(COMMANDS[kind], tmp_path / "changed.yaml")
 
 
 def test_example_replaces_no_file_and_has_a_sound_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -151,13 +152,15 @@ def test_user_of_a_large_case_is_told_beforehand() -> None:
 )
 def test_guessed_memory_is_near_what_was_measured(name: str, megabytes: float) -> None:
     """Measured with one thread; configs/README.md has the table."""
-    assert run_estimate(load_case(CONFIGS / f"{name}.yaml")).memory == pytest.approx(1e6 * megabytes, rel=0.15)
+    assert COMMANDS["run"].estimate(read_case(COMMANDS["run"], CONFIGS / f"{name}.yaml")).memory == pytest.approx(
+        1e6 * megabytes, rel=0.15
+    )
 
 
 def test_guessed_memory_of_a_curve_is_near_what_was_measured() -> None:
-    assert curve_estimate(load_curve(CONFIGS / "curve.yaml", ("mesh_error=true",))).memory == pytest.approx(
-        0.576e9, rel=0.15
-    )
+    assert COMMANDS["curve"].estimate(
+        read_case(COMMANDS["curve"], CONFIGS / "curve.yaml", ("mesh_error=true",))
+    ).memory == pytest.approx(0.576e9, rel=0.15)
 
 
 def test_default_folders_of_different_cases_differ(tmp_path: Path) -> None:
@@ -165,19 +168,21 @@ def test_default_folders_of_different_cases_differ(tmp_path: Path) -> None:
     text = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\n"
     (tmp_path / "case.yaml").write_text(text)
     settings = [(), ("mesh.Np=20",), ("time.end=3",), ("ends=developed",), ("particles=3",)]
-    cases = [load_case(tmp_path / "case.yaml", each) for each in settings]
+    cases = [read_case(COMMANDS["run"], tmp_path / "case.yaml", each) for each in settings]
     folders = [default_folder("run", case) for case in cases]
     assert len(set(folders)) == len(folders)
     assert len({case.slug for case in cases}) == 2
-    assert default_folder("run", load_case(tmp_path / "case.yaml", ("d0=[0.1]",))) == folders[0]
-    assert default_folder("run", load_case(tmp_path / "case.yaml", ("name=mine",))) == Path("runs/mine")
+    assert default_folder("run", read_case(COMMANDS["run"], tmp_path / "case.yaml", ("d0=[0.1]",))) == folders[0]
+    assert default_folder("run", read_case(COMMANDS["run"], tmp_path / "case.yaml", ("name=mine",))) == Path(
+        "runs/mine"
+    )
 
 
 def test_a_sweep_finds_its_folders_by_the_same_hash(tmp_path: Path) -> None:
     (tmp_path / "grid.yaml").write_text("base: {beta: 0.4, De: 0, Ca_e: 0.1}\ngrid: {d0: [0.1, 0.2]}\n")
     (tmp_path / "case.yaml").write_text("beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.2\n")
     folder = read_grid(tmp_path / "grid.yaml").cases[1].folder
-    assert default_folder("run", load_case(tmp_path / "case.yaml")).name == folder
+    assert default_folder("run", read_case(COMMANDS["run"], tmp_path / "case.yaml")).name == folder
 
 
 def test_shipped_examples_are_copied_as_they_are(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,6 +8,7 @@ import pytest
 import yaml
 from support.inputs import ROOT, examples
 
+from pairsim.commands import COMMANDS
 from pairsim.config.case import Case
 from pairsim.config.curve_case import CriticalCase, CurveCase
 from pairsim.config.merging import GROUPS
@@ -15,8 +16,8 @@ from pairsim.config.ranges import spelled_out
 from pairsim.config.wording import groups_of
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps import queue
-from pairsim.sweeps.commands import COMMANDS
-from pairsim.sweeps.grid import Grid, case_key, finished_in, read_grid
+from pairsim.sweeps.checked import Checked
+from pairsim.sweeps.grid import Grid, finished_in, read_grid
 from pairsim.sweeps.queue import MOST_SECONDS, part_of, units
 from pairsim.sweeps.worker import Task
 
@@ -141,7 +142,7 @@ def test_a_case_is_recognised_by_the_file_in_its_folder(changes: str, tmp_path: 
     """Resolving a resolved case, as in case.yaml, changes nothing."""
     (case,) = grid_of(tmp_path, f"cases: [{changes}]\n").cases
     command = COMMANDS["run"]
-    assert case_key(command, command.check(case.checked.resolved, "again")) == case.key
+    assert Checked.of(command, case.checked.resolved, "again").key == case.key
     (tmp_path / "case.yaml").write_text(yaml.safe_dump(case.checked.resolved))
     (tmp_path / "run.json").write_text('{"status": "finished"}')
     assert finished_in(tmp_path, command, case.key)

@@ -11,10 +11,11 @@ from typer.testing import CliRunner
 
 import pairsim
 from pairsim.cli.app import app
+from pairsim.commands import COMMANDS
 from pairsim.config.case import Case
-from pairsim.config.case_file import case_from_dict, load_case
 from pairsim.config.form_kinds import forms_of
 from pairsim.config.identity import default_folder
+from pairsim.inputs.case_files import parse_case, read_case
 from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
@@ -31,7 +32,7 @@ RATE = 1e-9 / 60 * 4 / (3.141592653589793 * 50e-6**2) / 50e-6  # U_av/D_c [1/s]
 
 
 def case(**keys: Any) -> Case:
-    return case_from_dict({**PAIR, **keys}, "test")
+    return parse_case(COMMANDS["run"], {**PAIR, **keys}, "test")
 
 
 @pytest.mark.parametrize(
@@ -154,28 +155,28 @@ def test_mistakes_name_the_key_the_value_and_what_is_allowed(name: str) -> None:
 
 def test_a_consistency_gives_the_unit_of_viscosity() -> None:
     block = {"physical": {**BENCH, "consistency": "0.5 Pa.s^0.6"}, "liquid": {"law": "power-law", "n": 0.6}}
-    thin = case_from_dict(block, "test")
+    thin = parse_case(COMMANDS["run"], block, "test")
     assert thin.scales is not None
     assert thin.scales.viscosity == pytest.approx(0.5 * RATE**-0.4)
     assert thin.Ca_e == pytest.approx(0.5 * RATE**0.6 / 5e3)
     for unit in ("0.5 Pa.s^0.7", "0.5 Pa.s"):
         with pytest.raises(InputError, match=r"physical.consistency: .* must be a consistency above 0"):
-            case_from_dict({**block, "physical": {**BENCH, "consistency": unit}}, "test")
+            parse_case(COMMANDS["run"], {**block, "physical": {**BENCH, "consistency": unit}}, "test")
     with pytest.raises(InputError, match=r"physical.consistency: is missing; must be given in physical"):
-        case_from_dict({**block, "physical": {**BENCH, "viscosity": "1 Pa.s"}}, "test")
+        parse_case(COMMANDS["run"], {**block, "physical": {**BENCH, "viscosity": "1 Pa.s"}}, "test")
 
 
 def test_quantities_of_laws_become_their_numbers() -> None:
     block = {**BENCH, "viscosity": "2 Pa.s", "time_constant": "20 ms", "viscosity_inf": "20 mPa.s"}
     block |= {"particle_viscosity": "4 Pa.s"}
     keys = {"liquid": {"law": "carreau", "n": 0.5}, "solid": "kelvin-voigt"}
-    thin = case_from_dict({"physical": block, **keys}, "test")
+    thin = parse_case(COMMANDS["run"], {"physical": block, **keys}, "test")
     assert thin.liquid_model.solvent.numbers == pytest.approx({"n": 0.5, "Cu": 0.02 * RATE, "a": 2.0, "eta_inf": 0.01})
     assert thin.solid_models[0] == KelvinVoigt(pytest.approx(2 * RATE / 5e3), eta=2.0)
-    again = case_from_dict(thin.resolved(), "test")
+    again = parse_case(COMMANDS["run"], thin.resolved(), "test")
     assert again.resolved() == thin.resolved()
     with pytest.raises(InputError, match=r"physical.time_constant: .* must be left out: the laws of this case need no"):
-        case_from_dict({"physical": block, "liquid": "newtonian", "solid": "kelvin-voigt"}, "test")
+        parse_case(COMMANDS["run"], {"physical": block, "liquid": "newtonian", "solid": "kelvin-voigt"}, "test")
 
 
 def test_units_writes_a_case_of_any_law(tmp_path: Path) -> None:
@@ -184,7 +185,7 @@ def test_units_writes_a_case_of_any_law(tmp_path: Path) -> None:
     given = [*words.split(), "--consistency", "0.5Pa.s^0.6", "--solid", "kelvin-voigt", "--particle-viscosity", "1Pa.s"]
     result = CliRunner().invoke(app, [*given, "-o", str(path)])
     assert result.exit_code == 0, result.output
-    assert load_case(path).liquid_model.solvent == PowerLaw(n=0.6)
+    assert read_case(COMMANDS["run"], path).liquid_model.solvent == PowerLaw(n=0.6)
     refused = CliRunner().invoke(app, [*words.split()[:-4], "--viscosity", "1Pa.s", "--n", "0.6"])
     assert "--n: got 0.6; must be left out, or be given with" in str(refused.exception)
     refused = CliRunner().invoke(app, [*words.split(), "--viscosity", "1Pa.s"])
@@ -220,7 +221,7 @@ def test_a_solvent_has_its_own_viscosity_at_rest() -> None:
     """eta_inf is over that, not over eta_0: the stress of the solvent is xi eta(gamma)."""
     block = {**BENCH, "viscosity": "1 Pa.s", "solvent": "0.1 Pa.s", "relaxation": "2 ms", "viscosity_inf": "1 mPa.s"}
     liquid = {"law": "oldroyd-b", "solvent": {"law": "carreau", "n": 0.5, "Cu": 1}}
-    model = case_from_dict({"physical": block, "liquid": liquid}, "test").liquid_model
+    model = parse_case(COMMANDS["run"], {"physical": block, "liquid": liquid}, "test").liquid_model
     assert (model.xi, model.solvent.numbers["eta_inf"]) == pytest.approx((0.1, 0.01))
 
 
@@ -228,15 +229,15 @@ def test_a_quantity_of_two_laws_is_ambiguous() -> None:
     block = {**BENCH, "viscosity": "1 Pa.s", "relaxation": "2 ms", "time_constant": "5 ms"}
     liquid = {"law": "white-metzner", "n": 0.5, "solvent": {"law": "carreau", "n": 0.5}}
     with pytest.raises(InputError, match=r"would stand for liquid.Cu and liquid.solvent.Cu, which are to be given"):
-        case_from_dict({"physical": block, "liquid": liquid}, "test")
+        parse_case(COMMANDS["run"], {"physical": block, "liquid": liquid}, "test")
 
 
 def test_a_unit_that_depends_on_a_parameter_needs_it_first() -> None:
     thin = {"physical": {**BENCH, "consistency": "0.5 Pa.s^0.6"}, "liquid": {"law": "power-law"}}
     with pytest.raises(InputError, match=r"^test: liquid.n: is missing; [^\n]*$"):
-        case_from_dict(thin, "test")
+        parse_case(COMMANDS["run"], thin, "test")
     with pytest.raises(InputError, match=r"must be a consistency above 0 with its unit, such as 0.5 Pa.s\^0.7"):
-        case_from_dict({**thin, "liquid": {"law": "power-law", "n": 0.7}}, "test")
+        parse_case(COMMANDS["run"], {**thin, "liquid": {"law": "power-law", "n": 0.7}}, "test")
 
 
 def test_parameters_of_a_liquid_without_elasticity_are_kept_for_another_De() -> None:
@@ -252,6 +253,6 @@ def test_only_soft_particles_delay_a_run() -> None:
 
 def test_settings_reach_into_the_group_of_a_law(tmp_path: Path) -> None:
     (tmp_path / "case.yaml").write_text("beta: 0.4\nCa_e: 0.1\nd0: 0.1\nliquid: power-law\n")
-    assert load_case(tmp_path / "case.yaml", ("liquid.n=0.7",)).liquid_model.solvent == PowerLaw(n=0.7)
+    assert read_case(COMMANDS["run"], tmp_path / "case.yaml", ("liquid.n=0.7",)).liquid_model.solvent == PowerLaw(n=0.7)
     thin = pairsim.load({**PAIR, "liquid": {"law": "carreau", "n": 0.5, "Cu": 2}}, liquid={"n": 0.6})
     assert thin.liquid_model.solvent.numbers == {"n": 0.6, "Cu": 2.0, "a": 2.0, "eta_inf": 0.0}

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 import yaml
 
+from pairsim.commands import own_files
 from pairsim.fem.diagnostics import Health
 from pairsim.results.columns import COLUMNS, CURVE_HEALTH, HEALTH, POLYMER_HEALTH, column, named_row, series_columns
-from pairsim.results.output import OWN_FILES, RunFolder, SeriesWriter, read_series, write_text
+from pairsim.results.output import RunFolder, SeriesWriter, read_series, write_text
 from pairsim.results.physical_table import table_of
 from pairsim.runtime.errors import InputError
 
@@ -37,14 +38,14 @@ def test_create_refuses_a_folder_with_files_and_leaves_it_alone(tmp_path: Path) 
 
 
 def test_overwrite_removes_own_files_and_no_others(tmp_path: Path) -> None:
-    for name in (*OWN_FILES, "notes.txt", "my.csv", ".series.csv.part"):
+    for name in (*own_files(), "notes.txt", "my.csv", ".series.csv.part"):
         (tmp_path / name).write_text("x")
     for name in ("fields", "sub"):
         (tmp_path / name).mkdir()
     for name in ("000000.h5", "000012.h5", ".000013.h5.part"):
         (tmp_path / "fields" / name).write_text("x")
     (tmp_path / "sub" / "series.csv").write_text("x")
-    RunFolder.create(tmp_path, overwrite=True)
+    RunFolder.create(tmp_path, True, own_files())
     assert names(tmp_path) == ["my.csv", "notes.txt", "sub"]
     assert names(tmp_path / "sub") == ["series.csv"]
 
@@ -62,7 +63,7 @@ def test_overwrite_removes_a_link_and_not_what_it_points_to(tmp_path: Path) -> N
     run = tmp_path / "run"
     run.mkdir()
     (run / "series.csv").symlink_to(tmp_path / "kept.csv")
-    RunFolder.create(run, overwrite=True)
+    RunFolder.create(run, True, own_files())
     assert names(run) == []
     assert (tmp_path / "kept.csv").read_text() == "x"
 
@@ -120,7 +121,7 @@ def test_infinity_is_yaml_and_not_json(tmp_path: Path) -> None:
 
 
 def test_names_that_overwrite_would_miss_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="OWN_FILES"):
+    with pytest.raises(ValueError, match="is not a file of pairsim"):
         RunFolder.create(tmp_path / "run").write_json("other.json", {})
 
 
@@ -247,4 +248,4 @@ def test_the_table_of_an_earlier_version_has_units(tmp_path: Path) -> None:
     """Curves of version 0.1.0 have dU at held distance, and what motion adds to it in a column of its own."""
     (tmp_path / "run.json").write_text('{"kind": "curve"}')
     (tmp_path / "curve.csv").write_text("d,dU,drift\n0.1,1e-3,1e-5\n")
-    assert table_of(tmp_path, None, False).splitlines()[0] == "d [D_c],dU [U_av],drift [U_av]"
+    assert table_of(tmp_path, "curve", False).splitlines()[0] == "d [D_c],dU [U_av],drift [U_av]"

@@ -13,7 +13,8 @@ import pytest
 import yaml
 from support.inputs import ROOT
 
-from pairsim.config.case_file import load_case
+from pairsim.commands import COMMANDS
+from pairsim.inputs.case_files import read_case
 from pairsim.sweeps.grid import Grid, read_grid
 
 sys.path.append(str(ROOT / "scripts"))  # the modules of a script lie beside it
@@ -49,7 +50,7 @@ def test_all_figures_have_what_they_show() -> None:
     for figure in known.values():
         assert not [name for name in figure.needs if not (CONFIGS / f"{name}.yaml").is_file()]
     for name in computations("fig02"):
-        assert load_case(CONFIGS / f"{name}.yaml").mesh.Np >= 20
+        assert read_case(COMMANDS["run"], CONFIGS / f"{name}.yaml").mesh.Np >= 20
 
 
 def test_each_curve_has_a_transient_and_six_have_three() -> None:

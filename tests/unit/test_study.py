@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from support.inputs import ROOT, STUDY, examples
 
-from pairsim.config.case_file import read_yaml
+from pairsim.config.yaml_file import read_yaml
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.convergence import extrapolated, observed_order, pareto
 from pairsim.sweeps.grid import grid_from

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pairsim.config.case_file import case_from_dict
+from pairsim.commands import COMMANDS
 from pairsim.drivers.run_output import RunWarnings
 from pairsim.drivers.warnings import long_steps
+from pairsim.inputs.case_files import parse_case
 from pairsim.solvers.step_size import Scheme
 from pairsim.solvers.time_error import SAFETY, TimeError
 
@@ -56,7 +57,7 @@ def test_rounding_errors_of_a_rigid_pair_do_not_count() -> None:
 
 def test_error_to_quote_above_the_requested_accuracy_gives_a_warning() -> None:
     """Relative to the largest |dU|, after stresses have set in; nothing without estimates."""
-    case = case_from_dict(KEYS | {"dU_error": True}, "")
+    case = parse_case(COMMANDS["run"], KEYS | {"dU_error": True}, "")
     for correction, shown in ((np.array([5e-3]), True), (np.array([1e-3]), False), (None, False)):
         worst = RunWarnings(case)
         for t in np.arange(1, 20) * 0.1:
@@ -67,16 +68,16 @@ def test_error_to_quote_above_the_requested_accuracy_gives_a_warning() -> None:
 
 
 def test_estimated_error_above_the_requested_accuracy_gives_a_warning() -> None:
-    assert not long_steps(case_from_dict(KEYS, ""), 0.009)
-    (warning,) = long_steps(case_from_dict(KEYS | {"time": {"fixed_step": 0.1}}, ""), 0.24)
+    assert not long_steps(parse_case(COMMANDS["run"], KEYS, ""), 0.009)
+    (warning,) = long_steps(parse_case(COMMANDS["run"], KEYS | {"time": {"fixed_step": 0.1}}, ""), 0.24)
     assert "24 % of the largest |dU|, more than accuracy: 1%; reduce time.fixed_step" in warning
-    assert not long_steps(case_from_dict(KEYS | {"accuracy": "5%"}, ""), 0.04)
-    assert "time.tol" in long_steps(case_from_dict(KEYS | {"accuracy": "5%"}, ""), 0.06)[0]
+    assert not long_steps(parse_case(COMMANDS["run"], KEYS | {"accuracy": "5%"}, ""), 0.04)
+    assert "time.tol" in long_steps(parse_case(COMMANDS["run"], KEYS | {"accuracy": "5%"}, ""), 0.06)[0]
 
 
 def test_record_of_a_finished_run_has_the_warning_too() -> None:
     """run.json is written again from series.csv if the run was killed before it was complete."""
-    case = case_from_dict(KEYS | {"time": {"fixed_step": 0.1}}, "")
+    case = parse_case(COMMANDS["run"], KEYS | {"time": {"fixed_step": 0.1}}, "")
     t = np.arange(1, 11) * 0.1
     series = {"t": t, "d": 0.1 + t, "dU": np.cos(10 * t), "mesh": 0 * t}
     assert any("time steps" in warning for warning in RunWarnings.of(case, series, (1.0, 0.0)).warnings)

@@ -13,18 +13,11 @@ import yaml
 from typer.testing import CliRunner
 
 from pairsim.cli.app import app
+from pairsim.commands import COMMANDS
 from pairsim.config.bench_report import steady_limit
-from pairsim.config.case_file import (
-    case_from_dict,
-    critical_from_dict,
-    curve_from_dict,
-    load_case,
-    load_critical,
-    load_curve,
-    read_with,
-)
 from pairsim.config.physical import kind_of
 from pairsim.config.quantities import LENGTH, quantity_range, si
+from pairsim.inputs.case_files import parse_case, read_case, read_with
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
 from pairsim.physics.scales import Scales, mean_velocity
 from pairsim.runtime.errors import InputError
@@ -50,7 +43,7 @@ def test_scales_follow_their_definitions() -> None:
 
 
 def test_block_becomes_the_numbers_worked_by_hand() -> None:
-    case = case_from_dict(bench(solvent="90 mPa.s"), "test")
+    case = parse_case(COMMANDS["run"], bench(solvent="90 mPa.s"), "test")
     U, D = 1e-9 / 60 * 4 / (np.pi * 50e-6**2), 50e-6
     expected = (0.4, 2e-3 * U / D, 1.0 * U / (D * 5e3), 0.09, 0.1, 50e-3 * U / D)
     assert (case.beta, case.De, case.Ca_e, case.xi, case.d0, case.time.end) == pytest.approx(expected, rel=1e-12)
@@ -68,14 +61,14 @@ def test_block_becomes_the_numbers_worked_by_hand() -> None:
     ],
 )
 def test_equivalent_inputs_give_the_same_numbers(changes: dict[str, Any], same: dict[str, Any]) -> None:
-    one, other = (case_from_dict(bench(**words), "test") for words in (changes, same))
+    one, other = (parse_case(COMMANDS["run"], bench(**words), "test") for words in (changes, same))
     for name in ("beta", "De", "Ca_e", "d0"):
         assert getattr(one, name) == pytest.approx(getattr(other, name), rel=1e-12)
 
 
 def test_lists_have_one_value_for_each_particle_and_gap() -> None:
     block = bench(particle=["20 um", "15 um", "20 um"], modulus=["5 kPa", "1 kPa", "5 kPa"], distance=["5 um", "10 um"])
-    case = case_from_dict({**block, "particles": 3}, "test")
+    case = parse_case(COMMANDS["run"], {**block, "particles": 3}, "test")
     assert case.beta == pytest.approx((0.4, 0.3, 0.4))
     assert case.gaps == pytest.approx((0.1, 0.2))
     assert case.Ca_es[1] == pytest.approx(5 * case.Ca_es[0])
@@ -83,18 +76,20 @@ def test_lists_have_one_value_for_each_particle_and_gap() -> None:
 
 def test_curves_and_critical_distances_take_the_block_too() -> None:
     block = bench(distance={"start": "5 um", "stop": "20 um", "num": 3}, end=None)
-    assert curve_from_dict(block, "test").places == [pytest.approx((d,)) for d in (0.1, 0.2, 0.4)]
-    critical = critical_from_dict({**bench(distance=["1 um", "40 um"], end=None), "along": {"De": [0.5, 1]}}, "test")
+    assert parse_case(COMMANDS["curve"], block, "test").places == [pytest.approx((d,)) for d in (0.1, 0.2, 0.4)]
+    critical = parse_case(
+        COMMANDS["critical"], {**bench(distance=["1 um", "40 um"], end=None), "along": {"De": [0.5, 1]}}, "test"
+    )
     assert critical.d == pytest.approx((0.02, 0.8))
 
 
 def test_numbers_have_no_digits_of_rounding() -> None:
     """17 um over 50 um is .33999999999999997 in double precision."""
-    assert case_from_dict(bench(distance="17 um"), "test").d0 == 0.34
+    assert parse_case(COMMANDS["run"], bench(distance="17 um"), "test").d0 == 0.34
 
 
 def test_without_relaxation_time_the_liquid_is_newtonian_and_rigid_particles_need_no_modulus() -> None:
-    case = case_from_dict({**bench(relaxation=None, modulus=None), "Ca_e": 0}, "test")
+    case = parse_case(COMMANDS["run"], {**bench(relaxation=None, modulus=None), "Ca_e": 0}, "test")
     assert (case.De, case.Ca_e) == (0, 0)
 
 
@@ -141,30 +136,32 @@ WRONG = {
 def test_wrong_units_are_refused_with_key_value_and_what_is_allowed(name: str) -> None:
     changes, message = WRONG[name]
     with pytest.raises(InputError) as caught:
-        case_from_dict(bench(**changes), "test")
+        parse_case(COMMANDS["run"], bench(**changes), "test")
     assert len(caught.value.mistakes) == 1
     assert message in str(caught.value)
 
 
 def test_number_that_contradicts_the_physical_block_is_refused() -> None:
-    case = case_from_dict(bench(), "test")
-    assert case_from_dict({**bench(), "De": case.De, "beta": 0.4}, "test") == case
+    case = parse_case(COMMANDS["run"], bench(), "test")
+    assert parse_case(COMMANDS["run"], {**bench(), "De": case.De, "beta": 0.4}, "test") == case
     with pytest.raises(
         InputError, match=r"De: got 0\.5; must be left out, or be 0\.3395 as given by physical\.relaxation"
     ):
-        case_from_dict({**bench(), "De": 0.5}, "test")
+        parse_case(COMMANDS["run"], {**bench(), "De": 0.5}, "test")
     with pytest.raises(InputError, match=r"De: got 10+…0+; must be left out, or be 0\.3395"):
-        case_from_dict({**bench(), "De": 10**400}, "test")  # more than a float can hold
+        parse_case(COMMANDS["run"], {**bench(), "De": 10**400}, "test")  # more than a float can hold
     with pytest.raises(InputError, match=r"physical\.end: must be left out: this kind of case has no time\.end"):
-        curve_from_dict(bench(), "test")
+        parse_case(COMMANDS["curve"], bench(), "test")
 
 
 def test_case_of_a_folder_can_be_read_and_changed(tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
-    case = case_from_dict(bench(), "test")
+    case = parse_case(COMMANDS["run"], bench(), "test")
     path.write_text(yaml.safe_dump(case.resolved()))
-    assert load_case(path) == load_case(path, ("physical.tube=50um",)).model_copy(update={"physical": case.physical})
-    faster = load_case(path, ("physical.flow_rate=2 ul/min",))
+    assert read_case(COMMANDS["run"], path) == read_case(COMMANDS["run"], path, ("physical.tube=50um",)).model_copy(
+        update={"physical": case.physical}
+    )
+    faster = read_case(COMMANDS["run"], path, ("physical.flow_rate=2 ul/min",))
     assert (faster.De, faster.Ca_e) == pytest.approx((2 * case.De, 2 * case.Ca_e))
     assert not {"De", "beta", "d0"} & read_with(path, ()).keys()
 
@@ -213,7 +210,7 @@ def test_examples_of_the_page_are_those_worked_by_hand(i: int, tmp_path: Path) -
     U, time, beta, De, Ca_e, Re = (float(value) for value in BY_HAND[i].split("|")[1:])
     found = tuple(printed[name] for name in ("velocity", "time", "beta", "De", "Ca_e", "Re"))
     assert found == pytest.approx((U, time, beta, De, Ca_e, Re), rel=5e-3)
-    case = load_case(tmp_path / "case.yaml")
+    case = read_case(COMMANDS["run"], tmp_path / "case.yaml")
     assert (case.beta, case.De, case.Ca_e) == pytest.approx((beta, De, Ca_e), rel=1e-3)
 
 
@@ -254,29 +251,29 @@ def test_steady_limit_passes_through_what_was_measured() -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "loader", "distances"),
+    ("words", "kind", "distances"),
     [
-        (["--kind", "curve"], load_curve, (0.02, 0.8)),
-        (["--kind", "curve", "--distance", "2um", "--distance", "20um"], load_curve, (0.04, 0.4)),
-        (["--kind", "critical", "--distance", "2um", "--distance", "20um"], load_critical, (0.04, 0.4)),
+        (["--kind", "curve"], "curve", (0.02, 0.8)),
+        (["--kind", "curve", "--distance", "2um", "--distance", "20um"], "curve", (0.04, 0.4)),
+        (["--kind", "critical", "--distance", "2um", "--distance", "20um"], "critical", (0.04, 0.4)),
         (
             ["--distance", "5um", "--distance", "10um", "--particle", "15um", "--particle", "10um"],
-            load_case,
+            "run",
             (0.1, 0.2),
         ),
     ],
 )
 def test_units_writes_a_case_of_each_command(
-    words: list[str], loader: Any, distances: tuple[float, float], tmp_path: Path
+    words: list[str], kind: str, distances: tuple[float, float], tmp_path: Path
 ) -> None:
     path = tmp_path / "case.yaml"
     given = [*UNITS, "--flow", "1ul/min", "--modulus", "5kPa", *words]
     result = CliRunner().invoke(app, [*given, "-o", str(path)])
     assert result.exit_code == 0, result.output
-    assert result.output.endswith(f"next: pairsim {loader(path).kind} {path} --dry-run\n")
-    assert f"\nd{'0' * (loader is load_case)} " in result.output
-    case = loader(path)
-    found = case.d0 if loader is load_case else case.d
+    assert result.output.endswith(f"next: pairsim {kind} {path} --dry-run\n")
+    assert f"\nd{'0' * (kind == 'run')} " in result.output
+    case = read_case(COMMANDS[kind], path)
+    found = case.d0 if kind == "run" else case.d
     assert (np.min(found), np.max(found)) == pytest.approx(distances)
 
 
@@ -286,7 +283,7 @@ def test_units_writes_a_case_only_when_asked_and_replaces_none(tmp_path: Path, m
     assert list(tmp_path.iterdir()) == []
     words = [*UNITS, "--flow", "1ul/min", "-o", "case.yaml"]
     assert CliRunner().invoke(app, words).exit_code == 0
-    assert load_case(tmp_path / "case.yaml").Ca_e == 0
+    assert read_case(COMMANDS["run"], tmp_path / "case.yaml").Ca_e == 0
     refused = CliRunner().invoke(app, words)
     assert isinstance(refused.exception, InputError)
     assert CliRunner().invoke(app, [*words, "--overwrite"]).exit_code == 0
@@ -294,7 +291,7 @@ def test_units_writes_a_case_only_when_asked_and_replaces_none(tmp_path: Path, m
 
 def test_physical_block_must_be_a_group() -> None:
     with pytest.raises(InputError, match=r"physical: got 3; must be a group of keys; allowed: tube, flow_rate"):
-        case_from_dict({"physical": 3, "De": 0, "beta": 0.4, "Ca_e": 0, "d0": 0.1}, "test")
+        parse_case(COMMANDS["run"], {"physical": 3, "De": 0, "beta": 0.4, "Ca_e": 0, "d0": 0.1}, "test")
 
 
 def test_units_names_its_options_in_error_messages() -> None:

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+from pairsim.commands import COMMANDS
 from pairsim.config.case import Case
-from pairsim.config.case_file import case_from_dict
 from pairsim.drivers.run import _end
 from pairsim.drivers.warnings import (
     ErrorAt,
@@ -19,11 +19,12 @@ from pairsim.drivers.warnings import (
     near_ends,
     unresolved_stress,
 )
+from pairsim.inputs.case_files import parse_case
 
 
 def case(**keys: Any) -> Case:
     plain = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": "auto"}
-    return case_from_dict({**plain, **keys}, "test")
+    return parse_case(COMMANDS["run"], {**plain, **keys}, "test")
 
 
 def test_mesh_coarser_than_any_that_was_measured_is_told() -> None:

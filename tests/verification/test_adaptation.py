@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from pairsim.config.case_file import curve_from_dict
+from pairsim.commands import COMMANDS
 from pairsim.drivers.adaptive import LineOfScales
 from pairsim.drivers.problems import steady_problem
 from pairsim.fem.size_field import AdaptedSizes
+from pairsim.inputs.case_files import parse_case
 from pairsim.physics.solids import soft
 from pairsim.solvers import adaptation
 from pairsim.solvers.adaptation import ROUNDS, AdaptiveBranch, Scale, reference_scale
@@ -19,7 +20,7 @@ TUBE = {"beta": 0.4, "d": [0.4], "ends": "developed", "length": "auto"}
 
 
 def adaptive(allowed: float, **keys: object) -> tuple[AdaptiveBranch, Parameters]:
-    case = curve_from_dict(TUBE | keys, "test")
+    case = parse_case(COMMANDS["curve"], TUBE | keys, "test")
     first = Parameters(case.places[0], case.solid_models, case.liquid_model)
     problem = steady_problem(case, first.gaps[0])
     return AdaptiveBranch(problem, first, case.mesh_error, allowed=lambda _: allowed), first
@@ -81,7 +82,7 @@ def test_what_cannot_be_kept_ends_with_the_error_reached(monkeypatch: pytest.Mon
 
 @pytest.mark.slow
 def test_the_scale_of_a_single_point_is_that_of_the_curve_it_lies_on() -> None:
-    case = curve_from_dict(TUBE | {"De": 0, "Ca_e": 0.02, "d": [0.8]}, "test")
+    case = parse_case(COMMANDS["curve"], TUBE | {"De": 0, "Ca_e": 0.02, "d": [0.8]}, "test")
     first = Parameters(case.places[0], case.solid_models, case.liquid_model)
     scale, scout = reference_scale(steady_problem(case, 0.8), first, case.places)
     assert scale.at == ((0.8,), (0.4,), (0.2,), (0.1,))
@@ -93,7 +94,7 @@ def test_the_scale_of_a_single_point_is_that_of_the_curve_it_lies_on() -> None:
 @pytest.mark.slow
 def test_a_zero_is_improved_where_it_is() -> None:
     keys = {"beta": 0.2, "De": 0, "Ca_e": 0.1, "d": [0.1], "mesh": {"Np": 16}}
-    case = curve_from_dict(TUBE | keys, "test")
+    case = parse_case(COMMANDS["curve"], TUBE | keys, "test")
     first, most = Parameters(case.places[0], case.solid_models, case.liquid_model), [1.0]
     problem = steady_problem(case, 0.05)
     branch = AdaptiveBranch(problem, first, False, allowed=lambda _: most[0], zeros_only=True)

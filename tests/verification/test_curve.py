@@ -15,9 +15,10 @@ from support.points import made_point
 from support.scenes import traced
 
 import pairsim
-from pairsim.config.case_file import curve_from_dict
+from pairsim.commands import COMMANDS
 from pairsim.config.curve_case import CurveCase
 from pairsim.drivers.problems import steady_problem
+from pairsim.inputs.case_files import parse_case
 from pairsim.physics.solids import soft
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.branch import Branch, Point
@@ -37,7 +38,7 @@ def curve(**keys: Any) -> pd.DataFrame:
 
 
 def case(**keys: object) -> CurveCase:
-    return curve_from_dict({**PAIR, "d": (0.1,), **keys}, "test")
+    return parse_case(COMMANDS["curve"], {**PAIR, "d": (0.1,), **keys}, "test")
 
 
 def branch(made: CurveCase, *, mesh_error: bool = False, sensitivities: bool = False) -> Branch:

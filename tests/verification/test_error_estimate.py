@@ -7,13 +7,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from pairsim.config.case_file import curve_from_dict
+from pairsim.commands import COMMANDS
 from pairsim.drivers.problems import steady_problem
 from pairsim.fem.diagnostics import Observation
 from pairsim.fem.enriched_residual import EnrichedResidual, nodes_of
 from pairsim.fem.enrichment import WIDE
 from pairsim.fem.patch_recovery import PatchRecovery
 from pairsim.fem.six_node_mesh import shape_values
+from pairsim.inputs.case_files import parse_case
 from pairsim.solvers.adjoints import Adjoints
 from pairsim.solvers.error_estimate import ErrorEstimate, ErrorEstimator
 from pairsim.solvers.first_solution import walked
@@ -29,7 +30,7 @@ SINGLE = {"particles": 1, "beta": 0.4, "De": 1, "Ca_e": 0}
 
 def scene_of(keys: dict[str, object], **mesh: float) -> Steady:
     """The solution of the first place of a case with developed ends."""
-    case = curve_from_dict({"ends": "developed", "length": 5.0, "mesh": mesh, **keys}, "test")
+    case = parse_case(COMMANDS["curve"], {"ends": "developed", "length": 5.0, "mesh": mesh, **keys}, "test")
     start = Parameters(case.places[0], case.solid_models, case.liquid_model)
     return walked(steady_problem(case, min(case.places[0], default=np.inf)), start)
 

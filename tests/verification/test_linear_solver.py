@@ -8,8 +8,9 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 
-from pairsim.config.case_file import curve_from_dict
+from pairsim.commands import COMMANDS
 from pairsim.drivers.problems import steady_problem
+from pairsim.inputs.case_files import parse_case
 from pairsim.solvers import factors, reduced_system
 from pairsim.solvers.continuation import begin
 from pairsim.solvers.elimination_order import dependence_on_unknowns, elimination_order, node_of_unknowns
@@ -22,7 +23,7 @@ KEYS = {"beta": 0.4, "De": 0, "Ca_e": 0.01, "d": [0.1], "ends": "developed", "le
 
 
 def pair() -> Steady:
-    case = curve_from_dict(KEYS, "test")
+    case = parse_case(COMMANDS["curve"], KEYS, "test")
     return Steady(steady_problem(case, 0.1), Parameters((0.1,), case.solid_models))
 
 

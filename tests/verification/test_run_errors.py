@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pairsim.config.case_file import case_from_dict
+from pairsim.commands import COMMANDS
 from pairsim.drivers.problems import problem_of
 from pairsim.fem.enriched_nodes import EnrichedNodes
 from pairsim.fem.enriched_residual import nodes_of
@@ -15,6 +15,7 @@ from pairsim.fem.enrichment import WIDE
 from pairsim.fem.recovered_residual import RecoveredResidual
 from pairsim.fem.recovered_scene import RecoveredScene
 from pairsim.fem.six_node_mesh import shape_values
+from pairsim.inputs.case_files import parse_case
 from pairsim.solvers.step import Step
 from pairsim.solvers.transient import Transient
 
@@ -25,7 +26,7 @@ SHORT = {"ends": "developed", "length": 4, "dU_error": True}
 
 def transient_of(keys: dict[str, Any], fixed: float, **mesh: float) -> Transient:
     """Equal steps: those of a run and of one on finer cells have the same error."""
-    case = case_from_dict({**SHORT, **keys, "mesh": mesh, "time": {"fixed_step": fixed}}, "test")
+    case = parse_case(COMMANDS["run"], {**SHORT, **keys, "mesh": mesh, "time": {"fixed_step": fixed}}, "test")
     return Transient(problem_of(case))
 
 

@@ -9,8 +9,9 @@ import pytest
 from scipy.sparse.linalg import LinearOperator, gmres
 
 import pairsim
-from pairsim.config.case_file import curve_from_dict
+from pairsim.commands import COMMANDS
 from pairsim.drivers.problems import steady_problem
+from pairsim.inputs.case_files import parse_case
 from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.motion import moving_residual
 from pairsim.solvers.parameters import Parameters
@@ -20,7 +21,7 @@ PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 5.0, "
 
 def solved(**keys: Any) -> tuple[Branch, Point]:
     """A branch at the first distance of a case, and its point there."""
-    case = curve_from_dict({**PAIR, "d": (0.1,), **keys}, "test")
+    case = parse_case(COMMANDS["curve"], {**PAIR, "d": (0.1,), **keys}, "test")
     narrowest = min((d for place in case.places for d in place), default=np.inf)
     start = Parameters(case.places[0], case.solid_models, case.liquid_model)
     branch = Branch(steady_problem(case, narrowest), start, mesh_error=False)

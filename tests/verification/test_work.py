@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import pytest
 
-from pairsim.config.case_file import case_from_dict, curve_from_dict
+from pairsim.commands import COMMANDS
 from pairsim.drivers.problems import problem_of, solution_order, steady_problem
+from pairsim.inputs.case_files import parse_case
 from pairsim.solvers.branch import Branch
 from pairsim.solvers.curve import trace
 from pairsim.solvers.parameters import Parameters
@@ -30,7 +31,7 @@ PAIR = {"beta": 0.4, "ends": "developed", "length": 4.0, "mesh": {"Np": 8, "max_
 def test_work_of_quasi_steady_points(
     keys: dict[str, object], points: int, iterations: int, factorisations: int, meshes: int
 ) -> None:
-    case = curve_from_dict({**PAIR, **keys}, "test")
+    case = parse_case(COMMANDS["curve"], {**PAIR, **keys}, "test")
     places = solution_order(case)
     problem = steady_problem(case, min(place[0] for place in places))
     branch = Branch(problem, Parameters(places[0], case.solid_models, case.liquid_model), False, False)
@@ -48,7 +49,7 @@ def test_work_of_quasi_steady_points(
     [pytest.param(0, 0.2, 50, 141, 12, id="Newtonian"), pytest.param(1, 0.02, 46, 247, 15, id="De 1")],
 )
 def test_work_of_runs(De: float, end: float, attempts: int, iterations: int, factorisations: int) -> None:
-    case = case_from_dict({**PAIR, "De": De, "Ca_e": 0.1, "d0": 0.1, "time": {"end": end}}, "test")
+    case = parse_case(COMMANDS["run"], {**PAIR, "De": De, "Ca_e": 0.1, "d0": 0.1, "time": {"end": end}}, "test")
     transient = Transient(problem_of(case))
     try:
         list(transient.steps(iter([end])))

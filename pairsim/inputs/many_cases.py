@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
+from pairsim.commands import COMMANDS
 from pairsim.config.mistakes import Mistake, missing
 from pairsim.config.quantities import quantity_range
 from pairsim.config.ranges import RANGE, spelled_out
@@ -20,6 +21,8 @@ from pairsim.runtime.names import fits_a_folder
 
 MOST_CASES = 100_000
 MOST_VALUES = 10 * MOST_CASES  # of all keys of grid, or of a group of zip
+STUDIED: tuple[Literal["run"], Literal["curve"]] = ("run", "curve")
+"""The commands of a study."""
 ZERO = "d_cr"
 """Quantity of a study of curves that is not a column: the zero of dU with the largest peak."""
 
@@ -109,6 +112,15 @@ Exclusion = Annotated[
 FolderName = Annotated[str, BeforeValidator(_folder), _described(FOLDER_WORDS)]
 
 
+def _command(value: Any) -> Any:
+    if value not in COMMANDS:
+        raise ValueError(value)
+    return value
+
+
+CommandName = Annotated[str, BeforeValidator(_command), WithJsonSchema({"enum": list(COMMANDS)})]
+
+
 class _Keys(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
@@ -117,7 +129,7 @@ class SweepFile(_Keys):
     """A grid file: many cases for one command. Ranges become lists of values, a single group of `zip` a list of one."""
 
     name: FolderName | None = Field(None, description="name of the sweep and of its folder; default: that of the file")
-    command: Literal["run", "curve", "critical"] = Field("run", description="command that computes each case")
+    command: CommandName = Field("run", description="command that computes each case")
     base: Changes = Field({}, description="keys that all cases share, or the path of a case file")
     grid: Values = Field(
         {},
@@ -168,7 +180,7 @@ class StudyFile(_Keys):
         json_schema_extra={"words": "a list of two or more, such as - {mesh.Np: 20, time.tol: 1e-4}"},
     )
     name: FolderName | None = Field(None, description="name of the study and of its folder; default: that of the file")
-    command: Literal["run", "curve"] = Field("run", description="command that computes each discretisation")
+    command: Literal["run", "curve"] = Field(STUDIED[0], description="command that computes each discretisation")
     base: Changes = Field({}, description="keys that all discretisations share, or the path of a case file")
     quantity: str | None = Field(
         None,
@@ -229,7 +241,7 @@ class StudyFile(_Keys):
 def check_study(file: StudyFile) -> Iterator[Mistake]:
     """Check the keys of a study file against each other; yields mistakes."""
     for i, (command, count) in enumerate(zip(file.commands, file.repeats, strict=True)):
-        if command not in ("run", "curve"):
+        if command not in STUDIED:
             yield Mistake(f"discretisations[{i}].command", command, "must be run or curve")
         if type(count) is not int or not 1 <= count <= 100:
             yield Mistake(f"discretisations[{i}].repeat", count, "must be a whole number at least 1 and at most 100")

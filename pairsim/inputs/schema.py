@@ -9,10 +9,11 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from pairsim.config.case_file import FILES, LOADERS
+from pairsim.commands import COMMANDS
 from pairsim.config.material_keys import BLOCKS
 from pairsim.config.physical import BLOCK
 from pairsim.config.wording import allowed_in, groups_of
+from pairsim.inputs.case_files import FILES, read_case
 from pairsim.runtime.errors import InputError
 
 
@@ -48,7 +49,7 @@ def values_in(command: str, path: Path, settings: tuple[str, ...]) -> dict[str, 
     """The value of each key in a case, defaults included.
 
     Args:
-        command: The command that reads the file: run, curve or critical.
+        command: The command that reads the file, one for a single case.
         path: The case file.
         settings: key=value settings that replace keys.
 
@@ -58,9 +59,11 @@ def values_in(command: str, path: Path, settings: tuple[str, ...]) -> dict[str, 
     Raises:
         InputError: The case is invalid, or the command is another one.
     """
-    if command not in LOADERS:
-        raise InputError("pairsim schema", "--case", command, f"must be left out, or be used with {', '.join(LOADERS)}")
-    resolved = LOADERS[command](path, settings).resolved()
+    if command not in COMMANDS:
+        raise InputError(
+            "pairsim schema", "--case", command, f"must be left out, or be used with {', '.join(COMMANDS)}"
+        )
+    resolved = read_case(COMMANDS[command], path, settings).resolved()
     values: dict[str, str] = {}
     for key, value in resolved.items():
         inner = value if isinstance(value, Mapping) and key in groups_of(FILES[command]) else {"": value}

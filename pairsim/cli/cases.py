@@ -1,0 +1,190 @@
+"""The commands for one case, made from their records.
+
+Large libraries are imported inside the commands, so that --help and input errors are printed at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from inspect import Parameter, Signature
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+
+import typer
+
+from pairsim.cli.options import (
+    CaseFile,
+    DryRun,
+    Output,
+    Overwrite,
+    Progress,
+    Quiet,
+    Settings,
+    show_estimate,
+    usable,
+)
+from pairsim.commands import COMMANDS, Command
+from pairsim.runtime.errors import InputError
+from pairsim.runtime.launcher import first_alone
+from pairsim.runtime.signals import Signals
+
+if TYPE_CHECKING:
+    from pairsim.api.results import Result
+    from pairsim.drivers.progress import Style
+
+app = typer.Typer(rich_markup_mode="rich")
+CODES = {
+    False: """Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
+system at fault (pairsim doctor), 130 interrupted.""",
+    True: """Exit codes: 0 finished (also at contact or max_gap), 2 wrong input, 3
+computation failed, 4 installation or system at fault (pairsim doctor), 130
+interrupted.""",
+}
+"""The last paragraph of the help, by whether the command is one in time."""
+MaybeCaseFile = Annotated[
+    Path | None,
+    typer.Argument(help="Case file (YAML); pairsim schema lists its keys.", show_default=False, callback=usable),
+]
+Resume = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="DIR",
+        help="Continue the run in this folder from its checkpoint. "
+        "A case file or --set may change name, time.end, limits and output.",
+        show_default=False,
+        callback=usable,
+    ),
+]
+
+
+def _parameters(command: Command[Any]) -> list[Parameter]:
+    """The arguments and options of a command, in the order of its help."""
+    resumable = command.resumable
+    found: list[tuple[str, Any, Any]] = [("case", MaybeCaseFile, None) if resumable else ("case", CaseFile, ...)]
+    found += [("output", Output, None), ("overwrite", Overwrite, False)]
+    found += [("resume", Resume, None)] if resumable else []
+    found += [
+        (flag.name, Annotated[bool, typer.Option(f"--{flag.name}", help=flag.help)], False) for flag in command.flags
+    ]
+    found += [
+        ("dry_run", DryRun, False),
+        ("progress", Progress, "auto"),
+        ("quiet", Quiet, False),
+        ("set_", Settings, None),
+    ]
+    return [
+        Parameter(name, Parameter.KEYWORD_ONLY, annotation=kind, default=Parameter.empty if default is ... else default)
+        for name, kind, default in found
+    ]
+
+
+def _function(command: Command[Any]) -> Callable[..., None]:
+    """What a command does on the command line."""
+
+    def function(**given: Any) -> None:
+        flags = {flag.name: given[flag.name] for flag in command.flags}
+        _compute(command, given, flags)
+
+    parameters = _parameters(command)
+    function.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
+    function.__annotations__ = {each.name: each.annotation for each in parameters}
+    function.__name__ = command.name
+    function.__doc__ = f"{command.about}\n\n{CODES[command.resumable]}"
+    return function
+
+
+def _compute(command: Command[Any], given: dict[str, Any], flags: dict[str, bool]) -> None:
+    """Check a case, and show its cost or compute it."""
+    from pairsim.config.identity import default_folder
+    from pairsim.inputs.case_files import read_case
+
+    case, output, overwrite, resume = given["case"], given["output"], given["overwrite"], given.get("resume")
+    if resume is not None and (overwrite or output is not None):
+        option = "--overwrite" if overwrite else "-o"
+        raise InputError("pairsim run", option, None, "must be left out with --resume, which gives the folder")
+    if case is None:
+        if resume is None:
+            raise typer.BadParameter("must be given, or else --resume DIR", param_hint="CASE")
+        case = resume / "case.yaml"
+    checked = read_case(command, case, tuple(given["set_"] or ()))
+    directory = resume or output or default_folder(command.name, checked)
+    if given["dry_run"]:
+        show_estimate(checked, directory, command.estimate(checked))
+        return
+    with first_alone(lambda note: typer.echo(f"pairsim: note: {note}", err=True)):
+        from pairsim.api.compute import compute
+
+        shown: Style = "none" if given["quiet"] else given["progress"]
+        more = flags | ({"resume": resume is not None} if command.resumable else {})
+        with Signals(final=True):
+            result = compute(command, checked, directory, overwrite, shown, True, {}, **more)
+            _end(result, directory, shown)
+
+
+def _end(result: Result, directory: Path, shown: Style) -> NoReturn:
+    """Draw, give the folder (stdout) and what to do next (stderr), and exit with the code of the outcome."""
+    from pairsim.drivers.outcome import exit_code
+    from pairsim.results.answer import advice
+
+    command, code = result.command, exit_code(result.status, result.reason)
+    if code == 0:
+        if command.draws_itself:
+            try:
+                result.plot(directory)
+            except InputError as error:
+                typer.echo(f"warning: no picture: {error}; pairsim plot {directory} draws it", err=True)
+        typer.echo(str(directory))
+    if shown == "none" and code:
+        typer.echo(result.message, err=True)
+    elif shown not in ("none", "json") and directory.is_dir():
+        afterwards = command.afterwards(directory, "dU" in result.table)
+        ended = result.status, result.reason, result.message
+        typer.echo(advice(afterwards, *ended, directory, command.resumable), err=True)
+    raise typer.Exit(code)
+
+
+for _command in COMMANDS.values():
+    app.command(epilog=f"Examples: {_command.examples}")(_function(_command))
+
+
+@app.command(epilog="Example: pairsim mesh configs/quickstart.yaml -o meshes/pair.msh --png meshes/pair.png")
+def mesh(
+    case: CaseFile,
+    output: Annotated[
+        Path,
+        typer.Option(
+            "-o",
+            "--output",
+            help="Mesh file: .msh (gmsh), .vtu or .xdmf.",
+            callback=usable,
+        ),
+    ],
+    png: Annotated[
+        Path | None,
+        typer.Option(
+            "--png",
+            help="Picture of the mesh around the particles.",
+            callback=usable,
+        ),
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")] = False,
+    set_: Settings = None,
+) -> None:
+    """Write the mesh with which a run of a case begins.
+
+    Lengths are in tube diameters D_c. Prints the numbers of cells, nodes and
+    arcs.
+    """
+    from pairsim.inputs.case_files import read_case
+
+    checked = read_case(COMMANDS["run"], case, tuple(set_ or ()))
+    for option, path in (("-o", output), ("--png", png)):
+        if path is not None and path.exists() and not overwrite:
+            raise InputError(str(path), option, None, "the file exists; use --overwrite or another name")
+    if output.suffix not in (".msh", ".vtu", ".xdmf"):
+        raise InputError(str(output), "-o", output.suffix, "must be a name ending in .msh, .vtu or .xdmf")
+
+    from pairsim.drivers.mesh import write_mesh
+
+    for name, count in write_mesh(checked, output, png).items():
+        typer.echo(f"{name}: {count}")

@@ -1,0 +1,119 @@
+"""What pairsim knows of a command that computes one case."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pairsim.config.case import SceneCase
+from pairsim.config.cost import Estimate
+from pairsim.config.mistakes import Mistake
+from pairsim.results.folders import read_record
+
+if TYPE_CHECKING:
+    from pairsim.drivers.outcome import Outcome
+    from pairsim.plots.style import Page
+    from pairsim.runtime.arrays import Array
+
+Value = float | int | str | list[float] | list[bool] | None
+"""A value in results.csv."""
+Tables = Mapping[str, Any]
+"""Tables of a folder by name, each a pandas DataFrame; one that is not there is empty."""
+
+
+@dataclass(frozen=True)
+class Flag:
+    """An option of a command that is off by default.
+
+    Attributes:
+        name: The option without its dashes, and the keyword in Python.
+        help: What it does.
+    """
+
+    name: str
+    help: str
+
+
+@dataclass(frozen=True)
+class InSweeps[C: SceneCase]:
+    """What a sweep shows of a command, in results.csv.
+
+    Attributes:
+        columns: Columns of the results of a case.
+        read: Reads their values from a folder; values that are missing are left out, without an error.
+        parameters: Keys that results.csv always has, also if they do not vary.
+        last: Last columns of results.csv, taken from run.json.
+        neighbours: Keys along which a case can start from the solutions of the previous one.
+    """
+
+    columns: Callable[[C], tuple[str, ...]]
+    read: Callable[[Path], dict[str, Value]]
+    parameters: tuple[str, ...] = ("beta", "De", "Ca_e")
+    last: tuple[str, ...] = ("unknowns", "wall_time")
+    neighbours: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Command[C: SceneCase]:
+    """A command that computes one case and writes it to a folder.
+
+    Its functions import large libraries when they are called, since the command line lists all commands at once.
+
+    Attributes:
+        model: Keys of its case file; `model.kind` is the name of the command.
+        check: Yields the mistakes in which keys do not go together.
+        estimate: Estimates the cost of a case.
+        compute: Computes a case into a folder: takes the case, the folder, `Options` and the flags as keywords,
+            and `resume` where it is `resumable`.
+        about: Its help on the command line: a sentence, then what the case file has and what is written.
+        examples: How it is used, separated by "|".
+        tables: Names of its tables without .csv, the main one first.
+        answer: Says in words what the tables and run.json hold, where the main table has a row.
+        nothing: The answer where it has none.
+        in_sweeps: What a sweep shows of it.
+        draw: Draws what the tables of a folder hold into another one, and returns the pictures. Fields are drawn
+            elsewhere.
+        captions: What is said below each of these pictures in a report, by the name of its file.
+        afterwards: What may come next, for a folder and whether its particles have a relative velocity.
+        distances: Distances of a case of `pairsim units` that has none [D_c].
+        frames: What its fields are written at: "t", "d", or "" where it writes none.
+        flags: Options of its own.
+        resumable: Whether it goes on from a checkpoint.
+        draws_itself: Whether its pictures are drawn when it ends.
+    """
+
+    model: type[C]
+    check: Callable[[C], Iterator[Mistake]]
+    estimate: Callable[[C], Estimate]
+    compute: Callable[..., Outcome]
+    about: str
+    examples: str
+    tables: tuple[str, ...]
+    answer: Callable[[Tables, dict[str, Any]], list[str]]
+    in_sweeps: InSweeps[C]
+    draw: Callable[[Path, Path, Page], list[Path]]
+    captions: Mapping[str, str]
+    afterwards: Callable[[Path, bool], str]
+    distances: Mapping[str, Any]
+    nothing: str = "No point was solved."
+    frames: str = ""
+    flags: tuple[Flag, ...] = ()
+    resumable: bool = False
+    draws_itself: bool = True
+
+    @property
+    def name(self) -> str:
+        """Its name on the command line and in Python."""
+        return self.model.kind
+
+    def values(self, directory: Path) -> dict[str, Value]:
+        """Values of a folder for the columns of results.csv."""
+        record = read_record(directory)
+        return self.in_sweeps.read(directory) | {key: record.get(key) for key in self.in_sweeps.last}
+
+
+def numbers_in(table: Any) -> dict[str, Array]:
+    """The columns of a table whose values are numbers."""
+    return {str(name): table[name].to_numpy() for name in table if table[name].dtype.kind in "fi"}

@@ -1,0 +1,88 @@
+"""`pairsim critical`: the distances at which dU = 0."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pairsim.commands.command import Command, InSweeps, Tables, Value
+from pairsim.config.cost import Estimate, steady_estimate
+from pairsim.config.curve_case import CriticalCase, check_critical
+from pairsim.results.folders import rows_of
+
+if TYPE_CHECKING:
+    from pairsim.drivers.outcome import Outcome
+    from pairsim.drivers.session import Options
+    from pairsim.plots.style import Page
+
+
+def compute(case: CriticalCase, directory: Path, options: Options) -> Outcome:
+    """See `pairsim.drivers.critical.run_critical`."""
+    from pairsim.drivers.critical import run_critical
+
+    return run_critical(case, directory, options)
+
+
+def estimate(case: CriticalCase) -> Estimate:
+    """Estimated cost of critical distances: on each line a search for zeros, then two branches over all values."""
+    values = len(next(iter(case.along.values()))) if case.along else 1
+    lines = len(next(iter(case.lines.values()))) if case.lines else 1
+    return steady_estimate(case, lines * (15 + 4 * values), case.mesh_error)
+
+
+def answer(tables: Tables, record: dict[str, Any]) -> list[str]:
+    """Which critical distances there are, and where branches of them end."""
+    from pairsim.results.answer import Zero, answer_of_critical
+
+    rows = tables["critical"].to_dict("records")
+    return answer_of_critical([Zero(row["d_cr"], bool(row["stable"])) for row in rows], record)
+
+
+def draw(directory: Path, out: Path, page: Page) -> list[Path]:
+    """Critical distances over the parameter that was followed."""
+    from pairsim.plots.critical import draw_critical
+
+    return draw_critical(directory, out, page)
+
+
+def result_columns(case: CriticalCase) -> tuple[str, ...]:
+    """Result columns of critical distances: number of rows, and the distances at the requested parameters."""
+    return ("points", "zeros", "stable")
+
+
+def read(directory: Path) -> dict[str, Value]:
+    """Read the result columns of critical distances; JSON lists in the order of critical.csv."""
+    try:
+        points = rows_of(directory / "critical.csv")
+        wanted = [row for row in points if row["kind"] == "wanted"]
+        return {
+            "points": len(points),
+            "zeros": [float(row["d_cr"]) for row in wanted],
+            "stable": [row["stable"] == "true" for row in wanted],
+        }
+    except (OSError, ValueError, KeyError):
+        return {}
+
+
+COMMAND = Command(
+    model=CriticalCase,
+    check=check_critical,
+    estimate=estimate,
+    compute=compute,
+    about=r"""Find the distances at which dU = 0, and follow them over a parameter.
+
+The case file has along: {Ca_e: ...} or {De: ...} with values or {start, stop,
+num, spacing}, optionally lines: with values of the other parameter, and d:
+\[least, largest], the range of distances in tube diameters D_c. Writes
+critical.csv, critical.png, case.yaml and run.json.""",
+    examples="pairsim critical configs/critical.yaml | "
+    "pairsim critical case.yaml --set 'along={Ca_e: [0.02, 0.05, 0.1]}'",
+    tables=("critical",),
+    answer=answer,
+    nothing="No critical distance was found in the given range: dU keeps its sign.",
+    in_sweeps=InSweeps(result_columns, read),
+    draw=draw,
+    captions={"critical": "Critical distances"},
+    afterwards=lambda folder, _: f"pairsim plot {folder} draws it again",
+    distances={"d": [0.02, 0.8]},
+)

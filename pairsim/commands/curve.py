@@ -1,0 +1,122 @@
+"""`pairsim curve`: the quasi-steady master curve dU(d)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pairsim.commands.command import Command, Flag, InSweeps, Tables, Value, numbers_in
+from pairsim.config.cost import Estimate, steady_estimate
+from pairsim.config.curve_case import CurveCase, check_curve
+from pairsim.results.columns import FORCES, gap_endings, relative_velocities
+from pairsim.results.folders import rows_of
+from pairsim.runtime.errors import InputError
+from pairsim.solvers.distances import between
+
+if TYPE_CHECKING:
+    from pairsim.drivers.outcome import Outcome
+    from pairsim.drivers.session import Options
+    from pairsim.plots.style import Page
+
+
+def compute(case: CurveCase, directory: Path, options: Options, **more: Any) -> Outcome:
+    """See `pairsim.drivers.curve.run_curve`."""
+    from pairsim.drivers.curve import run_curve
+
+    return run_curve(case, directory, options, **more)
+
+
+def estimate(case: CurveCase) -> Estimate:
+    """Estimated cost of a master curve: the points between those requested, and a third more where dU is curved."""
+    points = len(case.places)
+    if case.common:
+        points = len(between(sorted(case.places), case.max_points))
+        points = max(min(points + -(-points // 3), case.max_points), points)
+    return steady_estimate(case, points, case.mesh_error)
+
+
+def answer(tables: Tables, record: dict[str, Any]) -> list[str]:
+    """Where particles separate and come closer, and how fast."""
+    from pairsim.results.answer import Zero, answer_of_curve
+
+    zeros = [Zero(row["d"], bool(row["stable"]), row.get("d_error")) for row in tables["equilibria"].to_dict("records")]
+    return answer_of_curve(numbers_in(tables["curve"]), zeros, record)
+
+
+def draw(directory: Path, out: Path, page: Page) -> list[Path]:
+    """dU with its error and its zeros, and D."""
+    from pairsim.plots.curves import draw_curve
+
+    return draw_curve(directory, out, page)
+
+
+FORCE = [f"{name}_1" for name in FORCES]  # columns of the only point of a single particle that is moved
+
+
+def result_columns(case: CurveCase) -> tuple[str, ...]:
+    """Points, zeros, and by gap the largest |dU| with its distance and errors; the force on a single moved particle."""
+    names = ["d_peak{}", "d_peak_error{}", "dU_peak{}", "dU_error{}", *(["mesh_error{}"] if case.mesh_error else [])]
+    others = (
+        ["zeros", "zeros_error", "stable"]
+        if case.n == 2
+        else FORCE
+        if case.n == 1 and case.velocity is not None
+        else []
+    )
+    return ("points", *others, *(name.format(gap) for gap in gap_endings(case.n) for name in names))
+
+
+def read(directory: Path) -> dict[str, Value]:
+    """Read the result columns of a curve; `zeros` and what belongs to them are lists in ascending d."""
+    from pairsim.results.curve_table import peak_of
+    from pairsim.results.output import read_series
+
+    values: dict[str, Value] = {}
+    try:
+        table = read_series(directory / "curve.csv")
+        values["points"] = points = len(next(iter(table.values())))
+        if not points:
+            return values
+        values |= {name: float(table[name][0]) for name in FORCE if name in table}
+        for name in relative_velocities(table):
+            gap = name.removeprefix("dU")
+            peak = peak_of(table, gap)
+            found = {"d_peak": peak.d, "d_peak_error": peak.d_error, "dU_peak": peak.dU, "dU_error": peak.error}
+            if f"mesh_error{gap}" in table:
+                found["mesh_error"] = float(table[f"mesh_error{gap}"][abs(table[f"d{gap}"] - peak.d).argmin()])
+            values |= {column + gap: value for column, value in found.items()}
+        zeros = rows_of(directory / "equilibria.csv")
+        values["zeros"] = [float(row["d"]) for row in zeros]
+        values["zeros_error"] = [float(row["d_error"]) for row in zeros]
+        values["stable"] = [row["stable"] == "true" for row in zeros]
+    except (InputError, OSError, ValueError, KeyError):  # the case failed before the files were complete
+        pass
+    return values
+
+
+COMMAND = Command(
+    model=CurveCase,
+    check=check_curve,
+    estimate=estimate,
+    compute=compute,
+    about="""Compute the quasi-steady master curve dU(d) and its zeros.
+
+The case file has d (distances in tube diameters D_c: a list, or {start, stop,
+num, spacing}) in place of d0. Writes curve.csv (dU in U_av), equilibria.csv,
+curve.png, case.yaml and run.json.""",
+    examples="pairsim curve configs/curve.yaml | pairsim curve case.yaml -o out --sensitivities "
+    "--set 'd={start: 0.02, stop: 1, num: 12}'",
+    tables=("curve", "equilibria"),
+    answer=answer,
+    in_sweeps=InSweeps(result_columns, read, neighbours=("De", "Ca_e")),
+    draw=draw,
+    captions={"curve": "Relative velocity and shapes over distance"},
+    afterwards=lambda folder, pair: (
+        f"pairsim travel {folder} --from D --to D gives the time and tube that a pair needs"
+        if pair
+        else f"pairsim plot {folder} draws it again"
+    ),
+    distances={"d": {"start": 0.02, "stop": 0.8, "num": 9}},
+    frames="d",
+    flags=(Flag("sensitivities", "Add the derivatives of dU with respect to Ca_e, De and beta at fixed d."),),
+)

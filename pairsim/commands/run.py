@@ -1,0 +1,110 @@
+"""`pairsim run`: one case in time."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pairsim.commands.command import Command, InSweeps, Tables, Value, numbers_in
+from pairsim.config.case import Case
+from pairsim.config.case_checks import check_together
+from pairsim.config.cost import ERROR_TOO, RUN_BYTES, START, Estimate, memory_of, unknowns
+from pairsim.results.columns import gap_endings
+
+if TYPE_CHECKING:
+    from pairsim.drivers.outcome import Outcome
+    from pairsim.drivers.session import Options
+    from pairsim.plots.style import Page
+
+
+def compute(case: Case, directory: Path, options: Options, *, resume: bool = False) -> Outcome:
+    """See `pairsim.drivers.run.run_case`."""
+    from pairsim.drivers.run import run_case
+
+    return run_case(case, directory, options, resume=resume)
+
+
+def estimate(case: Case) -> Estimate:
+    """Estimated cost of a run in time."""
+    size, polymer = unknowns(case), bool(case.liquid_model.modes)
+    end, first = case.time.end, case.time.first_step
+    if case.time.fixed_step is not None:
+        steps = end / case.time.fixed_step
+    else:
+        pace = (3e-4 / case.time.tol) ** 0.45 if any(case.Ca_es) or polymer else 0.25
+        steps = 10 * pace * math.log(1 + end / first) * (3 if polymer else 1) + end / case.time.max_step
+    each = 1.1e-6 * size**1.15 * (ERROR_TOO if case.estimates_error else 1.0)
+    adapted = "; the mesh is adapted: what the run needs is known after a coarse one" if case.adapts else ""
+    return Estimate(round(size), START + steps * each, memory_of(size, RUN_BYTES, polymer), adapted)
+
+
+def answer(tables: Tables, record: dict[str, Any]) -> list[str]:
+    """What the particles do at the end."""
+    from pairsim.results.run_answer import answer_of_run
+
+    return answer_of_run(numbers_in(tables["series"]), record)
+
+
+def draw(directory: Path, out: Path, page: Page) -> list[Path]:
+    """Velocities and shapes over time, and dU over d."""
+    from pairsim.plots.series import draw_series
+
+    return draw_series(directory, out, page)
+
+
+def result_columns(case: Case) -> tuple[str, ...]:
+    """Result columns of a run: those of the last row of series.csv."""
+    if case.n == 2:
+        return ("t", "d", "dU", "U_L", "U_T", "D_L", "D_T", "dp")
+    gaps, particles = gap_endings(case.n), range(1, case.n + 1)
+    names = ["t", *(f"d{gap}" for gap in gaps), *(f"dU{gap}" for gap in gaps)]
+    return (*names, *(f"U_{i}" for i in particles), *(f"D_{i}" for i in particles), "dp")
+
+
+def read(directory: Path) -> dict[str, Value]:
+    """Read the last complete row of series.csv; empty if there is none.
+
+    Only the end of the file is read, since a continued sweep reads thousands of these files.
+    """
+    try:
+        with (directory / "series.csv").open("rb") as file:
+            header = file.readline().decode().strip().split(",")
+            start = file.tell()
+            file.seek(0, 2)
+            file.seek(max(start, file.tell() - 65536))
+            text = file.read().decode()
+        lines = text[: text.rfind("\n") + 1].splitlines()
+        return dict(zip(header, map(float, lines[-1].split(",")), strict=True)) if lines else {}
+    except (OSError, ValueError):
+        return {}
+
+
+COMMAND = Command(
+    model=Case,
+    check=check_together,
+    estimate=estimate,
+    compute=compute,
+    about="""Compute one case in time.
+
+Writes series.csv, fields.xdmf, case.yaml, run.json and checkpoint.npz.
+Lengths are in tube diameters D_c, velocities in the mean velocity U_av, times
+in D_c/U_av.""",
+    examples="pairsim run configs/quickstart.yaml | pairsim run case.yaml -o out --set Ca_e=0.05 | "
+    "pairsim run --resume out --set time.end=4",
+    tables=("series",),
+    answer=answer,
+    nothing="No step was completed.",
+    in_sweeps=InSweeps(
+        result_columns, read, parameters=("beta", "De", "Ca_e", "d0"), last=("steps", "unknowns", "wall_time")
+    ),
+    draw=draw,
+    captions={"series": "Velocities and shapes over time, relative velocity over distance"},
+    afterwards=lambda folder, _: (
+        f"pairsim plot {folder} draws it; pairsim run --resume {folder} --set time.end=... continues"
+    ),
+    distances={"d0": 0.1},
+    frames="t",
+    resumable=True,
+    draws_itself=False,
+)

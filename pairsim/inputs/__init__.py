@@ -1,0 +1,1 @@
+"""Input files of all commands: reading, checking, and the list of their keys."""
