@@ -6,6 +6,7 @@ import errno
 import json
 import os
 import platform
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -37,12 +38,26 @@ def test_lock_file_does_not_make_a_folder_a_used_one(tmp_path: Path) -> None:
     assert RunFolder.create(tmp_path).path == tmp_path
 
 
-@pytest.fixture
-def no_flock(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A file system without locks."""
+def test_lock_of_a_killed_parent_stays_with_its_child(tmp_path: Path) -> None:
+    """Where the system does not end a child with its parent (macOS), the case is still being computed."""
+    program = (
+        "import os, pathlib, sys; from pairsim.runtime import child_process, locks; child_process._LIBC = None; "
+        "lock = locks.FolderLock(pathlib.Path(sys.argv[1]), 'pairsim sweep'); "
+        "print(child_process.Child(['sleep', '60'], [lock]).pid, flush=True); os.kill(os.getpid(), 9)"
+    )
+    parent = subprocess.run([sys.executable, "-c", program, tmp_path], stdout=subprocess.PIPE, text=True, check=False)
+    with pytest.raises(InputError, match="pairsim sweep"):
+        FolderLock(tmp_path, "", patience=0)
+    os.kill(int(parent.stdout), signal.SIGKILL)
+    FolderLock(tmp_path, "").release()
+
+
+@pytest.fixture(params=[errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP], ids=errno.errorcode.get)
+def no_flock(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file system without locks: Lustre without `-o flock`, NFS without a lock service, or another."""
 
     def flock(file: int, kind: int) -> None:
-        raise OSError(errno.ENOLCK, "No locks available")
+        raise OSError(request.param, os.strerror(request.param))
 
     monkeypatch.setattr("fcntl.flock", flock)
 
