@@ -89,7 +89,7 @@ def _cache() -> Check:
     if why:
         remedy = "set XDG_CACHE_HOME to a folder with write permission; until then forms are compiled in each run"
         return Check("cache of compiled forms", "warning", f"{folder}: {why}", remedy)
-    size = sum(path.stat().st_size for path in folder.glob("*"))
+    size = sum(path.stat().st_size for path in folder.rglob("*"))
     free = shutil.disk_usage(folder).free
     found = f"{folder}, {size / 1e6:.0f} MB, {free / 1e9:.3g} GB free"
     if free < ROOM:

@@ -15,7 +15,6 @@ import os
 import shlex
 import subprocess
 import sysconfig
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,10 +23,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pairsim.fem.jit import JIT_OPTIONS, cache
+from pairsim.fem.jit import JIT_OPTIONS, in_cache
 from pairsim.runtime.arrays import Array
 
 SOURCES = tuple(Path(__file__).with_name(name) for name in ("cell_loop.c", "patch_recovery.c", "point_location.c"))
+LIBRARY = "loops.so"
 
 
 @dataclass(frozen=True)
@@ -53,43 +53,31 @@ class CellJacobian:
     packed: Callable[[], tuple[Array, int, Array]]
 
 
-def _library() -> Path:
-    """Path of the compiled library; its name contains a hash of the sources and of the options of the compiler.
-
-    Another compiler, or none, makes no difference to a library that is there.
-    """
-    digest = hashlib.sha256(
-        b"".join(each.read_bytes() for each in SOURCES) + shlex.join(_options()).encode()
-    ).hexdigest()[:16]
-    return cache() / f"cell-loop-{digest}.so"
-
-
 def _options() -> list[str]:
     return [*map(str, JIT_OPTIONS["cffi_extra_compile_args"]), "-std=c11", "-fPIC", "-shared"]
 
 
-def _command() -> list[str]:
-    return [*shlex.split(os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc"), *_options()]
+def _build(folder: Path) -> None:
+    """Compile the library."""
+    compiler = shlex.split(os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc")
+    command = [*compiler, *_options(), *map(str, SOURCES), "-o", str(folder / LIBRARY), "-lm"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode != 0:
+        raise RuntimeError(f"{shlex.join(done.args)} failed: {done.stderr.strip()}")
 
 
 def compile_loops() -> Path:
     """Compile the loops unless this was done before, and return the path of the library.
 
+    Another compiler, or none, makes no difference to a library that is there: the name of its folder contains a hash of
+    the sources and of the options.
+
     Raises:
         RuntimeError: The compiler failed.
         OSError: There is no compiler, or the cache is not writable.
     """
-    library = _library()
-    if not library.exists():
-        library.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=library.parent) as folder:
-            built = Path(folder) / library.name
-            command = [*_command(), *map(str, SOURCES), "-o", str(built), "-lm"]
-            done = subprocess.run(command, capture_output=True, text=True)
-            if done.returncode != 0:
-                raise RuntimeError(f"{shlex.join(done.args)} failed: {done.stderr.strip()}")
-            built.replace(library)  # another process may do the same at the same time
-    return library
+    content = b"".join(each.read_bytes() for each in SOURCES) + shlex.join(_options()).encode()
+    return in_cache(f"loops-{hashlib.sha256(content).hexdigest()[:16]}", _build) / LIBRARY
 
 
 @functools.cache

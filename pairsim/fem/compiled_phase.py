@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import sysconfig
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import basix.ufl
+import ffcx.naming
+import ffcx.options
 import numpy as np
 import ufl
 from numpy.typing import NDArray
 
-from pairsim.fem.jit import JIT_OPTIONS
+from pairsim.fem.jit import JIT_OPTIONS, in_cache
 from pairsim.physics.forms import constitutive, continuity, extra_stress, mesh_motion
 from pairsim.physics.forms.momentum import momentum
 from pairsim.physics.kinematics import Expr, Kinematics
@@ -144,6 +148,26 @@ def _blocks(
     return field_of_dof, np.array([[bool(np.any(dense[np.ix_(i, j)] != 0)) for j in blocks] for i in blocks])
 
 
+def compiled(form: ufl.Form) -> Any:
+    """A form compiled by FFCx, from the cache if it is there.
+
+    Each form has its folder in the cache, named by a hash of all that determines FFCx's own name of the module. FFCx
+    therefore finds the module, or compiles it where no other process looks for it.
+
+    Raises:
+        OSError: The cache cannot be written to.
+        VerificationError: The compiler failed; of cffi.
+    """
+    options = {name: value for name, value in dolfinx.jit.get_options(JIT_OPTIONS).items() if name != "cache_dir"}
+    python = sysconfig.get_config_vars("CFLAGS", "SOABI")
+    name = ffcx.naming.compute_signature([form], str((options, ffcx.options.get_options(), python)))
+
+    def load(folder: Path) -> Any:
+        return fem.compile_form(MPI.COMM_SELF, form, jit_options={**options, "cache_dir": str(folder)})
+
+    return load(in_cache(f"form-{name}", load))
+
+
 _COMPILED: dict[tuple[str | bool, ...], CompiledPhase] = {}
 
 
@@ -172,9 +196,6 @@ def _compile(
     dX = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE})
     residual = build(Terms(mesh, named[0], named[1], named[2], constants, dX))
     jacobian = ufl.derivative(residual, x, ufl.TrialFunction(space))
-
-    def compiled(form: ufl.Form) -> Any:
-        return fem.compile_form(MPI.COMM_SELF, form, jit_options=JIT_OPTIONS)
 
     compiled_jacobian = compiled(jacobian)
 

@@ -14,11 +14,10 @@ import basix.ufl
 import numpy as np
 import ufl
 
-from pairsim.fem.compiled_phase import QUADRATURE_DEGREE, CompiledPhase, FieldSpec, Terms, components, split
-from pairsim.fem.jit import JIT_OPTIONS
+from pairsim.fem.compiled_phase import QUADRATURE_DEGREE, CompiledPhase, FieldSpec, Terms, compiled, components, split
 from pairsim.fem.phases import TO_BASIX, Phase
 from pairsim.runtime.arrays import Array, Indices
-from pairsim.runtime.fenicsx import MPI, dolfinx
+from pairsim.runtime.fenicsx import dolfinx
 
 fem = dolfinx.fem
 
@@ -57,8 +56,7 @@ def enriched_form(phase: CompiledPhase) -> EnrichedForm:
     dX = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE + 1})
     x, star = split(phase.x, phase.fields), split(phase.star, phase.fields)
     residual = phase.build(Terms(mesh, x, star, split(test, fields), phase.constants, dX))
-    compiled = fem.compile_form(MPI.COMM_SELF, residual, jit_options=JIT_OPTIONS)
-    _COMPILED[phase.kind] = EnrichedForm(fields, element, compiled)
+    _COMPILED[phase.kind] = EnrichedForm(fields, element, compiled(residual))
     return _COMPILED[phase.kind]
 
 

@@ -1,4 +1,4 @@
-"""Options of the just-in-time compilation of forms.
+"""Cache and options of the just-in-time compilation of forms.
 
 Forms are compiled for the instruction set of the processor (`-march=native`). The path of the cache contains a hash of
 the processor's features, so that different machines with a common home folder do not share compiled code.
@@ -14,6 +14,7 @@ import shlex
 import shutil
 import sysconfig
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -40,11 +41,47 @@ JIT_OPTIONS: dict[str, Any] = {
     "cffi_extra_compile_args": ["-O3", "-march=native", "-fno-math-errno", "-fno-trapping-math"],
     "cffi_libraries": ["m"],
 }
+UNFINISHED = "unfinished-"
+"""Prefix of the folders of the cache in which entries are built; a process that is killed leaves its own."""
 
 
 def cache() -> Path:
     """Folder of the compiled forms."""
     return Path(JIT_OPTIONS["cache_dir"])
+
+
+def in_cache(name: str, build: Callable[[Path], None]) -> Path:
+    """An entry of the cache, built unless it is there: whole, or not at all.
+
+    It is built in another folder, written to the disk and renamed. Other processes therefore never see a part of it,
+    and neither a process that is killed nor a full disk leaves one. If several build it, the first one's stays.
+
+    Args:
+        name: Its name, which determines its content.
+        build: Writes its files into a new folder.
+
+    Returns:
+        Its folder.
+
+    Raises:
+        OSError: The cache cannot be written to; also errors of `build`.
+    """
+    entry = cache() / name
+    if not entry.is_dir():
+        cache().mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=UNFINISHED, dir=cache(), ignore_cleanup_errors=True) as place:
+            built = Path(place) / name
+            built.mkdir()
+            build(built)
+            for path in built.iterdir():
+                with path.open("rb") as file:
+                    os.fsync(file.fileno())
+            try:
+                built.rename(entry)
+            except OSError:
+                if not entry.is_dir():
+                    raise
+    return entry
 
 
 def use_temporary_cache() -> None:

@@ -13,13 +13,12 @@ import basix.ufl
 import numpy as np
 import ufl
 
-from pairsim.fem.compiled_phase import QUADRATURE_DEGREE, CompiledPhase, FieldSpec, Terms, components, split
+from pairsim.fem.compiled_phase import QUADRATURE_DEGREE, CompiledPhase, FieldSpec, Terms, compiled, components, split
 from pairsim.fem.enriched_nodes import own_shapes
 from pairsim.fem.enriched_residual import discontinuous
-from pairsim.fem.jit import JIT_OPTIONS
 from pairsim.fem.phases import Phase
 from pairsim.runtime.arrays import Array, Indices
-from pairsim.runtime.fenicsx import MPI, dolfinx
+from pairsim.runtime.fenicsx import dolfinx
 
 fem = dolfinx.fem
 
@@ -61,8 +60,7 @@ def recovered_form(phase: CompiledPhase) -> RecoveredForm:
     dX = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE})
     named = [split(function, fields) for function in (x, star, test)]
     residual = phase.build(Terms(mesh, named[0], named[1], named[2], phase.constants, dX))
-    compiled = fem.compile_form(MPI.COMM_SELF, residual, jit_options=JIT_OPTIONS)
-    _COMPILED[phase.kind] = RecoveredForm(fields, element, compiled, x, star)
+    _COMPILED[phase.kind] = RecoveredForm(fields, element, compiled(residual), x, star)
     return _COMPILED[phase.kind]
 
 

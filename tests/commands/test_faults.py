@@ -18,8 +18,7 @@ from support.inputs import TINY
 
 from pairsim.drivers.outcome import Outcome, Record
 from pairsim.drivers.session import write_failure
-from pairsim.fem import form_cache
-from pairsim.fem.jit import JIT_OPTIONS, cache
+from pairsim.fem.jit import JIT_OPTIONS
 from pairsim.results import output
 from pairsim.results.folders import read_record
 from pairsim.results.output import RunFolder
@@ -185,29 +184,6 @@ def test_cache_that_cannot_be_written_is_replaced_for_one_command(
     assert "cannot be written" in note
     assert "temporary folder" in note
     assert not list(tmp_path.glob("pairsim-*")), "the temporary folder is removed"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("stamped", [True, False])
-def test_torn_modules_are_compiled_anew(
-    stamped: bool, tmp_path: Path, pairsim_apart: Pairsim, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Loading one would end the process with SIGBUS; with stamps it is not even tried."""
-    names = form_cache._modules(form_cache._stamp("newtonian:fixed"))
-    assert names
-    copy = tmp_path / "cache" / "pairsim" / cache().name
-    copy.mkdir(parents=True)
-    for name in names:
-        for file in cache().glob(f"{name.partition('.')[0]}.*"):
-            shutil.copy(file, copy)
-        os.truncate(copy / name, 4096)
-    if stamped:
-        shutil.copy(form_cache._stamp("newtonian:fixed"), copy)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    (tmp_path / "case.yaml").write_text(TUBE)
-    done = pairsim_apart("run", "case.yaml", "-o", "out", "-q")
-    assert done.returncode == 0, done.stderr
-    assert all((copy / name).stat().st_size > 4096 for name in names)
 
 
 def test_no_home_folder_is_needed() -> None:
