@@ -12,7 +12,7 @@ from typer.cli import get_docs_for_click
 
 import pairsim
 from pairsim.cli.app import app
-from pairsim.commands import COMMANDS
+from pairsim.commands import COMMANDS, Command
 from pairsim.config.yaml_file import DEEPEST, LARGEST_FILE, MOST_VALUES
 from pairsim.inputs.case_files import FILES, parse_case
 from pairsim.inputs.schema import schema_rows
@@ -23,7 +23,7 @@ from pairsim.runtime.errors import RunFailure
 
 ROOT = Path(__file__).resolve().parent.parent
 CASE: dict[str, Any] = {"beta": 0.4, "De": 1, "Ca_e": 0.1}
-PLACES: dict[str, dict[str, Any]] = {"run": {"d0": 0.1}, "curve": {"d": [0.1]}, "critical": {}}
+PLACES: dict[str, dict[str, Any]] = {"run": {"d0": 0.1}, "curve": {"d": [0.1]}, "critical": {}, "shape": {"particles": 1, "along": [0.1]}}
 """Required keys of each command other than those of `CASE`."""
 
 
@@ -103,6 +103,7 @@ def column_pages() -> str:
         "Of `pairsim critical`: one row for each critical distance on each branch.\n",
         described(map(column, [*critical, *tables.CURVE_HEALTH])) + liquid,
         polymer,
+        *(part for command in COMMANDS.values() if command.columns for part in own_table(command)),
         "## results.csv\n",
         "Of `pairsim sweep`: one row for each case that has ended, with `folder`, `status`, `reason`, the parameters "
         "that the grid varies, and",
@@ -115,6 +116,12 @@ def column_pages() -> str:
         described(tables.STUDY_COLUMNS),
     ]
     return "\n".join(parts)
+
+
+def own_table(command: Command[Any]) -> tuple[str, ...]:
+    """Section with the columns of the main table of a command."""
+    entries = (each if isinstance(each, Column) else column(each) for each in command.columns)
+    return f"## {command.tables[0]}.csv\n", f"Of `pairsim {command.name}`.\n", described(entries)
 
 
 def listed(name: str) -> str:

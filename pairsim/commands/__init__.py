@@ -7,6 +7,7 @@ from pkgutil import iter_modules
 from typing import Any
 
 from pairsim.commands.command import Command
+from pairsim.results.columns import Column, declare
 
 ORDER = ("run", "curve", "critical")
 """The commands that come first in lists; others follow by name."""
@@ -15,6 +16,8 @@ ORDER = ("run", "curve", "critical")
 def _found() -> dict[str, Command[Any]]:
     modules = (import_module(f"{__name__}.{entry.name}") for entry in iter_modules(__path__))
     commands = {module.COMMAND.name: module.COMMAND for module in modules if hasattr(module, "COMMAND")}
+    for command in commands.values():
+        declare(each for each in command.columns if isinstance(each, Column))
     return {name: commands[name] for name in (*ORDER, *sorted(commands.keys() - set(ORDER)))}
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from pairsim.config.case import SceneCase
 from pairsim.config.cost import Estimate
 from pairsim.config.mistakes import Mistake
+from pairsim.results.columns import Column
 from pairsim.results.folders import read_record
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ class InSweeps[C: SceneCase]:
         neighbours: Keys along which a case can start from the solutions of the previous one.
     """
 
-    columns: Callable[[C], tuple[str, ...]]
+    columns: Callable[[C], Sequence[str]]
     read: Callable[[Path], dict[str, Value]]
     parameters: tuple[str, ...] = ("beta", "De", "Ca_e")
     last: tuple[str, ...] = ("unknowns", "wall_time")
@@ -70,6 +71,7 @@ class Command[C: SceneCase]:
         about: Its help on the command line: a sentence, then what the case file has and what is written.
         examples: How it is used, separated by "|".
         tables: Names of its tables without .csv, the main one first.
+        columns: The first columns of its main table, in its reference; those that no other command has are described.
         answer: Says in words what the tables and run.json hold, where the main table has a row.
         nothing: The answer where it has none.
         in_sweeps: What a sweep shows of it.
@@ -98,6 +100,7 @@ class Command[C: SceneCase]:
     afterwards: Callable[[Path, bool], str]
     distances: Mapping[str, Any]
     nothing: str = "No point was solved."
+    columns: tuple[str | Column, ...] = ()
     frames: str = ""
     flags: tuple[Flag, ...] = ()
     resumable: bool = False

@@ -271,13 +271,21 @@ EQUILIBRIA_COLUMNS = ("d", "stable", "slope", "peak", "d_error", "certain")
 """The columns of equilibria.csv."""
 
 
+_DECLARED: dict[str, Column] = {}
+
+
+def declare(columns: Iterable[Column]) -> None:
+    """Add columns that one command alone has."""
+    _DECLARED.update({entry.name: entry for entry in columns})
+
+
 def column(name: str) -> Column:
-    """The entry of `COLUMNS` for a column, with its number filled in: `column("D_3").symbol == "D_{3}"`.
+    """The description of a column, with its number filled in: `column("D_3").symbol == "D_{3}"`.
 
     Raises:
         KeyError: There is no such column.
     """
-    table = {entry.name: entry for entry in COLUMNS}
+    table = {entry.name: entry for entry in COLUMNS} | _DECLARED
     if name in table and not name.endswith("_i"):
         return table[name]
     match = re.fullmatch(r"(\w+)_(\d+)", name)

@@ -57,5 +57,5 @@ class Checked:
             key_of(command.name, identity),
             command.estimate(case),
             forms_of(case),
-            command.in_sweeps.columns(case),
+            tuple(command.in_sweeps.columns(case)),
         )

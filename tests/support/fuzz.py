@@ -27,6 +27,7 @@ CASES: dict[str, Tree] = {
     "run": {"beta": "0.4", "De": "0", "Ca_e": "0.1", "d0": "0.1"},
     "curve": {"beta": "0.4", "De": "0.5", "Ca_e": "0.1", "d": "[0.1, 0.3]"},
     "critical": {"beta": "0.4", "De": "0.5", "Ca_e": "0.1", "along": "{Ca_e: [0.05, 0.1]}"},
+    "shape": {"particles": "1", "beta": "0.4", "De": "0", "Ca_e": "0.1", "along": "[0.05, 0.1]"},
     "sweep": {"base": {"beta": "0.4", "De": "0", "Ca_e": "0.1"}, "grid": {"d0": "[0.1, 0.2]"}},
     "study": {
         "base": {"beta": "0.4", "De": "0", "Ca_e": "0.1", "d0": "0.1"},

@@ -47,7 +47,7 @@ def test_every_file_is_described() -> None:
     assert all(f"`{ending}`" in page for ending in others)
 
 
-@pytest.mark.parametrize(("name", "places"), [("run", {"d0": 0.1}), ("curve", {"d": [0.1]}), ("critical", {})])
+@pytest.mark.parametrize(("name", "places"), [("run", {"d0": 0.1}), ("curve", {"d": [0.1]}), ("critical", {}), ("shape", {"particles": 1, "along": [0.1]})])
 def test_columns_of_sweeps_are_described(name: str, places: dict[str, object]) -> None:
     known = {column.name for column in (*COLUMNS, *SWEEP_COLUMNS)} | Case.model_fields.keys()
     shown = COMMANDS[name].in_sweeps

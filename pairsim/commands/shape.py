@@ -1,0 +1,177 @@
+"""`pairsim shape`: the steady shape of one particle over Ca_e."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from pydantic import Field
+
+from pairsim.commands.command import Command, InSweeps, Tables, Value
+from pairsim.config.case import SceneCase
+from pairsim.config.case_checks import check_scene
+from pairsim.config.cost import Estimate, steady_estimate
+from pairsim.config.curve_case import Values
+from pairsim.config.mistakes import Mistake, missing
+from pairsim.results.columns import Column
+from pairsim.results.folders import rows_of
+
+if TYPE_CHECKING:
+    from pairsim.drivers.outcome import Outcome
+    from pairsim.drivers.session import Options
+    from pairsim.plots.style import Page
+
+D_ERROR = Column("D_error", r"\epsilon_D", "|D - D on a mesh with cells 2^0.5 times larger|", "")
+COLUMNS = ("Ca_e", "D_1", D_ERROR, "U_1", "U_correction_1", "dp_plus", "dp_plus_correction", "newton")
+"""The columns that shape.csv begins with."""
+
+
+class ShapeCase(SceneCase):
+    """The steady shapes of one particle at several Ca_e."""
+
+    kind: ClassVar[str] = "shape"
+
+    along: Values | None = Field(None, description="elastic capillary numbers of the shapes: a list or a range")
+
+    @property
+    def series(self) -> tuple[float, ...]:
+        """The elastic capillary numbers, ascending."""
+        return tuple(sorted(set(self.along or ())))
+
+    @property
+    def gaps(self) -> tuple[float, ...]:
+        """None."""
+        return ()
+
+    def _slug_parts(self) -> list[str]:
+        return ["shape", *super()._slug_parts()]
+
+
+def check(case: ShapeCase) -> Iterator[Mistake]:
+    """Check the keys against each other; yields mistakes."""
+    if case.n != 1:
+        yield Mistake("particles", case.n, "must be 1: the shape is that of a particle on its own")
+    elif case.along is None:
+        yield missing("along", "must be values of Ca_e: a list, or {start, stop, num, spacing}")
+    elif case.Ca_e == 0:
+        yield Mistake("Ca_e", case.Ca_e, "must be above 0, as along replaces it")
+    else:
+        yield from check_scene(case, {})
+
+
+def estimate(case: ShapeCase) -> Estimate:
+    """Estimated cost of the shapes."""
+    return steady_estimate(case, len(case.series), mesh_error=True)
+
+
+def compute(case: ShapeCase, directory: Path, options: Options) -> Outcome:
+    """Solve the shapes in ascending Ca_e and write them to a folder."""
+    from pairsim.config.form_kinds import forms_of
+    from pairsim.drivers.outcome import Outcome
+    from pairsim.drivers.problems import steady_problem
+    from pairsim.drivers.quasi_steady import conclude, health_columns, kept, point_row
+    from pairsim.drivers.session import open_session
+    from pairsim.fem.form_cache import ensure_compiled
+    from pairsim.solvers.branch import Branch, Point
+    from pairsim.solvers.parameters import Parameters
+
+    columns = [*(getattr(each, "name", each) for each in COLUMNS), *health_columns(case)]
+    rows: list[dict[str, float]] = []
+    points: list[Point] = []
+    branch: Branch | None = None
+    with open_session(case, directory, options) as session:
+        session.announce(f"{len(case.series)} shapes", len(case.series))
+
+        def work() -> Outcome:
+            nonlocal branch
+            session.write_table("shape.csv", columns, rows)
+            ensure_compiled(forms_of(case), session.reporter.note)
+            start = Parameters((), case.solid_models, case.liquid_model)
+            for Ca_e in case.series:
+                place = start.with_Ca_e(Ca_e)
+                branch = branch or Branch(steady_problem(case, 1.0), place, mesh_error=True)
+                points.append(branch.at(place))
+                row = point_row(points[-1]) | {"Ca_e": Ca_e}
+                row["D_error"] = abs(float(branch.scenes[1].observe().D[0]) - row["D_1"])
+                rows.append({name: row[name] for name in columns})
+                session.write_table("shape.csv", columns, rows)
+                shown = f"Ca_e = {Ca_e:.4g}  D = {row['D_1']:.5f}  shape {len(rows)}"
+                session.reporter.update(len(rows), shown, len(rows))
+            return Outcome("finished", "end", f"{len(rows)} shapes")
+
+        outcome = conclude(case, session, session.carry_out(work, kept), branch, points, [], {"points": len(rows)})
+        if branch is not None:
+            branch.close()
+        session.reporter.finish(outcome.message)
+        return outcome
+
+
+def answer(tables: Tables, _: dict[str, Any]) -> list[str]:
+    """How far the particle deforms, and how fast it moves."""
+    from pairsim.results.answer import with_error
+
+    first, last = tables["shape"].iloc[0], tables["shape"].iloc[-1]
+    return [
+        f"D from {with_error(first.D_1, first.D_error)} at Ca_e = {first.Ca_e:.4g} to "
+        f"{with_error(last.D_1, last.D_error)} at Ca_e = {last.Ca_e:.4g}.",
+        f"It moves at U = {first.U_1:.6g} to {last.U_1:.6g}.",
+    ]
+
+
+def draw(directory: Path, out: Path, page: Page) -> list[Path]:
+    """D and U over Ca_e."""
+    from pairsim.plots.labels import axis_label, case_parts, finish, read_case
+    from pairsim.plots.style import printing, small_print
+    from pairsim.results.output import read_series
+
+    table = read_series(directory / "shape.csv")
+
+    @printing()
+    def drawn() -> list[Path]:
+        figure, axes = page.panels(2, height=48)
+        for axis, name in zip(axes, ("D_1", "U_1"), strict=True):
+            error = table["D_error"] if name == "D_1" else None
+            axis.errorbar(table["Ca_e"], table[name], yerr=error, marker="o", markersize=3)
+            finish(axis, axis_label(["Ca_e"]), axis_label([name]), [table[name]])
+        small_print(figure, case_parts(read_case(directory / "case.yaml"), {"Ca_e"}))
+        return page.save(figure, out, "shape")
+
+    return drawn()
+
+
+def result_columns(_: ShapeCase) -> Sequence[str]:
+    """Number of shapes, and D at the largest Ca_e."""
+    return "points", "D_1", "D_error"
+
+
+def read(directory: Path) -> dict[str, Value]:
+    """Read the result columns."""
+    try:
+        rows = rows_of(directory / "shape.csv")
+        return {"points": len(rows), **{name: float(rows[-1][name]) for name in ("D_1", "D_error")}} if rows else {}
+    except (OSError, ValueError, KeyError):
+        return {}
+
+
+COMMAND = Command(
+    model=ShapeCase,
+    check=check,
+    estimate=estimate,
+    compute=compute,
+    about="""Compute the steady shape of one particle over Ca_e.
+
+The case file has particles: 1, and along: values of Ca_e (a list, or {start,
+stop, num, spacing}). Writes shape.csv (Taylor's D with its error, U in U_av),
+shape.png, case.yaml and run.json.""",
+    examples="pairsim shape case.yaml | pairsim shape case.yaml -o out --set 'along={start: 0.01, stop: 0.2, num: 8}'",
+    tables=("shape",),
+    columns=COLUMNS,
+    answer=answer,
+    in_sweeps=InSweeps(result_columns, read, parameters=("beta", "De")),
+    draw=draw,
+    captions={"shape": "Shape and velocity over the elastic capillary number"},
+    afterwards=lambda folder, _: f"pairsim plot {folder} draws it again",
+    distances={},
+    nothing="No shape was found.",
+)
