@@ -23,7 +23,12 @@ from pairsim.runtime.errors import RunFailure
 
 ROOT = Path(__file__).resolve().parent.parent
 CASE: dict[str, Any] = {"beta": 0.4, "De": 1, "Ca_e": 0.1}
-PLACES: dict[str, dict[str, Any]] = {"run": {"d0": 0.1}, "curve": {"d": [0.1]}, "critical": {}, "shape": {"particles": 1, "along": [0.1]}}
+PLACES: dict[str, dict[str, Any]] = {
+    "run": {"d0": 0.1},
+    "curve": {"d": [0.1]},
+    "critical": {},
+    "shape": {"particles": 1, "along": [0.1]},
+}
 """Required keys of each command other than those of `CASE`."""
 
 

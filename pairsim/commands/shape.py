@@ -76,7 +76,8 @@ def compute(case: ShapeCase, directory: Path, options: Options) -> Outcome:
     from pairsim.solvers.branch import Branch, Point
     from pairsim.solvers.parameters import Parameters
 
-    columns = [*(getattr(each, "name", each) for each in COLUMNS), *health_columns(case)]
+    own = [each.name if isinstance(each, Column) else each for each in COLUMNS]
+    columns = [*own, *health_columns(case)]
     rows: list[dict[str, float]] = []
     points: list[Point] = []
     branch: Branch | None = None

@@ -19,7 +19,7 @@ from support.references import reference
 
 import pairsim
 from pairsim.api.results import Result
-from pairsim.commands import COMMANDS
+from pairsim.commands import COMMANDS, own_files
 from pairsim.drivers.curve import WarmStart, run_curve
 from pairsim.drivers.progress import Reporter
 from pairsim.drivers.session import Options
@@ -29,6 +29,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError, NoSteadyState
 from pairsim.solvers.branch import Branch, Point
 from pairsim.solvers.curve import Zero
+from pairsim.sweeps.checked import Checked
 
 CURVE = "beta: 0.4\nDe: 0\nCa_e: 0.1\nends: developed\nlength: auto\nmesh: {Np: 10}\nd: [0.3, 0.1]\n"
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": "auto", "mesh": {"Np": 8}}
@@ -36,7 +37,6 @@ PAIR |= {"mesh_error": False}
 GIESEKUS = PAIR | {"De": 0.5, "Ca_e": 0.05, "length": 3.0, "mesh": {"Np": 8, "max_size": 0.15}}
 GIESEKUS |= {"d": [0.3], "fields": [0.3]}
 Fields = dict[str, Array]
-CURVE_SWEEP = COMMANDS["curve"]
 
 
 def test_curve_command(tmp_path: Path, pairsim: Pairsim) -> None:
@@ -63,8 +63,8 @@ def test_force_on_a_moved_sphere_is_written_answered_and_swept(tmp_path: Path, p
     (force,) = read_series(tmp_path / "out" / "curve.csv")["F_1"]
     assert force == pytest.approx(reference("sphere in tube, Newtonian", "K") * 3 * np.pi * 0.5, rel=5e-3)
     assert f"F_1 = {int(force)}." in done.stderr
-    assert CURVE_SWEEP.values(tmp_path / "out")["F_1"] == force
-    assert "F_1" in CURVE_SWEEP.check(yaml.safe_load(keys), "case.yaml").columns
+    assert COMMANDS["curve"].values(tmp_path / "out")["F_1"] == force
+    assert "F_1" in Checked.of(COMMANDS["curve"], yaml.safe_load(keys), "case.yaml").columns
 
 
 @pytest.mark.slow
@@ -113,7 +113,7 @@ def test_a_curve_that_starts_from_its_neighbour_has_the_stresses_of_its_own_para
     first: dict[str, float], cold: Fields, tmp_path: Path
 ) -> None:
     """As a sweep of curves does it."""
-    warm_start, options = WarmStart(), Options(overwrite=False, reporter=Reporter(), command="test")
+    warm_start, options = WarmStart(), Options(False, Reporter(), "test", notes=(), files=own_files())
     run_curve(pairsim.load(GIESEKUS, kind="curve", **first), tmp_path / "neighbour", options, warm_start=warm_start)
     branch = warm_start._branch
     run_curve(pairsim.load(GIESEKUS, kind="curve"), tmp_path / "warm", options, warm_start=warm_start)

@@ -247,7 +247,7 @@ def test_damaged_table_is_refused(table: str, message: str, tmp_path: Path) -> N
     scales = {"length": 1e-3, "velocity": 1.0, "stress": 1.0, "time": 1.0}
     (tmp_path / "run.json").write_text(json.dumps({"kind": "run", "scales": scales}))
     with pytest.raises(InputError) as caught:
-        table_of(tmp_path, None, physical=True)
+        table_of(tmp_path, "series", physical=True)
     assert message in str(caught.value)
 
 

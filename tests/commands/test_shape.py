@@ -46,7 +46,7 @@ def test_command_says_draws_and_reports(tmp_path: Path, pairsim: Pairsim) -> Non
     [
         ({"particles": 2}, "particles: got 2; must be 1: the shape is that of a particle on its own"),
         ({"along": None}, "along: is missing; must be values of Ca_e"),
-        ({"Ca_e": 0}, "Ca_e: got 0.0; must be above 0, as along replaces it"),
+        ({"Ca_e": 0}, "Ca_e: got 0; must be above 0, as along replaces it"),
     ],
 )
 def test_wrong_keys_are_refused(keys: dict[str, object], message: str) -> None:
