@@ -61,7 +61,7 @@ def plain(study: Path) -> list[float]:
     from pairsim.config.yaml_file import apply_settings, read_yaml
     from pairsim.drivers.problems import problem_of
     from pairsim.inputs.case_files import parse_case
-    from pairsim.solvers.transient import Transient
+    from pairsim.solvers.transient.transient import Transient
 
     content = read_yaml(study)
     case = content["base"]
@@ -86,7 +86,7 @@ def growth() -> dict[str, dict[str, Any]]:
     from pairsim.commands import COMMANDS
     from pairsim.drivers.problems import steady_problem
     from pairsim.inputs.case_files import parse_case
-    from pairsim.solvers.branch import Branch
+    from pairsim.solvers.curves.branch import Branch
     from pairsim.solvers.parameters import Parameters
 
     def seconds(work: Callable[[], object]) -> float:

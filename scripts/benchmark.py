@@ -32,12 +32,12 @@ from pairsim.drivers.problems import problem_of, steady_problem
 from pairsim.fem import compiled_phase
 from pairsim.fem.jit import JIT_OPTIONS
 from pairsim.inputs.case_files import parse_case
-from pairsim.solvers.branch import Branch
-from pairsim.solvers.newton_options import MumpsOptions
+from pairsim.solvers.curves.branch import Branch
+from pairsim.solvers.nonlinear.factors import MumpsOptions
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import Problem
-from pairsim.solvers.step import Step
-from pairsim.solvers.transient import Transient
+from pairsim.solvers.stepping.step import Step
+from pairsim.solvers.transient.transient import Transient
 
 NOTEBOOK = Path(__file__).resolve().parent.parent / "docs" / "notebook"
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}

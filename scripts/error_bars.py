@@ -29,7 +29,7 @@ import yaml
 from measuring import with_one_thread
 
 from pairsim.results.output import write_table, write_text
-from pairsim.solvers.error_estimate import CANCELLING, SAFETY
+from pairsim.solvers.errors.estimate import CANCELLING, SAFETY
 
 if TYPE_CHECKING:
     from pairsim.config.curve_case import CurveCase
@@ -92,7 +92,7 @@ def solve(name: str, scene: dict[str, Any], mesh: str) -> list[Row]:
     from pairsim.drivers.problems import solution_order, steady_problem
     from pairsim.fem.form_cache import ensure_compiled
     from pairsim.runtime.errors import RunFailure
-    from pairsim.solvers.branch import Branch
+    from pairsim.solvers.curves.branch import Branch
     from pairsim.solvers.parameters import Parameters
 
     case = case_of(name, scene, mesh)

@@ -22,7 +22,7 @@ def with_one_thread() -> None:
 
 def every_matrix(problem: Problem) -> Problem:
     """The same problem with a new matrix, and its factorisation, in every Newton iteration."""
-    from pairsim.solvers.newton_options import MatrixPolicy
+    from pairsim.solvers.nonlinear.renewal import MatrixPolicy
 
     every = MatrixPolicy(slow=0.0, other_step=-1.0, far=0.0)
     return replace(problem, newton=replace(problem.newton, matrix=every))

@@ -22,10 +22,10 @@ TARGETS = (
     "pairsim/fem/reduced_matrix.py",
     "pairsim/fem/compiled_phase.py",
     "pairsim/fem/phases.py",
-    "pairsim/solvers/history.py",
-    "pairsim/solvers/transient.py",
-    "pairsim/solvers/step_size.py",
-    "pairsim/solvers/time_error.py",
+    "pairsim/solvers/stepping/history.py",
+    "pairsim/solvers/transient/transient.py",
+    "pairsim/solvers/stepping/step_size.py",
+    "pairsim/solvers/errors/time_error.py",
 )
 TRIVIAL = re.compile(r"_(BitOr|BitAnd|BitXor|LShift|RShift|FloorDiv|Mod)$")  # these fail at once on floats
 

@@ -11,7 +11,7 @@ from pairsim.config.curve_case import CurveCase, check_curve
 from pairsim.results.columns import FORCES, gap_endings, relative_velocities
 from pairsim.results.folders import rows_of
 from pairsim.runtime.errors import InputError
-from pairsim.solvers.distances import between
+from pairsim.solvers.curves.distances import between
 
 if TYPE_CHECKING:
     from pairsim.drivers.outcome import Outcome

@@ -73,7 +73,7 @@ def compute(case: ShapeCase, directory: Path, options: Options) -> Outcome:
     from pairsim.drivers.quasi_steady import conclude, health_columns, kept, point_row
     from pairsim.drivers.session import open_session
     from pairsim.fem.form_cache import ensure_compiled
-    from pairsim.solvers.branch import Branch, Point
+    from pairsim.solvers.curves.branch import Branch, Point
     from pairsim.solvers.parameters import Parameters
 
     own = [each.name if isinstance(each, Column) else each for each in COLUMNS]

@@ -1,8 +1,8 @@
 """Cell sizes and tolerances for each value of `accuracy:`, the error of dU relative to the peak of the curve.
 
 Three levels have settings that were measured (docs/notebook/accuracy.md) and cost what they say. Any other percentage
-has settings between those of the levels, and is kept by adapting the mesh: `pairsim.solvers.adaptation`, for runs
-`pairsim.drivers.run_adaptation`.
+has settings between those of the levels, and is kept by adapting the mesh: `pairsim.solvers.curves.adaptation`, for
+runs `pairsim.drivers.run_adaptation`.
 """
 
 from __future__ import annotations

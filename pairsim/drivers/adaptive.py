@@ -12,11 +12,11 @@ import numpy as np
 from pairsim.config.case import SceneCase
 from pairsim.drivers.warnings import above
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
-from pairsim.solvers.adaptation import ENOUGH, AdaptiveBranch, Scale, has_scale, reference_scale
-from pairsim.solvers.branch import Point
-from pairsim.solvers.continuation import where
+from pairsim.solvers.curves.adaptation import ENOUGH, AdaptiveBranch, Scale, has_scale, reference_scale
+from pairsim.solvers.curves.branch import Point
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
+from pairsim.solvers.steady.continuation import where
 
 MOST_NAMED = 5  # distances that a warning names
 

@@ -17,8 +17,8 @@ from pairsim.drivers.session import Options, Session, open_session
 from pairsim.drivers.warnings import large_errors
 from pairsim.fem.form_cache import ensure_compiled
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
-from pairsim.solvers.branch import Branch
-from pairsim.solvers.critical import Followed, Region, find_all, follow_all, with_value
+from pairsim.solvers.curves.branch import Branch
+from pairsim.solvers.curves.critical import Followed, Region, find_all, follow_all, with_value
 from pairsim.solvers.parameters import Parameters
 
 

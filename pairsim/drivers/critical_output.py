@@ -10,9 +10,9 @@ from pairsim.drivers.quasi_steady import error_at, health_columns, point_row
 from pairsim.drivers.session import Session
 from pairsim.drivers.warnings import ErrorAt
 from pairsim.results.columns import CRITICAL_COLUMNS
-from pairsim.solvers.branch import Point
-from pairsim.solvers.critical import Critical, End, Finding, Followed, Missed, value_of
-from pairsim.solvers.curve import Jump
+from pairsim.solvers.curves.branch import Point
+from pairsim.solvers.curves.critical import Critical, End, Finding, Followed, Missed, value_of
+from pairsim.solvers.curves.curve import Jump
 
 
 class CriticalOutput:

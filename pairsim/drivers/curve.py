@@ -18,12 +18,12 @@ from pairsim.drivers.session import Options, Session, open_session
 from pairsim.drivers.warnings import ErrorAt, far_apart, large_errors
 from pairsim.fem.form_cache import ensure_compiled
 from pairsim.runtime.errors import NoSteadyState, RunFailure
-from pairsim.solvers.branch import Branch, Point
-from pairsim.solvers.continuation import where
-from pairsim.solvers.curve import ROUNDING, Zero, equilibria, find_zeros, interpolants, trace
-from pairsim.solvers.distances import between
+from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.curves.curve import ROUNDING, Zero, equilibria, find_zeros, interpolants, trace
+from pairsim.solvers.curves.distances import between
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
+from pairsim.solvers.steady.continuation import where
 
 
 class WarmStart:

@@ -14,9 +14,9 @@ from pairsim.results.fields import SteadyMoment, frame
 from pairsim.results.fields_writer import FieldsWriter, gather_frames
 from pairsim.results.output import table_line
 from pairsim.results.xdmf import FieldFrame
-from pairsim.solvers.branch import Point
-from pairsim.solvers.curve import Equilibrium
-from pairsim.solvers.steady import Steady
+from pairsim.solvers.curves.branch import Point
+from pairsim.solvers.curves.curve import Equilibrium
+from pairsim.solvers.steady.scene import Steady
 
 
 def _shown(point: Point, count: int) -> str:

@@ -7,7 +7,7 @@ from pairsim.config.curve_case import CurveCase
 from pairsim.fem.geometry import MeshSettings
 from pairsim.fem.scene import at_rest, poiseuille
 from pairsim.solvers.problems import Problem, SteadyProblem
-from pairsim.solvers.step_size import StepControl
+from pairsim.solvers.stepping.step_size import StepControl
 
 SMALLEST_STEP = 1e-8
 

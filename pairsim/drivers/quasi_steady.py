@@ -12,8 +12,8 @@ from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.session import Session, write_failure
 from pairsim.drivers.warnings import ErrorAt, coarse_mesh, moves_on, near_ends, unresolved_stress
 from pairsim.results.columns import CURVE_HEALTH, FORCES, POLYMER_HEALTH, gap_endings, named_row, particle_endings
-from pairsim.solvers.branch import Branch, Point
-from pairsim.solvers.continuation import where
+from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.steady.continuation import where
 
 
 def kept() -> str:

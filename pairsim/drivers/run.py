@@ -23,10 +23,10 @@ from pairsim.results.folders import read_record
 from pairsim.results.output import CHECKPOINT, SERIES, plain, read_series
 from pairsim.runtime.errors import InputError, TooManySteps, WallTime, WriteFailure
 from pairsim.runtime.signals import heed
-from pairsim.solvers.history import Counts
-from pairsim.solvers.step import Step
-from pairsim.solvers.step_size import reached
-from pairsim.solvers.transient import Transient
+from pairsim.solvers.stepping.history import Counts
+from pairsim.solvers.stepping.step import Step
+from pairsim.solvers.stepping.step_size import reached
+from pairsim.solvers.transient.transient import Transient
 
 OTHERS = ("curve.csv", "critical.csv", "study.csv", "sweep.json", "grid.yaml")  # files of other commands
 RETRY = "--resume"

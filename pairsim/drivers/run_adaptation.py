@@ -13,9 +13,9 @@ from pairsim.drivers.run_output import RunWarnings
 from pairsim.drivers.warnings import above
 from pairsim.runtime.errors import RunFailure
 from pairsim.runtime.signals import heed
+from pairsim.solvers.errors.time_error import LEAST
 from pairsim.solvers.problems import Problem
-from pairsim.solvers.time_error import LEAST
-from pairsim.solvers.transient import Transient
+from pairsim.solvers.transient.transient import Transient
 
 # Factors of the coarse run's cells and of its tolerance over those that `accuracy` sets, and its fewest cells on a
 # half-circle; chosen.

@@ -35,10 +35,10 @@ from pairsim.results.fields import frame
 from pairsim.results.fields_writer import FieldsWriter, gather_frames
 from pairsim.results.output import SERIES, RunFolder, SeriesWriter, plain, read_series
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.run_error import RunError
-from pairsim.solvers.step import Step
-from pairsim.solvers.time_error import LEAST, SET_IN, TimeError
-from pairsim.solvers.transient import Transient
+from pairsim.solvers.errors.run_error import RunError
+from pairsim.solvers.errors.time_error import LEAST, SET_IN, TimeError
+from pairsim.solvers.stepping.step import Step
+from pairsim.solvers.transient.transient import Transient
 
 CHEAP = 50.0  # least interval between checkpoints at output times, over the wall time of writing one
 

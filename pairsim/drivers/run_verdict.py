@@ -11,7 +11,7 @@ from pairsim.results.run_answer import SETTLED
 from pairsim.runtime.errors import RunFailure
 from pairsim.runtime.signals import Stopped
 from pairsim.solvers.problems import Problem
-from pairsim.solvers.run_end import settled
+from pairsim.solvers.transient.end import settled
 
 
 def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: Outcome) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import numpy as np
 from pairsim.config.accuracy import SETTINGS, settings_of
 from pairsim.config.case import Case, SceneCase
 from pairsim.config.curve_case import CurveCase
-from pairsim.solvers.curve_interpolant import CurveInterpolant
+from pairsim.solvers.curves.interpolant import CurveInterpolant
 
 LONG_ARC = 1.5  # allowed length of an arc over the gap beside it; dU is 2.5 % off at 3 (N_p 40, gap 0.005)
 # Least length of tube on each side, relative to that with `length: auto`; with less, errors above about 1 % of the peak

@@ -1,7 +1,7 @@
 """The residual of a phase at unknowns one degree above its fields, tested with its own test functions.
 
 At the discrete solution plus what a recovery adds to it, this residual tells how far the discrete solution is from the
-exact one, in the discrete space: the source of the error equation of `pairsim.solvers.error_equation`.
+exact one, in the discrete space: the source of the error equation of `pairsim.solvers.errors.equation`.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from pairsim.results.curve_table import peak_of, regions_of
 from pairsim.results.memory import forgotten_at
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.duration import duration
-from pairsim.solvers.curve_interpolant import Region
+from pairsim.solvers.curves.interpolant import Region
 
 Table = Mapping[str, Array]
 FAR = 1.2  # ratio of distances from which on it is told where a start is forgotten; chosen

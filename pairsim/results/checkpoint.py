@@ -20,8 +20,8 @@ from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.results.output import CHECKPOINT, RunFolder, write_bytes
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
-from pairsim.solvers.history import Counts, Errors, History, State
-from pairsim.solvers.matrix_state import MatrixState, Place
+from pairsim.solvers.nonlinear.renewal import MatrixState, Place
+from pairsim.solvers.stepping.history import Counts, Errors, History, State
 
 FORMAT = 4
 FREE = ("name", "time.end", "physical.end", "limits", "output")

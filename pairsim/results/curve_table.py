@@ -9,7 +9,7 @@ import scipy
 
 from pairsim.results.columns import error_column
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.curve_interpolant import CurveInterpolant, Peak, Region
+from pairsim.solvers.curves.interpolant import CurveInterpolant, Peak, Region
 
 ROUNDING = 1e-9  # |dU| that is rounding error, as of equal rigid spheres [U_av]
 

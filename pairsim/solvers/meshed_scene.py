@@ -26,8 +26,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import MeshFailure
 from pairsim.solvers.mesh_transfer import carry_liquid
-from pairsim.solvers.newton import Newton
-from pairsim.solvers.newton_options import EXTENSION
+from pairsim.solvers.nonlinear.newton import EXTENSION, Newton
 from pairsim.solvers.problems import SceneProblem
 
 ROUNDING = 1e-13  # displacement [D_c] that positions have by rounding alone

@@ -13,8 +13,8 @@ from pairsim.fem.scene import BoundaryVelocity, poiseuille
 from pairsim.physics.liquids import NEWTONIAN, Liquid
 from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.newton_options import STEADY, TRANSIENT, NewtonOptions
-from pairsim.solvers.step_size import StepControl
+from pairsim.solvers.nonlinear.newton import STEADY, TRANSIENT, NewtonOptions
+from pairsim.solvers.stepping.step_size import StepControl
 
 # Number of distances per decade for which meshes are made. The mesh then depends on the distance alone, not on the
 # order in which distances are solved. Chosen such that neighbouring meshes differ by less than GAP_RATIO.

@@ -24,7 +24,7 @@ from pairsim.results.output import read_series, write_text
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import command_line, sole_writer
-from pairsim.solvers.convergence import extrapolated, observed_order, pareto
+from pairsim.solvers.curves.convergence import extrapolated, observed_order, pareto
 from pairsim.sweeps.grid import SweepCase
 from pairsim.sweeps.ledger import cell, read_sweep
 from pairsim.sweeps.progress import SweepReporter

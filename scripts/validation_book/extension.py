@@ -11,10 +11,10 @@ from scipy.optimize import brentq
 
 from pairsim.fem.geometry import MeshSettings
 from pairsim.physics.solids import soft
-from pairsim.solvers.continuation import begin, find_fold, follow
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.steady import Steady
+from pairsim.solvers.steady.continuation import begin, find_fold, follow
+from pairsim.solvers.steady.scene import Steady
 from validation_book.comparisons import Comparison, Found, Setting, Subject, against, reference, verification
 
 EXACT = "spheroid"

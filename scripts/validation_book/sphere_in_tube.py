@@ -18,7 +18,7 @@ from pairsim.drivers.problems import steady_problem
 from pairsim.inputs.case_files import parse_case
 from pairsim.results.answer import with_error
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
-from pairsim.solvers.branch import Branch
+from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.parameters import Parameters
 from validation_book.comparisons import (
     CONFIGS,

@@ -28,7 +28,7 @@ def test_a_curve_keeps_its_accuracy() -> None:
 
 @pytest.mark.slow
 def test_what_could_not_be_kept_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pairsim.solvers.adaptation.ROUNDS", 0)
+    monkeypatch.setattr("pairsim.solvers.curves.adaptation.ROUNDS", 0)
     result = pairsim.curve(PAIR | {"accuracy": "0.5%", "beta": 0.2, "d": [0.1]})
     (warning,) = (w for w in result.warnings if "was not kept" in w)
     assert warning.startswith("accuracy: 0.5% was not kept at Ca_e = 0.1, d = 0.1: dU_error is up to ")

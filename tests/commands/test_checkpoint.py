@@ -24,8 +24,8 @@ from pairsim.results.checkpoint import Checkpoint, load
 from pairsim.results.output import RunFolder, SeriesWriter, read_series
 from pairsim.results.xdmf import read_times
 from pairsim.runtime.errors import InputError, WriteFailure
-from pairsim.solvers.step_size import StepControl
-from pairsim.solvers.transient import Transient
+from pairsim.solvers.stepping.step_size import StepControl
+from pairsim.solvers.transient.transient import Transient
 
 SOFT: dict[str, Any] = {
     "beta": 0.4,

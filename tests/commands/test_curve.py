@@ -27,8 +27,8 @@ from pairsim.inputs.case_files import read_case
 from pairsim.results.output import read_series
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError, NoSteadyState
-from pairsim.solvers.branch import Branch, Point
-from pairsim.solvers.curve import Zero
+from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.curves.curve import Zero
 from pairsim.sweeps.checked import Checked
 
 CURVE = "beta: 0.4\nDe: 0\nCa_e: 0.1\nends: developed\nlength: auto\nmesh: {Np: 10}\nd: [0.3, 0.1]\n"
@@ -130,7 +130,7 @@ def test_a_curve_whose_first_place_is_walked_to_has_the_stresses_of_that_place(
     def none(*_: object) -> None:
         raise NoSteadyState("there is no solution on larger cells")
 
-    monkeypatch.setattr("pairsim.solvers.first_solution.coarser", none)
+    monkeypatch.setattr("pairsim.solvers.steady.first_solution.coarser", none)
     assert_same_fields(fields_of(pairsim.curve(GIESEKUS)), cold)
 
 

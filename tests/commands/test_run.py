@@ -245,7 +245,7 @@ from pairsim.runtime.fenicsx import MPI
 from pairsim.commands import COMMANDS
 from pairsim.inputs.case_files import parse_case
 from pairsim.drivers.problems import problem_of
-from pairsim.solvers.transient import Transient
+from pairsim.solvers.transient.transient import Transient
 
 keys = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": "auto", "mesh": {"Np": 8}}
 transient = Transient(problem_of(parse_case(COMMANDS["run"], keys, "test")))

@@ -12,13 +12,13 @@ from pairsim.fem.meshing import liquid_mesh
 from pairsim.fem.scene import Scene, make_bodies
 from pairsim.fem.scene_constraints import transient_constraints
 from pairsim.physics.solids import soft
-from pairsim.solvers.branch import Branch, Point
-from pairsim.solvers.curve import trace
-from pairsim.solvers.newton import Newton
+from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.curves.curve import trace
+from pairsim.solvers.nonlinear.newton import Newton
 from pairsim.solvers.problems import Problem
-from pairsim.solvers.step import Step
-from pairsim.solvers.step_size import StepControl
-from pairsim.solvers.transient import Transient
+from pairsim.solvers.stepping.step import Step
+from pairsim.solvers.stepping.step_size import StepControl
+from pairsim.solvers.transient.transient import Transient
 
 
 @dataclass(frozen=True)

@@ -12,12 +12,12 @@ from pairsim.physics.liquids import single
 from pairsim.physics.liquids.oldroyd_b import OldroydB
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
-from pairsim.solvers import continuation
-from pairsim.solvers.continuation import follow
-from pairsim.solvers.newton_report import Report
+from pairsim.solvers.nonlinear.newton import Report
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.pseudo_time import relax
-from pairsim.solvers.steady import Steady
+from pairsim.solvers.steady import continuation
+from pairsim.solvers.steady.continuation import follow
+from pairsim.solvers.steady.pseudo_time import relax
+from pairsim.solvers.steady.scene import Steady
 
 
 def report(converged: bool) -> Report:

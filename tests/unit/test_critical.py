@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 from pairsim.physics.solids import soft
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
-from pairsim.solvers.critical import Critical, End, Follower, Region
+from pairsim.solvers.curves.critical import Critical, End, Follower, Region
 from pairsim.solvers.parameters import Parameters
 
 

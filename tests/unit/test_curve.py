@@ -13,9 +13,9 @@ from support.scenes import traced
 
 from pairsim.physics.solids import soft
 from pairsim.runtime.errors import NoSteadyState
-from pairsim.solvers.critical import same_zero
-from pairsim.solvers.curve import Zero, equilibria, find_zeros, interpolants, trace
-from pairsim.solvers.distances import WIDEST
+from pairsim.solvers.curves.critical import same_zero
+from pairsim.solvers.curves.curve import Zero, equilibria, find_zeros, interpolants, trace
+from pairsim.solvers.curves.distances import WIDEST
 from pairsim.solvers.parameters import Parameters
 
 

@@ -12,9 +12,9 @@ from support.points import made_point
 from support.scenes import traced
 
 from pairsim.physics.solids import soft
-from pairsim.solvers.curve import interpolants
-from pairsim.solvers.curve_interpolant import CurveInterpolant
-from pairsim.solvers.distances import WIDEST, between
+from pairsim.solvers.curves.curve import interpolants
+from pairsim.solvers.curves.distances import WIDEST, between
+from pairsim.solvers.curves.interpolant import CurveInterpolant
 from pairsim.solvers.parameters import Parameters
 
 Function = Callable[[np.ndarray], np.ndarray]

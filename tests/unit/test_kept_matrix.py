@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pairsim.solvers.kept_matrix import KeptMatrix
-from pairsim.solvers.newton_options import MatrixPolicy
+from pairsim.solvers.nonlinear.renewal import KeptMatrix, MatrixPolicy
 
 
 def test_a_matrix_serves_while_its_policy_says_so() -> None:

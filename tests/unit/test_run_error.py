@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pairsim.solvers.run_error import RunError
+from pairsim.solvers.errors.run_error import RunError
 
 
 def quoted(t: np.ndarray, dU: np.ndarray, correction: np.ndarray, steps: float = 0.0, De: float = 0.0) -> np.ndarray:

@@ -22,8 +22,8 @@ from pairsim.fem import form_cache
 from pairsim.fem.geometry import MeshSettings
 from pairsim.runtime.child_process import descendants
 from pairsim.runtime.signals import Signals, Stopped, no_interrupt_lost, received
-from pairsim.solvers.newton import Newton
-from pairsim.solvers.transient import Transient
+from pairsim.solvers.nonlinear.newton import Newton
+from pairsim.solvers.transient.transient import Transient
 
 
 @pytest.fixture(autouse=True)

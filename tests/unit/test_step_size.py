@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pairsim.solvers.step_size import GROWTH, Scheme, StepControl, extrapolation_weights, land, velocity_error
+from pairsim.solvers.stepping.step_size import GROWTH, Scheme, StepControl, extrapolation_weights, land, velocity_error
 
 
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 1.5])

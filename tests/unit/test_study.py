@@ -11,7 +11,7 @@ from support.inputs import ROOT, STUDY, examples
 
 from pairsim.config.yaml_file import read_yaml
 from pairsim.runtime.errors import InputError
-from pairsim.solvers.convergence import extrapolated, observed_order, pareto
+from pairsim.solvers.curves.convergence import extrapolated, observed_order, pareto
 from pairsim.sweeps.grid import grid_from
 from pairsim.sweeps.study import sampled, study_rows
 from pairsim.sweeps.study_file import Study, read_study

@@ -11,8 +11,8 @@ from pairsim.commands import COMMANDS
 from pairsim.drivers.run_output import RunWarnings
 from pairsim.drivers.warnings import long_steps
 from pairsim.inputs.case_files import parse_case
-from pairsim.solvers.step_size import Scheme
-from pairsim.solvers.time_error import SAFETY, TimeError
+from pairsim.solvers.errors.time_error import SAFETY, TimeError
+from pairsim.solvers.stepping.step_size import Scheme
 
 KEYS: dict[str, Any] = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": "auto"}
 ORDER = 3

@@ -12,8 +12,8 @@ from pairsim.drivers.problems import steady_problem
 from pairsim.fem.size_field import AdaptedSizes
 from pairsim.inputs.case_files import parse_case
 from pairsim.physics.solids import soft
-from pairsim.solvers import adaptation
-from pairsim.solvers.adaptation import ROUNDS, AdaptiveBranch, Scale, reference_scale
+from pairsim.solvers.curves import adaptation
+from pairsim.solvers.curves.adaptation import ROUNDS, AdaptiveBranch, Scale, reference_scale
 from pairsim.solvers.parameters import Parameters
 
 TUBE = {"beta": 0.4, "d": [0.4], "ends": "developed", "length": "auto"}

@@ -21,13 +21,13 @@ from pairsim.drivers.problems import steady_problem
 from pairsim.inputs.case_files import parse_case
 from pairsim.physics.solids import soft
 from pairsim.runtime.errors import NoSteadyState
-from pairsim.solvers.branch import Branch, Point
-from pairsim.solvers.continuation import follow
-from pairsim.solvers.curve import Zero, find_zeros, interpolants
-from pairsim.solvers.first_solution import started, walked
-from pairsim.solvers.newton_options import STEADY
+from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.curves.curve import Zero, find_zeros, interpolants
+from pairsim.solvers.nonlinear.newton import STEADY
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.pseudo_time import relax
+from pairsim.solvers.steady.continuation import follow
+from pairsim.solvers.steady.first_solution import started, walked
+from pairsim.solvers.steady.pseudo_time import relax
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 5.0, "mesh": {"Np": 12}}
 

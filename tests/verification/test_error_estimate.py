@@ -15,11 +15,11 @@ from pairsim.fem.enrichment import WIDE
 from pairsim.fem.patch_recovery import PatchRecovery
 from pairsim.fem.six_node_mesh import shape_values
 from pairsim.inputs.case_files import parse_case
-from pairsim.solvers.adjoints import Adjoints
-from pairsim.solvers.error_estimate import ErrorEstimate, ErrorEstimator
-from pairsim.solvers.first_solution import walked
+from pairsim.solvers.errors.adjoints import Adjoints
+from pairsim.solvers.errors.estimate import ErrorEstimate, ErrorEstimator
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady import Steady
+from pairsim.solvers.steady.first_solution import walked
+from pairsim.solvers.steady.scene import Steady
 
 NEWTONIAN = {"beta": 0.4, "De": 0}
 CLOSE = NEWTONIAN | {"Ca_e": 0.1, "d": (0.1,)}

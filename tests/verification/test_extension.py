@@ -25,13 +25,13 @@ from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.physics.solids.mooney_rivlin import MooneyRivlin
 from pairsim.physics.solids.neo_hookean import NeoHookean
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.continuation import begin, find_fold, follow
 from pairsim.solvers.meshed_scene import MeshedScene
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import Problem, SteadyProblem
-from pairsim.solvers.steady import Steady
-from pairsim.solvers.step import Step
-from pairsim.solvers.step_size import StepControl
+from pairsim.solvers.steady.continuation import begin, find_fold, follow
+from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.stepping.step import Step
+from pairsim.solvers.stepping.step_size import StepControl
 
 START_UP = {0.5: 1.0727, 1: 1.1272, 2: 1.1980, 3: 1.2371, 5: 1.2707, 10: 1.2848}
 STEADY = {Ca: reference("extension", f"D Ca {Ca}") for Ca in (0.05, 0.1, 0.2)}

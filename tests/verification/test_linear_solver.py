@@ -10,14 +10,13 @@ import pytest
 
 from pairsim.commands import COMMANDS
 from pairsim.drivers.problems import steady_problem
+from pairsim.fem.elimination_order import dependence_on_unknowns, elimination_order, node_of_unknowns
 from pairsim.inputs.case_files import parse_case
-from pairsim.solvers import factors, reduced_system
-from pairsim.solvers.continuation import begin
-from pairsim.solvers.elimination_order import dependence_on_unknowns, elimination_order, node_of_unknowns
-from pairsim.solvers.factors import Factors
-from pairsim.solvers.newton_options import NewtonOptions
+from pairsim.solvers.nonlinear import factors
+from pairsim.solvers.nonlinear.factors import Factors, MumpsOptions
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady import Steady
+from pairsim.solvers.steady.continuation import begin
+from pairsim.solvers.steady.scene import Steady
 
 KEYS = {"beta": 0.4, "De": 0, "Ca_e": 0.01, "d": [0.1], "ends": "developed", "length": 4.0, "mesh": {"Np": 8}}
 
@@ -55,7 +54,7 @@ def test_order_of_nodes_gives_factors_as_small_as_the_order_of_unknowns(
 ) -> None:
     solved(scene)
     ours = scene.newton.factor_megabytes
-    monkeypatch.setattr(reduced_system, "elimination_order", lambda *_: None)
+    monkeypatch.setattr(factors, "elimination_order", lambda *_: None)
     other = pair()
     solved(other)
     assert ours <= 1.1 * other.newton.factor_megabytes
@@ -111,7 +110,7 @@ def test_factors_of_the_last_iterations_serve_at_the_solution(scene: Steady) -> 
 def test_a_matrix_without_enough_workspace_is_not_regular() -> None:
     """After the last attempt there are no factors that could be asked, as MUMPS crashes if they are."""
     ksp = MagicMock()
-    factors = Factors(MagicMock(options={}), ksp, "starved_", NewtonOptions())
+    factors = Factors(MagicMock(options={}), ksp, "starved_", MumpsOptions(), single=True)
 
     def without_factors() -> None:
         ksp.getPC().getFactorMatrix.side_effect = AssertionError("there are no factors")

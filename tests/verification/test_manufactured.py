@@ -27,11 +27,11 @@ from pairsim.physics.conformation import logarithm
 from pairsim.physics.liquids import single
 from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.history import Counts, History, State
-from pairsim.solvers.newton_report import Report
+from pairsim.solvers.nonlinear.newton import Report
 from pairsim.solvers.problems import Problem
-from pairsim.solvers.step_size import StepControl
-from pairsim.solvers.transient import Transient
+from pairsim.solvers.stepping.history import Counts, History, State
+from pairsim.solvers.stepping.step_size import StepControl
+from pairsim.solvers.transient.transient import Transient
 
 LIQUID = single(Giesekus(alpha=0.2), De=0.7, xi=0.3)
 LENGTH = 1.0

@@ -22,8 +22,8 @@ from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.solvers.problems import Problem
-from pairsim.solvers.step_size import StepControl
-from pairsim.solvers.transient import Transient
+from pairsim.solvers.stepping.step_size import StepControl
+from pairsim.solvers.transient.transient import Transient
 
 MODES = Giesekus(time=1.0, weight=0.6), FeneP(L2=50.0, time=0.1, weight=0.4)
 TWO_MODES = Liquid(Carreau(n=0.5, Cu=2.0), 0.2, 0.5, MODES)

@@ -16,13 +16,12 @@ from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.physics.solids import soft
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.newton import Newton
-from pairsim.solvers.newton_options import MatrixPolicy, NewtonOptions
-from pairsim.solvers.newton_report import Report
+from pairsim.solvers.nonlinear.newton import Newton, NewtonOptions, Report
+from pairsim.solvers.nonlinear.renewal import MatrixPolicy
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.steady import Steady
-from pairsim.solvers.transient import Transient
+from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.transient.transient import Transient
 
 EXACT = NewtonOptions(tolerance=1e-13, matrix=MatrixPolicy(slow=0.0, other_step=-1.0, far=0.0))
 """Never takes over a matrix, and goes on to rounding."""

@@ -20,8 +20,8 @@ from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InvertedCell
 from pairsim.solvers.mesh_transfer import free_unknowns
-from pairsim.solvers.step_size import StepControl
-from pairsim.solvers.transient import Step, Transient
+from pairsim.solvers.stepping.step_size import StepControl
+from pairsim.solvers.transient.transient import Step, Transient
 from tests.support.scenes import soft_pair
 
 GIESEKUS = single(Giesekus(), De=1.0)
@@ -114,7 +114,7 @@ def test_stress_is_balanced_on_a_new_mesh(monkeypatch: pytest.MonkeyPatch) -> No
         balanced.append(scene)
         return x
 
-    monkeypatch.setattr("pairsim.solvers.transient.balanced", watched)
+    monkeypatch.setattr("pairsim.solvers.transient.transient.balanced", watched)
     *_, last = first_steps(2, new_mesh_after=1, liquid=GIESEKUS, solids=(None, None), t_end=1.0)
     assert balanced == [last.scene]
     first_steps(2, new_mesh_after=1)

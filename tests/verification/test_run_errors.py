@@ -16,8 +16,8 @@ from pairsim.fem.recovered_residual import RecoveredResidual
 from pairsim.fem.recovered_scene import RecoveredScene
 from pairsim.fem.six_node_mesh import shape_values
 from pairsim.inputs.case_files import parse_case
-from pairsim.solvers.step import Step
-from pairsim.solvers.transient import Transient
+from pairsim.solvers.stepping.step import Step
+from pairsim.solvers.transient.transient import Transient
 
 SOFT = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}
 UNEQUAL = {"beta": [0.4, 0.3], "De": 0.5, "Ca_e": 0, "d0": 0.1}

@@ -11,10 +11,10 @@ from pairsim.commands import COMMANDS
 from pairsim.drivers.problems import problem_of
 from pairsim.inputs.case_files import parse_case
 from pairsim.physics.pipe import Pipe
-from pairsim.solvers.branch import Point
-from pairsim.solvers.run_end import settled
-from pairsim.solvers.step import Step
-from pairsim.solvers.transient import Transient
+from pairsim.solvers.curves.branch import Point
+from pairsim.solvers.stepping.step import Step
+from pairsim.solvers.transient.end import settled
+from pairsim.solvers.transient.transient import Transient
 
 SOFT = {"beta": 0.4, "De": 0, "Ca_e": 0.05, "d0": 0.1, "mesh": {"Np": 12}}
 ELASTIC = {"beta": 0.4, "De": 0.25, "Ca_e": 0, "d0": 0.1, "mesh": {"Np": 12, "max_size": 0.1}}

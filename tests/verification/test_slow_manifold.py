@@ -12,9 +12,9 @@ import pairsim
 from pairsim.commands import COMMANDS
 from pairsim.drivers.problems import steady_problem
 from pairsim.inputs.case_files import parse_case
-from pairsim.solvers.branch import Branch, Point
-from pairsim.solvers.motion import moving_residual
+from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.motion import moving_residual
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 5.0, "mesh": {"Np": 12}}
 

@@ -18,9 +18,9 @@ import pairsim
 from pairsim.fem.geometry import MeshSettings
 from pairsim.fem.scene import Body
 from pairsim.physics.solids import soft
-from pairsim.solvers.newton_options import TRANSIENT
-from pairsim.solvers.step_size import StepControl
-from pairsim.solvers.transient import Transient
+from pairsim.solvers.nonlinear.newton import TRANSIENT
+from pairsim.solvers.stepping.step_size import StepControl
+from pairsim.solvers.transient.transient import Transient
 
 SLOPE = {(beta, d): reference("soft", f"S beta {beta} d {d}") for beta, d in ((0.4, 0.1), (0.4, 0.3), (0.2, 0.1))}
 F_3, F_5 = reference("soft", "f_3"), reference("soft", "f_5")

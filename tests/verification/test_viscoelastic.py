@@ -30,8 +30,8 @@ from pairsim.physics.pipe import Pipe
 from pairsim.results.fields import frame
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.problems import Problem
-from pairsim.solvers.step_size import StepControl
-from pairsim.solvers.transient import Transient
+from pairsim.solvers.stepping.step_size import StepControl
+from pairsim.solvers.transient.transient import Transient
 
 GIESEKUS = {De: single(Giesekus(), De=De) for De in (0.5, 1.0)}
 AT_WALL = ("c_zz", "c_rz", "c_rr")

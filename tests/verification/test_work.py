@@ -11,10 +11,10 @@ import pytest
 from pairsim.commands import COMMANDS
 from pairsim.drivers.problems import problem_of, solution_order, steady_problem
 from pairsim.inputs.case_files import parse_case
-from pairsim.solvers.branch import Branch
-from pairsim.solvers.curve import trace
+from pairsim.solvers.curves.branch import Branch
+from pairsim.solvers.curves.curve import trace
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.transient import Transient
+from pairsim.solvers.transient.transient import Transient
 
 PAIR = {"beta": 0.4, "ends": "developed", "length": 4.0, "mesh": {"Np": 8, "max_size": 0.2}}
 

@@ -1,0 +1,1 @@
+"""Solutions over a distance or a parameter: branches, curves, zeros."""

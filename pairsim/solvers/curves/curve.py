@@ -1,0 +1,199 @@
+"""Master curves dU(d): quasi-steady solutions at many distances, adaptive refinement, and zeros."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.curves.distances import between
+from pairsim.solvers.curves.interpolant import CurveInterpolant
+from pairsim.solvers.steady.snapshot import Snapshot
+
+# All constants were chosen.
+HALVINGS = 5  # bisections of an interval with a change of sign in which Newton's method finds no zero
+ROUNDING = 1e-10  # |dU| up to which dU and its slopes are rounding error, as for equal rigid spheres [U_av]
+ALMOST = 0.05  # |dU| at an interpolated zero, relative to that at the neighbouring points, up to which it is accepted
+JUMP = 3.0  # a change of dU larger than that expected from the slopes by this factor is a jump between two meshes
+HIDDEN = 0.3  # interpolation error over dU_error below which no point is added
+CLOSE = 0.1  # difference of log d below which no point is added between two others: it would show meshes, not dU
+
+
+@dataclass(frozen=True)
+class Zero:
+    """A point at which dU vanishes, with snapshots of the solutions on all meshes."""
+
+    point: Point
+    snapshots: tuple[Snapshot, ...]
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A change of sign without a zero: between two points dU jumps because the mesh changes."""
+
+    left: Point
+    right: Point
+
+    @property
+    def message(self) -> str:
+        """Description for log and results."""
+        a, b = self.left, self.right
+        return (
+            f"dU jumps from {a.dU:.2g} to {b.dU:.2g} between d = {a.d:.5g} and {b.d:.5g}, where the mesh changes: "
+            "the sign of dU is uncertain by the mesh error there; a larger mesh.Np resolves it"
+        )
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """An equilibrium distance, at which both particles have the same velocity.
+
+    Attributes:
+        d: The distance.
+        slope: d(dU)/dd there; negative is stable.
+        peak: Largest |dU| between this zero and the next one or the end, over that of the whole curve.
+        d_error: Discretisation error of d.
+        certain: Whether |dU| exceeds its half-width somewhere between this zero and the next ones, on both sides.
+    """
+
+    d: float
+    slope: float
+    peak: float
+    d_error: float
+    certain: bool
+
+    @property
+    def stable(self) -> bool:
+        """Whether the pair returns to this distance after a small displacement."""
+        return self.slope < 0
+
+
+def interpolants(points: Sequence[Point]) -> list[CurveInterpolant]:
+    """dU of every gap as a function of d, from at least two points in ascending d."""
+    d = np.array([p.d for p in points])
+    columns = [np.array([getattr(p, name) for p in points]).T for name in ("dUs", "held_dUs", "slopes", "dU_errors")]
+    return [CurveInterpolant(d, *values) for values in zip(*columns, strict=True)]
+
+
+def _unresolved(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
+    """Neighbouring points between which a point should be added.
+
+    The interpolation error of some gap exceeds both `tol` times the largest |dU| and the part `HIDDEN` of dU_errors.
+    """
+    if len(points) < 2:
+        return []
+    wanted = max(tol * max(float(np.abs(p.dUs).max()) for p in points), ROUNDING)
+    errors = np.array([curve.errors for curve in interpolants(points)]).T
+    return [
+        (a, b)
+        for a, b, error in zip(points, points[1:], errors, strict=False)
+        if np.any(error > np.maximum(wanted, HIDDEN * np.maximum(a.dU_errors, b.dU_errors)))
+        and (np.log(b.d / a.d) > CLOSE or np.isinf(error).any())
+    ]
+
+
+def trace(
+    branch: Branch, places: Sequence[tuple[float, ...]], tol: float, max_points: int
+) -> Iterator[tuple[Point, bool]]:
+    """Compute a curve at given distances, and add others if all gaps of each point are equal.
+
+    Points are added until no neighbours are more than a factor `WIDEST` apart, and the interpolation error between them
+    is small enough or hidden by the errors at the points.
+
+    Args:
+        branch: The branch, at any solution.
+        places: Requested distances of each point, in the order in which they are solved; ascending or descending if all
+            gaps of each point are equal.
+        tol: Interpolation error of dU, relative to the largest |dU|.
+        max_points: Largest number of points, unless more are requested.
+
+    Yields:
+        Every point as it is computed, and whether it was requested.
+
+    Raises:
+        RunFailure: The branch could not be followed.
+    """
+    parameters, requested = branch.fine.parameters, set(places)
+    curve = all(place and len(set(place)) == 1 for place in places)
+    points = []
+    for place in between(places, max_points) if curve else places:
+        points.append(branch.at(replace(parameters, gaps=place)))
+        yield points[-1], place in requested
+    if not curve:
+        return
+    points.sort(key=lambda p: p.d)
+    while new := _unresolved(points, tol)[: max(max_points - len(points), 0)]:
+        if abs(branch.fine.parameters.gaps[0] - new[-1][1].d) < abs(branch.fine.parameters.gaps[0] - new[0][0].d):
+            new.reverse()  # start with the interval nearest to the present solution
+        for a, b in new:
+            points.append(branch.at(parameters.with_gap(float(np.sqrt(a.d * b.d)))))
+            yield points[-1], False
+        points.sort(key=lambda p: p.d)
+
+
+def find_zeros(branch: Branch, points: list[Point]) -> Iterator[Zero | Jump]:
+    """Find the zeros and jumps at all changes of sign of dU between the points of a curve, in ascending d.
+
+    Args:
+        branch: The branch, at any solution.
+        points: Points in ascending d.
+
+    Raises:
+        NoSteadyState: dU changes its sign smoothly but the zero was not found.
+    """
+    for a, b in pairwise(points):
+        if a.dU * b.dU < 0 and max(abs(a.dU), abs(b.dU)) > ROUNDING:
+            yield _zero_between(branch, a, b)
+
+
+def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Jump:
+    """The zero or the jump between two points at which dU has different signs.
+
+    Raises:
+        NoSteadyState: dU changes its sign smoothly but the zero was not found.
+    """
+    for _ in range(HALVINGS):
+        with suppress(NoSteadyState, MeshFailure):
+            return Zero(branch.zero(a.d, b.d, _guess(a, b)), branch.snapshots)
+        point = branch.at(a.parameters.with_gap(float(np.sqrt(a.d * b.d))))
+        a, b = (a, point) if a.dU * point.dU < 0 else (point, b)
+    if abs(b.dU - a.dU) < JUMP * max(abs(a.slopes[0]), abs(b.slopes[0])) * (b.d - a.d):
+        # If the slope is close to rounding error (say 1e-9), Newton's method does not converge in d; the zero of the
+        # interpolant is then accepted if |dU| is small there.
+        point = branch.at(a.parameters.with_gap(_guess(a, b)))
+        if abs(point.dU) < ALMOST * max(abs(a.dU), abs(b.dU)):
+            return Zero(point, branch.snapshots)
+        raise NoSteadyState(f"the zero of dU between d = {a.d:.5g} and {b.d:.5g} was not found")
+    return Jump(a, b)
+
+
+def _guess(a: Point, b: Point) -> float:
+    """The zero of the interpolant between two points at which dU has different signs."""
+    return interpolants([a, b])[0].zero(a.d, b.d)
+
+
+def equilibria(zeros: list[Zero], points: list[Point]) -> list[Equilibrium]:
+    """Summary of the zeros of a curve.
+
+    Args:
+        zeros: Zeros in ascending d.
+        points: Points of the curve in ascending d.
+    """
+    if not zeros:
+        return []
+    d, dU, half = interpolants(points)[0].samples
+    ends = [points[0].d, *(z.point.d for z in zeros), points[-1].d]
+    sides = [(a <= d) & (d <= b) for a, b in pairwise(ends)]
+    peaks = [float(np.abs(dU[side]).max(initial=0.0)) for side in sides]
+    decided = [bool((np.abs(dU) > half)[side].any()) for side in sides]
+    result = []
+    for i, zero in enumerate(z.point for z in zeros):
+        slope = zero.slope_at_rest
+        error = float(zero.dU_errors[0]) / abs(slope)
+        result.append(Equilibrium(zero.d, slope, peaks[i + 1] / max(peaks), error, decided[i] and decided[i + 1]))
+    return result

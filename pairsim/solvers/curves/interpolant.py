@@ -1,0 +1,172 @@
+"""A master curve as a function: dU at any distance between its points, and the half-width of its interval."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+import scipy
+
+from pairsim.runtime.arrays import Array
+from pairsim.solvers.curves.distances import WIDEST
+
+ORDER = 2.5  # with which the error of an interval falls with its width in log d; that of smooth curves is 4. Measured
+FINE = 64  # parts of an interval on which extrema and signs are looked for; chosen
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The largest |dU| of a curve.
+
+    Attributes:
+        d: Distance at which it is.
+        dU: Value there.
+        error: Half-width of the interval of the largest |dU|.
+        d_error: Half-width of the interval of its place, which contains all distances at which |dU| may be as large.
+    """
+
+    d: float
+    dU: float
+    error: float
+    d_error: float
+
+
+@dataclass(frozen=True)
+class Region:
+    """A range of distances in which the sign of dU is the same or not known.
+
+    Attributes:
+        start: Smallest distance.
+        stop: Largest distance.
+        sign: 1 where the pair separates, -1 where it comes closer, 0 where the interval of dU holds both signs.
+    """
+
+    start: float
+    stop: float
+    sign: int
+
+
+class CurveInterpolant:
+    """Cubic Hermite interpolant of one dU in log d, with an interval that holds between the points as well.
+
+    The slope of dU with the distance held is exact; that of the rest of dU is the slope of a parabola through
+    neighbouring points.
+
+    The interpolation error is taken from points that an interpolant does not know: by how much a point, with its slope,
+    changes the interpolant of the others between its two neighbours. From the distance of these, the largest change by
+    the two points on either side is scaled to the width of an interval by the power `ORDER`.
+
+    Args:
+        d: Distances, ascending, shape (n,), n >= 2.
+        dU: Relative velocities, shape (n,).
+        dU_held: Relative velocities with the distance held, shape (n,).
+        slope: Derivatives of `dU_held` by d, shape (n,).
+        dU_error: Half-widths of the intervals of `dU` at the points, shape (n,).
+
+    Attributes:
+        d: Distances of the points, shape (n,).
+        dU_error: Half-widths of the intervals at the points, shape (n,).
+        errors: Largest interpolation error between each two neighbours, shape (n-1,); infinite if n = 2.
+    """
+
+    def __init__(self, d: Array, dU: Array, dU_held: Array, slope: Array, dU_error: Array) -> None:
+        self.d, self.dU_error = d, dU_error
+        self._points = np.log(d), dU, dU_held, slope * d
+        self._x = self._points[0]
+        self._curve = _hermite(*self._points)
+        self.errors = self._interpolation_errors()
+
+    def _interpolation_errors(self) -> Array:
+        x, n = self._x, len(self._x)
+        if n == 2:
+            return np.array([np.inf])
+        scaled = np.zeros(n)  # largest change by each inner point, over the distance of its neighbours ** ORDER
+        for i in range(1, n - 1):
+            others = [j for j in range(max(i - 2, 0), min(i + 3, n)) if j != i]
+            at = np.linspace(x[i - 1], x[i + 1], FINE)
+            without = _hermite(*(each[others] for each in self._points))
+            scaled[i] = np.abs(self._curve(at) - without(at)).max() / (x[i + 1] - x[i - 1]) ** ORDER
+        near = np.lib.stride_tricks.sliding_window_view(np.pad(scaled, 1), 4)  # two on either side of an interval
+        return np.asarray(near.max(axis=1) * np.diff(x) ** ORDER)
+
+    def values(self, d: Array | float) -> Array:
+        """dU at distances between the first and the last one, of the shape of `d`."""
+        return np.asarray(self._curve(np.log(d)))
+
+    def half_widths(self, d: Array | float) -> Array:
+        """Half-widths of the intervals of `values`, of the shape of `d`."""
+        x = np.log(d)
+        left = np.clip(np.searchsorted(self._x, x, side="right") - 1, 0, len(self._x) - 2)
+        part = (x - self._x[left]) / (self._x[left + 1] - self._x[left])
+        bump = 4 * part * (1 - part)
+        between = np.multiply(bump, self.errors[left], out=np.zeros_like(bump), where=bump > 0)
+        return np.asarray(np.interp(x, self._x, self.dU_error) + between)
+
+    @cached_property
+    def samples(self) -> tuple[Array, Array, Array]:
+        """Distances so close that extrema and signs are seen, the points among them, and values and half-widths there.
+
+        Each has shape (m,).
+        """
+        d = np.concatenate([*(np.geomspace(a, b, FINE, endpoint=False) for a, b in pairwise(self.d)), self.d[-1:]])
+        return d, self.values(d), self.half_widths(d)
+
+    @property
+    def peak(self) -> Peak:
+        """The largest |dU|."""
+        d, dU, half = self.samples
+        top, size = int(np.abs(dU).argmax()), np.abs(dU)
+        least, most = max(float((size - half).max()), 0.0), float((size + half).max())
+        places = d[size + half >= least]
+        error = max(most - float(size[top]), float(size[top]) - least)
+        return Peak(float(d[top]), float(dU[top]), error, float(max(places[-1] - d[top], d[top] - places[0])))
+
+    def regions(self, zeros: Sequence[float] = ()) -> list[Region]:
+        """Where dU is positive, negative, or not known to be either, in ascending distance.
+
+        Two regions of opposite signs meet at a zero, unless the distances between them at which the sign is not known
+        are more than a factor `WIDEST` apart.
+
+        Args:
+            zeros: Known zeros; others are those of the interpolant.
+        """
+        d, dU, half = self.samples
+        signs = np.where(np.abs(dU) > half, np.sign(dU), 0).astype(int)
+        starts = [0, *(np.flatnonzero(np.diff(signs)) + 1).tolist(), len(d)]
+        runs = [slice(a, b) for a, b in pairwise(starts)]
+
+        def at_a_zero(run: slice) -> bool:
+            inside = run.start > 0 and run.stop < len(d)
+            near = d[run][-1] < WIDEST * d[run][0] and bool(np.isfinite(half[run]).all())
+            return signs[run.start] == 0 and inside and near and signs[run.start - 1] * signs[run.stop] < 0
+
+        runs = [run for run in runs if not at_a_zero(run)]
+        edges = [float(d[0])]
+        for a, b in pairwise(runs):
+            left, right = float(d[a][-1]), float(d[b][0])
+            opposite = signs[a.start] * signs[b.start] < 0
+            edges.append(self.zero(left, right, zeros) if opposite else left if signs[a.start] else right)
+        return [
+            Region(*ends, int(signs[run.start]))
+            for run, ends in zip(runs, pairwise([*edges, float(d[-1])]), strict=True)
+        ]
+
+    @property
+    def zeros(self) -> list[float]:
+        """Distances at which the interpolant vanishes, ascending."""
+        return [float(np.exp(root)) for root in self._curve.roots(extrapolate=False)]
+
+    def zero(self, low: float, high: float, known: Sequence[float] = ()) -> float:
+        """A zero between two distances at which dU has different signs: a known one, or that of the interpolant."""
+        inside = [zero for zero in known if low <= zero <= high]
+        inside = inside or [zero for zero in self.zeros if low <= zero <= high]
+        return inside[len(inside) // 2] if inside else float(np.sqrt(low * high))
+
+
+def _hermite(x: Array, dU: Array, dU_held: Array, held_slope: Array) -> scipy.interpolate.CubicHermiteSpline:
+    """The interpolant over x, with `held_slope` the derivatives of `dU_held` by x."""
+    rest = np.gradient(dU - dU_held, x, edge_order=2 if len(x) > 2 else 1)
+    return scipy.interpolate.CubicHermiteSpline(x, dU, held_slope + rest)

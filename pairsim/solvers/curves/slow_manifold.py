@@ -1,0 +1,160 @@
+"""Velocities of a pair that moves: the slow manifold, as a series in the rates that holding the distances drops.
+
+On the slow manifold shapes and stresses are functions Y(d) of the distances, which change at rates g. The velocities dU
+are the rates of the distances between centres of volume, C(Y(d)), so that C' g = dU, and g differs from dU where shapes
+change. With the complete residual R(y; y_t, d_t) of `pairsim.solvers.steady.motion` and the adjoints z of the
+velocities:
+
+    held distances:  R(Y0; 0, 0) = 0,               V0 = dU(Y0),                           g0 = V0 / C',
+    first order:     Y1 = Y0 - J^-1 R(Y0; Y0' g0, g0),  V1 = V0 - z . R(Y0; Y0' g0, g0),       g1 = V1 / C',
+    second order:                                   V2 = dU(Y1) - z . R(Y1; Y1' g1, g1),
+
+where ' is the derivative along the motion. Y0'' and Y1' follow from differences of the residual along the tangent and
+the factors in hand. The terms fall off by the part of the distance that the pair moves while it remembers. The second
+is added where it is smaller than the first, and its size is the estimate of what remains.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from pairsim.fem.diagnostics import centres
+from pairsim.runtime.arrays import Array
+from pairsim.solvers.errors.adjoints import Adjoints
+from pairsim.solvers.nonlinear.factors import ACCURATE
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.motion import moving_residual
+from pairsim.solvers.steady.scene import Steady
+
+# Bound on the term of second order, relative to t_relax rate times the larger of the first and t_relax rate dU, with
+# the largest relative rate at which distance or dU change (measured in 25 scenes: 0.04 to 4.6), and the part of the
+# other errors of dU below which this bound is taken instead of the term (chosen).
+BOUND, PART = 4.0, 0.1
+STEP = 1e-2  # of differences along the motion, relative to the smallest distance; chosen
+PROBE = 1e-6  # least dU at which the first order is evaluated [U_av]; chosen
+
+
+@dataclass(frozen=True)
+class SlowMotion:
+    """What moving adds to the velocities at held distances.
+
+    Attributes:
+        U: Change of the velocities of the particles [U_av], shape (N,).
+        remainder: What the next terms of the series may add to every dU [U_av], shape (N-1,).
+        response: For a pair, the change of dU to first order over the rate of the distance; else 0.
+        stretch: Derivative of the distances between centres when all those between surfaces change equally, (N-1,).
+    """
+
+    U: Array
+    remainder: Array
+    response: float
+    stretch: Array
+
+
+def slow_motion(steady: Steady, adjoints: Adjoints, t_relax: float, error: float) -> SlowMotion:
+    """Go on from velocities at held distances to those of particles that move.
+
+    Args:
+        steady: The scene, at a solution; its matrix must have been assembled by `Steady.factor`.
+        adjoints: The adjoints of the solution.
+        t_relax: How long the scene remembers [D_c/U_av].
+        error: Smallest other error of a dU [U_av]; terms far below it are not computed.
+    """
+    y, fields = steady.y, steady.constraints.fields["U_p"]
+    dU = np.diff(y[fields])
+    count = len(dU)
+    still = SlowMotion(np.zeros(count + 1), np.zeros(count), 0.0, np.ones(count))
+    if count == 0 or steady.problem.velocity is not None:
+        return still
+    fastest = float(np.abs(dU).max())
+    scale = max(1.0, PROBE / fastest) if fastest else 0.0  # what is linear is evaluated well above rounding
+    probe = scale * dU if scale else np.full(count, PROBE)
+    tangents, stretch = steady.gap_tangents(), _centres_by_gaps(steady)
+    rates = np.linalg.solve(stretch, probe)
+    neglected = moving_residual(steady, steady.parameters, y, rates @ tangents, rates) - steady.residual()
+    first = -adjoints.velocities @ neglected
+    response = float(np.diff(first)[0] / probe[0]) if count == 1 else 0.0
+    still = replace(still, response=response, stretch=stretch.sum(axis=1))
+    if scale != 1.0:
+        return replace(still, U=first / scale if scale else 0 * first)
+    slopes = np.diff(tangents[:, fields], axis=1)  # of every dU (columns) by every distance (rows)
+    rate = max(float(np.abs(rates / steady.parameters.gaps).max()), float(np.abs(rates @ slopes).max()) / fastest)
+    passed = t_relax * rate
+    bound = BOUND * passed * max(passed * fastest, float(np.abs(np.diff(first)).max()))
+    if bound <= PART * error:
+        return replace(still, U=first, remainder=np.full(count, bound))
+    second = _second(steady, adjoints, neglected, rates, np.diff(first), stretch)
+    sizes = np.abs(np.diff(first)), np.abs(np.diff(second))
+    if sizes[1].max() < sizes[0].max():
+        return replace(still, U=first + second, remainder=sizes[1])
+    # Without a slow manifold near, dU depends on the start, by no more than all that moving changes by its dimension.
+    most = max(float(sizes[0].max()), passed * fastest)
+    return replace(still, U=first, remainder=np.minimum(sizes[1], most))
+
+
+def _centres(steady: Steady, parameters: Parameters, y: Array) -> Array:
+    """Distances between the centres of volume of neighbours, shape (N-1,)."""
+    h = steady.constraints.positions(y, steady.h_star(parameters), 1.0, 0.0)
+    return np.asarray(centres(steady.bodies, h))
+
+
+def _centres_by_gaps(steady: Steady) -> Array:
+    """Derivatives of the distances between centres (rows) by those between surfaces (columns), shape (N-1, N-1)."""
+    here, step = steady.parameters, STEP * min(steady.parameters.gaps)
+    columns = []
+    for i, tangent in enumerate(steady.gap_tangents()):
+        ends = [_centres(steady, here.with_longer_gap(i, s), steady.y + s * tangent) for s in (step, -step)]
+        columns.append((ends[0] - ends[1]) / (2 * step))
+    return np.array(columns).T
+
+
+def _second(steady: Steady, adjoints: Adjoints, neglected: Array, rates: Array, first: Array, stretch: Array) -> Array:
+    """The term of second order in every velocity [U_av], shape (N,).
+
+    Args:
+        steady: The scene, at a solution.
+        adjoints: The adjoints of the solution.
+        neglected: Residual at the rates of the solution, shape (n_y,).
+        rates: Rates of the distances in the solution [U_av], shape (N-1,).
+        first: The terms of first order in every dU [U_av], shape (N-1,).
+        stretch: Derivatives of the distances between centres by those between surfaces, shape (N-1, N-1).
+    """
+    y, here = steady.y, steady.parameters
+    solve = partial(steady.newton.linear_solve, tolerance=ACCURATE)
+    fields, tangents = steady.constraints.fields["U_p"], steady.gap_tangents()
+    speed = float(np.abs(rates).max())
+    along = rates / speed
+    tangent, step = along @ tangents, STEP * min(here.gaps)
+
+    def places(s: float) -> Parameters:
+        return replace(here, gaps=tuple(np.add(here.gaps, s * along)))
+
+    def held(s: float) -> Array:
+        steady.apply(places(s))
+        return steady.newton.residual_at(y + s * tangent)
+
+    bend = -solve((held(step) + held(-step) - 2 * steady.residual()) / step**2)
+
+    def apart(s: float) -> Array:
+        return _centres(steady, places(s), y + s * tangent + s**2 / 2 * bend)
+
+    turn = (apart(step) + apart(-step) - 2 * apart(0.0)) / step**2  # of the centres along the motion
+    change = np.linalg.solve(stretch, np.diff(tangent[fields]) - speed * turn)  # of the rates
+    corrected = y - solve(neglected)
+    y_t, y_t_change = rates @ tangents, speed * bend + change @ tangents
+
+    def moving(s: float) -> Array:
+        shifted = corrected + s * tangent, y_t + s * y_t_change, rates + s * change
+        return moving_residual(steady, places(s), *shifted)
+
+    along_motion = tangent - solve((moving(step) - moving(-step)) / (2 * step))
+    ends = [_centres(steady, places(s), corrected + s * along_motion) for s in (step, -step)]
+    stretched = (ends[0] - ends[1]) / (2 * step) - stretch @ along  # what the correction adds to the centres' motion
+    faster = np.linalg.solve(stretch, np.diff(y[fields]) + first - speed * stretched)
+    scale = float(faster @ along) / float(along @ along)
+    y_t = scale * along_motion + (faster - scale * along) @ tangents
+    steady.apply(here)
+    return np.asarray(-adjoints.velocities @ moving_residual(steady, here, corrected, y_t, faster))

@@ -1,0 +1,1 @@
+"""Estimates of the errors of quasi-steady solutions and of runs."""

@@ -1,0 +1,69 @@
+"""What the finite length of the tube does to the velocities of a quasi-steady solution.
+
+At prescribed ends the flow is the developed one, at periodic ends it is the same at both, while in an infinite tube it
+would have what is left there of the particles' perturbation. Somewhat inside the tube the perturbation is larger than
+that. Put on the ends, it changes the residual, and the adjoint turns the change into one of the velocities.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pairsim.fem.interpolation import interpolate
+from pairsim.fem.scene import poiseuille
+from pairsim.fem.six_node_mesh import SixNodeMesh
+from pairsim.physics.scales import FLOW_RATE
+from pairsim.runtime.arrays import Array, Indices
+from pairsim.solvers.steady.scene import Steady
+
+# Distances from the ends at which the perturbation is read [D_c]. It oscillates along the tube, and where one of them
+# meets a zero the other does not. How far the result is from the effect: docs/explanation/error-estimate.md.
+INSIDE = (0.25, 0.5)
+
+
+def end_effects(steady: Steady, adjoints: Array, residual: Array) -> Array:
+    """Changes of functionals when the ends carry the perturbation that is found inside the tube.
+
+    Args:
+        steady: The solution.
+        adjoints: Adjoint solutions of the functionals, (k, n_y).
+        residual: The residual of the solution, (n_y,).
+
+    Returns:
+        A row for each of the distances from the ends, (2, k).
+    """
+    scene, x = steady.scene, steady.state()[1]
+    liquid, nodes = scene.liquid, scene.nodes
+    mesh, fields = liquid.six_node_mesh, ["u", "s"] if scene.material.modes else ["u"]
+    values, positions = np.hstack([liquid.nodal(field, x) for field in fields]), scene.positions(x)
+    # What enters a periodic tube at its inlet has left it at its outlet: there is one jump.
+    ends = [(nodes.outlet, -1.0)] if scene.periodic else [(nodes.inlet, 1.0), (nodes.outlet, -1.0)]
+    changes = []
+    for inside in INSIDE:
+        moved = x.copy()
+        for at, inwards in ends:
+            places = mesh.points[at] + [inwards * inside, 0.0]
+            found = _on_plane(mesh, positions, values, places) - _developed(steady, at)
+            found[:, 0] -= (scene.flow_rate[1] @ found[:, 0]) / FLOW_RATE * poiseuille(places)[:, 0]
+            for field, added in zip(fields, np.split(found, [2], axis=1), strict=False):
+                liquid.nodal(field, moved)[at] += added  # a view
+        changes.append(-adjoints @ (steady.newton.reduce(moved) - residual))
+    return np.array(changes)
+
+
+def _on_plane(mesh: SixNodeMesh, positions: Array, values: Array, places: Array) -> Array:
+    """Interpolate P2 fields at places of one cross-section; only the cells there are searched."""
+    z, tolerance = positions[mesh.cells, 0], 1e-9
+    there = (z.min(axis=1) <= places[0, 0] + tolerance) & (z.max(axis=1) >= places[0, 0] - tolerance)
+    nodes, cells = np.unique(mesh.cells[there], return_inverse=True)
+    part = SixNodeMesh(mesh.points[nodes], cells.reshape(-1, mesh.cells.shape[1]))
+    return interpolate(part, positions[nodes], values[nodes], places)
+
+
+def _developed(steady: Steady, nodes: Indices) -> Array:
+    """Velocity and log c of the M modes in the flow without particles at nodes, (n, 2 + 4 M)."""
+    points = steady.scene.liquid.six_node_mesh.points[nodes]
+    if steady.scene.material.newtonian:
+        return steady.scene.boundary_velocity(points)
+    u, *s = steady.developed_flow.profiles(points[:, 1])
+    return np.column_stack([u, np.zeros(len(points)), *s])

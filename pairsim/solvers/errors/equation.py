@@ -1,0 +1,133 @@
+"""Discretisation error of a run in time, carried forward beside it from step to step.
+
+With x+ the solution recovered one degree higher, the defect R(x+; v) of a time step, tested with the discrete test
+functions v, is what the discrete equations get wrong. A second solution x_c of the same scheme, with past values of its
+own, meets the equations with the defect taken away:
+
+    R(x_c + a; v) = 0,    a = x+ - (its interpolant),
+
+so that x_c - x is the error that all steps so far have accumulated in positions and stresses, and what its dU
+differs by estimates exact minus discrete dU at this time. (Error transport and defect correction: Stetter, Numer.
+Math. 29, 425, 1978; Yan, thesis, University of British Columbia, 2018.) Newton's method solves for it with the factors
+that the run has in hand; errors change little in a step, and one to three iterations suffice.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pairsim.fem.diagnostics import velocities
+from pairsim.fem.recovered_scene import RecoveredScene
+from pairsim.runtime.arrays import Array
+from pairsim.solvers.nonlinear.factors import ROUGH
+from pairsim.solvers.nonlinear.newton import Newton
+from pairsim.solvers.stepping.history import Errors, History
+from pairsim.solvers.stepping.step_size import Scheme, extrapolation_weights
+
+# Part of the change of the error in a step that iterations with old factors may leave (chosen: with three times as much
+# the error of stresses lags behind), and their number where the error of the last step on this mesh is not known.
+LEFT, FIRST_ITERATIONS = 0.15, 3
+# Estimate of dU's error [U_av] above which it says nothing; chosen, far above any that was of use.
+USELESS = 1.0
+
+
+class ErrorEquation:
+    """The error of a run in time.
+
+    Args:
+        errors: Errors of the last steps of an earlier run to continue.
+
+    Attributes:
+        errors: Estimated exact minus discrete values of the last steps.
+    """
+
+    def __init__(self, errors: Errors) -> None:
+        self.errors = errors
+        self._recovered: RecoveredScene | None = None
+
+    def advance(self, newton: Newton, past: History, t: float, U_m: float, y: Array, U: Array) -> Array:
+        """Carry the error to the end of a step.
+
+        Args:
+            newton: The solver, after its solution of the step.
+            past: Accepted values before the step.
+            t: Time at its end [D_c/U_av].
+            U_m: Velocity of the frame in the step.
+            y: The solution, shape (n_y,).
+            U: Velocities of the particles in it [U_av], shape (N,).
+
+        Returns:
+            Estimates of exact minus discrete relative velocities [U_av], shape (N-1,); NaN if the iterations diverge,
+            after which the error cannot be carried further.
+        """
+        scene, constraints, errors = newton.scene, newton.constraints, self.errors
+        scheme = Scheme.bdf(past.t, t)
+        h, x = newton.state(y)
+        h_star = _combined(scheme, past.h) + _combined(scheme, errors.h)
+        star = corrected_star = None
+        if scene.has_rates:
+            star = scene.with_displacements(_combined(scheme, past.x), _combined(scheme, past.h))
+            corrected_star = scene.with_displacements(star + _combined(scheme, errors.x), h_star)
+        recovered = self._on(newton)
+        with newton.clock("assembly"):
+            recovered.recover(x, star, constraints.V @ y)
+        corrected, remeshed = y.copy(), not errors.y and bool(errors.dU)
+        if errors.y:
+            corrected += self._guess(newton, scheme)
+        for _ in range(_iterations(newton.matrix.contraction) if errors.y else FIRST_ITERATIONS):
+            h_c, x_c = self._state(newton, corrected, h_star, scheme.g, U_m)
+            with newton.clock("assembly"):
+                local = recovered.residuals(x_c, corrected_star)
+                residual = newton.restricted(local, x_c)
+            corrected -= newton.linear_solve(residual, tolerance=ROUGH)
+        h_c, x_c = self._state(newton, corrected, h_star, scheme.g, U_m)
+        dh, dx, dy = h_c - h, x_c - x, corrected - y
+        errors.push(t, dh, dx, dy)
+        errors.t_y, errors.y = errors.t_y[:1], errors.y[:1]
+        dU = np.diff(velocities(scene.bodies, constraints.V @ (y + dy), h + dh) - U)
+        if not np.isfinite(dy).all() or np.abs(dU).max(initial=0.0) > USELESS:
+            return np.full(len(dU), np.nan)
+        if scene.material.modes:
+            # The stress of the run is balanced after a remeshing, which leaves its dU as it was, that of x_c is not.
+            # The dU that drives is forgotten as solvent and elastic stress exchange their loads, in a time xi De.
+            memory = scene.material.xi * scene.material.longest
+            left = math.exp(-(t - past.t[0]) / memory) if memory > 0 else 0.0
+            errors.imbalance = errors.imbalance * left
+            if remeshed:
+                weights = extrapolation_weights(errors.t[1 : len(errors.dU) + 1], t)
+                errors.imbalance = dU - sum(w * old for w, old in zip(weights, errors.dU, strict=True))
+        errors.dU = [np.asarray(dU - errors.imbalance), *errors.dU[:1]]
+        return errors.dU[0]
+
+    def _guess(self, newton: Newton, scheme: Scheme) -> Array:
+        """First guess of the error: that of the last step, with velocities that keep the errors of all positions.
+
+        Velocities that are extrapolated, or those of the last step, let the errors of elastic shapes oscillate and grow
+        where the factors are those of another step size.
+        """
+        guess, errors = self.errors.y[0].copy(), self.errors
+        entries = newton.constraints.M.tocoo()
+        velocity = (errors.h[0] - _combined(scheme, errors.h)) / scheme.g
+        guess[entries.col] = velocity[entries.row]
+        return guess
+
+    def _state(self, newton: Newton, y: Array, h_star: Array, g: float, U_m: float) -> tuple[Array, Array]:
+        h = newton.constraints.positions(y, h_star, g, U_m)
+        return h, newton.constraints.expand(y, h)
+
+    def _on(self, newton: Newton) -> RecoveredScene:
+        if self._recovered is None or self._recovered.scene is not newton.scene:
+            with newton.clock("jit"):
+                self._recovered = RecoveredScene(newton.scene, self._recovered)
+        return self._recovered
+
+
+def _iterations(contraction: float) -> int:
+    """Number of iterations that leave less than LEFT, at least one."""
+    return max(1, math.ceil(math.log(LEFT) / math.log(contraction))) if 0 < contraction < 1 else 1
+
+
+def _combined(scheme: Scheme, values: list[Array]) -> Array:
+    return np.asarray(sum(w * value for w, value in zip(scheme.weights, values, strict=True)))

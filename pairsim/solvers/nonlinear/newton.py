@@ -1,0 +1,437 @@
+"""Newton's method for T R(x(y)) = 0 with PETSc SNES and MUMPS.
+
+The matrix T A P is assembled straight from the cells, and kept while the iteration contracts well. See "Nonlinear and
+linear solvers" in docs/explanation/numerics.md.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import signal
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from pairsim.fem.constraints import Constraints
+from pairsim.fem.scene import Scene
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.clock import Clock
+from pairsim.runtime.fenicsx import PETSc
+from pairsim.runtime.signals import Stopped, callback, received
+from pairsim.solvers.nonlinear.factors import EXACT, Factors, MumpsOptions, ReducedSystem
+from pairsim.solvers.nonlinear.renewal import KeptMatrix, MatrixPolicy, MatrixState, Place
+
+_PREFIXES = itertools.count()
+
+REASONS = {-3: "the matrix is singular", -4: "the residual is not a number", -5: "too many iterations"}
+# Growth of the residual at which the iteration is stopped. No iteration with a larger growth was seen to converge, and
+# MUMPS takes tens of seconds for each matrix of such states.
+LOST = 1e8
+# A step with the matrix of an earlier iterate, or after a step larger than this, leaves a larger error itself than a
+# linear system that is solved roughly. Chosen.
+NONLINEAR = 1e-2
+
+
+@dataclass(frozen=True)
+class NewtonOptions:
+    """Options of Newton's method.
+
+    Attributes:
+        tolerance: Largest estimated error of a field after the last iteration, relative to the norm of the field.
+        max_iterations: Largest number of iterations in one solve.
+        single: Whether the factors are in single precision until the refinement of a solution fails.
+        matrix: Criteria for a new matrix.
+        mumps: Control parameters of the factorisation.
+    """
+
+    tolerance: float = 1e-8
+    max_iterations: int = 12
+    single: bool = True
+    matrix: MatrixPolicy = field(default_factory=MatrixPolicy)
+    mumps: MumpsOptions = field(default_factory=MumpsOptions)
+
+
+# With the matrix of the last iterations the derivatives at the solution are computed, too.
+STEADY = NewtonOptions(tolerance=1e-9, matrix=MatrixPolicy(slow=0.05, far=0.3))
+# In double precision the displacement does not depend on whether the matrix was used before, as in a resumed run.
+EXTENSION = NewtonOptions(single=False, matrix=MatrixPolicy(far=math.inf))
+# In time-dependent problems the matrix is reused for longer, which takes more iterations.
+TRANSIENT = NewtonOptions(tolerance=1e-9, max_iterations=25, matrix=MatrixPolicy(slow=0.3))
+
+
+@dataclass(frozen=True)
+class Report:
+    """Result of a nonlinear solve.
+
+    Attributes:
+        converged: Whether the tolerance was met.
+        iterations: Number of Newton iterations (linear solves).
+        factorisations: Number of numeric factorisations.
+        reason: "converged", or the reason of the failure.
+        steps: Norm of the last step of each field, relative to the field.
+        residual: Euclidean norm of the last residual.
+    """
+
+    converged: bool
+    iterations: int
+    factorisations: int
+    reason: str
+    steps: dict[str, float]
+    residual: float
+
+
+class Newton:
+    """Newton's method on one scene with one set of constraints.
+
+    Args:
+        scene: The scene.
+        constraints: Its constraints.
+        options: Tolerance, reuse of the matrix, and options of the factorisation.
+        clock: Stopwatch for the phases of the computation.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        constraints: Constraints,
+        options: NewtonOptions | None = None,
+        *,
+        clock: Clock | None = None,
+    ) -> None:
+        self.scene, self.constraints, self.options = scene, constraints, options or NewtonOptions()
+        self.clock, self.matrix = clock or Clock(), KeptMatrix(self.options.matrix)
+        self._analysed: Place | None = None
+        self._factored: Place | None = None
+        # State of the present solve.
+        self._h_star, self._g, self._U_m = np.zeros(scene.h_size), 1.0, 0.0
+        self._x = np.zeros(scene.size)
+        self._star: Array | None = None
+        self._leading, self._why = 0.0, ""
+        self._stopped = ""  # name of the signal that stopped it
+        self._residual_norm = self._first_norm = 0.0
+        self._steps: dict[str, float] = {}
+        with self.clock("symbolic"):
+            row, column, value = scene.linear_terms()
+            self._linear = sparse.csr_matrix(sparse.coo_matrix((value, (row, column)), shape=(scene.size, scene.size)))
+            self._create()
+
+    def _create(self) -> None:
+        self._system = ReducedSystem(self.scene, self.constraints)
+        self._A = self._system.A
+        self._y, self._r = self._A.createVecs()
+        prefix = f"pairsim_{next(_PREFIXES)}_"
+        self._snes = PETSc.SNES().create(PETSc.COMM_SELF)
+        self._snes.setOptionsPrefix(prefix)
+        self._snes.setFunction(callback(self._residual), self._r)
+        self._snes.setJacobian(callback(self._jacobian), self._A)
+        self._snes.setConvergenceTest(callback(self._converged))
+        self._snes.setType("newtonls")
+        self._snes.setMaxFunctionEvaluations(-1)
+        self._factors = Factors(self._system, self._snes.getKSP(), prefix, self.options.mumps, self.options.single)
+        database = PETSc.Options()
+        names = {f"{prefix}snes_linesearch_type": "basic", f"{prefix}snes_max_it": self.options.max_iterations}
+        names |= {f"{prefix}{k}": v for k, v in self._factors.options.items()}
+        for name, value in names.items():
+            database[name] = value
+        self._snes.setFromOptions()
+        self._snes.getKSP().setFromOptions()
+        self._names = list(names)
+
+    def state(self, y: Array) -> tuple[Array, Array]:
+        """Material positions h and full vector x for free unknowns y, with h*, g and U_m of the last solve."""
+        h = self.constraints.positions(y, self._h_star, self._g, self._U_m)
+        return h, self.constraints.expand(y, h)
+
+    def _residual(self, snes: Any, y: Any, r: Any) -> None:
+        values = self._system.gather(y)
+        _, x = self.state(values)
+        self._x = x
+        with self.clock("assembly"):
+            self._system.scatter(self._tested(x), r)
+
+    def _tested(self, x: Array) -> Array:
+        """T R(x), with scaled rows, shape (n_y,)."""
+        self.scene.set(x)
+        return self.restricted([phase.residual() for phase in self.scene.phases], x)
+
+    def restricted(self, local: list[Array], x: Array) -> Array:
+        """T R(x), with scaled rows, from the residuals of all phases (canonical vectors)."""
+        reduced = self.constraints.T @ np.concatenate([*local, np.zeros(self.scene.size - self.scene.m)])
+        reduced += self.constraints.T @ (self._linear @ x + self.scene.load())
+        reduced[self.constraints.integrated] /= self._g
+        return np.asarray(reduced)
+
+    def _jacobian(self, snes: Any, y: Any, A: Any, _: Any) -> None:
+        rough = not self.matrix.due or (snes.getIterationNumber() > 0 and self._leading > NONLINEAR)
+        self._factors.tolerate(rough)
+        if not self.matrix.due:
+            return
+        with self.clock("assembly"):
+            self._system.assemble(self._g)
+        with self.clock("factorisation"):
+            discarded = self._factors.make()
+        self.matrix.made(self._g)
+        self._factored = Place(self._x, self._star, self._g, self._U_m)
+        self._analysed = self._factored if discarded else self._analysed or self._factored
+
+    @property
+    def single(self) -> bool:
+        """Whether the factors are in single precision."""
+        return self._factors.single
+
+    @property
+    def factorisations(self) -> int:
+        """Number of matrices factorised so far."""
+        return self._factors.count
+
+    def _forget_factor(self) -> None:
+        """Discard the factors and the symbolic analysis."""
+        self._factors.forget()
+        self.matrix.forget()
+        self._analysed = None
+
+    def use_double(self) -> None:
+        """Discard the factors, and keep those of this scene in double precision from now on."""
+        self._factors.use_double()
+        self.matrix.forget()
+        self._analysed = None
+
+    def _converged(self, snes: Any, its: int, norms: tuple[float, float, float]) -> int:
+        reason = PETSc.SNES.ConvergedReason
+        self._residual_norm = norms[2]
+        if number := received():
+            self._stopped = signal.Signals(number).name
+            return reason.DIVERGED_FUNCTION_DOMAIN
+        if not np.isfinite(norms[2]):
+            self._why = "the residual is not finite"
+            return reason.DIVERGED_FUNCTION_NANORINF
+        if its == 0:
+            self._first_norm = norms[2]
+            return reason.ITERATING
+        if norms[2] > LOST * max(self._first_norm, 1.0):
+            self._why = "the residual grows without bound"
+            return reason.DIVERGED_DTOL
+        step, x = self._system.gather(snes.getSolutionUpdate()), self._system.gather(snes.getSolution())
+        self._steps = self.scaled(step, x)
+        # Divergence is judged without pressures and forces, which may change by a multiple of their initial values.
+        largest = max((v for k, v in self._steps.items() if k != "m"), default=0.0)
+        leading = max((v for k, v in self._steps.items() if k not in ("m", "p_f", "p_s", "dp", "F")), default=0.0)
+        growth, self._leading = leading / self._leading if its > 1 and self._leading else 0.0, leading
+        left = self.matrix.error_left(its, largest)
+        if left < self.options.tolerance or largest < 0.1 * self.options.tolerance:
+            self._why = "converged"
+            return reason.CONVERGED_SNORM_RELATIVE
+        if growth > 2 and (leading > 0.1 or (self.matrix.fresh and its > 3)):
+            self._why = "the steps grow"
+            return reason.DIVERGED_DTOL
+        if its >= self.options.max_iterations:
+            self._why = f"no convergence in {its} iterations"
+            return reason.DIVERGED_MAX_IT
+        self.matrix.go_on()
+        return reason.ITERATING
+
+    def forget(self) -> None:
+        """Discard the matrix; the next solve assembles and factorises a new one."""
+        self.matrix.forget()
+
+    def scaled(self, step: Array, y: Array) -> dict[str, float]:
+        """Norms of a step by field, relative to the norms of the fields of y."""
+        return {
+            name: float(np.linalg.norm(step[i]) / max(np.linalg.norm(y[i]), 1e-3 * np.sqrt(len(i))))
+            for name, i in self.constraints.fields.items()
+            if len(i)
+        }
+
+    def solve(self, y: Array, h_star: Array, g: float, U_m: float, star: Array | None = None) -> tuple[Array, Report]:
+        """Solve from a first guess.
+
+        Args:
+            y: First guess, shape (n_y,).
+            h_star: Part of h fixed by the time scheme, shape (n_h,).
+            g: gamma dt of the time scheme.
+            U_m: Velocity of the frame.
+            star: Part of the full vector fixed by the time scheme, shape (n,); needed for a viscoelastic liquid.
+
+        Returns:
+            The solution, or the last iterate without convergence, and a report.
+
+        Raises:
+            Stopped: A process has received SIGINT or SIGTERM. This is checked before every iteration; a factorisation
+                by MUMPS cannot be interrupted.
+        """
+        self._h_star, self._g, self._U_m, self._star = h_star, g, U_m, star
+        if star is not None:
+            self.scene.set_step(star, g, U_m)
+        self._stopped, before, iterations = "", self.factorisations, 0
+        with self.clock("solve"):
+            inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation"))
+            try:
+                iterations = self._iterate(y)
+                while self._matrix_failed(before):
+                    iterations += self._iterate(y)
+                converged = self._snes.getConvergedReason() > 0
+            except PETSc.Error as error:
+                converged, self._why = False, str(error)
+            inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation")) - inside
+        self.clock.seconds["solve"] -= inside
+        if self._stopped:
+            self._forget_factor()
+            raise Stopped(self._stopped)
+        solution = self._system.gather(self._y)
+        if converged and (why := self.overstretched(solution)):
+            converged, self._why = False, why
+        if not converged:
+            self._forget_factor()
+            reason = self._snes.getConvergedReason()
+            self._why = self._why or REASONS.get(reason, f"SNES reason {reason}")
+        made = self.factorisations - before
+        return solution, Report(converged, iterations, made, self._why, dict(self._steps), self._residual_norm)
+
+    def _iterate(self, y: Array) -> int:
+        """Run Newton's method from a first guess y, shape (n_y,); returns the number of iterations."""
+        self.matrix.begin_solve(self._g)
+        self._steps, self._why, self._residual_norm, self._first_norm = {}, "", 0.0, 0.0
+        self._system.scatter(y, self._y)
+        self._snes.solve(None, self._y)
+        return int(self._snes.getIterationNumber())
+
+    def _matrix_failed(self, before: int) -> bool:
+        """Whether the last solve failed, perhaps because of its matrix, which is then discarded.
+
+        With the matrix of an earlier solve (no more than `before` were factorised) steps may grow that else would not.
+        """
+        reason = self._snes.getConvergedReason()
+        if reason > 0 or self._stopped:
+            return False
+        inexact = reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE and self._factors.single
+        kept = self.matrix.g is not None and self.factorisations == before
+        (self.use_double if inexact else self.matrix.forget)()
+        return inexact or kept
+
+    def overstretched(self, y: Array) -> str:
+        """Message if tr c exceeds the bound of a law, where solutions are spurious; otherwise empty."""
+        return self.scene.overstretched(self.state(y)[1])
+
+    def place(self, h_star: Array) -> None:
+        """Set h* for evaluations without a solve, with g = 1 and U_m = 0 as in quasi-steady scenes."""
+        self._h_star, self._g, self._U_m = h_star, 1.0, 0.0
+
+    def factor_at(self, y: Array) -> bool:
+        """Assemble and factorise the matrix at y, for `linear_solve` and for the next solve.
+
+        Returns:
+            Whether the factorisation succeeded; otherwise `linear_solve` must not be called.
+        """
+        if not np.isfinite(self.residual_at(y)).all():  # MUMPS may crash on such a matrix
+            self._forget_factor()
+            return False
+        self.matrix.due = True
+        self._jacobian(self._snes, self._y, self._A, None)
+        self.matrix.fresh = False
+        if not self._factors.regular:
+            self._forget_factor()
+            return False
+        return True
+
+    def linearise_at(self, y: Array) -> bool:
+        """Assemble the matrix at a solution y for `linear_solve`, and factorise it if the factors in hand are far off.
+
+        Factors of the last iterations of a solve that contracted well serve to refine solutions with the exact matrix.
+
+        Returns:
+            Whether `linear_solve` may be called.
+        """
+        if not (self.single and self.matrix.is_near()):
+            return self.factor_at(y)
+        if not np.isfinite(self.residual_at(y)).all():
+            return False
+        with self.clock("assembly"):
+            self._system.assemble(self._g)
+        self._factors.keep()
+        return True
+
+    @property
+    def factor_megabytes(self) -> int:
+        """Memory of the current factors [1e6 bytes]."""
+        return self._factors.megabytes
+
+    def linear_solve(self, rhs: Array, *, transposed: bool = False, tolerance: float = EXACT) -> Array:
+        """Solve with the matrix assembled last, or its transpose.
+
+        Args:
+            rhs: One right-hand side, shape (n_y,), or several, shape (k, n_y).
+            transposed: Whether to solve with the transposed matrix.
+            tolerance: Residual of every system, relative to its right-hand side.
+
+        Returns:
+            The solutions, of the same shape.
+        """
+        with self.clock("solve"):
+            solutions = self._factors.solve(np.atleast_2d(rhs), transposed=transposed, tolerance=tolerance)
+            return solutions.reshape(rhs.shape)
+
+    def reduce(self, x: Array) -> Array:
+        """T R for a full vector x, shape (n,), which may violate the constraints."""
+        with self.clock("assembly"):
+            return self._tested(x)
+
+    @property
+    def matrix_state(self) -> MatrixState | None:
+        """State of the matrix for the next solve, None if the next solve assembles a new one."""
+        if self.matrix.g is None or self._factored is None or self._analysed is None:
+            return None
+        return MatrixState(
+            (self._analysed, self._factored), self.matrix.rate, self._factors.relaxation, self._factors.single
+        )
+
+    def recall(self, state: MatrixState) -> None:
+        """Reproduce the matrix of a stored state, so that a continued run has the same Newton steps.
+
+        A lagged matrix affects the solution within the tolerance, and its ordering affects rounding. Both are visible
+        in dU, a small difference of large velocities.
+        """
+        self._factors.relaxation = state.relaxation
+        (self._forget_factor if state.single else self.use_double)()
+        analysed, factored = state.places
+        for place in (factored,) if analysed is factored else state.places:
+            self._x, self._star, self._g, self._U_m = place.x, place.star, place.g, place.U_m
+            if place.star is not None:
+                self.scene.set_step(place.star, place.g, place.U_m)
+            self.scene.set(place.x)
+            self.matrix.due = True
+            self._jacobian(self._snes, None, self._A, None)
+        self.matrix.rate = state.rate
+
+    def residual_at(self, y: Array) -> Array:
+        """Residual T R at y, with h*, g and U_m of the last solve, shape (n_y,)."""
+        vector, out = self._y.duplicate(), self._r.duplicate()
+        self._system.scatter(y, vector)
+        self._residual(self._snes, vector, out)
+        values = self._system.gather(out)
+        vector.destroy()
+        out.destroy()
+        return values
+
+    def jacobian_times(self, y: Array, direction: Array) -> Array:
+        """Product of T A P at y with a direction, shape (n_y,); discards the current matrix."""
+        self.residual_at(y)
+        self._system.assemble(self._g)
+        self.matrix.forget()
+        vector, out = self._A.createVecs()
+        self._system.scatter(direction, vector)
+        self._A.mult(vector, out)
+        values = self._system.gather(out)
+        vector.destroy()
+        out.destroy()
+        return values
+
+    def destroy(self) -> None:
+        """Destroy all PETSc objects and remove the options of this solver from PETSc's database."""
+        options = PETSc.Options()
+        for name in self._names:
+            options.delValue(name)
+        for thing in (self._snes, self._A, self._y, self._r):
+            thing.destroy()

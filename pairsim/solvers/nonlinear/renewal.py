@@ -1,0 +1,157 @@
+"""When Newton's matrix is assembled and factorised anew, by its rate of contraction, and what a checkpoint keeps of it.
+
+The origin of the default values is listed in docs/explanation/constants.md.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from pairsim.runtime.arrays import Array
+
+
+@dataclass(frozen=True)
+class MatrixPolicy:
+    """Criteria for a new matrix. Assembling and factorising one costs as much as about 13 iterations without.
+
+    Attributes:
+        slow: Rate of contraction above which the matrix is not reused.
+        other_step: Largest relative change of g = gamma dt for which the matrix is reused in another step.
+        far: Norm of a step, relative to the fields, above which even a matrix from the same iteration is replaced;
+            infinite for linear equations.
+        near: Rate of contraction up to which the factors serve to solve linear systems with the matrix at the solution:
+            six refinements then reach 1e-10 of the right-hand side.
+        unproven_rate: Smallest rate of contraction that is assumed before one was observed in the present solve.
+    """
+
+    slow: float = 0.15
+    other_step: float = 0.5
+    far: float = 1e-3
+    near: float = 0.035
+    unproven_rate: float = 0.1
+
+    def serves_step(self, ratio: float) -> bool:
+        """Whether a matrix is reused in a solve whose g is `ratio` times that of the matrix; infinite: no matrix."""
+        return abs(ratio - 1) <= self.other_step
+
+    def is_worn(self, rate: float, step: float, fresh: bool) -> bool:
+        """Whether the next iteration needs a new matrix.
+
+        Args:
+            rate: Rate of contraction of the last step.
+            step: Norm of the last step, relative to the fields.
+            fresh: Whether the matrix was assembled for that step.
+        """
+        return step > self.far if fresh else rate > self.slow
+
+
+class KeptMatrix:
+    """Age and rate of contraction of the factorised matrix. It contains numbers only and can be tested without a scene.
+
+    Args:
+        policy: When a new matrix is assembled.
+
+    Attributes:
+        g: gamma dt of the matrix, None if there is no matrix for the next solve.
+        rate: Last observed rate of contraction, 0 if none was observed.
+        due: Whether a new matrix is assembled in the next iteration.
+        fresh: Whether the matrix was assembled in the present iteration.
+    """
+
+    def __init__(self, policy: MatrixPolicy) -> None:
+        self._policy = policy
+        self.g: float | None = None
+        self.rate = 0.0
+        self.due, self.fresh = True, False
+        # In the present solve: relative difference of g from that of the matrix, last step and its rate.
+        self._mismatch = self._step = self._last_rate = 0.0
+
+    @property
+    def contraction(self) -> float:
+        """Rate of contraction to expect of further iterations with this matrix in the present solve."""
+        return max(self.rate, self._mismatch)
+
+    def begin_solve(self, g: float) -> None:
+        """Decide whether the matrix is reused in a solve with g = gamma dt."""
+        ratio = g / self.g if self.g else math.inf
+        self._mismatch = max(ratio, 1 / ratio) - 1
+        self.due, self.fresh = not self._policy.serves_step(ratio), False
+        self._step = 0.0
+
+    def is_near(self) -> bool:
+        """Whether the factors are near those of the matrix at the solution of the last solve."""
+        return self.g is not None and self.rate <= self._policy.near
+
+    def made(self, g: float) -> None:
+        """Record that a new matrix was assembled and factorised with this g = gamma dt."""
+        self.g, self.rate, self._mismatch = g, 0.0, 0.0
+        self.due, self.fresh = False, True
+
+    def forget(self) -> None:
+        """Discard the matrix; the next solve assembles a new one."""
+        self.g = None
+
+    def error_left(self, iteration: int, step: float) -> float:
+        """Estimate the error that remains after a Newton step from the rate of contraction.
+
+        Args:
+            iteration: Number of the step in its solve, from 1.
+            step: Norm of the step, relative to the fields.
+        """
+        previous, self._step = self._step, step
+        if iteration > 1 and previous > 0:
+            rate = step / previous
+        elif self.fresh:
+            rate = min(1.0, 10 * step)
+        else:
+            # The rate of an earlier solve may be too optimistic. An iterate that is accepted too early violates
+            # incompressibility, which the next steps correct by spurious velocities.
+            rate = max(self.rate, self._policy.unproven_rate)
+        self._last_rate = rate
+        if self.fresh:
+            return min(100 * step, 1.0) * step  # quadratic convergence; the factor of 100 was chosen
+        self.rate = rate
+        # Sum of a geometric series. Before a rate is observed in this solve, it is assumed to be no better than the
+        # relative difference of g from that of the matrix.
+        contraction = rate if iteration > 1 else max(rate, self._mismatch)
+        return step * contraction / max(1 - contraction, 0.1)
+
+    def go_on(self) -> None:
+        """Decide whether the matrix is reused in the next iteration of the solve."""
+        self.due = self.due or self._policy.is_worn(self._last_rate, self._step, self.fresh)
+        self.fresh = False
+
+
+@dataclass(frozen=True)
+class Place:
+    """State at which a matrix was assembled; it determines the entries.
+
+    Attributes:
+        x: Full vector, shape (n,).
+        star: Part of the full vector fixed by the time scheme, shape (n,); None for a Newtonian liquid.
+        g: gamma dt.
+        U_m: Velocity of the frame.
+    """
+
+    x: Array
+    star: Array | None
+    g: float
+    U_m: float
+
+
+@dataclass(frozen=True)
+class MatrixState:
+    """State that a solver keeps for its next solve.
+
+    Attributes:
+        places: State of the matrix that MUMPS analysed (ordering and scaling), and of the matrix factorised last.
+        rate: Last rate of contraction with the factorised matrix.
+        relaxation: Workspace of MUMPS above its estimate [%].
+        single: Whether the factors are in single precision.
+    """
+
+    places: tuple[Place, Place]
+    rate: float
+    relaxation: int
+    single: bool

@@ -1,0 +1,78 @@
+"""Bordered systems: a quasi-steady scene with one additional equation and one parameter as additional unknown.
+
+The additional equation is dU = 0 for zeros, or an arc length condition (Keller 1977); see "Bordered systems" in
+docs/explanation/numerics.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.signals import heed
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.scene import DIFFERENCE, Steady
+
+MOST_BORDERED = 12  # iterations; chosen
+# Newton step, relative to the fields, below which the factorised matrix is reused; chosen.
+FRESH_ABOVE = 1e-4
+
+
+def solve_with(
+    steady: Steady, along: Callable[[float], Parameters], tau: float, y: Array, row: Array, row_tau: float, value: float
+) -> tuple[float | None, int]:
+    """Solve for y and the coordinate tau on a line of parameters, with the equation row . y + row_tau tau = value.
+
+    The bordered matrix is not assembled: each iteration takes two solves with the factors of the scene's own matrix.
+
+    Args:
+        steady: The scene. On success it is left at the solution, otherwise at its previous parameters.
+        along: Parameters as a function of tau.
+        tau: First guess of tau.
+        y: First guess of the unknowns, shape (n_y,).
+        row: Coefficients of y in the additional equation, shape (n_y,).
+        row_tau: Coefficient of tau in the additional equation.
+        value: Right-hand side of the additional equation.
+
+    Returns:
+        The solution tau, or None if the iteration did not converge, and the number of iterations.
+    """
+    newton = steady.newton
+    heed()
+    previous = np.inf
+    steady.forget()
+    for count in range(1, MOST_BORDERED + 1):
+        there = along(tau)
+        ends = []
+        for change in (DIFFERENCE, -DIFFERENCE):
+            steady.apply(along(tau + change))
+            ends.append(newton.residual_at(y))
+        steady.apply(there)
+        if previous > FRESH_ABOVE:
+            steady.factorisations += 1
+            if not newton.factor_at(y):
+                break
+        a = newton.linear_solve(newton.residual_at(y))
+        b = newton.linear_solve((ends[0] - ends[1]) / (2 * DIFFERENCE))
+        step_tau = float((value - row @ y - row_tau * tau + row @ a) / (row_tau - row @ b))
+        if not np.isfinite(step_tau):
+            break
+        step = -a - b * step_tau
+        y, tau = y + step, tau + step_tau
+        steady.iterations += 1
+        sizes = newton.scaled(step, y)
+        largest = max([v for k, v in sizes.items() if k != "m"] + [abs(step_tau)])
+        if not np.isfinite(largest) or (count > 3 and largest > 2 * previous):
+            break
+        if largest < 10 * steady.problem.newton.tolerance:
+            steady.apply(along(tau))
+            if steady.distortion_of(*newton.state(y)) <= 0 or newton.overstretched(y):
+                break
+            steady.y, steady.parameters = y, along(tau)
+            return tau, count
+        previous = largest
+    steady.apply(steady.parameters)
+    newton.forget()
+    return None, count

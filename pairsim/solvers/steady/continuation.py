@@ -1,0 +1,282 @@
+"""Continuation of quasi-steady solutions in their parameters, with step size control and detection of folds.
+
+See "Continuation" in docs/explanation/numerics.md. Constants without another origin were chosen.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.bordered import solve_with
+from pairsim.solvers.steady.pseudo_time import relax
+from pairsim.solvers.steady.scene import Steady
+
+# Largest changes by one predictor step.
+MOST_APART = 0.4  # of a distance, relative to itself
+MOST_SHAPE = 0.15  # of a nodal position of a particle, relative to the largest diameter
+MOST_STRESS = 1.0  # of a nodal value of the log-conformation
+SMALLEST = 2e-3  # step, relative to the distance to the target, below which natural continuation stops
+# Factor by which a parameter changes above which a solve begins with a new matrix, at the predicted state. That of the
+# last solution would contract by 0.14 where a distance changes by a fifth, one of the predicted state does by 0.01.
+FAR = 1.05
+EASY, HARD = 4, 8  # numbers of Newton iterations up to which the step is doubled, and from which it is halved
+MOST_RELAXED = 3  # consecutive steps by pseudo-time; without a limit they could approach a fold in ever smaller steps
+ARC = 0.1  # first step of the arc length
+MOST_ARCS = 60  # steps of the arc length
+COLD_CAPILLARY = 0.01
+STIFFER = (1.0, 0.2, 0.04, 0.008)  # factors of Ca_e that are tried in turn for the first solution
+
+
+def cold_start(parameters: Parameters) -> Parameters:
+    """Nearly rigid particles in an easier liquid, for which spheres in the developed flow are a good first guess."""
+    largest = max(parameters.Ca_es, default=0.0)
+    factor = min(1.0, COLD_CAPILLARY / largest) if largest else 1.0
+    return replace(parameters.softer(factor), liquid=parameters.liquid.easier())
+
+
+def begin(steady: Steady) -> None:
+    """Find a first solution, at the present parameters of the scene (see `cold_start`) or for stiffer spheres.
+
+    Stiffer spheres are tried because the deformation at a given Ca_e increases as the gaps narrow.
+
+    Raises:
+        NoSteadyState: No solution was found.
+    """
+    wanted = steady.parameters
+    # From the developed flow Newton's method does not find the flow of a thinning liquid through a narrow gap.
+    liquid = wanted.liquid
+    steady.place_undeformed(at_rest=not liquid.modes and not liquid.newtonian)
+    for factor in STIFFER if any(wanted.Ca_es) else (1.0,):
+        report = steady.solve(wanted.softer(factor))
+        if report.converged:
+            break
+    if not report.converged and steady.parameters.liquid.modes:
+        report = relax(steady, steady.parameters)
+    if not report.converged:
+        message = f"no solution was found from undeformed spheres at {where(steady.parameters)}: {report.reason}"
+        raise NoSteadyState(message, advice="a larger mesh.Np")
+    if steady.distorted():
+        new_mesh(steady)
+
+
+def new_mesh(steady: Steady, *, afresh: bool = False) -> None:
+    """Solve at the same parameters on a new mesh.
+
+    Args:
+        steady: The scene, at a solution.
+        afresh: Whether a mesh around undeformed spheres is tried even if an earlier one was too distorted.
+
+    Raises:
+        NoSteadyState: No solution was found on the new mesh.
+        MeshFailure: The mesh could not be generated.
+    """
+    steady.remesh(afresh=afresh)
+    report = steady.solve(steady.parameters)
+    if not report.converged and steady.parameters.liquid.modes:
+        report = relax(steady, steady.parameters)
+    if not report.converged:
+        message = f"no solution was found after remeshing at {where(steady.parameters)}: {report.reason}"
+        raise NoSteadyState(message, advice="a larger mesh.Np")
+
+
+def reach(steady: Steady, tangent: Array, rates: Array) -> float:
+    """Largest step along a tangent, limited by the changes of distances, shapes and log-conformation.
+
+    Args:
+        steady: The scene, at a solution.
+        tangent: Derivative of y along the line, shape (n_y,).
+        rates: Derivatives of the distances along the line, shape (N-1,).
+    """
+    fields = steady.constraints.fields
+    step = min(
+        (MOST_APART * d / abs(rate) for d, rate in zip(steady.parameters.gaps, rates, strict=True) if rate),
+        default=np.inf,
+    )
+    for name, most in (("h", MOST_SHAPE * max(steady.problem.betas, default=0.0)), ("s", MOST_STRESS)):
+        rate = tangent[fields[name]] if name in fields else np.empty(0)
+        if rate.size and (largest := float(np.abs(rate).max())) > 0:
+            step = min(step, most / largest)
+    return float(step)
+
+
+def follow(steady: Steady, target: Parameters) -> None:
+    """Continue the solution of a scene to other parameters, with tangent predictors.
+
+    Args:
+        steady: The scene, at a solution. It is left at the target, or at the last solution in case of failure.
+        target: Parameters to reach.
+
+    Raises:
+        NoSteadyState: The branch has a fold before the target, or Newton's method failed. The message contains the
+            parameters reached.
+    """
+    start = steady.parameters
+    if start == target:
+        return
+    along = partial(start.towards, target)
+    tau, longest, refused, relaxed = 0.0, 1.0, "", 0
+    while tau < 1.0:
+        steady.factor()
+        if replace(start, gaps=target.gaps) == target:
+            tangent = np.subtract(target.gaps, start.gaps) @ steady.gap_tangents()
+        else:
+            tangent = steady.tangent(lambda change, at=tau: along(at + change))  # type: ignore[misc]
+        step = min(longest, reach(steady, tangent, np.subtract(target.gaps, start.gaps)))
+        if step > 0.9 * (1.0 - tau):
+            step = 1.0 - tau
+        while True:
+            to = 1.0 if tau + step > 1 - 1e-9 else tau + step
+            there, before = along(to), steady.snapshot
+            try:
+                guess = prepared(steady, there, steady.y + (to - tau) * tangent)
+                if _far(before.parameters, there):
+                    steady.forget()
+                report = steady.solve(there, guess)
+                refused = report.reason
+                if report.converged:
+                    longest = step * (2.0 if report.iterations <= EASY else 1.0 if report.iterations < HARD else 0.5)
+                    relaxed = 0
+                    break
+            except MeshFailure as failure:
+                refused = str(failure)
+            steady.recall(before)
+            step /= 3
+            if step < SMALLEST:
+                elastic, relaxed = bool(target.liquid.modes), relaxed + 1
+                if elastic and relaxed <= MOST_RELAXED and relax(steady, there).converged:
+                    longest = 3 * SMALLEST
+                    break
+                raise _lost(steady, target, refused)
+        tau = to
+
+
+def _far(here: Parameters, there: Parameters) -> bool:
+    """Whether a step is so long that the matrix of the last solution is not used at the new parameters."""
+    pairs = zip(*((*at.gaps, *at.Ca_es, *at.liquid.numbers.values()) for at in (here, there)), strict=True)
+    return any(max(old / new, new / old) > FAR for old, new in pairs if old and new)
+
+
+def _lost(steady: Steady, target: Parameters, refused: str) -> NoSteadyState:
+    """Error that says why the continuation stopped: at a fold, or since Newton's method failed with `refused`."""
+    reached = steady.parameters
+    fold, last = None, steady.snapshot
+    if any(target.Ca_es):
+        with suppress(MeshFailure, NoSteadyState):
+            fold = find_fold(steady, target)
+        steady.recall(last)
+    if fold is not None and fold.passed:
+        return NoSteadyState(
+            f"the branch of steady shapes has a fold at {where(fold.parameters)} and does not reach {where(target)}"
+        )
+    message = f"the continuation to {where(target)} stopped at {where(reached)}: {refused}"
+    return NoSteadyState(message, advice="a larger mesh.Np")
+
+
+def prepared(steady: Steady, there: Parameters, guess: Array) -> Array:
+    """Prepare the mesh for a predicted solution: remesh if the present mesh would be too distorted there.
+
+    Args:
+        steady: The scene.
+        there: Parameters of the predicted solution.
+        guess: Predicted unknowns on the present mesh, shape (n_y,).
+
+    Returns:
+        The predicted unknowns on the present or the new mesh.
+
+    Raises:
+        MeshFailure: A cell is inverted in the predicted state, or no new mesh could be generated.
+    """
+    if steady.folded(there, guess):
+        raise MeshFailure("a cell is inverted in the predicted state")
+    if steady.distorted(there, guess):
+        steady.remesh(there, guess)
+        return steady.y
+    return guess
+
+
+def where(parameters: Parameters) -> str:
+    """Parameters as text, such as "De = 1, Ca_e = 0.1, d = 0.05"."""
+
+    def shown(values: tuple[float, ...]) -> str:
+        return ", ".join(f"{v:.5g}" for v in dict.fromkeys(values))
+
+    parts = [f"De = {parameters.De:.5g}"] if parameters.De else []
+    parts += [f"Ca_e = {shown(parameters.Ca_es)}"] if any(parameters.Ca_es) else []
+    parts += [f"d = {shown(parameters.gaps)}"] if parameters.gaps else []
+    return ", ".join(parts)
+
+
+@dataclass(frozen=True)
+class Fold:
+    """A fold (turning point) of a branch.
+
+    Attributes:
+        parameters: Parameters at the fold, or at the last solution if the fold was not passed.
+        passed: Whether solutions beyond the fold were found.
+    """
+
+    parameters: Parameters
+    passed: bool
+
+
+def find_fold(steady: Steady, target: Parameters) -> Fold:
+    """Search for a fold by pseudo-arclength continuation (Keller 1977), until the parameter turns back.
+
+    Args:
+        steady: The scene, at a solution before the fold.
+        target: Parameters beyond the fold; the branch is followed along the line towards them.
+
+    Raises:
+        NoSteadyState: The matrix is singular at a solution.
+        MeshFailure: A mesh could not be generated.
+    """
+    along = partial(steady.parameters.towards, target)
+    tau, direction, arc = 0.0, 1.0, ARC
+    places: list[tuple[float, float]] = [(0.0, 0.0)]
+    most = MOST_SHAPE * max(steady.problem.betas)
+    old: Array | None = None
+    for _ in range(MOST_ARCS):
+        steady.factor()
+        slope = steady.tangent(lambda change, at=tau: along(at + change))  # type: ignore[misc]
+        # The arc length is defined by the shapes, which do not depend on the mesh of the liquid, and the parameter.
+        shape = steady.constraints.fields["h"]
+        weight = 1 / (most**2 * len(shape))
+        length = float(np.sqrt(weight * slope[shape] @ slope[shape] + 1))
+        slope, tau_s = slope / length, 1 / length
+        if old is not None and weight * float(slope[shape] @ old) + tau_s * direction < 0:
+            slope, tau_s = -slope, -tau_s
+        arc = min(arc, most / max(float(np.abs(slope[shape]).max()), 1e-9))
+        before, value = steady.snapshot, weight * float(slope[shape] @ steady.y[shape]) + tau_s * tau
+        while True:
+            at, found, count = tau + arc * tau_s, None, 0
+            try:
+                guess = prepared(steady, along(at), steady.y + arc * slope)
+                row = np.zeros(steady.constraints.size)
+                row[steady.constraints.fields["h"]] = weight * slope[shape]
+                found, count = solve_with(steady, along, at, guess, row, tau_s, value + arc)
+            except MeshFailure:
+                pass
+            if found is not None:
+                break
+            steady.recall(before)
+            arc /= 2
+            if arc < ARC / 500:
+                return Fold(steady.parameters, False)
+        places.append((places[-1][0] + arc, found))
+        tau, old, direction = found, slope[shape], tau_s
+        if len(places) >= 3 and tau < places[-2][1]:
+            (s0, t0), (s1, t1), (s2, t2) = places[-3:]
+            a, b, c = np.polyfit([s0, s1, s2], [t0, t1, t2], 2)
+            return Fold(along(float(c - b * b / (4 * a))), True)
+        if tau >= 1:
+            return Fold(steady.parameters, False)
+        if count <= EASY:
+            arc *= 1.5
+    return Fold(steady.parameters, False)

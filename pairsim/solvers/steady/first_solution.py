@@ -1,0 +1,131 @@
+"""First quasi-steady solution of a branch: at once from undeformed spheres, from a scout, or by continuation.
+
+See "First solution" and "Continuation" in docs/explanation/numerics.md.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+
+from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.problems import SteadyProblem
+from pairsim.solvers.steady.continuation import begin, cold_start, follow, prepared
+from pairsim.solvers.steady.scene import Steady
+
+# Factor by which the cells of the coarser mesh are larger, on which the error estimate is checked; chosen.
+COARSER = 2**0.5
+FEWEST_CELLS = 4  # on a half-circle; chosen
+# The continuation to the first parameters takes many solutions that are not reported. It is done on cells larger by
+# this factor, with at least SCOUT_CELLS cells on a half-circle, and not solved better than its cells are; all chosen.
+SCOUT, SCOUT_CELLS, SCOUT_TOLERANCE = 2.0, 8, 1e-4
+# Distortion above which a solution from undeformed spheres is taken as it is, more than LEAST_STEADY, below which
+# a mesh is made around deformed shapes; chosen. Such a mesh should not depend on how the shapes were found.
+SLIGHT = 0.75
+
+
+def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -> SteadyProblem:
+    """The same problem on cells larger by a factor, with at least `fewest` cells on each half-circle."""
+    return replace(problem, mesh=problem.mesh.scaled(factor, fewest))
+
+
+def walked(problem: SteadyProblem, parameters: Parameters) -> Steady:
+    """Create a scene at given parameters by continuation from an easier liquid and nearly rigid particles.
+
+    Raises:
+        NoSteadyState: The continuation did not reach the parameters.
+        MeshFailure: A mesh could not be generated.
+    """
+    scene = Steady(problem, cold_start(parameters))
+    try:
+        begin(scene)
+        follow(scene, parameters)
+    except (NoSteadyState, MeshFailure):
+        scene.close()
+        raise
+    return scene
+
+
+def started(problem: SteadyProblem, parameters: Parameters, scout: Steady) -> Steady:
+    """Create a scene at given parameters, from a solution on another mesh or else by continuation (see `walked`).
+
+    Args:
+        problem: The problem.
+        parameters: Parameters at which to solve.
+        scout: The same scene on another mesh, at a solution for these parameters.
+
+    Raises:
+        NoSteadyState: No solution was found.
+        MeshFailure: A mesh could not be generated.
+    """
+    scene = Steady(problem, parameters)
+    if adopted(scene, parameters, scout):
+        return scene
+    scene.close()
+    return walked(problem, parameters)
+
+
+def at_once(scene: Steady) -> bool:
+    """Solve for the parameters of a new scene from spheres in a liquid at rest, without a memory and little thinning.
+
+    Measured for beta 0.2, 0.4 and 0.6 and distances of 0.02 to 0.5: it converges up to Ca_e 0.2, 0.1 and 0.05.
+
+    Returns:
+        Whether there is a solution, on a mesh that it distorts slightly.
+    """
+    if scene.parameters.liquid.easier() != scene.parameters.liquid or scene.parameters.liquid.modes:
+        return False
+    scene.place_undeformed(at_rest=True)
+    if scene.solve(scene.parameters).converged and not scene.distorted(least=SLIGHT):
+        return True
+    scene.forget()
+    return False
+
+
+def adopted(scene: Steady, parameters: Parameters, scout: Steady) -> bool:
+    """Solve at given parameters from a solution of the same scene on another mesh.
+
+    Returns:
+        Whether there is a solution.
+    """
+    with suppress(MeshFailure):
+        scene.adopt(scout)
+        return scene.solve(parameters, prepared(scene, parameters, scene.y)).converged
+    return False
+
+
+def first_scene(problem: SteadyProblem, parameters: Parameters, scout: Steady | None) -> Steady:
+    """Create a scene at given parameters: from a solution on larger cells if one is given, at once, or from a scout.
+
+    Raises:
+        NoSteadyState: No solution was found.
+        MeshFailure: A mesh could not be generated.
+    """
+    try:
+        scene = Steady(problem, parameters)
+        if scout is None and at_once(scene):
+            return scene
+        scout = scout or _scout(problem, parameters)
+        found = scout is not None and adopted(scene, parameters, scout)
+        if scout is not None:
+            scene.take_over_costs(scout)
+    finally:
+        if scout is not None:
+            scout.close()
+    if found:
+        return scene
+    scene.close()
+    other = walked(problem, parameters)
+    other.take_over_costs(scene)
+    return other
+
+
+def _scout(problem: SteadyProblem, parameters: Parameters) -> Steady | None:
+    """The scene on larger cells, at a rough solution; None where it is not needed or was not found."""
+    if cold_start(parameters) == parameters:
+        return None
+    rough = replace(problem, newton=replace(problem.newton, tolerance=SCOUT_TOLERANCE))
+    with suppress(NoSteadyState, MeshFailure):
+        return walked(coarser(rough, SCOUT, SCOUT_CELLS), parameters)
+    return None

@@ -1,0 +1,82 @@
+"""The residual of a quasi-steady scene that moves: with the terms that holding the distances drops.
+
+Holding the distances drops the velocity with which the particles' surfaces deform, the viscous stress inside them, the
+velocity of the mesh relative to the particles, and the rate of s = log c. Given the rates of distances and unknowns,
+they are put back.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from pairsim.runtime.arrays import Array
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.scene import DIFFERENCE, Steady
+
+
+def moving_residual(
+    steady: Steady,
+    parameters: Parameters,
+    y: Array,
+    y_t: Array,
+    rates: Array,
+    *,
+    stress: bool = True,
+    solids: bool = True,
+) -> Array:
+    """The complete residual of a scene at given rates, shape (n_y,); the forms are left at the given parameters.
+
+    Args:
+        steady: The scene.
+        parameters: Its parameters.
+        y: Free unknowns, shape (n_y,).
+        y_t: Their rates, seen by observers who move with the particles, shape (n_y,).
+        rates: Rates of the distances [U_av], shape (N-1,).
+        stress: Whether the stress of the polymer has a rate, too; otherwise it follows the surfaces at once.
+        solids: Whether viscous solids have their stress.
+    """
+    scene, constraints = steady.scene, steady.constraints
+    h_t = _undeformed_rates(steady, parameters, rates) + constraints.M @ y_t
+    steady.apply(parameters)
+    h, x = steady.newton.state(y)
+    liquid, U, means = scene.liquid, y[constraints.fields["U_p"]], []
+    for body, at in zip(steady.bodies, scene.nodes.interfaces, strict=True):
+        if body.phase is None:
+            means.append(float(h_t[body.start]))
+            continue
+        moved = body.displacement(h_t)
+        means.append(body.quadrature.mean(moved[:, 0], body.phase.six_node_mesh.points + body.displacement(h)))
+        for c in range(2):
+            x[liquid.index("u", at, c)] += moved[body.nodes, c] - (means[-1] if c == 0 else 0.0)
+    if solids:
+        scene.set_solid_rates(scene.with_displacements(x, h - h_t), 1.0)
+    if scene.material.modes and stress:
+        x_t = constraints.N @ y_t + constraints.C @ h_t
+        vertices = liquid.six_node_mesh.vertices
+        # The mesh goes with the particles by what is left of U without the motion of their surfaces: all of it where
+        # distances are held, the common velocity where they change at the rates that belong to U.
+        still = y.copy()
+        still[constraints.fields["U_p"]] = U - means
+        frames = (constraints.N @ still)[liquid.index("w", vertices, 0)], np.zeros(len(vertices))
+        for c, frame in enumerate(frames):
+            x[liquid.index("w", vertices, c)] = frame + x_t[liquid.index("eta", vertices, c)]
+        star = x[: liquid.size].copy()
+        start, stop = liquid.offsets["s"], liquid.offsets["s"] + liquid.nodal("s", x).size
+        star[start:stop] -= x_t[start:stop]
+        liquid.set_star(star)
+        liquid.constants["rate"].value = 1.0
+    residual = steady.newton.reduce(x)
+    steady.apply(parameters)
+    return residual
+
+
+def _undeformed_rates(steady: Steady, parameters: Parameters, rates: Array) -> Array:
+    """Rates of the positions of undeformed particles, shape (n_h,), which are linear in the distances."""
+    fastest = float(np.abs(rates).max(initial=0.0))
+    if fastest == 0.0:
+        return np.zeros(steady.scene.h_size)
+    step = DIFFERENCE * rates / fastest
+    ends = [steady.h_star(replace(parameters, gaps=tuple(np.add(parameters.gaps, s * step)))) for s in (1, -1)]
+    return np.asarray(fastest * (ends[0] - ends[1]) / (2 * DIFFERENCE))

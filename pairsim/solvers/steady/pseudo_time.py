@@ -1,0 +1,57 @@
+"""Pseudo-transient continuation of quasi-steady scenes, for parameters at which Newton's method fails.
+
+Method: Kelley and Keyes (1998), with the time derivative of the log-conformation alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from pairsim.runtime.signals import heed
+from pairsim.solvers.nonlinear.newton import Report
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.scene import Steady
+
+# First and last step of pseudo-time in relaxation times, chosen. The step is doubled each time, in eleven steps.
+RELAX_FIRST, RELAX_LAST = 0.1, 200.0
+MOST_RELAXED = 40  # steps; chosen
+
+
+def relax(steady: Steady, parameters: Parameters) -> Report:
+    """Solve by pseudo-time: implicit steps of increasing size in s, with all other equations in equilibrium.
+
+    Args:
+        steady: A scene in a viscoelastic liquid, at a solution, which is the first guess. It is left at the new
+            solution, or at its previous parameters in case of failure.
+        parameters: Parameters at which to solve.
+
+    Returns:
+        Report of the last step.
+    """
+    newton = steady.newton
+    h_star, y, dt = steady.apply(parameters), steady.y, RELAX_FIRST * parameters.liquid.longest
+    steady.forget()
+    liquid = steady.scene.liquid
+    for _ in range(MOST_RELAXED):
+        heed()
+        liquid.constants["rate"].value = 1 / dt if dt < RELAX_LAST * parameters.liquid.longest else 0.0
+        _, x = newton.state(y)
+        liquid.set_star(x[: liquid.size])
+        newton.forget()
+        new, report = newton.solve(y, h_star, 1.0, 0.0)
+        steady.iterations += report.iterations
+        steady.factorisations += report.factorisations
+        if report.converged and steady.distortion_of(*newton.state(new)) > 0:
+            y = new
+            if liquid.constants["rate"].value == 0.0:
+                steady.y, steady.parameters = y, parameters
+                return report
+            dt *= 2.0
+        else:
+            dt /= 4
+            if dt < 1e-3 * RELAX_FIRST * parameters.liquid.longest:
+                break
+    # If the stress grows without bound, every step may converge without a steady state being reached.
+    steady.apply(steady.parameters)
+    reason = "no steady state was reached in pseudo-time" if report.converged else report.reason
+    return replace(report, converged=False, reason=reason)

@@ -1,0 +1,401 @@
+"""Quasi-steady scenes: distances are prescribed, and time derivatives at fixed X are dropped.
+
+Shapes, stresses, flow and velocities are solved for together; see "Quasi-steady solutions" in
+docs/explanation/numerics.md. `Steady` also provides the tangents and the remeshing that continuation needs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from pairsim.fem import diagnostics
+from pairsim.fem.constraints import Constraints
+from pairsim.fem.diagnostics import Observation
+from pairsim.fem.geometry import Geometry, Reference
+from pairsim.fem.remeshing import needs_mesh
+from pairsim.fem.scene import Scene
+from pairsim.fem.scene_constraints import steady_base, steady_constraints
+from pairsim.physics.pipe import PipeState
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.clock import Clock
+from pairsim.runtime.errors import NoSteadyState
+from pairsim.runtime.signals import heed
+from pairsim.solvers.mesh_transfer import carry_particles, free_unknowns
+from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene, cut_particles
+from pairsim.solvers.nonlinear.factors import LAST
+from pairsim.solvers.nonlinear.newton import Report
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.problems import SteadyProblem
+from pairsim.solvers.steady.developed_flow import DevelopedFlows
+from pairsim.solvers.steady.snapshot import Snapshot
+
+# Step of the central differences that approximate derivatives with respect to parameters. Chosen; sensitivities agree
+# with neighbouring solutions to 1e-3.
+DIFFERENCE = 1e-5
+# Distortions at which a mesh is replaced and a mesh around spheres is accepted; stricter than in time, since near the
+# end of a branch distorted cells let rims buckle too early: at Ca_e 0.14 instead of 0.16 (beta 0.4, d 0.1).
+LEAST_STEADY, FRESH_STEADY = 0.6, 0.75
+
+
+class Steady(OnMeshedScene):
+    """A quasi-steady scene at one set of parameters.
+
+    Args:
+        problem: The problem.
+        parameters: Initial parameters. Rigid particles remain rigid, and materials keep their laws.
+
+    Attributes:
+        parameters: Parameters of the last solution, or of the first guess.
+        y: Free unknowns of the last solution, or the first guess, shape (n_y,); zero at first.
+        iterations: Number of Newton iterations.
+        factorisations: Number of factorisations.
+
+    Raises:
+        MeshFailure: The first mesh could not be generated.
+        NoSteadyState: There is no developed flow of the initial liquid.
+    """
+
+    def __init__(self, problem: SteadyProblem, parameters: Parameters) -> None:
+        self.problem, self.parameters = problem, parameters
+        self.clock = Clock()
+        self._flows = DevelopedFlows(problem.flow)
+        self.iterations = self.factorisations = 0
+        # Parameters at which a mesh around spheres was last found to be too distorted.
+        self._refused: Parameters | None = None
+        # State at which the matrix was factorised: y and parameters.
+        self._factored: tuple[Array, Parameters] | None = None
+        self._gap_tangents: Array | None = None
+        geometry = Geometry(problem.betas, parameters.gaps, problem.length)
+        narrowest = tuple(min(d, problem.narrowest) for d in parameters.gaps)
+        with self.clock("mesh"):
+            outlines, insides = cut_particles(problem.mesh, geometry, narrowest, parameters.solids)
+        self.meshed = MeshedScene(
+            problem,
+            outlines,
+            insides,
+            parameters.solids,
+            liquid=parameters.liquid,
+            steady=True,
+            constrain=self._constrain,
+            clock=self.clock,
+        )
+        self._sphere_points: list[Array | None] = [
+            None if b.phase is None else b.phase.mesh.geometry.x.copy() for b in self.bodies
+        ]
+        self.meshed.put(Reference.spheres(replace(geometry, gaps=problem.nominal(parameters.gaps)), outlines))
+        self.y = np.zeros(self.constraints.size)
+
+    # Meshes
+
+    def _constrain(self, meshed: MeshedScene) -> Constraints:
+        """Constraints on a new mesh; discards the factors."""
+        constraints = self._constraints_on(meshed)
+        self._untouched, self._factored = constraints.base.copy(), None
+        return constraints
+
+    def _constraints_on(self, meshed: MeshedScene) -> Constraints:
+        return steady_constraints(meshed.scene)
+
+    @property
+    def meshes(self) -> int:
+        """Number of meshes generated so far."""
+        return self.meshed.made
+
+    def remesh(self, parameters: Parameters | None = None, y: Array | None = None, *, afresh: bool = False) -> None:
+        """Remesh the liquid for a state, and interpolate the state to the new mesh as a first guess.
+
+        Args:
+            parameters: Parameters of the state, by default those of the solution.
+            y: Free unknowns of the state, by default the solution; no cell may be inverted.
+            afresh: Whether a mesh around spheres is tried even if an earlier one was too distorted.
+
+        Raises:
+            MeshFailure: The mesh could not be generated.
+        """
+        parameters = parameters or self.parameters
+        old_y = self.y if y is None else y
+        old, (h, x) = self.scene, self._state_at(parameters, old_y)
+        geometry, material = self.meshed.geometry_at(h), old_y[self.meshed.material]
+        spheres = None
+        if afresh or not self._as_refused(parameters):
+            # Meshes around spheres are made for the distances of `SteadyProblem.nominal` only.
+            spheres = replace(geometry, gaps=self.problem.nominal(parameters.gaps))
+
+        def good_enough(distortion: float) -> bool:
+            shape = self._shape_alone(distortion, parameters, FRESH_STEADY)
+            self._refused = None if shape >= FRESH_STEADY else parameters
+            return self._refused is None
+
+        self.meshed.remesh(h, geometry, spheres, good_enough)
+        self.parameters = parameters
+        self.y = self._carried_over(old, x, h, material)
+
+    def _as_refused(self, there: Parameters) -> bool:
+        """Whether particles are at least as soft and close as those that last required a mesh around their shapes."""
+        last = self._refused
+        if last is None or there.De > last.De:
+            return False
+        closer = all(d <= before for d, before in zip(there.gaps, last.gaps, strict=True))
+        return closer and all(Ca_e >= before for Ca_e, before in zip(there.Ca_es, last.Ca_es, strict=True))
+
+    def _shape_alone(self, distortion: float, parameters: Parameters, least: float) -> float:
+        """Distortion of a mesh around spheres by the shapes alone, without the change of the distances.
+
+        A mesh that only follows the distance of spheres remains accurate and symmetric; deformed shapes alone are a
+        reason to replace it. Distortions of at least `least` are returned unchanged.
+        """
+        if distortion >= least or self.scene.reference.deformed:
+            return distortion
+        undeformed = diagnostics.liquid_distortion(self.scene, self.meshed.displaced(self.h_star(parameters)))
+        return distortion / min(1.0, undeformed) if undeformed > 0 else distortion
+
+    def adopt(self, other: Steady) -> None:
+        """Interpolate the solution of the same scene on another mesh as first guess.
+
+        Args:
+            other: The other scene, at a solution.
+        """
+        h, x = other.state()
+        displaced = h - other.h_star(other.parameters)
+        there, p_s = carry_particles(other.scene, x, displaced, self.bodies)
+        y, entry = np.zeros(self.constraints.size), self.constraints.M.tocoo()
+        y[entry.col] = there[entry.row]
+        y[self.constraints.fields["U_p"]] = other.y[other.constraints.fields["U_p"]]
+        if "p_s" in self.constraints.fields:
+            y[self.constraints.fields["p_s"]] = p_s
+        h = self.h_star(other.parameters) + self.constraints.M @ y
+        self.parameters = other.parameters
+        self._flows.learn(other._flows)
+        self.y = self._carried_over(other.scene, x, h, y[self.meshed.material])
+
+    def take_over_costs(self, other: Steady) -> None:
+        """Add the iterations, factorisations, meshes and times of another scene to those of this one."""
+        self.iterations += other.iterations
+        self.factorisations += other.factorisations
+        self.meshed.made += other.meshes
+        for name, seconds in other.clock.seconds.items():
+            self.clock.seconds[name] += seconds
+
+    def forget_costs(self) -> None:
+        """Reset the counters and times to zero."""
+        self.iterations = self.factorisations = self.meshed.made = 0
+        self.clock.seconds.clear()
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The present solution and its mesh."""
+        return Snapshot(self.parameters, self.y, self.scene.reference, self.scene.liquid.six_node_mesh)
+
+    def recall(self, snapshot: Snapshot) -> None:
+        """Restore a stored solution and its mesh."""
+        if snapshot.mesh is not self.scene.liquid.six_node_mesh:
+            self.meshed.put(snapshot.reference, snapshot.mesh)
+        self.parameters, self.y = snapshot.parameters, snapshot.y
+
+    def _carried_over(self, old: Scene, x: Array, h: Array, material: Array) -> Array:
+        """Free unknowns of the old solution interpolated to the new mesh."""
+        new = self.meshed.carried(old, x, h)
+        y = free_unknowns(self.constraints, new)
+        y[self.meshed.material] = material
+        if self.scene.dp is not None:
+            assert old.dp is not None
+            y[self.constraints.fields["dp"]] = x[old.dp]
+        if len(self.scene.F):
+            y[self.constraints.fields["F"]] = x[old.F]
+        return y
+
+    def place_undeformed(self, *, at_rest: bool = False) -> None:
+        """Take undeformed spheres as first guess, in the developed flow or in a liquid at rest.
+
+        Without flow and pressure the matrix has no shape derivatives of them. The first iteration is then Stokes flow
+        past spheres with their deformation to first order in Ca_e; from a flow that crosses the particles it does not
+        converge where they are soft. In the developed flow the velocity on the axis is reduced by the Faxen correction
+        2/3 beta^2 of a sphere in Poiseuille flow, unless it is prescribed.
+
+        Args:
+            at_rest: Whether the liquid is at rest; only in liquids without modes.
+        """
+        liquid, constraints, fixed = self.scene.liquid, self.constraints, self.problem.velocity
+        x, velocity = self.meshed.displaced(self.h_star(self.parameters)), 0.0
+        if not at_rest:
+            nodes = np.arange(len(liquid.six_node_mesh.points))
+            if self.scene.material.newtonian:
+                u = self.problem.boundary_velocity(liquid.six_node_mesh.points)
+                for c in range(2):
+                    x[liquid.index("u", nodes, c)] = u[:, c]
+            else:
+                self.scene.prescribe(x, nodes, self.developed_flow)
+            on_axis = self.problem.boundary_velocity(np.zeros((1, 2)))[0, 0]
+            velocity = on_axis * (1 - 2 / 3 * max(self.problem.betas, default=0.0) ** 2)
+        self.y = free_unknowns(constraints, x)
+        self.y[constraints.fields["U_p"]] = velocity if fixed is None else fixed
+
+    # Parameters
+
+    def h_star(self, parameters: Parameters) -> Array:
+        """Material positions h* of undeformed spheres at the distances of the parameters, shape (n_h,)."""
+        betas = tuple(beta * parameters.size for beta in self.problem.betas)
+        centres = Geometry(betas, parameters.gaps, self.problem.length).centres
+        h = np.zeros(self.scene.h_size)
+        for body, centre in zip(self.bodies, centres, strict=True):
+            h[body.start : body.start + body.size : 2] = centre
+        return h
+
+    def apply(self, parameters: Parameters) -> Array:
+        """Set forms and constraints to the given parameters.
+
+        Returns:
+            Material positions h* of undeformed spheres, shape (n_h,).
+        """
+        scene, base = self.scene, self.constraints.base
+        base[:] = self._untouched if parameters.size == 1.0 else steady_base(scene, parameters.size)
+        for body, points, solid in zip(self.bodies, self._sphere_points, parameters.solids, strict=True):
+            if body.phase is not None and points is not None and solid is not None:
+                body.phase.become(solid)
+                body.phase.mesh.geometry.x[:] = points * parameters.size
+        scene.liquid.become(parameters.liquid)
+        for phase in scene.phases:
+            if "rate" in phase.constants:
+                phase.constants["rate"].value = 0.0
+        if not (scene.material.newtonian or scene.periodic):
+            scene.prescribe_ends(base, self._flows.at(parameters.liquid))
+        h_star = self.h_star(parameters)
+        self.newton.place(h_star)
+        return h_star
+
+    def state(self) -> tuple[Array, Array]:
+        """Material positions h and full vector x of the solution; sets the forms to its parameters."""
+        return self._state_at(self.parameters, self.y)
+
+    def _state_at(self, parameters: Parameters, y: Array) -> tuple[Array, Array]:
+        self.apply(parameters)
+        return self.newton.state(y)
+
+    # Solving
+
+    def solve(self, parameters: Parameters, guess: Array | None = None) -> Report:
+        """Solve at given parameters. On success `parameters` and `y` are updated.
+
+        Args:
+            parameters: Parameters at which to solve.
+            guess: First guess, by default the last solution, shape (n_y,).
+
+        Raises:
+            NoSteadyState: There is no developed flow of this liquid.
+            KeyboardInterrupt: A signal was received.
+        """
+        heed()
+        h_star, self._factored = self.apply(parameters), None
+        y, report = self.newton.solve(self.y if guess is None else guess, h_star, 1.0, 0.0)
+        self.iterations += report.iterations
+        self.factorisations += report.factorisations
+        if report.converged and self.distortion_of(*self.newton.state(y)) <= 0:
+            report = replace(report, converged=False, reason="a cell is inverted")
+            self.newton.forget()
+        if report.converged:
+            self.y, self.parameters = y, parameters
+        return report
+
+    def forget(self) -> None:
+        """Discard the factors."""
+        self.newton.forget()
+        self._factored = None
+
+    def distortion_of(self, h: Array, x: Array) -> float:
+        """Smallest ratio of current to reference Jacobian in the liquid; zero or negative if any cell is inverted."""
+        solid = diagnostics.solid_distortion(self.bodies, h)
+        return diagnostics.liquid_distortion(self.scene, x) if solid > 0 else 0.0
+
+    def distorted(
+        self, parameters: Parameters | None = None, y: Array | None = None, least: float = LEAST_STEADY
+    ) -> bool:
+        """Whether a state, by default the solution, requires a new mesh, as the distortion is below the least."""
+        parameters = parameters or self.parameters
+        h, x = self._state_at(parameters, self.y if y is None else y)
+        reference = self.scene.reference
+        if not reference.deformed and self.problem.nominal(parameters.gaps) != reference.geometry.gaps:
+            return True
+        gaps = diagnostics.gaps(self.bodies, h)
+        distortion = self.distortion_of(h, x)
+        if self.scene.moving:
+            distortion = self._shape_alone(distortion, parameters, least)
+        return needs_mesh(distortion, gaps, reference.geometry.gaps, least)
+
+    def folded(self, parameters: Parameters, y: Array) -> bool:
+        """Whether a cell of the mesh is inverted in a state."""
+        return self.distortion_of(*self._state_at(parameters, y)) <= 0
+
+    def factor(self) -> None:
+        """Assemble the matrix at the solution for tangents, and factorise it unless the factors in hand serve.
+
+        One iteration with it takes away what those with the matrices of earlier iterates have left.
+
+        Raises:
+            NoSteadyState: The matrix is singular.
+        """
+        self.apply(self.parameters)
+        if self._factored is not None and self._factored[0] is self.y and self._factored[1] == self.parameters:
+            return
+        before = self.newton.factorisations
+        regular = self.newton.linearise_at(self.y)
+        self.factorisations += self.newton.factorisations - before
+        if not regular:
+            raise NoSteadyState("Newton's matrix is singular at the solution", advice="a larger mesh.Np")
+        self.y = self.y - self.newton.linear_solve(self.newton.residual_at(self.y), tolerance=LAST)
+        self.iterations += 1
+        self._factored, self._gap_tangents = (self.y, self.parameters), None
+
+    def residual_change(self, along: Callable[[float], Parameters]) -> Array:
+        """Derivative dR/dtau at fixed y along a line of parameters by a central difference, shape (n_y,).
+
+        Args:
+            along: Parameters as a function of tau, the present ones at tau = 0; tau is of order one.
+        """
+        ends = []
+        for tau in (DIFFERENCE, -DIFFERENCE):
+            self.apply(along(tau))
+            ends.append(self.newton.residual_at(self.y))
+        self.apply(self.parameters)
+        return (ends[0] - ends[1]) / (2 * DIFFERENCE)
+
+    def tangent(self, along: Callable[[float], Parameters]) -> Array:
+        """Derivative dy/dtau along a line of parameters, shape (n_y,); `factor` must have been called."""
+        return -self.newton.linear_solve(self.residual_change(along))
+
+    def gap_tangents(self) -> Array:
+        """Derivatives of y with respect to each distance, shape (N-1, n_y); `factor` must have been called."""
+        if self._gap_tangents is None:
+            lines = [partial(self.parameters.with_longer_gap, i) for i in range(len(self.parameters.gaps))]
+            changes = np.array([self.residual_change(line) for line in lines]).reshape(-1, len(self.y))
+            self._gap_tangents = -self.newton.linear_solve(changes) if lines else changes
+        return self._gap_tangents
+
+    def residual(self) -> Array:
+        """Residual at the solution, shape (n_y,)."""
+        self.apply(self.parameters)
+        return self.newton.residual_at(self.y)
+
+    def velocity_row(self) -> Array:
+        """Coefficients c, shape (n_y,), with c . y the velocity of the last particle relative to the first one."""
+        row = np.zeros(self.constraints.size)
+        row[self.constraints.fields["U_p"][[0, -1]]] = -1.0, 1.0
+        return row
+
+    def observe(self) -> Observation:
+        """Quantities evaluated from the solution."""
+        h, x = self.state()
+        without_particles = self.developed_flow.gradient * self.problem.length
+        return diagnostics.observe(self.scene, self.constraints, self.y, h, x, without_particles)
+
+    @property
+    def developed_flow(self) -> PipeState:
+        """Developed flow of the liquid without particles."""
+        return self._flows.at(self.parameters.liquid)
+
+    def close(self) -> None:
+        """Free the memory of the solver."""
+        self.meshed.close()

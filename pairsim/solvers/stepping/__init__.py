@@ -1,0 +1,1 @@
+"""The time scheme: step sizes, and what the last steps have left."""

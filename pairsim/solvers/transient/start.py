@@ -1,0 +1,158 @@
+"""States from which a run starts: at rest, or the quasi-steady state of its first distances."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pairsim.fem.constraints import Constraints
+from pairsim.fem.geometry import Geometry, Reference
+from pairsim.fem.scene import Scene
+from pairsim.fem.six_node_mesh import SixNodeMesh
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.clock import Clock
+from pairsim.runtime.errors import NoSteadyState
+from pairsim.solvers.errors.adjoints import Adjoints
+from pairsim.solvers.errors.estimate import ErrorEstimator
+from pairsim.solvers.mesh_transfer import free_unknowns
+from pairsim.solvers.meshed_scene import cut_particles
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.problems import Problem, SteadyProblem
+from pairsim.solvers.steady.first_solution import first_scene
+from pairsim.solvers.steady.scene import Steady
+
+SCALARS = ("p_s", "m", "dp")  # fields in the same numbering in scenes in time and quasi-steady scenes
+
+
+@dataclass(frozen=True)
+class Flow:
+    """A quasi-steady flow, in numberings that it shares with a scene in time on the same meshes.
+
+    Attributes:
+        liquid: Nodal values of u, s and eta by name, (nodes, components), and of p at the vertices, (vertices, 1).
+        velocity: Velocity of the particles' material [U_av], shape (n_h,).
+        scalars: Free unknowns of the fields in SCALARS.
+        U: Velocities of the particles [U_av], shape (N,).
+        dU_error: Half-widths of the intervals around dU, shape (N-1,); zeros unless they were asked for.
+    """
+
+    liquid: dict[str, Array]
+    velocity: Array
+    scalars: dict[str, Array]
+    U: Array
+    dU_error: Array
+
+    @staticmethod
+    def of(steady: Steady, x: Array, dU_error: bool) -> Flow:
+        """The flow of a quasi-steady solution.
+
+        Args:
+            steady: The scene, at a solution.
+            x: Its full vector, shape (n,).
+            dU_error: Whether to estimate the error of dU.
+        """
+        liquid, constraints, y = steady.scene.liquid, steady.constraints, steady.y
+        nodal = {f.name: liquid.nodal(f.name, x) for f in liquid.compiled.fields if f.name in ("u", "s", "eta")}
+        nodal["p"] = x[liquid.index("p", liquid.six_node_mesh.vertices)][:, None]
+        scalars = {name: y[constraints.fields[name]] for name in SCALARS if name in constraints.fields}
+        U, error = y[constraints.fields["U_p"]], np.zeros(max(len(steady.bodies) - 1, 0))
+        if dU_error:
+            steady.factor()
+            error = ErrorEstimator().estimate(steady, Adjoints.of(steady)).dU_error
+        return Flow(nodal, constraints.V @ y, scalars, U, error)
+
+    def unknowns(self, scene: Scene, constraints: Constraints) -> Array:
+        """The free unknowns of a scene in time on the same meshes, shape (n_y,)."""
+        liquid, x = scene.liquid, np.zeros(scene.size)
+        for field in liquid.compiled.fields:
+            if field.name not in self.liquid:
+                continue
+            at = liquid.six_node_mesh.vertices if field.name == "p" else np.arange(len(liquid.six_node_mesh.points))
+            for c in range(field.components):
+                x[liquid.index(field.name, at, c)] = self.liquid[field.name][:, c]
+        y, entry = free_unknowns(constraints, x), constraints.M.tocoo()
+        y[entry.col] = self.velocity[entry.row]
+        for name, values in self.scalars.items():
+            y[constraints.fields[name]] = values
+        return y
+
+
+@dataclass(frozen=True)
+class Start:
+    """A state from which a run starts.
+
+    Attributes:
+        reference: Reference domain of the liquid.
+        mesh: Its mesh; None: to be made.
+        insides: Meshes of the particles, None for a rigid one.
+        h: Positions of the material, shape (n_h,).
+        flow: The flow; None: everything is at rest.
+        newton: Newton iterations that it took.
+        factorisations: Factorisations that it took.
+    """
+
+    reference: Reference
+    mesh: SixNodeMesh | None
+    insides: tuple[SixNodeMesh | None, ...]
+    h: Array
+    flow: Flow | None = None
+    newton: int = 0
+    factorisations: int = 0
+
+
+def at_rest(problem: Problem, clock: Clock) -> Start:
+    """Unstressed particles in an unstressed liquid.
+
+    Raises:
+        MeshFailure: A mesh could not be generated.
+    """
+    geometry = Geometry(problem.betas, problem.gaps, problem.length)
+    with clock("mesh"):
+        outlines, insides = cut_particles(problem.mesh, geometry, geometry.gaps, problem.solids)
+    h = [np.empty(0)]
+    for inside, centre in zip(insides, geometry.centres, strict=True):
+        if inside is None:
+            h.append(np.array([centre]))
+        else:
+            moved = inside.points if problem.start is None else problem.start(inside.points)
+            h.append((moved - inside.points + [centre, 0.0]).ravel())
+    return Start(Reference.spheres(geometry, outlines), None, tuple(insides), np.concatenate(h))
+
+
+def quasi_steady(problem: Problem, clock: Clock) -> Start:
+    """The quasi-steady state of the first distances, with developed flow at the ends of the tube.
+
+    Raises:
+        NoSteadyState: There is none, or it was not found.
+        MeshFailure: A mesh could not be generated.
+    """
+    try:
+        steady = first_scene(*steady_scene(problem, problem.gaps), None)
+    except NoSteadyState as failure:
+        message = f"the run has no quasi-steady state to start from: {failure.message}"
+        raise NoSteadyState(message, advice="start: rest") from failure
+    try:
+        h, x = steady.state()
+        scene = steady.scene
+        insides = tuple(None if body.phase is None else body.phase.six_node_mesh for body in steady.bodies)
+        flow = Flow.of(steady, x, problem.dU_error)
+        work = steady.iterations, steady.factorisations
+        for name, seconds in steady.clock.seconds.items():
+            clock.seconds[name] += seconds
+        return Start(scene.reference, scene.liquid.six_node_mesh, insides, h, flow, *work)
+    finally:
+        steady.close()
+
+
+def steady_scene(problem: Problem, gaps: tuple[float, ...]) -> tuple[SteadyProblem, Parameters]:
+    """The quasi-steady problem of a run on its cells, and its parameters at given distances [D_c], N-1 values."""
+    steady = SteadyProblem(
+        problem.betas,
+        problem.length,
+        problem.periodic,
+        problem.mesh,
+        problem.boundary_velocity,
+        narrowest=min(problem.gaps, default=np.inf),
+    )
+    return steady, Parameters(gaps, problem.solids, problem.liquid)
