@@ -1,6 +1,6 @@
 """Read and write a folder of results: text files, tables, and series.csv row by row.
 
-Everything here is called on rank 0 only and imports neither DOLFINx nor MPI: results can be read on any machine.
+Everything here imports neither DOLFINx nor MPI: results can be read on any machine.
 Text files are replaced atomically (`write_text`); rows of series.csv are flushed as they are computed.
 """
 

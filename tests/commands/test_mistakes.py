@@ -123,7 +123,7 @@ MISTAKES = {
     "broken YAML": run("beta: [0.4\nDe: 0\n", "case.yaml:2: must be valid YAML"),
     "empty file": run("", "case.yaml: must contain keys and values"),
     "case of curve": run(CURVE, "but this is one for `pairsim curve` or `pairsim critical` (it has d)"),
-    "case of critical": run(CRITICAL, "this is one for `pairsim critical` (it has along)"),
+    "case of critical": run(CRITICAL, "this is one for `pairsim critical` or `pairsim shape` (it has along)"),
     "case of run": curve(RUN, "must be a file for `pairsim curve`, but this is one for `pairsim run` (it has d0)"),
     "grid given to run": run(SWEEP, "this is one for `pairsim sweep` (it has base, grid)"),
     "study given to sweep": sweep(STUDY, "this is one for `pairsim study` (it has discretisations)"),
@@ -152,7 +152,7 @@ MISTAKES = {
         "  mesh.growth: {start: 0.1, stop: 0.2}\nzip: {De: [0, 1], xi: [0.1]}\n"
         "cases:\n  - {Ca_e: 1}\n  - 7\n  - nowhere.yaml\nexclude:\n  - {}\n  - {De: {min: low}}\n",
         "11 mistakes:",
-        "case.yaml:1: command: got 'fly'; must be run, curve or critical",
+        "case.yaml:1: command: got 'fly'; must be run, curve, critical or shape",
         "case.yaml:2: every case: mesh.NP: got 3; unknown key; did you mean mesh.Np?",
         "case.yaml:2: every case: beta: got 4; must be",
         "case.yaml:3: exlude: got []; unknown key; did you mean exclude?",
