@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
 from typing import Any
 
 from pairsim.config.case import SceneCase
@@ -11,7 +10,15 @@ from pairsim.config.checked_range import beyond_checked
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.session import Session, write_failure
 from pairsim.drivers.warnings import ErrorAt, coarse_mesh, moves_on, near_ends, unresolved_stress
-from pairsim.results.columns import CURVE_HEALTH, FORCES, POLYMER_HEALTH, gap_endings, named_row, particle_endings
+from pairsim.results.columns import (
+    CURVE_HEALTH,
+    FORCES,
+    POLYMER_HEALTH,
+    gap_endings,
+    named_row,
+    observed,
+    particle_endings,
+)
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.steady.continuation import where
 
@@ -46,10 +53,8 @@ def point_row(point: Point) -> dict[str, float]:
     for name, each in zip(FORCES, (o.F, estimate.F, estimate.F_error), strict=True):
         row |= {name + ending: value for ending, value in zip(particle_endings(o.U.size), each, strict=False)}
     row["dp_plus_correction"] = estimate.dp_plus
-    row |= {"newton": point.newton, "meshes": point.meshes, "t_relax": point.t_relax, "m": o.m}
-    row |= {"volume_error": o.volume_error, "distortion": point.distortion}
-    if o.conformation is not None:
-        row |= asdict(o.conformation)
+    row |= {"newton": point.newton, "meshes": point.meshes, "t_relax": point.t_relax}
+    row |= {**observed(o), "distortion": point.distortion}
     return {name: float(value) for name, value in row.items()}
 
 

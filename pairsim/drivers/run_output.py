@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
@@ -28,6 +28,7 @@ from pairsim.results.columns import (
     POLYMER_HEALTH,
     error_columns,
     named_row,
+    observed,
     relative_velocities,
     series_columns,
 )
@@ -251,9 +252,8 @@ class RunOutput:
         o = step.observation
         values = named_row(step.t, o.d, o.U, o.dU, o.D, o.dp, o.dp_plus)
         values |= {"dt": step.dt, "newton": step.report.iterations, "mesh": step.mesh_id}
-        values |= {"m": o.m, "volume_error": o.volume_error, "distortion": step.distortion}
+        values |= {**observed(o), "distortion": step.distortion}
         if o.conformation is not None:
-            values |= asdict(o.conformation)
             self.worst.s_jump = max(self.worst.s_jump, o.conformation.s_jump)
         correction = step.dU_correction
         error = self.worst.add(step.t, step.mesh_id, o.dU, correction)

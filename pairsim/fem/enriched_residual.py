@@ -40,13 +40,11 @@ class EnrichedForm:
     residual: Any
 
 
-_COMPILED: dict[tuple[str | bool, ...], EnrichedForm] = {}
-
-
 def enriched_form(phase: CompiledPhase) -> EnrichedForm:
     """Compile the enriched residual of a kind of phase, once for all scenes."""
-    if phase.kind in _COMPILED:
-        return _COMPILED[phase.kind]
+    if "enriched" in phase.others:
+        known: EnrichedForm = phase.others["enriched"]
+        return known
     liquid = any(f.name == "u" for f in phase.fields)
     untested = UNPHYSICAL["liquid" if liquid else "solid"]
     fields = tuple(replace(f, degree=f.degree + 1) for f in phase.fields if f.name not in untested)
@@ -56,8 +54,8 @@ def enriched_form(phase: CompiledPhase) -> EnrichedForm:
     dX = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE + 1})
     x, star = split(phase.x, phase.fields), split(phase.star, phase.fields)
     residual = phase.build(Terms(mesh, x, star, split(test, fields), phase.constants, dX))
-    _COMPILED[phase.kind] = EnrichedForm(fields, element, compiled(residual))
-    return _COMPILED[phase.kind]
+    phase.others["enriched"] = found = EnrichedForm(fields, element, compiled(residual))
+    return found
 
 
 def discontinuous(fields: Iterable[FieldSpec]) -> basix.ufl._ElementBase:

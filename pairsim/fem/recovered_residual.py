@@ -45,13 +45,11 @@ class RecoveredForm:
     star: ufl.Coefficient
 
 
-_COMPILED: dict[tuple[str | bool, ...], RecoveredForm] = {}
-
-
 def recovered_form(phase: CompiledPhase) -> RecoveredForm:
     """Compile the residual of a kind of phase, once for all scenes."""
-    if phase.kind in _COMPILED:
-        return _COMPILED[phase.kind]
+    if "recovered" in phase.others:
+        known: RecoveredForm = phase.others["recovered"]
+        return known
     fields = tuple(replace(f, degree=f.degree + 1) for f in phase.fields)
     element = discontinuous(fields)
     mesh = phase.x.ufl_function_space().ufl_domain()
@@ -60,8 +58,8 @@ def recovered_form(phase: CompiledPhase) -> RecoveredForm:
     dX = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE})
     named = [split(function, fields) for function in (x, star, test)]
     residual = phase.build(Terms(mesh, named[0], named[1], named[2], phase.constants, dX))
-    _COMPILED[phase.kind] = RecoveredForm(fields, element, compiled(residual), x, star)
-    return _COMPILED[phase.kind]
+    phase.others["recovered"] = found = RecoveredForm(fields, element, compiled(residual), x, star)
+    return found
 
 
 class RecoveredResidual:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -17,6 +18,9 @@ class Column:
         meaning: Its description.
         unit: Its unit (TeX), empty if it has none.
         whole: Whether its values are whole numbers.
+        value: Its value, where it is read off the `Observation` of a solution: such a column is in every table of
+            solutions.
+        polymer: Whether it is there in viscoelastic liquids alone.
     """
 
     name: str
@@ -24,6 +28,8 @@ class Column:
     meaning: str
     unit: str
     whole: bool = False
+    value: Callable[[Any], float] | None = None
+    polymer: bool = False
 
 
 RATE = r"U_{av}/D_c"
@@ -35,6 +41,13 @@ ENDINGS = (
     ("_T", "_T", "the trailing (upstream) particle"),
     ("_i", "_i", "particle i, counted from upstream,"),
 )
+
+
+def _of_polymer(name: str, symbol: str, meaning: str, unit: str) -> Column:
+    """A column of the same name as in `Observation.conformation`."""
+    return Column(name, symbol, meaning, unit, value=lambda o: getattr(o.conformation, name), polymer=True)
+
+
 COLUMNS: tuple[Column, ...] = (
     Column("t", r"t", "time", TIME),
     Column("d", r"d", "distance between the facing surfaces of the pair on the axis", LENGTH),
@@ -132,27 +145,36 @@ COLUMNS: tuple[Column, ...] = (
         r"m",
         "uniform source in the continuity equation of the liquid; measures the error of the time scheme",
         RATE,
+        value=lambda o: o.m,
     ),
-    Column("volume_error", r"\epsilon_V", "largest relative change of a particle's volume", ""),
+    Column(
+        "volume_error",
+        r"\epsilon_V",
+        "largest relative change of a particle's volume",
+        "",
+        value=lambda o: o.volume_error,
+    ),
     Column(
         "distortion", r"q", "smallest ratio of the current to the reference Jacobian of a liquid cell; 0: inverted", ""
     ),
-    Column("c_max", r"\max\,\mathrm{tr}\,c", "largest trace of the conformation tensor", ""),
-    Column("c_max_z", "z", "axial position of c_max", LENGTH),
-    Column("c_max_r", "r", "radial position of c_max", LENGTH),
-    Column("c_min", r"\min\,c", "smallest eigenvalue of the conformation tensor", ""),
-    Column("s_jump", r"[s]", "largest change of s = log c within a cell", ""),
+    _of_polymer("c_max", r"\max\,\mathrm{tr}\,c", "largest trace of the conformation tensor", ""),
+    _of_polymer("c_max_z", "z", "axial position of c_max", LENGTH),
+    _of_polymer("c_max_r", "r", "radial position of c_max", LENGTH),
+    _of_polymer("c_min", r"\min\,c", "smallest eigenvalue of the conformation tensor", ""),
+    _of_polymer("s_jump", r"[s]", "largest change of s = log c within a cell", ""),
 )
 """All columns; `_i` stands for the number of a particle or gap. Plots take their labels from symbol and unit."""
 WHOLE = frozenset({"points", "steps", "unknowns", *(entry.name for entry in COLUMNS if entry.whole)})
 """Names of the columns with whole numbers, in all tables including results.csv."""
-HEALTH = ("dt", "newton", "mesh", "m", "volume_error", "distortion")
+OBSERVED = tuple(entry.name for entry in COLUMNS if entry.value is not None and not entry.polymer)
+"""Columns that are read off the observation of a solution."""
+HEALTH = ("dt", "newton", "mesh", *OBSERVED, "distortion")
 """Diagnostic columns of series.csv, after `series_columns`."""
-POLYMER_HEALTH = ("c_max", "c_max_z", "c_max_r", "c_min", "s_jump")
+POLYMER_HEALTH = tuple(entry.name for entry in COLUMNS if entry.polymer)
 """Diagnostic columns that follow in a viscoelastic liquid."""
 FORCES = ("F", "F_correction", "F_error")
 """Columns of every particle in curve.csv, if the velocity of the particles is prescribed."""
-CURVE_HEALTH = ("t_relax", "meshes", "m", "volume_error", "distortion")
+CURVE_HEALTH = ("t_relax", "meshes", *OBSERVED, "distortion")
 """Diagnostic columns of curve.csv and critical.csv, before those of a viscoelastic liquid."""
 
 
@@ -215,6 +237,12 @@ STUDY_COLUMNS = (
     Column("pareto", "", "whether no other row has a smaller wall time at the same or a smaller error", ""),
 )
 """Columns that only study.csv has; `*` stands for a variable part of the name."""
+
+
+def observed(observation: Any) -> dict[str, float]:
+    """The columns that are read off the `Observation` of a solution, by name."""
+    polymer = observation.conformation is not None
+    return {e.name: float(e.value(observation)) for e in COLUMNS if e.value is not None and polymer >= e.polymer}
 
 
 def gap_endings(n: int) -> list[str]:
