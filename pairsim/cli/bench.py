@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pairsim.cli.options import OfOneCase, print_table, usable
+from pairsim.cli.options import OfUnits, print_table, usable
 from pairsim.commands import COMMANDS
 from pairsim.physics import liquids, solids
 from pairsim.physics.declared import DIMENSIONS, FLAT, LAWS, PARAMETERS
@@ -108,7 +108,7 @@ def units(
         ),
     ] = None,
     end: Annotated[str | None, _option("--end", "End time of the run (default: by De and Ca_e)", "0.1s")] = None,
-    kind: Annotated[OfOneCase, typer.Option("--kind", help="The command that the case file is for.")] = "run",
+    kind: Annotated[OfUnits, typer.Option("--kind", help="The command that the case file is for.")] = "run",
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Write a case file to this path.", callback=usable)
     ] = None,

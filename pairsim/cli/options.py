@@ -33,11 +33,11 @@ def usable(given: Any) -> Any:
 
 # Words that arguments take: mypy cannot know them.
 if TYPE_CHECKING:
-    OfOneCase = str
+    OfUnits = str
     OfExamples = str
     OfFiles = str
 else:
-    OfOneCase = Literal[tuple(COMMANDS)]
+    OfUnits = Literal[tuple(name for name, command in COMMANDS.items() if command.distances)]
     OfExamples = Literal[(*COMMANDS, "sweep")]
     OfFiles = Literal[(*COMMANDS, "sweep", "study")]
 CaseFile = Annotated[

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -79,7 +79,7 @@ class Command[C: SceneCase]:
             elsewhere.
         captions: What is said below each of these pictures in a report, by the name of its file.
         afterwards: What may come next, for a folder and whether its particles have a relative velocity.
-        distances: Distances of a case of `pairsim units` that has none [D_c].
+        distances: Distances of a case of `pairsim units` that has none [D_c]; empty where it makes no such cases.
         frames: What its fields are written at: "t", "d", or "" where it writes none.
         flags: Options of its own.
         resumable: Whether it goes on from a checkpoint.
@@ -98,7 +98,7 @@ class Command[C: SceneCase]:
     draw: Callable[[Path, Path, Page], list[Path]]
     captions: Mapping[str, str]
     afterwards: Callable[[Path, bool], str]
-    distances: Mapping[str, Any]
+    distances: Mapping[str, Any] = field(default_factory=dict)
     nothing: str = "No point was solved."
     columns: tuple[str | Column, ...] = ()
     frames: str = ""

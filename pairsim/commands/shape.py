@@ -112,12 +112,9 @@ def answer(tables: Tables, _: dict[str, Any]) -> list[str]:
     """How far the particle deforms, and how fast it moves."""
     from pairsim.results.answer import with_error
 
-    first, last = tables["shape"].iloc[0], tables["shape"].iloc[-1]
-    return [
-        f"D from {with_error(first.D_1, first.D_error)} at Ca_e = {first.Ca_e:.4g} to "
-        f"{with_error(last.D_1, last.D_error)} at Ca_e = {last.Ca_e:.4g}.",
-        f"It moves at U = {first.U_1:.6g} to {last.U_1:.6g}.",
-    ]
+    ends = [row for _, row in tables["shape"].iloc[[0, -1]].drop_duplicates().iterrows()]
+    shapes = (f"{with_error(row.D_1, row.D_error)} at Ca_e = {row.Ca_e:.4g}" for row in ends)
+    return [f"D = {' to '.join(shapes)}.", f"It moves at U = {' to '.join(f'{row.U_1:.6g}' for row in ends)}."]
 
 
 def draw(directory: Path, out: Path, page: Page) -> list[Path]:
@@ -173,6 +170,5 @@ shape.png, case.yaml and run.json.""",
     draw=draw,
     captions={"shape": "Shape and velocity over the elastic capillary number"},
     afterwards=lambda folder, _: f"pairsim plot {folder} draws it again",
-    distances={},
     nothing="No shape was found.",
 )

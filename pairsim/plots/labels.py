@@ -72,7 +72,8 @@ def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = ()) -> list
         leave_out: Keys that vary, or that are not fixed for another reason.
     """
     count = case.get("particles", 2)
-    parts = [] if count == 2 or "particles" in leave_out else ["no particles" if not count else f"{count} particles"]
+    words = {0: "no particles", 1: "1 particle"}.get(count, f"{count} particles")
+    parts = [] if count == 2 or "particles" in leave_out else [words]
 
     def add(*keys: str) -> None:
         parts.extend(equation(key, case[key]) for key in keys if case.get(key) is not None and key not in leave_out)

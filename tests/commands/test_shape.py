@@ -29,7 +29,7 @@ def test_command_says_draws_and_reports(tmp_path: Path, pairsim: Pairsim) -> Non
     (tmp_path / "bead.yaml").write_text(yaml.safe_dump({**BEAD, **COARSE, "along": [0.02, 0.04]}))
     done = pairsim("shape", "bead.yaml", "-o", "out")
     assert done.returncode == 0, done.stderr
-    assert "D from (-4." in done.stderr
+    assert "D = (-4." in done.stderr
     assert (tmp_path / "out" / "shape.png").is_file()
     assert pairsim("report", "out").returncode == 0
     assert pairsim("table", "out").stdout.startswith("Ca_e,D_1,D_error,U_1 [U_av],")
