@@ -113,7 +113,7 @@ FolderName = Annotated[str, BeforeValidator(_folder), _described(FOLDER_WORDS)]
 
 
 def _command(value: Any) -> Any:
-    if value not in COMMANDS:
+    if not isinstance(value, str) or value not in COMMANDS:
         raise ValueError(value)
     return value
 
