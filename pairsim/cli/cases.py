@@ -111,10 +111,9 @@ def _compute(command: Command[Any], given: dict[str, Any], flags: dict[str, bool
     if given["dry_run"]:
         show_estimate(checked, directory, command.estimate(checked))
         return
-    # On every process, since PETSc begins on all of them together.
-    from pairsim.api.compute import compute
-
     with first_alone(lambda note: typer.echo(f"pairsim: note: {note}", err=True)):
+        from pairsim.api.compute import compute
+
         shown: Style = "none" if given["quiet"] else given["progress"]
         more = flags | ({"resume": resume is not None} if command.resumable else {})
         with Signals(final=True):

@@ -37,6 +37,10 @@ with contextlib.suppress(ModuleNotFoundError):
     import dolfinx_solver  # noqa: F401
 
 try:
+    import petsc4py
+
+    # A case is computed on one process: others of an MPI job need not take part, which PETSc asks for by default.
+    petsc4py.init(comm=MPI.COMM_SELF)
     import dolfinx.fem
     import dolfinx.mesh
     import petsc4py.PETSc
