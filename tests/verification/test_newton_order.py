@@ -20,6 +20,7 @@ from pairsim.solvers.nonlinear.newton import Newton, NewtonOptions, Report
 from pairsim.solvers.nonlinear.renewal import MatrixPolicy
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
+from pairsim.solvers.steady.guesses import place_undeformed
 from pairsim.solvers.steady.scene import Steady
 from pairsim.solvers.transient.transient import Transient
 
@@ -78,7 +79,7 @@ def test_newton_converges_quadratically_on_a_curve(liquid: Liquid) -> None:
     places = ((0.05, 0.3), (0.08, 0.6))
     start, end = (Parameters((0.1,), soft(Ca_e, Ca_e), liquid.with_De(De)) for Ca_e, De in places)
     steady = Steady(problem, start)
-    steady.place_undeformed()
+    place_undeformed(steady)
     try:
         assert steady.solve(start).converged
         before = steady.y

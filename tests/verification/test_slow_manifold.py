@@ -15,6 +15,7 @@ from pairsim.inputs.case_files import parse_case
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.motion import moving_residual
+from pairsim.solvers.steady.tangents import gap_tangents
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 5.0, "mesh": {"Np": 12}}
 
@@ -42,7 +43,7 @@ def decays(branch: Branch, dt: float, steps: int) -> np.ndarray:
     scene, here = branch.fine, branch.fine.parameters
     scene.factor()
     still, held = scene.y.copy(), np.zeros(len(here.gaps))
-    y, dU = still + 1e-3 * scene.gap_tangents().sum(axis=0), []
+    y, dU = still + 1e-3 * gap_tangents(scene).sum(axis=0), []
     row = scene.velocity_row()
     for _ in range(steps):
         before = y

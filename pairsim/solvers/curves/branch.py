@@ -25,6 +25,7 @@ from pairsim.solvers.steady.first_solution import COARSER, coarser, first_scene,
 from pairsim.solvers.steady.relaxation import relaxation_time
 from pairsim.solvers.steady.scene import Steady
 from pairsim.solvers.steady.snapshot import Snapshot
+from pairsim.solvers.steady.tangents import gap_tangents
 
 # Factor by which a zero may lie outside the interval between two points of opposite sign; chosen.
 BESIDE = 1.05
@@ -273,7 +274,7 @@ class Branch:
         fine = self.fine
         fine.factor()
         adjoints = Adjoints.of(fine)
-        slopes = np.diff(fine.gap_tangents().sum(axis=0)[fine.constraints.fields["U_p"]])
+        slopes = np.diff(gap_tangents(fine).sum(axis=0)[fine.constraints.fields["U_p"]])
         held = fine.observe()
         errors = None
         if len(self.scenes) > 1:

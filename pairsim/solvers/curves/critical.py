@@ -21,6 +21,7 @@ from pairsim.solvers.curves.curve import Jump, Zero, find_zeros, trace
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.continuation import prepared, reach, where
 from pairsim.solvers.steady.snapshot import Snapshot
+from pairsim.solvers.steady.tangents import tangent_along
 
 Followed = Literal["Ca_e", "De"]
 Kind = Literal["wanted", "added", "vanishes", "edge"]
@@ -185,7 +186,7 @@ class Follower:
         fine = self.branch.fine
         fine.factor()
         here = self._here()
-        rows = np.array([fine.tangent(self._line(here, direction)) for direction in np.eye(2)])
+        rows = np.array([tangent_along(fine, self._line(here, direction)) for direction in np.eye(2)])
         gradient = rows @ fine.velocity_row()
         tangent = np.array([gradient[1], -gradient[0]]) / np.linalg.norm(gradient)
         return _Pose(here, -tangent if tangent @ onwards < 0 else tangent, rows, self.branch.snapshots)
@@ -333,7 +334,7 @@ class Follower:
         """Derivative of dU with respect to the parameter at the present zero."""
         fine, here = self.branch.fine, self._here()
         fine.factor()
-        change = fine.tangent(self._line(here, np.array([0.0, 1.0])))
+        change = tangent_along(fine, self._line(here, np.array([0.0, 1.0])))
         return float(change @ fine.velocity_row() / np.exp(here[1]))
 
     def _beside(self, start: _Pose, at: Array, kind: Kind, most: float) -> Point | None:

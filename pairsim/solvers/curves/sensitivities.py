@@ -14,6 +14,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.tangents import residual_change
 
 
 def sensitivities(steady: Steady, adjoints: Adjoints) -> dict[str, Array]:
@@ -36,5 +37,5 @@ def sensitivities(steady: Steady, adjoints: Adjoints) -> dict[str, Array]:
     if now.liquid.modes:
         lines["De"] = now.De, lambda tau: now.with_De(now.De * (1 + tau))
     lines["beta"] = max(steady.problem.betas), lambda tau: replace(now, size=now.size * (1 + tau))
-    changes = {name: steady.residual_change(line) / value for name, (value, line) in lines.items()}
+    changes = {name: residual_change(steady, line) / value for name, (value, line) in lines.items()}
     return {name: np.asarray(np.diff(-adjoints.velocities @ change)) for name, change in changes.items()}

@@ -28,6 +28,7 @@ from pairsim.solvers.nonlinear.factors import ACCURATE
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.motion import moving_residual
 from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.tangents import gap_tangents
 
 # Bound on the term of second order, relative to t_relax rate times the larger of the first and t_relax rate dU, with
 # the largest relative rate at which distance or dU change (measured in 25 scenes: 0.04 to 4.6), and the part of the
@@ -72,7 +73,7 @@ def slow_motion(steady: Steady, adjoints: Adjoints, t_relax: float, error: float
     fastest = float(np.abs(dU).max())
     scale = max(1.0, PROBE / fastest) if fastest else 0.0  # what is linear is evaluated well above rounding
     probe = scale * dU if scale else np.full(count, PROBE)
-    tangents, stretch = steady.gap_tangents(), _centres_by_gaps(steady)
+    tangents, stretch = gap_tangents(steady), _centres_by_gaps(steady)
     rates = np.linalg.solve(stretch, probe)
     neglected = moving_residual(steady, steady.parameters, y, rates @ tangents, rates) - steady.residual()
     first = -adjoints.velocities @ neglected
@@ -105,7 +106,7 @@ def _centres_by_gaps(steady: Steady) -> Array:
     """Derivatives of the distances between centres (rows) by those between surfaces (columns), shape (N-1, N-1)."""
     here, step = steady.parameters, STEP * min(steady.parameters.gaps)
     columns = []
-    for i, tangent in enumerate(steady.gap_tangents()):
+    for i, tangent in enumerate(gap_tangents(steady)):
         ends = [_centres(steady, here.with_longer_gap(i, s), steady.y + s * tangent) for s in (step, -step)]
         columns.append((ends[0] - ends[1]) / (2 * step))
     return np.array(columns).T
@@ -124,7 +125,7 @@ def _second(steady: Steady, adjoints: Adjoints, neglected: Array, rates: Array, 
     """
     y, here = steady.y, steady.parameters
     solve = partial(steady.newton.linear_solve, tolerance=ACCURATE)
-    fields, tangents = steady.constraints.fields["U_p"], steady.gap_tangents()
+    fields, tangents = steady.constraints.fields["U_p"], gap_tangents(steady)
     speed = float(np.abs(rates).max())
     along = rates / speed
     tangent, step = along @ tangents, STEP * min(here.gaps)

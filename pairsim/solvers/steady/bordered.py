@@ -13,7 +13,8 @@ import numpy as np
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.signals import heed
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady.scene import DIFFERENCE, Steady
+from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.tangents import DIFFERENCE
 
 MOST_BORDERED = 12  # iterations; chosen
 # Newton step, relative to the fields, below which the factorised matrix is reused; chosen.

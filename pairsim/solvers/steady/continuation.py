@@ -15,8 +15,10 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.bordered import solve_with
+from pairsim.solvers.steady.guesses import place_undeformed
 from pairsim.solvers.steady.pseudo_time import relax
 from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.tangents import gap_tangents, tangent_along
 
 # Largest changes by one predictor step.
 MOST_APART = 0.4  # of a distance, relative to itself
@@ -52,7 +54,7 @@ def begin(steady: Steady) -> None:
     wanted = steady.parameters
     # From the developed flow Newton's method does not find the flow of a thinning liquid through a narrow gap.
     liquid = wanted.liquid
-    steady.place_undeformed(at_rest=not liquid.modes and not liquid.newtonian)
+    place_undeformed(steady, at_rest=not liquid.modes and not liquid.newtonian)
     for factor in STIFFER if any(wanted.Ca_es) else (1.0,):
         report = steady.solve(wanted.softer(factor))
         if report.converged:
@@ -125,9 +127,9 @@ def follow(steady: Steady, target: Parameters) -> None:
     while tau < 1.0:
         steady.factor()
         if replace(start, gaps=target.gaps) == target:
-            tangent = np.subtract(target.gaps, start.gaps) @ steady.gap_tangents()
+            tangent = np.subtract(target.gaps, start.gaps) @ gap_tangents(steady)
         else:
-            tangent = steady.tangent(lambda change, at=tau: along(at + change))  # type: ignore[misc]
+            tangent = tangent_along(steady, lambda change, at=tau: along(at + change))  # type: ignore[misc]
         step = min(longest, reach(steady, tangent, np.subtract(target.gaps, start.gaps)))
         if step > 0.9 * (1.0 - tau):
             step = 1.0 - tau
@@ -244,7 +246,7 @@ def find_fold(steady: Steady, target: Parameters) -> Fold:
     old: Array | None = None
     for _ in range(MOST_ARCS):
         steady.factor()
-        slope = steady.tangent(lambda change, at=tau: along(at + change))  # type: ignore[misc]
+        slope = tangent_along(steady, lambda change, at=tau: along(at + change))  # type: ignore[misc]
         # The arc length is defined by the shapes, which do not depend on the mesh of the liquid, and the parameter.
         shape = steady.constraints.fields["h"]
         weight = 1 / (most**2 * len(shape))

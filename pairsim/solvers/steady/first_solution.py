@@ -12,6 +12,7 @@ from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import begin, cold_start, follow, prepared
+from pairsim.solvers.steady.guesses import adopt, place_undeformed
 from pairsim.solvers.steady.scene import Steady
 
 # Factor by which the cells of the coarser mesh are larger, on which the error estimate is checked; chosen.
@@ -76,7 +77,7 @@ def at_once(scene: Steady) -> bool:
     """
     if scene.parameters.liquid.easier() != scene.parameters.liquid or scene.parameters.liquid.modes:
         return False
-    scene.place_undeformed(at_rest=True)
+    place_undeformed(scene, at_rest=True)
     if scene.solve(scene.parameters).converged and not scene.distorted(least=SLIGHT):
         return True
     scene.forget()
@@ -90,7 +91,7 @@ def adopted(scene: Steady, parameters: Parameters, scout: Steady) -> bool:
         Whether there is a solution.
     """
     with suppress(MeshFailure):
-        scene.adopt(scout)
+        adopt(scene, scout)
         return scene.solve(parameters, prepared(scene, parameters, scene.y)).converged
     return False
 

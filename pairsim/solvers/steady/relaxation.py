@@ -25,6 +25,7 @@ from pairsim.fem.scene import Body
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.steady.motion import moving_residual
 from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.tangents import gap_tangents, tangent_along
 
 # Krylov steps at least, at most, and at most with viscous solids, whose insides have waves of their own; residual of an
 # eigenpair, relative to tau_0 + De, at which they end and at which it counts; least part of a mode in the start. All
@@ -113,6 +114,6 @@ def _shape_time(steady: Steady, moving: np.ndarray, De: float) -> tuple[float, f
 def _disturbance(steady: Steady) -> Array:
     """What changes the shapes smoothly: a change of all distances, or of Ca_e where there are none, shape (n_y,)."""
     if steady.parameters.gaps:
-        return np.asarray(steady.gap_tangents().sum(axis=0))
+        return np.asarray(gap_tangents(steady).sum(axis=0))
     now = steady.parameters
-    return steady.tangent(lambda tau: now.softer(1 + tau))
+    return tangent_along(steady, lambda tau: now.softer(1 + tau))

@@ -1,14 +1,13 @@
 """Quasi-steady scenes: distances are prescribed, and time derivatives at fixed X are dropped.
 
 Shapes, stresses, flow and velocities are solved for together; see "Quasi-steady solutions" in
-docs/explanation/numerics.md. `Steady` also provides the tangents and the remeshing that continuation needs.
+docs/explanation/numerics.md. First guesses and tangents are functions of a
+scene (`guesses`, `tangents`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,7 +23,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.runtime.signals import heed
-from pairsim.solvers.mesh_transfer import carry_particles, free_unknowns
+from pairsim.solvers.mesh_transfer import free_unknowns
 from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene, cut_particles
 from pairsim.solvers.nonlinear.factors import LAST
 from pairsim.solvers.nonlinear.newton import Report
@@ -33,12 +32,24 @@ from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.developed_flow import DevelopedFlows
 from pairsim.solvers.steady.snapshot import Snapshot
 
-# Step of the central differences that approximate derivatives with respect to parameters. Chosen; sensitivities agree
-# with neighbouring solutions to 1e-3.
-DIFFERENCE = 1e-5
 # Distortions at which a mesh is replaced and a mesh around spheres is accepted; stricter than in time, since near the
 # end of a branch distorted cells let rims buckle too early: at Ca_e 0.14 instead of 0.16 (beta 0.4, d 0.1).
 LEAST_STEADY, FRESH_STEADY = 0.6, 0.75
+
+
+@dataclass
+class Factored:
+    """A solution at which the matrix was factorised.
+
+    Attributes:
+        y: Free unknowns, shape (n_y,).
+        parameters: Parameters.
+        gap_tangents: What `pairsim.solvers.steady.tangents.gap_tangents` has found there.
+    """
+
+    y: Array
+    parameters: Parameters
+    gap_tangents: Array | None = None
 
 
 class Steady(OnMeshedScene):
@@ -51,6 +62,8 @@ class Steady(OnMeshedScene):
     Attributes:
         parameters: Parameters of the last solution, or of the first guess.
         y: Free unknowns of the last solution, or the first guess, shape (n_y,); zero at first.
+        flows: Developed flows of the liquids so far.
+        factored: Where the matrix was factorised by `factor`, None since the last solve.
         iterations: Number of Newton iterations.
         factorisations: Number of factorisations.
 
@@ -62,13 +75,11 @@ class Steady(OnMeshedScene):
     def __init__(self, problem: SteadyProblem, parameters: Parameters) -> None:
         self.problem, self.parameters = problem, parameters
         self.clock = Clock()
-        self._flows = DevelopedFlows(problem.flow)
+        self.flows = DevelopedFlows(problem.flow)
         self.iterations = self.factorisations = 0
         # Parameters at which a mesh around spheres was last found to be too distorted.
         self._refused: Parameters | None = None
-        # State at which the matrix was factorised: y and parameters.
-        self._factored: tuple[Array, Parameters] | None = None
-        self._gap_tangents: Array | None = None
+        self.factored: Factored | None = None
         geometry = Geometry(problem.betas, parameters.gaps, problem.length)
         narrowest = tuple(min(d, problem.narrowest) for d in parameters.gaps)
         with self.clock("mesh"):
@@ -94,7 +105,7 @@ class Steady(OnMeshedScene):
     def _constrain(self, meshed: MeshedScene) -> Constraints:
         """Constraints on a new mesh; discards the factors."""
         constraints = self._constraints_on(meshed)
-        self._untouched, self._factored = constraints.base.copy(), None
+        self._untouched, self.factored = constraints.base.copy(), None
         return constraints
 
     def _constraints_on(self, meshed: MeshedScene) -> Constraints:
@@ -132,7 +143,7 @@ class Steady(OnMeshedScene):
 
         self.meshed.remesh(h, geometry, spheres, good_enough)
         self.parameters = parameters
-        self.y = self._carried_over(old, x, h, material)
+        self.y = self.carried_over(old, x, h, material)
 
     def _as_refused(self, there: Parameters) -> bool:
         """Whether particles are at least as soft and close as those that last required a mesh around their shapes."""
@@ -152,25 +163,6 @@ class Steady(OnMeshedScene):
             return distortion
         undeformed = diagnostics.liquid_distortion(self.scene, self.meshed.displaced(self.h_star(parameters)))
         return distortion / min(1.0, undeformed) if undeformed > 0 else distortion
-
-    def adopt(self, other: Steady) -> None:
-        """Interpolate the solution of the same scene on another mesh as first guess.
-
-        Args:
-            other: The other scene, at a solution.
-        """
-        h, x = other.state()
-        displaced = h - other.h_star(other.parameters)
-        there, p_s = carry_particles(other.scene, x, displaced, self.bodies)
-        y, entry = np.zeros(self.constraints.size), self.constraints.M.tocoo()
-        y[entry.col] = there[entry.row]
-        y[self.constraints.fields["U_p"]] = other.y[other.constraints.fields["U_p"]]
-        if "p_s" in self.constraints.fields:
-            y[self.constraints.fields["p_s"]] = p_s
-        h = self.h_star(other.parameters) + self.constraints.M @ y
-        self.parameters = other.parameters
-        self._flows.learn(other._flows)
-        self.y = self._carried_over(other.scene, x, h, y[self.meshed.material])
 
     def take_over_costs(self, other: Steady) -> None:
         """Add the iterations, factorisations, meshes and times of another scene to those of this one."""
@@ -196,8 +188,15 @@ class Steady(OnMeshedScene):
             self.meshed.put(snapshot.reference, snapshot.mesh)
         self.parameters, self.y = snapshot.parameters, snapshot.y
 
-    def _carried_over(self, old: Scene, x: Array, h: Array, material: Array) -> Array:
-        """Free unknowns of the old solution interpolated to the new mesh."""
+    def carried_over(self, old: Scene, x: Array, h: Array, material: Array) -> Array:
+        """Free unknowns of a solution interpolated from another mesh, shape (n_y,).
+
+        Args:
+            old: The scene on the other mesh.
+            x: Its full vector.
+            h: Positions of the material, shape (n_h,).
+            material: Free unknowns of the particles.
+        """
         new = self.meshed.carried(old, x, h)
         y = free_unknowns(self.constraints, new)
         y[self.meshed.material] = material
@@ -207,32 +206,6 @@ class Steady(OnMeshedScene):
         if len(self.scene.F):
             y[self.constraints.fields["F"]] = x[old.F]
         return y
-
-    def place_undeformed(self, *, at_rest: bool = False) -> None:
-        """Take undeformed spheres as first guess, in the developed flow or in a liquid at rest.
-
-        Without flow and pressure the matrix has no shape derivatives of them. The first iteration is then Stokes flow
-        past spheres with their deformation to first order in Ca_e; from a flow that crosses the particles it does not
-        converge where they are soft. In the developed flow the velocity on the axis is reduced by the Faxen correction
-        2/3 beta^2 of a sphere in Poiseuille flow, unless it is prescribed.
-
-        Args:
-            at_rest: Whether the liquid is at rest; only in liquids without modes.
-        """
-        liquid, constraints, fixed = self.scene.liquid, self.constraints, self.problem.velocity
-        x, velocity = self.meshed.displaced(self.h_star(self.parameters)), 0.0
-        if not at_rest:
-            nodes = np.arange(len(liquid.six_node_mesh.points))
-            if self.scene.material.newtonian:
-                u = self.problem.boundary_velocity(liquid.six_node_mesh.points)
-                for c in range(2):
-                    x[liquid.index("u", nodes, c)] = u[:, c]
-            else:
-                self.scene.prescribe(x, nodes, self.developed_flow)
-            on_axis = self.problem.boundary_velocity(np.zeros((1, 2)))[0, 0]
-            velocity = on_axis * (1 - 2 / 3 * max(self.problem.betas, default=0.0) ** 2)
-        self.y = free_unknowns(constraints, x)
-        self.y[constraints.fields["U_p"]] = velocity if fixed is None else fixed
 
     # Parameters
 
@@ -262,7 +235,7 @@ class Steady(OnMeshedScene):
             if "rate" in phase.constants:
                 phase.constants["rate"].value = 0.0
         if not (scene.material.newtonian or scene.periodic):
-            scene.prescribe_ends(base, self._flows.at(parameters.liquid))
+            scene.prescribe_ends(base, self.flows.at(parameters.liquid))
         h_star = self.h_star(parameters)
         self.newton.place(h_star)
         return h_star
@@ -289,7 +262,7 @@ class Steady(OnMeshedScene):
             KeyboardInterrupt: A signal was received.
         """
         heed()
-        h_star, self._factored = self.apply(parameters), None
+        h_star, self.factored = self.apply(parameters), None
         y, report = self.newton.solve(self.y if guess is None else guess, h_star, 1.0, 0.0)
         self.iterations += report.iterations
         self.factorisations += report.factorisations
@@ -303,7 +276,7 @@ class Steady(OnMeshedScene):
     def forget(self) -> None:
         """Discard the factors."""
         self.newton.forget()
-        self._factored = None
+        self.factored = None
 
     def distortion_of(self, h: Array, x: Array) -> float:
         """Smallest ratio of current to reference Jacobian in the liquid; zero or negative if any cell is inverted."""
@@ -338,7 +311,7 @@ class Steady(OnMeshedScene):
             NoSteadyState: The matrix is singular.
         """
         self.apply(self.parameters)
-        if self._factored is not None and self._factored[0] is self.y and self._factored[1] == self.parameters:
+        if (at := self.factored) is not None and at.y is self.y and at.parameters == self.parameters:
             return
         before = self.newton.factorisations
         regular = self.newton.linearise_at(self.y)
@@ -347,32 +320,7 @@ class Steady(OnMeshedScene):
             raise NoSteadyState("Newton's matrix is singular at the solution", advice="a larger mesh.Np")
         self.y = self.y - self.newton.linear_solve(self.newton.residual_at(self.y), tolerance=LAST)
         self.iterations += 1
-        self._factored, self._gap_tangents = (self.y, self.parameters), None
-
-    def residual_change(self, along: Callable[[float], Parameters]) -> Array:
-        """Derivative dR/dtau at fixed y along a line of parameters by a central difference, shape (n_y,).
-
-        Args:
-            along: Parameters as a function of tau, the present ones at tau = 0; tau is of order one.
-        """
-        ends = []
-        for tau in (DIFFERENCE, -DIFFERENCE):
-            self.apply(along(tau))
-            ends.append(self.newton.residual_at(self.y))
-        self.apply(self.parameters)
-        return (ends[0] - ends[1]) / (2 * DIFFERENCE)
-
-    def tangent(self, along: Callable[[float], Parameters]) -> Array:
-        """Derivative dy/dtau along a line of parameters, shape (n_y,); `factor` must have been called."""
-        return -self.newton.linear_solve(self.residual_change(along))
-
-    def gap_tangents(self) -> Array:
-        """Derivatives of y with respect to each distance, shape (N-1, n_y); `factor` must have been called."""
-        if self._gap_tangents is None:
-            lines = [partial(self.parameters.with_longer_gap, i) for i in range(len(self.parameters.gaps))]
-            changes = np.array([self.residual_change(line) for line in lines]).reshape(-1, len(self.y))
-            self._gap_tangents = -self.newton.linear_solve(changes) if lines else changes
-        return self._gap_tangents
+        self.factored = Factored(self.y, self.parameters)
 
     def residual(self) -> Array:
         """Residual at the solution, shape (n_y,)."""
@@ -394,7 +342,7 @@ class Steady(OnMeshedScene):
     @property
     def developed_flow(self) -> PipeState:
         """Developed flow of the liquid without particles."""
-        return self._flows.at(self.parameters.liquid)
+        return self.flows.at(self.parameters.liquid)
 
     def close(self) -> None:
         """Free the memory of the solver."""
