@@ -101,7 +101,9 @@ def _compute(command: Command[Any], given: dict[str, Any], flags: dict[str, bool
     case, output, overwrite, resume = given["case"], given["output"], given["overwrite"], given.get("resume")
     if resume is not None and (overwrite or output is not None):
         option = "--overwrite" if overwrite else "-o"
-        raise InputError("pairsim run", option, None, "must be left out with --resume, which gives the folder")
+        raise InputError(
+            f"pairsim {command.name}", option, None, "must be left out with --resume, which gives the folder"
+        )
     if case is None:
         if resume is None:
             raise typer.BadParameter("must be given, or else --resume DIR", param_hint="CASE")

@@ -46,7 +46,8 @@ class InSweeps[C: SceneCase]:
         read: Reads their values from a folder; values that are missing are left out, without an error.
         parameters: Keys that results.csv always has, also if they do not vary.
         last: Last columns of results.csv, taken from run.json.
-        neighbours: Keys along which a case can start from the solutions of the previous one.
+        neighbours: Keys along which a case can start from the solutions of the previous one, which `compute` then takes
+            as `warm_start` (`drivers/curve.py: WarmStart`); empty where it cannot.
     """
 
     columns: Callable[[C], Sequence[str]]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from pydantic import Field
 
 from pairsim.commands.command import Command, InSweeps, Tables, Value
+from pairsim.config.accuracy import is_level
 from pairsim.config.case import SceneCase
 from pairsim.config.case_checks import check_scene
 from pairsim.config.cost import Estimate, steady_estimate
@@ -54,6 +55,8 @@ def check(case: ShapeCase) -> Iterator[Mistake]:
         yield Mistake("particles", case.n, "must be 1: the shape is that of a particle on its own")
     elif case.along is None:
         yield missing("along", "must be values of Ca_e: a list, or {start, stop, num, spacing}")
+    elif not is_level(case.accuracy):
+        yield Mistake("accuracy", case.accuracy, "must be 5%, 1% or 0.1%: meshes are not adapted to shapes")
     elif case.Ca_e == 0:
         yield Mistake("Ca_e", case.Ca_e, "must be above 0, as along replaces it")
     else:

@@ -168,9 +168,7 @@ def _starts(table: Table) -> list[str]:
 
 
 def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list[str]:
-    """The answer of a search for critical distances."""
-    if not zeros:
-        return ["No critical distance was found in the given range: dU keeps its sign."]
+    """The answer of a search that has found critical distances."""
     lines = []
     scales = Scales.of(record)
     for stable, meaning in ((False, "closer pairs come together, wider ones separate"), (True, "pairs come to rest")):

@@ -212,7 +212,7 @@ STUDY_COLUMNS = (
     Column("wall_time", "", "median wall time of all repetitions, without the start of Python", "s"),
     Column("wall_time_spread", "", "largest minus smallest wall time of the repetitions", "s"),
     Column("wall_*", "", "median wall time of a phase, such as wall_assembly", "s"),
-    Column("peak_memory", "", "peak memory of the first process, libraries included", "bytes"),
+    Column("peak_memory", "", "peak memory of the process, libraries included", "bytes"),
     Column("*@*", "", "the compared column at each entry of `at`, such as dU@0.5", ""),
     Column("d_cr", "", "zero of dU of a curve; if there are several, the one with the largest peak", LENGTH),
     Column("error", "", "largest difference from the reference or the exact values, over all entries of `at`", ""),

@@ -45,6 +45,7 @@ def test_command_says_draws_and_reports(tmp_path: Path, pairsim: Pairsim) -> Non
     ("keys", "message"),
     [
         ({"particles": 2}, "particles: got 2; must be 1: the shape is that of a particle on its own"),
+        ({"accuracy": "2%"}, "accuracy: got '2%'; must be 5%, 1% or 0.1%: meshes are not adapted to shapes"),
         ({"along": None}, "along: is missing; must be values of Ca_e"),
         ({"Ca_e": 0}, "Ca_e: got 0; must be above 0, as along replaces it"),
     ],
