@@ -80,3 +80,20 @@ def test_table_and_travel_refuse_other_folders(tmp_path: Path, pairsim: Pairsim)
         assert message in done.stderr
         assert "Traceback" not in done.stderr
     assert pairsim("table", "ran").stdout == "t [D_c/U_av],d [D_c]\n0.1,0.2\n"
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ("t,null\n", "series.csv: got 'null'; must be a column of `pairsim`"),
+        ("t,dU\n0,x\n", "series.csv: must have numbers in its rows"),
+        ("", "series.csv: cannot be read"),
+    ],
+)
+def test_damaged_table_is_refused(table: str, message: str, tmp_path: Path, pairsim: Pairsim) -> None:
+    (tmp_path / "series.csv").write_text(table)
+    scales = {"length": 1e-3, "velocity": 1.0, "stress": 1.0, "time": 1.0}
+    (tmp_path / "run.json").write_text(json.dumps({"kind": "run", "scales": scales}))
+    done = pairsim("table", ".", "--physical")
+    assert done.returncode == 2
+    assert message in done.stderr

@@ -1,4 +1,4 @@
-"""The statements of SECURITY.md about what files cannot do. Limits on files are tested in `test_hostile_input.py`."""
+"""The statements of SECURITY.md about what files cannot do. Limits on files are tested in `test_messages.py`."""
 
 from __future__ import annotations
 

@@ -107,6 +107,13 @@ def pipe_in_two_dimensions(
     return found
 
 
+@pytest.mark.parametrize("De", [1e-6, 1.0, 1e4])
+def test_flow_without_particles_exists_over_the_whole_range_of_De_that_a_case_allows(De: float) -> None:
+    pipe = Pipe(single(Giesekus(), De=De))
+    assert pipe.until(0.01)(0.01).gradient > 0
+    assert pipe.steady().gradient > 0
+
+
 def test_start_up_on_the_mesh_follows_the_exact_one() -> None:
     found = pipe_in_two_dimensions(GIESEKUS[1.0], list(START_UP), 0.25)
     for t, gradient in START_UP.items():

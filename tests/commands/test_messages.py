@@ -1,0 +1,231 @@
+"""Wrong input ends with exit code 2 and one message that names place, value and what is allowed; nothing is written.
+
+The messages are those of `__snapshots__`. `pytest tests/commands/test_messages.py --snapshot-update` renews them; the
+difference shows which have changed.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.commands import Pairsim
+from support.fuzz import CASES, schema_of
+from syrupy.assertion import SnapshotAssertion
+
+from pairsim.commands import COMMANDS
+from pairsim.config.yaml_file import yaml_text
+from pairsim.inputs.case_files import read_case
+from pairsim.runtime.errors import InputError
+from pairsim.runtime.text import as_typed, printable
+
+RUN = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\n"
+CURVE = "beta: 0.4\nDe: 0.5\nCa_e: 0.1\nd: [0.1, 0.3]\n"
+CRITICAL = "beta: 0.4\nDe: 0.5\nCa_e: 0.1\nalong: {Ca_e: [0.05, 0.1]}\n"
+SWEEP = "base: {beta: 0.4, De: 0, Ca_e: 0.1}\ngrid:\n  d0: [0.1, 0.2]\n"
+STUDY = "base: {beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1}\ndiscretisations:\n  - {mesh.Np: 10}\n  - {mesh.Np: 20}\n"
+BOMB = "a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1]\n" + "".join(f"a{i}: &a{i} [{f'*a{i - 1}, ' * 8}]\n" for i in range(1, 9))
+PHYSICAL = "physical: {tube: 50 um, viscosity: 1 Pa.s, flow_rate: 1 ul/min}\n"
+LONGEST = 500  # characters of a line about one mistake
+Wrong = tuple[str, str]
+"""The text of case.yaml and the arguments of a command."""
+
+CASE_FILES: dict[str, Wrong] = {
+    "number out of range": (RUN.replace("0.4", "1.2"), "run"),
+    "word for a number": (RUN.replace("De: 0", "De: high"), "run"),
+    "text for a number": (RUN.replace("0.4", "'0.4'"), "run"),
+    "not a number": (RUN.replace("0.4", ".nan"), "run"),
+    "decimal comma": (RUN.replace("0.4", "0,4"), "run"),
+    "entry of a list": (RUN.replace("0.4", "[0.4, -1]"), "run"),
+    "list of another length": (RUN.replace("0.4", "[0.4, 0.3, 0.2]"), "run"),
+    "missing number": (RUN.replace("d0: 0.1\n", ""), "run"),
+    "misspelt key": (RUN + "lenght: 3\n", "run"),
+    "key unlike any other": (RUN + "gravity: 9.81\n", "run"),
+    "key without its group": (RUN + "end: 3\n", "run"),
+    "key in the wrong group": (RUN + "mesh: {end: 2}\n", "run"),
+    "dotted key": (RUN + "mesh.Np: 20\n", "run"),
+    "group that is a number": (RUN + "time: 3\n", "run"),
+    "several at once": ("beta: 2\nDe: -1\nlenght: 3\nmesh: {Np: 2}\n", "run"),
+    "inconsistent keys": (RUN + "length: 1\nlimits: {min_gap: 0.2}\noutput: {times: [5]}\n", "run"),
+    "law without its parameter": (RUN.replace("De: 0", "De: 1\nliquid: fene-p"), "run"),
+    "parameter of another law": (RUN.replace("De: 0", "De: 1\nliquid: oldroyd-b\nalpha: 0.2"), "run"),
+    "unknown law": (RUN + "liquid: water\n", "run"),
+    "memory in a liquid without one": (RUN.replace("De: 0", "De: 1\nliquid: newtonian"), "run"),
+    "unit of another kind": (PHYSICAL.replace("1 ul/min", "3 mm") + "Ca_e: 0\nbeta: 0.4\nd0: 0.1\n", "run"),
+    "unit and number": (PHYSICAL.replace("}", ", relaxation: 2 ms}") + RUN, "run"),
+    "mesh too large for memory": (RUN + "mesh: {max_size: 0.001, growth: 0.01}\n", "run"),
+    "name that leaves the folder": (RUN + "name: ..\n", "run"),
+    "case of another command": (CURVE, "run"),
+    "grid": (SWEEP, "run"),
+    "soft particles that are moved": (CURVE + "velocity: 1\n", "curve"),
+    "invalid range": (CURVE.replace("[0.1, 0.3]", "{start: 0}"), "curve"),
+    "fields outside the curve": (CURVE + "fields: [0.9]\n", "curve"),
+    "critical distances of three": (CRITICAL + "particles: 3\n", "critical"),
+    "unknown parameter to follow": (CRITICAL.replace("{Ca_e", "{beta"), "critical"),
+    "wrong entry of a grid": (SWEEP.replace("0.2]", "-2]"), "sweep"),
+    "all of a sweep": (
+        "command: fly\nbase: {beta: 4, De: 0, mesh: {NP: 3}}\nexlude: []\ngrid:\n  d0: [0.1, -0.2]\n"
+        "  mesh.growth: {start: 0.1, stop: 0.2}\nzip: {De: [0, 1], xi: [0.1]}\n"
+        "cases:\n  - {Ca_e: 1}\n  - 7\n  - nowhere.yaml\nexclude:\n  - {}\n  - {De: {min: low}}\n",
+        "sweep",
+    ),
+    "all of a study": (
+        "base: {beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1}\nrepeet: 2\nrepeat: 1.5\nat: [1, -1]\nexact: x\n"
+        "reference: best\nquantity: 3\ndiscretisations:\n  - {command: fly}\n  - {mesh.Np: 2, repeat: 0}\n",
+        "study",
+    ),
+}
+YAML_FILES: dict[str, Wrong] = {
+    "repeated key": (RUN + "beta: 0.3\n", "run"),
+    "unclosed bracket": ("beta: [0.4\nDe: 0\n", "run"),
+    "tab": ("mesh:\n\tNp: 8\n", "run"),
+    "list": ("- 1\n- 2\n", "run"),
+    "empty": ("", "run"),
+    "deep": (RUN + "x: " + "[" * 3000, "run"),
+    "group within itself": (RUN + "mesh: &m {Np: *m}\n", "run"),
+    "alias bomb": (BOMB + RUN.replace("0.4", "*a8"), "run"),
+    "large": (RUN + "# " + "x" * 2_000_000, "run"),
+    "tag of an object": (RUN + "name: !!python/object/apply:os.system [touch executed]\n", "run"),
+    "control characters": (RUN + '"a\\nb\\e[31mc": 1\n', "run"),
+    "400 digits": (RUN.replace("0.4", "4" * 400), "run"),
+    "many keys": (RUN + "".join(f"key{i}: 1\n" for i in range(100)), "run"),
+    "case outside of the folder": (SWEEP + "cases: [/etc/passwd]\n", "sweep"),
+}
+LINES: dict[str, str] = {
+    "no such file": "run nowhere.yaml",
+    "folder for a file": "run folder",
+    "pipe": "run pipe",
+    "folder in use": "run case.yaml -o full",
+    "long name": f"run case.yaml -o {'a' * 300}",
+    "contradicting options": "run case.yaml --resume full --overwrite",
+    "setting without a value": "run case.yaml --set mesh.Np",
+    "wrong setting": "run case.yaml --set mesh.Np=2",
+    "setting through a number": "run case.yaml --set beta.x=1",
+    "picture of an empty folder": "plot folder",
+    "picture of something else": "plot full",
+    "travel time of a run": "travel ran --from 0.1 --to 0.2",
+    "quantity without a unit": "units --tube 50 --particle 20um --viscosity 1Pa.s --flow 1ul/min",
+    "unknown shard": "sweep grid.yaml --shard 3/2",
+    "unknown time": "sweep grid.yaml --walltime soon",
+    "setting without a case": "schema run --set De=1",
+}
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with a case, a grid, a pipe, and folders that are empty, hold something else, and hold a run."""
+    for name, file in (("folder", ""), ("full", "notes.txt"), ("ran", "run.json"), ("ran", "series.csv")):
+        (tmp_path / name).mkdir(exist_ok=True)
+        if file:
+            (tmp_path / name / file).write_text(json.dumps({"status": "finished"}))
+    (tmp_path / "grid.yaml").write_text(SWEEP)
+    os.mkfifo(tmp_path / "pipe")
+    return tmp_path
+
+
+def message(folder: Path, pairsim: Pairsim, text: str, arguments: str) -> str:
+    """What a command says that must end with exit code 2, and write nothing."""
+    (folder / "case.yaml").write_text(text)
+    before = sorted(folder.rglob("*"))
+    done = pairsim(*arguments.split())
+    assert done.returncode == 2
+    assert sorted(folder.rglob("*")) == before
+    assert done.stdout == ""
+    assert done.stderr.startswith("pairsim")
+    assert all(len(line) < LONGEST for line in done.stderr.splitlines())
+    return done.stderr
+
+
+@pytest.mark.parametrize("name", CASE_FILES)
+def test_message_names_line_key_value_and_what_is_allowed(
+    name: str, folder: Path, pairsim: Pairsim, snapshot: SnapshotAssertion
+) -> None:
+    text, command = CASE_FILES[name]
+    assert message(folder, pairsim, text, f"{command} case.yaml") == snapshot
+
+
+@pytest.mark.parametrize("name", YAML_FILES)
+def test_message_on_a_file_that_is_no_case(
+    name: str, folder: Path, pairsim: Pairsim, snapshot: SnapshotAssertion
+) -> None:
+    text, command = YAML_FILES[name]
+    assert message(folder, pairsim, text, f"{command} case.yaml") == snapshot
+
+
+@pytest.mark.parametrize("name", LINES)
+def test_message_on_a_command_line(name: str, folder: Path, pairsim: Pairsim, snapshot: SnapshotAssertion) -> None:
+    assert message(folder, pairsim, RUN, LINES[name]) == snapshot
+
+
+def numbers(command: str) -> list[tuple[str, float, float]]:
+    """Keys of the top level that are one number, with their limits."""
+    keys = schema_of(command)["properties"].items()
+    return [(key, each["minimum"], each["maximum"]) for key, each in keys if {"minimum", "maximum"} <= each.keys()]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_number_has_limits_and_is_named_with_them(command: str, tmp_path: Path) -> None:
+    path = tmp_path / "case.yaml"
+    bounded = numbers(command)
+    assert bounded
+
+    @settings(derandomize=True, database=None, max_examples=40)
+    @given(st.sampled_from(bounded), st.floats(0.01, 1e6), st.booleans())
+    def each(key: tuple[str, float, float], excess: float, above: bool) -> None:
+        name, least, most = key
+        value = most + excess if above else least - excess
+        path.write_text(yaml_text(CASES[command] | {name: value}))
+        with pytest.raises(InputError) as caught:
+            read_case(COMMANDS[command], path)
+        assert any(each.key == name and each.value == value for each in caught.value.mistakes)
+
+    each()
+
+
+@pytest.mark.parametrize("name", ["2020-13-45", "2026-01-15", "010", "yes", "on"])
+def test_dates_and_words_are_text(name: str, tmp_path: Path) -> None:
+    path = tmp_path / "case.yaml"
+    path.write_text(RUN + f"name: {name}\n")
+    assert read_case(COMMANDS["run"], path).name == name
+
+
+def test_settings_replace_keys_of_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "case.yaml"
+    path.write_text(RUN)
+    case = read_case(COMMANDS["run"], path, ("mesh.Np=20", "Ca_e=[0.1, 0]"))
+    assert (case.mesh.Np, case.Ca_e) == (20, (0.1, 0))
+
+
+@pytest.mark.parametrize("launched", [0, 1])
+def test_processes_that_do_not_see_each_other_complain_once(
+    launched: int, folder: Path, pairsim: Pairsim, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (folder / "case.yaml").write_text(RUN)
+    monkeypatch.setenv("PMI_SIZE", "2")
+    monkeypatch.setenv("PMI_RANK", str(launched))
+    done = pairsim("run", "case.yaml", "-o", "out")
+    assert done.returncode == 2
+    assert done.stderr.count("do not see each other") == 1 - launched
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (True, "true"),
+        (0.34 + 1e-17, "0.34"),
+        ({"a": [1] * 20}, "{a: [1, 1, 1, 1, 1, 1, 1, 1, …]}"),
+        ([[[[[1]]]]], "[[[[[…]]]]]"),
+        ("a\nb", "'a\\nb'"),
+    ],
+)
+def test_values_are_shown_shortened(value: object, text: str) -> None:
+    assert as_typed(value) == text
+
+
+def test_texts_are_shown_on_one_line() -> None:
+    assert printable("a\x1b[31m\ud800b\n") == "a\\x1b[31m\\ud800b\\n"
+    assert printable("abcdefgh", 5) == "ab…gh"
