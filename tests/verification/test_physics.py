@@ -1,0 +1,105 @@
+"""What docs/explanation/physics.md says of pairs, a statement a test, on small meshes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pairsim
+
+SCENE: dict[str, Any] = {
+    "beta": 0.4, "De": 0, "Ca_e": 0, "d": [0.2], "ends": "developed", "length": 4, "mesh": {"Np": 14, "max_size": 0.15}
+}  # fmt: skip
+EXACT = 1e-9
+"""Relative difference of two solutions of the same equations, by the tolerance of Newton's method."""
+
+
+def point(**keys: Any) -> dict[str, float]:
+    """The row of a curve at one distance."""
+    return dict(pairsim.curve(SCENE | keys).table.iloc[0])
+
+
+def test_reversibility_each_rigid_sphere_is_as_fast_ahead_as_behind() -> None:
+    behind, ahead = point(beta=[0.3, 0.4]), point(beta=[0.4, 0.3])
+    assert behind["U_T"] == pytest.approx(ahead["U_L"], rel=1e-5)
+    assert behind["U_L"] == pytest.approx(ahead["U_T"], rel=1e-5)
+
+
+def test_reversibility_does_not_hold_for_soft_spheres() -> None:
+    behind, ahead = point(Ca_e=[0.1, 0]), point(Ca_e=[0, 0.1])
+    assert abs(behind["dU"] + ahead["dU"]) > 5 * (behind["dU_error"] + ahead["dU_error"])
+
+
+def test_translation_the_length_of_tube_on_either_side_does_not_matter() -> None:
+    soft = [point(Ca_e=0.1, length=length) for length in (4, 6)]
+    assert abs(soft[0]["dU"] - soft[1]["dU"]) < soft[0]["dU_error"] + soft[1]["dU_error"]
+
+
+def test_a_far_pair_is_two_single_particles() -> None:
+    far, single = point(Ca_e=0.1, d=[2.0], length=7), point(Ca_e=0.1, particles=1, d=None)
+    assert far["U_L"] == pytest.approx(single["U_1"], abs=1e-4)
+
+
+def test_dU_of_equal_soft_spheres_is_odd_in_their_softness() -> None:
+    """The mirror image of a pair in the reversed flow is the pair with -Ca_e: dU = a Ca_e + b Ca_e^3 + ..."""
+    dU = [point(Ca_e=Ca_e)["dU_held"] / Ca_e for Ca_e in (1e-3, 2e-3, 4e-3)]
+    assert dU[1] == pytest.approx(dU[0], rel=0.01)
+    assert (dU[2] - dU[1]) / (dU[1] - dU[0]) == pytest.approx(4, rel=0.05)
+
+
+def test_elasticity_of_the_liquid_acts_on_rigid_pairs_in_proportion_to_the_polymer() -> None:
+    dU = [point(De=0.3, xi=1 - polymer)["dU_held"] / polymer for polymer in (1e-3, 2e-3)]
+    assert dU[1] == pytest.approx(dU[0], rel=0.02)
+
+
+ALIKE: dict[str, tuple[dict[str, Any], dict[str, Any], float]] = {
+    "Giesekus without mobility": ({"liquid": "giesekus", "alpha": 0}, {"liquid": "oldroyd-b"}, EXACT),
+    "linear PTT without breakage": ({"liquid": "ptt-linear", "epsilon": 0}, {"liquid": "oldroyd-b"}, EXACT),
+    "exponential PTT without breakage": ({"liquid": "ptt-exp", "epsilon": 0}, {"liquid": "oldroyd-b"}, EXACT),
+    "FENE-P of any length": ({"liquid": "fene-p", "L2": 1e8}, {"liquid": "oldroyd-b"}, 1e-5),
+    "exponential and linear PTT": (
+        {"liquid": "ptt-exp", "epsilon": 1e-5},
+        {"liquid": "ptt-linear", "epsilon": 1e-5},
+        1e-4,
+    ),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ALIKE)
+def test_laws_become_one_another_at_the_ends_of_their_parameters(name: str) -> None:
+    one, other, difference = ALIKE[name]
+    a, b = (point(De=0.3, **keys) for keys in (one, other))
+    assert a["dU"] == pytest.approx(b["dU"], rel=difference)
+    assert a["dp_plus"] == pytest.approx(b["dp_plus"], rel=difference)
+
+
+def test_a_neo_hookean_solid_is_a_mooney_rivlin_solid_without_the_second_invariant() -> None:
+    one, other = (point(Ca_e=0.1, solid=solid) for solid in ("neo-hookean", {"law": "mooney-rivlin", "c": 0}))
+    assert one["dU"] == pytest.approx(other["dU"], rel=EXACT)
+
+
+def test_shape_and_velocity_depend_on_viscosity_over_modulus_alone() -> None:
+    """A case in units: twice the viscosity and twice the modulus are the same beads in the same flow."""
+    tube = {"tube": "50 um", "particle": "20 um", "velocity": "10 mm/s", "distance": "10 um"}
+    keys = {name: value for name, value in SCENE.items() if name not in ("beta", "Ca_e", "d")}
+    rows = [
+        pairsim.curve(keys | {"physical": tube | {"viscosity": f"{k} Pa.s", "modulus": f"{5 * k} kPa"}}).table.iloc[0]
+        for k in (1, 2)
+    ]
+    assert rows[0]["dU"] == rows[1]["dU"]
+
+
+def test_held_and_moving_pairs_have_the_same_signs_and_zeros() -> None:
+    found = pairsim.curve(SCENE | {"beta": 0.2, "Ca_e": 0.1, "d": {"start": 0.03, "stop": 0.2, "num": 5}})
+    moving, held = found.table["dU"], found.table["dU_held"]
+    assert set(np.sign(moving)) == {1, -1}
+    assert (np.sign(moving) == np.sign(held)).all()
+
+
+def test_a_larger_particle_is_slower_and_takes_more_pressure() -> None:
+    rows = [point(beta=beta) for beta in (0.2, 0.3, 0.4, 0.5)]
+    assert (np.diff([row["U_L"] for row in rows]) < 0).all()
+    assert (np.diff([row["dp_plus"] for row in rows]) > 0).all()
