@@ -14,7 +14,9 @@ from pairsim.results.columns import Column
 from pairsim.results.folders import read_record
 
 if TYPE_CHECKING:
+    from pairsim.drivers.events import Events
     from pairsim.drivers.outcome import Outcome
+    from pairsim.drivers.session import Options
     from pairsim.plots.style import Page
     from pairsim.runtime.arrays import Array
 
@@ -46,8 +48,8 @@ class InSweeps[C: SceneCase]:
         read: Reads their values from a folder; values that are missing are left out, without an error.
         parameters: Keys that results.csv always has, also if they do not vary.
         last: Last columns of results.csv, taken from run.json.
-        neighbours: Keys along which a case can start from the solutions of the previous one, which `compute` then takes
-            as `warm_start` (`drivers/curve.py: WarmStart`); empty where it cannot.
+        neighbours: Keys along which a case can start from the solutions of the previous one (`drivers/warm_start.py`);
+            empty where it cannot.
     """
 
     columns: Callable[[C], Sequence[str]]
@@ -67,8 +69,8 @@ class Command[C: SceneCase]:
         model: Keys of its case file; `model.kind` is the name of the command.
         check: Yields the mistakes in which keys do not go together.
         estimate: Estimates the cost of a case.
-        compute: Computes a case into a folder: takes the case, the folder, `Options` and the flags as keywords,
-            and `resume` where it is `resumable`.
+        solve: Its computation, a generator of the events in `drivers/events.py`: takes the case, the flags as keywords,
+            `warm_start` where its cases have `neighbours`, and `earlier` where it is `resumable`.
         about: Its help on the command line: a sentence, then what the case file has and what is written.
         examples: How it is used, separated by "|".
         tables: Names of its tables without .csv, the main one first.
@@ -83,14 +85,14 @@ class Command[C: SceneCase]:
         distances: Distances of a case of `pairsim units` that has none [D_c]; empty where it makes no such cases.
         frames: What its fields are written at: "t", "d", or "" where it writes none.
         flags: Options of its own.
-        resumable: Whether it goes on from a checkpoint.
+        resumable: Whether it goes on from a checkpoint; the main table is then an appended one.
         draws_itself: Whether its pictures are drawn when it ends.
     """
 
     model: type[C]
     check: Callable[[C], Iterator[Mistake]]
     estimate: Callable[[C], Estimate]
-    compute: Callable[..., Outcome]
+    solve: Callable[..., Events]
     about: str
     examples: str
     tables: tuple[str, ...]
@@ -111,6 +113,12 @@ class Command[C: SceneCase]:
     def name(self) -> str:
         """Its name on the command line and in Python."""
         return self.model.kind
+
+    def compute(self, case: C, directory: Path, options: Options, **more: Any) -> Outcome:
+        """Compute a case and write it to a folder; `more` goes to `carry_out` (`drivers/session.py`)."""
+        from pairsim.drivers.session import carry_out
+
+        return carry_out(self.solve, case, directory, options, appended=self.tables[0] * self.resumable, **more)
 
     def values(self, directory: Path) -> dict[str, Value]:
         """Values of a folder for the columns of results.csv."""

@@ -11,16 +11,15 @@ from pairsim.config.curve_case import CriticalCase, check_critical
 from pairsim.results.folders import rows_of
 
 if TYPE_CHECKING:
-    from pairsim.drivers.outcome import Outcome
-    from pairsim.drivers.session import Options
+    from pairsim.drivers.events import Events
     from pairsim.plots.style import Page
 
 
-def compute(case: CriticalCase, directory: Path, options: Options) -> Outcome:
-    """See `pairsim.drivers.critical.run_critical`."""
-    from pairsim.drivers.critical import run_critical
+def solve(case: CriticalCase, **more: Any) -> Events:
+    """See `pairsim.drivers.critical.solve`."""
+    from pairsim.drivers import critical
 
-    return run_critical(case, directory, options)
+    return critical.solve(case, **more)
 
 
 def estimate(case: CriticalCase) -> Estimate:
@@ -68,7 +67,7 @@ COMMAND = Command(
     model=CriticalCase,
     check=check_critical,
     estimate=estimate,
-    compute=compute,
+    solve=solve,
     about=r"""Find the distances at which dU = 0, and follow them over a parameter.
 
 The case file has along: {Ca_e: ...} or {De: ...} with values or {start, stop,

@@ -14,16 +14,15 @@ from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.distances import between
 
 if TYPE_CHECKING:
-    from pairsim.drivers.outcome import Outcome
-    from pairsim.drivers.session import Options
+    from pairsim.drivers.events import Events
     from pairsim.plots.style import Page
 
 
-def compute(case: CurveCase, directory: Path, options: Options, **more: Any) -> Outcome:
-    """See `pairsim.drivers.curve.run_curve`."""
-    from pairsim.drivers.curve import run_curve
+def solve(case: CurveCase, **more: Any) -> Events:
+    """See `pairsim.drivers.curve.solve`."""
+    from pairsim.drivers import curve
 
-    return run_curve(case, directory, options, **more)
+    return curve.solve(case, **more)
 
 
 def estimate(case: CurveCase) -> Estimate:
@@ -98,7 +97,7 @@ COMMAND = Command(
     model=CurveCase,
     check=check_curve,
     estimate=estimate,
-    compute=compute,
+    solve=solve,
     about="""Compute the quasi-steady master curve dU(d) and its zeros.
 
 The case file has d (distances in tube diameters D_c: a list, or {start, stop,

@@ -13,16 +13,15 @@ from pairsim.config.cost import ERROR_TOO, RUN_BYTES, START, Estimate, memory_of
 from pairsim.results.columns import gap_endings
 
 if TYPE_CHECKING:
-    from pairsim.drivers.outcome import Outcome
-    from pairsim.drivers.session import Options
+    from pairsim.drivers.events import Events
     from pairsim.plots.style import Page
 
 
-def compute(case: Case, directory: Path, options: Options, *, resume: bool = False) -> Outcome:
-    """See `pairsim.drivers.run.run_case`."""
-    from pairsim.drivers.run import run_case
+def solve(case: Case, **more: Any) -> Events:
+    """See `pairsim.drivers.run.solve`."""
+    from pairsim.drivers import run
 
-    return run_case(case, directory, options, resume=resume)
+    return run.solve(case, **more)
 
 
 def estimate(case: Case) -> Estimate:
@@ -84,7 +83,7 @@ COMMAND = Command(
     model=Case,
     check=check_together,
     estimate=estimate,
-    compute=compute,
+    solve=solve,
     about="""Compute one case in time.
 
 Writes series.csv, fields.xdmf, case.yaml, run.json and checkpoint.npz.

@@ -19,8 +19,7 @@ from pairsim.results.columns import Column
 from pairsim.results.folders import rows_of
 
 if TYPE_CHECKING:
-    from pairsim.drivers.outcome import Outcome
-    from pairsim.drivers.session import Options
+    from pairsim.drivers.events import Events
     from pairsim.plots.style import Page
 
 D_ERROR = Column("D_error", r"\epsilon_D", "|D - D on a mesh with cells 2^0.5 times larger|", "")
@@ -68,47 +67,30 @@ def estimate(case: ShapeCase) -> Estimate:
     return steady_estimate(case, len(case.series), mesh_error=True)
 
 
-def compute(case: ShapeCase, directory: Path, options: Options) -> Outcome:
-    """Solve the shapes in ascending Ca_e and write them to a folder."""
+def solve(case: ShapeCase) -> Events:
+    """Solve the shapes in ascending Ca_e."""
     from pairsim.config.form_kinds import forms_of
+    from pairsim.drivers.events import AtEnd, Begin, Progress, Row, Table
     from pairsim.drivers.outcome import Outcome
     from pairsim.drivers.problems import steady_problem
-    from pairsim.drivers.quasi_steady import conclude, health_columns, kept, point_row
-    from pairsim.drivers.session import open_session
-    from pairsim.fem.form_cache import ensure_compiled
-    from pairsim.solvers.curves.branch import Branch, Point
+    from pairsim.drivers.quasi_steady import Solutions, health_columns, point_row
     from pairsim.solvers.parameters import Parameters
 
+    yield Begin(f"{len(case.series)} shapes", len(case.series), forms_of(case))
     own = [each.name if isinstance(each, Column) else each for each in COLUMNS]
-    columns = [*own, *health_columns(case)]
-    rows: list[dict[str, float]] = []
-    points: list[Point] = []
-    branch: Branch | None = None
-    with open_session(case, directory, options) as session:
-        session.announce(f"{len(case.series)} shapes", len(case.series))
-
-        def work() -> Outcome:
-            nonlocal branch
-            session.write_table("shape.csv", columns, rows)
-            ensure_compiled(forms_of(case), session.reporter.note)
-            start = Parameters((), case.solid_models, case.liquid_model)
-            for Ca_e in case.series:
-                place = start.with_Ca_e(Ca_e)
-                branch = branch or Branch(steady_problem(case, 1.0), place, mesh_error=True)
-                points.append(branch.at(place))
-                row = point_row(points[-1]) | {"Ca_e": Ca_e}
-                row["D_error"] = abs(float(branch.scenes[1].observe().D[0]) - row["D_1"])
-                rows.append({name: row[name] for name in columns})
-                session.write_table("shape.csv", columns, rows)
-                shown = f"Ca_e = {Ca_e:.4g}  D = {row['D_1']:.5f}  shape {len(rows)}"
-                session.reporter.update(len(rows), shown, len(rows))
-            return Outcome("finished", "end", f"{len(rows)} shapes")
-
-        outcome = conclude(case, session, session.carry_out(work, kept), branch, points, [], {"points": len(rows)})
-        if branch is not None:
-            branch.close()
-        session.reporter.finish(outcome.message)
-        return outcome
+    yield Table("shape", [*own, *health_columns(case)])
+    with Solutions(case) as found:
+        yield AtEnd(lambda: [found.summary({"points": len(found.points)})])
+        start = Parameters((), case.solid_models, case.liquid_model)
+        for count, Ca_e in enumerate(case.series, 1):
+            place = start.with_Ca_e(Ca_e)
+            branch = found.branch or found.begin(steady_problem(case, 1.0), place, mesh_error=True)
+            found.points.append(branch.at(place))
+            row = point_row(found.points[-1]) | {"Ca_e": Ca_e}
+            row["D_error"] = abs(float(branch.scenes[1].observe().D[0]) - row["D_1"])
+            yield Progress(count, f"Ca_e = {Ca_e:.4g}  D = {row['D_1']:.5f}  shape {count}", count)
+            yield Row("shape", row)
+    return Outcome("finished", "end", f"{len(case.series)} shapes")
 
 
 def answer(tables: Tables, _: dict[str, Any]) -> list[str]:
@@ -159,7 +141,7 @@ COMMAND = Command(
     model=ShapeCase,
     check=check,
     estimate=estimate,
-    compute=compute,
+    solve=solve,
     about="""Compute the steady shape of one particle over Ca_e.
 
 The case file has particles: 1, and along: values of Ca_e (a list, or {start,

@@ -1,113 +1,143 @@
-"""`pairsim critical`: compute the critical distances of a case and write them to a folder."""
+"""The computation of `pairsim critical`: zeros of dU, followed over a parameter."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from typing import Any, cast
 
 from pairsim.config.curve_case import CriticalCase
 from pairsim.config.form_kinds import forms_of
-from pairsim.drivers.adaptive import Adaptation
-from pairsim.drivers.critical_output import CriticalOutput
+from pairsim.drivers.events import AtEnd, Begin, Event, Events, Note, Progress, Row, Table
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import steady_problem
-from pairsim.drivers.quasi_steady import conclude, kept
-from pairsim.drivers.session import Options, Session, open_session
-from pairsim.drivers.warnings import large_errors
-from pairsim.fem.form_cache import ensure_compiled
+from pairsim.drivers.quasi_steady import Solutions, error_at, health_columns, point_row
+from pairsim.drivers.warnings import ErrorAt, large_errors
+from pairsim.results.columns import CRITICAL_COLUMNS
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
-from pairsim.solvers.curves.branch import Branch
-from pairsim.solvers.curves.critical import Followed, Region, find_all, follow_all, with_value
+from pairsim.solvers.curves.branch import Point
+from pairsim.solvers.curves.critical import (
+    Critical,
+    End,
+    Finding,
+    Followed,
+    Missed,
+    Region,
+    find_all,
+    follow_all,
+    value_of,
+    with_value,
+)
+from pairsim.solvers.curves.curve import Jump
 from pairsim.solvers.parameters import Parameters
 
-
-def run_critical(case: CriticalCase, directory: Path, options: Options) -> Outcome:
-    """Find critical distances, follow them over a parameter, and write them to a folder.
-
-    Args:
-        case: The validated case.
-        directory: Folder for the results.
-        options: Overwriting, progress and signals.
-
-    Returns:
-        How the command ended. Results found before a failure are in the folder, too.
-
-    Raises:
-        InputError: The folder exists and may not be overwritten, or another command is writing to it.
-        WriteFailure: The first files of the folder cannot be written.
-    """
-    with open_session(case, directory, options) as session:
-        return _run(case, session)
+Line = dict[str, float]
+"""The parameter of a line of critical distances and its value; empty without `lines`."""
 
 
-def _run(case: CriticalCase, session: Session) -> Outcome:
-    """Find and follow the critical distances of every line in an open session."""
-    session.write(lambda: session.record.write(None, {}, {}))
+def solve(case: CriticalCase) -> Events:
+    """Find the critical distances of every line, and follow them over the parameter of the case."""
     least, most = case.d
     region = _region(case)
     lines = list(_lines(case, region))
     count = len(lines) * (len(region.values) if region is not None else 1)
-    session.announce(f"zeros of dU between d = {least:g} and {most:g}", count)
-    output = CriticalOutput(case, session)
-    branch: Branch | None = None
-    adaptation: Adaptation | None = None
-
-    def work() -> Outcome:
-        nonlocal branch, adaptation
-        output.write()
-        ensure_compiled(forms_of(case), session.reporter.note)
+    yield Begin(f"zeros of dU between d = {least:g} and {most:g}", count, forms_of(case))
+    with Solutions(case) as found:
+        zeros = _Zeros(found, None if region is None else region.name)
+        yield AtEnd(zeros.end)
+        columns = [*CRITICAL_COLUMNS, *(["mesh_error"] if case.mesh_error else []), *health_columns(case)]
+        yield Table("critical", columns)
         failures: list[str] = []
         for line, start in lines:
-            output.begin_line(line)
             try:
-                if branch is None:
+                if found.branch is None:  # meshes are adapted to the zeros asked for, not to those between them
                     last = start if region is None else with_value(region.name, start, region.values[-1])
-                    adaptation, branch = _begin(case, session, start, last)
-                branch.at(start)
-                findings = find_all(branch, least, most) if region is None else follow_all(branch, region)
-                for found in findings:
-                    output.take(found)
+                    options: Any = {"places": [start.gaps], "last": last, "zeros_only": True}
+                    found.begin(steady_problem(case, least), start, mesh_error=case.mesh_error, **options)
+                assert found.branch is not None
+                found.branch.at(start)
+                of_line = find_all(found.branch, least, most) if region is None else follow_all(found.branch, region)
+                yield from zeros.take(of_line, line)
             except (NoSteadyState, MeshFailure) as failure:
                 if not line:
                     raise
                 failures += [f"{name} = {value:g}: {failure}" for name, value in line.items()]
-                session.reporter.note(failures[-1])
+                yield Note(failures[-1])
         if failures:
             raise NoSteadyState("; ".join(failures))
-        message = f"{len(output.rows)} critical distances on {output.branches} branches"
-        return Outcome("finished", "end", message)
-
-    outcome = session.carry_out(work, kept)
-    large = large_errors(case, "the error of a critical distance or parameter", "itself", output.errors)
-    warnings = [*output.warnings, *large]
-    summary: dict[str, Any] = {"ends": output.ends}
-    if adaptation is not None:
-        summary["adaptation"], missed = adaptation.report(output.kept_points)
-        warnings += missed
-    outcome = conclude(case, session, outcome, branch, output.points, warnings, summary)
-    if branch is not None:
-        branch.close()
-    session.reporter.finish(outcome.message)
-    return outcome
+        return Outcome("finished", "end", f"{len(found.points)} critical distances on {zeros.branches} branches")
 
 
-def _begin(
-    case: CriticalCase, session: Session, start: Parameters, last: Parameters
-) -> tuple[Adaptation | None, Branch]:
-    """A first solution. Meshes are adapted to the zeros that were asked for, not to those between them.
+class _Zeros:
+    """The critical distances found so far.
 
-    Raises:
-        NoSteadyState: No solution was found.
-        MeshFailure: A mesh could not be generated.
+    Args:
+        found: The quasi-steady solutions of the command; those at critical distances are added to its points.
+        followed: The parameter over which they are followed, None if they are not.
+
+    Attributes:
+        branches: Number of branches with a critical distance.
     """
-    problem = steady_problem(case, case.d[0])
-    if case.adapts:
-        options: Any = {"mesh_error": case.mesh_error, "zeros_only": True, "last": last}
-        adaptation = Adaptation.begin(case, problem, start, [start.gaps], **options)
-        if adaptation is not None:
-            return adaptation, adaptation.branch
-    return None, Branch(problem, start, case.mesh_error)
+
+    def __init__(self, found: Solutions, followed: Followed | None) -> None:
+        self.found, self.followed = found, followed
+        self.branches = 0
+        self._wanted: list[Point] = []  # those at requested values, whose error `accuracy` is kept for
+        self._errors: list[ErrorAt] = []  # relative to the distance or, where two zeros meet, to the parameter
+        self._ends: list[dict[str, Any]] = []
+        self._warnings: list[str] = []
+        self._solved = 0
+
+    def take(self, findings: Iterable[Finding], line: Line) -> Iterator[Event]:
+        """Show the findings on a line, whose branches are numbered after those before, and write its zeros."""
+        before = self.branches
+        for each in findings:
+            match each:
+                case Point():
+                    yield self._shown(f"search: d = {each.d:.5f}  dU = {each.dU:+.4e}")
+                case Critical():
+                    self.branches = max(self.branches, each.branch + before)
+                    yield from self._critical(each, each.branch + before)
+                case End():
+                    numbered = replace(each, branch=each.branch + before)
+                    self._ends.append({**line, **vars(numbered)})
+                    yield Note(f"branch {numbered.branch}: {numbered.message}")
+                case Jump() | Missed():
+                    self._warnings.append(each.message)
+
+    def _shown(self, text: str) -> Progress:
+        self._solved += 1
+        return Progress(len(self._wanted), text, self._solved)
+
+    def _critical(self, critical: Critical, branch: int) -> Iterator[Event]:
+        point = critical.point
+        place, row = point.parameters, dict[str, Any](point_row(point))
+        self.found.points.append(point)
+        self._wanted += [point] if critical.kind == "wanted" else []
+        slope = point.slope_at_rest
+        row |= {"Ca_e": max(place.Ca_es), "De": place.De, "d_cr": point.d, "U": row["U_T"], "slope": slope}
+        row |= {"kind": critical.kind, "branch": branch, "stable": "true" if slope < 0 else "false"}
+        row |= {"d_error": "", "parameter_error": ""}
+        if critical.by_parameter is None:
+            row["d_error"] = row["dU_error"] / abs(slope)
+            size = abs(slope) * point.d
+        else:  # where two zeros meet, the slope vanishes
+            row["parameter_error"] = row["dU_error"] / abs(critical.by_parameter)
+            assert self.followed is not None
+            size = abs(critical.by_parameter) * value_of(self.followed, place)
+        self._errors.append(error_at(point, 0, size))
+        yield self._shown(f"Ca_e = {row['Ca_e']:.5g}  De = {place.De:.5g}  d_cr = {point.d:.5f}  {critical.kind}")
+        yield Row("critical", row)
+
+    def end(self) -> Iterator[Event]:
+        """What run.json says."""
+        entries: dict[str, Any] = {"ends": self._ends}
+        large = large_errors(self.found.case, "the error of a critical distance or parameter", "itself", self._errors)
+        warnings = [*self._warnings, *large]
+        if self.found.adaptation is not None:
+            entries["adaptation"], missed = self.found.adaptation.report(self._wanted)
+            warnings += missed
+        yield self.found.summary(entries, warnings)
 
 
 def _region(case: CriticalCase) -> Region | None:
@@ -118,7 +148,7 @@ def _region(case: CriticalCase) -> Region | None:
     return Region(cast(Followed, name), tuple(sorted(values)), *case.d)
 
 
-def _lines(case: CriticalCase, region: Region | None) -> Iterator[tuple[dict[str, float], Parameters]]:
+def _lines(case: CriticalCase, region: Region | None) -> Iterator[tuple[Line, Parameters]]:
     """Yield, for each line, the value of its parameter (empty without `lines`) and the parameters where it begins."""
     start = Parameters((case.d[1],), case.solid_models, case.liquid_model)
     if region is not None:

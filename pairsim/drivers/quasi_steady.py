@@ -1,14 +1,15 @@
-"""Shared by curve and critical: rows of quasi-steady solutions, cost of a branch, and the final run.json."""
+"""Quasi-steady solutions of a command: their branch, rows of tables, and what run.json says of them at the end."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Self
 
 from pairsim.config.case import SceneCase
 from pairsim.config.checked_range import beyond_checked
-from pairsim.drivers.outcome import Outcome
-from pairsim.drivers.session import Session, write_failure
+from pairsim.drivers.adaptive import Adaptation
+from pairsim.drivers.events import Summary
+from pairsim.drivers.warm_start import WarmStart
 from pairsim.drivers.warnings import ErrorAt, coarse_mesh, moves_on, near_ends, unresolved_stress
 from pairsim.results.columns import (
     CURVE_HEALTH,
@@ -20,12 +21,78 @@ from pairsim.results.columns import (
     particle_endings,
 )
 from pairsim.solvers.curves.branch import Branch, Point
+from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import where
 
 
-def kept() -> str:
-    """End of the message of an interrupted computation, after the name of the signal."""
-    return "; the results written so far are kept"
+class Solutions:
+    """The quasi-steady solutions of a case, on a branch that is closed at the end of the context.
+
+    Args:
+        case: The case.
+        warm_start: What keeps the branch for the next case, if this one finishes.
+
+    Attributes:
+        points: The solutions that are results.
+        adaptation: The meshes that follow from `accuracy`, None if they do not.
+        branch: The branch, None until `begin`.
+    """
+
+    def __init__(self, case: SceneCase, warm_start: WarmStart | None = None) -> None:
+        self.case, self.points = case, list[Point]()
+        self.adaptation: Adaptation | None = None
+        self.branch: Branch | None = None
+        self._own, self._kept = warm_start is None, warm_start or WarmStart()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if self._own or kind is not None:
+            self._kept.close()
+
+    def begin(
+        self,
+        problem: SteadyProblem,
+        first: Parameters,
+        *,
+        places: Sequence[tuple[float, ...]] = (),
+        last: Parameters | None = None,
+        mesh_error: bool = False,
+        sensitivities: bool = False,
+        zeros_only: bool = False,
+    ) -> Branch:
+        """Solve at the first parameters, on meshes that follow from `accuracy` where the case wants it.
+
+        Args:
+            problem: The problem.
+            first: The first parameters.
+            places, last, zeros_only: See `Adaptation.begin`.
+            mesh_error, sensitivities: See `Branch`.
+
+        Raises:
+            NoSteadyState: No solution was found.
+            MeshFailure: A mesh could not be generated.
+        """
+        options: Any = {"mesh_error": mesh_error, "sensitivities": sensitivities}
+        if self.case.adapts:
+            options |= {"last": last, "zeros_only": zeros_only}
+            self.adaptation = Adaptation.begin(self.case, problem, first, places, **options)
+        if self.adaptation is not None:
+            self.branch = self.adaptation.branch
+            self._kept.replace(self.branch)
+        else:
+            self.branch = self._kept.start(problem, first, mesh_error, sensitivities)
+        return self.branch
+
+    def summary(self, entries: Mapping[str, Any], warnings: Sequence[str] = ()) -> Summary:
+        """What run.json says: `entries` with the costs, and `warnings` with those of mesh, stresses and tube."""
+        case, (counts, phases) = self.case, _costs(self.branch)
+        seen = [c.s_jump for p in self.points if (c := p.observation.conformation) is not None]
+        stress = unresolved_stress(case, max(seen, default=0.0))
+        common = [*beyond_checked(case), *coarse_mesh(case), *stress, *near_ends(case, case.cluster)]
+        return Summary({**entries, **counts}, [*warnings, *common], phases)
 
 
 def health_columns(case: SceneCase) -> tuple[str, ...]:
@@ -75,7 +142,7 @@ def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list
     return moves_on(case, far, max(parts.values()))
 
 
-def costs(branch: Branch | None) -> tuple[dict[str, Any], dict[str, float]]:
+def _costs(branch: Branch | None) -> tuple[dict[str, Any], dict[str, float]]:
     """Cost of a branch: counts, and the wall time of each phase [s]."""
     if branch is None:
         return {}, {}
@@ -90,38 +157,3 @@ def costs(branch: Branch | None) -> tuple[dict[str, Any], dict[str, float]]:
         for name, seconds in scene.clock.seconds.items():
             phases[name] = phases.get(name, 0.0) + seconds
     return counts, phases
-
-
-def conclude(
-    case: SceneCase,
-    session: Session,
-    outcome: Outcome,
-    branch: Branch | None,
-    points: Sequence[Point],
-    warnings: Sequence[str],
-    summary: dict[str, Any],
-) -> Outcome:
-    """Write the end: the outcome, the costs, and the warnings, those of mesh, stresses and tube added.
-
-    Args:
-        case: The case.
-        session: The open session of the command.
-        outcome: How the computation ended.
-        branch: The solvers, None if they were not created.
-        points: The points solved.
-        warnings: Further warnings.
-        summary: Further entries of run.json.
-
-    Returns:
-        The outcome; a failure if run.json cannot be written.
-    """
-    counts, phases = costs(branch)
-    seen = [c.s_jump for p in points if (c := p.observation.conformation) is not None]
-    stress = unresolved_stress(case, max(seen, default=0.0))
-    warnings = [*warnings, *beyond_checked(case), *coarse_mesh(case), *stress, *near_ends(case, case.cluster)]
-    try:
-        session.record.write(outcome, {**summary, **counts, "warnings": warnings}, phases)
-    except OSError as error:
-        failure = write_failure(error, session.folder.path, "the same command with --overwrite")
-        return Outcome("failed", failure.reason, str(failure))
-    return outcome

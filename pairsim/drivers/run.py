@@ -1,198 +1,223 @@
-"""`pairsim run`: integrate a case in time and write the results to a folder."""
+"""The computation of `pairsim run`: a case in time, from a start of its own or from a checkpoint."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from contextlib import suppress
+import time
+from collections.abc import Generator, Iterator
 from dataclasses import replace
-from pathlib import Path
+from itertools import pairwise
 from typing import Any
 
-from pairsim.config.case import FREE_ENDS, Case
+import numpy as np
+
+from pairsim.config.case import Case
 from pairsim.config.form_kinds import forms_of
+from pairsim.drivers.events import (
+    AtEnd,
+    Begin,
+    Earlier,
+    Event,
+    Events,
+    Frame,
+    Note,
+    Progress,
+    Resumable,
+    Row,
+    Summary,
+    Table,
+)
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import problem_of
 from pairsim.drivers.run_adaptation import RunAdaptation, outcome_of
-from pairsim.drivers.run_output import RunOutput, RunWarnings, milestones
-from pairsim.drivers.run_verdict import settled_entry
-from pairsim.drivers.session import Options, Session, open_session
-from pairsim.fem.form_cache import ensure_compiled
-from pairsim.results.checkpoint import Checkpoint, check_same, load
-from pairsim.results.fields_writer import gather_frames
-from pairsim.results.folders import read_record
-from pairsim.results.output import CHECKPOINT, SERIES, plain, read_series
-from pairsim.runtime.errors import InputError, TooManySteps, WallTime, WriteFailure
+from pairsim.drivers.run_end import end_of, settled_entry
+from pairsim.drivers.run_warnings import RunWarnings, span
+from pairsim.results.columns import HEALTH, POLYMER_HEALTH, error_columns, named_row, observed, series_columns
+from pairsim.results.fields import frame
+from pairsim.runtime.errors import TooManySteps, WallTime
 from pairsim.runtime.signals import heed
+from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.history import Counts
 from pairsim.solvers.stepping.step import Step
-from pairsim.solvers.stepping.step_size import reached
 from pairsim.solvers.transient.transient import Transient
 
-OTHERS = ("curve.csv", "critical.csv", "study.csv", "sweep.json", "grid.yaml")  # files of other commands
-RETRY = "--resume"
+ADVICE = {
+    WallTime: "a larger limits.wall_time, with --resume",
+    TooManySteps: "a larger limits.max_steps, with --resume",
+}
 
 
-def _end(case: Case, t: float, gaps: Sequence[float]) -> Outcome | None:
-    """The outcome if a run has reached its end, else None."""
-    limits = case.limits
-    if gaps and min(gaps) < limits.min_gap:
-        return Outcome("finished", "contact", f"contact: the gap fell below {limits.min_gap:g} at t = {t:g}")
-    if limits.max_gap is not None and gaps and max(gaps) > limits.max_gap:
-        return Outcome("finished", "max_gap", f"the gap exceeded {limits.max_gap:g} at t = {t:g}")
-    if case.n and (room := (case.tube_length - sum(case.betas) - sum(gaps)) / 2) < FREE_ENDS:
-        message = (
-            f"the particles are only {room:.3g} D_c from the ends of the tube at t = {t:g}; try a larger length, or "
-            "limits.max_gap"
-        )
-        return Outcome("failed", "tube_too_short", message)
-    return Outcome("finished", "end", f"finished at t = {t:g}") if reached(t, case.time.end) else None
+def solve(case: Case, *, earlier: Earlier | None = None) -> Events:
+    """Integrate a case in time, from its start or from where an earlier run has stopped."""
+    return _Run(case, earlier).events()
 
 
-def _find_checkpoint(case: Case, directory: Path) -> Checkpoint | None:
-    """The checkpoint to resume from; None if the run must start at t = 0.
-
-    Raises:
-        InputError: There are rows without a checkpoint, or the checkpoint is damaged or belongs to another problem.
-    """
-    found = load(directory)
-    series = directory / SERIES
-    if found is not None:
-        check_same(found.case, plain(case.resolved()), str(directory / CHECKPOINT))
-    elif any((directory / name).exists() for name in OTHERS):
-        raise InputError(
-            str(directory), "--resume", None, "must be the folder of a run, but holds results of another command"
-        )
-    elif series.exists() and len(read_series(series)["t"]) > 1:
-        allowed = f"must have a {CHECKPOINT}, since {SERIES} has rows; run the case again with --overwrite"
-        raise InputError(str(directory), "--resume", None, allowed)
-    return found
-
-
-def run_case(case: Case, directory: Path, options: Options, *, resume: bool = False) -> Outcome:
-    """Integrate one case in time and write the results to a folder.
+class _Run:
+    """A run as it advances.
 
     Args:
-        case: The validated case.
-        directory: Folder for the results.
-        options: Overwriting, progress and signals.
-        resume: Continue from the checkpoint in the folder. Without a checkpoint, and with at most one row in
-            series.csv, the run starts at t = 0.
-
-    Returns:
-        How the command ended. Results computed before a failure are in the folder, too.
-
-    Raises:
-        InputError: The folder exists and may not be overwritten, cannot be resumed, or belongs to another command.
-        WriteFailure: The first or last files cannot be written.
+        case: The case.
+        earlier: What it resumes, None to start at t = 0.
     """
-    if not resume:
-        with open_session(case, directory, options) as session:
-            return _run(case, session, [])
-    replacing = replace(options, overwrite=True)
-    with open_session(case, directory, replacing, lambda: _find_checkpoint(case, directory)) as session:
-        old = session.checkpoint
-        if old is None:
-            return _run(case, session, ["no checkpoint: starting at t = 0"])
-        if (ended := _end(case, old.state.history.t[0], old.gaps)) is not None:
-            _confirm(case, session, old, ended)
-            session.announce(*_goal(case))
-            session.reporter.finish(f"nothing to do: {ended.message}")
-            return ended
-        return _run(case, session, [f"resuming from t = {old.state.history.t[0]:g} (step {old.state.counts.steps})"])
 
+    def __init__(self, case: Case, earlier: Earlier | None) -> None:
+        self.case, self.earlier = case, earlier
+        self.old = old = earlier.checkpoint if earlier is not None else None
+        self.worst = RunWarnings(case)
+        if earlier is not None:
+            start = earlier.checkpoint.state.start_error
+            self.worst = RunWarnings.of(case, earlier.rows, earlier.checkpoint.narrowest, start)
+        self.transient: Transient | None = None
+        self.adaptation: RunAdaptation | None = None
+        self._errors = error_columns(case.n) if case.estimates_error else []
+        self._entries: dict[str, Any] = {}
+        self._pending: Step | None = None  # its fields are not written
+        self._begun = time.perf_counter() - (old.wall if old else 0.0)
 
-def _goal(case: Case) -> tuple[str, float]:
-    """The end time, as text for the progress display and as a number."""
-    return f"to t = {case.time.end:g}", case.time.end
-
-
-def _run(case: Case, session: Session, notes: list[str]) -> Outcome:
-    """Integrate from the checkpoint of the session, or from t = 0, to the end."""
-    old = session.checkpoint
-
-    def begin() -> RunOutput:
-        output = RunOutput(case, session.folder, old)
-        session.folder.write_yaml("case.yaml", case.resolved())
-        session.record.write(None, {}, {})
-        return output
-
-    output = session.write(begin, retry=RETRY)
-    session.announce(*_goal(case), [*notes, *output.damage])
-    transient: Transient | None = None
-    adaptation: RunAdaptation | None = None
-    found: dict[str, Any] = {}
-
-    def work() -> Outcome:
-        nonlocal transient, adaptation
-        ensure_compiled(forms_of(case), session.reporter.note)
+    def events(self) -> Events:
+        """The computation."""
+        case, old = self.case, self.old
+        begin, at_end = Begin(f"to t = {case.time.end:g}", case.time.end, forms_of(case)), AtEnd(self._end)
+        if old is not None and (ended := end_of(case, old.state.history.t[0], old.gaps)) is not None:
+            return (yield from self._confirm(begin, at_end, ended))
+        polymer = POLYMER_HEALTH if case.liquid_model.modes else ()
+        columns = [*series_columns(case.n), *self._errors, *HEALTH, *polymer]
+        yield Table("series", columns, appended=True, unknown=self._errors)
+        yield begin
+        if old is not None:
+            yield Note(f"resuming from t = {old.state.history.t[0]:g} (step {old.state.counts.steps})")
+        yield at_end
         problem = problem_of(case)
         if case.adapts:
-            session.reporter.note(f"a coarse run first: it tells which cells accuracy: {case.accuracy} needs")
-            adaptation = RunAdaptation.begin(case, problem, lambda *at: _end(case, *at) is not None)
-            problem = adaptation.adapted(problem) if adaptation is not None else problem
-        transient = Transient(problem, old.state if old is not None else None)
-        ended, gaps = _march(case, transient, output, session)
-        transient.close()  # its memory serves the quasi-steady solution
-        with transient.clock("quasi-steady"):
-            found.update(settled_entry(case, problem, gaps, ended))
+            yield Note(f"a coarse run first: it tells which cells accuracy: {case.accuracy} needs")
+            self.adaptation = RunAdaptation.begin(case, problem, lambda *at: end_of(case, *at) is not None)
+            problem = self.adaptation.adapted(problem) if self.adaptation is not None else problem
+        self.transient = Transient(problem, old.state if old is not None else None)
+        try:
+            return (yield from self._integrate(self.transient, problem))
+        finally:
+            self.transient.close()
+
+    def _confirm(self, begin: Begin, at_end: AtEnd, ended: Outcome) -> Events:
+        """The end of a run that was killed after its last checkpoint, unless run.json already says so."""
+        assert self.earlier is not None
+        if self.earlier.finished:
+            yield replace(begin, forms=())
+            return ended
+        yield begin
+        yield at_end
+        self._entries |= settled_entry(self.case, problem_of(self.case), self.earlier.checkpoint.gaps, ended)
         return ended
 
-    def kept() -> str:
-        t = transient.history.t[0] if transient is not None else old.state.history.t[0] if old is not None else 0.0
-        return f" at t = {t:g}; continue with pairsim run --resume"
+    def _integrate(self, transient: Transient, problem: Problem) -> Events:
+        """Take all steps, and find what the particles do at the end."""
+        outcome, gaps = yield from self._march(transient)
+        transient.close()  # its memory serves the quasi-steady solution
+        with transient.clock("quasi-steady"):
+            self._entries |= settled_entry(self.case, problem, gaps, outcome)
+        if self.adaptation is not None and outcome.status == "finished":
+            outcome = replace(outcome, message=outcome.message + outcome_of(self.worst)[1])
+        return outcome
 
-    outcome = session.carry_out(work, kept)
-    counts, t = Counts(), 0.0
-    summary: dict[str, Any] = {}
-    seconds: dict[str, float] = {}
-    if transient is not None:
-        counts, t, seconds = transient.counts, transient.history.t[0], transient.clock.seconds
-        summary = _summary(counts, t, transient.constraints.size) | found
+    def _march(self, transient: Transient) -> Generator[Event, None, tuple[Outcome, tuple[float, ...]]]:
+        """Take all time steps; returns how the run ended, and the last distances.
 
-    def finish() -> None:
-        nonlocal outcome
-        if adaptation is not None:
-            entry, words = outcome_of(output.worst)
-            summary["adaptation"] = adaptation.entry | entry
-            if outcome.status == "finished":
-                outcome = replace(outcome, message=outcome.message + words)
-        ended = outcome
-        try:
-            output.finish(not session.stopped_at_once, outcome.status != "interrupted")
-        except OSError as error:
-            ended = Outcome("failed", WriteFailure.reason, str(error))
-            raise
-        finally:
-            session.record.write(ended, summary | {"warnings": output.warnings}, dict(seconds))
+        Raises:
+            Stopped: The process has received a signal; all steps taken are written.
+            WallTime, TooManySteps: A limit of the case was exceeded.
+        """
+        case, limits, gaps = self.case, self.case.limits, self.case.gaps
+        wanted = milestones(case)
+        self.worst.errors.start = transient.state.start_error
+        self._origin = self.old.origin if self.old is not None else transient.history.h[0]
+        for step in transient.steps(iter(wanted)):
+            count = transient.counts.steps
+            gaps = tuple(map(float, step.observation.d))
+            yield Progress(step.t, _shown(step, count), count)
+            with transient.clock("output"):
+                yield Row("series", self._row(step, transient))
+                self._pending = step
+                at_output = any(abs(step.t - t) <= 1e-9 * max(1.0, t) for t in wanted)
+                if at_output or count == 1 or passes_frame(case, step.t, step.dt):
+                    yield from self._fields(transient)
+                state = transient.state, gaps, self.worst.narrowest, self._origin
+                yield Resumable(*state, every=case.output.checkpoint, convenient=at_output)
+            if (outcome := end_of(case, step.t, gaps)) is not None:
+                return outcome, gaps
+            heed()
+            if limits.wall_time is not None and (passed := time.perf_counter() - self._begun) > limits.wall_time:
+                raise WallTime(f"{passed:.0f} s have passed", t=step.t, step=count, advice=ADVICE[WallTime])
+            if count >= limits.max_steps:
+                message = f"{limits.max_steps} steps were taken"
+                raise TooManySteps(message, t=step.t, step=count, advice=ADVICE[TooManySteps])
+        return Outcome("finished", "end", f"finished at t = {transient.history.t[0]:g}"), gaps
 
-    try:
-        session.write(finish, retry=RETRY, t=t, step=counts.steps)
-    finally:
+    def _row(self, step: Step, transient: Transient) -> dict[str, float]:
+        """The row of a step in series.csv."""
+        o = step.observation
+        values = named_row(step.t, o.d, o.U, o.dU, o.D, o.dp, o.dp_plus)
+        values |= {"dt": step.dt, "newton": step.report.iterations, "mesh": step.mesh_id}
+        values |= {**observed(o), "distortion": step.distortion}
+        if o.conformation is not None:
+            self.worst.s_jump = max(self.worst.s_jump, o.conformation.s_jump)
+        correction = step.dU_correction
+        error = self.worst.add(step.t, step.mesh_id, o.dU, correction)
+        if correction is not None and error is not None:
+            values |= dict(zip(self._errors, [*correction, *error], strict=True))
+        self.worst.widest = max(self.worst.widest, span(self.case, list(o.d)))
+        for gap, (upstream, downstream) in zip(map(float, o.d), pairwise(transient.meshed.outlines), strict=True):
+            arc = max(upstream.size_at(0.0), downstream.size_at(float(np.pi)))
+            self.worst.narrowest = max(self.worst.narrowest, (gap, arc), key=lambda each: each[1] / each[0])
+        return values
+
+    def _fields(self, transient: Transient) -> Iterator[Event]:
+        """The fields of the last step, unless they were written."""
+        step, self._pending = self._pending, None
+        if step is not None and self.case.output.fields:
+            last = step
+            yield Frame(lambda: frame(last, self._origin, transient.pipe(last.t)))
+
+    def _end(self) -> Iterator[Event]:
+        """What run.json says, and the last fields."""
+        entries, seconds = dict[str, Any](), dict[str, float]()
+        if (transient := self.transient) is not None:
+            entries = _summary(transient.counts, transient.history.t[0], transient.constraints.size)
+            seconds = transient.clock.seconds
+        elif self.old is not None:
+            state = self.old.state
+            entries = _summary(state.counts, state.history.t[0], state.history.y[0].size)
+            seconds = state.seconds
+        entries |= self._entries
+        if self.adaptation is not None:
+            entries |= {"adaptation": self.adaptation.entry | outcome_of(self.worst)[0]}
+        yield Summary(entries, self.worst.warnings, seconds)
         if transient is not None:
-            transient.close()
-        session.reporter.finish(outcome.message)
-    return outcome
+            yield from self._fields(transient)
 
 
-def _confirm(case: Case, session: Session, old: Checkpoint, ended: Outcome) -> None:
-    """Write to run.json that a run is finished, if it was killed after its last checkpoint and before doing so."""
-    counts, history = old.state.counts, old.state.history
-    confirmed = read_record(session.folder.path).get("status") == "finished"
-    found: dict[str, Any] = {}
-    if not confirmed:
-        ensure_compiled(forms_of(case), session.reporter.note)
-        found = settled_entry(case, problem_of(case), old.gaps, ended)
+def milestones(case: Case) -> list[float]:
+    """Times that steps must land on: the output times and the end time, ascending."""
+    end, every = case.time.end, case.output.every
+    times = {t for t in case.output.times if 0 < t < end}
+    if every is not None:
+        times |= {k * every for k in range(1, int(np.ceil(end / every - 1e-9)))}
+    return [*sorted(times), end]
 
-    def confirm() -> None:
-        if not confirmed:
-            series = read_series(session.folder.file(SERIES))
-            summary = _summary(counts, history.t[0], history.y[0].size) | found
-            summary["warnings"] = RunWarnings.of(case, series, old.narrowest, old.state.start_error).warnings
-            session.record.write(ended, summary, old.state.seconds)
-        with suppress(OSError):  # the frames are complete as they are
-            gather_frames(session.folder.path)
 
-    session.write(confirm, retry=RETRY, t=history.t[0], step=counts.steps)
+def passes_frame(case: Case, t: float, dt: float) -> bool:
+    """Whether a step passes one of the `output.frames` times, which are spread evenly up to the end.
+
+    Unlike `milestones` they cost no steps. Where a run was stopped makes no difference to them.
+
+    Args:
+        case: The case.
+        t: End of the step.
+        dt: Its size.
+    """
+    output = case.output
+    if output.times or output.every is not None:
+        return False
+    rate = output.frames / case.time.end
+    return int(t * rate) > int((t - dt) * rate)
 
 
 def _shown(step: Step, count: int) -> str:
@@ -213,33 +238,3 @@ def _summary(counts: Counts, t: float, unknowns: int) -> dict[str, Any]:
         "factorisations": counts.factorisations,
         "remeshings": counts.remeshings,
     }
-
-
-def _march(case: Case, transient: Transient, output: RunOutput, session: Session) -> tuple[Outcome, tuple[float, ...]]:
-    """Take all time steps and write them; returns how the run ended, and the last distances.
-
-    Raises:
-        Stopped: The process has received a signal; all steps taken are written.
-    """
-    record, limits, gaps = session.record, case.limits, case.gaps
-    output.attach(transient)
-    for step in transient.steps(iter(milestones(case))):
-        o, count = step.observation, transient.counts.steps
-        gaps = tuple(map(float, o.d))
-
-        def write(step: Step = step) -> None:
-            output.take(step, record.passed)
-
-        with transient.clock("output"):
-            session.write(write, retry=RETRY, t=step.t, step=count)
-        session.reporter.update(step.t, _shown(step, count), count)
-        if (outcome := _end(case, step.t, gaps)) is not None:
-            return outcome, gaps
-        heed()
-        if limits.wall_time is not None and record.passed > limits.wall_time:
-            message = f"{record.passed:.0f} s have passed"
-            raise WallTime(message, t=step.t, step=count, advice="a larger limits.wall_time, with --resume")
-        if count >= limits.max_steps:
-            message = f"{limits.max_steps} steps were taken"
-            raise TooManySteps(message, t=step.t, step=count, advice="a larger limits.max_steps, with --resume")
-    return Outcome("finished", "end", f"finished at t = {transient.history.t[0]:g}"), gaps

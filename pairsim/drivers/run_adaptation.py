@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from pairsim.config.case import Case
-from pairsim.drivers.run_output import RunWarnings
+from pairsim.drivers.run_warnings import RunWarnings
 from pairsim.drivers.warnings import above
 from pairsim.runtime.errors import RunFailure
 from pairsim.runtime.signals import heed

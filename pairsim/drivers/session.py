@@ -1,30 +1,52 @@
-"""The session of run, curve and critical: a locked folder, run.json, signals, and failures of writing.
+"""Carry out the computation of a command: all that it yields (`drivers/events.py`) is written, shown and kept here.
 
-A driver opens a session, announces its goal, and carries out its work in it, which returns an outcome.
+A session has a locked folder, run.json, tables, fields, a checkpoint, progress and signals. A failure of any
+of these is an outcome.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from pairsim.config.case import SceneCase
+from pairsim.drivers.events import (
+    AtEnd,
+    Begin,
+    Earlier,
+    Event,
+    Events,
+    Frame,
+    Note,
+    Progress,
+    Resumable,
+    Row,
+    Summary,
+    Table,
+)
 from pairsim.drivers.outcome import Outcome, Record
 from pairsim.drivers.progress import Reporter
-from pairsim.results.checkpoint import Checkpoint
-from pairsim.results.output import RunFolder, write_table
+from pairsim.fem.form_cache import ensure_compiled
+from pairsim.results.checkpoint import Checkpoint, check_same, load
+from pairsim.results.fields_writer import FieldsWriter, gather_frames
+from pairsim.results.folders import kind_of, read_record
+from pairsim.results.output import CHECKPOINT, RunFolder, SeriesWriter, TableWriter, plain, read_series
 from pairsim.runtime.child_process import DISK
-from pairsim.runtime.errors import RunFailure, WriteFailure
+from pairsim.runtime.errors import InputError, RunFailure, WriteFailure
 from pairsim.runtime.locks import sole_writer
 from pairsim.runtime.signals import Signals, Stopped
+
+CHEAP = 50.0  # least time between checkpoints at convenient moments, over the wall time of writing one; chosen
 
 
 @dataclass(frozen=True)
 class Options:
-    """Options that run, curve and critical share.
+    """How a case is computed, whatever the command.
 
     Attributes:
         overwrite: Whether existing results may be replaced.
@@ -43,97 +65,265 @@ class Options:
     signals: bool = False
 
 
-class Session:
-    """A command that writes to its locked folder; made by `open_session`.
+def carry_out(
+    solve: Callable[..., Events],
+    case: SceneCase,
+    directory: Path,
+    options: Options,
+    *,
+    appended: str = "",
+    resume: bool = False,
+    **more: Any,
+) -> Outcome:
+    """Compute a case and write the results to a folder, which is locked against other commands meanwhile.
 
-    Attributes:
-        reporter: That of the options.
+    Args:
+        solve: The computation; takes the case and `more`, and `earlier` where it resumes another one.
+        case: The validated case.
+        directory: Folder for the results.
+        options: Overwriting, progress and signals.
+        appended: Name of the appended table of a computation that can be resumed, else empty.
+        resume: Continue from the checkpoint in the folder. Without a checkpoint, and with at most one row in the
+            table, the computation starts anew.
+        more: Keywords of the command's own.
+
+    Returns:
+        How the command ended. Results computed before a failure are in the folder, too.
+
+    Raises:
+        InputError: The folder exists and may not be overwritten, cannot be resumed, belongs to another command, or
+            another command is writing to it.
+        WriteFailure: The first or last files of the folder cannot be written.
+    """
+    # The handlers stay until the last file is written: a signal that comes later changes nothing.
+    with Signals(impatient=True, installed=options.signals), sole_writer(directory, options.command):
+        earlier = _earlier(case, directory, f"{appended}.csv") if resume else None
+        try:
+            if earlier is not None:
+                folder = RunFolder.reopen(directory, options.files)
+                more["earlier"] = earlier
+            else:
+                folder = RunFolder.create(directory, options.overwrite or resume, options.files)
+                folder.write_yaml("case.yaml", case.resolved())
+        except OSError as error:
+            raise write_failure(error, directory, "the same command") from error
+        notes = ["no checkpoint: starting at t = 0"] if resume and earlier is None else []
+        with closing(solve(case, **more)) as events:
+            return Session(case, folder, options, notes, earlier, resumable=bool(appended)).carry_out(events)
+
+
+def _earlier(case: SceneCase, directory: Path, table: str) -> Earlier | None:
+    """What a folder holds of a computation to be resumed; None if it must start anew.
+
+    Raises:
+        InputError: There are rows without a checkpoint, or the checkpoint is damaged or belongs to another problem.
+    """
+    found, path = load(directory), directory / table
+    if found is not None:
+        check_same(found.case, plain(case.resolved()), str(directory / CHECKPOINT))
+        rows = {name: values[: found.rows] for name, values in read_series(path).items()}
+        return Earlier(found, rows, read_record(directory).get("status") == "finished")
+    kind = case.kind
+    with suppress(InputError):  # nothing is there
+        kind = kind_of(directory)
+    if kind != case.kind:
+        allowed = f"must be the folder of a {case.kind}, but holds results of another command"
+        raise InputError(str(directory), "--resume", None, allowed)
+    if path.exists() and len(next(iter(read_series(path).values()))) > 1:
+        allowed = f"must have a {CHECKPOINT}, since {table} has rows; run the case again with --overwrite"
+        raise InputError(str(directory), "--resume", None, allowed)
+    return None
+
+
+class Session:
+    """Carries out the events of a computation in an open folder.
+
+    Args:
+        case: The case.
         folder: The folder for the results.
-        checkpoint: The checkpoint to resume from; None to start at the beginning.
-        record: Writes run.json.
-        stopped_at_once: Whether a second Ctrl-C, or a KeyboardInterrupt without handlers, has interrupted the
-            computation at an arbitrary point, in the middle of a step.
+        options: Overwriting, progress and signals.
+        notes: What the user is told at the beginning, after the notes of the options.
+        earlier: What is resumed, None to start at the beginning.
+        resumable: Whether the computation can be resumed once it has ended.
     """
 
     def __init__(
         self,
         case: SceneCase,
-        options: Options,
         folder: RunFolder,
-        checkpoint: Checkpoint | None,
+        options: Options,
+        notes: Sequence[str],
+        earlier: Earlier | None,
+        resumable: bool,
     ) -> None:
-        self.reporter, self.folder, self.checkpoint = options.reporter, folder, checkpoint
-        wall = checkpoint.wall if checkpoint else 0.0
-        self.record = Record(folder, case.kind, options.command, wall, case.scales)
-        self.stopped_at_once = False
-        self._title, self._notes = case.name or case.slug, options.notes
+        self.case, self.folder, self.reporter = case, folder, options.reporter
+        self.old = earlier.checkpoint if earlier is not None else None
+        self.record = Record(folder, case.kind, options.command, self.old.wall if self.old else 0.0, case.scales)
+        self.resumable, self._complete = resumable, earlier is not None and earlier.finished
+        self._begun = False
+        self._notes, self._damage = [*options.notes, *notes], list[str]()
+        self._t, self._step = (self.old.state.history.t[0], self.old.state.counts.steps) if self.old else (0.0, 0)
+        self._tables: dict[str, SeriesWriter | TableWriter] = {}
+        self._at_end: Callable[[], Iterable[Event]] = tuple
+        self._summary = Summary({})
+        self._stopped_at_once = False
+        self._latest: Checkpoint | None = None  # not written yet
+        self._saved, self._cost = -float("inf"), 0.0
 
-    def announce(self, goal: str, total: float, notes: Iterable[str] = ()) -> None:
-        """Show title and goal of the command, and notes for the user.
-
-        Args:
-            goal: The goal, such as "to t = 2".
-            total: The same as a number, for the progress bar.
-            notes: Further notes.
-        """
-        self.reporter.start(self._title, goal, total)
-        for note in (*self._notes, *notes):
-            self.reporter.note(note)
-
-    def carry_out(self, work: Callable[[], Outcome], kept: Callable[[], str]) -> Outcome:
-        """Call a function, and turn failures and interrupts into an outcome.
-
-        Args:
-            work: The computation.
-            kept: Returns the end of the message of an interrupt, after the name of the signal: what was kept.
-
-        Returns:
-            The outcome of `work`, or one for the `RunFailure` or signal that ended it.
-        """
+    def carry_out(self, events: Events) -> Outcome:
+        """Carry out a computation to its end; see the function."""
+        if self.old is None:
+            with self._writing():
+                self.record.write(None, {}, {})
+        outcome = self._follow(events)
+        nothing = self.old is not None and not self._tables and outcome.status == "finished"
         try:
-            return work()
+            self._finish(outcome, recorded=nothing and self._complete)
+        finally:
+            if self._begun:
+                self.reporter.finish(f"nothing to do: {outcome.message}" if nothing else outcome.message)
+        return outcome
+
+    def _follow(self, events: Events) -> Outcome:
+        """Carry out all events; failures and interrupts are outcomes, too."""
+        kept = "; the results written so far are kept"
+        try:
+            while True:
+                self.take(next(events))
+        except StopIteration as end:
+            return end.value
         except RunFailure as failure:
+            if not self._begun:
+                raise
             return Outcome("failed", failure.reason, str(failure))
-        except Stopped as stopped:
-            return Outcome("interrupted", "interrupted", f"{stopped}{kept()}")
-        except KeyboardInterrupt:
-            self.stopped_at_once = True
-            return Outcome("interrupted", "interrupted", f"stopped at once{kept()}")
+        except KeyboardInterrupt as interrupt:
+            if self.resumable:
+                kept = f" at t = {self._t:g}; continue with pairsim {self.case.kind} --resume"
+            self._stopped_at_once = not isinstance(interrupt, Stopped)
+            return Outcome("interrupted", "interrupted", f"{str(interrupt) or 'stopped at once'}{kept}")
 
-    def write[T](
-        self, write: Callable[[], T], *, retry: str = "the same command with --overwrite", t: float = 0.0, step: int = 0
-    ) -> T:
-        """Call a function that writes files.
-
-        Args:
-            write: The function.
-            retry: The command to give once files can be written again, for the message of a failure.
-            t: Time reached [D_c/U_av], for the message of a failure.
-            step: Number of accepted steps, for the message of a failure.
-
-        Returns:
-            The return value of `write`.
+    def take(self, event: Event) -> None:
+        """Carry out an event.
 
         Raises:
-            WriteFailure: `write` raised an OSError.
+            InputError: The file of an appended table does not fit the checkpoint.
+            WriteFailure: A file cannot be written.
+        """
+        match event:
+            case Begin():
+                self._begun = True
+                self.reporter.start(self.case.name or self.case.slug, event.goal, event.total)
+                for note in (*self._notes, *self._damage):
+                    self.reporter.note(note)
+                ensure_compiled(event.forms, self.reporter.note)
+            case Note(text):
+                self.reporter.note(text)
+            case Progress(done, text, count):
+                if self.resumable:
+                    self._t, self._step = done, count
+                self.reporter.update(done, text, count)
+            case Summary():
+                self._summary = event
+            case AtEnd(events):
+                self._at_end = events
+            case _:
+                with self._writing():
+                    self._write(event)
+
+    def _write(self, event: Event) -> None:
+        match event:
+            case Table():
+                self._open(event)
+            case Row(table, values):
+                self._tables[table].row(values)
+            case Frame(fields):
+                if not callable(fields):
+                    self._fields.write(fields)
+                elif not self._stopped_at_once:  # in the middle of a step
+                    self._fields.write(fields())
+            case Resumable():
+                self._keep(event)
+
+    def _open(self, table: Table) -> None:
+        path = self.folder.file(f"{table.name}.csv")
+        if not table.appended:
+            self._tables[table.name] = TableWriter(path, table.columns, table.rows, table.ascending)
+            return
+        rows = self.old.rows if self.old is not None else None
+        self._tables[table.name] = SeriesWriter(path, table.columns, rows, table.unknown)
+        if self.old is not None:
+            lost = self.old.frames - self._fields.frames if self.old.frames else 0
+            self._damage += [f"{lost} frames of fields.xdmf could not be read and are lost"] if lost else []
+            self.folder.write_yaml("case.yaml", self.case.resolved())
+            self.record.write(None, {}, {})
+
+    @cached_property
+    def _fields(self) -> FieldsWriter:
+        """The writer of frames, after those of the checkpoint."""
+        old = self.old
+        return FieldsWriter(self.folder.path, *((old.frames, old.state.history.t[0]) if old is not None else ()))
+
+    def _keep(self, event: Resumable) -> None:
+        """Keep a state in memory, and write it if a checkpoint is due."""
+        (table,) = (table for table in self._tables.values() if isinstance(table, SeriesWriter))
+        # Fields that come at the end are not counted: a computation with another end has none at this time.
+        frames = self._fields.frames if "_fields" in vars(self) else 0
+        case, wall = plain(self.case.resolved()), self.record.passed
+        self._latest = Checkpoint(
+            event.state, case, event.gaps, event.narrowest, event.origin, table.rows, frames, wall
+        )
+        passed = time.monotonic() - self._saved
+        if passed >= event.every or (event.convenient and passed > CHEAP * self._cost):
+            self._save()
+
+    def _save(self) -> None:
+        if self._latest is not None:
+            begin = time.monotonic()
+            self._latest.save(self.folder)
+            self._latest, self._saved = None, time.monotonic()
+            self._cost = self._saved - begin
+
+    def _finish(self, outcome: Outcome, recorded: bool) -> None:
+        """Carry out the events of the end, write the last checkpoint, and run.json unless it is there.
+
+        Raises:
+            WriteFailure: A file cannot be written; run.json says so, if it can be.
         """
         try:
-            return write()
-        except OSError as error:
-            raise write_failure(error, self.folder.path, retry, t, step) from error
+            with self._writing(), ExitStack() as last:  # all of these, even if some fail
+                for table in self._tables.values():
+                    last.callback(table.close)
+                last.callback(self._save)
+                for event in self._at_end():
+                    self.take(event)
+        except WriteFailure as failure:
+            outcome = Outcome("failed", failure.reason, str(failure))
+            raise
+        finally:
+            if outcome.status != "interrupted":
+                with suppress(OSError):  # the frames are complete as they are
+                    gather_frames(self.folder.path)
+            if not recorded:
+                with self._writing():
+                    entries = {**self._summary.entries, "warnings": [*self._damage, *self._summary.warnings]}
+                    self.record.write(outcome, entries, dict(self._summary.phases))
 
-    def write_table(self, name: str, columns: Sequence[str], rows: Sequence[Mapping[str, Any] | str]) -> None:
-        """Write a CSV table as a whole, replacing the file.
-
-        Args:
-            name: Name of the file in the folder.
-            columns: Names of the columns.
-            rows: Values by column, or the text of `table_line`.
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        """Context that writes files.
 
         Raises:
-            WriteFailure: It cannot be written.
+            WriteFailure: An OSError was raised in it.
         """
-        self.write(lambda: write_table(self.folder.file(name), columns, rows))
+        try:
+            yield
+        except OSError as error:
+            raise write_failure(error, self.folder.path, self._retry, self._t, self._step) from error
+
+    @property
+    def _retry(self) -> str:
+        """The command to give once files can be written again."""
+        return "--resume" if self.resumable else "the same command with --overwrite"
 
 
 def write_failure(error: OSError, directory: Path, retry: str, t: float = 0.0, step: int = 0) -> WriteFailure:
@@ -151,37 +341,3 @@ def write_failure(error: OSError, directory: Path, retry: str, t: float = 0.0, s
         return WriteFailure(message, t=t, step=step, advice="the case again, with a folder that stays")
     remedy = "freeing disk space" if error.errno in DISK else f"making {directory} writable"
     return WriteFailure(str(error), t=t, step=step, advice=f"{remedy}, then {retry}")
-
-
-@contextmanager
-def open_session(
-    case: SceneCase, directory: Path, options: Options, find_checkpoint: Callable[[], Checkpoint | None] | None = None
-) -> Iterator[Session]:
-    """Open a session in a folder, which stays locked against other commands until the session ends.
-
-    The folder is created, or reopened if there is a checkpoint to resume from.
-
-    Args:
-        case: The validated case.
-        directory: Folder for the results.
-        options: Overwriting, progress and signals.
-        find_checkpoint: Returns the checkpoint to resume from. None: do not resume.
-
-    Raises:
-        InputError: The folder exists and may not be overwritten, or another command is writing to it; also errors
-            of `find_checkpoint`.
-        WriteFailure: The first files of the folder cannot be written.
-    """
-    # The handlers stay until the last file is written: a signal that comes later changes nothing.
-    signals = Signals(impatient=True, installed=options.signals)
-    with signals, sole_writer(directory, options.command):
-        checkpoint = find_checkpoint() if find_checkpoint is not None else None
-        try:
-            if checkpoint is not None:
-                folder = RunFolder.reopen(directory, options.files)
-            else:
-                folder = RunFolder.create(directory, options.overwrite, options.files)
-                folder.write_yaml("case.yaml", case.resolved())
-        except OSError as error:
-            raise write_failure(error, directory, "the same command") from error
-        yield Session(case, options, folder, checkpoint)

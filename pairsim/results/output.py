@@ -14,6 +14,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from operator import itemgetter
 from pathlib import Path
 from types import TracebackType
 from typing import Any, BinaryIO
@@ -268,7 +269,7 @@ class SeriesWriter:
     """
 
     def __init__(
-        self, path: Path | str, columns: list[str], keep: int | None = None, unknown: Sequence[str] = ()
+        self, path: Path | str, columns: Sequence[str], keep: int | None = None, unknown: Sequence[str] = ()
     ) -> None:
         if len(set(columns)) != len(columns):
             raise ValueError(f"a column is named twice: {columns}")
@@ -351,6 +352,37 @@ def write_table(path: Path, columns: Sequence[str], rows: Sequence[Mapping[str, 
     """
     lines = [row if isinstance(row, str) else table_line(columns, row) for row in rows]
     write_text(path, "\n".join([",".join(columns), *lines]) + "\n")
+
+
+class TableWriter:
+    """A CSV table that is written as a whole, as `write_table` does, and again with each further row.
+
+    Args:
+        path: The file.
+        columns: Names of the columns.
+        rows: Values by column; those of other columns are left out.
+        ascending: Whether rows are kept in ascending order of the first column.
+    """
+
+    def __init__(
+        self, path: Path, columns: Sequence[str], rows: Sequence[Mapping[str, Any]] = (), ascending: bool = False
+    ) -> None:
+        self.path, self.columns, self.ascending = path, columns, ascending
+        self._lines = [(row[columns[0]], table_line(columns, row)) for row in rows]
+        self._write()
+
+    def row(self, values: Mapping[str, Any]) -> None:
+        """Add a row."""
+        self._lines.append((values[self.columns[0]], table_line(self.columns, values)))
+        if self.ascending:
+            self._lines.sort(key=itemgetter(0))
+        self._write()
+
+    def _write(self) -> None:
+        write_table(self.path, self.columns, [line for _, line in self._lines])
+
+    def close(self) -> None:
+        """Nothing is left to be done."""
 
 
 def read_series(path: Path | str) -> dict[str, NDArray[np.float64]]:

@@ -17,13 +17,13 @@ import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that load
 
 # isort: split
 from pairsim.commands import COMMANDS, own_files
-from pairsim.drivers.curve import WarmStart
 from pairsim.drivers.outcome import Outcome, memory
 from pairsim.drivers.progress import Reporter
 from pairsim.drivers.session import Options
+from pairsim.drivers.warm_start import WarmStart
 from pairsim.inputs.case_files import read_case
 from pairsim.plots.style import Page
-from pairsim.runtime.errors import InputError, unexpected
+from pairsim.runtime.errors import InputError, RunFailure, unexpected
 from pairsim.runtime.signals import Signals
 
 # Memory of a process above which it computes no further case [bytes]. Chosen: a run of the default mesh at De 1 takes
@@ -64,9 +64,9 @@ def main(arguments: list[str]) -> int:
     files, directories = map(Path, paths[::2]), map(Path, paths[1::2])
     try:
         return solve(name, list(zip(files, directories, strict=True))).exit_code
-    except InputError as error:
+    except (InputError, RunFailure) as error:
         print(f"pairsim: {error}", file=sys.stderr)
-        return 2
+        return 2 if isinstance(error, InputError) else 3
     except Exception:
         return unexpected()
 

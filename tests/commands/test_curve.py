@@ -20,9 +20,9 @@ from support.references import reference
 import pairsim
 from pairsim.api.results import Result
 from pairsim.commands import COMMANDS, own_files
-from pairsim.drivers.curve import WarmStart, run_curve
 from pairsim.drivers.progress import Reporter
 from pairsim.drivers.session import Options
+from pairsim.drivers.warm_start import WarmStart
 from pairsim.inputs.case_files import read_case
 from pairsim.results.output import read_series
 from pairsim.runtime.arrays import Array
@@ -114,9 +114,10 @@ def test_a_curve_that_starts_from_its_neighbour_has_the_stresses_of_its_own_para
 ) -> None:
     """As a sweep of curves does it."""
     warm_start, options = WarmStart(), Options(False, Reporter(), "test", notes=(), files=own_files())
-    run_curve(pairsim.load(GIESEKUS, kind="curve", **first), tmp_path / "neighbour", options, warm_start=warm_start)
+    compute = COMMANDS["curve"].compute
+    compute(pairsim.load(GIESEKUS, kind="curve", **first), tmp_path / "neighbour", options, warm_start=warm_start)
     branch = warm_start._branch
-    run_curve(pairsim.load(GIESEKUS, kind="curve"), tmp_path / "warm", options, warm_start=warm_start)
+    compute(pairsim.load(GIESEKUS, kind="curve"), tmp_path / "warm", options, warm_start=warm_start)
     assert warm_start._branch is branch is not None, "the second curve must have started from the first"
     warm_start.close()
     assert_same_fields(fields_of(pairsim.open(tmp_path / "warm")), cold)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pairsim.commands import COMMANDS
-from pairsim.drivers.run_output import RunWarnings
+from pairsim.drivers.run_warnings import RunWarnings
 from pairsim.drivers.warnings import long_steps
 from pairsim.inputs.case_files import parse_case
 from pairsim.solvers.errors.time_error import SAFETY, TimeError

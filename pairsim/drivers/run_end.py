@@ -1,17 +1,35 @@
-"""What the particles of a run do once its start-up has decayed, for run.json."""
+"""When a run ends, and what its particles do once its start-up has decayed."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
-from pairsim.config.case import Case
+from pairsim.config.case import FREE_ENDS, Case
 from pairsim.drivers.outcome import Outcome
 from pairsim.results.run_answer import SETTLED
 from pairsim.runtime.errors import RunFailure
 from pairsim.runtime.signals import Stopped
 from pairsim.solvers.problems import Problem
+from pairsim.solvers.stepping.step_size import reached
 from pairsim.solvers.transient.end import settled
+
+
+def end_of(case: Case, t: float, gaps: Sequence[float]) -> Outcome | None:
+    """The outcome of a run that has reached its end at a time and distances, else None."""
+    limits = case.limits
+    if gaps and min(gaps) < limits.min_gap:
+        return Outcome("finished", "contact", f"contact: the gap fell below {limits.min_gap:g} at t = {t:g}")
+    if limits.max_gap is not None and gaps and max(gaps) > limits.max_gap:
+        return Outcome("finished", "max_gap", f"the gap exceeded {limits.max_gap:g} at t = {t:g}")
+    if case.n and (room := (case.tube_length - sum(case.betas) - sum(gaps)) / 2) < FREE_ENDS:
+        message = (
+            f"the particles are only {room:.3g} D_c from the ends of the tube at t = {t:g}; try a larger length, or "
+            "limits.max_gap"
+        )
+        return Outcome("failed", "tube_too_short", message)
+    return Outcome("finished", "end", f"finished at t = {t:g}") if reached(t, case.time.end) else None
 
 
 def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: Outcome) -> dict[str, Any]:

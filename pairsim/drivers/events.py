@@ -1,0 +1,158 @@
+"""What the computation of a command yields: all that it says to the session that carries it out.
+
+A computation is a generator of these events that returns an `Outcome`. It knows no folder, opens no file, shows nothing
+and catches no signal (`drivers/session.py` does), and may end anywhere by a `RunFailure`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from pairsim.drivers.outcome import Outcome
+from pairsim.runtime.arrays import Array
+
+if TYPE_CHECKING:
+    from pairsim.results.checkpoint import Checkpoint
+    from pairsim.results.xdmf import FieldFrame
+    from pairsim.solvers.stepping.history import State
+
+
+@dataclass(frozen=True)
+class Begin:
+    """The computation begins.
+
+    Attributes:
+        goal: What it is to reach, such as "to t = 2".
+        total: The same as a number; `Progress.done` says how much of it is done.
+        forms: Names of the compiled forms that it needs.
+    """
+
+    goal: str
+    total: float
+    forms: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class Note:
+    """What the user should know."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Progress:
+    """A step or point was computed; what is written of it follows.
+
+    Attributes:
+        done: How much of `Begin.total` is done; of a run the time [D_c/U_av].
+        text: The state of the solution.
+        count: Number of steps or points so far.
+    """
+
+    done: float
+    text: str
+    count: int
+
+
+@dataclass(frozen=True)
+class Table:
+    """A CSV table, with the rows that it has at first.
+
+    Attributes:
+        name: Its name without .csv.
+        columns: Names of its columns.
+        rows: Values by column.
+        ascending: Whether rows are kept in ascending order of the first column, in whichever order they come.
+        appended: Whether rows are appended to the file, as for many rows; they are numbers, and a resumed computation
+            goes on after those that its checkpoint counts. If not, the file is replaced at each row.
+        unknown: Columns whose values may be unknown (nan).
+    """
+
+    name: str
+    columns: Sequence[str]
+    rows: Sequence[Mapping[str, Any]] = ()
+    ascending: bool = False
+    appended: bool = False
+    unknown: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of a table.
+
+    Attributes:
+        table: Name of the table.
+        values: Values by column; those of other columns are left out.
+    """
+
+    table: str
+    values: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A frame of fields.xdmf, after those before it in time or distance; where it is a function, this computes it."""
+
+    fields: FieldFrame | Callable[[], FieldFrame]
+
+
+@dataclass(frozen=True)
+class Resumable:
+    """A state from which the computation can go on; the last one is always kept.
+
+    Attributes:
+        state: The state of the time stepping.
+        gaps, narrowest, origin: See `Checkpoint`.
+        every: Wall time after which a checkpoint is due [s].
+        convenient: Whether this is a good moment for one, if it costs little.
+    """
+
+    state: State
+    gaps: tuple[float, ...]
+    narrowest: tuple[float, float]
+    origin: Array
+    every: float
+    convenient: bool
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What run.json says at the end.
+
+    Attributes:
+        entries: Entries of its own.
+        warnings: Warnings about the results.
+        phases: Wall time of each phase [s].
+    """
+
+    entries: Mapping[str, Any]
+    warnings: Sequence[str] = ()
+    phases: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class AtEnd:
+    """What is left to do at the end, in whichever way the computation ends: `events` is then called."""
+
+    events: Callable[[], Iterable[Event]]
+
+
+Event = Begin | Note | Progress | Table | Row | Frame | Resumable | Summary | AtEnd
+Events = Generator[Event, None, Outcome]
+
+
+@dataclass(frozen=True)
+class Earlier:
+    """What an earlier computation left behind, which this one resumes.
+
+    Attributes:
+        checkpoint: Its last checkpoint.
+        rows: Columns of its appended table up to there, shape (rows,).
+        finished: Whether its run.json says that it has finished.
+    """
+
+    checkpoint: Checkpoint
+    rows: Mapping[str, Array]
+    finished: bool
