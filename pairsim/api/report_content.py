@@ -14,9 +14,9 @@ import pandas as pd
 from pairsim.api.folders import open_folder
 from pairsim.api.results import Result
 from pairsim.api.sweeps import SweepResult
-from pairsim.api.tables import read_table
 from pairsim.results.columns import COLUMNS, STUDY_COLUMNS, SWEEP_COLUMNS, Column, column
 from pairsim.results.folders import kind_of
+from pairsim.results.tables import read_table
 from pairsim.runtime.duration import duration
 from pairsim.runtime.locks import is_locked
 from pairsim.sweeps.study_file import TABLE

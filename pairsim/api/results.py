@@ -72,9 +72,7 @@ class Result:
     @cached_property
     def _tables(self) -> dict[str, pd.DataFrame]:
         """The tables of the command by name; one that is not there is empty."""
-        from pairsim.api.tables import read_table
-
-        return {name: read_table(self._path / f"{name}.csv") for name in self.command.tables}
+        return dict(self.command.read_tables(self._path))
 
     @property
     def kind(self) -> str:
@@ -243,7 +241,7 @@ class CurveResult(Result):
     @cached_property
     def zeros(self) -> pd.DataFrame:
         """The zeros of dU (equilibria.csv): d, stable, slope, peak, d_error and certain."""
-        from pairsim.api.tables import empty_table
+        from pairsim.results.tables import empty_table
 
         found = self._tables["equilibria"]
         return found if len(found.columns) else empty_table(EQUILIBRIA_COLUMNS)

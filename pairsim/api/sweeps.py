@@ -46,7 +46,7 @@ class SweepResult:
         """results.csv: a row for each case that has ended, with parameters and main results; lists are lists."""
         import pandas as pd
 
-        from pairsim.api.tables import whole_numbers
+        from pairsim.results.tables import whole_numbers
 
         header, rows = rows_of(self.record)
         return whole_numbers(pd.DataFrame(rows, columns=header))

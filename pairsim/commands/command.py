@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,7 @@ from pairsim.config.cost import Estimate
 from pairsim.config.mistakes import Mistake
 from pairsim.results.columns import Column
 from pairsim.results.folders import read_record
+from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
     from pairsim.drivers.events import Events
@@ -45,7 +47,8 @@ class InSweeps[C: SceneCase]:
 
     Attributes:
         columns: Columns of the results of a case.
-        read: Reads their values from a folder; values that are missing are left out, without an error.
+        read: Takes their values from the tables of a folder, whose main table is there; those that are missing are left
+            out.
         parameters: Keys that results.csv always has, also if they do not vary.
         last: Last columns of results.csv, taken from run.json.
         neighbours: Keys along which a case can start from the solutions of the previous one (`drivers/warm_start.py`);
@@ -53,7 +56,7 @@ class InSweeps[C: SceneCase]:
     """
 
     columns: Callable[[C], Sequence[str]]
-    read: Callable[[Path], dict[str, Value]]
+    read: Callable[[Tables], dict[str, Value]]
     parameters: tuple[str, ...] = ("beta", "De", "Ca_e")
     last: tuple[str, ...] = ("unknowns", "wall_time")
     neighbours: tuple[str, ...] = ()
@@ -120,10 +123,24 @@ class Command[C: SceneCase]:
 
         return carry_out(self.solve, case, directory, options, appended=self.tables[0] * self.resumable, **more)
 
+    def read_tables(self, directory: Path) -> Tables:
+        """Its tables in a folder.
+
+        Raises:
+            InputError: A file is not a table of pairsim.
+        """
+        from pairsim.results.tables import read_table
+
+        return {name: read_table(directory / f"{name}.csv") for name in self.tables}
+
     def values(self, directory: Path) -> dict[str, Value]:
-        """Values of a folder for the columns of results.csv."""
-        record = read_record(directory)
-        return self.in_sweeps.read(directory) | {key: record.get(key) for key in self.in_sweeps.last}
+        """Values of a folder for the columns of results.csv, none where a table cannot be read."""
+        record, values = read_record(directory), dict[str, Value]()
+        with suppress(InputError, ValueError, KeyError):
+            tables = self.read_tables(directory)
+            if len(tables[self.tables[0]].columns):
+                values = self.in_sweeps.read(tables)
+        return values | {key: record.get(key) for key in self.in_sweeps.last}
 
 
 def numbers_in(table: Any) -> dict[str, Array]:

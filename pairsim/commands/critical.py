@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from pairsim.commands.command import Command, InSweeps, Tables, Value
 from pairsim.config.cost import Estimate, steady_estimate
 from pairsim.config.curve_case import CriticalCase, check_critical
-from pairsim.results.folders import rows_of
 
 if TYPE_CHECKING:
     from pairsim.drivers.events import Events
@@ -49,18 +48,11 @@ def result_columns(case: CriticalCase) -> tuple[str, ...]:
     return ("points", "zeros", "stable")
 
 
-def read(directory: Path) -> dict[str, Value]:
-    """Read the result columns of critical distances; JSON lists in the order of critical.csv."""
-    try:
-        points = rows_of(directory / "critical.csv")
-        wanted = [row for row in points if row["kind"] == "wanted"]
-        return {
-            "points": len(points),
-            "zeros": [float(row["d_cr"]) for row in wanted],
-            "stable": [row["stable"] == "true" for row in wanted],
-        }
-    except (OSError, ValueError, KeyError):
-        return {}
+def read(tables: Tables) -> dict[str, Value]:
+    """The result columns; lists in the order of critical.csv."""
+    rows = tables["critical"]
+    wanted = rows[rows["kind"] == "wanted"]
+    return {"points": len(rows), "zeros": wanted["d_cr"].tolist(), "stable": wanted["stable"].tolist()}
 
 
 COMMAND = Command(

@@ -9,8 +9,6 @@ from pairsim.commands.command import Command, Flag, InSweeps, Tables, Value, num
 from pairsim.config.cost import Estimate, steady_estimate
 from pairsim.config.curve_case import CurveCase, check_curve
 from pairsim.results.columns import FORCES, gap_endings, relative_velocities
-from pairsim.results.folders import rows_of
-from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.distances import between
 
 if TYPE_CHECKING:
@@ -65,32 +63,24 @@ def result_columns(case: CurveCase) -> tuple[str, ...]:
     return ("points", *others, *(name.format(gap) for gap in gap_endings(case.n) for name in names))
 
 
-def read(directory: Path) -> dict[str, Value]:
-    """Read the result columns of a curve; `zeros` and what belongs to them are lists in ascending d."""
+def read(tables: Tables) -> dict[str, Value]:
+    """The result columns; `zeros` and what belongs to them are lists in ascending d."""
     from pairsim.results.curve_table import peak_of
-    from pairsim.results.output import read_series
 
-    values: dict[str, Value] = {}
-    try:
-        table = read_series(directory / "curve.csv")
-        values["points"] = points = len(next(iter(table.values())))
-        if not points:
-            return values
-        values |= {name: float(table[name][0]) for name in FORCE if name in table}
-        for name in relative_velocities(table):
-            gap = name.removeprefix("dU")
-            peak = peak_of(table, gap)
-            found = {"d_peak": peak.d, "d_peak_error": peak.d_error, "dU_peak": peak.dU, "dU_error": peak.error}
-            if f"mesh_error{gap}" in table:
-                found["mesh_error"] = float(table[f"mesh_error{gap}"][abs(table[f"d{gap}"] - peak.d).argmin()])
-            values |= {column + gap: value for column, value in found.items()}
-        zeros = rows_of(directory / "equilibria.csv")
-        values["zeros"] = [float(row["d"]) for row in zeros]
-        values["zeros_error"] = [float(row["d_error"]) for row in zeros]
-        values["stable"] = [row["stable"] == "true" for row in zeros]
-    except (InputError, OSError, ValueError, KeyError):  # the case failed before the files were complete
-        pass
-    return values
+    table, zeros = numbers_in(tables["curve"]), tables["equilibria"]
+    values: dict[str, Value] = {"points": len(tables["curve"])}
+    if not values["points"]:
+        return values
+    values |= {name: float(table[name][0]) for name in FORCE if name in table}
+    for name in relative_velocities(table):
+        gap = name.removeprefix("dU")
+        peak = peak_of(table, gap)
+        found = {"d_peak": peak.d, "d_peak_error": peak.d_error, "dU_peak": peak.dU, "dU_error": peak.error}
+        if f"mesh_error{gap}" in table:
+            found["mesh_error"] = float(table[f"mesh_error{gap}"][abs(table[f"d{gap}"] - peak.d).argmin()])
+        values |= {column + gap: value for column, value in found.items()}
+    shown = {"zeros": "d", "zeros_error": "d_error", "stable": "stable"}
+    return values | {name: zeros[column].tolist() for name, column in shown.items() if column in zeros}
 
 
 COMMAND = Command(

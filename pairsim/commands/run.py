@@ -61,22 +61,9 @@ def result_columns(case: Case) -> tuple[str, ...]:
     return (*names, *(f"U_{i}" for i in particles), *(f"D_{i}" for i in particles), "dp")
 
 
-def read(directory: Path) -> dict[str, Value]:
-    """Read the last complete row of series.csv; empty if there is none.
-
-    Only the end of the file is read, since a continued sweep reads thousands of these files.
-    """
-    try:
-        with (directory / "series.csv").open("rb") as file:
-            header = file.readline().decode().strip().split(",")
-            start = file.tell()
-            file.seek(0, 2)
-            file.seek(max(start, file.tell() - 65536))
-            text = file.read().decode()
-        lines = text[: text.rfind("\n") + 1].splitlines()
-        return dict(zip(header, map(float, lines[-1].split(",")), strict=True)) if lines else {}
-    except (OSError, ValueError):
-        return {}
+def read(tables: Tables) -> dict[str, Value]:
+    """The last row of series.csv."""
+    return next(iter(tables["series"].tail(1).to_dict("records")), {})
 
 
 COMMAND = Command(

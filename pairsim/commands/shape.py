@@ -16,7 +16,6 @@ from pairsim.config.cost import Estimate, steady_estimate
 from pairsim.config.curve_case import Values
 from pairsim.config.mistakes import Mistake, missing
 from pairsim.results.columns import Column
-from pairsim.results.folders import rows_of
 
 if TYPE_CHECKING:
     from pairsim.drivers.events import Events
@@ -128,13 +127,10 @@ def result_columns(_: ShapeCase) -> Sequence[str]:
     return "points", "D_1", "D_error"
 
 
-def read(directory: Path) -> dict[str, Value]:
-    """Read the result columns."""
-    try:
-        rows = rows_of(directory / "shape.csv")
-        return {"points": len(rows), **{name: float(rows[-1][name]) for name in ("D_1", "D_error")}} if rows else {}
-    except (OSError, ValueError, KeyError):
-        return {}
+def read(tables: Tables) -> dict[str, Value]:
+    """The result columns."""
+    rows = tables["shape"]
+    return {"points": len(rows), **{name: float(rows[name].iloc[-1]) for name in ("D_1", "D_error") if len(rows)}}
 
 
 COMMAND = Command(

@@ -19,6 +19,7 @@ from pairsim.results.columns import (
     named_row,
     observed,
     particle_endings,
+    spread,
 )
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.parameters import Parameters
@@ -102,26 +103,23 @@ def health_columns(case: SceneCase) -> tuple[str, ...]:
 
 def point_row(point: Point) -> dict[str, float]:
     """All values of a quasi-steady solution by the names of their columns."""
-    o = point.observation
-    row = named_row(0.0, point.gaps, o.U, o.dU, o.D, o.dp, o.dp_plus)
-    gaps = gap_endings(o.d.size + 1)
-    estimate = point.estimate
-    values = {
+    o, estimate = point.observation, point.estimate
+    by_gap: dict[str, Any] = {
         "slope": point.slopes,
         "dU_held": point.held_dUs,
         "stretch": point.motion.stretch,
         "mesh_error": point.mesh_errors,
+        "dU_correction": estimate.dU,
+        "dU_error": point.dU_errors,
+        "ends_error": estimate.ends_error,
+        **{f"by_{name}": change for name, change in point.sensitivities.items()},
     }
-    values |= {"dU_correction": estimate.dU, "dU_error": point.dU_errors, "ends_error": estimate.ends_error}
-    values |= {f"by_{name}": change for name, change in point.sensitivities.items()}
-    for name, each in values.items():
-        row |= {name + gap: value for gap, value in zip(gaps, each if each is not None else (), strict=False)}
-    row |= {f"U_correction{each}": value for each, value in zip(particle_endings(o.U.size), estimate.U, strict=True)}
-    for name, each in zip(FORCES, (o.F, estimate.F, estimate.F_error), strict=True):
-        row |= {name + ending: value for ending, value in zip(particle_endings(o.U.size), each, strict=False)}
-    row["dp_plus_correction"] = estimate.dp_plus
-    row |= {"newton": point.newton, "meshes": point.meshes, "t_relax": point.t_relax}
-    row |= {**observed(o), "distortion": point.distortion}
+    by_particle = {"U_correction": estimate.U, **dict(zip(FORCES, (o.F, estimate.F, estimate.F_error), strict=True))}
+    row = named_row(0.0, point.gaps, o.U, o.dU, o.D, o.dp, o.dp_plus)
+    for endings, values in ((gap_endings(o.U.size), by_gap), (particle_endings(o.U.size), by_particle)):
+        row |= spread(endings, **{name: each for name, each in values.items() if each is not None and len(each)})
+    row |= {"dp_plus_correction": estimate.dp_plus, "newton": point.newton, "meshes": point.meshes}
+    row |= {"t_relax": point.t_relax, **observed(o), "distortion": point.distortion}
     return {name: float(value) for name, value in row.items()}
 
 

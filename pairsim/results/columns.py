@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
+
+from pairsim.runtime.arrays import Array
 
 
 @dataclass(frozen=True)
@@ -35,12 +37,37 @@ class Column:
 RATE = r"U_{av}/D_c"
 TIME, VELOCITY, LENGTH, STRESS = r"D_c/U_{av}", r"U_{av}", r"D_c", r"\eta_0 U_{av}/D_c"
 FORCE = r"\eta_0 U_{av} D_c"
-# What names, symbols and descriptions of the particles' columns end with.
-ENDINGS = (
-    ("_L", "_L", "the leading (downstream) particle"),
-    ("_T", "_T", "the trailing (upstream) particle"),
-    ("_i", "_i", "particle i, counted from upstream,"),
+# What the names of columns of every gap and every particle end with, and what they are of. Where a pair has a column of
+# its own, `_i` stands for the number in larger rows; `{_}` (in a subscript `{,}`) and `{of}` for either.
+GAPS = (("", "the pair"), ("_i", "particles i and i+1"))
+PARTICLES = (
+    ("_L", "the leading (downstream) particle"),
+    ("_T", "the trailing (upstream) particle"),
+    ("_i", "particle i (counted from upstream)"),
 )
+ONE = (("", ""),)
+
+
+def _each(endings: Iterable[tuple[str, str]], name: str, symbol: str, meaning: str, unit: str) -> Iterator[Column]:
+    """The columns of a quantity of every gap or particle."""
+    for _, of in endings:
+        yield Column(
+            name + _,
+            symbol.replace("{_}", _).replace("{,}", _.replace("_", ",")),
+            meaning.replace("{_}", _).replace("{of}", of),
+            unit,
+        )
+
+
+def _correction(endings: Iterable[tuple[str, str]], name: str, unit: str) -> Iterator[Column]:
+    """The columns of the estimated discretisation error of a quantity."""
+    meaning = f"estimate of exact minus discrete {name}{{_}}"
+    return _each(endings, f"{name}_correction", r"\delta^h{_}", meaning, unit)
+
+
+def _error(endings: Iterable[tuple[str, str]], name: str, unit: str, by: str) -> Iterator[Column]:
+    """The columns of the half-width of the interval of a quantity."""
+    return _each(endings, f"{name}_error", r"\epsilon{_}", f"error of {name}{{_}} by {by}, half-width", unit)
 
 
 def _of_polymer(name: str, symbol: str, meaning: str, unit: str) -> Column:
@@ -48,61 +75,48 @@ def _of_polymer(name: str, symbol: str, meaning: str, unit: str) -> Column:
     return Column(name, symbol, meaning, unit, value=lambda o: getattr(o.conformation, name), polymer=True)
 
 
+_TAYLOR = "Taylor parameter (L_z - L_r)/(L_z + L_r) of {of}"
+_HELD = "dU{_} with all distances held, as if shapes and stresses had endless time"
+_STRETCH = "rate of the centres of volume, dU{_}, over that of the surfaces, when all distances change together"
+_SLOPE = (
+    "derivative of dU_held{_} by d when all distances change together; at a zero of dU that of dU, and a zero with "
+    "negative slope is stable"
+)
+_EARLIER = "in folders of earlier versions: dU{_} is that at held distance, and this is added"
+_ENDS = "the part of dU_error{_} that is due to the ends of the tube"
+_MOVED = "force along the tube that moves {of} at the prescribed velocity"
+
 COLUMNS: tuple[Column, ...] = (
     Column("t", r"t", "time", TIME),
-    Column("d", r"d", "distance between the facing surfaces of the pair on the axis", LENGTH),
-    Column("d_i", r"d_i", "distance between the facing surfaces of particles i and i+1 on the axis", LENGTH),
-    Column("U_L", r"U_L", "velocity of the leading (downstream) particle, the volume average of u_z", VELOCITY),
-    Column("U_T", r"U_T", "velocity of the trailing (upstream) particle, the volume average of u_z", VELOCITY),
-    Column("U_i", r"U_i", "velocity of particle i, counted from upstream, the volume average of u_z", VELOCITY),
-    Column("dU", r"\Delta U", "relative velocity of the pair, U_L - U_T; positive: it separates", VELOCITY),
-    Column("dU_i", r"\Delta U_i", "relative velocity of neighbours, U_(i+1) - U_i; positive: they separate", VELOCITY),
-    Column("dU_held", r"\Delta U_h", "dU with the distance held, as if shapes and stresses had endless time", VELOCITY),
-    Column("dU_held_i", r"\Delta U_{h,i}", "dU_i with all distances held", VELOCITY),
-    Column("stretch", r"\mathrm{d}c/\mathrm{d}d", "rate of the centres of volume, dU, over that of the surfaces", ""),
-    Column("stretch_i", r"\mathrm{d}c_i/\mathrm{d}d", "the same when all distances change together", ""),
-    Column("t_relax", r"t_r", "slowest decay time of a disturbance at held distance", TIME),
-    Column(
-        "drift", r"\delta", "in folders of earlier versions: dU is that at held distance, and this is added", VELOCITY
+    *_each(GAPS, "d", r"d{_}", "distance between the facing surfaces of {of} on the axis", LENGTH),
+    *_each(PARTICLES, "U", r"U{_}", "velocity of {of}, the volume average of u_z", VELOCITY),
+    *_each(
+        GAPS,
+        "dU",
+        r"\Delta U{_}",
+        "relative velocity of {of}, downstream less upstream; positive: they separate",
+        VELOCITY,
     ),
-    Column("drift_i", r"\delta_i", "in folders of earlier versions: the same for dU_i", VELOCITY),
-    Column("D_L", r"D_L", "Taylor parameter (L_z - L_r)/(L_z + L_r) of the leading particle", ""),
-    Column("D_T", r"D_T", "Taylor parameter (L_z - L_r)/(L_z + L_r) of the trailing particle", ""),
-    Column("D_i", r"D_i", "Taylor parameter (L_z - L_r)/(L_z + L_r) of particle i, counted from upstream", ""),
+    *_each(GAPS, "dU_held", r"\Delta U_{h{,}}", _HELD, VELOCITY),
+    *_each(GAPS, "stretch", r"\mathrm{d}c{_}/\mathrm{d}d", _STRETCH, ""),
+    Column("t_relax", r"t_r", "slowest decay time of a disturbance at held distance", TIME),
+    *_each(GAPS, "drift", r"\delta{_}", _EARLIER, VELOCITY),
+    *_each(PARTICLES, "D", r"D{_}", _TAYLOR, ""),
     Column("dp", r"\Delta p", "pressure drop over the length of the tube", STRESS),
     Column("dp_plus", r"\Delta p^+", "pressure drop in excess of that of the same tube without particles", STRESS),
-    *(
-        Column(f"F{i}", f"F{s}", f"force along the tube that moves {who} at the prescribed velocity", FORCE)
-        for i, s, who in ENDINGS
-    ),
+    *_each(PARTICLES, "F", r"F{_}", _MOVED, FORCE),
     Column("dt", r"\Delta t", "size of the time step that ends at t", TIME),
     Column(
         "newton", r"n", "Newton iterations of the step, or of the continuation from the previous point", "", whole=True
     ),
     Column("mesh", r"k", "number of remeshings before the step", "", whole=True),
     Column("meshes", r"k", "number of meshes made so far", "", whole=True),
-    Column(
-        "slope",
-        r"\mathrm{d}\Delta U/\mathrm{d}d",
-        "derivative by d of dU_held, at a zero of dU; a zero with negative slope is stable",
-        RATE,
+    *_each(GAPS, "slope", r"\mathrm{d}\Delta U{_}/\mathrm{d}d", _SLOPE, RATE),
+    *_each(
+        GAPS, "by_Ca_e", r"\partial\Delta U{_}/\partial \mathrm{Ca}_e", "derivative of dU_held{_} by Ca_e", VELOCITY
     ),
-    Column(
-        "slope_i",
-        r"\mathrm{d}\Delta U_i/\mathrm{d}d",
-        "derivative of dU_held_i by d when all distances change together",
-        RATE,
-    ),
-    *(
-        Column(
-            f"by_{name}{i}",
-            rf"\partial\Delta U{s}/\partial {symbol}",
-            f"derivative of dU_held{i} by {name}",
-            VELOCITY,
-        )
-        for name, symbol in (("Ca_e", r"\mathrm{Ca}_e"), ("De", r"\mathrm{De}"), ("beta", r"\beta"))
-        for i, s in (("", ""), ("_i", "_i"))
-    ),
+    *_each(GAPS, "by_De", r"\partial\Delta U{_}/\partial \mathrm{De}", "derivative of dU_held{_} by De", VELOCITY),
+    *_each(GAPS, "by_beta", r"\partial\Delta U{_}/\partial \beta", "derivative of dU_held{_} by beta", VELOCITY),
     Column("Ca_e", r"\mathrm{Ca}_e", "elastic capillary number of the soft particles", ""),
     Column("De", r"\mathrm{De}", "Deborah number", ""),
     Column("d_cr", r"d_{cr}", "critical distance, at which dU = 0", LENGTH),
@@ -119,26 +133,14 @@ COLUMNS: tuple[Column, ...] = (
     Column("certain", "", "true: |dU| exceeds its error on both sides of the zero", ""),
     Column("d_error", r"\epsilon_d", "error of the distance, dU_error/|slope|; empty where two zeros meet", LENGTH),
     Column("parameter_error", r"\epsilon", "error of the followed parameter where two zeros meet; empty elsewhere", ""),
-    Column("dU_correction", r"\delta^h", "estimate of exact minus discrete dU", VELOCITY),
-    Column("dU_correction_i", r"\delta^h_i", "estimate of exact minus discrete dU_i", VELOCITY),
-    Column("dU_error", r"\epsilon", "error of dU by mesh, ends, Newton's method and motion, half-width", VELOCITY),
-    Column("dU_error_i", r"\epsilon_i", "error of dU_i by the same, half-width", VELOCITY),
-    Column("ends_error", r"\epsilon_L", "the part of dU_error that is due to the ends of the tube", VELOCITY),
-    Column("ends_error_i", r"\epsilon_{L,i}", "the part of dU_error_i that is due to the ends of the tube", VELOCITY),
-    Column("U_correction_L", r"\delta^h_L", "estimate of exact minus discrete U_L", VELOCITY),
-    Column("U_correction_T", r"\delta^h_T", "estimate of exact minus discrete U_T", VELOCITY),
-    Column("U_correction_i", r"\delta^h_i", "estimate of exact minus discrete U_i", VELOCITY),
-    Column("dp_plus_correction", r"\delta^h", "estimate of exact minus discrete dp_plus", STRESS),
-    *(
-        Column(f"F_correction{i}", rf"\delta^h{s}", f"estimate of exact minus discrete F{i}", FORCE)
-        for i, s, _ in ENDINGS
-    ),
-    *(
-        Column(f"F_error{i}", rf"\epsilon{s}", f"error of F{i} by mesh, ends and Newton's method, half-width", FORCE)
-        for i, s, _ in ENDINGS
-    ),
-    Column("mesh_error", r"\epsilon", "|dU - dU on a mesh with cells 2^0.5 times larger|", VELOCITY),
-    Column("mesh_error_i", r"\epsilon_i", "|dU_i - dU_i on a mesh with cells 2^0.5 times larger|", VELOCITY),
+    *_correction(GAPS, "dU", VELOCITY),
+    *_error(GAPS, "dU", VELOCITY, "mesh, ends, Newton's method and motion"),
+    *_each(GAPS, "ends_error", r"\epsilon_{L{,}}", _ENDS, VELOCITY),
+    *_correction(PARTICLES, "U", VELOCITY),
+    *_correction(ONE, "dp_plus", STRESS),
+    *_correction(PARTICLES, "F", FORCE),
+    *_error(PARTICLES, "F", FORCE, "mesh, ends and Newton's method"),
+    *_each(GAPS, "mesh_error", r"\epsilon{_}", "|dU{_} - dU{_} on a mesh with cells 2^0.5 times larger|", VELOCITY),
     Column("wanted", "", "1 for a requested point, 0 for a point added by refinement", "", whole=True),
     Column(
         "m",
@@ -164,8 +166,7 @@ COLUMNS: tuple[Column, ...] = (
     _of_polymer("s_jump", r"[s]", "largest change of s = log c within a cell", ""),
 )
 """All columns; `_i` stands for the number of a particle or gap. Plots take their labels from symbol and unit."""
-WHOLE = frozenset({"points", "steps", "unknowns", *(entry.name for entry in COLUMNS if entry.whole)})
-"""Names of the columns with whole numbers, in all tables including results.csv."""
+_BY_NAME = {entry.name: entry for entry in COLUMNS}
 OBSERVED = tuple(entry.name for entry in COLUMNS if entry.value is not None and not entry.polymer)
 """Columns that are read off the observation of a solution."""
 HEALTH = ("dt", "newton", "mesh", *OBSERVED, "distortion")
@@ -178,12 +179,22 @@ CURVE_HEALTH = ("t_relax", "meshes", *OBSERVED, "distortion")
 """Diagnostic columns of curve.csv and critical.csv, before those of a viscoelastic liquid."""
 
 
+def _number(name: str, meaning: str) -> Column:
+    """A count of a case."""
+    return Column(name, "", meaning, "", whole=True)
+
+
+_OF_CASES = (
+    Column("status", "", "pending, finished, failed or timeout; the worst of all repetitions", ""),
+    Column("reason", "", "why the case ended", ""),
+    _number("points", "points of the curve or of the lines of critical distances"),
+    _number("steps", "accepted time steps of a run"),
+    _number("unknowns", "unknowns of the largest linear system"),
+    Column("wall_time", "", "wall time, without the start of Python; the median of all repetitions", "s"),
+)
 SWEEP_COLUMNS = (
     Column("folder", "", "folder of the case within that of the sweep", ""),
-    Column("status", "", "pending, finished, failed or timeout", ""),
-    Column("reason", "", "why the case ended", ""),
     Column("warnings", "", "what run.json of the case warns of, separated by semicolons", ""),
-    Column("points", "", "points of the curve or of the lines of critical distances", ""),
     Column(
         "zeros", "", "zeros of dU from the smallest d on, or the critical distances asked for, with spaces between", ""
     ),
@@ -194,22 +205,15 @@ SWEEP_COLUMNS = (
     Column("dU_peak", "", "dU there", VELOCITY),
     Column("dU_error", "", "error of dU_peak, half-width", VELOCITY),
     Column("mesh_error", "", "mesh_error of the nearest point", VELOCITY),
-    Column("steps", "", "accepted time steps", ""),
-    Column("unknowns", "", "unknowns of the largest linear system", ""),
-    Column("wall_time", "", "wall time, without the start of Python", "s"),
+    *_OF_CASES,
 )
 """Columns that only results.csv has; the others are in `COLUMNS`."""
 STUDY_COLUMNS = (
-    Column("status", "", "pending, finished, failed or timeout: the worst of all repetitions", ""),
-    Column("reason", "", "why the case ended", ""),
-    Column("unknowns", "", "unknowns of the largest linear system", ""),
-    Column("steps", "", "number of accepted time steps of a run", ""),
-    Column("points", "", "number of points of a curve", ""),
-    Column("newton_iterations", "", "total number of Newton iterations", ""),
-    Column("factorisations", "", "total number of factorisations of Newton's matrix", ""),
-    Column("remeshings", "", "number of remeshings of a run", ""),
-    Column("meshes", "", "number of meshes made for a curve", ""),
-    Column("wall_time", "", "median wall time of all repetitions, without the start of Python", "s"),
+    *_OF_CASES,
+    _number("newton_iterations", "total number of Newton iterations"),
+    _number("factorisations", "total number of factorisations of Newton's matrix"),
+    _number("remeshings", "number of remeshings of a run"),
+    _number("meshes", "number of meshes made for a curve"),
     Column("wall_time_spread", "", "largest minus smallest wall time of the repetitions", "s"),
     Column("wall_*", "", "median wall time of a phase, such as wall_assembly", "s"),
     Column("peak_memory", "", "peak memory of the process, libraries included", "bytes"),
@@ -218,25 +222,15 @@ STUDY_COLUMNS = (
     Column("error", "", "largest difference from the reference or the exact values, over all entries of `at`", ""),
     Column("relative_error", "", "error relative to the largest of the reference or exact values", ""),
     Column("reference", "", "whether this row is the reference", ""),
-    Column(
-        "order_space",
-        "",
-        "observed order in space: slope of log error over log 1/sqrt(unknowns), from the next coarser mesh",
-        "",
-    ),
-    Column(
-        "order_time", "", "observed order in time: slope of log error over log 1/steps, from the next larger steps", ""
-    ),
-    Column(
-        "richardson_*",
-        "",
-        "Richardson extrapolation from three neighbours in space or time, at the last entry of `at`",
-        "",
-    ),
+    Column("order_space", "", "observed order in space, from the next coarser mesh: of error over unknowns^-1/2", ""),
+    Column("order_time", "", "observed order in time, from the next larger steps: of error over 1/steps", ""),
+    Column("richardson_*", "", "Richardson extrapolation from three neighbours, at the last entry of `at`", ""),
     Column("richardson_order_*", "", "observed order of the same three neighbours", ""),
     Column("pareto", "", "whether no other row has a smaller wall time at the same or a smaller error", ""),
 )
 """Columns that only study.csv has; `*` stands for a variable part of the name."""
+WHOLE = frozenset(entry.name for entry in (*COLUMNS, *_OF_CASES) if entry.whole)
+"""Names of the columns with whole numbers, in all tables including results.csv."""
 
 
 def observed(observation: Any) -> dict[str, float]:
@@ -299,12 +293,9 @@ EQUILIBRIA_COLUMNS = ("d", "stable", "slope", "peak", "d_error", "certain")
 """The columns of equilibria.csv."""
 
 
-_DECLARED: dict[str, Column] = {}
-
-
 def declare(columns: Iterable[Column]) -> None:
     """Add columns that one command alone has."""
-    _DECLARED.update({entry.name: entry for entry in columns})
+    _BY_NAME.update({entry.name: entry for entry in columns})
 
 
 def column(name: str) -> Column:
@@ -313,29 +304,20 @@ def column(name: str) -> Column:
     Raises:
         KeyError: There is no such column.
     """
-    table = {entry.name: entry for entry in COLUMNS} | _DECLARED
-    if name in table and not name.endswith("_i"):
-        return table[name]
-    match = re.fullmatch(r"(\w+)_(\d+)", name)
-    entry = table.get(f"{match[1]}_i") if match else None
-    if match is None or entry is None:
+    if name in _BY_NAME and not name.endswith("_i"):
+        return _BY_NAME[name]
+    base, _, number = name.rpartition("_")
+    if not number.isdecimal():
         raise KeyError(name)
-    return Column(name, entry.symbol.replace("_i", f"_{{{match[2]}}}"), entry.meaning, entry.unit)
+    entry = _BY_NAME[f"{base}_i"]
+    return replace(entry, name=name, symbol=entry.symbol.replace("_i", f"_{{{number}}}"))
 
 
 def series_columns(n: int) -> list[str]:
-    """The first columns of series.csv for `n` particles.
-
-    Raises:
-        ValueError: `n` is negative.
-    """
-    if n < 0:
-        raise ValueError(f"number of particles is {n}")
-    if n == 2:
-        return ["t", "d", "U_L", "U_T", "dU", "D_L", "D_T", "dp", "dp_plus"]
-    gaps, particles = range(1, n), range(1, n + 1)
-    names = ["t", *(f"d_{i}" for i in gaps), *(f"U_{i}" for i in particles)]
-    return [*names, *(f"dU_{i}" for i in gaps), *(f"D_{i}" for i in particles), "dp", "dp_plus"]
+    """The first columns of series.csv for `n` particles: of a pair, the leading one comes first."""
+    gaps, particles = gap_endings(n), particle_endings(n)[:: -1 if n == 2 else 1]
+    quantities = (("d", gaps), ("U", particles), ("dU", gaps), ("D", particles))
+    return ["t", *(name + ending for name, endings in quantities for ending in endings), "dp", "dp_plus"]
 
 
 def error_columns(n: int) -> list[str]:
@@ -343,10 +325,20 @@ def error_columns(n: int) -> list[str]:
     return [f"{name}{gap}" for name in ("dU_correction", "dU_error") for gap in gap_endings(n)]
 
 
+def spread(endings: Sequence[str], **values: Iterable[float]) -> dict[str, float]:
+    """Values by the names of their columns: of every quantity one for each gap or particle, from upstream.
+
+    Raises:
+        ValueError: A quantity has fewer or more values.
+    """
+    names = {name: zip(endings, each, strict=True) for name, each in values.items()}
+    return {name + ending: float(value) for name, pairs in names.items() for ending, value in pairs}
+
+
 def named_row(
     t: float,
     d: Iterable[float],
-    U: Iterable[float],
+    U: Sequence[float] | Array,
     dU: Iterable[float],
     D: Iterable[float],
     dp: float,
@@ -366,13 +358,7 @@ def named_row(
     Raises:
         ValueError: The lengths of `d`, `U`, `dU` and `D` are inconsistent.
     """
-    gaps, velocities, differences, shapes = ([float(value) for value in values] for values in (d, U, dU, D))
-    n = len(velocities)
-    if len(shapes) != n or len(gaps) != max(n - 1, 0) or len(differences) != len(gaps):
-        raise ValueError(f"{n} velocities, {len(shapes)} Taylor parameters and {len(gaps)} gaps are inconsistent")
-    if n == 2:  # particle 1 is the trailing one; the columns of the leading one come first
-        middle = [*gaps, *velocities[::-1], *differences, *shapes[::-1]]
-    else:
-        middle = [*gaps, *velocities, *differences, *shapes]
-    values = (float(value) for value in (t, *middle, dp, dp_plus))
-    return dict(zip(series_columns(n), values, strict=True))
+    n = len(U)
+    values = {"t": float(t), "dp": float(dp), "dp_plus": float(dp_plus)}
+    values |= spread(gap_endings(n), d=d, dU=dU) | spread(particle_endings(n), U=U, D=D)
+    return {name: values[name] for name in series_columns(n)}

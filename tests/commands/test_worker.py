@@ -16,7 +16,7 @@ import yaml
 from support.commands import Pairsim, words_of
 from support.inputs import TINY
 
-from pairsim.commands.curve import read
+from pairsim.commands import COMMANDS
 from pairsim.fem.jit import UNFINISHED
 from pairsim.runtime.child_process import Child, descendants, module_command
 from pairsim.sweeps.grid import read_grid
@@ -42,7 +42,7 @@ def test_sequence_of_curves_survives_its_process(tmp_path: Path) -> None:
     alone = tmp_path / "alone"
     cold = module_command("pairsim", "curve", str(tasks[1].case_file), "-o", str(alone), "-q")
     subprocess.run(cold, check=True, capture_output=True, timeout=300)
-    assert float(results[1].values["dU_peak"]) == pytest.approx(read(alone)["dU_peak"], rel=1e-6)  # type: ignore[arg-type]
+    assert float(results[1].values["dU_peak"]) == pytest.approx(COMMANDS["curve"].values(alone)["dU_peak"], rel=1e-6)  # type: ignore[arg-type]
 
 
 def curves(folder: Path, values: str, De: float = 0.0) -> tuple[CaseWorker, list[Task]]:
