@@ -8,7 +8,7 @@ from typing import Any, cast
 
 from pairsim.config.curve_case import CriticalCase
 from pairsim.config.form_kinds import forms_of
-from pairsim.drivers.events import AtEnd, Begin, Event, Events, Note, Progress, Row, Table
+from pairsim.drivers import events
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import steady_problem
 from pairsim.drivers.quasi_steady import Solutions, error_at, health_columns, point_row
@@ -35,18 +35,18 @@ Line = dict[str, float]
 """The parameter of a line of critical distances and its value; empty without `lines`."""
 
 
-def solve(case: CriticalCase) -> Events:
+def solve(case: CriticalCase) -> events.Events:
     """Find the critical distances of every line, and follow them over the parameter of the case."""
     least, most = case.d
     region = _region(case)
     lines = list(_lines(case, region))
     count = len(lines) * (len(region.values) if region is not None else 1)
-    yield Begin(f"zeros of dU between d = {least:g} and {most:g}", count, forms_of(case))
+    yield events.Begin(f"zeros of dU between d = {least:g} and {most:g}", count, forms_of(case))
     with Solutions(case) as found:
         zeros = _Zeros(found, None if region is None else region.name)
-        yield AtEnd(zeros.end)
+        yield events.AtEnd(zeros.end)
         columns = [*CRITICAL_COLUMNS, *(["mesh_error"] if case.mesh_error else []), *health_columns(case)]
-        yield Table("critical", columns)
+        yield events.Table("critical", columns)
         failures: list[str] = []
         for line, start in lines:
             try:
@@ -62,7 +62,7 @@ def solve(case: CriticalCase) -> Events:
                 if not line:
                     raise
                 failures += [f"{name} = {value:g}: {failure}" for name, value in line.items()]
-                yield Note(failures[-1])
+                yield events.Note(failures[-1])
         if failures:
             raise NoSteadyState("; ".join(failures))
         return Outcome("finished", "end", f"{len(found.points)} critical distances on {zeros.branches} branches")
@@ -88,7 +88,7 @@ class _Zeros:
         self._warnings: list[str] = []
         self._solved = 0
 
-    def take(self, findings: Iterable[Finding], line: Line) -> Iterator[Event]:
+    def take(self, findings: Iterable[Finding], line: Line) -> Iterator[events.Event]:
         """Show the findings on a line, whose branches are numbered after those before, and write its zeros."""
         before = self.branches
         for each in findings:
@@ -101,15 +101,15 @@ class _Zeros:
                 case End():
                     numbered = replace(each, branch=each.branch + before)
                     self._ends.append({**line, **vars(numbered)})
-                    yield Note(f"branch {numbered.branch}: {numbered.message}")
+                    yield events.Note(f"branch {numbered.branch}: {numbered.message}")
                 case Jump() | Missed():
                     self._warnings.append(each.message)
 
-    def _shown(self, text: str) -> Progress:
+    def _shown(self, text: str) -> events.Progress:
         self._solved += 1
-        return Progress(len(self._wanted), text, self._solved)
+        return events.Progress(len(self._wanted), text, self._solved)
 
-    def _critical(self, critical: Critical, branch: int) -> Iterator[Event]:
+    def _critical(self, critical: Critical, branch: int) -> Iterator[events.Event]:
         point = critical.point
         place, row = point.parameters, dict[str, Any](point_row(point))
         self.found.points.append(point)
@@ -127,9 +127,9 @@ class _Zeros:
             size = abs(critical.by_parameter) * value_of(self.followed, place)
         self._errors.append(error_at(point, 0, size))
         yield self._shown(f"Ca_e = {row['Ca_e']:.5g}  De = {place.De:.5g}  d_cr = {point.d:.5f}  {critical.kind}")
-        yield Row("critical", row)
+        yield events.Row("critical", row)
 
-    def end(self) -> Iterator[Event]:
+    def end(self) -> Iterator[events.Event]:
         """What run.json says."""
         entries: dict[str, Any] = {"ends": self._ends}
         large = large_errors(self.found.case, "the error of a critical distance or parameter", "itself", self._errors)

@@ -10,7 +10,7 @@ import numpy as np
 
 from pairsim.config.curve_case import CurveCase
 from pairsim.config.form_kinds import forms_of
-from pairsim.drivers.events import AtEnd, Begin, Event, Events, Frame, Progress, Row, Table
+from pairsim.drivers import events
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import solution_order, steady_problem
 from pairsim.drivers.quasi_steady import Solutions, error_at, health_columns, moving_errors, point_row
@@ -30,7 +30,7 @@ from pairsim.solvers.steady.scene import Steady
 WORDS = {True: "true", False: "false"}
 
 
-def solve(case: CurveCase, *, sensitivities: bool = False, warm_start: WarmStart | None = None) -> Events:
+def solve(case: CurveCase, *, sensitivities: bool = False, warm_start: WarmStart | None = None) -> events.Events:
     """Compute a master curve and, for a pair, its zeros.
 
     Args:
@@ -40,22 +40,22 @@ def solve(case: CurveCase, *, sensitivities: bool = False, warm_start: WarmStart
     """
     places = solution_order(case)
     expected = len(between(places, case.max_points)) if case.common else len(places)
-    yield Begin(f"{expected} point{'s' * (expected > 1)}, more as needed", expected, forms_of(case))
+    yield events.Begin(f"{expected} point{'s' * (expected > 1)}, more as needed", expected, forms_of(case))
     with Solutions(case, warm_start) as found:
         points, frames, warnings = found.points, list[FieldFrame](), list[str]()
-        yield AtEnd(partial(_end, case, found, frames, warnings))
+        yield events.AtEnd(partial(_end, case, found, frames, warnings))
         start = Parameters(places[0], case.solid_models, case.liquid_model)
         narrowest = min((d for place in places for d in place), default=np.inf)
         options: Any = {"places": places, "mesh_error": case.mesh_error, "sensitivities": sensitivities}
         branch = found.begin(steady_problem(case, narrowest), start, **options)
-        yield Table("curve", _columns(case, sensitivities), ascending=case.common)
+        yield events.Table("curve", _columns(case, sensitivities), ascending=case.common)
         for point, wanted in trace(branch, places, case.tol, case.max_points):
             points.append(point)
             if case.common:
                 points.sort(key=lambda p: p.d)
             count = len(points)
-            yield Progress(min(count, expected), _shown(point, count), count)
-            yield Row("curve", point_row(point) | {"wanted": float(wanted)})
+            yield events.Progress(min(count, expected), _shown(point, count), count)
+            yield events.Row("curve", point_row(point) | {"wanted": float(wanted)})
             if any(abs(point.d - d) < 1e-9 * d for d in case.fields):
                 frames.append(_frame(point.d, branch.fine))
         message = f"{len(points)} points"
@@ -93,7 +93,9 @@ def _frame(d: float, scene: Steady) -> FieldFrame:
     return frame(moment, scene.h_star(scene.parameters), flow)
 
 
-def _zeros(branch: Branch, points: list[Point], warnings: list[str]) -> Generator[Event, None, Sequence[Equilibrium]]:
+def _zeros(
+    branch: Branch, points: list[Point], warnings: list[str]
+) -> Generator[events.Event, None, Sequence[Equilibrium]]:
     """Find the zeros of the curve of a pair; those found before a failure are written, too."""
     zeros: list[Zero] = []
     failure: RunFailure | None = None
@@ -107,7 +109,7 @@ def _zeros(branch: Branch, points: list[Point], warnings: list[str]) -> Generato
         failure = error
     result = equilibria(zeros, points)
     rows = [vars(z) | {"stable": WORDS[z.stable], "certain": WORDS[z.certain]} for z in result]
-    yield Table("equilibria", EQUILIBRIA_COLUMNS, rows)
+    yield events.Table("equilibria", EQUILIBRIA_COLUMNS, rows)
     if failure is not None:
         raise failure
     return result
@@ -119,7 +121,7 @@ def _said(zero: Equilibrium) -> str:
     return f"{kind} at d = {zero.d:.5g}{'' if zero.certain else ' (uncertain)'}"
 
 
-def _end(case: CurveCase, found: Solutions, frames: list[FieldFrame], warnings: list[str]) -> Iterator[Event]:
+def _end(case: CurveCase, found: Solutions, frames: list[FieldFrame], warnings: list[str]) -> Iterator[events.Event]:
     """What run.json says, and the fields in ascending distance."""
     points, entries = found.points, dict[str, Any](points=len(found.points))
     warnings = [*warnings, *(_large_errors if case.velocity is None else _large_force_errors)(case, points)]
@@ -128,7 +130,7 @@ def _end(case: CurveCase, found: Solutions, frames: list[FieldFrame], warnings: 
         warnings += missed
     yield found.summary(entries, warnings)
     for each in sorted(frames, key=lambda each: each.t):
-        yield Frame(each)
+        yield events.Frame(each)
 
 
 def _large_errors(case: CurveCase, points: list[Point]) -> list[str]:

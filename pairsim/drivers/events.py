@@ -16,7 +16,6 @@ from pairsim.runtime.arrays import Array
 if TYPE_CHECKING:
     from pairsim.results.checkpoint import Checkpoint
     from pairsim.results.xdmf import FieldFrame
-    from pairsim.solvers.stepping.history import State
 
 
 @dataclass(frozen=True)
@@ -103,16 +102,12 @@ class Resumable:
     """A state from which the computation can go on; the last one is always kept.
 
     Attributes:
-        state: The state of the time stepping.
-        gaps, narrowest, origin: See `Checkpoint`.
+        checkpoint: Makes it a `Checkpoint`, from the rows and frames written and the wall time.
         every: Wall time after which a checkpoint is due [s].
         convenient: Whether this is a good moment for one, if it costs little.
     """
 
-    state: State
-    gaps: tuple[float, ...]
-    narrowest: tuple[float, float]
-    origin: Array
+    checkpoint: Callable[[int, int, float], Checkpoint]
     every: float
     convenient: bool
 

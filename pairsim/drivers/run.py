@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Generator, Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -12,27 +13,16 @@ import numpy as np
 
 from pairsim.config.case import Case
 from pairsim.config.form_kinds import forms_of
-from pairsim.drivers.events import (
-    AtEnd,
-    Begin,
-    Earlier,
-    Event,
-    Events,
-    Frame,
-    Note,
-    Progress,
-    Resumable,
-    Row,
-    Summary,
-    Table,
-)
+from pairsim.drivers import events
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import problem_of
 from pairsim.drivers.run_adaptation import RunAdaptation, outcome_of
 from pairsim.drivers.run_end import end_of, settled_entry
 from pairsim.drivers.run_warnings import RunWarnings, span
+from pairsim.results.checkpoint import Checkpoint
 from pairsim.results.columns import HEALTH, POLYMER_HEALTH, error_columns, named_row, observed, series_columns
 from pairsim.results.fields import frame
+from pairsim.results.output import plain
 from pairsim.runtime.errors import TooManySteps, WallTime
 from pairsim.runtime.signals import heed
 from pairsim.solvers.problems import Problem
@@ -46,9 +36,9 @@ ADVICE = {
 }
 
 
-def solve(case: Case, *, earlier: Earlier | None = None) -> Events:
+def solve(case: Case, *, earlier: events.Earlier | None = None) -> events.Events:
     """Integrate a case in time, from its start or from where an earlier run has stopped."""
-    return _Run(case, earlier).events()
+    return _Run(case, earlier).computation()
 
 
 class _Run:
@@ -59,7 +49,7 @@ class _Run:
         earlier: What it resumes, None to start at t = 0.
     """
 
-    def __init__(self, case: Case, earlier: Earlier | None) -> None:
+    def __init__(self, case: Case, earlier: events.Earlier | None) -> None:
         self.case, self.earlier = case, earlier
         self.old = old = earlier.checkpoint if earlier is not None else None
         self.worst = RunWarnings(case)
@@ -73,22 +63,22 @@ class _Run:
         self._pending: Step | None = None  # its fields are not written
         self._begun = time.perf_counter() - (old.wall if old else 0.0)
 
-    def events(self) -> Events:
+    def computation(self) -> events.Events:
         """The computation."""
         case, old = self.case, self.old
-        begin, at_end = Begin(f"to t = {case.time.end:g}", case.time.end, forms_of(case)), AtEnd(self._end)
+        begin = events.Begin(f"to t = {case.time.end:g}", case.time.end, forms_of(case))
         if old is not None and (ended := end_of(case, old.state.history.t[0], old.gaps)) is not None:
-            return (yield from self._confirm(begin, at_end, ended))
+            return (yield from self._confirm(begin, ended))
         polymer = POLYMER_HEALTH if case.liquid_model.modes else ()
         columns = [*series_columns(case.n), *self._errors, *HEALTH, *polymer]
-        yield Table("series", columns, appended=True, unknown=self._errors)
+        yield events.Table("series", columns, appended=True, unknown=self._errors)
         yield begin
         if old is not None:
-            yield Note(f"resuming from t = {old.state.history.t[0]:g} (step {old.state.counts.steps})")
-        yield at_end
+            yield events.Note(f"resuming from t = {old.state.history.t[0]:g} (step {old.state.counts.steps})")
+        yield events.AtEnd(self._end)
         problem = problem_of(case)
         if case.adapts:
-            yield Note(f"a coarse run first: it tells which cells accuracy: {case.accuracy} needs")
+            yield events.Note(f"a coarse run first: it tells which cells accuracy: {case.accuracy} needs")
             self.adaptation = RunAdaptation.begin(case, problem, lambda *at: end_of(case, *at) is not None)
             problem = self.adaptation.adapted(problem) if self.adaptation is not None else problem
         self.transient = Transient(problem, old.state if old is not None else None)
@@ -97,18 +87,18 @@ class _Run:
         finally:
             self.transient.close()
 
-    def _confirm(self, begin: Begin, at_end: AtEnd, ended: Outcome) -> Events:
+    def _confirm(self, begin: events.Begin, ended: Outcome) -> events.Events:
         """The end of a run that was killed after its last checkpoint, unless run.json already says so."""
         assert self.earlier is not None
         if self.earlier.finished:
             yield replace(begin, forms=())
             return ended
         yield begin
-        yield at_end
+        yield events.AtEnd(self._end)
         self._entries |= settled_entry(self.case, problem_of(self.case), self.earlier.checkpoint.gaps, ended)
         return ended
 
-    def _integrate(self, transient: Transient, problem: Problem) -> Events:
+    def _integrate(self, transient: Transient, problem: Problem) -> events.Events:
         """Take all steps, and find what the particles do at the end."""
         outcome, gaps = yield from self._march(transient)
         transient.close()  # its memory serves the quasi-steady solution
@@ -118,7 +108,7 @@ class _Run:
             outcome = replace(outcome, message=outcome.message + outcome_of(self.worst)[1])
         return outcome
 
-    def _march(self, transient: Transient) -> Generator[Event, None, tuple[Outcome, tuple[float, ...]]]:
+    def _march(self, transient: Transient) -> Generator[events.Event, None, tuple[Outcome, tuple[float, ...]]]:
         """Take all time steps; returns how the run ended, and the last distances.
 
         Raises:
@@ -132,15 +122,15 @@ class _Run:
         for step in transient.steps(iter(wanted)):
             count = transient.counts.steps
             gaps = tuple(map(float, step.observation.d))
-            yield Progress(step.t, _shown(step, count), count)
+            yield events.Progress(step.t, _shown(step, count), count)
             with transient.clock("output"):
-                yield Row("series", self._row(step, transient))
+                yield events.Row("series", self._row(step, transient))
                 self._pending = step
                 at_output = any(abs(step.t - t) <= 1e-9 * max(1.0, t) for t in wanted)
                 if at_output or count == 1 or passes_frame(case, step.t, step.dt):
                     yield from self._fields(transient)
-                state = transient.state, gaps, self.worst.narrowest, self._origin
-                yield Resumable(*state, every=case.output.checkpoint, convenient=at_output)
+                state = transient.state, plain(case.resolved()), gaps, self.worst.narrowest, self._origin
+                yield events.Resumable(partial(Checkpoint, *state), case.output.checkpoint, convenient=at_output)
             if (outcome := end_of(case, step.t, gaps)) is not None:
                 return outcome, gaps
             heed()
@@ -169,14 +159,14 @@ class _Run:
             self.worst.narrowest = max(self.worst.narrowest, (gap, arc), key=lambda each: each[1] / each[0])
         return values
 
-    def _fields(self, transient: Transient) -> Iterator[Event]:
+    def _fields(self, transient: Transient) -> Iterator[events.Event]:
         """The fields of the last step, unless they were written."""
         step, self._pending = self._pending, None
         if step is not None and self.case.output.fields:
             last = step
-            yield Frame(lambda: frame(last, self._origin, transient.pipe(last.t)))
+            yield events.Frame(lambda: frame(last, self._origin, transient.pipe(last.t)))
 
-    def _end(self) -> Iterator[Event]:
+    def _end(self) -> Iterator[events.Event]:
         """What run.json says, and the last fields."""
         entries, seconds = dict[str, Any](), dict[str, float]()
         if (transient := self.transient) is not None:
@@ -189,7 +179,7 @@ class _Run:
         entries |= self._entries
         if self.adaptation is not None:
             entries |= {"adaptation": self.adaptation.entry | outcome_of(self.worst)[0]}
-        yield Summary(entries, self.worst.warnings, seconds)
+        yield events.Summary(entries, self.worst.warnings, seconds)
         if transient is not None:
             yield from self._fields(transient)
 

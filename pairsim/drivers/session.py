@@ -15,20 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.config.case import SceneCase
-from pairsim.drivers.events import (
-    AtEnd,
-    Begin,
-    Earlier,
-    Event,
-    Events,
-    Frame,
-    Note,
-    Progress,
-    Resumable,
-    Row,
-    Summary,
-    Table,
-)
+from pairsim.drivers import events
 from pairsim.drivers.outcome import Outcome, Record
 from pairsim.drivers.progress import Reporter
 from pairsim.fem.form_cache import ensure_compiled
@@ -66,7 +53,7 @@ class Options:
 
 
 def carry_out(
-    solve: Callable[..., Events],
+    solve: Callable[..., events.Events],
     case: SceneCase,
     directory: Path,
     options: Options,
@@ -108,11 +95,11 @@ def carry_out(
         except OSError as error:
             raise write_failure(error, directory, "the same command") from error
         notes = ["no checkpoint: starting at t = 0"] if resume and earlier is None else []
-        with closing(solve(case, **more)) as events:
-            return Session(case, folder, options, notes, earlier, resumable=bool(appended)).carry_out(events)
+        with closing(solve(case, **more)) as computation:
+            return Session(case, folder, options, notes, earlier, resumable=bool(appended)).carry_out(computation)
 
 
-def _earlier(case: SceneCase, directory: Path, table: str) -> Earlier | None:
+def _earlier(case: SceneCase, directory: Path, table: str) -> events.Earlier | None:
     """What a folder holds of a computation to be resumed; None if it must start anew.
 
     Raises:
@@ -122,7 +109,7 @@ def _earlier(case: SceneCase, directory: Path, table: str) -> Earlier | None:
     if found is not None:
         check_same(found.case, plain(case.resolved()), str(directory / CHECKPOINT))
         rows = {name: values[: found.rows] for name, values in read_series(path).items()}
-        return Earlier(found, rows, read_record(directory).get("status") == "finished")
+        return events.Earlier(found, rows, read_record(directory).get("status") == "finished")
     kind = case.kind
     with suppress(InputError):  # nothing is there
         kind = kind_of(directory)
@@ -153,7 +140,7 @@ class Session:
         folder: RunFolder,
         options: Options,
         notes: Sequence[str],
-        earlier: Earlier | None,
+        earlier: events.Earlier | None,
         resumable: bool,
     ) -> None:
         self.case, self.folder, self.reporter = case, folder, options.reporter
@@ -164,18 +151,18 @@ class Session:
         self._notes, self._damage = [*options.notes, *notes], list[str]()
         self._t, self._step = (self.old.state.history.t[0], self.old.state.counts.steps) if self.old else (0.0, 0)
         self._tables: dict[str, SeriesWriter | TableWriter] = {}
-        self._at_end: Callable[[], Iterable[Event]] = tuple
-        self._summary = Summary({})
+        self._at_end: Callable[[], Iterable[events.Event]] = tuple
+        self._summary = events.Summary({})
         self._stopped_at_once = False
         self._latest: Checkpoint | None = None  # not written yet
         self._saved, self._cost = -float("inf"), 0.0
 
-    def carry_out(self, events: Events) -> Outcome:
+    def carry_out(self, computation: events.Events) -> Outcome:
         """Carry out a computation to its end; see the function."""
         if self.old is None:
             with self._writing():
                 self.record.write(None, {}, {})
-        outcome = self._follow(events)
+        outcome = self._follow(computation)
         nothing = self.old is not None and not self._tables and outcome.status == "finished"
         try:
             self._finish(outcome, recorded=nothing and self._complete)
@@ -184,12 +171,12 @@ class Session:
                 self.reporter.finish(f"nothing to do: {outcome.message}" if nothing else outcome.message)
         return outcome
 
-    def _follow(self, events: Events) -> Outcome:
+    def _follow(self, computation: events.Events) -> Outcome:
         """Carry out all events; failures and interrupts are outcomes, too."""
         kept = "; the results written so far are kept"
         try:
             while True:
-                self.take(next(events))
+                self.take(next(computation))
         except StopIteration as end:
             return end.value
         except RunFailure as failure:
@@ -202,7 +189,7 @@ class Session:
             self._stopped_at_once = not isinstance(interrupt, Stopped)
             return Outcome("interrupted", "interrupted", f"{str(interrupt) or 'stopped at once'}{kept}")
 
-    def take(self, event: Event) -> None:
+    def take(self, event: events.Event) -> None:
         """Carry out an event.
 
         Raises:
@@ -210,41 +197,41 @@ class Session:
             WriteFailure: A file cannot be written.
         """
         match event:
-            case Begin():
+            case events.Begin():
                 self._begun = True
                 self.reporter.start(self.case.name or self.case.slug, event.goal, event.total)
                 for note in (*self._notes, *self._damage):
                     self.reporter.note(note)
                 ensure_compiled(event.forms, self.reporter.note)
-            case Note(text):
+            case events.Note(text):
                 self.reporter.note(text)
-            case Progress(done, text, count):
+            case events.Progress(done, text, count):
                 if self.resumable:
                     self._t, self._step = done, count
                 self.reporter.update(done, text, count)
-            case Summary():
+            case events.Summary():
                 self._summary = event
-            case AtEnd(events):
-                self._at_end = events
+            case events.AtEnd(left):
+                self._at_end = left
             case _:
                 with self._writing():
                     self._write(event)
 
-    def _write(self, event: Event) -> None:
+    def _write(self, event: events.Event) -> None:
         match event:
-            case Table():
+            case events.Table():
                 self._open(event)
-            case Row(table, values):
+            case events.Row(table, values):
                 self._tables[table].row(values)
-            case Frame(fields):
+            case events.Frame(fields):
                 if not callable(fields):
                     self._fields.write(fields)
                 elif not self._stopped_at_once:  # in the middle of a step
                     self._fields.write(fields())
-            case Resumable():
+            case events.Resumable():
                 self._keep(event)
 
-    def _open(self, table: Table) -> None:
+    def _open(self, table: events.Table) -> None:
         path = self.folder.file(f"{table.name}.csv")
         if not table.appended:
             self._tables[table.name] = TableWriter(path, table.columns, table.rows, table.ascending)
@@ -263,15 +250,12 @@ class Session:
         old = self.old
         return FieldsWriter(self.folder.path, *((old.frames, old.state.history.t[0]) if old is not None else ()))
 
-    def _keep(self, event: Resumable) -> None:
+    def _keep(self, event: events.Resumable) -> None:
         """Keep a state in memory, and write it if a checkpoint is due."""
         (table,) = (table for table in self._tables.values() if isinstance(table, SeriesWriter))
         # Fields that come at the end are not counted: a computation with another end has none at this time.
         frames = self._fields.frames if "_fields" in vars(self) else 0
-        case, wall = plain(self.case.resolved()), self.record.passed
-        self._latest = Checkpoint(
-            event.state, case, event.gaps, event.narrowest, event.origin, table.rows, frames, wall
-        )
+        self._latest = event.checkpoint(table.rows, frames, self.record.passed)
         passed = time.monotonic() - self._saved
         if passed >= event.every or (event.convenient and passed > CHEAP * self._cost):
             self._save()

@@ -50,13 +50,9 @@ ONE = (("", ""),)
 
 def _each(endings: Iterable[tuple[str, str]], name: str, symbol: str, meaning: str, unit: str) -> Iterator[Column]:
     """The columns of a quantity of every gap or particle."""
-    for _, of in endings:
-        yield Column(
-            name + _,
-            symbol.replace("{_}", _).replace("{,}", _.replace("_", ",")),
-            meaning.replace("{_}", _).replace("{of}", of),
-            unit,
-        )
+    for ending, of in endings:
+        symbol_of = symbol.replace("{_}", ending).replace("{,}", ending.replace("_", ","))
+        yield Column(name + ending, symbol_of, meaning.replace("{_}", ending).replace("{of}", of), unit)
 
 
 def _correction(endings: Iterable[tuple[str, str]], name: str, unit: str) -> Iterator[Column]:
@@ -68,6 +64,12 @@ def _correction(endings: Iterable[tuple[str, str]], name: str, unit: str) -> Ite
 def _error(endings: Iterable[tuple[str, str]], name: str, unit: str, by: str) -> Iterator[Column]:
     """The columns of the half-width of the interval of a quantity."""
     return _each(endings, f"{name}_error", r"\epsilon{_}", f"error of {name}{{_}} by {by}, half-width", unit)
+
+
+def _by(name: str, symbol: str) -> Iterator[Column]:
+    """The columns of the derivatives by a parameter."""
+    symbol = rf"\partial\Delta U{{_}}/\partial {symbol}"
+    return _each(GAPS, f"by_{name}", symbol, f"derivative of dU_held{{_}} by {name}", VELOCITY)
 
 
 def _of_polymer(name: str, symbol: str, meaning: str, unit: str) -> Column:
@@ -112,11 +114,9 @@ COLUMNS: tuple[Column, ...] = (
     Column("mesh", r"k", "number of remeshings before the step", "", whole=True),
     Column("meshes", r"k", "number of meshes made so far", "", whole=True),
     *_each(GAPS, "slope", r"\mathrm{d}\Delta U{_}/\mathrm{d}d", _SLOPE, RATE),
-    *_each(
-        GAPS, "by_Ca_e", r"\partial\Delta U{_}/\partial \mathrm{Ca}_e", "derivative of dU_held{_} by Ca_e", VELOCITY
-    ),
-    *_each(GAPS, "by_De", r"\partial\Delta U{_}/\partial \mathrm{De}", "derivative of dU_held{_} by De", VELOCITY),
-    *_each(GAPS, "by_beta", r"\partial\Delta U{_}/\partial \beta", "derivative of dU_held{_} by beta", VELOCITY),
+    *_by("Ca_e", r"\mathrm{Ca}_e"),
+    *_by("De", r"\mathrm{De}"),
+    *_by("beta", r"\beta"),
     Column("Ca_e", r"\mathrm{Ca}_e", "elastic capillary number of the soft particles", ""),
     Column("De", r"\mathrm{De}", "Deborah number", ""),
     Column("d_cr", r"d_{cr}", "critical distance, at which dU = 0", LENGTH),

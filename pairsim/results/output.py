@@ -6,7 +6,6 @@ Text files are replaced atomically (`write_text`); rows of series.csv are flushe
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 import os
@@ -16,8 +15,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from operator import itemgetter
 from pathlib import Path
-from types import TracebackType
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -256,11 +254,11 @@ def _json(content: Mapping[str, Any]) -> str:
 
 
 class SeriesWriter:
-    """Writes series.csv row by row; each row is flushed.
+    """Writes a table of numbers row by row, as series.csv; each row is flushed.
 
     Args:
         path: File, replaced if it exists.
-        columns: Names of the columns; each row must have exactly these.
+        columns: Names of the columns.
         keep: Append to the existing file after this number of its rows. None: replace the file.
         unknown: Columns whose values may be unknown, which is written as nan.
 
@@ -271,10 +269,7 @@ class SeriesWriter:
     def __init__(
         self, path: Path | str, columns: Sequence[str], keep: int | None = None, unknown: Sequence[str] = ()
     ) -> None:
-        if len(set(columns)) != len(columns):
-            raise ValueError(f"a column is named twice: {columns}")
-        self.path, self.columns, self.rows = Path(path), tuple(columns), keep or 0
-        self.unknown = frozenset(unknown)
+        self.path, self.columns, self.rows, self.unknown = Path(path), tuple(columns), keep or 0, unknown
         if keep is not None:
             self._cut(keep)
         self._file = self.path.open("w" if keep is None else "a", encoding="utf-8", newline="")
@@ -295,50 +290,42 @@ class SeriesWriter:
         self._file.flush()
 
     def row(self, values: Mapping[str, float]) -> None:
-        """Append a row; numbers are written with full precision.
-
-        Raises:
-            ValueError: A column is missing or has another name, or a value that must be known is nan or infinite; the
-                row is not written.
-        """
-        if missing := [name for name in self.columns if name not in values]:
-            raise ValueError(f"{self.path.name}: no value for {', '.join(missing)}")
-        if others := [name for name in values if name not in self.columns]:
-            raise ValueError(f"{self.path.name}: no column {', '.join(others)}")
-        numbers = [float(values[name]) for name in self.columns]
-        for name, number in zip(self.columns, numbers, strict=True):
-            if not (math.isfinite(number) or (math.isnan(number) and name in self.unknown)):
-                raise ValueError(f"{self.path.name}: {name} is {number}")
-        self._line(",".join(map(repr, numbers)))
+        """Append a row, as `table_line` makes it of numbers."""
+        self._line(table_line(self.columns, {name: float(value) for name, value in values.items()}, self.unknown))
         self.rows += 1
 
     def close(self) -> None:
         """Close the file; may be called more than once."""
         self._file.close()
 
-    def __enter__(self) -> SeriesWriter:
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 
-def table_line(columns: Sequence[str], row: Mapping[str, Any]) -> str:
+def table_line(columns: Sequence[str], row: Mapping[str, Any], unknown: Sequence[str] = ()) -> str:
     """A row of a CSV table as text; numbers are written with full precision.
 
+    Args:
+        columns: Names of the columns.
+        row: Values by column; those of other columns are left out.
+        unknown: Columns whose values may be nan.
+
     Raises:
-        ValueError: A number is nan or infinite.
+        ValueError: A column has no value, or a number is nan or infinite.
     """
-    entries = [row[name] for name in columns]
-    for name, entry in zip(columns, entries, strict=True):
-        if isinstance(entry, float) and not math.isfinite(entry):
+    if missing := [name for name in columns if name not in row]:
+        raise ValueError(f"no value for {', '.join(missing)}")
+    entries = {name: row[name] for name in columns}
+    for name, entry in entries.items():
+        if isinstance(entry, float) and not math.isfinite(entry) and (math.isinf(entry) or name not in unknown):
             raise ValueError(f"{name} is {entry}")
-    return ",".join(entry if isinstance(entry, str) else repr(entry) for entry in entries)
+    return ",".join(entry if isinstance(entry, str) else repr(entry) for entry in entries.values())
 
 
-def write_table(path: Path, columns: Sequence[str], rows: Sequence[Mapping[str, Any] | str]) -> None:
+def write_table(path: Path, columns: Sequence[str], rows: Iterable[Mapping[str, Any] | str]) -> None:
     """Write a CSV table atomically.
 
     Args:
@@ -347,7 +334,7 @@ def write_table(path: Path, columns: Sequence[str], rows: Sequence[Mapping[str, 
         rows: Values by column, or the text of `table_line`.
 
     Raises:
-        ValueError: A number is nan or infinite; the old file is kept.
+        ValueError: As for `table_line`; the old file is kept.
         OSError: The file cannot be written; the old file is kept.
     """
     lines = [row if isinstance(row, str) else table_line(columns, row) for row in rows]
@@ -360,12 +347,12 @@ class TableWriter:
     Args:
         path: The file.
         columns: Names of the columns.
-        rows: Values by column; those of other columns are left out.
+        rows: Values by column.
         ascending: Whether rows are kept in ascending order of the first column.
     """
 
     def __init__(
-        self, path: Path, columns: Sequence[str], rows: Sequence[Mapping[str, Any]] = (), ascending: bool = False
+        self, path: Path, columns: Sequence[str], rows: Iterable[Mapping[str, Any]] = (), ascending: bool = False
     ) -> None:
         self.path, self.columns, self.ascending = path, columns, ascending
         self._lines = [(row[columns[0]], table_line(columns, row)) for row in rows]
@@ -379,14 +366,14 @@ class TableWriter:
         self._write()
 
     def _write(self) -> None:
-        write_table(self.path, self.columns, [line for _, line in self._lines])
+        write_table(self.path, self.columns, (line for _, line in self._lines))
 
     def close(self) -> None:
         """Nothing is left to be done."""
 
 
 def read_series(path: Path | str) -> dict[str, NDArray[np.float64]]:
-    """Read series.csv, also while it is being written: an incomplete last line is skipped.
+    """Read a table of numbers, also while it is being written: an incomplete last line is skipped.
 
     Returns:
         An array of shape (rows,) for each column, in the order of the header.
@@ -397,22 +384,12 @@ def read_series(path: Path | str) -> dict[str, NDArray[np.float64]]:
     file = Path(path)
     try:
         text = file.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(str(file), "", None, f"must be a readable series.csv of pairsim ({error})") from error
-    lines = list(csv.reader(text[: text.rfind("\n") + 1].splitlines()))
-    if not lines or not all(lines[0]):
-        raise InputError(str(file), "", None, "must be a series.csv of pairsim, but has no header")
-    header, rows = lines[0], []
-    for number, line in enumerate(lines[1:], start=2):
-        try:
-            rows.append([float(value) for value in line])
-        except ValueError:
-            raise InputError(
-                str(file), f"line {number}", ",".join(line), "must be numbers separated by commas"
-            ) from None
-        if len(line) != len(header):
-            raise InputError(
-                str(file), f"line {number}", ",".join(line), f"must be {len(header)} values, as in the header"
-            )
-    table = np.array(rows, dtype=float).reshape(len(rows), len(header))
-    return {name: table[:, i].copy() for i, name in enumerate(header)}
+        header, *lines = text[: text.rfind("\n") + 1].splitlines() or [""]
+        names = header.split(",")
+        table = np.loadtxt(lines, delimiter=",", comments=None, ndmin=2) if lines else np.zeros((0, len(names)))
+        if not all(names) or table.shape[1] != len(names):
+            raise ValueError(f"{table.shape[1]} values below the columns {header}")
+    except (OSError, ValueError) as error:
+        allowed = f"must be a readable table of pairsim: names, and numbers below them, separated by commas ({error})"
+        raise InputError(str(file), "", None, allowed) from error
+    return {name: values.copy() for name, values in zip(names, table.T, strict=True)}
