@@ -9,21 +9,20 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
-from typing import Any
+from types import UnionType
+from typing import Any, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from pairsim.fem.geometry import Geometry, Outline, Reference
-from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.results.output import CHECKPOINT, RunFolder, write_bytes
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
-from pairsim.solvers.nonlinear.renewal import MatrixState, Place
-from pairsim.solvers.stepping.history import Counts, Errors, History, State
+from pairsim.solvers.stepping.history import State
 
-FORMAT = 4
+FORMAT = 5
+ARRAY = "array"
 FREE = ("name", "time.end", "physical.end", "limits", "output")
 """Keys and groups of keys that may be changed when a run is resumed."""
 
@@ -58,60 +57,36 @@ class Checkpoint:
         Raises:
             OSError: It cannot be written; the old file is kept.
         """
-        state, history, reference = self.state, self.state.history, self.state.reference
-        entries = {
-            "format": FORMAT,
-            "case": self.case,
-            "gaps": self.gaps,
-            "narrowest": self.narrowest,
-            "rows": self.rows,
-            "frames": self.frames,
-            "wall": self.wall,
-            "t": history.t,
-            "t_y": history.t_y,
-            "geometry": asdict(reference.geometry),
-            "deformed": reference.deformed,
-            "radii": [outline.radius for outline in reference.outlines],
-            "soft": [mesh is not None for mesh in state.inside],
-            "dt": state.dt,
-            "U_m": state.U_m,
-            "due": state.due,
-            "counts": asdict(state.counts),
-            "seconds": state.seconds,
-        }
-        arrays: dict[str, Any] = {"origin": self.origin, **_levels(history)}
-        if state.errors is not None:
-            entries |= {"t_errors": state.errors.t, "t_y_errors": state.errors.t_y}
-            arrays |= {f"error_{name}": value for name, value in _levels(state.errors).items()}
-            arrays |= {"error_imbalance": np.asarray(state.errors.imbalance), "error_dU": np.array(state.errors.dU)}
-            arrays |= {"error_start": np.asarray(state.errors.start)}
-        for i, (outline, nodes) in enumerate(zip(reference.outlines, reference.positions, strict=True)):
-            arrays |= {f"angles_{i}": outline.angles, f"positions_{i}": nodes}
-        for i, mesh in enumerate((state.mesh, *state.inside)):
-            if mesh is not None:
-                arrays |= {f"points_{i}": mesh.points, f"cells_{i}": mesh.cells}
-        if (matrix := state.matrix_state) is not None:
-            places = matrix.places[-1:] if matrix.places[0] is matrix.places[1] else matrix.places
-            entries["memory"] = {"rate": matrix.rate, "relaxation": matrix.relaxation, "single": matrix.single}
-            entries["places"] = [{"g": place.g, "U_m": place.U_m} for place in places]
-            for i, place in enumerate(places):
-                arrays |= {f"place_x_{i}": place.x}
-                arrays |= {f"place_star_{i}": place.star} if place.star is not None else {}
+        arrays: dict[int, Array] = {}
+        entries = {"format": FORMAT, "checkpoint": _packed(self, arrays)}
+        named = {f"array_{number}": array for number, array in enumerate(arrays.values())}
         buffer = io.BytesIO()
-        np.savez(buffer, allow_pickle=False, told=np.array(json.dumps(entries)), **arrays)
+        np.savez(buffer, allow_pickle=False, told=np.array(json.dumps(entries)), **cast(Any, named))
         write_bytes(folder.file(CHECKPOINT), buffer.getvalue())
 
 
-def _levels(history: History) -> dict[str, Array]:
-    """The arrays of a history by name."""
-    levels = (("h", history.h), ("x", history.x), ("y", history.y))
-    return {f"{name}_{k}": value for name, values in levels for k, value in enumerate(values)}
+def _packed(value: Any, arrays: dict[int, Array]) -> Any:
+    """Plain data, in which an array is the number of its place in `arrays`, where each is put once, by its identity."""
+    if isinstance(value, np.ndarray):
+        arrays.setdefault(id(value), value)
+        return {ARRAY: list(arrays).index(id(value))}
+    if is_dataclass(value):
+        return {each.name: _packed(getattr(value, each.name), arrays) for each in fields(value)}
+    return [_packed(each, arrays) for each in value] if isinstance(value, list | tuple) else value
 
 
-def _history(arrays: dict[str, Any], t: list[float], t_y: list[float]) -> History:
-    """The history of arrays that were stored by these names."""
-    h, x, y = ([arrays[f"{name}_{k}"] for k in range(len(times))] for name, times in (("h", t), ("x", t), ("y", t_y)))
-    return History(t, h, x, y, t_y)
+def _unpacked(kind: Any, value: Any, arrays: Mapping[str, Array]) -> Any:
+    """The value of a type, such as a dataclass of others, from its plain data."""
+    if isinstance(value, dict) and ARRAY in value:
+        return arrays[f"array_{value[ARRAY]}"]
+    if isinstance(kind, UnionType):
+        return value if value is None else _unpacked(get_args(kind)[0], value, arrays)
+    if is_dataclass(kind):
+        kinds = get_type_hints(kind)
+        return cast(Any, kind)(**{name: _unpacked(kinds[name], each, arrays) for name, each in value.items()})
+    if (origin := get_origin(kind)) in (list, tuple):
+        return origin(_unpacked(get_args(kind)[0], each, arrays) for each in value)
+    return value
 
 
 def load(folder: Path) -> Checkpoint | None:
@@ -128,59 +103,14 @@ def load(folder: Path) -> Checkpoint | None:
             entries = json.loads(str(stored["told"]))
             if entries["format"] != FORMAT:
                 raise ValueError(f"its format is {entries['format']}, not {FORMAT}")
-            return _checkpoint(entries, {name: stored[name] for name in stored.files})
+            found: Checkpoint = _unpacked(Checkpoint, entries["checkpoint"], dict(stored))
     except Exception as error:  # a damaged or foreign file can raise almost anything
         allowed = f"must be a complete checkpoint of this version ({error}); run the case again with --overwrite"
         raise InputError(str(path), "", None, allowed) from error
-
-
-def _checkpoint(entries: dict[str, Any], arrays: dict[str, Any]) -> Checkpoint:
-    def mesh(i: int) -> SixNodeMesh:
-        return SixNodeMesh(arrays[f"points_{i}"], arrays[f"cells_{i}"])
-
-    count, geometry = len(entries["radii"]), entries["geometry"]
-    reference = Reference(
-        Geometry(tuple(geometry["betas"]), tuple(geometry["gaps"]), geometry["length"]),
-        tuple(Outline(radius, arrays[f"angles_{i}"]) for i, radius in enumerate(entries["radii"])),
-        tuple(arrays[f"positions_{i}"] for i in range(count)),
-        entries["deformed"],
-    )
-    errors = None
-    if "t_errors" in entries:
-        stored = {name.removeprefix("error_"): array for name, array in arrays.items() if name.startswith("error_")}
-        levels = vars(_history(stored, entries["t_errors"], entries["t_y_errors"]))
-        errors = Errors(**levels, dU=list(stored["dU"]), imbalance=stored["imbalance"], start=stored.get("start", 0.0))
-    matrix = None
-    if "memory" in entries:
-        places = [
-            Place(arrays[f"place_x_{i}"], arrays.get(f"place_star_{i}"), **rest)
-            for i, rest in enumerate(entries["places"])
-        ]
-        matrix = MatrixState((places[0], places[-1]), **entries["memory"])
-    state = State(
-        history=_history(arrays, entries["t"], entries["t_y"]),
-        reference=reference,
-        mesh=mesh(0),
-        inside=tuple(mesh(i) if soft else None for i, soft in enumerate(entries["soft"], 1)),
-        dt=entries["dt"],
-        U_m=entries["U_m"],
-        matrix_state=matrix,
-        due=entries["due"],
-        counts=Counts(**entries["counts"]),
-        seconds=entries["seconds"],
-        errors=errors,
-    )
-    gaps, (gap, arc) = tuple(entries["gaps"]), entries["narrowest"]
-    return Checkpoint(
-        state,
-        {"start": "rest"} | entries["case"],  # the only start of earlier versions
-        gaps,
-        (gap, arc),
-        arrays["origin"],
-        entries["rows"],
-        entries["frames"],
-        entries["wall"],
-    )
+    if (matrix := found.state.matrix_state) is not None and matrix.places[0].x is matrix.places[1].x:
+        matrix = replace(matrix, places=(matrix.places[0],) * 2)  # one place, as it was
+        found = replace(found, state=replace(found.state, matrix_state=matrix))
+    return found
 
 
 def check_same(old: Mapping[str, Any], new: Mapping[str, Any], source: str, group: str = "") -> None:

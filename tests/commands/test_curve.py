@@ -241,7 +241,7 @@ def test_curve_that_cannot_be_written_fails(tmp_path: Path, monkeypatch: pytest.
     def full(*_: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr("pairsim.drivers.session.write_table", full)
+    monkeypatch.setattr("pairsim.results.output.write_table", full)
     result = pairsim.curve(PAIR, d=[0.3], folder=tmp_path / "out")
     assert (result.status, result.reason) == ("failed", "write_failed")
     assert json.loads((tmp_path / "out" / "run.json").read_text())["reason"] == "write_failed"
