@@ -15,7 +15,7 @@ import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that load
 # isort: split
 from pairsim.api.cases import AnyCase, load
 from pairsim.api.results import CriticalResult, CurveResult, Result, RunResult, result_of
-from pairsim.commands import COMMANDS, Command, own_files
+from pairsim.commands import COMMANDS, Command
 from pairsim.drivers.progress import Style, make_reporter, style_of
 from pairsim.drivers.session import Options
 from pairsim.runtime.errors import InputError
@@ -167,8 +167,7 @@ def compute(
     """
     checked = load(case, kind=command.name, **overrides)
     reporter = make_reporter(style_of(progress))
-    notes = [*checked.notes, *command.estimate(checked).notes]
-    options = Options(overwrite, reporter, command_line(), notes, own_files(), signals)
+    options = Options(overwrite, reporter, command_line(), signals)
     directory = Path(tempfile.mkdtemp(prefix="pairsim-") if folder is None else folder)
     try:
         outcome = command.compute(checked, directory, options, **more)

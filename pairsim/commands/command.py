@@ -119,9 +119,12 @@ class Command[C: SceneCase]:
 
     def compute(self, case: C, directory: Path, options: Options, **more: Any) -> Outcome:
         """Compute a case and write it to a folder; `more` goes to `carry_out` (`drivers/session.py`)."""
+        from pairsim.commands import own_files
         from pairsim.drivers.session import carry_out
 
-        return carry_out(self.solve, case, directory, options, appended=self.tables[0] * self.resumable, **more)
+        notes, files = [*case.notes, *self.estimate(case).notes], own_files()
+        appended = self.tables[0] if self.resumable else ""
+        return carry_out(self.solve, case, directory, options, notes, files, appended=appended, **more)
 
     def read_tables(self, directory: Path) -> Tables:
         """Its tables in a folder.

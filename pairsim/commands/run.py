@@ -10,7 +10,7 @@ from pairsim.commands.command import Command, InSweeps, Tables, Value, numbers_i
 from pairsim.config.case import Case
 from pairsim.config.case_checks import check_together
 from pairsim.config.cost import ERROR_TOO, RUN_BYTES, START, Estimate, memory_of, unknowns
-from pairsim.results.columns import gap_endings
+from pairsim.results.columns import names_of
 
 if TYPE_CHECKING:
     from pairsim.drivers.events import Events
@@ -54,11 +54,7 @@ def draw(directory: Path, out: Path, page: Page) -> list[Path]:
 
 def result_columns(case: Case) -> tuple[str, ...]:
     """Result columns of a run: those of the last row of series.csv."""
-    if case.n == 2:
-        return ("t", "d", "dU", "U_L", "U_T", "D_L", "D_T", "dp")
-    gaps, particles = gap_endings(case.n), range(1, case.n + 1)
-    names = ["t", *(f"d{gap}" for gap in gaps), *(f"dU{gap}" for gap in gaps)]
-    return (*names, *(f"U_{i}" for i in particles), *(f"D_{i}" for i in particles), "dp")
+    return ("t", *names_of(case.n, "d", "dU", "U", "D"), "dp")
 
 
 def read(tables: Tables) -> dict[str, Value]:

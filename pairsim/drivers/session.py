@@ -39,16 +39,12 @@ class Options:
         overwrite: Whether existing results may be replaced.
         reporter: Shows progress.
         command: The command line, for run.json and for the lock.
-        notes: What the user should know of the case beforehand.
-        files: Names of the files that commands write; --overwrite removes them.
         signals: Whether SIGINT and SIGTERM end the computation in order; if not, the handlers are left unchanged.
     """
 
     overwrite: bool
     reporter: Reporter
     command: str
-    notes: Sequence[str]
-    files: Sequence[str]
     signals: bool = False
 
 
@@ -57,6 +53,8 @@ def carry_out(
     case: SceneCase,
     directory: Path,
     options: Options,
+    notes: Sequence[str],
+    files: Sequence[str],
     *,
     appended: str = "",
     resume: bool = False,
@@ -69,6 +67,8 @@ def carry_out(
         case: The validated case.
         directory: Folder for the results.
         options: Overwriting, progress and signals.
+        notes: What the user should know of the case beforehand.
+        files: Names of the files that commands write; --overwrite removes them.
         appended: Name of the appended table of a computation that can be resumed, else empty.
         resume: Continue from the checkpoint in the folder. Without a checkpoint, and with at most one row in the
             table, the computation starts anew.
@@ -87,14 +87,14 @@ def carry_out(
         earlier = _earlier(case, directory, f"{appended}.csv") if resume else None
         try:
             if earlier is not None:
-                folder = RunFolder.reopen(directory, options.files)
+                folder = RunFolder.reopen(directory, files)
                 more["earlier"] = earlier
             else:
-                folder = RunFolder.create(directory, options.overwrite or resume, options.files)
+                folder = RunFolder.create(directory, options.overwrite or resume, files)
                 folder.write_yaml("case.yaml", case.resolved())
         except OSError as error:
             raise write_failure(error, directory, "the same command") from error
-        notes = ["no checkpoint: starting at t = 0"] if resume and earlier is None else []
+        notes = [*notes, *(["no checkpoint: starting at t = 0"] if resume and earlier is None else [])]
         with closing(solve(case, **more)) as computation:
             return Session(case, folder, options, notes, earlier, resumable=bool(appended)).carry_out(computation)
 
@@ -129,7 +129,7 @@ class Session:
         case: The case.
         folder: The folder for the results.
         options: Overwriting, progress and signals.
-        notes: What the user is told at the beginning, after the notes of the options.
+        notes: What the user is told at the beginning.
         earlier: What is resumed, None to start at the beginning.
         resumable: Whether the computation can be resumed once it has ended.
     """
@@ -148,7 +148,7 @@ class Session:
         self.record = Record(folder, case.kind, options.command, self.old.wall if self.old else 0.0, case.scales)
         self.resumable, self._complete = resumable, earlier is not None and earlier.finished
         self._begun = False
-        self._notes, self._damage = [*options.notes, *notes], list[str]()
+        self._notes, self._damage = notes, list[str]()
         self._t, self._step = (self.old.state.history.t[0], self.old.state.counts.steps) if self.old else (0.0, 0)
         self._tables: dict[str, SeriesWriter | TableWriter] = {}
         self._at_end: Callable[[], Iterable[events.Event]] = tuple

@@ -313,16 +313,20 @@ def column(name: str) -> Column:
     return replace(entry, name=name, symbol=entry.symbol.replace("_i", f"_{{{number}}}"))
 
 
-def series_columns(n: int) -> list[str]:
-    """The first columns of series.csv for `n` particles: of a pair, the leading one comes first."""
+def names_of(n: int, *quantities: str) -> list[str]:
+    """The columns of quantities of every gap or particle, for `n` particles: of a pair, the leading one comes first."""
     gaps, particles = gap_endings(n), particle_endings(n)[:: -1 if n == 2 else 1]
-    quantities = (("d", gaps), ("U", particles), ("dU", gaps), ("D", particles))
-    return ["t", *(name + ending for name, endings in quantities for ending in endings), "dp", "dp_plus"]
+    return [name + ending for name in quantities for ending in (particles if f"{name}_L" in _BY_NAME else gaps)]
+
+
+def series_columns(n: int) -> list[str]:
+    """The first columns of series.csv for `n` particles."""
+    return ["t", *names_of(n, "d", "U", "dU", "D"), "dp", "dp_plus"]
 
 
 def error_columns(n: int) -> list[str]:
     """The columns of the error of dU in series.csv, after `series_columns`, for `n` particles."""
-    return [f"{name}{gap}" for name in ("dU_correction", "dU_error") for gap in gap_endings(n)]
+    return names_of(n, "dU_correction", "dU_error")
 
 
 def spread(endings: Sequence[str], **values: Iterable[float]) -> dict[str, float]:

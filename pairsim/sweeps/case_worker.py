@@ -16,7 +16,7 @@ from pathlib import Path
 import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that loads MPI or makes threads
 
 # isort: split
-from pairsim.commands import COMMANDS, own_files
+from pairsim.commands import COMMANDS
 from pairsim.drivers.outcome import Outcome, memory
 from pairsim.drivers.progress import Reporter
 from pairsim.drivers.session import Options
@@ -47,8 +47,7 @@ def solve(name: str, pairs: list[tuple[Path, Path]]) -> Outcome:
         for file, directory in pairs:
             line = shlex.join(["pairsim", name, str(file), "-o", str(directory)])
             case = read_case(command, file)
-            options = Options(True, Reporter(), line, [*case.notes, *command.estimate(case).notes], own_files(), True)
-            outcome = command.compute(case, directory, options, **more)
+            outcome = command.compute(case, directory, Options(True, Reporter(), line, signals=True), **more)
             if outcome.status == "finished" and command.draws_itself:
                 with suppress(OSError, InputError):  # a picture can be drawn again
                     command.draw(directory, directory, Page())

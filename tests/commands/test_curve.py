@@ -19,7 +19,7 @@ from support.references import reference
 
 import pairsim
 from pairsim.api.results import Result
-from pairsim.commands import COMMANDS, own_files
+from pairsim.commands import COMMANDS
 from pairsim.drivers.progress import Reporter
 from pairsim.drivers.session import Options
 from pairsim.drivers.warm_start import WarmStart
@@ -113,7 +113,7 @@ def test_a_curve_that_starts_from_its_neighbour_has_the_stresses_of_its_own_para
     first: dict[str, float], cold: Fields, tmp_path: Path
 ) -> None:
     """As a sweep of curves does it."""
-    warm_start, options = WarmStart(), Options(False, Reporter(), "test", notes=(), files=own_files())
+    warm_start, options = WarmStart(), Options(False, Reporter(), "test")
     compute = COMMANDS["curve"].compute
     compute(pairsim.load(GIESEKUS, kind="curve", **first), tmp_path / "neighbour", options, warm_start=warm_start)
     branch = warm_start._branch
