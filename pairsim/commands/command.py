@@ -41,6 +41,12 @@ class Flag:
     help: str
 
 
+def last_row(tables: Tables) -> dict[str, Value]:
+    """The number of rows of the main table, and the values of the last one."""
+    rows = next(iter(tables.values()))
+    return {"points": len(rows), **next(iter(rows.tail(1).to_dict("records")), {})}
+
+
 @dataclass(frozen=True)
 class InSweeps[C: SceneCase]:
     """What a sweep shows of a command, in results.csv.
@@ -56,7 +62,7 @@ class InSweeps[C: SceneCase]:
     """
 
     columns: Callable[[C], Sequence[str]]
-    read: Callable[[Tables], dict[str, Value]]
+    read: Callable[[Tables], dict[str, Value]] = last_row
     parameters: tuple[str, ...] = ("beta", "De", "Ca_e")
     last: tuple[str, ...] = ("unknowns", "wall_time")
     neighbours: tuple[str, ...] = ()

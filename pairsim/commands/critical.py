@@ -43,11 +43,6 @@ def draw(directory: Path, out: Path, page: Page) -> list[Path]:
     return draw_critical(directory, out, page)
 
 
-def result_columns(case: CriticalCase) -> tuple[str, ...]:
-    """Result columns of critical distances: number of rows, and the distances at the requested parameters."""
-    return ("points", "zeros", "stable")
-
-
 def read(tables: Tables) -> dict[str, Value]:
     """The result columns; lists in the order of critical.csv."""
     rows = tables["critical"]
@@ -71,7 +66,7 @@ critical.csv, critical.png, case.yaml and run.json.""",
     tables=("critical",),
     answer=answer,
     nothing="No critical distance was found in the given range: dU keeps its sign.",
-    in_sweeps=InSweeps(result_columns, read),
+    in_sweeps=InSweeps(lambda _: ("points", "zeros", "stable"), read),
     draw=draw,
     captions={"critical": "Critical distances"},
     afterwards=lambda folder, _: f"pairsim plot {folder} draws it again",

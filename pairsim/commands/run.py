@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pairsim.commands.command import Command, InSweeps, Tables, Value, numbers_in
+from pairsim.commands.command import Command, InSweeps, Tables, numbers_in
 from pairsim.config.case import Case
 from pairsim.config.case_checks import check_together
 from pairsim.config.cost import ERROR_TOO, RUN_BYTES, START, Estimate, memory_of, unknowns
@@ -57,11 +57,6 @@ def result_columns(case: Case) -> tuple[str, ...]:
     return ("t", *names_of(case.n, "d", "dU", "U", "D"), "dp")
 
 
-def read(tables: Tables) -> dict[str, Value]:
-    """The last row of series.csv."""
-    return next(iter(tables["series"].tail(1).to_dict("records")), {})
-
-
 COMMAND = Command(
     model=Case,
     check=check_together,
@@ -78,7 +73,7 @@ in D_c/U_av.""",
     answer=answer,
     nothing="No step was completed.",
     in_sweeps=InSweeps(
-        result_columns, read, parameters=("beta", "De", "Ca_e", "d0"), last=("steps", "unknowns", "wall_time")
+        result_columns, parameters=("beta", "De", "Ca_e", "d0"), last=("steps", "unknowns", "wall_time")
     ),
     draw=draw,
     captions={"series": "Velocities and shapes over time, relative velocity over distance"},

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import Field
 
-from pairsim.commands.command import Command, InSweeps, Tables, Value
+from pairsim.commands.command import Command, InSweeps, Tables
 from pairsim.config.accuracy import is_level
 from pairsim.config.case import SceneCase
 from pairsim.config.case_checks import check_scene
@@ -122,17 +122,6 @@ def draw(directory: Path, out: Path, page: Page) -> list[Path]:
     return drawn()
 
 
-def result_columns(_: ShapeCase) -> Sequence[str]:
-    """Number of shapes, and D at the largest Ca_e."""
-    return "points", "D_1", "D_error"
-
-
-def read(tables: Tables) -> dict[str, Value]:
-    """The result columns."""
-    rows = tables["shape"]
-    return {"points": len(rows), **{name: float(rows[name].iloc[-1]) for name in ("D_1", "D_error") if len(rows)}}
-
-
 COMMAND = Command(
     model=ShapeCase,
     check=check,
@@ -147,7 +136,7 @@ shape.png, case.yaml and run.json.""",
     tables=("shape",),
     columns=COLUMNS,
     answer=answer,
-    in_sweeps=InSweeps(result_columns, read, parameters=("beta", "De")),
+    in_sweeps=InSweeps(lambda _: ("points", "D_1", "D_error"), parameters=("beta", "De")),
     draw=draw,
     captions={"shape": "Shape and velocity over the elastic capillary number"},
     afterwards=lambda folder, _: f"pairsim plot {folder} draws it again",
