@@ -87,7 +87,7 @@ def curve(
 
     Raises:
         InputError: The case or the folder cannot be used.
-        WriteFailure: The first files of the folder cannot be written.
+        WriteFailure: The first or last files of the folder cannot be written.
     """
     how = folder, overwrite, progress, signals
     return cast(CurveResult, compute(COMMANDS["curve"], case, *how, overrides, sensitivities=sensitivities))
@@ -119,7 +119,7 @@ def critical(
 
     Raises:
         InputError: The case or the folder cannot be used.
-        WriteFailure: The first files of the folder cannot be written.
+        WriteFailure: The first or last files of the folder cannot be written.
     """
     how = folder, overwrite, progress, signals
     return cast(CriticalResult, compute(COMMANDS["critical"], case, *how, overrides))

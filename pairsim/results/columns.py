@@ -28,7 +28,7 @@ class Column:
     name: str
     symbol: str
     meaning: str
-    unit: str
+    unit: str = ""
     whole: bool = False
     value: Callable[[Any], float] | None = None
     polymer: bool = False
@@ -46,6 +46,11 @@ PARTICLES = (
     ("_i", "particle i (counted from upstream)"),
 )
 ONE = (("", ""),)
+
+
+def _plain(name: str, meaning: str, unit: str = "", *, whole: bool = False) -> Column:
+    """A column without a symbol."""
+    return Column(name, "", meaning, unit, whole)
 
 
 def _each(endings: Iterable[tuple[str, str]], name: str, symbol: str, meaning: str, unit: str) -> Iterator[Column]:
@@ -120,17 +125,15 @@ COLUMNS: tuple[Column, ...] = (
     Column("Ca_e", r"\mathrm{Ca}_e", "elastic capillary number of the soft particles", ""),
     Column("De", r"\mathrm{De}", "Deborah number", ""),
     Column("d_cr", r"d_{cr}", "critical distance, at which dU = 0", LENGTH),
-    Column("stable", "", "true: the pair returns to this distance after a small displacement", ""),
-    Column(
+    _plain("stable", "true: the pair returns to this distance after a small displacement"),
+    _plain(
         "kind",
-        "",
         "wanted: at a requested value; added: between two; vanishes: fold of two zeros; edge: d leaves its range",
-        "",
     ),
-    Column("branch", "", "number of the branch of critical distances", "", whole=True),
+    _plain("branch", "number of the branch of critical distances", whole=True),
     Column("U", "U", "velocity of the pair", VELOCITY),
-    Column("peak", "", "largest |dU| between a zero and the next, over that of the whole curve", ""),
-    Column("certain", "", "true: |dU| exceeds its error on both sides of the zero", ""),
+    _plain("peak", "largest |dU| between a zero and the next, over that of the whole curve"),
+    _plain("certain", "true: |dU| exceeds its error on both sides of the zero"),
     Column("d_error", r"\epsilon_d", "error of the distance, dU_error/|slope|; empty where two zeros meet", LENGTH),
     Column("parameter_error", r"\epsilon", "error of the followed parameter where two zeros meet; empty elsewhere", ""),
     *_correction(GAPS, "dU", VELOCITY),
@@ -141,7 +144,7 @@ COLUMNS: tuple[Column, ...] = (
     *_correction(PARTICLES, "F", FORCE),
     *_error(PARTICLES, "F", FORCE, "mesh, ends and Newton's method"),
     *_each(GAPS, "mesh_error", r"\epsilon{_}", "|dU{_} - dU{_} on a mesh with cells 2^0.5 times larger|", VELOCITY),
-    Column("wanted", "", "1 for a requested point, 0 for a point added by refinement", "", whole=True),
+    _plain("wanted", "1 for a requested point, 0 for a point added by refinement", whole=True),
     Column(
         "m",
         r"m",
@@ -179,54 +182,47 @@ CURVE_HEALTH = ("t_relax", "meshes", *OBSERVED, "distortion")
 """Diagnostic columns of curve.csv and critical.csv, before those of a viscoelastic liquid."""
 
 
-def _number(name: str, meaning: str) -> Column:
-    """A count of a case."""
-    return Column(name, "", meaning, "", whole=True)
-
-
 _OF_CASES = (
-    Column("status", "", "pending, finished, failed or timeout; the worst of all repetitions", ""),
-    Column("reason", "", "why the case ended", ""),
-    _number("points", "points of the curve or of the lines of critical distances"),
-    _number("steps", "accepted time steps of a run"),
-    _number("unknowns", "unknowns of the largest linear system"),
-    Column("wall_time", "", "wall time, without the start of Python; the median of all repetitions", "s"),
+    _plain("status", "pending, finished, failed or timeout; the worst of all repetitions"),
+    _plain("reason", "why the case ended"),
+    _plain("points", "points of the curve or of the lines of critical distances", whole=True),
+    _plain("steps", "accepted time steps of a run", whole=True),
+    _plain("unknowns", "unknowns of the largest linear system", whole=True),
+    _plain("wall_time", "wall time, without the start of Python; the median of all repetitions", "s"),
 )
 SWEEP_COLUMNS = (
-    Column("folder", "", "folder of the case within that of the sweep", ""),
-    Column("warnings", "", "what run.json of the case warns of, separated by semicolons", ""),
-    Column(
-        "zeros", "", "zeros of dU from the smallest d on, or the critical distances asked for, with spaces between", ""
-    ),
-    Column("stable", "", "whether each of them is stable: true or false", ""),
-    Column("zeros_error", "", "error of each of them, half-width, with spaces between", ""),
-    Column("d_peak", "", "distance of the largest |dU| of the curve, which may lie between two points", LENGTH),
-    Column("d_peak_error", "", "error of d_peak, half-width", LENGTH),
-    Column("dU_peak", "", "dU there", VELOCITY),
-    Column("dU_error", "", "error of dU_peak, half-width", VELOCITY),
-    Column("mesh_error", "", "mesh_error of the nearest point", VELOCITY),
+    _plain("folder", "folder of the case within that of the sweep"),
     *_OF_CASES,
+    _plain("warnings", "what run.json of the case warns of, separated by semicolons"),
+    _plain("zeros", "zeros of dU from the smallest d on, or the critical distances asked for, with spaces between"),
+    _plain("stable", "whether each of them is stable: true or false"),
+    _plain("zeros_error", "error of each of them, half-width, with spaces between"),
+    _plain("d_peak", "distance of the largest |dU| of the curve, which may lie between two points", LENGTH),
+    _plain("d_peak_error", "error of d_peak, half-width", LENGTH),
+    _plain("dU_peak", "dU there", VELOCITY),
+    _plain("dU_error", "error of dU_peak, half-width", VELOCITY),
+    _plain("mesh_error", "mesh_error of the nearest point", VELOCITY),
 )
 """Columns that only results.csv has; the others are in `COLUMNS`."""
 STUDY_COLUMNS = (
     *_OF_CASES,
-    _number("newton_iterations", "total number of Newton iterations"),
-    _number("factorisations", "total number of factorisations of Newton's matrix"),
-    _number("remeshings", "number of remeshings of a run"),
-    _number("meshes", "number of meshes made for a curve"),
-    Column("wall_time_spread", "", "largest minus smallest wall time of the repetitions", "s"),
-    Column("wall_*", "", "median wall time of a phase, such as wall_assembly", "s"),
-    Column("peak_memory", "", "peak memory of the process, libraries included", "bytes"),
-    Column("*@*", "", "the compared column at each entry of `at`, such as dU@0.5", ""),
-    Column("d_cr", "", "zero of dU of a curve; if there are several, the one with the largest peak", LENGTH),
-    Column("error", "", "largest difference from the reference or the exact values, over all entries of `at`", ""),
-    Column("relative_error", "", "error relative to the largest of the reference or exact values", ""),
-    Column("reference", "", "whether this row is the reference", ""),
-    Column("order_space", "", "observed order in space, from the next coarser mesh: of error over unknowns^-1/2", ""),
-    Column("order_time", "", "observed order in time, from the next larger steps: of error over 1/steps", ""),
-    Column("richardson_*", "", "Richardson extrapolation from three neighbours, at the last entry of `at`", ""),
-    Column("richardson_order_*", "", "observed order of the same three neighbours", ""),
-    Column("pareto", "", "whether no other row has a smaller wall time at the same or a smaller error", ""),
+    _plain("newton_iterations", "total number of Newton iterations", whole=True),
+    _plain("factorisations", "total number of factorisations of Newton's matrix", whole=True),
+    _plain("remeshings", "number of remeshings of a run", whole=True),
+    _plain("meshes", "number of meshes made for a curve", whole=True),
+    _plain("wall_time_spread", "largest minus smallest wall time of the repetitions", "s"),
+    _plain("wall_*", "median wall time of a phase, such as wall_assembly", "s"),
+    _plain("peak_memory", "peak memory of the process, libraries included", "bytes"),
+    _plain("*@*", "the compared column at each entry of `at`, such as dU@0.5"),
+    _plain("d_cr", "zero of dU of a curve; if there are several, the one with the largest peak", LENGTH),
+    _plain("error", "largest difference from the reference or the exact values, over all entries of `at`"),
+    _plain("relative_error", "error relative to the largest of the reference or exact values"),
+    _plain("reference", "whether this row is the reference"),
+    _plain("order_space", "observed order in space, from the next coarser mesh: of error over unknowns^-1/2"),
+    _plain("order_time", "observed order in time, from the next larger steps: of error over 1/steps"),
+    _plain("richardson_*", "Richardson extrapolation from three neighbours, at the last entry of `at`"),
+    _plain("richardson_order_*", "observed order of the same three neighbours"),
+    _plain("pareto", "whether no other row has a smaller wall time at the same or a smaller error"),
 )
 """Columns that only study.csv has; `*` stands for a variable part of the name."""
 WHOLE = frozenset(entry.name for entry in (*COLUMNS, *_OF_CASES) if entry.whole)
