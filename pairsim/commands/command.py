@@ -68,6 +68,10 @@ class InSweeps[C: SceneCase]:
     neighbours: tuple[str, ...] = ()
 
 
+def _drawn_again(folder: Path, _: bool) -> str:
+    return f"pairsim plot {folder} draws it again"
+
+
 @dataclass(frozen=True)
 class Command[C: SceneCase]:
     """A command that computes one case and writes it to a folder.
@@ -109,7 +113,7 @@ class Command[C: SceneCase]:
     in_sweeps: InSweeps[C]
     draw: Callable[[Path, Path, Page], list[Path]]
     captions: Mapping[str, str]
-    afterwards: Callable[[Path, bool], str]
+    afterwards: Callable[[Path, bool], str] = _drawn_again
     distances: Mapping[str, Any] = field(default_factory=dict)
     nothing: str = "No point was solved."
     columns: tuple[str | Column, ...] = ()

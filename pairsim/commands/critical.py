@@ -69,6 +69,5 @@ critical.csv, critical.png, case.yaml and run.json.""",
     in_sweeps=InSweeps(lambda _: ("points", "zeros", "stable"), read),
     draw=draw,
     captions={"critical": "Critical distances"},
-    afterwards=lambda folder, _: f"pairsim plot {folder} draws it again",
     distances={"d": [0.02, 0.8]},
 )

@@ -139,6 +139,5 @@ shape.png, case.yaml and run.json.""",
     in_sweeps=InSweeps(lambda _: ("points", "D_1", "D_error"), parameters=("beta", "De")),
     draw=draw,
     captions={"shape": "Shape and velocity over the elastic capillary number"},
-    afterwards=lambda folder, _: f"pairsim plot {folder} draws it again",
     nothing="No shape was found.",
 )

@@ -18,9 +18,9 @@ from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import problem_of
 from pairsim.drivers.run_adaptation import RunAdaptation, outcome_of
 from pairsim.drivers.run_end import end_of, settled_entry
-from pairsim.drivers.run_warnings import RunWarnings, span
+from pairsim.drivers.run_warnings import RunWarnings, row_of
 from pairsim.results.checkpoint import Checkpoint
-from pairsim.results.columns import HEALTH, POLYMER_HEALTH, error_columns, named_row, observed, series_columns
+from pairsim.results.columns import HEALTH, POLYMER_HEALTH, error_columns, series_columns
 from pairsim.results.fields import frame
 from pairsim.results.output import plain
 from pairsim.runtime.errors import TooManySteps, WallTime
@@ -143,21 +143,12 @@ class _Run:
 
     def _row(self, step: Step, transient: Transient) -> dict[str, float]:
         """The row of a step in series.csv."""
-        o = step.observation
-        values = named_row(step.t, o.d, o.U, o.dU, o.D, o.dp, o.dp_plus)
-        values |= {"dt": step.dt, "newton": step.report.iterations, "mesh": step.mesh_id}
-        values |= {**observed(o), "distortion": step.distortion}
-        if o.conformation is not None:
-            self.worst.s_jump = max(self.worst.s_jump, o.conformation.s_jump)
-        correction = step.dU_correction
-        error = self.worst.add(step.t, step.mesh_id, o.dU, correction)
-        if correction is not None and error is not None:
-            values |= dict(zip(self._errors, [*correction, *error], strict=True))
-        self.worst.widest = max(self.worst.widest, span(self.case, list(o.d)))
-        for gap, (upstream, downstream) in zip(map(float, o.d), pairwise(transient.meshed.outlines), strict=True):
+        gaps = map(float, step.observation.d)
+        for gap, (upstream, downstream) in zip(gaps, pairwise(transient.meshed.outlines), strict=True):
             arc = max(upstream.size_at(0.0), downstream.size_at(float(np.pi)))
             self.worst.narrowest = max(self.worst.narrowest, (gap, arc), key=lambda each: each[1] / each[0])
-        return values
+        row = row_of(step)
+        return row | self.worst.take(row)
 
     def _fields(self, transient: Transient) -> Iterator[events.Event]:
         """The fields of the last step, unless they were written."""

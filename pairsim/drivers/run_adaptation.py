@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from pairsim.config.case import Case
-from pairsim.drivers.run_warnings import RunWarnings
+from pairsim.drivers.run_warnings import RunWarnings, row_of
 from pairsim.drivers.warnings import above
 from pairsim.runtime.errors import RunFailure
 from pairsim.runtime.signals import heed
@@ -74,7 +74,7 @@ class RunAdaptation:
                 unknowns = transient.constraints.size
                 for step in transient.steps(iter([case.time.end])):
                     heed()
-                    seen.add(step.t, step.mesh_id, step.observation.dU, step.dU_correction)
+                    seen.take(row_of(step))
                     t = step.t
                     if ended(t, step.observation.d.tolist()):
                         break

@@ -1,10 +1,9 @@
-"""Extreme values over a run, from which its warnings are made."""
+"""Rows of a run, and their extreme values, from which its warnings are made."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -19,15 +18,22 @@ from pairsim.drivers.warnings import (
     unknown_run_error,
     unresolved_stress,
 )
-from pairsim.results.columns import relative_velocities
+from pairsim.results.columns import gap_endings, named_row, observed, spread
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.errors.run_error import RunError
 from pairsim.solvers.errors.time_error import LEAST, SET_IN, TimeError
+from pairsim.solvers.stepping.step import Step
 
 
-def span(case: Case, gaps: Sequence[Any]) -> float:
-    """Largest length of the row of particles [D_c] for these gaps, each a number or an array over time."""
-    return sum(case.betas) + float(np.max(np.sum(gaps, axis=0), initial=0.0) if len(gaps) else 0.0)
+def row_of(step: Step) -> dict[str, float]:
+    """The row of a step in series.csv, but for the errors to quote."""
+    o = step.observation
+    row = named_row(step.t, o.d, o.U, o.dU, o.D, o.dp, o.dp_plus)
+    row |= {"dt": step.dt, "newton": step.report.iterations, "mesh": step.mesh_id}
+    row |= {**observed(o), "distortion": step.distortion}
+    if step.dU_correction is not None:
+        row |= spread(gap_endings(o.U.size), dU_correction=step.dU_correction)
+    return row
 
 
 @dataclass
@@ -60,52 +66,38 @@ class RunWarnings:
 
     @staticmethod
     def of(
-        case: Case, series: Mapping[str, Array], narrowest: tuple[float, float], start_error: Array | float = 0.0
+        case: Case, rows: Mapping[str, Array], narrowest: tuple[float, float], start_error: Array | float = 0.0
     ) -> RunWarnings:
         """The values for the rows of an existing series.csv.
 
         Args:
             case: The case.
-            series: Columns of series.csv, shape (rows,).
+            rows: Columns of series.csv, shape (rows,).
             narrowest: As the attribute; not in the table.
             start_error: Error of dU in the state that the run started from, not in the table either.
         """
-        gaps = [series[name] for name in series if name == "d" or name.startswith("d_")]
-        s_jump = float(np.max(series.get("s_jump", [0.0]), initial=0.0))
-        worst = RunWarnings(case, s_jump, span(case, gaps), narrowest)
+        worst = RunWarnings(case, narrowest=narrowest)
         worst.errors.start = start_error
-        rows = len(series["t"])
-
-        def table(names: list[str]) -> Array:
-            return np.array([series[name] for name in names]).reshape(len(names), rows).T
-
-        estimated = [name for name in series if name.startswith("dU_correction")]
-        relative, corrections = table(relative_velocities(series)), table(estimated)
-        for i, (t, mesh) in enumerate(zip(series["t"], series["mesh"], strict=True)):
-            worst.add(float(t), int(mesh), relative[i], corrections[i] if estimated else None)
+        for values in zip(*rows.values(), strict=True):
+            worst.take(dict(zip(rows, map(float, values), strict=True)))
         return worst
 
-    def add(self, t: float, mesh: int, dU: Array, correction: Array | None) -> Array | None:
-        """Take in an accepted step.
-
-        Args:
-            t: Time [D_c/U_av].
-            mesh: Number of remeshings before the step.
-            dU: Relative velocities [U_av], shape (N-1,).
-            correction: Estimates of exact minus discrete dU [U_av], shape (N-1,); None if there are none.
-
-        Returns:
-            The errors of dU to quote [U_av], shape (N-1,); None without estimates.
-        """
+    def take(self, row: Mapping[str, float]) -> dict[str, float]:
+        """Take in a row of series.csv; returns the errors of dU to quote by their columns, empty without estimates."""
+        t, mesh, gaps = row["t"], int(row["mesh"]), gap_endings(self.case.n)
+        d, dU = (np.array([row[name + gap] for gap in gaps]) for name in ("d", "dU"))
+        self.s_jump = max(self.s_jump, row.get("s_jump", 0.0))
+        self.widest = max(self.widest, sum(self.case.betas) + float(d.sum()))
         self.steps.add(t, mesh, dU)
-        if correction is None:
-            return None
-        error = self.errors.add(t, mesh, dU, correction, self.steps.largest)
+        corrections = [row[name] for gap in gaps if (name := f"dU_correction{gap}") in row]
+        if not corrections:
+            return {}
+        error = self.errors.add(t, mesh, dU, np.array(corrections), self.steps.largest)
         if np.isnan(error).any():
             self.lost = min(self.lost, t)
         elif t > SET_IN:
             self.largest = max(self.largest, float(error.max(initial=0.0)))
-        return error
+        return spread(gaps, dU_error=error)
 
     @property
     def warnings(self) -> list[str]:

@@ -57,13 +57,17 @@ def test_rounding_errors_of_a_rigid_pair_do_not_count() -> None:
 
 def test_error_to_quote_above_the_requested_accuracy_gives_a_warning() -> None:
     """Relative to the largest |dU|, after stresses have set in; nothing without estimates."""
+
+    def row(t: float, correction: float | None) -> dict[str, float]:
+        return {"t": t, "mesh": 0, "d": 0.1, "dU": 1.0} | ({} if correction is None else {"dU_correction": correction})
+
     case = parse_case(COMMANDS["run"], KEYS | {"dU_error": True}, "")
-    for correction, shown in ((np.array([5e-3]), True), (np.array([1e-3]), False), (None, False)):
+    for correction, shown in ((5e-3, True), (1e-3, False), (None, False)):
         worst = RunWarnings(case)
         for t in np.arange(1, 20) * 0.1:
-            worst.add(float(t), 0, np.array([1.0]), correction)
+            worst.take(row(float(t), correction))
         assert any("dU_error is up to 1 % of the largest |dU|" in text for text in worst.warnings) is False
-        worst.add(2.0, 0, np.array([1.0]), None if correction is None else 2 * correction)
+        worst.take(row(2.0, None if correction is None else 2 * correction))
         assert any("dU_error is up to 2 % of the largest |dU|" in text for text in worst.warnings) is shown
 
 
