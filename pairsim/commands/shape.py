@@ -87,8 +87,8 @@ def solve(case: ShapeCase) -> Events:
             found.points.append(branch.at(place))
             row = point_row(found.points[-1]) | {"Ca_e": Ca_e}
             row["D_error"] = abs(float(branch.scenes[1].observe().D[0]) - row["D_1"])
-            yield Progress(count, f"Ca_e = {Ca_e:.4g}  D = {row['D_1']:.5f}  shape {count}", count)
             yield Row("shape", row)
+            yield Progress(count, f"Ca_e = {Ca_e:.4g}  D = {row['D_1']:.5f}  shape {count}", count)
     return Outcome("finished", "end", f"{len(case.series)} shapes")
 
 

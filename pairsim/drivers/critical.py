@@ -126,8 +126,8 @@ class _Zeros:
             assert self.followed is not None
             size = abs(critical.by_parameter) * value_of(self.followed, place)
         self._errors.append(error_at(point, 0, size))
-        yield self._shown(f"Ca_e = {row['Ca_e']:.5g}  De = {place.De:.5g}  d_cr = {point.d:.5f}  {critical.kind}")
         yield events.Row("critical", row)
+        yield self._shown(f"Ca_e = {row['Ca_e']:.5g}  De = {place.De:.5g}  d_cr = {point.d:.5f}  {critical.kind}")
 
     def end(self) -> Iterator[events.Event]:
         """What run.json says."""

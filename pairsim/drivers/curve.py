@@ -54,8 +54,8 @@ def solve(case: CurveCase, *, sensitivities: bool = False, warm_start: WarmStart
             if case.common:
                 points.sort(key=lambda p: p.d)
             count = len(points)
-            yield events.Progress(min(count, expected), _shown(point, count), count)
             yield events.Row("curve", point_row(point) | {"wanted": float(wanted)})
+            yield events.Progress(min(count, expected), _shown(point, count), count)
             if any(abs(point.d - d) < 1e-9 * d for d in case.fields):
                 frames.append(_frame(point.d, branch.fine))
         message = f"{len(points)} points"

@@ -42,7 +42,7 @@ class Note:
 
 @dataclass(frozen=True)
 class Progress:
-    """A step or point was computed; what is written of it follows.
+    """A step or point was computed, and what it gives has been written.
 
     Attributes:
         done: How much of `Begin.total` is done; of a run the time [D_c/U_av].

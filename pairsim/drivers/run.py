@@ -122,7 +122,6 @@ class _Run:
         for step in transient.steps(iter(wanted)):
             count = transient.counts.steps
             gaps = tuple(map(float, step.observation.d))
-            yield events.Progress(step.t, _shown(step, count), count)
             with transient.clock("output"):
                 yield events.Row("series", self._row(step, transient))
                 self._pending = step
@@ -131,6 +130,7 @@ class _Run:
                     yield from self._fields(transient)
                 state = transient.state, plain(case.resolved()), gaps, self.worst.narrowest, self._origin
                 yield events.Resumable(partial(Checkpoint, *state), case.output.checkpoint, convenient=at_output)
+            yield events.Progress(step.t, _shown(step, count), count)
             if (outcome := end_of(case, step.t, gaps)) is not None:
                 return outcome, gaps
             heed()
