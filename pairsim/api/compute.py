@@ -51,7 +51,7 @@ def run(
 
     Raises:
         InputError: The case or the folder cannot be used.
-        WriteFailure: Results cannot be written.
+        WriteFailure: The first files of the folder or the last run.json cannot be written.
     """
     if resume and folder is None:
         raise InputError("pairsim.run", "resume", resume, "must be left out without a folder, which has the checkpoint")
@@ -87,7 +87,7 @@ def curve(
 
     Raises:
         InputError: The case or the folder cannot be used.
-        WriteFailure: The first or last files of the folder cannot be written.
+        WriteFailure: The first files of the folder or the last run.json cannot be written.
     """
     how = folder, overwrite, progress, signals
     return cast(CurveResult, compute(COMMANDS["curve"], case, *how, overrides, sensitivities=sensitivities))
@@ -119,7 +119,7 @@ def critical(
 
     Raises:
         InputError: The case or the folder cannot be used.
-        WriteFailure: The first or last files of the folder cannot be written.
+        WriteFailure: The first files of the folder or the last run.json cannot be written.
     """
     how = folder, overwrite, progress, signals
     return cast(CriticalResult, compute(COMMANDS["critical"], case, *how, overrides))

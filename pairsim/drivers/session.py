@@ -80,7 +80,7 @@ def carry_out(
     Raises:
         InputError: The folder exists and may not be overwritten, cannot be resumed, belongs to another command, or
             another command is writing to it.
-        WriteFailure: The first or last files of the folder cannot be written.
+        WriteFailure: The first files of the folder or the last run.json cannot be written.
     """
     # The handlers stay until the last file is written: a signal that comes later changes nothing.
     with Signals(impatient=True, installed=options.signals), sole_writer(directory, options.command):
@@ -165,7 +165,7 @@ class Session:
         outcome = self._follow(computation)
         nothing = self.old is not None and not self._tables and outcome.status == "finished"
         try:
-            self._finish(outcome, recorded=nothing and self._complete)
+            outcome = self._finish(outcome, recorded=nothing and self._complete)
         finally:
             if self._begun:
                 self.reporter.finish(f"nothing to do: {outcome.message}" if nothing else outcome.message)
@@ -267,11 +267,14 @@ class Session:
             self._latest, self._saved = None, time.monotonic()
             self._cost = self._saved - begin
 
-    def _finish(self, outcome: Outcome, recorded: bool) -> None:
+    def _finish(self, outcome: Outcome, recorded: bool) -> Outcome:
         """Carry out the events of the end, write the last checkpoint, and run.json unless it is there.
 
+        Returns:
+            The outcome; a failure if a file cannot be written.
+
         Raises:
-            WriteFailure: A file cannot be written; run.json says so, if it can be.
+            WriteFailure: run.json cannot be written.
         """
         try:
             with self._writing(), ExitStack() as last:  # all of these, even if some fail
@@ -282,7 +285,6 @@ class Session:
                     self.take(event)
         except WriteFailure as failure:
             outcome = Outcome("failed", failure.reason, str(failure))
-            raise
         finally:
             if outcome.status != "interrupted":
                 with suppress(OSError):  # the frames are complete as they are
@@ -291,6 +293,7 @@ class Session:
                 with self._writing():
                     entries = {**self._summary.entries, "warnings": [*self._damage, *self._summary.warnings]}
                     self.record.write(outcome, entries, dict(self._summary.phases))
+        return outcome
 
     @contextmanager
     def _writing(self) -> Iterator[None]:

@@ -317,7 +317,7 @@ def test_a_full_disk_is_a_typed_failure(
 
     monkeypatch.setattr(writer, method, full)
     with pytest.raises(WriteFailure, match="No space left"):
-        run(soft(), tmp_path / "run")
+        run(soft(), tmp_path / "run").check()
     record = json.loads((tmp_path / "run" / "run.json").read_text())
     assert (record["status"], record["reason"]) == ("failed", "write_failed")
 
