@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pairsim.runtime.arrays import Array
+if TYPE_CHECKING:
+    from pairsim.runtime.arrays import Array
 
 
 @dataclass(frozen=True)
