@@ -102,7 +102,7 @@ COLUMNS: tuple[Column, ...] = (
         GAPS,
         "dU",
         r"\Delta U{_}",
-        "relative velocity of {of}, downstream less upstream; positive: they separate",
+        "velocity of the downstream particle of {of} minus that of the upstream one; positive: they separate",
         VELOCITY,
     ),
     *_each(GAPS, "dU_held", r"\Delta U_{h{,}}", _HELD, VELOCITY),
