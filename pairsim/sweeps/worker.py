@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import time
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -202,6 +203,7 @@ class CaseWorker:
         locks = [self._locks[each.folder] for each in together]
         self._child = Child(module_command(*arguments), locks)
         self._first, self._left, self._begun = task.folder, len(together), time.monotonic()
+        import_module("pairsim.results.tables")  # pandas, which takes half a second: while the child computes
 
     def _has_checkpoint(self, task: Task) -> bool:
         return self.command.resumable and (task.directory / CHECKPOINT).is_file()
