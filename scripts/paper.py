@@ -103,7 +103,7 @@ def plan(wanted: list[str], output: Path, quick: bool, settings: tuple[str, ...]
         grid, _ = grid_of(name, quick, settings)
         record = results.record(name)
         done = {case["key"] for case in record["cases"] if case["status"] == "finished"} if record else set()
-        left = [case.checked.estimate.seconds for case in grid.cases if case.key not in done]
+        left = [case.estimate.seconds for case in grid.cases if case.key not in done]
         lines.append(f"{name:20} {len(grid.cases):5} {len(left):6} {sum(left):15.0f}")
         total += sum(left)
     return "\n".join([*lines, f"about {total / 60:.0f} min on one core"])
@@ -119,13 +119,13 @@ def compute(name: str, output: Path, quick: bool, settings: tuple[str, ...], com
         settings: What `--set` replaces in all cases.
         comm: All processes, None without mpirun.
     """
-    from pairsim.sweeps.progress import make_sweep_reporter
+    from pairsim.drivers.progress import make_reporter
     from pairsim.sweeps.sweep import Options, run_sweep
 
     if of_meshes(name):
         return mesh(CONFIGS / f"{name}.yaml", output / f"{name}.vtu", comm)
     grid, settings = grid_of(name, quick, settings)
-    reporter = make_sweep_reporter("auto", comm.rank if comm else 0)
+    reporter = make_reporter("auto", comm.rank if comm else 0)
     code, _ = run_sweep(grid, output / name, Options(settings=settings), comm, reporter)
     return code
 

@@ -12,14 +12,13 @@ from typing import TYPE_CHECKING, Any
 from pairsim.api.results import SHOWN, Result, result_of
 from pairsim.commands import COMMANDS
 from pairsim.config.merging import section_of
-from pairsim.drivers.progress import Style, style_of
+from pairsim.drivers.progress import Style, make_reporter, style_of
 from pairsim.results.output import plain
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.launcher import launcher_communicator
 from pairsim.runtime.locks import is_locked
 from pairsim.sweeps.grid import grid_from, read_grid
 from pairsim.sweeps.ledger import ENDED, read_sweep, rows_of
-from pairsim.sweeps.progress import make_sweep_reporter
 from pairsim.sweeps.sweep import Options, run_sweep
 
 if TYPE_CHECKING:
@@ -140,7 +139,7 @@ def sweep(
         raise InputError("pairsim.sweep", "workers", workers, "must be a whole number of at least 1")
     checked = grid_from(Path("grid"), section_of(plain(grid))) if isinstance(grid, Mapping) else read_grid(Path(grid))
     comm = launcher_communicator()
-    reporter = make_sweep_reporter(style_of(progress), comm.rank if comm else 0)
+    reporter = make_reporter(style_of(progress), comm.rank if comm else 0)
     options = Options(limit=limit, only_failed=only_failed, case_timeout=case_timeout, workers=workers, signals=signals)
     run_sweep(checked, Path(folder), options, comm, reporter)
     if comm:

@@ -111,9 +111,9 @@ def sweep(
             print_table(dry_run_view(checked, part))
         return
 
+    from pairsim.drivers.progress import make_reporter
     from pairsim.runtime.launcher import launcher_communicator
     from pairsim.sweeps.ledger import Shard
-    from pairsim.sweeps.progress import make_sweep_reporter
     from pairsim.sweeps.sweep import Options, run_sweep
 
     comm = launcher_communicator()
@@ -128,7 +128,7 @@ def sweep(
         tuple(set_ or ()),
         workers,
     )
-    reporter = make_sweep_reporter("none" if quiet else progress, comm.rank if comm else 0)
+    reporter = make_reporter("none" if quiet else progress, comm.rank if comm else 0)
     with Signals(final=True):
         code, message = run_sweep(checked, directory, options, comm, reporter)
         _end_sweep(code, message, directory, quiet)
@@ -181,15 +181,15 @@ def study(
     is full, 4 installation or system at fault (pairsim doctor), 130 interrupted.
     """
     from pairsim.config.yaml_file import read_yaml
+    from pairsim.drivers.progress import make_reporter
     from pairsim.runtime.launcher import launcher_communicator
-    from pairsim.sweeps.progress import make_sweep_reporter
     from pairsim.sweeps.study import run_study
     from pairsim.sweeps.study_file import read_study
 
     checked = read_study(file, read_yaml(file), tuple(set_ or ()))
     directory = output or Path("runs") / checked.name
     comm = launcher_communicator()
-    reporter = make_sweep_reporter("none" if quiet else progress, comm.rank if comm else 0)
+    reporter = make_reporter("none" if quiet else progress, comm.rank if comm else 0)
     with Signals(final=True):
         code, message = run_study(checked, directory, case_timeout, comm, reporter)
         _end_sweep(code, message, directory, quiet)

@@ -1,4 +1,4 @@
-"""What a person sees while a run goes on: a live bar on a terminal, a line now and then elsewhere, or nothing."""
+"""What a person sees while a computation goes on: a live bar on a terminal, lines elsewhere, JSON, or nothing."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import time
 from collections.abc import Sequence
 from typing import Any, Literal, get_args
 
-from rich.console import Console, Group
+from rich.console import Console, Group, RenderableType
 from rich.live import Live
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Column
@@ -21,10 +21,30 @@ from pairsim.runtime.signals import sigterm_waits
 Style = Literal["auto", "bar", "lines", "json", "none"]
 """How progress is shown; auto: a bar on a terminal, lines elsewhere."""
 LINE_EVERY = 5.0  # seconds between plain lines
+COLOURS = {"finished": "green", "failed": "red", "timeout": "yellow", "running": "cyan"}
+"""Colours of the cases of a sweep, by status."""
 
 
 class Reporter:
-    """Shows nothing; the base of the others."""
+    """Shows nothing; the base of the others, which show what `tell` is given.
+
+    A computation of one case begins with `start`. A sweep has no title, and uses `tell` and `show` itself.
+    """
+
+    _title = ""
+    _total = 1.0
+
+    def tell(self, event: str, line: str, **fields: Any) -> None:
+        """Show an event.
+
+        Args:
+            event: Its kind.
+            line: It as a line of text.
+            fields: It as data.
+        """
+
+    def show(self, view: RenderableType) -> None:
+        """Show the state of a sweep in place of that before, on a terminal."""
 
     def start(self, title: str, goal: str, total: float) -> None:
         """Begin.
@@ -34,27 +54,41 @@ class Reporter:
             goal: What is to be reached, in words.
             total: The same as a number; `update` says how much of it is done.
         """
+        self._title, self._total = title, total
+        self.tell("start", f"{title}: {goal}", title=title, goal=goal, total=total)
 
     def update(self, done: float, text: str, count: int) -> None:
         """Show an accepted step or point, the count-th one."""
+        part = min(done / self._total, 1.0)
+        self.tell("progress", text, **self._titled, done=done, fraction=part, count=count, text=text)
 
     def note(self, text: str) -> None:
         """Show what the user should know."""
+        self.tell("note", f"{self._title}: note: {text}" if self._title else text, **self._titled, text=text)
 
     def finish(self, text: str) -> None:
         """End with a line."""
+        self.tell("finish", f"{self._title}: {text}" if self._title else text, **self._titled, text=text)
 
     def answer(self, text: str, status: str, warnings: Sequence[str]) -> None:
         """Show the answer, which has the warnings in its text."""
+        self.tell("answer", text, **self._titled, status=status, text=text, warnings=list(warnings))
+
+    @property
+    def _titled(self) -> dict[str, str]:
+        return {"title": self._title} if self._title else {}
 
 
 class LineReporter(Reporter):
-    """A line now and then on stderr, for logs: percent done, the state of the solution, seconds, and those left."""
+    """A line an event on stderr, for logs. Steps now and then: percent, state of the solution, seconds, those left."""
+
+    def tell(self, event: str, line: str, **fields: Any) -> None:
+        print(line, file=sys.stderr, flush=True)
 
     def start(self, title: str, goal: str, total: float) -> None:
-        self._title, self._total, self._begin = title, total, time.monotonic()
-        self._last, self._part = self._begin, 0.0
-        self._say(f"{title}: {goal}")
+        self._begin = self._last = time.monotonic()
+        self._part = 0.0
+        super().start(title, goal, total)
 
     def update(self, done: float, text: str, count: int) -> None:
         now = time.monotonic()
@@ -65,82 +99,64 @@ class LineReporter(Reporter):
         pace = (part - self._part) / (now - self._last) if now > self._last else 0.0
         left = f", {duration((1 - part) / pace)} left" if 0.01 < part < 1 and pace > 0 else ""
         self._last, self._part = now, part
-        self._say(f"  {part:4.0%}  {text}  ({duration(passed)}{left})")
-
-    def note(self, text: str) -> None:
-        self._say(f"{self._title}: note: {text}")
-
-    def finish(self, text: str) -> None:
-        self._say(f"{self._title}: {text}")
-
-    def _say(self, text: str) -> None:
-        print(text, file=sys.stderr, flush=True)
-
-    def answer(self, text: str, status: str, warnings: Sequence[str]) -> None:
-        self._say(text)
+        self.tell("progress", f"  {part:4.0%}  {text}  ({duration(passed)}{left})")
 
 
 class JsonReporter(Reporter):
-    """A JSON object a line on stderr, for programs: `event` is start, progress, note, finish or answer."""
+    """A JSON object a line on stderr, for programs: its `event` is start, progress, case, note, finish or answer."""
 
-    def start(self, title: str, goal: str, total: float) -> None:
-        self._title, self._total, self._begin = title, total, time.monotonic()
-        self._say("start", goal=goal, total=total)
+    def __init__(self) -> None:
+        self._begin = time.monotonic()
 
-    def update(self, done: float, text: str, count: int) -> None:
-        part = min(done / self._total, 1.0)
-        self._say("progress", done=done, fraction=part, count=count, text=text)
-
-    def note(self, text: str) -> None:
-        self._say("note", text=text)
-
-    def finish(self, text: str) -> None:
-        self._say("finish", text=text)
-
-    def _say(self, event: str, **more: Any) -> None:
-        content = {"event": event, "title": self._title, "seconds": round(time.monotonic() - self._begin, 3), **more}
+    def tell(self, event: str, line: str, **fields: Any) -> None:
+        if event == "start":
+            self._begin = time.monotonic()
+        content = {"event": event, "seconds": round(time.monotonic() - self._begin, 3), **fields}
         print(json.dumps(content), file=sys.stderr, flush=True)
-
-    def answer(self, text: str, status: str, warnings: Sequence[str]) -> None:
-        self._say("answer", status=status, text=text, warnings=list(warnings))
 
 
 class BarReporter(Reporter):
-    """A live bar, and below it the state of the solution; both fit a terminal of 80 columns."""
+    """A live bar, and below it the state of the solution; both fit a terminal of 80 columns. Of a sweep its view."""
+
+    def __init__(self) -> None:
+        self._console = Console(stderr=True)
+        # Refreshed by hand in a sweep: a thread must not be alive when children are forked.
+        self._live = Live(console=self._console, auto_refresh=False)
+
+    def tell(self, event: str, line: str, **fields: Any) -> None:
+        ended = fields.get("status") if event == "case" else None
+        if event == "finish":
+            self._live.stop()
+        if event not in ("start", "progress") and ended != "finished":
+            self._console.print(Text(line, style=COLOURS.get(ended or "", "")))
+
+    def show(self, view: RenderableType) -> None:
+        if not self._live.is_started:
+            self._live.start()
+        self._live.update(view, refresh=True)
 
     def start(self, title: str, goal: str, total: float) -> None:
-        self._title = title
-        console = Console(stderr=True)
+        super().start(title, goal, total)
         self._progress = Progress(
             TextColumn("[bold]{task.description}", table_column=Column(no_wrap=True, ratio=1)),
             BarColumn(bar_width=20),
             TextColumn("{task.percentage:3.0f} %"),
             TimeElapsedColumn(),
             TimeRemainingColumn(),
-            console=console,
+            console=self._console,
             expand=True,
         )
         self._task: TaskID = self._progress.add_task(title, total=total)
-        self._live = Live(self._view("meshing"), console=console, refresh_per_second=4)
+        self._live = Live(self._view("meshing"), console=self._console, refresh_per_second=4)
         with sigterm_waits():  # the thread that draws does not take it
             self._live.start()
-
-    def _view(self, state: str) -> Group:
-        return Group(self._progress, Text(f"  {state}", style="dim", no_wrap=True, overflow="ellipsis"))
 
     def update(self, done: float, text: str, count: int) -> None:
         self._progress.update(self._task, completed=done)
         self._live.update(self._view(text))
 
-    def note(self, text: str) -> None:
-        self._live.console.print(f"{self._title}: note: {text}", highlight=False, markup=False)
-
-    def finish(self, text: str) -> None:
-        self._live.stop()
-        Console(stderr=True).print(f"{self._title}: {text}", highlight=False, markup=False)
-
-    def answer(self, text: str, status: str, warnings: Sequence[str]) -> None:
-        Console(stderr=True).print(text, highlight=False, markup=False)
+    def _view(self, state: str) -> Group:
+        return Group(self._progress, Text(f"  {state}", style="dim", no_wrap=True, overflow="ellipsis"))
 
 
 def style_of(progress: bool | Style) -> Style:
@@ -156,9 +172,9 @@ def style_of(progress: bool | Style) -> Style:
     return progress
 
 
-def make_reporter(style: Style) -> Reporter:
-    """The reporter of a style."""
-    if style == "none":
+def make_reporter(style: Style, rank: int = 0) -> Reporter:
+    """The reporter of a style; one that shows nothing on other processes than the first."""
+    if style == "none" or rank > 0:
         return Reporter()
     if style == "auto":
         style = "bar" if sys.stderr.isatty() else "lines"

@@ -6,13 +6,13 @@ import copy
 import hashlib
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Any, NoReturn
 
 from pairsim.commands import COMMANDS, Command
-from pairsim.config.identity import folder_name
 from pairsim.config.merging import merge
 from pairsim.config.mistakes import Mistake, Mistakes, input_error
 from pairsim.config.physical import BLOCK, forget_numbers
@@ -20,29 +20,11 @@ from pairsim.config.values import FOLDER_WORDS, is_finite, is_name
 from pairsim.config.yaml_file import Section, apply_settings, place_of, places_in, read_yaml
 from pairsim.inputs.case_files import check_file, wrong_keys
 from pairsim.inputs.many_cases import SweepFile, check_sweep
-from pairsim.results.folders import read_record
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.names import fits_a_folder
-from pairsim.sweeps.checked import Checked
+from pairsim.sweeps.case import SweepCase
 
 NUMBERS = ("beta", "De", "Ca_e", "xi", "d0")  # keys whose values a physical block can give
-
-
-@dataclass(frozen=True)
-class SweepCase:
-    """One case of a sweep.
-
-    Attributes:
-        folder: Name of its folder, `<slug>-<beginning of key>`.
-        key: Hash that identifies the case.
-        checked: The validated case.
-        parameters: Values of the varying keys.
-    """
-
-    folder: str
-    key: str
-    checked: Checked
-    parameters: dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -81,7 +63,7 @@ class Grid:
     @property
     def columns(self) -> tuple[str, ...]:
         """Result columns of all cases, in the order of their first appearance."""
-        own = (name for case in self.cases for name in case.checked.columns)
+        own = (name for case in self.cases for name in case.columns)
         return tuple(dict.fromkeys((*own, *self.command.in_sweeps.last)))
 
 
@@ -112,11 +94,16 @@ def grid_from(
     return _Reader(path, data, settings, names).grid()
 
 
-def wrong_keys_in(
-    path: Path, data: dict[str, Any], settings: tuple[str, ...], names: Sequence[str] | None = None
-) -> InputError | None:
-    """The mistakes of a grid file in single keys, for a file that has other mistakes; arguments as for `grid_from`."""
-    return _Reader(path, data, settings, names).wrong_keys()
+def check_keys(path: Path, data: dict[str, Any], settings: tuple[str, ...], names: Sequence[str]) -> None:
+    """Find mistakes in single keys of the cases, for a file that has other mistakes; arguments as for `grid_from`.
+
+    Raises:
+        InputError: There are some.
+    """
+    reader = _Reader(path, data, settings, names)
+    list(reader.checked(partly=True))
+    if reader.mistakes:
+        raise reader.mistakes.error(reader.count)
 
 
 def read_base(path: Path, data: Mapping[str, Any]) -> Section:
@@ -181,6 +168,7 @@ class _Reader:
     ) -> None:
         self.path, self.data, self.settings, self.names = path, data, settings, names
         self.mistakes = Mistakes()
+        self.count = self.excluded = 0
         file, wrong = check_file("sweep", SweepFile, check_sweep, data, str(path))
         if wrong:
             self.mistakes.add(input_error(wrong, data, str(path)))
@@ -191,136 +179,107 @@ class _Reader:
         self.command = COMMANDS[self.file.command]
         self.base = Section()
         if file is not None and "base" in file.model_fields_set:
-            try:
+            with self._collected():
                 self.base = read_base(path, data)
-            except InputError as error:
-                self.mistakes.add(error)
 
     def _refuse(self, key: str, value: Any, allowed: str) -> None:
         self.mistakes.add(input_error([Mistake(key, value, allowed)], self.data, str(self.path)))
 
-    def _axes(self) -> list[list[Section]]:
-        """The factors of the product of all combinations: for each, the list of its changes."""
-        axes = [
-            [Section({key: value}, places_in(self.data["grid"])) for value in values]
-            for key, values in self.file.grid.items()
-        ]
-        for i, columns in enumerate(self.file.zip):
-            given = self.data["zip"][i] if isinstance(self.data["zip"], list) else self.data["zip"]
-            rows = zip(*columns.values(), strict=False)
-            axes.append([Section(dict(zip(columns, row, strict=True)), places_in(given)) for row in rows])
-        return axes
+    @contextmanager
+    def _collected(self) -> Iterator[None]:
+        """Context whose InputError is one of the mistakes of the file."""
+        try:
+            yield
+        except InputError as error:
+            self.mistakes.add(error)
 
-    def _entries(self) -> Iterator[tuple[str, dict[str, Any], Section, bool]]:
-        """Yield for each entry: its name in messages, its changes, the merged case, and whether `exclude` applies."""
-        axes = self._axes()
+    def _axes(self) -> Iterator[list[Section]]:
+        """Yield the factors of the product of all combinations: for each, the list of its changes."""
+        for key, values in self.file.grid.items():
+            yield [Section({key: value}, places_in(self.data["grid"])) for value in values]
+        given = self.data["zip"] if isinstance(self.data.get("zip"), list) else [self.data.get("zip")]
+        for columns, source in zip(self.file.zip, given, strict=False):
+            rows = zip(*columns.values(), strict=False)
+            yield [Section(dict(zip(columns, row, strict=True)), places_in(source)) for row in rows]
+
+    def _entries(self) -> Iterator[tuple[str, Section, bool]]:
+        """Yield for each entry: its name in messages, its changes, and whether `exclude` applies."""
+        axes = list(self._axes())
         for row in product(*axes) if axes else ():
             changes = Section()
             for part in row:
-                for key, value in part.items():
-                    changes.put(key, value, part.places.get(key))
-            where = "entry " + ", ".join(f"{key} = {value}" for key, value in changes.items())
-            if (merged := self._changed(changes, where)) is not None:
-                yield where, changes, merged, True
+                changes.update(part)
+                changes.places.update(part.places)
+            yield "entry " + ", ".join(f"{key} = {value}" for key, value in changes.items()), changes, True
         cases = self.data.get("cases")
         for i, entry in enumerate(cases if isinstance(cases, list | tuple) else ()):
             where = self.names[i] if self.names is not None else f"cases[{i}]"
             if isinstance(entry, str):
-                try:
+                with self._collected():
                     content = _file(self.path, entry, where, self.data)
-                except InputError as error:
-                    self.mistakes.add(error)
+                    named = {"name": Path(entry).stem} if is_name(Path(entry).stem) else {}
+                    yield where, Section({**named, **content}, content.places), False
+            elif isinstance(entry, dict):
+                yield where, Section(entry, places_in(entry)), False
+
+    def checked(self, partly: bool) -> Iterator[tuple[Iterable[str], Section, SweepCase]]:
+        """Check every entry that is not excluded; yields changed keys, merged keys and case of those without mistakes.
+
+        Args:
+            partly: Whether to check single keys only, of all entries, and to yield nothing.
+        """
+        used = set()
+        for where, changes, optional in self._entries():
+            with self._collected():
+                merged = _merged(copy.deepcopy(self.base), changes, (str(self.path), where, self.data))
+                apply_settings(merged, self.settings)
+                hits = {i for i, each in enumerate(self.file.exclude) if optional and _matches(merged, each)}
+                if hits and not partly:
+                    used |= hits
+                    self.excluded += 1
                     continue
-                stem = Path(entry).stem
-                entry = Section({**({"name": stem} if is_name(stem) else {}), **content}, content.places)
-            if isinstance(entry, dict) and (merged := self._changed(entry, where)) is not None:
-                yield where, flat(entry), merged, False
-
-    def _changed(self, changes: Mapping[str, Any], where: str) -> Section | None:
-        """The base with changes and settings; None if they cannot be merged, which is a mistake."""
-        try:
-            merged = _merged(copy.deepcopy(self.base), changes, (str(self.path), where, self.data))
-            apply_settings(merged, self.settings)
-        except InputError as error:
-            self.mistakes.add(error)
-            return None
-        return merged
-
-    def wrong_keys(self) -> InputError | None:
-        """The mistakes so far, and those of single keys in the cases; None without any."""
-        cases = 0
-        for where, _, merged, _ in self._entries():
-            cases += 1
-            if (error := wrong_keys(self.command, merged, str(self.path), where)) is not None:
-                self.mistakes.add(error)
-        return self.mistakes.error(cases) if self.mistakes else None
+                self.count += 1
+                if not partly:
+                    case = SweepCase.of(self.command, merged, str(self.path), where)
+                    yield changes if optional else flat(changes), merged, case
+                elif (error := wrong_keys(self.command, merged, str(self.path), where)) is not None:
+                    raise error
+        for i in () if partly else sorted(set(range(len(self.file.exclude))) - used):
+            self._refuse(f"exclude[{i}]", self.file.exclude[i], "must match at least one entry of the grid")
 
     def grid(self) -> Grid:
         """Merge the keys of every entry, apply exclusions, validate, and remove duplicates."""
-        if self.mistakes and (error := self.wrong_keys()) is not None:
-            raise error
-        exclusions: list[dict[str, Any]] = list(self.file.exclude)
-        used = [False] * len(exclusions)
-        found: dict[str, tuple[Checked, dict[str, Any]]] = {}
+        found: dict[str, tuple[SweepCase, Section]] = {}
         varied: dict[str, None] = {}
-        duplicates = excluded = cases = 0
-        for where, changes, merged, optional in self._entries():
-            varied |= dict.fromkeys(changes)
-            hits = [i for i, entry in enumerate(exclusions) if optional and _matches(merged, entry)]
-            for i in hits:
-                used[i] = True
-            if hits:
-                excluded += 1
-                continue
-            cases += 1
-            try:
-                checked = Checked.of(self.command, merged, str(self.path), where)
-            except InputError as error:
-                self.mistakes.add(error)
-                continue
-            key = checked.key
-            if key in found:
-                duplicates += 1
-            else:
-                found[key] = (checked, merged)
-        for i, hit in enumerate(used):
-            if not hit:
-                self._refuse(f"exclude[{i}]", exclusions[i], "must match at least one entry of the grid")
+        entries = 0
+        for keys, merged, case in self.checked(partly=bool(self.mistakes)):
+            varied |= dict.fromkeys(keys)
+            found.setdefault(case.key, (case, merged))
+            entries += 1
         if not found and not self.mistakes:
             self._refuse("exclude", None, "must leave at least one case")
         if self.mistakes:
-            raise self.mistakes.error(cases)
+            raise self.mistakes.error(self.count)
         if any(key.startswith(BLOCK) for key in varied):  # the numbers computed from it vary, too
             varied |= dict.fromkeys(NUMBERS)
             if any(value_at(merged, f"{BLOCK}.end") is not None for _, merged in found.values()):
                 varied["time.end"] = None
-        values = {
-            key: [value_at(checked.resolved, key, value_at(merged, key)) for checked, merged in found.values()]
-            for key in varied
-        }
-        varying = tuple(key for key, column in values.items() if any(value != column[0] for value in column))
-        kept = tuple(
-            SweepCase(folder_name(checked.slug, key), key, checked, {name: values[name][i] for name in varying})
-            for i, (key, (checked, _)) in enumerate(found.items())
+        values = [
+            {key: value_at(case.resolved, key, value_at(merged, key)) for key in varied}
+            for case, merged in found.values()
+        ]
+        varying = tuple(key for key in varied if any(each[key] != values[0][key] for each in values))
+        cases = tuple(
+            replace(case, parameters={key: each[key] for key in varying})
+            for (case, _), each in zip(found.values(), values, strict=True)
         )
-        whole = _whole_key(found)
-        content = {**self.data, "base": self.base}
-        return Grid(self.path, self.name, self.command, kept, varying, whole, duplicates, excluded, content)
+        whole, duplicates, content = _whole_key(found), entries - len(found), {**self.data, "base": self.base}
+        return Grid(self.path, self.name, self.command, cases, varying, whole, duplicates, self.excluded, content)
 
 
 def _whole_key(keys: Iterable[str]) -> str:
     """Hash of a set of cases."""
     return hashlib.sha256("\n".join(sorted(keys)).encode()).hexdigest()
-
-
-def finished_in(directory: Path, command: Command[Any], key: str) -> bool:
-    """Whether a folder has the finished results of the case with this hash."""
-    if read_record(directory).get("status") != "finished":
-        return False
-    try:
-        return Checked.of(command, read_yaml(directory / "case.yaml"), "case.yaml").key == key
-    except InputError:
-        return False
 
 
 def _matches(merged: Mapping[str, Any], entry: Mapping[str, Any]) -> bool:

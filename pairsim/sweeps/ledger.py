@@ -10,7 +10,8 @@ import csv
 import io
 import json
 import time
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -19,10 +20,12 @@ from pairsim.commands.command import Value
 from pairsim.results.folders import read_record
 from pairsim.results.output import plain, write_text
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.grid import Grid, SweepCase, finished_in
+from pairsim.sweeps.case import SweepCase
+from pairsim.sweeps.grid import Grid
 
 STATUSES = ("pending", "running", "finished", "failed", "timeout")
-ENDED = ("finished", "failed", "timeout")
+FAILED = ("failed", "timeout")
+ENDED = ("finished", *FAILED)
 WRITE_EVERY = 1.0  # seconds
 
 
@@ -74,9 +77,8 @@ class Shard:
 
 def entry_of(case: SweepCase, shown: tuple[str, ...]) -> Entry:
     """The entry of a case before it is started."""
-    always = {key: case.checked.resolved.get(key) for key in shown}
-    estimate = case.checked.estimate
-    return Entry(case.folder, case.key, {**case.parameters, **always}, estimate.unknowns, estimate.seconds)
+    always = {key: case.resolved.get(key) for key in shown}
+    return Entry(case.folder, case.key, case.parameters | always, case.estimate.unknowns, case.estimate.seconds)
 
 
 class Ledger:
@@ -87,18 +89,17 @@ class Ledger:
         grid: The grid.
         cases: The cases of the ledger: all, or those of the shard.
         shard: The shard, None for the whole sweep.
+
+    Attributes:
         about: Further entries of sweep.json, such as command line and versions.
     """
 
-    def __init__(
-        self, directory: Path, grid: Grid, cases: list[SweepCase], shard: Shard | None, about: dict[str, Any]
-    ) -> None:
-        self.directory, self.grid = directory, grid
+    def __init__(self, directory: Path, grid: Grid, cases: list[SweepCase], shard: Shard | None) -> None:
+        self.directory, self.grid, self.cases = directory, grid, cases
         self.entries = {case.folder: entry_of(case, grid.command.in_sweeps.parameters) for case in cases}
         tag = shard.tag if shard else ""
         self.path, self.table = directory / f"sweep{tag}.json", directory / f"results{tag}.csv"
-        self.about = about
-        self.session: dict[str, Any] = {}
+        self.about: dict[str, Any] = {}
         self._written = 0.0
         self._changed = True
 
@@ -108,36 +109,38 @@ class Ledger:
         Raises:
             InputError: The folder belongs to another grid.
         """
-        known: dict[str, dict[str, Any]] = {}
-        for content in read_ledgers(self.directory):
-            if content.get("grid") != self.grid.key:
-                allowed = "must be a folder for this grid, but has a sweep of another grid"
-                raise InputError(str(self.directory), "-o", None, allowed)
-            known |= {old["folder"]: old for old in content["cases"] if old["status"] != "pending" or old["attempts"]}
-        command = self.grid.command
-        for entry in self.entries.values():
-            old, directory = known.get(entry.folder, {}), self.directory / entry.folder
+        ledgers = read_ledgers(self.directory)
+        if any(content.get("grid") != self.grid.key for content in ledgers):
+            allowed = "must be a folder for this grid, but has a sweep of another grid"
+            raise InputError(str(self.directory), "-o", None, allowed)
+        known, command = _latest(ledgers), self.grid.command
+        for case in self.cases:
+            entry, old, directory = self.entries[case.folder], known.get(case.folder, {}), self.directory / case.folder
             for key in ("seconds", "attempts", "rank", "again"):
                 setattr(entry, key, old.get(key, getattr(entry, key)))
             record = read_record(directory)
-            if finished_in(directory, command, entry.key):
+            warnings = record.get("warnings", ())
+            values: dict[str, Value] = {}
+            if case.finished_in(directory, command):
                 entry.status = "finished"
-            elif old.get("status") in ("failed", "timeout"):
-                entry.status = old["status"]
-                record = old
+            elif old.get("status") in FAILED:
+                entry.status, record = old["status"], old
+                values = {"wall_time": entry.seconds}  # run.json ends where the case was stopped
             elif record.get("status") == "failed":  # failed after the last update of the ledger
                 entry.status = "timeout" if record.get("reason") == "wall_time" else "failed"
             else:
                 continue
             entry.reason, entry.message = record.get("reason", ""), record.get("message", "")
-            entry.values = command.values(directory)
-            entry.warnings = list(read_record(directory).get("warnings", ()))
-            if record is old:
-                entry.values["wall_time"] = entry.seconds  # run.json ends where the case was stopped
+            entry.values, entry.warnings = command.values(directory) | values, list(warnings)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Number of cases by status."""
+        return counted([entry.status for entry in self.entries.values()])
 
     def count(self, *statuses: str) -> int:
         """Number of cases with one of these statuses."""
-        return sum(entry.status in statuses for entry in self.entries.values())
+        return sum(self.counts[status] for status in statuses)
 
     def change(self, folder: str, **changes: Any) -> Entry:
         """Change attributes of the entry of a case; returns the entry."""
@@ -155,22 +158,28 @@ class Ledger:
         """
         if not now and (not self._changed or time.monotonic() - self._written < WRITE_EVERY):
             return
+        grid = self.grid
         content = {
-            "grid": self.grid.key,
-            "name": self.grid.name,
-            "command": self.grid.command.name,
-            "varying": list(self.grid.varying),
-            "parameters": list(dict.fromkeys((*self.grid.varying, *self.grid.command.in_sweeps.parameters))),
-            "columns": list(self.grid.columns),
+            "grid": grid.key,
+            "name": grid.name,
+            "command": grid.command.name,
+            "varying": list(grid.varying),
+            "parameters": list(dict.fromkeys((*grid.varying, *grid.command.in_sweeps.parameters))),
+            "columns": list(grid.columns),
             "updated": time.time(),
-            "counts": {status: self.count(status) for status in STATUSES},
-            **self.session,
+            "counts": self.counts,
             **self.about,
             "cases": [asdict(entry) for entry in self.entries.values()],
         }
-        write_text(self.table, table_of(content))
+        write_text(self.table, table_text(*rows_of(content)))
         write_text(self.path, json.dumps(plain(content), indent=1, ensure_ascii=False) + "\n")
         self._written, self._changed = time.monotonic(), False
+
+
+def counted(statuses: Iterable[str]) -> dict[str, int]:
+    """Number of cases by status, of all statuses."""
+    found = Counter(statuses)
+    return {status: found[status] for status in STATUSES}
 
 
 def rows_of(content: Mapping[str, Any]) -> tuple[list[str], list[list[Any]]]:
@@ -189,9 +198,8 @@ def rows_of(content: Mapping[str, Any]) -> tuple[list[str], list[list[Any]]]:
     return ["folder", "status", "reason", *parameters, *columns, "warnings"], rows
 
 
-def table_of(content: Mapping[str, Any]) -> str:
-    """The text of results.csv; see `rows_of`."""
-    header, rows = rows_of(content)
+def table_text(header: Sequence[str], rows: Iterable[Iterable[Any]]) -> str:
+    """A table as CSV; see `cell`."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(header)
@@ -238,16 +246,21 @@ def read_sweep(directory: Path) -> dict[str, Any]:
     ledgers = read_ledgers(directory)
     if not ledgers:
         raise InputError(str(directory), "", None, "must be the folder of a sweep, but has no sweep.json")
+    cases = _latest(ledgers)
+    whole = [content["cases"] for content in ledgers if not content.get("shard")]
+    order = [case["folder"] for case in whole[-1]] if whole else list(cases)  # that of the grid
+    return {
+        **ledgers[-1],
+        "cases": [cases[folder] for folder in order],
+        "counts": counted(cases[folder]["status"] for folder in order),
+        "sessions": [{**content, "cases": []} for content in ledgers],
+    }
+
+
+def _latest(ledgers: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
+    """The entry of each case by its folder, from the last ledger in which it was attempted."""
     cases: dict[str, dict[str, Any]] = {}
-    for content in ledgers:
-        for case in content["cases"]:
-            if case["status"] != "pending" or case["folder"] not in cases:
-                cases[case["folder"]] = case
-    merged = {**ledgers[-1], "cases": list(cases.values())}
-    whole = [content for content in ledgers if not content.get("shard")]
-    if whole:  # has the order of the grid
-        order = [case["folder"] for case in whole[-1]["cases"]]
-        merged["cases"] = [cases[folder] for folder in order]
-    merged["counts"] = {status: sum(c["status"] == status for c in merged["cases"]) for status in STATUSES}
-    merged["sessions"] = [{**content, "cases": []} for content in ledgers]
-    return merged
+    for case in (case for content in ledgers for case in content["cases"]):
+        if case["status"] != "pending" or case.get("attempts") or case["folder"] not in cases:
+            cases[case["folder"]] = case
+    return cases

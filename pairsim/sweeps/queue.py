@@ -10,9 +10,8 @@ from itertools import groupby, pairwise
 from typing import Any
 
 from pairsim.config.physical import BLOCK
-from pairsim.sweeps.grid import SweepCase
+from pairsim.sweeps.case import SweepCase
 from pairsim.sweeps.ledger import Shard
-from pairsim.sweeps.worker import Task
 
 # Largest number and estimated time [s] of cases that one process computes one after another. Chosen: the start of a
 # process, one second, is then a small part of its time, and workers end a sweep within a minute of each other.
@@ -27,64 +26,61 @@ def part_of(cases: tuple[SweepCase, ...], shard: Shard | None) -> list[SweepCase
 def shards(cases: tuple[SweepCase, ...], count: int) -> list[list[SweepCase]]:
     """The cases of each of so many shards, in their order."""
     loads = [(0.0, i) for i in range(count)]
-    owner = {}
-    for case in sorted(cases, key=lambda case: -case.checked.estimate.seconds):
-        load, i = heapq.heappop(loads)
-        owner[case.folder] = i
-        heapq.heappush(loads, (load + case.checked.estimate.seconds, i))
-    parts: list[list[SweepCase]] = [[] for _ in range(count)]
-    for case in cases:
-        parts[owner[case.folder]].append(case)
-    return parts
+    parts: list[list[int]] = [[] for _ in range(count)]
+    for k, case in sorted(enumerate(cases), key=lambda each: -each[1].estimate.seconds):
+        load, i = loads[0]
+        heapq.heapreplace(loads, (load + case.estimate.seconds, i))
+        parts[i].append(k)
+    return [[cases[k] for k in sorted(part)] for part in parts]
 
 
-def units(tasks: list[Task], neighbours: tuple[str, ...], workers: int) -> deque[list[Task]]:
+def units(cases: list[SweepCase], neighbours: tuple[str, ...], workers: int) -> deque[list[SweepCase]]:
     """Group cases into units, each computed in order by one worker; the most expensive unit comes first.
 
     Args:
-        tasks: All cases.
+        cases: All cases.
         neighbours: Keys along which a case can start from another. Cases that differ only in these form a sequence in
             which one key changes at a time. Without such keys, only short cases share a unit.
         workers: Number of workers. Sequences are cut so that each worker gets at least two units.
     """
-    longest = math.ceil(len(tasks) / (2 * workers))
+    longest = math.ceil(len(cases) / (2 * workers))
     if not neighbours:
-        return deque(_batches(tasks, min(longest, MOST_CASES)))
-    alike: dict[str, list[Task]] = {}
-    for task in tasks:
-        rest = {key: value for key, value in task.checked.identity.items() if key not in (*neighbours, BLOCK)}
-        alike.setdefault(json.dumps(rest, sort_keys=True), []).append(task)
+        return deque(_batches(cases, min(longest, MOST_CASES)))
+    alike: dict[str, list[SweepCase]] = {}
+    for case in cases:
+        rest = {key: value for key, value in case.identity.items() if key not in (*neighbours, BLOCK)}
+        alike.setdefault(json.dumps(rest, sort_keys=True), []).append(case)
     found = []
     for group in alike.values():
         sequence, pieces = _walk(group, neighbours), math.ceil(len(group) / longest)
         cuts = [i * len(sequence) // pieces for i in range(pieces + 1)]
         found += [sequence[a:b] for a, b in pairwise(cuts)]
-    return deque(sorted(found, key=lambda unit: -sum(task.checked.estimate.seconds for task in unit)))
+    return deque(sorted(found, key=lambda unit: -sum(case.estimate.seconds for case in unit)))
 
 
-def _batches(tasks: list[Task], most: int) -> list[list[Task]]:
+def _batches(cases: list[SweepCase], most: int) -> list[list[SweepCase]]:
     """Group cases, the most expensive first, into batches of limited number and estimated time."""
-    batches: list[list[Task]] = []
+    batches: list[list[SweepCase]] = []
     seconds = math.inf
-    for task in sorted(tasks, key=lambda task: -task.checked.estimate.seconds):
-        if seconds + task.checked.estimate.seconds > MOST_SECONDS or len(batches[-1]) == most:
+    for case in sorted(cases, key=lambda case: -case.estimate.seconds):
+        if seconds + case.estimate.seconds > MOST_SECONDS or len(batches[-1]) == most:
             batches.append([])
             seconds = 0.0
-        batches[-1].append(task)
-        seconds += task.checked.estimate.seconds
+        batches[-1].append(case)
+        seconds += case.estimate.seconds
     return batches
 
 
-def _walk(group: list[Task], keys: tuple[str, ...]) -> list[Task]:
+def _walk(group: list[SweepCase], keys: tuple[str, ...]) -> list[SweepCase]:
     """Order cases back and forth over the values of the keys, so that successive cases are neighbours in the grid."""
     if not keys:
         return group
 
-    def place(task: Task) -> tuple[Any, ...]:
-        value = task.checked.identity[keys[0]]
+    def place(case: SweepCase) -> tuple[Any, ...]:
+        value = case.identity[keys[0]]
         return tuple(value) if isinstance(value, list) else (value,)
 
-    walked: list[Task] = []
+    walked: list[SweepCase] = []
     for i, (_, row) in enumerate(groupby(sorted(group, key=place), key=place)):
         rest = _walk(list(row), keys[1:])
         walked += rest[::-1] if i % 2 else rest

@@ -62,14 +62,14 @@ def array_of(grid: Grid, *, tasks: int | None, walltime: float | None) -> Array:
             many as the time limit needs.
         walltime: Time limit of a task [s]; default: three times the estimate and five minutes, at most one day.
     """
-    estimates = [case.checked.estimate for case in grid.cases]
+    estimates = [case.estimate for case in grid.cases]
     total = sum(estimate.seconds for estimate in estimates)
     if tasks is None:
         usable = max((walltime or LONGEST) - START, SHORTEST_WALLTIME)
         wanted = max(min(WIDEST, math.ceil(total / SHORTEST)), math.ceil(TIME_FACTOR * total / usable))
         tasks = min(wanted, MOST)
     tasks = min(tasks, len(grid.cases))
-    work = max(sum(case.checked.estimate.seconds for case in part) for part in shards(grid.cases, tasks))
+    work = max(sum(case.estimate.seconds for case in part) for part in shards(grid.cases, tasks))
     time = walltime or min(math.ceil((TIME_FACTOR * work + START) / STEP) * STEP, LONGEST)
     case = max(estimate.memory for estimate in estimates)
     memory = max(MEMORY_FACTOR * case + SWEEP_MEMORY, LEAST_MEMORY)
@@ -106,7 +106,7 @@ def job_script(
         extra: Further options of `pairsim sweep`.
     """
     array = array_of(grid, tasks=tasks, walltime=walltime)
-    total = sum(case.checked.estimate.seconds for case in grid.cases)
+    total = sum(case.estimate.seconds for case in grid.cases)
     minutes = math.ceil(array.time / 60)
     command = shlex.join(module_command("pairsim", "sweep", str(grid.source.resolve())))
     command += " " + shlex.join(["-o", str(directory.resolve()), *extra, "-q"])

@@ -18,6 +18,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from pairsim.commands import COMMANDS
+from pairsim.drivers.progress import Reporter
 from pairsim.inputs.many_cases import ZERO
 from pairsim.results.folders import read_record
 from pairsim.results.output import read_series, write_text
@@ -25,9 +26,8 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import command_line, sole_writer
 from pairsim.solvers.curves.convergence import extrapolated, observed_order, pareto
-from pairsim.sweeps.grid import SweepCase
+from pairsim.sweeps.case import SweepCase
 from pairsim.sweeps.ledger import cell, read_sweep
-from pairsim.sweeps.progress import SweepReporter
 from pairsim.sweeps.study_file import TABLE, Study, columns
 from pairsim.sweeps.sweep import Options, run_sweep
 
@@ -226,7 +226,7 @@ def write_study(study: Study, rows: list[dict[str, Any]], path: Path) -> None:
 
 
 def run_study(
-    study: Study, directory: Path, case_timeout: float | None, comm: MPI.Comm | None, reporter: SweepReporter
+    study: Study, directory: Path, case_timeout: float | None, comm: MPI.Comm | None, reporter: Reporter
 ) -> tuple[int, str]:
     """Compute the cases that are not finished yet, each in its own process, and write study.csv and study.png.
 

@@ -14,7 +14,8 @@ from pairsim.inputs.case_files import check_file
 from pairsim.inputs.many_cases import STUDIED, ZERO, StudyFile, check_study
 from pairsim.results.columns import series_columns
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.grid import Grid, SweepCase, flat, grid_from, read_base, value_at, wrong_keys_in
+from pairsim.sweeps.case import SweepCase
+from pairsim.sweeps.grid import Grid, check_keys, flat, grid_from, read_base, value_at
 
 OWN = ("command", "repeat")  # keys of a discretisation that do not belong to its case
 TABLE = "study.csv"
@@ -69,12 +70,12 @@ class Study:
 
     def settings(self, command: str, case: SweepCase) -> dict[str, Any]:
         """The values of a discretisation for the varying keys."""
-        return {key: command if key == "command" else value_at(case.checked.resolved, key) for key in self.varying}
+        return {key: command if key == "command" else value_at(case.resolved, key) for key in self.varying}
 
 
 def columns(case: SweepCase) -> list[str]:
     """Columns of the results of a case that can be compared in a study."""
-    return series_columns(case.checked.resolved.get("particles", 2))[1:]
+    return series_columns(case.resolved.get("particles", 2))[1:]
 
 
 def read_study(path: Path, data: dict[str, Any], settings: tuple[str, ...] = ()) -> Study:
@@ -168,12 +169,11 @@ class _Reader:
         for command, content, own in self._contents():
             entries = [f"discretisations[{i}]" for i in own]
             places |= {i: (command, k) for k, i in enumerate(own)}
-            if partial:
-                if (wrong := wrong_keys_in(self.path, content, self.settings, entries)) is not None:
-                    self.mistakes.add(wrong)
-                continue
             try:
-                grids[command] = grid_from(self.path, content, self.settings, entries)
+                if partial:
+                    check_keys(self.path, content, self.settings, entries)
+                else:
+                    grids[command] = grid_from(self.path, content, self.settings, entries)
             except InputError as error:
                 self.mistakes.add(error)
         for grid in grids.values():
@@ -186,7 +186,7 @@ class _Reader:
         order = tuple(places[i] for i in range(len(file.discretisations)))
         cases = [grids[command].cases[k] for command, k in order]
         keys = dict.fromkeys(key for entry in file.discretisations for key in flat(entry) if key not in ("name", *OWN))
-        resolved = [case.checked.resolved for case in cases]
+        resolved = [case.resolved for case in cases]
         varying = [key for key in keys if any(value_at(r, key) != value_at(resolved[0], key) for r in resolved)]
         varying[:0] = ["command"] if len(grids) > 1 else []
 

@@ -50,7 +50,7 @@ def shown(value: Any) -> str:
 
 def dry_run_view(grid: Grid, part: tuple[int, int] | None) -> Group:
     """The output of `--dry-run`: number of cases, and estimated unknowns and time of each."""
-    total = sum(case.checked.estimate.seconds for case in grid.cases)
+    total = sum(case.estimate.seconds for case in grid.cases)
     headline = f"{len(grid.cases)} cases of pairsim {grid.command.name}, about {duration(total)} on one core"
     notes = [
         f"{count} {what}"
@@ -59,7 +59,7 @@ def dry_run_view(grid: Grid, part: tuple[int, int] | None) -> Group:
     ]
     table = Table("folder", *grid.varying, "unknowns", "seconds", box=None, pad_edge=False)
     for case in grid.cases:
-        estimate = case.checked.estimate
+        estimate = case.estimate
         values = [shown(case.parameters[key]) for key in grid.varying]
         table.add_row(*map(Text, [case.folder, *values, f"~{estimate.unknowns}", f"~{estimate.seconds:.2g}"]))
     lines = [headline + (f" ({', '.join(notes)})" if notes else "")]

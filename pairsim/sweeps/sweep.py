@@ -6,17 +6,20 @@ use no processor time. Without mpirun, MPI is not imported.
 
 from __future__ import annotations
 
+import math
 import os
 import platform
 import signal
 import time
 from collections import deque
+from collections.abc import Iterator
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pairsim.config.yaml_file import yaml_text
+from pairsim.drivers.progress import Reporter
 from pairsim.fem import form_cache
 from pairsim.results.output import plain, write_text
 from pairsim.runtime.child_process import DISK, TOO_LARGE
@@ -26,17 +29,18 @@ from pairsim.runtime.locks import FolderLock, command_line
 from pairsim.runtime.signals import Signals
 from pairsim.runtime.slurm import job_end
 from pairsim.runtime.version import __version__
-from pairsim.sweeps.grid import Grid, SweepCase
-from pairsim.sweeps.ledger import Ledger, Shard
-from pairsim.sweeps.progress import SweepReporter, summarised
+from pairsim.sweeps.case import SweepCase
+from pairsim.sweeps.grid import Grid
+from pairsim.sweeps.ledger import FAILED, Ledger, Shard
+from pairsim.sweeps.progress import SweepProgress
 from pairsim.sweeps.queue import part_of, units
-from pairsim.sweeps.worker import CaseWorker, Result, Task
+from pairsim.sweeps.worker import CaseWorker, Result
 
 if TYPE_CHECKING:
     from mpi4py import MPI
 
 POLL = 0.02  # interval at which child processes and messages are polled [s]
-CASES = "cases"  # folder of the case files
+AGAIN = "free disk space and repeat the command"
 # Failures of the machine, not of the case: always repeated.
 NOT_THE_CASE = ("disk_full", "write_failed", "not_started", EnvironmentFailure.reason)
 
@@ -71,7 +75,7 @@ class Options:
 
 
 def run_sweep(
-    grid: Grid, directory: Path, options: Options, comm: MPI.Comm | None, reporter: SweepReporter
+    grid: Grid, directory: Path, options: Options, comm: MPI.Comm | None, reporter: Reporter
 ) -> tuple[int, str]:
     """Compute the cases of a grid that are not finished yet.
 
@@ -99,28 +103,27 @@ def run_sweep(
             _usable(directory)
             lock = FolderLock(directory, command_line(), options.shard.tag if options.shard else "")
             held.callback(lock.release)
-            return _Root(grid, directory, options, size, reporter, signals)
+            return _Root(grid, directory, options, comm, reporter, signals)
 
         try:
             root = collectively(comm, begin)
         except OSError as error:
             if error.errno in DISK:
-                again = "free disk space and repeat the command"
-                return 3, f"{directory} cannot be written ({error.strerror}); {again}" if rank == 0 else ""
+                return 3, f"{directory} cannot be written ({error.strerror}); {AGAIN}" if rank == 0 else ""
             allowed = f"must be a folder that can be used ({error})"
             raise InputError(str(directory), "-o", None, allowed) from error
         _compile_forms(root.forms if root else (), comm, reporter)
         count = options.workers if root is not None else 1
-        workers = [CaseWorker(grid.command, options.case_timeout) for _ in range(count)]
+        workers = [CaseWorker(grid.command, directory, options.case_timeout) for _ in range(count)]
         for worker in workers:
             held.callback(worker.close)
         if root is not None:
-            return root.run(comm, workers)
+            return root.run(workers)
         assert comm is not None
         return _serve(comm, workers[0], signals), ""
 
 
-def _compile_forms(forms: tuple[str, ...], comm: MPI.Comm | None, reporter: SweepReporter) -> None:
+def _compile_forms(forms: tuple[str, ...], comm: MPI.Comm | None, reporter: Reporter) -> None:
     """Compile the forms that are missing, on one process of each machine; the others wait without computing.
 
     Raises:
@@ -156,18 +159,23 @@ def _serve(comm: MPI.Comm, worker: CaseWorker, signals: Signals) -> int:
     while True:
         while comm.iprobe(source=0):
             word, value = comm.recv(source=0)
-            if word == "unit":
-                worker.take(value)
-            elif word == "stop":
-                worker.stop()
-            else:
+            if word == "leave":
                 return int(value)
+            _obey(worker, word, value)
         if signals.number and not reported:
             reported = True
-            comm.send(("signal", signals.number), dest=0)
+            comm.send(signals.number, dest=0)
         if (result := worker.poll()) is not None:
-            comm.send(("result", result), dest=0)
+            comm.send(result, dest=0)
         _pause(signals)
+
+
+def _obey(worker: CaseWorker, word: str, value: Any) -> None:
+    """Do what the first process says."""
+    if word == "unit":
+        worker.take(value)
+    else:
+        worker.stop()
 
 
 def _pause(signals: Signals) -> None:
@@ -186,27 +194,34 @@ class _Root:
     """
 
     def __init__(
-        self, grid: Grid, directory: Path, options: Options, size: int, reporter: SweepReporter, signals: Signals
+        self,
+        grid: Grid,
+        directory: Path,
+        options: Options,
+        comm: MPI.Comm | None,
+        reporter: Reporter,
+        signals: Signals,
     ) -> None:
-        self.options, self.directory, self.reporter, self.signals = options, directory, reporter, signals
+        self.options, self.directory, self.comm = options, directory, comm
+        self.reporter, self.signals = reporter, signals
         cases = part_of(grid.cases, options.shard)
-        shard = [options.shard.i, options.shard.n] if options.shard else None
-        about = {
-            "shard": shard,
+        self.ledger = Ledger(directory, grid, cases, options.shard)
+        self.ledger.recover()
+        self.ledger.about = {
+            "shard": [options.shard.i, options.shard.n] if options.shard else None,
             "command_line": command_line(),
             "folder": os.getcwd(),
             "process": os.getpid(),
             "machine": {"node": platform.node(), "system": platform.platform()},
             "versions": {"pairsim": __version__, "python": platform.python_version()},
         }
-        self.ledger = Ledger(directory, grid, cases, options.shard, about)
-        self.ledger.recover()
-        self.idle = deque(range(size if size > 1 else options.workers))
+        self.idle = deque(range(comm.size if comm and comm.size > 1 else options.workers))
         self.workers = {rank: {"cases": 0, "busy": 0.0} for rank in self.idle}
         self.running: dict[int, list[str]] = {}
-        tasks, neighbours = self._tasks(cases), grid.command.in_sweeps.neighbours
-        self.queue = deque([task] for task in tasks) if options.cold else units(tasks, neighbours, len(self.workers))
-        self.forms = tuple(dict.fromkeys(f for unit in self.queue for task in unit for f in task.checked.forms))
+        wanted, neighbours = self._wanted(cases), grid.command.in_sweeps.neighbours
+        self.queue = deque([case] for case in wanted) if options.cold else units(wanted, neighbours, len(self.workers))
+        self.forms = tuple(dict.fromkeys(form for case in wanted for form in case.forms))
+        self.progress = SweepProgress(self.ledger, len(self.workers), reporter)
         self.stopping, self.code, self.why = False, 0, ""
         self.begin = time.monotonic()
         self.deadline = self._deadline()
@@ -218,74 +233,79 @@ class _Root:
             part.replace(directory / "grid.yaml")
         self.ledger.write(now=True)
 
-    def _tasks(self, cases: list[SweepCase]) -> list[Task]:
+    def _wanted(self, cases: list[SweepCase]) -> list[SweepCase]:
         """The cases to compute, the most expensive first."""
         wanted = []
         for case in cases:
             entry = self.ledger.entries[case.folder]
-            failed = entry.status in ("failed", "timeout")
-            again = self.options.only_failed or entry.reason in NOT_THE_CASE
-            if (failed and again) or (entry.status == "pending" and (entry.again or not self.options.only_failed)):
-                case_file = self.directory / CASES / f"{case.folder}.yaml"
-                resume = entry.status != "failed" or entry.reason in NOT_THE_CASE
-                wanted.append(
-                    Task(case.folder, case.key, self.directory / case.folder, case_file, case.checked, resume)
-                )
-        wanted.sort(key=lambda task: -task.checked.estimate.seconds)
+            failed, excused = entry.status in FAILED, entry.reason in NOT_THE_CASE
+            only_failed = self.options.only_failed
+            if (failed and (only_failed or excused)) or (
+                entry.status == "pending" and (entry.again or not only_failed)
+            ):
+                wanted.append(replace(case, resume=entry.status != "failed" or excused))
+        wanted.sort(key=lambda case: -case.estimate.seconds)
         return wanted[: self.options.limit]
 
-    def _deadline(self) -> float | None:
-        """Time at which to stop, early enough for the running cases to end in order; None without a limit."""
-        left = [self.options.walltime] if self.options.walltime else []
-        if (end := job_end()) is not None:
-            left.append(end - time.time())
-        if not left:
-            return None
-        allowed = min(left)
+    def _deadline(self) -> float:
+        """Time at which to stop, early enough for the running cases to end in order; infinite without a limit."""
+        end = job_end()
+        allowed = min(self.options.walltime or math.inf, math.inf if end is None else end - time.time())
         return self.begin + allowed - min(30.0, 0.1 * allowed)
 
-    def run(self, comm: MPI.Comm | None, workers: list[CaseWorker]) -> tuple[int, str]:
+    def run(self, workers: list[CaseWorker]) -> tuple[int, str]:
         """Distribute all cases to the workers of this process and to the other processes, and wait for the results."""
-        self.reporter.start(self.ledger, len(self.workers), sum(map(len, self.queue)))
+        self.progress.start(sum(map(len, self.queue)))
         stopped = False
         while True:
-            while comm and comm.iprobe():
-                from mpi4py import MPI
-
-                status = MPI.Status()
-                word, value = comm.recv(status=status)
-                if word == "result":
-                    self._result(status.Get_source(), value)
-                else:
-                    self.signals.number = value
-            for number, worker in enumerate(workers):
-                if (result := worker.poll()) is not None:
-                    self._result(number, result)
-            self._look_around()
+            for number, result in self._results(workers):
+                self._result(number, result)
+            if self.signals.number:
+                self._stop(130, signal.Signals(self.signals.number).name)
+            if time.monotonic() > self.deadline:
+                self._stop(130, "the wall time of the sweep is over")
             if self.stopping and not stopped:
                 stopped = True
-                for worker in workers:
-                    worker.stop()
-                self._send(comm, ("stop", None))
-            self._hand_out(comm, workers)
+                for number in self.workers:
+                    self._tell(workers, number, "stop")
+            while self.queue and self.idle and not self.stopping:
+                number, unit = self.idle.popleft(), self.queue.popleft()
+                self.running[number] = [case.folder for case in unit]
+                self._started(number)
+                self._tell(workers, number, "unit", unit)
             self._write()
-            self.reporter.tick(self.ledger, self.running)
+            self.progress.tick(self.running)
             if not self.running and (self.stopping or not self.queue):
                 break
             _pause(self.signals)
         self._write(now=True)
         code, message = self._verdict()
-        self._send(comm, ("leave", code))
-        for warning in summarised([asdict(entry) for entry in self.ledger.entries.values()]):
-            self.reporter.note(f"warning: {warning}")
-        self.reporter.finish(message)
+        for rank in range(1, self.comm.size if self.comm else 1):
+            self._tell(workers, rank, "leave", code)
+        self.progress.finish(message)
         return code, message
 
-    def _look_around(self) -> None:
-        if self.signals.number:
-            self._stop(130, signal.Signals(self.signals.number).name)
-        if self.deadline is not None and time.monotonic() > self.deadline:
-            self._stop(130, "the wall time of the sweep is over")
+    def _results(self, workers: list[CaseWorker]) -> Iterator[tuple[int, Result]]:
+        """Yield the results that have come, each with the number of its worker; a signal of a process counts here."""
+        while self.comm and self.comm.iprobe():
+            from mpi4py import MPI
+
+            status = MPI.Status()
+            news = self.comm.recv(status=status)
+            if isinstance(news, Result):
+                yield status.Get_source(), news
+            else:
+                self.signals.number = news
+        for number, worker in enumerate(workers):
+            if (result := worker.poll()) is not None:
+                yield number, result
+
+    def _tell(self, workers: list[CaseWorker], number: int, word: str, value: Any = None) -> None:
+        """Tell a worker, of this or another process, what to do."""
+        if number < len(workers):
+            _obey(workers[number], word, value)
+        elif self.comm:
+            self.comm.send((word, value), dest=number)
 
     def _stop(self, code: int, why: str) -> None:
         if not self.stopping:
@@ -293,42 +313,16 @@ class _Root:
             running = sum(map(len, self.running.values()))
             self.reporter.note(why + (f": stopping {running} running cases" if running else ""))
 
-    @staticmethod
-    def _send(comm: MPI.Comm | None, message: tuple[str, Any]) -> None:
-        for rank in range(1, comm.size if comm else 1):
-            assert comm is not None
-            comm.send(message, dest=rank)
-
-    def _hand_out(self, comm: MPI.Comm | None, workers: list[CaseWorker]) -> None:
-        while self.queue and self.idle and not self.stopping:
-            rank, unit = self.idle.popleft(), self.queue.popleft()
-            self.running[rank] = [task.folder for task in unit]
-            self._started(rank)
-            if rank < len(workers):
-                workers[rank].take(unit)
-            else:
-                assert comm is not None
-                comm.send(("unit", unit), dest=rank)
-
     def _started(self, rank: int) -> None:
         folder = self.running[rank][0]
         entry = self.ledger.entries[folder]
-        again, attempts = entry.again or entry.status in ("failed", "timeout"), entry.attempts + 1
+        again, attempts = entry.again or entry.status in FAILED, entry.attempts + 1
         news = {"rank": rank, "attempts": attempts, "again": again, "values": {}, "warnings": []}
         self.ledger.change(folder, status="running", reason="", message="", **news)
 
     def _result(self, rank: int, result: Result) -> None:
-        entry = self.ledger.change(
-            result.folder,
-            status=result.status,
-            reason=result.reason,
-            message=result.message,
-            seconds=result.seconds,
-            values=result.values,
-            warnings=list(result.warnings),
-        )
-        if result.status != "pending":
-            self.ledger.change(result.folder, again=False)
+        entry = self.ledger.change(**vars(result))
+        entry.again &= result.status == "pending"
         self.workers[rank]["cases"] += 1
         self.workers[rank]["busy"] += result.seconds
         self.running[rank].remove(result.folder)
@@ -337,30 +331,25 @@ class _Root:
             self.idle.append(rank)
         elif not self.stopping:
             self._started(rank)
-        self.reporter.case(entry, self.ledger)
+        self.progress.case(entry)
         if result.reason == "disk_full" and not TOO_LARGE.search(result.message):
-            self._stop(3, f"the disk is full ({result.message}); free disk space and repeat the command")
+            self._stop(3, f"the disk is full ({result.message}); {AGAIN}")
         elif result.reason == EnvironmentFailure.reason:
             self._stop(ENVIRONMENT, result.message)
-        elif self.options.fail_fast and result.status in ("failed", "timeout"):
+        elif self.options.fail_fast and result.status in FAILED:
             self._stop(3, f"{result.folder} {result.status} ({result.reason})")
 
     def _write(self, now: bool = False) -> None:
-        self.ledger.session = {
-            "session": {
-                "seconds": time.monotonic() - self.begin,
-                "workers": {str(rank): counts for rank, counts in self.workers.items()},
-            }
-        }
+        counts = {str(rank): counts for rank, counts in self.workers.items()}
+        self.ledger.about["session"] = {"seconds": time.monotonic() - self.begin, "workers": counts}
         try:
             self.ledger.write(now)
         except OSError as error:
-            again = "free disk space and repeat the command"
-            self._stop(3, f"{self.ledger.path} cannot be written ({error.strerror or error}); {again}")
+            self._stop(3, f"{self.ledger.path} cannot be written ({error.strerror or error}); {AGAIN}")
 
     def _verdict(self) -> tuple[int, str]:
         ledger = self.ledger
-        failed, pending = ledger.count("failed", "timeout"), ledger.count("pending", "running")
+        failed, pending = ledger.count(*FAILED), ledger.count("pending", "running")
         parts = [f"{ledger.count('finished')} of {len(ledger.entries)} cases finished"]
         parts += [f"{failed} failed"] if failed else []
         parts += [f"{pending} to do"] if pending else []

@@ -71,8 +71,8 @@ def test_slurm_tasks_are_bundles_with_time_and_memory_of_the_estimate(tmp_path: 
     assert "#SBATCH --mem=1000M\n" in text
     assert not warnings
     grid = read_grid(tmp_path / "grid.yaml")
-    estimate = replace(grid.cases[0].checked.estimate, seconds=3600.0, memory=2e9)
-    cases = tuple(replace(case, checked=replace(case.checked, estimate=estimate)) for case in grid.cases)
+    estimate = replace(grid.cases[0].estimate, seconds=3600.0, memory=2e9)
+    cases = tuple(replace(case, estimate=estimate) for case in grid.cases)
     hours = replace(grid, cases=cases)
     array = array_of(hours, tasks=None, walltime=None)
     assert (array.tasks, array.work, array.memory) == (24, 3600.0, 3.1e9)

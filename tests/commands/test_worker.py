@@ -17,12 +17,13 @@ from support.commands import Pairsim, words_of
 from support.inputs import TINY
 
 from pairsim.commands import COMMANDS
+from pairsim.drivers.progress import Reporter
 from pairsim.fem.jit import UNFINISHED
 from pairsim.runtime.child_process import Child, descendants, module_command
+from pairsim.sweeps.case import SweepCase
 from pairsim.sweeps.grid import read_grid
-from pairsim.sweeps.progress import SweepReporter
 from pairsim.sweeps.sweep import _compile_forms
-from pairsim.sweeps.worker import CaseWorker, Result, Task
+from pairsim.sweeps.worker import CaseWorker, Result
 
 CURVES = "command: curve\n" + TINY.replace("Ca_e: 0, ", "d: [0.1, 0.3], tol: 1, mesh_error: false, ").replace(
     ", time: {end: 0.01}", ""
@@ -37,28 +38,27 @@ def test_sequence_of_curves_survives_its_process(tmp_path: Path) -> None:
     results = ends(worker, 4, 2, lambda: os.kill(process(), signal.SIGKILL))
     assert [result.folder for result in results] == [task.folder for task in tasks]
     assert [result.status for result in results] == ["finished", "finished", "failed", "finished"]
-    first, second = (json.loads((task.directory / "run.json").read_text()) for task in tasks[:2])
+    first, second = (json.loads((tmp_path / task.folder / "run.json").read_text()) for task in tasks[:2])
     assert second["newton_iterations"] < first["newton_iterations"]
     alone = tmp_path / "alone"
-    cold = module_command("pairsim", "curve", str(tasks[1].case_file), "-o", str(alone), "-q")
+    cold = module_command(
+        "pairsim", "curve", str(tmp_path / "cases" / f"{tasks[1].folder}.yaml"), "-o", str(alone), "-q"
+    )
     subprocess.run(cold, check=True, capture_output=True, timeout=300)
     assert float(results[1].values["dU_peak"]) == pytest.approx(COMMANDS["curve"].values(alone)["dU_peak"], rel=1e-6)  # type: ignore[arg-type]
 
 
-def curves(folder: Path, values: str, De: float = 0.0) -> tuple[CaseWorker, list[Task]]:
+def curves(folder: Path, values: str, De: float = 0.0) -> tuple[CaseWorker, list[SweepCase]]:
     """Tiny curves at some Ca_e, in one sequence, and a worker that has not begun them."""
     return tasks_of(folder, CURVES.replace("De: 0,", f"De: {De},") + f"grid: {{Ca_e: [{values}]}}\n")
 
 
-def tasks_of(folder: Path, text: str) -> tuple[CaseWorker, list[Task]]:
+def tasks_of(folder: Path, text: str) -> tuple[CaseWorker, list[SweepCase]]:
     """The cases of a grid, and a worker that has not begun them."""
     (folder / "grid.yaml").write_text(text)
     grid = read_grid(folder / "grid.yaml")
-    tasks = [
-        Task(case.folder, case.key, folder / case.folder, folder / "cases" / f"{case.folder}.yaml", case.checked)
-        for case in grid.cases
-    ]
-    worker = CaseWorker(grid.command, timeout=1000.0)
+    tasks = list(grid.cases)
+    worker = CaseWorker(grid.command, folder, timeout=1000.0)
     worker.take(tasks)
     return worker, tasks
 
@@ -88,15 +88,15 @@ def test_runs_that_share_a_process_survive_it(tmp_path: Path) -> None:
     """If it dies, the run at hand fails; one with a checkpoint is continued, the others begin in another process."""
     worker, tasks = tasks_of(tmp_path, TINY + "grid: {d0: [0.1, 0.15, 0.2, 0.25, 0.3]}\n")
     stopped = tasks[3]
-    alone = module_command("pairsim", "run", str(tmp_path / "alone.yaml"), "-o", str(stopped.directory), "-q")
-    earlier = {**stopped.checked.resolved, "time": {**stopped.checked.resolved["time"], "end": 0.005}}
+    alone = module_command("pairsim", "run", str(tmp_path / "alone.yaml"), "-o", str(tmp_path / stopped.folder), "-q")
+    earlier = {**stopped.resolved, "time": {**stopped.resolved["time"], "end": 0.005}}
     (tmp_path / "alone.yaml").write_text(yaml.safe_dump(earlier))
     subprocess.run(alone, check=True, capture_output=True, timeout=300)
     results = ends(worker, 5, 1, lambda: os.kill(process(), signal.SIGKILL))
     assert [result.folder for result in results] == [task.folder for task in tasks]
     assert [result.status for result in results] == ["finished", "failed", "finished", "finished", "finished"]
     ended = [task for task, result in zip(tasks, results, strict=True) if result.status == "finished"]
-    commands = [json.loads((task.directory / "run.json").read_text())["command"] for task in ended]
+    commands = [json.loads((tmp_path / task.folder / "run.json").read_text())["command"] for task in ended]
     assert ["alone.yaml" in command for command in commands] == [False, False, True, False]
 
 
@@ -220,7 +220,7 @@ def test_compiling_forms_does_not_import_what_lies_in_the_current_folder(
 ) -> None:
     monkeypatch.setattr("pairsim.fem.form_cache.missing", lambda forms: list(forms))
     notes: list[str] = []
-    reporter = SweepReporter()
+    reporter = Reporter()
     monkeypatch.setattr(reporter, "note", notes.append)
     _compile_forms(("newtonian:moving",), None, reporter)
     assert notes == ["compiling newtonian:moving"], "and no failure"

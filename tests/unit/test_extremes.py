@@ -15,10 +15,9 @@ import yaml
 from support.fuzz import CASES, allowed
 
 from pairsim.commands import COMMANDS
-from pairsim.config.identity import folder_name
 from pairsim.runtime.duration import duration
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.checked import Checked
+from pairsim.sweeps.case import SweepCase
 
 COMBINATIONS = 300  # of each command
 LONGEST = 2000  # characters of a message
@@ -41,7 +40,7 @@ def outcome(command: str, changes: dict[str, str]) -> str:
         group, _, name = key.rpartition(".")
         (data.setdefault(group, {}) if group else data)[name] = loaded(text)
     try:
-        checked = Checked.of(COMMANDS[command], data, "case")
+        checked = SweepCase.of(COMMANDS[command], data, "case")
     except InputError as error:
         message = str(error)
     else:
@@ -52,7 +51,7 @@ def outcome(command: str, changes: dict[str, str]) -> str:
     estimate = checked.estimate
     assert all(map(math.isfinite, (estimate.unknowns, estimate.seconds, estimate.memory))), changes
     assert duration(estimate.seconds)
-    assert len(folder_name(checked.slug, "0" * 64).encode()) <= LONGEST_FOLDER
+    assert len(checked.folder.encode()) <= LONGEST_FOLDER
     return "ready"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -16,10 +17,9 @@ from pairsim.config.ranges import spelled_out
 from pairsim.config.wording import groups_of
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps import queue
-from pairsim.sweeps.checked import Checked
-from pairsim.sweeps.grid import Grid, finished_in, read_grid
+from pairsim.sweeps.case import SweepCase
+from pairsim.sweeps.grid import Grid, read_grid
 from pairsim.sweeps.queue import MOST_SECONDS, part_of, units
-from pairsim.sweeps.worker import Task
 
 BASE = "base: {beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1, mesh: {Np: 10}}\n"
 
@@ -30,7 +30,7 @@ def grid_of(tmp_path: Path, text: str, *settings: str) -> Grid:
 
 
 def column(grid: Grid, key: str) -> list[object]:
-    return [case.checked.resolved[key] for case in grid.cases]
+    return [case.resolved[key] for case in grid.cases]
 
 
 def test_grid_is_a_product_in_the_order_of_the_file(tmp_path: Path) -> None:
@@ -70,8 +70,8 @@ def test_a_range_takes_nothing_over_from_the_base(tmp_path: Path) -> None:
         "cases: [{Ca_e: 0.2}, {d: {start: 0.01, stop: 1, num: 3}}, {mesh: {Np: 10}, mesh.growth: 0.2}]\n"
     )
     grid = read_grid(tmp_path / "grid.yaml")
-    assert [list(case.checked.resolved["d"]) for case in grid.cases[:2]] == [[0.1, 0.3, 0.5], [0.01, 0.1, 1]]
-    assert grid.cases[2].checked.resolved["mesh"].items() >= {"Np": 10, "growth": 0.2}.items(), "groups are merged"
+    assert [list(case.resolved["d"]) for case in grid.cases[:2]] == [[0.1, 0.3, 0.5], [0.01, 0.1, 1]]
+    assert grid.cases[2].resolved["mesh"].items() >= {"Np": 10, "growth": 0.2}.items(), "groups are merged"
     held = {name for model in (Case, CurveCase, CriticalCase) for name in groups_of(model) if name}
     assert held == set(GROUPS)
 
@@ -103,7 +103,7 @@ def test_exclusions_are_values_or_bounds_and_spare_explicit_cases(tmp_path: Path
 def test_settings_change_every_case(tmp_path: Path) -> None:
     text = "grid: {d0: [0.1, 0.2], mesh.Np: [10, 12]}\n"
     grid = grid_of(tmp_path, text, "mesh.Np=20")
-    assert [case.checked.resolved["mesh"]["Np"] for case in grid.cases] == [20, 20]
+    assert [case.resolved["mesh"]["Np"] for case in grid.cases] == [20, 20]
     assert grid.duplicates == 2
     assert grid.key != grid_of(tmp_path, text).key
 
@@ -142,13 +142,13 @@ def test_a_case_is_recognised_by_the_file_in_its_folder(changes: str, tmp_path: 
     """Resolving a resolved case, as in case.yaml, changes nothing."""
     (case,) = grid_of(tmp_path, f"cases: [{changes}]\n").cases
     command = COMMANDS["run"]
-    assert Checked.of(command, case.checked.resolved, "again").key == case.key
-    (tmp_path / "case.yaml").write_text(yaml.safe_dump(case.checked.resolved))
+    assert SweepCase.of(command, case.resolved, "again").key == case.key
+    (tmp_path / "case.yaml").write_text(yaml.safe_dump(case.resolved))
     (tmp_path / "run.json").write_text('{"status": "finished"}')
-    assert finished_in(tmp_path, command, case.key)
-    assert not finished_in(tmp_path, command, "0" * 64)
+    assert case.finished_in(tmp_path, command)
+    assert not replace(case, key="0" * 64).finished_in(tmp_path, command)
     (tmp_path / "run.json").write_text('{"status": "failed"}')
-    assert not finished_in(tmp_path, command, case.key)
+    assert not case.finished_in(tmp_path, command)
 
 
 def test_shards_share_all_cases_and_their_cost(tmp_path: Path) -> None:
@@ -157,22 +157,19 @@ def test_shards_share_all_cases_and_their_cost(tmp_path: Path) -> None:
     grid = grid_of(tmp_path, "grid: {mesh.Np: [10, 20, 40], d0: [0.1, 0.2, 0.3, 0.4]}\n")
     parts = [part_of(grid.cases, Shard(i, 3)) for i in (1, 2, 3)]
     assert sorted(case.folder for part in parts for case in part) == sorted(case.folder for case in grid.cases)
-    costs = [sum(case.checked.estimate.seconds for case in part) for part in parts]
+    costs = [sum(case.estimate.seconds for case in part) for part in parts]
     assert max(costs) < 1.1 * min(costs)
 
 
 def test_sequences_of_neighbours_are_cut_for_the_workers(tmp_path: Path) -> None:
     base = "command: curve\nbase: {beta: 0.4, d: [0.1, 0.3]}\n"
     (tmp_path / "grid.yaml").write_text(base + "grid: {Ca_e: [0.1, 0.05], De: [0, 1, 2], beta: [0.4, 0.3]}\n")
-    tasks = [
-        Task(case.folder, case.key, tmp_path, tmp_path, case.checked)
-        for case in read_grid(tmp_path / "grid.yaml").cases
-    ]
+    tasks = list(read_grid(tmp_path / "grid.yaml").cases)
 
     def sequences(neighbours: tuple[str, ...], workers: int) -> list[list[tuple[float, float, float]]]:
         found = units(tasks, neighbours, workers)
         assert sorted(task.folder for unit in found for task in unit) == sorted(task.folder for task in tasks)
-        resolved = [[task.checked.resolved for task in unit] for unit in found]
+        resolved = [[task.resolved for task in unit] for unit in found]
         return [[(case["beta"], case["De"], case["Ca_e"]) for case in sequence] for sequence in resolved]
 
     whole = sequences(("De", "Ca_e"), 1)
@@ -185,11 +182,10 @@ def test_sequences_of_neighbours_are_cut_for_the_workers(tmp_path: Path) -> None
 
 
 def test_short_cases_share_a_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    cases = grid_of(tmp_path, "grid: {d0: {start: 0.1, stop: 0.4, num: 12}, De: [0, 1]}\n").cases
-    tasks = [Task(case.folder, case.key, tmp_path, tmp_path, case.checked) for case in cases]
+    tasks = list(grid_of(tmp_path, "grid: {d0: {start: 0.1, stop: 0.4, num: 12}, De: [0, 1]}\n").cases)
 
-    def seconds(unit: list[Task]) -> float:
-        return sum(task.checked.estimate.seconds for task in unit)
+    def seconds(unit: list[SweepCase]) -> float:
+        return sum(task.estimate.seconds for task in unit)
 
     found = units(tasks, (), 1)
     assert sorted(task.folder for unit in found for task in unit) == sorted(task.folder for task in tasks)
@@ -208,7 +204,7 @@ def test_estimated_unknowns_are_near_the_true_ones(tmp_path: Path) -> None:
         "length: 5}]\n",
     )
     for case, true in zip(grid.cases, (7742, 16566, 16006), strict=True):
-        assert case.checked.estimate.unknowns == pytest.approx(true, rel=0.25)
+        assert case.estimate.unknowns == pytest.approx(true, rel=0.25)
 
 
 BAD = {

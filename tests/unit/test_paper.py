@@ -41,7 +41,7 @@ def test_computations_are_grids(name: str, quick: bool) -> None:
     cases = grid(name, quick=quick).cases
     assert cases
     if quick:  # a CI machine computes each in a minute at most
-        assert max(case.checked.estimate.seconds for case in cases) < 60
+        assert max(case.estimate.seconds for case in cases) < 60
 
 
 def test_all_figures_have_what_they_show() -> None:
@@ -56,7 +56,7 @@ def test_all_figures_have_what_they_show() -> None:
 def test_each_curve_has_a_transient_and_six_have_three() -> None:
     def parameters(name: str) -> list[tuple[float, ...]]:
         return [
-            tuple(np.ravel(case.checked.resolved[key])[0] for key in ("beta", "De", "Ca_e"))
+            tuple(np.ravel(case.resolved[key])[0] for key in ("beta", "De", "Ca_e"))
             for case in grid(name, quick=False).cases
         ]
 

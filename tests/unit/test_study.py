@@ -115,7 +115,7 @@ def test_wrong_discretisations_are_refused(entries: str, message: str, tmp_path:
 def test_curve_is_compared_at_its_distances(tmp_path: Path) -> None:
     text = "command: curve\nbase: {beta: 0.4, De: 0, Ca_e: 0}\nat: [0.2, 0.1]\n"
     study = checked(tmp_path, text + "discretisations: [{mesh.Np: 8}, {mesh.Np: 10}]\n")
-    assert [case.checked.resolved["d"] for _, case in study.cases] == [[0.2, 0.1]] * 2
+    assert [case.resolved["d"] for _, case in study.cases] == [[0.2, 0.1]] * 2
     with pytest.raises(InputError, match="at: is missing"):
         checked(tmp_path, text.replace("at: [0.2, 0.1]\n", "") + "discretisations: [{mesh.Np: 8}, {mesh.Np: 10}]\n")
 

@@ -3,40 +3,48 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from pairsim.commands import Command
 from pairsim.config.cost import Estimate
 from pairsim.config.form_kinds import forms_of
-from pairsim.config.identity import identity_of, key_of
+from pairsim.config.identity import folder_name, identity_of, key_of
+from pairsim.config.yaml_file import read_yaml
 from pairsim.inputs.case_files import parse_case
+from pairsim.results.folders import read_record
+from pairsim.runtime.errors import InputError
 
 
 @dataclass(frozen=True)
-class Checked:
+class SweepCase:
     """A validated case of any command.
 
     Attributes:
-        slug: Beginning of its folder's name.
+        folder: Name of its folder, `<slug>-<beginning of key>`.
         resolved: The case with every default, as written to its case file.
         identity: The part of `resolved` that makes two cases the same.
         key: Its hash.
         estimate: Estimated cost.
         forms: Names in the form cache of the compiled forms that it needs.
         columns: Columns of its results in results.csv.
+        parameters: Values of the varying keys of its grid.
+        resume: Whether to resume from a checkpoint if there is one.
     """
 
-    slug: str
+    folder: str
     resolved: dict[str, Any]
     identity: dict[str, Any]
     key: str
     estimate: Estimate
     forms: tuple[str, ...]
     columns: tuple[str, ...]
+    parameters: dict[str, Any] = field(default_factory=dict)
+    resume: bool = True
 
     @classmethod
-    def of(cls, command: Command[Any], data: Mapping[str, Any], source: str, entry: str = "") -> Checked:
+    def of(cls, command: Command[Any], data: Mapping[str, Any], source: str, entry: str = "") -> SweepCase:
         """Validate keys and values.
 
         Args:
@@ -50,12 +58,23 @@ class Checked:
         """
         case = parse_case(command, data, source, entry)
         identity = identity_of(case)
+        key = key_of(command.name, identity)
         return cls(
-            case.slug,
+            folder_name(case.slug, key),
             case.resolved(),
             identity,
-            key_of(command.name, identity),
+            key,
             command.estimate(case),
             forms_of(case),
             tuple(command.in_sweeps.columns(case)),
         )
+
+    def finished_in(self, folder: Path, command: Command[Any]) -> bool:
+        """Whether a folder has its finished results; another case may have had the same folder."""
+        if read_record(folder).get("status") != "finished":
+            return False
+        try:
+            case = parse_case(command, read_yaml(folder / "case.yaml"), "case.yaml")
+        except InputError:
+            return False
+        return key_of(command.name, identity_of(case)) == self.key
