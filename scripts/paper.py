@@ -120,7 +120,8 @@ def compute(name: str, output: Path, quick: bool, settings: tuple[str, ...], com
         comm: All processes, None without mpirun.
     """
     from pairsim.drivers.progress import make_reporter
-    from pairsim.sweeps.sweep import Options, run_sweep
+    from pairsim.sweeps.options import Options
+    from pairsim.sweeps.sweep import run_sweep
 
     if of_meshes(name):
         return mesh(CONFIGS / f"{name}.yaml", output / f"{name}.vtu", comm)

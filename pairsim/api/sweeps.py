@@ -19,7 +19,8 @@ from pairsim.runtime.launcher import launcher_communicator
 from pairsim.runtime.locks import is_locked
 from pairsim.sweeps.grid import grid_from, read_grid
 from pairsim.sweeps.ledger import ENDED, read_sweep, rows_of
-from pairsim.sweeps.sweep import Options, run_sweep
+from pairsim.sweeps.options import Options
+from pairsim.sweeps.sweep import run_sweep
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -6,65 +6,68 @@ Large libraries are imported inside the commands, so that --help and input error
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
+from dataclasses import Field, fields
+from inspect import Parameter, signature
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated, Any, NoReturn, get_type_hints
 
 import typer
 
 from pairsim.cli.options import Progress, Quiet, Settings, print_table, rank, usable
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.signals import Signals
+from pairsim.sweeps.options import Options
 
 app = typer.Typer()
 
 CLEAR = "\x1b[2J\x1b[H"  # clears a terminal
+Output = Annotated[
+    Path | None, typer.Option("-o", "--output", help="Folder for the results (default: runs/<name>).", callback=usable)
+]
+
+
+def _parameter(option: Field[Any]) -> Parameter:
+    """A field of `Options` as an option of the command line."""
+    told = dict(option.metadata)
+    parse, kind = told.pop("parse", None), get_type_hints(Options)[option.name]
+    if parse is not None:
+        kind, told["callback"] = str | None, lambda text: parse(text) if text else None
+    names = [f"--{option.name.replace('_', '-')}"] if kind is bool else []  # no --no-...
+    annotation = Annotated[kind, typer.Option(*names, **told)]
+    return Parameter(option.name, Parameter.KEYWORD_ONLY, default=option.default, annotation=annotation)
+
+
+def _with_options(*left_out: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Give a command the options of a sweep, without some; its function takes them as keywords."""
+
+    def decorated(function: Callable[..., None]) -> Callable[..., None]:
+        given = signature(function, eval_str=True)
+        own = [each for each in given.parameters.values() if each.kind is not Parameter.VAR_KEYWORD]
+        shown = [each for each in fields(Options) if each.metadata and each.name not in left_out]
+        own[-3:-3] = map(_parameter, shown)  # before those of progress
+        parameters = [each.replace(kind=Parameter.KEYWORD_ONLY) for each in own]
+        function.__signature__ = given.replace(parameters=parameters)  # type: ignore[attr-defined]
+        function.__annotations__ = {each.name: each.annotation for each in parameters}
+        return function
+
+    return decorated
 
 
 @app.command(
     epilog="Examples: pairsim sweep grid.yaml --dry-run | mpirun -n 8 pairsim sweep grid.yaml -o out | "
     "pairsim sweep grid.yaml -o out --only-failed | pairsim sweep grid.yaml --emit slurm > job.sh"
 )
+@_with_options()
 def sweep(
     grid: Annotated[
         Path,
-        typer.Argument(
-            help="Grid file (YAML): base, grid, zip, cases, exclude.",
-            show_default=False,
-            callback=usable,
-        ),
+        typer.Argument(help="Grid file (YAML): base, grid, zip, cases, exclude.", show_default=False, callback=usable),
     ],
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            help="Folder for the sweep (default: runs/<name>).",
-            callback=usable,
-        ),
-    ] = None,
+    output: Output = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="List the cases with estimated unknowns and time; compute nothing.")
     ] = False,
-    limit: Annotated[int | None, typer.Option(min=1, help="Largest number of cases to start.")] = None,
-    only_failed: Annotated[
-        bool, typer.Option("--only-failed", help="Repeat only the cases that failed or timed out.")
-    ] = False,
-    fail_fast: Annotated[bool, typer.Option("--fail-fast", help="Stop when a case fails.")] = False,
-    shard: Annotated[str | None, typer.Option(metavar="I/N", help="Compute part I of N, counted from 1.")] = None,
-    workers: Annotated[int, typer.Option(min=1, help="Number of cases computed at the same time, without mpirun.")] = 1,
-    cold: Annotated[
-        bool, typer.Option("--cold", help="A process of its own for every case, with nothing of another's.")
-    ] = False,
-    case_timeout: Annotated[
-        float | None, typer.Option(min=0.0, help="Largest wall time of a case, in seconds.")
-    ] = None,
-    walltime: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TIME",
-            help="Largest wall time of the sweep, in seconds or H:MM:SS; running cases are stopped in order before.",
-        ),
-    ] = None,
     emit: Annotated[
         str | None,
         typer.Option(
@@ -75,6 +78,7 @@ def sweep(
     progress: Progress = "auto",
     quiet: Quiet = False,
     set_: Settings = None,
+    **given: Any,
 ) -> None:
     """Compute every case of a grid; the same command continues an interrupted sweep.
 
@@ -86,55 +90,38 @@ def sweep(
     is full, 4 installation or system at fault (pairsim doctor), 130 interrupted.
     """
     from pairsim.sweeps.grid import read_grid
-    from pairsim.sweeps.summary import dry_run_view, parse_shard, parse_time
 
-    part = parse_shard(shard) if shard else None
-    seconds = parse_time(walltime) if walltime else None
-    checked = read_grid(grid, tuple(set_ or ()))
+    options = Options(**given, settings=tuple(set_ or ()))
+    checked = read_grid(grid, options.settings)
     directory = output or Path("runs") / checked.name
     if emit is not None:
         from pairsim.sweeps.slurm import job_script
 
         if emit != "slurm":
             raise InputError("--emit", "", emit, "must be slurm")
-        extra = [word for setting in set_ or () for word in ("--set", setting)]
-        extra += ["--cold"] if cold else []
-        extra += ["--case-timeout", f"{case_timeout:g}"] if case_timeout else []
-        tasks = part[1] if part else None
-        script, warnings = job_script(checked, directory, tasks=tasks, walltime=seconds, extra=extra)
+        script, warnings = job_script(checked, directory, options)
         typer.echo(script, nl=False)
         for warning in warnings:
             typer.echo(f"warning: {warning}", err=True)
         return
     if dry_run:
+        from pairsim.sweeps.dry_run import dry_run_view
+
         if rank() == 0:
-            print_table(dry_run_view(checked, part))
+            print_table(dry_run_view(checked, options.shard))
         return
 
     from pairsim.drivers.progress import make_reporter
     from pairsim.runtime.launcher import launcher_communicator
-    from pairsim.sweeps.ledger import Shard
-    from pairsim.sweeps.sweep import Options, run_sweep
+    from pairsim.sweeps.sweep import run_sweep
 
     comm = launcher_communicator()
-    options = Options(
-        limit,
-        only_failed,
-        fail_fast,
-        Shard(*part) if part else None,
-        case_timeout,
-        seconds,
-        cold,
-        tuple(set_ or ()),
-        workers,
-    )
     reporter = make_reporter("none" if quiet else progress, comm.rank if comm else 0)
     with Signals(final=True):
-        code, message = run_sweep(checked, directory, options, comm, reporter)
-        _end_sweep(code, message, directory, quiet)
+        _end(*run_sweep(checked, directory, options, comm, reporter), directory, quiet)
 
 
-def _end_sweep(code: int, message: str, directory: Path, quiet: bool) -> NoReturn:
+def _end(code: int, message: str, directory: Path, quiet: bool) -> NoReturn:
     """Print the folder or the failure, and exit; `message` is empty on all processes but the first."""
     if message:
         if code == 0:
@@ -147,6 +134,7 @@ def _end_sweep(code: int, message: str, directory: Path, quiet: bool) -> NoRetur
 @app.command(
     epilog="Examples: pairsim study configs/study.yaml | mpirun -n 2 pairsim study configs/study.yaml -o mesh-study"
 )
+@_with_options("limit", "only_failed", "fail_fast", "shard", "workers", "cold", "walltime")
 def study(
     file: Annotated[
         Path,
@@ -156,21 +144,11 @@ def study(
             callback=usable,
         ),
     ],
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            help="Folder for the study (default: runs/<name>).",
-            callback=usable,
-        ),
-    ] = None,
-    case_timeout: Annotated[
-        float | None, typer.Option(min=0.0, help="Largest wall time of a case, in seconds.")
-    ] = None,
+    output: Output = None,
     progress: Progress = "auto",
     quiet: Quiet = False,
     set_: Settings = None,
+    **given: Any,
 ) -> None:
     """Compute one case with several meshes and time steps, and compare errors and wall times.
 
@@ -191,20 +169,12 @@ def study(
     comm = launcher_communicator()
     reporter = make_reporter("none" if quiet else progress, comm.rank if comm else 0)
     with Signals(final=True):
-        code, message = run_study(checked, directory, case_timeout, comm, reporter)
-        _end_sweep(code, message, directory, quiet)
+        _end(*run_study(checked, directory, Options(**given, cold=True), comm, reporter), directory, quiet)
 
 
 @app.command(epilog="Examples: pairsim status runs/sweep | pairsim status out --watch | pairsim status runs/quickstart")
 def status(
-    directory: Annotated[
-        Path,
-        typer.Argument(
-            help="Folder of results.",
-            show_default=False,
-            callback=usable,
-        ),
-    ],
+    directory: Annotated[Path, typer.Argument(help="Folder of results.", show_default=False, callback=usable)],
     watch: Annotated[bool, typer.Option("--watch", help="Repeat every two seconds until the command ends.")] = False,
 ) -> None:
     """Show the status of a folder of results.

@@ -22,6 +22,7 @@ from pairsim.results.output import plain, write_text
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.case import SweepCase
 from pairsim.sweeps.grid import Grid
+from pairsim.sweeps.options import Shard
 
 STATUSES = ("pending", "running", "finished", "failed", "timeout")
 FAILED = ("failed", "timeout")
@@ -60,19 +61,6 @@ class Entry:
     rank: int | None = None
     values: dict[str, Value] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
-
-
-@dataclass(frozen=True)
-class Shard:
-    """Part `i` of `n` of a sweep, counted from 1."""
-
-    i: int
-    n: int
-
-    @property
-    def tag(self) -> str:
-        """Suffix of the names of its files."""
-        return f"-{self.i}-of-{self.n}"
 
 
 def entry_of(case: SweepCase, shown: tuple[str, ...]) -> Entry:

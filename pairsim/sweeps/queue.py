@@ -11,7 +11,7 @@ from typing import Any
 
 from pairsim.config.physical import BLOCK
 from pairsim.sweeps.case import SweepCase
-from pairsim.sweeps.ledger import Shard
+from pairsim.sweeps.options import Shard
 
 # Largest number and estimated time [s] of cases that one process computes one after another. Chosen: the start of a
 # process, one second, is then a small part of its time, and workers end a sweep within a minute of each other.

@@ -10,11 +10,15 @@ import shlex
 from dataclasses import dataclass
 from pathlib import Path
 
+import jinja2
+
 from pairsim.runtime.child_process import module_command
 from pairsim.runtime.duration import duration
 from pairsim.sweeps.grid import Grid
+from pairsim.sweeps.options import Options
 from pairsim.sweeps.queue import shards
 
+SCRIPT = Path(__file__).parent / "templates" / "job.sh.j2"
 TIME_FACTOR = 3.0  # time limit over the estimated time, which is right within a factor of 2, less often of 3
 MEMORY_FACTOR = 1.5  # memory over the estimate, which is right within 15 %
 START = 300.0  # added to the time limit for imports, the compilation of forms and Slurm's early signal [s]
@@ -51,6 +55,11 @@ class Array:
     def fits(self) -> bool:
         """Whether the time limit leaves the longest task `TIME_FACTOR` times its estimate."""
         return TIME_FACTOR * self.work + SIGNAL + EARLIER <= self.time
+
+    @property
+    def hours_minutes(self) -> tuple[int, int]:
+        """The time limit as Slurm takes it."""
+        return divmod(math.ceil(self.time / 60), 60)
 
 
 def array_of(grid: Grid, *, tasks: int | None, walltime: float | None) -> Array:
@@ -93,50 +102,33 @@ def warnings_of(array: Array, cases: int) -> list[str]:
     return found
 
 
-def job_script(
-    grid: Grid, directory: Path, *, tasks: int | None, walltime: float | None, extra: list[str]
-) -> tuple[str, list[str]]:
+def job_script(grid: Grid, directory: Path, options: Options) -> tuple[str, list[str]]:
     """The text of the script, and warnings.
 
     Args:
         grid: The grid.
         directory: Folder of the sweep.
-        tasks: Number of tasks of the array; default: see `array_of`.
-        walltime: Time limit of a task [s]; default: see `array_of`.
-        extra: Further options of `pairsim sweep`.
+        options: Number of parts and wall time are those of the array, see `array_of`; its tasks have the other ones.
     """
-    array = array_of(grid, tasks=tasks, walltime=walltime)
-    total = sum(case.estimate.seconds for case in grid.cases)
-    minutes = math.ceil(array.time / 60)
-    command = shlex.join(module_command("pairsim", "sweep", str(grid.source.resolve())))
-    command += " " + shlex.join(["-o", str(directory.resolve()), *extra, "-q"])
-    name = "".join(letter if letter.isalnum() or letter in "._-" else "-" for letter in grid.name)
-    limit = (
-        "as given by --walltime"
-        if walltime
-        else f"{TIME_FACTOR:g} times the estimate and {duration(START)}, at most {duration(LONGEST)}"
+    walltime = options.walltime
+    array = array_of(grid, tasks=options.shard.n if options.shard else None, walltime=walltime)
+    extra = [word for setting in options.settings for word in ("--set", setting)]
+    extra += ["--cold"] if options.cold else []
+    extra += ["--case-timeout", f"{options.case_timeout:g}"] if options.case_timeout else []
+    words = [*module_command("pairsim", "sweep", str(grid.source.resolve())), "-o", str(directory.resolve()), *extra]
+    estimated = f"{TIME_FACTOR:g} times the estimate and {duration(START)}, at most {duration(LONGEST)}"
+    environment = jinja2.Environment(undefined=jinja2.StrictUndefined, keep_trailing_newline=True)
+    environment.filters["duration"] = duration
+    text = environment.from_string(SCRIPT.read_text(encoding="utf-8")).render(
+        array=array,
+        cases=len(grid.cases),
+        command=grid.command.name,
+        total=sum(case.estimate.seconds for case in grid.cases),
+        name="".join(letter if letter.isalnum() or letter in "._-" else "-" for letter in grid.name),
+        limit="as given by --walltime" if walltime else estimated,
+        memory_factor=MEMORY_FACTOR,
+        least_memory=f"{LEAST_MEMORY / 1e9:g}",
+        signal=SIGNAL,
+        words=shlex.join([*words, "-q"]),
     )
-    text = f"""#!/usr/bin/env bash
-# {len(grid.cases)} cases of pairsim {grid.command.name}, estimated at {duration(total)} on one core, in {array.tasks} \
-task{"s" if array.tasks > 1 else ""}; the longest: {duration(array.work)}.
-# Time limit: {limit}.
-# Memory: {MEMORY_FACTOR:g} times the estimate of the largest case, at least {LEAST_MEMORY / 1e9:g} GB.
-# Add what the site requires (account, partition, modules). If a task runs out of time, submit the script again:
-# finished cases are not repeated. At the end, the command below without --shard writes one table of all cases.
-#SBATCH --job-name={name}
-#SBATCH --array=1-{array.tasks}
-#SBATCH --nodes=1
-#SBATCH --ntasks=1
-#SBATCH --cpus-per-task=1
-#SBATCH --time={minutes // 60:02d}:{minutes % 60:02d}:00
-#SBATCH --mem={array.memory / 1e6:.0f}M
-#SBATCH --signal=B:TERM@{SIGNAL}
-#SBATCH --requeue
-#SBATCH --open-mode=append
-#SBATCH --output={name}-%A-%a.log
-
-export OMP_NUM_THREADS=1
-# exec, so that the signal before the time limit reaches pairsim, which then stops its case in order.
-exec {command} --shard "$SLURM_ARRAY_TASK_ID/{array.tasks}"
-"""
     return text, warnings_of(array, len(grid.cases))

@@ -29,7 +29,7 @@ class Study:
     Attributes:
         name: Name of the study.
         grids: For each command, a grid with a case for each of its discretisations.
-        order: For each discretisation, in the order of the file, its command and index in the grid of the command.
+        cases: Command and case of every discretisation, in the order of the file.
         varying: Dotted keys in which the discretisations differ, including `command` if there are two.
         quantity: The quantity that is compared: a column, or d_cr.
         over: Whether `at` lists times ("t") or distances ("d").
@@ -41,7 +41,7 @@ class Study:
 
     name: str
     grids: dict[str, Grid]
-    order: tuple[tuple[str, int], ...]
+    cases: tuple[tuple[str, SweepCase], ...]
     varying: tuple[str, ...]
     quantity: str
     over: Literal["t", "d"]
@@ -52,11 +52,10 @@ class Study:
 
     def repetition(self, i: int) -> dict[str, Grid]:
         """The grids of the i-th repetition, counted from 0, by command."""
-        wanted = {
-            command: [k for (own, k), n in zip(self.order, self.repeat, strict=True) if own == command and n > i]
-            for command in self.grids
-        }
-        return {command: self.grids[command].part(kept) for command, kept in wanted.items() if kept}
+        counts = [(command, n) for (command, _), n in zip(self.cases, self.repeat, strict=True)]
+        own = {command: [n for name, n in counts if name == command] for command in self.grids}
+        kept = {command: [k for k, n in enumerate(counts) if n > i] for command, counts in own.items()}
+        return {command: self.grids[command].part(indices) for command, indices in kept.items() if indices}
 
     @property
     def column(self) -> str:
@@ -64,9 +63,15 @@ class Study:
         return "dU" if self.quantity == ZERO else self.quantity
 
     @property
-    def cases(self) -> list[tuple[str, SweepCase]]:
-        """Command and case of every discretisation, in the order of the file."""
-        return [(command, self.grids[command].cases[i]) for command, i in self.order]
+    def compared(self) -> tuple[str, ...]:
+        """The columns of study.csv that are compared."""
+        if self.quantity == ZERO or not self.at:
+            return (self.quantity,)
+        return tuple(f"{self.quantity}@{place:g}" for place in self.at)
+
+    def values(self, row: Mapping[str, Any]) -> tuple[float, ...]:
+        """The values of a row that are compared."""
+        return tuple(row[name] for name in self.compared)
 
     def settings(self, command: str, case: SweepCase) -> dict[str, Any]:
         """The values of a discretisation for the varying keys."""
@@ -100,19 +105,18 @@ class _Reader:
         self.mistakes = Mistakes()
         file, wrong = check_file("study", StudyFile, check_study, data, str(path))
         self._add(wrong)
-        base: Mapping[str, Any] = {}
+        self.base: Mapping[str, Any] = {}
         try:
-            base = read_base(path, data) if file is not None and "base" in file.model_fields_set else {}
+            self.base = read_base(path, data) if file is not None and "base" in file.model_fields_set else {}
         except InputError as error:
             self.mistakes.add(error)
         if file is None:
             raise self.mistakes.error()
-        self.file, self.base = file, base
+        self.file = file
         self._add(self._check_places())
-        followed = {key for command in file.commands for key in self._followed(command)}
         for setting in settings:
             name, _, value = setting.partition("=")
-            if any(name == key or name.startswith(f"{key}.") for key in followed):
+            if any(_within(name, self._followed(command)) for command in file.commands):
                 self.mistakes.add(InputError(OPTION, name, value, FROM_AT))
 
     def _add(self, mistakes: Iterable[Mistake]) -> None:
@@ -128,10 +132,9 @@ class _Reader:
         if file.places == "d" and not alone and not self.data.get("at"):
             yield missing("at", "must be the distances at which dU is compared")
         for i, (command, entry) in enumerate(zip(file.commands, file.discretisations, strict=True)):
-            for key in self._followed(command):
-                for name in flat(entry):
-                    if name == key or name.startswith(f"{key}."):
-                        yield Mistake(f"discretisations[{i}].{name}", None, FROM_AT)
+            for name in flat(entry):
+                if _within(name, self._followed(command)):
+                    yield Mistake(f"discretisations[{i}].{name}", None, FROM_AT)
 
     def _followed(self, command: str) -> dict[str, list[float]]:
         """The keys of a case that follow from `at`, with their values."""
@@ -140,40 +143,38 @@ class _Reader:
             return {}
         return {"d": file.at} if command == "curve" else {"output.times": file.at}
 
-    def _contents(self) -> Iterator[tuple[str, dict[str, Any], list[int]]]:
-        """Yield for each command the content of a grid file, and the indices of its discretisations."""
-        file = self.file
-        for command in dict.fromkeys(name for name in file.commands if name in STUDIED):
-            own = [i for i, name in enumerate(file.commands) if name == command]
-            # A base shared by both commands may have keys that only the other command knows.
-            other = {
-                key
-                for name in set(file.commands) & set(STUDIED) - {command}
-                for key in COMMANDS[name].model.model_fields
-            }
-            kept = {k: v for k, v in self.base.items() if k not in other or k in COMMANDS[command].model.model_fields}
-            base = Section(kept, places_in(self.base))
-            cases = []
-            for i in own:
-                entry = self.data["discretisations"][i]
-                keys = {**self._followed(command), **{k: v for k, v in entry.items() if k not in OWN}}
-                cases.append(Section(keys, places_in(entry)))
-            name = file.name or self.path.stem
-            yield command, {"name": name, "base": base, "command": command, "cases": cases}, own
+    def _content(self, command: str, own: Iterable[int]) -> dict[str, Any]:
+        """The content of a grid file of the discretisations of a command, by index."""
+        # A base shared by both commands may have keys that only the other command knows.
+        keys = {name: COMMANDS[name].model.model_fields for name in set(self.file.commands) & set(STUDIED)}
+        kept = {
+            key: value
+            for key, value in self.base.items()
+            if key in keys[command] or not any(key in others for others in keys.values())
+        }
+        cases = []
+        for entry in (self.data["discretisations"][i] for i in own):
+            changes = {**self._followed(command), **{key: value for key, value in entry.items() if key not in OWN}}
+            cases.append(Section(changes, places_in(entry)))
+        base = Section(kept, places_in(self.base))
+        return {"name": self.file.name or self.path.stem, "base": base, "command": command, "cases": cases}
 
-    def study(self) -> Study:
-        """Form the grid of each command, and check the rest of the file against their cases."""
+    def _grids(self) -> dict[str, Grid]:
+        """The grid of each command.
+
+        Raises:
+            InputError: The file or a case has mistakes.
+        """
         grids: dict[str, Grid] = {}
-        places: dict[int, tuple[str, int]] = {}
-        partial = bool(self.mistakes)
-        for command, content, own in self._contents():
-            entries = [f"discretisations[{i}]" for i in own]
-            places |= {i: (command, k) for k, i in enumerate(own)}
+        partly = bool(self.mistakes)
+        for command in dict.fromkeys(name for name in self.file.commands if name in STUDIED):
+            own = [i for i, name in enumerate(self.file.commands) if name == command]
+            content, names = self._content(command, own), [f"discretisations[{i}]" for i in own]
             try:
-                if partial:
-                    check_keys(self.path, content, self.settings, entries)
+                if partly:
+                    check_keys(self.path, content, self.settings, names)
                 else:
-                    grids[command] = grid_from(self.path, content, self.settings, entries)
+                    grids[command] = grid_from(self.path, content, self.settings, names)
             except InputError as error:
                 self.mistakes.add(error)
         for grid in grids.values():
@@ -182,15 +183,19 @@ class _Reader:
                 self._add([Mistake("discretisations", None, allowed)])
         if self.mistakes:
             raise self.mistakes.error()
-        file = self.file
-        order = tuple(places[i] for i in range(len(file.discretisations)))
-        cases = [grids[command].cases[k] for command, k in order]
+        return grids
+
+    def study(self) -> Study:
+        """Form the grid of each command, and check the rest of the file against their cases."""
+        file, grids = self.file, self._grids()
+        in_order = {command: iter(grid.cases) for command, grid in grids.items()}
+        cases = tuple((command, next(in_order[command])) for command in file.commands)
         keys = dict.fromkeys(key for entry in file.discretisations for key in flat(entry) if key not in ("name", *OWN))
-        resolved = [case.resolved for case in cases]
+        resolved = [case.resolved for _, case in cases]
         varying = [key for key in keys if any(value_at(r, key) != value_at(resolved[0], key) for r in resolved)]
         varying[:0] = ["command"] if len(grids) > 1 else []
 
-        known = sorted({name for case in cases for name in columns(case)})
+        known = sorted({name for _, case in cases for name in columns(case)})
         if set(grids) == {"curve"} and all(r.get("particles", 2) == 2 for r in resolved):
             known.append(ZERO)
         quantity = file.quantity or ("dU" if "dU" in known else known[0])
@@ -201,4 +206,9 @@ class _Reader:
         exact = None if file.exact is None else tuple(file.exact)
         reference = None if file.reference == "finest" else file.reference
         varied, at, repeat = tuple(varying), tuple(file.at), tuple(file.repeats)
-        return Study(name, grids, order, varied, quantity, file.places, at, exact, reference, repeat)
+        return Study(name, grids, cases, varied, quantity, file.places, at, exact, reference, repeat)
+
+
+def _within(name: str, keys: Iterable[str]) -> bool:
+    """Whether a dotted key is one of some keys, or in one of them that is a group."""
+    return any(name == key or name.startswith(f"{key}.") for key in keys)

@@ -14,7 +14,7 @@ import time
 from collections import deque
 from collections.abc import Iterator
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +31,8 @@ from pairsim.runtime.slurm import job_end
 from pairsim.runtime.version import __version__
 from pairsim.sweeps.case import SweepCase
 from pairsim.sweeps.grid import Grid
-from pairsim.sweeps.ledger import FAILED, Ledger, Shard
+from pairsim.sweeps.ledger import FAILED, Ledger
+from pairsim.sweeps.options import Options
 from pairsim.sweeps.progress import SweepProgress
 from pairsim.sweeps.queue import part_of, units
 from pairsim.sweeps.worker import CaseWorker, Result
@@ -43,35 +44,6 @@ POLL = 0.02  # interval at which child processes and messages are polled [s]
 AGAIN = "free disk space and repeat the command"
 # Failures of the machine, not of the case: always repeated.
 NOT_THE_CASE = ("disk_full", "write_failed", "not_started", EnvironmentFailure.reason)
-
-
-@dataclass(frozen=True)
-class Options:
-    """Options of a sweep.
-
-    Attributes:
-        limit: Largest number of cases to start.
-        only_failed: Whether to repeat only the cases that failed or timed out.
-        fail_fast: Whether to stop at the first case that fails.
-        shard: The part of the sweep to compute, None for all of it.
-        case_timeout: Largest wall time of a case [s].
-        walltime: Largest wall time of the sweep [s].
-        cold: Whether every case has a process of its own, and no curve starts from the solutions of another.
-        settings: The settings of --set, for grid.yaml.
-        workers: Number of cases computed at the same time without mpirun; under mpirun, each process is a worker.
-        signals: Whether SIGINT and SIGTERM end the sweep in order; if not, a KeyboardInterrupt does.
-    """
-
-    limit: int | None = None
-    only_failed: bool = False
-    fail_fast: bool = False
-    shard: Shard | None = None
-    case_timeout: float | None = None
-    walltime: float | None = None
-    cold: bool = False
-    settings: tuple[str, ...] = ()
-    workers: int = 1
-    signals: bool = True
 
 
 def run_sweep(

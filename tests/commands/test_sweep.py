@@ -27,7 +27,7 @@ from pairsim.runtime.child_process import descendants, module_command
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import LOCK, FolderLock
 from pairsim.sweeps.grid import read_grid
-from pairsim.sweeps.ledger import Shard
+from pairsim.sweeps.options import Shard
 from pairsim.sweeps.sweep_plots import plot_sweep
 
 THREE = TINY + "grid: {d0: [0.1, 0.2], beta: [0.4, 0.3]}\nexclude: [{d0: 0.1, beta: 0.3}]\n"

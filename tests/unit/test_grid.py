@@ -19,6 +19,7 @@ from pairsim.runtime.errors import InputError
 from pairsim.sweeps import queue
 from pairsim.sweeps.case import SweepCase
 from pairsim.sweeps.grid import Grid, read_grid
+from pairsim.sweeps.options import Shard
 from pairsim.sweeps.queue import MOST_SECONDS, part_of, units
 
 BASE = "base: {beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1, mesh: {Np: 10}}\n"
@@ -152,8 +153,6 @@ def test_a_case_is_recognised_by_the_file_in_its_folder(changes: str, tmp_path: 
 
 
 def test_shards_share_all_cases_and_their_cost(tmp_path: Path) -> None:
-    from pairsim.sweeps.ledger import Shard
-
     grid = grid_of(tmp_path, "grid: {mesh.Np: [10, 20, 40], d0: [0.1, 0.2, 0.3, 0.4]}\n")
     parts = [part_of(grid.cases, Shard(i, 3)) for i in (1, 2, 3)]
     assert sorted(case.folder for part in parts for case in part) == sorted(case.folder for case in grid.cases)
