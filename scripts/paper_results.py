@@ -19,8 +19,8 @@ from pairsim.results.folders import read_record
 from pairsim.results.output import read_series
 from pairsim.results.xdmf import FieldFrame, read_frame, read_times
 from pairsim.runtime.arrays import Array
-from pairsim.sweeps.grid import flat
 from pairsim.sweeps.ledger import read_sweep
+from pairsim.sweeps.reader import flat
 
 CONFIGS = Path(__file__).resolve().parent.parent / "configs" / "paper"
 DESCRIPTION = "figure.yaml"

@@ -30,7 +30,8 @@ Output = Annotated[
 def _parameter(option: Field[Any]) -> Parameter:
     """A field of `Options` as an option of the command line."""
     told = dict(option.metadata)
-    parse, kind = told.pop("parse", None), get_type_hints(Options)[option.name]
+    parse = told.pop("parse", None)
+    kind: Any = get_type_hints(Options)[option.name]
     if parse is not None:
         kind, told["callback"] = str | None, lambda text: parse(text) if text else None
     names = [f"--{option.name.replace('_', '-')}"] if kind is bool else []  # no --no-...
@@ -105,7 +106,7 @@ def sweep(
             typer.echo(f"warning: {warning}", err=True)
         return
     if dry_run:
-        from pairsim.sweeps.dry_run import dry_run_view
+        from pairsim.sweeps.progress import dry_run_view
 
         if rank() == 0:
             print_table(dry_run_view(checked, options.shard))
@@ -185,32 +186,26 @@ def status(
     """
     import time
 
+    from rich.console import Group
+
     from pairsim.results.folders import kind_of
+    from pairsim.results.standing import standing_view
     from pairsim.runtime.locks import is_locked
+    from pairsim.sweeps.ledger import read_sweep
+    from pairsim.sweeps.progress import status_view
 
     kind = kind_of(directory)
     while True:
         working = is_locked(directory)
-        view = _status_view(directory, kind, working)
+        if kind in ("sweep", "study"):
+            inner = sorted(path.parent for path in directory.glob("*/sweep.json"))
+            sweeps = [directory] if kind == "sweep" else inner
+            view = Group(*(status_view(read_sweep(sweep), working) for sweep in sweeps))
+        else:
+            view = standing_view(directory, working)
         if watch and sys.stdout.isatty():
             typer.echo(CLEAR, nl=False)
         print_table(view)
         if not watch or not working:
             return
         time.sleep(2)
-
-
-def _status_view(directory: Path, kind: str, working: bool) -> object:
-    """The output of `status` for a folder."""
-    from pairsim.results.standing import standing_view
-    from pairsim.sweeps.ledger import read_sweep
-    from pairsim.sweeps.progress import status_view
-
-    if kind == "sweep":
-        return status_view(read_sweep(directory), working)
-    if kind == "study":
-        from rich.console import Group
-
-        sweeps = sorted(path.parent for path in directory.glob("*/sweep.json"))
-        return Group(*(status_view(read_sweep(sweep), working) for sweep in sweeps))
-    return standing_view(directory, working)

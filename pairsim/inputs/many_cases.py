@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 from pydantic_core import PydanticCustomError
@@ -88,6 +88,13 @@ def _described(words: str) -> Any:
     return Field(json_schema_extra={"words": words})
 
 
+def _one_or_more(number: Any, **limits: float) -> Any:
+    """A list of numbers, or one of them."""
+    schema = {"type": "number", **limits}
+    either = {"anyOf": [schema, {"type": "array", "items": schema}]}
+    return Annotated[list[number], BeforeValidator(_as_list), WithJsonSchema(either)]
+
+
 _RANGE_SCHEMA = {
     "type": "object",
     "properties": {
@@ -99,8 +106,6 @@ _RANGE_SCHEMA = {
     "additionalProperties": False,
 }
 _VALUES_SCHEMA: Any = {"anyOf": [{"type": "array", "minItems": 1}, _RANGE_SCHEMA]}
-_NUMBER = {"type": "number"}
-_POSITIVE = {"type": "number", "exclusiveMinimum": 0}
 Values = Annotated[
     dict[str, Annotated[list[Any], BeforeValidator(_values), WithJsonSchema(_VALUES_SCHEMA)]], BeforeValidator(_few)
 ]
@@ -110,15 +115,13 @@ Exclusion = Annotated[
     Field(min_length=1, json_schema_extra={"words": "keys with their values, such as {Ca_e: 0, De: {min: 1}}"}),
 ]
 FolderName = Annotated[str, BeforeValidator(_folder), _described(FOLDER_WORDS)]
-
-
-def _command(value: Any) -> Any:
-    if not isinstance(value, str) or value not in COMMANDS:
-        raise ValueError(value)
-    return value
-
-
-CommandName = Annotated[str, BeforeValidator(_command), WithJsonSchema({"enum": list(COMMANDS)})]
+if TYPE_CHECKING:  # mypy cannot know them
+    Numbers = list[float]
+    Positives = list[float]
+    CommandName = str
+else:
+    Numbers, Positives = _one_or_more(Number), _one_or_more(Positive, exclusiveMinimum=0)
+    CommandName = Literal[tuple(COMMANDS)]
 
 
 class _Keys(BaseModel):
@@ -192,23 +195,12 @@ class StudyFile(_Keys):
         description="whether `at` lists times or distances; default: d if there are curves, else t",
         json_schema_extra={"words": "t (times) or d (distances that the run passes)"},
     )
-    at: Annotated[
-        list[Positive],
-        BeforeValidator(_as_list),
-        WithJsonSchema({"anyOf": [_POSITIVE, {"type": "array", "items": _POSITIVE}]}),
-    ] = Field(
+    at: Positives = Field(
         [],
         description="times [D_c/U_av] or distances [D_c] of the comparison; default: the end of a run",
         json_schema_extra={"words": "a finite number above 0, or a list of these"},
     )
-    exact: (
-        Annotated[
-            list[Number],
-            BeforeValidator(_as_list),
-            WithJsonSchema({"anyOf": [_NUMBER, {"type": "array", "items": _NUMBER}]}),
-        ]
-        | None
-    ) = Field(
+    exact: Numbers | None = Field(
         None,
         description="exact values at these times or distances, in place of a reference",
         json_schema_extra={"words": "a finite number, or a list of these"},

@@ -6,23 +6,21 @@ import copy
 import hashlib
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from pairsim.commands import COMMANDS, Command
-from pairsim.config.merging import merge
-from pairsim.config.mistakes import Mistake, Mistakes, input_error
-from pairsim.config.physical import BLOCK, forget_numbers
+from pairsim.config.mistakes import Mistake, Mistakes
+from pairsim.config.physical import BLOCK
 from pairsim.config.values import FOLDER_WORDS, is_finite, is_name
-from pairsim.config.yaml_file import Section, apply_settings, place_of, places_in, read_yaml
-from pairsim.inputs.case_files import check_file, wrong_keys
+from pairsim.config.yaml_file import Section, apply_settings, places_in, read_yaml
+from pairsim.inputs.case_files import wrong_keys
 from pairsim.inputs.many_cases import SweepFile, check_sweep
-from pairsim.runtime.errors import InputError
 from pairsim.runtime.names import fits_a_folder
 from pairsim.sweeps.case import SweepCase
+from pairsim.sweeps.reader import Reader, file_named, flat, merged_into, value_at
 
 NUMBERS = ("beta", "De", "Ca_e", "xi", "d0")  # keys whose values a physical block can give
 
@@ -91,114 +89,43 @@ def grid_from(
         settings: key=value settings that replace keys in every case.
         names: Names of the entries of `cases` in messages.
     """
-    return _Reader(path, data, settings, names).grid()
-
-
-def check_keys(path: Path, data: dict[str, Any], settings: tuple[str, ...], names: Sequence[str]) -> None:
-    """Find mistakes in single keys of the cases, for a file that has other mistakes; arguments as for `grid_from`.
-
-    Raises:
-        InputError: There are some.
-    """
-    reader = _Reader(path, data, settings, names)
-    list(reader.checked(partly=True))
-    if reader.mistakes:
+    reader = GridReader(path, data, settings, names, Mistakes())
+    grid = reader.grid(partly=bool(reader.mistakes))
+    if grid is None:
         raise reader.mistakes.error(reader.count)
+    return grid
 
 
-def read_base(path: Path, data: Mapping[str, Any]) -> Section:
-    """The base case in the content of a grid file, with dotted keys nested.
-
-    Raises:
-        InputError: The file of the base cannot be read, or a dotted key goes through a value that is no group.
-    """
-    base = data.get("base", {})
-    if isinstance(base, str):
-        base = _file(path, base, "base", data)
-    forget_numbers(base)
-    return _merged(Section(), base, (str(path), "base", data))
-
-
-def _file(path: Path, name: str, key: str, data: Mapping[str, Any]) -> Section:
-    """The content of a case file that a key of a grid file names.
-
-    Raises:
-        InputError: It cannot be read, or is not in the folder of the grid file or below it.
-    """
-    named = path.parent / name
-    leaves = Path(name).is_absolute() or ".." in Path(name).parts
-    if leaves and places_in(data):  # the content of a file, perhaps someone else's; a Python program may name any file
-        inside = "must be a file in the folder of this file or in a folder below it"
-        raise input_error([Mistake(key, name, inside)], data, str(path))
-    try:
-        return read_yaml(named)
-    except InputError as error:
-        if error.line is not None or error.file != str(named):
-            raise
-        raise input_error([Mistake(key, name, error.allowed)], data, str(path)) from None
-
-
-def _merged(target: Section, changes: Mapping[str, Any], where: tuple[str, str, Mapping[str, Any]]) -> Section:
-    """Merge changes into a case, in place.
+class GridReader(Reader[SweepFile]):
+    """Reads the content of a grid file.
 
     Args:
-        target: The case.
-        changes: Keys and values, dotted or nested.
-        where: For messages: the file, the name of the entry in it, and its content.
-
-    Raises:
-        InputError: A dotted key goes through a value that is no group.
+        path, data, settings, names: As for `grid_from`.
+        mistakes: Those of the file that the content is from; the cases are then checked key by key only.
     """
-    source, entry, data = where
-
-    def refuse(key: str, value: Any, allowed: str) -> NoReturn:
-        place = place_of(changes, key) or place_of(data, entry)
-        file, line = (source, None) if place is None else place
-        raise InputError(file, key, value, allowed, line=line, entry=entry)
-
-    merge(target, changes, refuse)
-    return target
-
-
-class _Reader:
-    """Reads the content of a grid file; its mistakes are collected, so that all of them are reported at once."""
 
     def __init__(
-        self, path: Path, data: dict[str, Any], settings: tuple[str, ...], names: Sequence[str] | None
+        self,
+        path: Path,
+        data: dict[str, Any],
+        settings: tuple[str, ...],
+        names: Sequence[str] | None,
+        mistakes: Mistakes,
     ) -> None:
-        self.path, self.data, self.settings, self.names = path, data, settings, names
-        self.mistakes = Mistakes()
+        super().__init__(SweepFile, check_sweep, path, data, settings, mistakes)
+        self.names, self.grid_file = names, self.file or SweepFile()
         self.count = self.excluded = 0
-        file, wrong = check_file("sweep", SweepFile, check_sweep, data, str(path))
-        if wrong:
-            self.mistakes.add(input_error(wrong, data, str(path)))
-        self.file = file or SweepFile()
-        self.name = self.file.name or path.stem
         if not fits_a_folder(self.name):
-            self._refuse("name", self.name, f"is the name of the file; name must be given, as {FOLDER_WORDS}")
-        self.command = COMMANDS[self.file.command]
-        self.base = Section()
-        if file is not None and "base" in file.model_fields_set:
-            with self._collected():
-                self.base = read_base(path, data)
-
-    def _refuse(self, key: str, value: Any, allowed: str) -> None:
-        self.mistakes.add(input_error([Mistake(key, value, allowed)], self.data, str(self.path)))
-
-    @contextmanager
-    def _collected(self) -> Iterator[None]:
-        """Context whose InputError is one of the mistakes of the file."""
-        try:
-            yield
-        except InputError as error:
-            self.mistakes.add(error)
+            wrong = f"is the name of the file; name must be given, as {FOLDER_WORDS}"
+            self.refuse(Mistake("name", self.name, wrong))
+        self.command = COMMANDS[self.grid_file.command]
 
     def _axes(self) -> Iterator[list[Section]]:
         """Yield the factors of the product of all combinations: for each, the list of its changes."""
-        for key, values in self.file.grid.items():
+        for key, values in self.grid_file.grid.items():
             yield [Section({key: value}, places_in(self.data["grid"])) for value in values]
         given = self.data["zip"] if isinstance(self.data.get("zip"), list) else [self.data.get("zip")]
-        for columns, source in zip(self.file.zip, given, strict=False):
+        for columns, source in zip(self.grid_file.zip, given, strict=False):
             rows = zip(*columns.values(), strict=False)
             yield [Section(dict(zip(columns, row, strict=True)), places_in(source)) for row in rows]
 
@@ -215,25 +142,21 @@ class _Reader:
         for i, entry in enumerate(cases if isinstance(cases, list | tuple) else ()):
             where = self.names[i] if self.names is not None else f"cases[{i}]"
             if isinstance(entry, str):
-                with self._collected():
-                    content = _file(self.path, entry, where, self.data)
+                with self.collected():
+                    content = file_named(self.path, entry, where, self.data)
                     named = {"name": Path(entry).stem} if is_name(Path(entry).stem) else {}
                     yield where, Section({**named, **content}, content.places), False
             elif isinstance(entry, dict):
                 yield where, Section(entry, places_in(entry)), False
 
-    def checked(self, partly: bool) -> Iterator[tuple[Iterable[str], Section, SweepCase]]:
-        """Check every entry that is not excluded; yields changed keys, merged keys and case of those without mistakes.
-
-        Args:
-            partly: Whether to check single keys only, of all entries, and to yield nothing.
-        """
+    def _checked(self, partly: bool) -> Iterator[tuple[Iterable[str], Section, SweepCase]]:
+        """Check every entry that is not excluded; yields changed keys, merged keys and case where they are right."""
         used = set()
         for where, changes, optional in self._entries():
-            with self._collected():
-                merged = _merged(copy.deepcopy(self.base), changes, (str(self.path), where, self.data))
+            with self.collected():
+                merged = merged_into(copy.deepcopy(self.base), changes, (str(self.path), where, self.data))
                 apply_settings(merged, self.settings)
-                hits = {i for i, each in enumerate(self.file.exclude) if optional and _matches(merged, each)}
+                hits = {i for i, each in enumerate(self.grid_file.exclude) if optional and _matches(merged, each)}
                 if hits and not partly:
                     used |= hits
                     self.excluded += 1
@@ -244,22 +167,31 @@ class _Reader:
                     yield changes if optional else flat(changes), merged, case
                 elif (error := wrong_keys(self.command, merged, str(self.path), where)) is not None:
                     raise error
-        for i in () if partly else sorted(set(range(len(self.file.exclude))) - used):
-            self._refuse(f"exclude[{i}]", self.file.exclude[i], "must match at least one entry of the grid")
+        for i in () if partly else sorted(set(range(len(self.grid_file.exclude))) - used):
+            self.refuse(
+                Mistake(f"exclude[{i}]", self.grid_file.exclude[i], "must match at least one entry of the grid")
+            )
 
-    def grid(self) -> Grid:
-        """Merge the keys of every entry, apply exclusions, validate, and remove duplicates."""
+    def grid(self, partly: bool) -> Grid | None:
+        """Merge the keys of every entry, apply exclusions, validate, and remove duplicates.
+
+        Args:
+            partly: Whether to check single keys only, in a file with other mistakes.
+
+        Returns:
+            The grid; None if there are mistakes.
+        """
         found: dict[str, tuple[SweepCase, Section]] = {}
         varied: dict[str, None] = {}
         entries = 0
-        for keys, merged, case in self.checked(partly=bool(self.mistakes)):
+        for keys, merged, case in self._checked(partly):
             varied |= dict.fromkeys(keys)
             found.setdefault(case.key, (case, merged))
             entries += 1
         if not found and not self.mistakes:
-            self._refuse("exclude", None, "must leave at least one case")
+            self.refuse(Mistake("exclude", None, "must leave at least one case"))
         if self.mistakes:
-            raise self.mistakes.error(self.count)
+            return None
         if any(key.startswith(BLOCK) for key in varied):  # the numbers computed from it vary, too
             varied |= dict.fromkeys(NUMBERS)
             if any(value_at(merged, f"{BLOCK}.end") is not None for _, merged in found.values()):
@@ -293,21 +225,3 @@ def _matches(merged: Mapping[str, Any], entry: Mapping[str, Any]) -> bool:
         return bool(value == wanted)
 
     return all(fits(value_at(merged, key), wanted) for key, wanted in entry.items())
-
-
-def value_at(data: Mapping[str, Any], dotted: str, default: Any = None) -> Any:
-    """Value of a dotted key in nested data."""
-    value: Any = data
-    for part in dotted.split("."):
-        if not isinstance(value, Mapping) or part not in value:
-            return default
-        value = value[part]
-    return value
-
-
-def flat(entry: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Convert nested keys to dotted keys."""
-    spelled: dict[str, Any] = {}
-    for key, value in entry.items():
-        spelled |= flat(value, f"{prefix}{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value}
-    return spelled

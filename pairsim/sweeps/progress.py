@@ -1,4 +1,4 @@
-"""What a person sees while a sweep goes on, and what `pairsim status` shows."""
+"""What a person sees of a sweep: before it with --dry-run, while it goes on, and with `pairsim status`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ from rich.text import Text
 
 from pairsim.drivers.progress import COLOURS, Reporter
 from pairsim.runtime.duration import duration
+from pairsim.sweeps.grid import Grid
 from pairsim.sweeps.ledger import ENDED, FAILED, Entry, Ledger
+from pairsim.sweeps.options import Shard
 
 NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?")  # by which the warnings of one kind differ
 SHOW_EVERY = 0.25  # seconds
@@ -141,3 +143,22 @@ def status_view(sweep: dict[str, Any], working: bool) -> Group:
             table.add_row(*(Text(case[key]) for key in ("folder", "status", "reason", "message")))
         parts.append(table)
     return Group(*parts)
+
+
+def dry_run_view(grid: Grid, part: Shard | None) -> Group:
+    """The output of `--dry-run`: number of cases, and estimated unknowns and time of each."""
+    total = sum(case.estimate.seconds for case in grid.cases)
+    headline = f"{len(grid.cases)} cases of pairsim {grid.command.name}, about {duration(total)} on one core"
+    notes = [
+        f"{count} {what}"
+        for count, what in ((grid.duplicates, "duplicates left out"), (grid.excluded, "excluded"))
+        if count
+    ]
+    table = Table("folder", *grid.varying, "unknowns", "seconds", box=None, pad_edge=False)
+    for case in grid.cases:
+        estimate = case.estimate
+        values = [f"{value:g}" if isinstance(value, float) else str(value) for value in case.parameters.values()]
+        table.add_row(*map(Text, [case.folder, *values, f"~{estimate.unknowns}", f"~{estimate.seconds:.2g}"]))
+    lines = [headline + (f" ({', '.join(notes)})" if notes else "")]
+    lines += [f"part {part.i} of {part.n} would compute its share of them"] if part else []
+    return Group(*map(Text, lines), table)
