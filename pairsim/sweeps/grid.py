@@ -168,9 +168,8 @@ class GridReader(Reader[SweepFile]):
                 elif (error := wrong_keys(self.command, merged, str(self.path), where)) is not None:
                     raise error
         for i in () if partly else sorted(set(range(len(self.grid_file.exclude))) - used):
-            self.refuse(
-                Mistake(f"exclude[{i}]", self.grid_file.exclude[i], "must match at least one entry of the grid")
-            )
+            unmatched = self.grid_file.exclude[i]
+            self.refuse(Mistake(f"exclude[{i}]", unmatched, "must match at least one entry of the grid"))
 
     def grid(self, partly: bool) -> Grid | None:
         """Merge the keys of every entry, apply exclusions, validate, and remove duplicates.

@@ -12,7 +12,7 @@ import json
 import time
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -122,6 +122,11 @@ class Ledger:
             entry.values, entry.warnings = command.values(directory) | values, list(warnings)
 
     @property
+    def rows(self) -> list[dict[str, Any]]:
+        """The entries as in sweep.json."""
+        return [vars(entry) for entry in self.entries.values()]
+
+    @property
     def counts(self) -> dict[str, int]:
         """Number of cases by status."""
         return counted([entry.status for entry in self.entries.values()])
@@ -157,7 +162,7 @@ class Ledger:
             "updated": time.time(),
             "counts": self.counts,
             **self.about,
-            "cases": [asdict(entry) for entry in self.entries.values()],
+            "cases": self.rows,
         }
         write_text(self.table, table_text(*rows_of(content)))
         write_text(self.path, json.dumps(plain(content), indent=1, ensure_ascii=False) + "\n")

@@ -35,10 +35,6 @@ class SweepProgress:
         self.ledger, self.workers, self.reporter = ledger, workers, reporter
         self._begin, self._shown, self._ended = time.monotonic(), 0.0, 0
 
-    @property
-    def _cases(self) -> list[dict[str, Any]]:
-        return [vars(entry) for entry in self.ledger.entries.values()]
-
     def start(self, todo: int) -> None:
         """Begin with so many cases to do."""
         self._begin, cases = time.monotonic(), len(self.ledger.entries)
@@ -48,11 +44,11 @@ class SweepProgress:
     def case(self, entry: Entry) -> None:
         """Tell that a case has ended."""
         self._ended += entry.status != "pending"
-        counts, pace = self.ledger.counts, self._pace()
+        counts, (left, pace) = self.ledger.counts, self._pace()
         ended = sum(counts[status] for status in ENDED)
         line = f"[{ended}/{len(self.ledger.entries)}] {_headline(entry)}" + (f"  ({pace})" if pace else "")
         news = {key: getattr(entry, key) for key in ("folder", "status", "reason", "message", "warnings", "values")}
-        self.reporter.tell("case", line, **news, counts=counts, seconds_left=time_left(self._cases, self.workers))
+        self.reporter.tell("case", line, **news, counts=counts, seconds_left=left)
 
     def tick(self, running: Mapping[int, Sequence[str]]) -> None:
         """Show the counts, the pace, and the case that each worker computes, now and then."""
@@ -63,16 +59,18 @@ class SweepProgress:
         for rank, folders in sorted(running.items()):
             table.add_row(Text(f"worker {rank}", style="dim"), Text(folders[0]))
         bar = ProgressBar(total=sum(counts.values()), completed=sum(counts[status] for status in ENDED), width=40)
-        self.reporter.show(Group(bar, _counts(counts, "  "), Text(self._pace(), style="dim"), table))
+        self.reporter.show(Group(bar, _counts(counts, "  "), Text(self._pace()[1], style="dim"), table))
 
     def finish(self, text: str) -> None:
         """End with the warnings of all cases, and a line."""
-        for warning in summarised(self._cases):
+        for warning in summarised(self.ledger.rows):
             self.reporter.note(f"warning: {warning}")
         self.reporter.finish(text)
 
-    def _pace(self) -> str:
-        return _pace(self._ended, time.monotonic() - self._begin, self._cases, self.workers)
+    def _pace(self) -> tuple[float | None, str]:
+        """The time left [s], None if unknown; and rate and time left in words."""
+        left = time_left(self.ledger.rows, self.workers)
+        return left, pace_in_words(self._ended, time.monotonic() - self._begin, left)
 
 
 def time_left(cases: Sequence[Mapping[str, Any]], workers: int) -> float | None:
@@ -84,10 +82,9 @@ def time_left(cases: Sequence[Mapping[str, Any]], workers: int) -> float | None:
     return left * sum(seconds for _, seconds in done) / sum(cost for cost, _ in done) / workers
 
 
-def _pace(ended: int, seconds: float, cases: Sequence[Mapping[str, Any]], workers: int) -> str:
-    """Rate and time left, in words; empty while both are unknown."""
+def pace_in_words(ended: int, seconds: float, left: float | None) -> str:
+    """Rate and time left; empty while both are unknown."""
     rate = [f"{60 * ended / seconds:.3g} cases/min"] if ended and seconds > 0 else []
-    left = time_left(cases, workers)
     return ", ".join(rate + ([f"{duration(left)} left"] if left else []))
 
 
@@ -132,7 +129,8 @@ def status_view(sweep: dict[str, Any], working: bool) -> Group:
         sessions = [content["session"] for content in sweep["sessions"] if content["counts"]["running"]]
         workers = [worker for session in sessions for worker in session["workers"].values()]
         seconds = max((session["seconds"] for session in sessions), default=0.0)
-        pace = _pace(sum(worker["cases"] for worker in workers), seconds, cases, len(workers))
+        ended = sum(worker["cases"] for worker in workers)
+        pace = pace_in_words(ended, seconds, time_left(cases, len(workers)))
         parts.append(Text(f"at work with {len(workers)} at once" + (f", {pace}" if pace else "")))
     elif counts["pending"] + counts["running"]:
         parts.append(Text("no sweep is at work here; the same command goes on with the rest"))
