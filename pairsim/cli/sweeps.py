@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import Field, fields
 from inspect import Parameter, signature
 from pathlib import Path
-from typing import Annotated, Any, NoReturn, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, get_type_hints
 
 import typer
 
@@ -19,12 +19,19 @@ from pairsim.runtime.errors import InputError
 from pairsim.runtime.signals import Signals
 from pairsim.sweeps.options import Options
 
+if TYPE_CHECKING:
+    from pairsim.drivers.progress import Style
+
 app = typer.Typer()
 
 CLEAR = "\x1b[2J\x1b[H"  # clears a terminal
 Output = Annotated[
     Path | None, typer.Option("-o", "--output", help="Folder for the results (default: runs/<name>).", callback=usable)
 ]
+
+
+def _path(about: str) -> Any:
+    return typer.Argument(help=about, show_default=False, callback=usable)
 
 
 def _parameter(option: Field[Any]) -> Parameter:
@@ -61,10 +68,7 @@ def _with_options(*left_out: str) -> Callable[[Callable[..., None]], Callable[..
 )
 @_with_options()
 def sweep(
-    grid: Annotated[
-        Path,
-        typer.Argument(help="Grid file (YAML): base, grid, zip, cases, exclude.", show_default=False, callback=usable),
-    ],
+    grid: Annotated[Path, _path("Grid file (YAML): base, grid, zip, cases, exclude.")],
     output: Output = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="List the cases with estimated unknowns and time; compute nothing.")
@@ -112,24 +116,27 @@ def sweep(
             print_table(dry_run_view(checked, options.shard))
         return
 
+    from pairsim.sweeps.sweep import run_sweep
+
+    _compute(run_sweep, checked, directory, options, progress, quiet)
+
+
+def _compute(
+    run: Callable[..., tuple[int, str]], checked: Any, directory: Path, options: Options, progress: Style, quiet: bool
+) -> NoReturn:
+    """Compute a sweep or study, print the folder or the failure, and exit."""
     from pairsim.drivers.progress import make_reporter
     from pairsim.runtime.launcher import launcher_communicator
-    from pairsim.sweeps.sweep import run_sweep
 
     comm = launcher_communicator()
     reporter = make_reporter("none" if quiet else progress, comm.rank if comm else 0)
     with Signals(final=True):
-        _end(*run_sweep(checked, directory, options, comm, reporter), directory, quiet)
-
-
-def _end(code: int, message: str, directory: Path, quiet: bool) -> NoReturn:
-    """Print the folder or the failure, and exit; `message` is empty on all processes but the first."""
-    if message:
-        if code == 0:
+        code, message = run(checked, directory, options, comm, reporter)
+        if message and code == 0:  # on the first process
             typer.echo(str(directory))
-        elif quiet:
+        elif message and quiet:
             typer.echo(message, err=True)
-    raise typer.Exit(code)
+        raise typer.Exit(code)
 
 
 @app.command(
@@ -138,12 +145,7 @@ def _end(code: int, message: str, directory: Path, quiet: bool) -> NoReturn:
 @_with_options("limit", "only_failed", "fail_fast", "shard", "workers", "cold", "walltime")
 def study(
     file: Annotated[
-        Path,
-        typer.Argument(
-            help="Study file (YAML): base, discretisations, quantity, over, at, exact or reference, repeat.",
-            show_default=False,
-            callback=usable,
-        ),
+        Path, _path("Study file (YAML): base, discretisations, quantity, over, at, exact or reference, repeat.")
     ],
     output: Output = None,
     progress: Progress = "auto",
@@ -160,22 +162,17 @@ def study(
     is full, 4 installation or system at fault (pairsim doctor), 130 interrupted.
     """
     from pairsim.config.yaml_file import read_yaml
-    from pairsim.drivers.progress import make_reporter
-    from pairsim.runtime.launcher import launcher_communicator
     from pairsim.sweeps.study import run_study
     from pairsim.sweeps.study_file import read_study
 
     checked = read_study(file, read_yaml(file), tuple(set_ or ()))
     directory = output or Path("runs") / checked.name
-    comm = launcher_communicator()
-    reporter = make_reporter("none" if quiet else progress, comm.rank if comm else 0)
-    with Signals(final=True):
-        _end(*run_study(checked, directory, Options(**given, cold=True), comm, reporter), directory, quiet)
+    _compute(run_study, checked, directory, Options(**given, cold=True), progress, quiet)
 
 
 @app.command(epilog="Examples: pairsim status runs/sweep | pairsim status out --watch | pairsim status runs/quickstart")
 def status(
-    directory: Annotated[Path, typer.Argument(help="Folder of results.", show_default=False, callback=usable)],
+    directory: Annotated[Path, _path("Folder of results.")],
     watch: Annotated[bool, typer.Option("--watch", help="Repeat every two seconds until the command ends.")] = False,
 ) -> None:
     """Show the status of a folder of results.

@@ -35,8 +35,6 @@ def judge(code: int, record: dict[str, Any], stderr: str, stopped: str, seconds:
     lines = [line for line in stderr.splitlines() if line.strip()]
     last = lines[-1].strip() if lines else ""
     number = -code if code < 0 else None
-    if match := re.search(r"EXIT STRING:.*\(signal (\d+)\)", stderr):  # mpirun reports the signal of a rank
-        number = int(match[1])
     status = record.get("status")
     if code == 0 and status == "finished":
         return "finished", record.get("reason", ""), record.get("message", "")

@@ -39,7 +39,6 @@ FAILED = {"status": "failed"}
         (1, {"status": "running"}, "ValueError: odd", "", ("failed", "error")),
         (1, {}, "ImportError: libmpi", "", ("failed", "not_started")),
         (2, {}, "pairsim: mpirun: De: got 1", "", ("failed", "refused")),
-        (139, {"status": "running"}, "EXIT STRING: Segmentation fault (signal 11)", "", ("failed", "crashed")),
     ],
 )
 def test_ends_have_typed_reasons(
