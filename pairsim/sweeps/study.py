@@ -94,7 +94,7 @@ def _repetition(study: Study, command: str, case: SweepCase, sweep: Path, noted:
     record = read_record(directory)
     standing = note if note.get("status") in FAILED else record  # crashes and timeouts are recorded by the sweep only
     row: Row = {"status": standing.get("status", "pending"), "reason": standing.get("reason", "")}
-    if record.get("status") in ("finished", "failed"):
+    if row["status"] == "finished" or record.get("status") == "failed":
         row |= {name: record[name] for name in COUNTS if name in record}
     if row["status"] != "finished" or "unknowns" not in record:
         return row
