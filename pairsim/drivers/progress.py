@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Literal, get_args
 
 from rich.console import Console, Group, RenderableType
@@ -29,8 +29,12 @@ class Reporter:
     """Shows nothing; the base of the others, which show what `tell` is given.
 
     A computation of one case begins with `start`. A sweep has no title, and uses `tell` and `show` itself.
+
+    Attributes:
+        silent: Whether it shows nothing.
     """
 
+    silent = True
     _title = ""
     _total = 1.0
 
@@ -43,7 +47,7 @@ class Reporter:
             fields: It as data.
         """
 
-    def show(self, view: RenderableType) -> None:
+    def show(self, view: Callable[[], RenderableType]) -> None:
         """Show the state of a sweep in place of that before, on a terminal."""
 
     def start(self, title: str, goal: str, total: float) -> None:
@@ -82,6 +86,8 @@ class Reporter:
 class LineReporter(Reporter):
     """A line an event on stderr, for logs. Steps now and then: percent, state of the solution, seconds, those left."""
 
+    silent = False
+
     def tell(self, event: str, line: str, **fields: Any) -> None:
         print(line, file=sys.stderr, flush=True)
 
@@ -105,6 +111,8 @@ class LineReporter(Reporter):
 class JsonReporter(Reporter):
     """A JSON object a line on stderr, for programs: its `event` is start, progress, case, note, finish or answer."""
 
+    silent = False
+
     def __init__(self) -> None:
         self._begin = time.monotonic()
 
@@ -118,6 +126,8 @@ class JsonReporter(Reporter):
 class BarReporter(Reporter):
     """A live bar, and below it the state of the solution; both fit a terminal of 80 columns. Of a sweep its view."""
 
+    silent = False
+
     def __init__(self) -> None:
         self._console = Console(stderr=True)
         # Refreshed by hand in a sweep: a thread must not be alive when children are forked.
@@ -130,10 +140,10 @@ class BarReporter(Reporter):
         if event not in ("start", "progress") and ended != "finished":
             self._console.print(Text(line, style=COLOURS.get(ended or "", "")))
 
-    def show(self, view: RenderableType) -> None:
+    def show(self, view: Callable[[], RenderableType]) -> None:
         if not self._live.is_started:
             self._live.start()
-        self._live.update(view, refresh=True)
+        self._live.update(view(), refresh=True)
 
     def start(self, title: str, goal: str, total: float) -> None:
         super().start(title, goal, total)

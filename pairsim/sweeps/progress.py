@@ -44,6 +44,8 @@ class SweepProgress:
     def case(self, entry: Entry) -> None:
         """Tell that a case has ended."""
         self._ended += entry.status != "pending"
+        if self.reporter.silent:  # what follows goes through all cases
+            return
         counts, (left, pace) = self.ledger.counts, self._pace()
         ended = sum(counts[status] for status in ENDED)
         line = f"[{ended}/{len(self.ledger.entries)}] {_headline(entry)}" + (f"  ({pace})" if pace else "")
@@ -52,17 +54,20 @@ class SweepProgress:
 
     def tick(self, running: Mapping[int, Sequence[str]]) -> None:
         """Show the counts, the pace, and the case that each worker computes, now and then."""
-        if time.monotonic() - self._shown < SHOW_EVERY:
-            return
-        self._shown, counts = time.monotonic(), self.ledger.counts
-        table = Table(box=None, pad_edge=False, show_header=False)
+        if time.monotonic() - self._shown >= SHOW_EVERY:
+            self._shown = time.monotonic()
+            self.reporter.show(lambda: self._view(running))
+
+    def _view(self, running: Mapping[int, Sequence[str]]) -> Group:
+        counts, table = self.ledger.counts, Table(box=None, pad_edge=False, show_header=False)
         for rank, folders in sorted(running.items()):
             table.add_row(Text(f"worker {rank}", style="dim"), Text(folders[0]))
         bar = ProgressBar(total=sum(counts.values()), completed=sum(counts[status] for status in ENDED), width=40)
-        self.reporter.show(Group(bar, _counts(counts, "  "), Text(self._pace()[1], style="dim"), table))
+        return Group(bar, _counts(counts, "  "), Text(self._pace()[1], style="dim"), table)
 
     def finish(self, text: str) -> None:
         """End with the warnings of all cases, and a line."""
+        self.reporter.show(lambda: self._view({}))
         for warning in summarised(self.ledger.rows):
             self.reporter.note(f"warning: {warning}")
         self.reporter.finish(text)
