@@ -18,8 +18,9 @@ from scipy.interpolate import CubicSpline
 from pairsim.commands import COMMANDS
 from pairsim.drivers.progress import Reporter
 from pairsim.inputs.many_cases import ZERO
-from pairsim.results.folders import read_record, rows_of
+from pairsim.results.folders import read_record
 from pairsim.results.output import read_series, write_text
+from pairsim.results.tables import read_table
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import command_line, sole_writer
@@ -107,9 +108,8 @@ def _repetition(study: Study, command: str, case: SweepCase, sweep: Path, noted:
     row |= {f"{study.column}@{place:g}": float(read[study.column][i]) for i, place in enumerate(study.at)}
     names = [name for name in columns(case) if name.startswith(("dU", "D_"))]
     row |= {name: float(read[name][-1]) for name in (*names, study.column)}
-    if command == "curve" and (path := directory / "equilibria.csv").is_file():
-        zeros = [(float(zero["peak"]), float(zero["d"])) for zero in rows_of(path)]
-        row |= {ZERO: max(zeros)[1]} if zeros else {}
+    if command == "curve" and len(zeros := read_table(directory / "equilibria.csv")):
+        row[ZERO] = float(zeros["d"][zeros["peak"].idxmax()])
     return row
 
 
