@@ -109,7 +109,7 @@ def _repetition(study: Study, command: str, case: SweepCase, sweep: Path, noted:
     names = [name for name in columns(case) if name.startswith(("dU", "D_"))]
     row |= {name: float(read[name][-1]) for name in (*names, study.column)}
     if command == "curve" and len(zeros := read_table(directory / "equilibria.csv")):
-        row[ZERO] = float(zeros["d"][zeros["peak"].idxmax()])
+        row[ZERO] = float(zeros["d"].iloc[int(zeros["peak"].to_numpy().argmax())])
     return row
 
 
