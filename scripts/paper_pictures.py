@@ -15,12 +15,13 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from paper_results import Curve, Figure, NotComputed, Panel, Results, listed
 
+from pairsim.plots.axes import finish, key, spread
 from pairsim.plots.field_values import FIELDS
-from pairsim.plots.labels import axis_label, equation, finish, shown, spread
+from pairsim.plots.labels import axis_label, equation, shown
 from pairsim.plots.lines import BAND, fill
 from pairsim.plots.meridional_section import outlines
 from pairsim.plots.sections import Layer, View, add_bar, draw_view, layer_of, scale_of, views_of
-from pairsim.plots.style import COLOURS, LINES, MARKERS, Page, key, printing
+from pairsim.plots.style import COLOURS, LINES, MARKERS, Page, printing
 from pairsim.results.columns import LENGTH, STRESS
 from pairsim.results.xdmf import FieldFrame
 
@@ -201,7 +202,7 @@ def _draw_critical(axis: Axes, panel: Panel, results: Results, values: list[Any]
         )
         for case in (case for case in cases if _value(case, panel.by) == value):
             if isinstance(case, Curve):
-                zeros = [d for d, stable in case.zeros if not stable][:1]
+                zeros = [zero.d for zero in case.zeros if not zero.stable][:1]
                 axis.plot([0] * len(zeros), zeros, MARKERS[place], color=look["color"], clip_on=False, zorder=5)
                 continue
             rows = case.rows

@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from scipy.interpolate import PchipInterpolator
 
 from pairsim.plots.lines import Line, lines_of, read_zeros
+from pairsim.results import answer
 from pairsim.results.folders import read_record
 from pairsim.results.output import read_series
 from pairsim.results.xdmf import FieldFrame, read_frame, read_times
@@ -178,7 +179,7 @@ class Curve(CaseResult):
         return self.table["d"]
 
     @cached_property
-    def zeros(self) -> tuple[tuple[float, bool], ...]:
+    def zeros(self) -> tuple[answer.Zero, ...]:
         """Zeros of dU and whether they are stable."""
         return read_zeros(self.folder)
 

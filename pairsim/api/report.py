@@ -24,13 +24,12 @@ from pairsim.runtime.version import __version__
 
 CAPTIONS = {
     **{name: words for command in COMMANDS.values() for name, words in command.captions.items()},
-    "fields": "Velocity of the liquid and axial elastic stress of soft particles",
-    "perturbation": "What the particles change in the stress and pressure of the liquid",
+    "fields": "What the particles change in the liquid, and the axial elastic stress in soft ones",
     "field-streamlines": "Streamlines in the frame of the particles",
-    "sweep_series": "All cases over time and distance",
+    "sweep_series": "All cases over time",
     "sweep_curves": "All curves",
-    "sweep_parameters": "Relative velocity at the end over the parameters",
-    "sweep_zeros": "Zeros of the relative velocity over the parameters",
+    "sweep_parameters": "Relative velocity at the end over a parameter",
+    "sweep_zeros": "Zeros of the relative velocity over a parameter",
     "sweep_map": "How the cases ended",
     "study": "Error against wall time",
 }

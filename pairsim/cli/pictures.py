@@ -53,7 +53,8 @@ def plot(
         typer.Option(
             metavar="NAME",
             help="Fields of a run or a curve, and nothing else: velocity, streamlines, tr_c, N1 (tau_zz - tau_rr), "
-            "tau_zz, tau_zz_extra, pressure, pressure_extra (extra: less what is there without particles), or all.",
+            "tau_zz, pressure, velocity_extra, tau_zz_extra, pressure_extra (less what is there without particles), "
+            "or all.",
         ),
     ] = None,
     animate: Annotated[

@@ -103,8 +103,9 @@ def answer(tables: Tables, _: dict[str, Any]) -> list[str]:
 
 def draw(directory: Path, out: Path, page: Page) -> list[Path]:
     """D and U over Ca_e."""
-    from pairsim.plots.labels import axis_label, case_parts, finish, read_case
-    from pairsim.plots.style import printing, small_print
+    from pairsim.plots.axes import finish, small_print
+    from pairsim.plots.labels import axis_label, case_parts, read_case
+    from pairsim.plots.style import printing
     from pairsim.results.output import read_series
 
     table = read_series(directory / "shape.csv")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any
@@ -109,6 +109,19 @@ def si(text: str, kind: Kind) -> float:
     if not LEAST <= value <= MOST:
         raise ValueError(f"must be from {LEAST:g} to {MOST:g} {kind.unit}")
     return value
+
+
+def in_one_unit(texts: Sequence[str]) -> tuple[list[float], str]:
+    """Quantities such as "2 ms" as numbers in the unit of the first one, and that unit.
+
+    Raises:
+        ValueError: One of them is not a number with a unit, or has one of another kind.
+    """
+    parsed = [_parsed(text) for text in texts]
+    unit = parsed[0][1]
+    if not all(other.is_compatible_with(unit) for _, other in parsed):
+        raise ValueError("units must be of the same kind")
+    return [_in(unit, number, other) for number, other in parsed], f"{unit:~P}"
 
 
 def _in(unit: Any, number: float, given: pint.Unit) -> float:

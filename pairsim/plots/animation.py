@@ -3,28 +3,17 @@
 from __future__ import annotations
 
 import importlib.util
+import shutil
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib as mpl
-from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 
-from pairsim.plots.field_values import FIELDS, chosen_fields
-from pairsim.plots.fields import frame_count, motion_of, title_of
+from pairsim.plots.axes import small_print
+from pairsim.plots.fields import frame_count, pictures_of, title_of
 from pairsim.plots.labels import case_parts, read_case
-from pairsim.plots.sections import (
-    Layer,
-    View,
-    add_bar,
-    bar_height,
-    draw_view,
-    layer_of,
-    scale_of,
-    view_height,
-    views_of,
-)
-from pairsim.plots.style import Page, picture_file, printing, small_print
+from pairsim.plots.sections import Layer, View, draw_view, mark_view, sheet, views_of
+from pairsim.plots.style import Page, picture_file, printing
 from pairsim.results.columns import LENGTH
 from pairsim.results.output import make_folder
 from pairsim.results.xdmf import read_frame
@@ -36,10 +25,8 @@ SECONDS = 6.0  # of an animation
 
 def ffmpeg() -> str | None:
     """Path of ffmpeg: that of the system, else the one in the package imageio-ffmpeg; None without both."""
-    if FFMpegWriter.isAvailable():
-        return str(FFMpegWriter.bin_path())
-    if importlib.util.find_spec("imageio_ffmpeg") is None:
-        return None
+    if (found := shutil.which("ffmpeg")) is not None or importlib.util.find_spec("imageio_ffmpeg") is None:
+        return found
     import imageio_ffmpeg
 
     try:
@@ -51,25 +38,6 @@ def ffmpeg() -> str | None:
 def default_movie() -> str:
     """The kind of animation if none is asked for: an MP4 where ffmpeg is found, else a GIF."""
     return "mp4" if ffmpeg() is not None else "gif"
-
-
-@dataclass(frozen=True)
-class Movie:
-    """What an animation shows.
-
-    Attributes:
-        stem: Name of the file, without its ending.
-        views: The frames.
-        layers: The fields, with the values of every frame.
-        titles: A title for each frame.
-        parts: What holds for all of them.
-    """
-
-    stem: str
-    views: Sequence[View]
-    layers: Sequence[Layer]
-    titles: Sequence[str]
-    parts: Sequence[str]
 
 
 @printing()
@@ -96,36 +64,38 @@ def animate(directory: Path, out: Path, page: Page, *, curve: bool, field: str |
     if count < 2:
         allowed = f"must be left out: {directory} has {'one frame' if count else 'no frame'} of fields"
         raise InputError("--animate", "", None, allowed)
-    frames = [read_frame(directory, i) for i in range(count)]
-    case = read_case(directory / "case.yaml")
-    views = views_of(frames)
-    names = chosen_fields(field, frames[-1], str(directory / "fields.xdmf"))
-    sets = {f"field-{name}": [layer_of(name, FIELDS[name], views)] for name in names}
-    parts = case_parts(case, {"d0"} if curve else ())
-    titles = [title_of(frame, curve) for frame in frames]
-    movies = [
-        Movie(stem, views, layers, titles, parts) for stem, layers in (sets or {"fields": motion_of(views)}).items()
-    ]
-    return [_write(movie, kind, out, page) for movie in movies for kind in page.formats]
-
-
-def _write(movie: Movie, kind: str, out: Path, page: Page) -> Path:
-    """Write one animation; the file appears whole."""
+    views = views_of([read_frame(directory, i) for i in range(count)])
+    titles = [title_of(view.frame, curve) for view in views]
+    parts = case_parts(read_case(directory / "case.yaml"), {"d0"} if curve else ())
     make_folder(out)
-    path = out / f"{movie.stem}.{kind}"
-    rate = max(2, round(len(movie.views) / SECONDS))
-    figure = page.figure(view_height(page, movie.views[0]) + bar_height(page) * len(movie.layers) + 15.5)
-    axis = figure.subplots()
-    scaled = [(layer, scale_of(layer, movie.views)) for layer in movie.layers]
-    for layer, scale in scaled:
-        add_bar(figure, [axis], layer, scale)
-    small_print(figure, movie.parts)
+    written = []
+    for stem, layers in pictures_of(directory, views, field).items():
+        for kind in page.formats:
+            written.append(out / f"{stem}.{kind}")
+            _write(written[-1], page, views, layers, titles, parts, 0 if curve else count // 2)
+    return written
+
+
+def _write(
+    path: Path,
+    page: Page,
+    views: Sequence[View],
+    layers: Sequence[Layer],
+    titles: Sequence[str],
+    parts: Sequence[str],
+    first: int,
+) -> None:
+    """Write one animation; the file appears whole."""
+    from matplotlib.animation import FFMpegWriter, PillowWriter
+
+    figure, (axis,), scaled = sheet(page, views, layers, 1, first)
+    small_print(figure, parts)
     with picture_file(path) as part, mpl.rc_context({"animation.ffmpeg_path": ffmpeg() or "ffmpeg"}):
-        writer: AbstractMovieWriter = FFMpegWriter(fps=rate) if kind == "mp4" else PillowWriter(fps=rate)
+        writer = (FFMpegWriter if path.suffix == ".mp4" else PillowWriter)(fps=max(2, round(len(views) / SECONDS)))
         with writer.saving(figure, str(part), DPI):
-            for place, (view, title) in enumerate(zip(movie.views, movie.titles, strict=True)):
+            for place, (view, title) in enumerate(zip(views, titles, strict=True)):
                 axis.clear()
                 draw_view(axis, view, place, scaled)
+                mark_view(axis, view)
                 axis.set(xlabel=rf"$z\ [{LENGTH}]$", title=title)
                 writer.grab_frame()
-    return path

@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
-import csv
 import itertools
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from pairsim.plots.axes import finish, key, small_print, spread
 from pairsim.plots.encoding import Encoding
-from pairsim.plots.labels import axis_label, case_parts, finish, read_case, spread
-from pairsim.plots.style import Page, key, printing, small_print
+from pairsim.plots.labels import axis_label, case_parts, read_case
+from pairsim.plots.lines import draw_zero
+from pairsim.plots.style import Page, printing
+from pairsim.results.answer import Zero
+from pairsim.results.folders import rows_of
 from pairsim.runtime.errors import InputError
 
 OTHER = {"Ca_e": "De", "De": "Ca_e"}
 """The parameter that a picture is drawn over, and the one that tells its lines apart."""
-STYLES = {True: "-", False: (0, (4, 1.5))}
+STYLES = {True: "-", False: "--"}
 LONG = 0.5  # an error of a distance beyond this part of it does not widen the picture
 ENDS = {"vanishes": ("X", "a stable and an unstable one meet"), "edge": ("s", "leaves the range of $d$")}
 
@@ -40,8 +45,7 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
     case = read_case(directory / "case.yaml")
     path = directory / "critical.csv"
     try:
-        with path.open(encoding="utf-8", newline="") as file:
-            rows: list[dict[str, Any]] = [dict(row) for row in csv.DictReader(file)]
+        rows: list[dict[str, Any]] = [*map(dict, rows_of(path))]
     except OSError as error:
         raise InputError(str(path), "", None, f"cannot be read ({error.strerror})") from None
     if not case.get("along") or not rows:
@@ -52,7 +56,7 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
     encoding = Encoding.of(rows, [OTHER[name]])
     page = page.alone()
     figure = page.figure(82)
-    axis: Axes = figure.subplots()
+    axis = figure.subplots()
     for branch in dict.fromkeys(row["branch"] for row in rows):
         _draw_branch(axis, name, [row for row in rows if row["branch"] == branch], encoding)
     spread(axis, "x", [row[name] for row in rows])
@@ -62,9 +66,9 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
         seen = axis.get_ylim()
         for row, short in zip(rows, bounded, strict=True):
             if short == drawn and row["kind"] != "added":
-                _draw_error(axis, name, row, encoding.colour_of(row))
+                _draw_error(axis, name, row, encoding.look(row)["color"])
     axis.set_ylim(seen)
-    finish(axis, axis_label([name]), axis_label(["d_cr"]), [])
+    finish(axis, axis_label([name]), axis_label(["d_cr"]), [np.array([row["d_cr"] for row in rows])])
     encoding.bar(figure, [axis])
     key(figure, [*encoding.handles(), *_notes(rows)])
     lines = len(encoding.values[OTHER[name]]) > 1
@@ -72,8 +76,8 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
     return page.save(figure, out, "critical")
 
 
-def _draw_branch(axis: Axes, name: str, points: list[dict[str, Any]], encoding: Encoding) -> None:
-    colour = encoding.colour_of(points[0])
+def _draw_branch(axis: Axes, name: str, points: Sequence[Mapping[str, Any]], encoding: Encoding) -> None:
+    colour = encoding.look(points[0])["color"]
     for first, second in itertools.pairwise(points):
         # What vanishes is neither: the other end tells.
         end = second if first["kind"] == "vanishes" else first
@@ -81,36 +85,30 @@ def _draw_branch(axis: Axes, name: str, points: list[dict[str, Any]], encoding: 
         axis.plot([first[name], second[name]], [first["d_cr"], second["d_cr"]], linestyle=style, color=colour)
     for row in points:
         if row["kind"] == "wanted":
-            face = colour if row["stable"] == "true" else "white"
-            axis.plot(row[name], row["d_cr"], "o", color=colour, markerfacecolor=face, markersize=3.5)
+            draw_zero(axis, row[name], row["d_cr"], Zero(row["d_cr"], row["stable"] == "true"), colour)
         elif row["kind"] in ENDS:
             axis.plot(row[name], row["d_cr"], ENDS[row["kind"]][0], color=colour, markersize=5)
 
 
-def _draw_error(axis: Axes, name: str, row: dict[str, Any], colour: str) -> None:
+def _draw_error(axis: Axes, name: str, row: Mapping[str, Any], colour: Any) -> None:
     """The interval of a distance or, where two zeros meet, of the parameter."""
-    look: dict[str, Any] = {"fmt": "none", "ecolor": colour, "elinewidth": 2.4, "alpha": 0.35}
-    if row.get("d_error"):
-        axis.errorbar(row[name], row["d_cr"], yerr=float(row["d_error"]), **look)
-    elif row.get("parameter_error"):
-        axis.errorbar(row[name], row["d_cr"], xerr=float(row["parameter_error"]), **look)
+    for direction, column in (("yerr", "d_error"), ("xerr", "parameter_error")):
+        if row.get(column):
+            error: dict[str, Any] = {direction: float(row[column])}
+            axis.errorbar(row[name], row["d_cr"], fmt="none", ecolor=colour, elinewidth=2.4, alpha=0.35, **error)
+            return
 
 
-def _notes(rows: list[dict[str, Any]]) -> list[Line2D]:
-    entries = []
-    for stable, label in ((True, "stable"), (False, "unstable")):
-        if any((row["stable"] == "true") == stable for row in rows if row["kind"] != "vanishes"):
-            look: dict[str, Any] = {
-                "linestyle": STYLES[stable],
-                "marker": "o",
-                "markerfacecolor": "0.2" if stable else "white",
-            }
-            entries.append(Line2D([], [], color="0.2", label=label, **look))
+def _notes(rows: Sequence[Mapping[str, Any]]) -> list[Line2D]:
+    """Entries of the legend: stable and unstable distances, errors, ends of branches."""
+    grey: dict[str, Any] = {"color": "0.2", "linestyle": ""}
+    known = {row["stable"] == "true" for row in rows if row["kind"] != "vanishes"}
+    entries = [
+        Line2D([], [], **grey | {"linestyle": STYLES[stable]}, marker="o", markerfacecolor=face, label=label)
+        for stable, face, label in ((True, "0.2", "stable"), (False, "white", "unstable"))
+        if stable in known
+    ]
     if any(row.get("d_error") or row.get("parameter_error") for row in rows):
-        entries.append(
-            Line2D([], [], color="0.2", alpha=0.35, linestyle="", marker="|", markeredgewidth=2.4, label="error")
-        )
-    for kind, (marker, label) in ENDS.items():
-        if any(row["kind"] == kind for row in rows):
-            entries.append(Line2D([], [], color="0.2", linestyle="", marker=marker, label=label))
-    return entries
+        entries.append(Line2D([], [], **grey, alpha=0.35, marker="|", markeredgewidth=2.4, label="error"))
+    kinds = {row["kind"] for row in rows}
+    return entries + [Line2D([], [], **grey, marker=m, label=words) for k, (m, words) in ENDS.items() if k in kinds]

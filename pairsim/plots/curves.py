@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import scipy
 from matplotlib.axes import Axes
 
+from pairsim.plots.axes import finish, key, small_print, spread
 from pairsim.plots.encoding import Encoding
-from pairsim.plots.labels import axis_label, case_parts, finish, read_case, spread
+from pairsim.plots.labels import axis_label, case_parts, read_case
 from pairsim.plots.lines import BAND, draw_line, fine_distances, lines_of, notes
-from pairsim.plots.style import LINES, MARKERS, Page, key, printing, small_print
+from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED, Page, printing
 from pairsim.results.columns import column
 from pairsim.results.output import read_series
+from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
 
@@ -42,35 +44,35 @@ def draw_curve(directory: Path, out: Path, page: Page) -> list[Path]:
     encoding = Encoding.of([line.parameters for line in lines], ["gap"])
     figure, (left, right) = page.panels(2, height=58, extra=14)
     for line in lines:
-        case = line.parameters
-        look: dict[str, Any] = {"color": encoding.colour_of(case), "linestyle": encoding.line_of(case)}
-        draw_line(left, line, line.d, look | {"marker": encoding.marker_of(case), "band": BAND})
-    d = lines[0].table[lines[0].d]
-    spread(left, "x", d)
-    names = [line.y for line in lines]
-    finish(left, axis_label([lines[0].d]), axis_label(names), [table[name] for name in names])
-    shapes = [name for name in table if name.startswith("D_")]
-    _draw_shapes(right, table, lines[0].d, shapes)
+        draw_line(left, line, "d", encoding.look(line.parameters) | {"band": BAND})
+    d, names = lines[0].d, [line.y for line in lines]
+    spread(left, "x", table[d])
+    finish(left, axis_label([d]), axis_label(names), [table[name] for name in names])
+    _draw_shapes(right, table, d, [name for name in table if name.startswith("D_")])
+    encoding.bar(figure, [left])
     key(figure, [*encoding.handles(points=True), *notes(lines)])
     small_print(figure, case_parts(read_case(directory / "case.yaml")))
     return page.save(figure, out, "curve")
 
 
-def _draw_shapes(axis: Axes, table: dict[str, np.ndarray], d: str, shapes: list[str]) -> None:
+def _draw_shapes(axis: Axes, table: Mapping[str, Array], d: str, shapes: Sequence[str]) -> None:
     """The Taylor parameters: smooth lines over log d, which do not overshoot, through their points."""
     points = table[d]
-    fine = fine_distances(points)
+    fine, many = fine_distances(points), len(shapes) > len(COLOURS)
     for i, name in enumerate(shapes):
-        look: dict[str, Any] = {
-            "linestyle": LINES[i % len(LINES)],
-            "marker": MARKERS[i % len(MARKERS)],
-            "markersize": 2.5,
-            "markevery": np.searchsorted(fine, points).tolist(),
-        }
         values = table[name]
         if len(points) > 1:
             values = scipy.interpolate.PchipInterpolator(np.log(points), values)(np.log(fine))
-        axis.plot(fine, values, label=f"${column(name).symbol}$", **look)
+        axis.plot(
+            fine,
+            values,
+            label=f"${column(name).symbol}$" if not many or i in (0, len(shapes) - 1) else None,
+            color=ORDERED(i / (len(shapes) - 1)) if many else COLOURS[i],
+            linestyle=LINES[0] if many else LINES[i % len(LINES)],
+            marker="." if many else MARKERS[i],
+            markersize=2.5,
+            markevery=np.searchsorted(fine, points).tolist(),
+        )
     spread(axis, "x", table[d])
-    finish(axis, axis_label([d]), axis_label(shapes), [table[name] for name in shapes])
+    finish(axis, axis_label([d]), axis_label([*shapes]), [table[name] for name in shapes])
     axis.legend()

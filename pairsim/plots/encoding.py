@@ -13,23 +13,12 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from pairsim.plots.labels import WIDE, equation, shown, symbol
+from pairsim.plots.axes import WIDE
+from pairsim.plots.labels import equation, hashable, measured, parameter_label, symbol
 from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED
 from pairsim.runtime.errors import InputError
 
 MOST_PANELS = 6
-
-
-def hashable(value: Any) -> Hashable:
-    """A value of a parameter as a key of a mapping."""
-    return (
-        tuple(map(hashable, value)) if isinstance(value, list) else shown(value) if isinstance(value, dict) else value
-    )
-
-
-def is_number(value: Any) -> bool:
-    """Whether it has a place on an axis."""
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 @dataclass(frozen=True)
@@ -83,33 +72,25 @@ class Encoding:
         """Whether colours are those of a scale and not those of a legend."""
         return len(self.values.get(self.colour, ())) > len(COLOURS)
 
-    def _scale(self) -> ScalarMappable:
-        values: Any = self.values[self.colour]
-        if not all(map(is_number, values)):
-            return ScalarMappable(Normalize(0, len(values) - 1), ORDERED)
-        low, high = min(values), max(values)
-        norm = LogNorm(low, high) if low > 0 and high / low >= WIDE else Normalize(low, high)
-        return ScalarMappable(norm, ORDERED)
+    def _scale(self) -> tuple[list[float], str, ScalarMappable]:
+        """Places of the values on the scale of colours, their unit, and the scale."""
+        values = self.values[self.colour]
+        numbers, unit = measured(values) or (list(range(len(values))), "")
+        wide = min(numbers) > 0 and max(numbers) / min(numbers) >= WIDE
+        norm = (LogNorm if wide else Normalize)(min(numbers), max(numbers))
+        return numbers, unit, ScalarMappable(norm, ORDERED)
 
     def _place(self, key: str, case: Mapping[str, Any]) -> int:
         return self.values[key].index(hashable(case.get(key))) if key else 0
 
-    def colour_of(self, case: Mapping[str, Any]) -> Any:
-        """Colour of a case."""
-        place = self._place(self.colour, case)
+    def look(self, case: Mapping[str, Any]) -> dict[str, Any]:
+        """Colour, line style and marker of a case; a dot where markers show no parameter."""
+        place, style = self._place(self.colour, case), self._place(self.line, case)
+        marker = MARKERS[style] if self.line else "."
         if not self._many:
-            return COLOURS[place]
-        value: Any = self.values[self.colour][place]
-        scale = self._scale()
-        return scale.cmap(scale.norm(np.asarray(value if is_number(value) else place)))
-
-    def line_of(self, case: Mapping[str, Any]) -> Any:
-        """Line style of a case."""
-        return LINES[self._place(self.line, case)]
-
-    def marker_of(self, case: Mapping[str, Any]) -> str:
-        """Marker of a case's points: a dot where it shows no parameter."""
-        return MARKERS[self._place(self.line, case)] if self.line else "."
+            return {"color": COLOURS[place], "linestyle": LINES[style], "marker": marker}
+        numbers, _, scale = self._scale()
+        return {"color": scale.to_rgba(np.array(numbers))[place], "linestyle": LINES[style], "marker": marker}
 
     @property
     def panels(self) -> tuple[Hashable, ...]:
@@ -122,26 +103,28 @@ class Encoding:
 
     def handles(self, *, lines: bool = True, points: bool = False) -> list[Line2D]:
         """Entries of the legend; what is drawn has lines, points or both."""
-        plain: dict[str, Any] = {} if lines else {"linestyle": "", "marker": "o"}
         entries = []
         if self.colour and not self._many:
+            plain: dict[str, Any] = {"linestyle": "-"} if lines else {"linestyle": "", "marker": "o"}
             for value, colour in zip(self.values[self.colour], COLOURS, strict=False):
                 entries.append(Line2D([], [], color=colour, label=equation(self.colour, value), **plain))
         if self.line:
             for value, style, marker in zip(self.values[self.line], LINES, MARKERS, strict=False):
-                label = equation(self.line, value)
                 look: dict[str, Any] = {"linestyle": style if lines else "", "marker": marker if points else ""}
-                entries.append(Line2D([], [], color="0.2", label=label, **look))
+                entries.append(Line2D([], [], color="0.2", label=equation(self.line, value), **look))
         return entries
 
     def bar(self, figure: Figure, axes: list[Axes]) -> None:
         """A colour bar where a legend would be too long."""
         if self._many:
-            bar = figure.colorbar(self._scale(), ax=axes, label=symbol(self.colour), aspect=30)
-            if not all(map(is_number, self.values[self.colour])):
-                bar.set_ticks(range(len(self.values[self.colour])), labels=[str(v) for v in self.values[self.colour]])
+            numbers, unit, scale = self._scale()
+            label = parameter_label(self.colour, unit) if unit else symbol(self.colour)
+            bar = figure.colorbar(scale, ax=axes, label=label, aspect=30)
+            if measured(self.values[self.colour]) is None:
+                bar.set_ticks(numbers, labels=[str(value) for value in self.values[self.colour]])
 
 
 def _values(found: list[Any]) -> tuple[Hashable, ...]:
     values = list(dict.fromkeys(map(hashable, found)))
-    return tuple(sorted(values) if all(map(is_number, values)) else values)  # type: ignore[type-var]
+    known = measured(values)
+    return tuple(values) if known is None else tuple(value for _, value in sorted(zip(known[0], values, strict=True)))

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from pairsim.plots.meridional_section import surface_nodes
 from pairsim.results.columns import STRESS, VELOCITY
 from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
+
+SAME_END = 1e-9  # z of nodes at an end of the tube [D_c]
 
 
 @dataclass(frozen=True)
@@ -22,48 +24,46 @@ class Field:
     Attributes:
         label: Symbol and unit (TeX), for the colour bar.
         values: At the nodes (n,), from a frame.
-        needs: Fields of fields.xdmf that it is made of: all of them, or any one of them if `any_of`.
-        any_of: Whether one of `needs` is enough. Where the liquid's or the particles' is missing, they stay blank.
-        liquid: The field of fields.xdmf without which the liquid stays blank, "" if it never does.
-        solid: The same of the particles; None: they have no such field.
+        liquid: The field of fields.xdmf without which the liquid stays blank.
+        solid: The same of the particles; "": they have no such field.
         diverging: Whether colours are centred on zero.
-        meaning: In words, for `pairsim plot --help`.
     """
 
     label: str
     values: Callable[[FieldFrame], Array]
-    meaning: str
-    needs: tuple[str, ...]
-    any_of: bool = False
-    liquid: str = ""
-    solid: str | None = None
+    liquid: str
+    solid: str = ""
     diverging: bool = True
 
     def there(self, frame: FieldFrame) -> bool:
-        """Whether a frame has what it is made of."""
-        found = [name in frame.point_data for name in self.needs]
-        return any(found) if self.any_of else all(found)
+        """Whether a frame has what it is made of, in the liquid or in the particles."""
+        return self.liquid in frame.point_data or self.solid in frame.point_data
 
 
 def particle_velocity(frame: FieldFrame) -> float:
     """Mean axial velocity of the particles' surfaces; 0 without particles."""
     nodes = surface_nodes(frame)
-    return float(np.mean([frame.point_data["velocity"][arc, 0].mean() for arc in nodes])) if nodes else 0.0
+    return float(np.mean([frame.point_data["velocity"][path, 0].mean() for path in nodes])) if nodes else 0.0
 
 
-def _velocity(frame: FieldFrame) -> Array:
-    return frame.point_data["velocity"][:, 0]
+def _without_particles(frame: FieldFrame) -> Array:
+    """The axial velocity at the end of the tube, at the radii of all nodes."""
+    z, r = frame.points.T
+    end = np.flatnonzero(z < z.min() + SAME_END)
+    radii, first = np.unique(r[end].round(9), return_index=True)
+    return np.asarray(CubicSpline(radii, frame.point_data["velocity"][end[first], 0])(r))
 
 
-def _relative(frame: FieldFrame) -> Array:
-    return frame.point_data["velocity"][:, 0] - particle_velocity(frame)
+def _axial(less: Callable[[FieldFrame], Array | float] = lambda _: 0.0) -> Callable[[FieldFrame], Array]:
+    """The axial velocity less another one."""
+    return lambda frame: frame.point_data["velocity"][:, 0] - less(frame)
 
 
-def _stress(component: Callable[[Array], Array]) -> Callable[[FieldFrame], Array]:
-    """A component of the polymer's stress in the liquid and of the elastic stress in the particles."""
+def _stress(weights: Array) -> Callable[[FieldFrame], Array]:
+    """Weighted components zz, zr, rr, tt of the polymer's stress in the liquid and of the elastic one in particles."""
 
     def values(frame: FieldFrame) -> Array:
-        parts = [component(frame.point_data[name]) for name in ("tau_p", "tau_s") if name in frame.point_data]
+        parts = [frame.point_data[name] @ weights for name in ("tau_p", "tau_s") if name in frame.point_data]
         return np.asarray(sum(parts))  # each is zero where the other one lives
 
     return values
@@ -73,40 +73,18 @@ def _stored(name: str) -> Callable[[FieldFrame], Array]:
     return lambda frame: frame.point_data[name]
 
 
-BOTH: dict[str, Any] = {"needs": ("tau_p", "tau_s"), "any_of": True, "liquid": "tau_p", "solid": "tau_s"}
 FIELDS: dict[str, Field] = {
-    "velocity": Field(
-        rf"$u_z\ [{VELOCITY}]$", _velocity, "axial velocity", ("velocity",), solid="tau_s", diverging=False
-    ),
-    "streamlines": Field(
-        rf"$u_z - U\ [{VELOCITY}]$", _relative, "streamlines in the frame of the particles", ("velocity",)
-    ),
-    "tr_c": Field(r"$\mathrm{tr}\,c\ [-]$", _stored("tr_c"), "trace of the conformation", ("tr_c",), diverging=False),
-    "N1": Field(
-        rf"$\tau_{{zz}} - \tau_{{rr}}\ [{STRESS}]$",
-        _stress(lambda tau: tau[:, 0] - tau[:, 2]),
-        "normal stress difference: of the polymer, and elastic in the particles",
-        **BOTH,
-    ),
-    "tau_zz": Field(
-        rf"$\tau_{{zz}}\ [{STRESS}]$",
-        _stress(lambda tau: tau[:, 0]),
-        "axial stress: of the polymer, and elastic in the particles",
-        **BOTH,
-    ),
+    "velocity": Field(rf"$u_z\ [{VELOCITY}]$", _axial(), "velocity", "tau_s", diverging=False),
+    "streamlines": Field(rf"$u_z - U\ [{VELOCITY}]$", _axial(particle_velocity), "velocity"),
+    "tr_c": Field(r"$\mathrm{tr}\,c\ [-]$", _stored("tr_c"), "tr_c", diverging=False),
+    "N1": Field(rf"$\tau_{{zz}} - \tau_{{rr}}\ [{STRESS}]$", _stress(np.array([1, 0, -1, 0])), "tau_p", "tau_s"),
+    "tau_zz": Field(rf"$\tau_{{zz}}\ [{STRESS}]$", _stress(np.array([1, 0, 0, 0])), "tau_p", "tau_s"),
+    "pressure": Field(rf"$p\ [{STRESS}]$", _stored("pressure"), "pressure", diverging=False),
+    "velocity_extra": Field(rf"$u_z - u_{{z\infty}}\ [{VELOCITY}]$", _axial(_without_particles), "velocity"),
     "tau_zz_extra": Field(
-        rf"$\tau_{{zz}} - \tau_{{zz\infty}}\ [{STRESS}]$",
-        _stored("tau_p_zz_extra"),
-        "axial stress of the polymer less that without particles",
-        ("tau_p_zz_extra",),
+        rf"$\tau_{{zz}} - \tau_{{zz\infty}}\ [{STRESS}]$", _stored("tau_p_zz_extra"), "tau_p_zz_extra"
     ),
-    "pressure": Field(rf"$p\ [{STRESS}]$", _stored("pressure"), "pressure", ("pressure",), diverging=False),
-    "pressure_extra": Field(
-        rf"$p - p_\infty\ [{STRESS}]$",
-        _stored("pressure_extra"),
-        "pressure less that without particles",
-        ("pressure_extra",),
-    ),
+    "pressure_extra": Field(rf"$p - p_\infty\ [{STRESS}]$", _stored("pressure_extra"), "pressure_extra"),
 }
 """The fields by the names that `pairsim plot --field` takes."""
 

@@ -1,25 +1,20 @@
-"""Words on pictures: symbols with units, the parameters of a case, and ticks of logarithmic axes."""
+"""Words on pictures: symbols with units, and the parameters of a case."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Hashable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from matplotlib.axes import Axes
-from matplotlib.axis import Axis
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
-
 from pairsim.config.materials import declared_in, is_viscous, liquid_block, liquid_of, solid_blocks
+from pairsim.config.physical import BLOCK
+from pairsim.config.quantities import in_one_unit
 from pairsim.config.yaml_file import read_yaml
 from pairsim.physics import declared
 from pairsim.physics.declared import LAWS
 from pairsim.results.columns import column
-from pairsim.runtime.arrays import Array
 
 SYMBOLS = {"beta": r"\beta", "d0": "d_0", "mesh.Np": "N_p", **declared.SYMBOLS}
-WIDE = 8.0  # ratio of values from which their axis is logarithmic
-NOISE = 1e-9  # what varies less than this is constant to rounding, and not blown up to fill its panel
 
 
 def read_case(file: Path) -> dict[str, Any]:
@@ -44,10 +39,32 @@ def shown(value: Any) -> str:
     return f"{value:.4g}" if isinstance(value, float) else plain_text(str(value))
 
 
+def hashable(value: Any) -> Hashable:
+    """A value of a parameter as a key of a mapping."""
+    if isinstance(value, list):
+        return tuple(map(hashable, value))
+    return shown(value) if isinstance(value, dict) else value
+
+
+def measured(values: Sequence[Any]) -> tuple[list[float], str] | None:
+    """Values of a parameter as numbers, and the unit of quantities such as "2 ms"; None if one of them is neither."""
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+        return list(values), ""
+    try:
+        return in_one_unit(values)
+    except ValueError:
+        return None
+
+
 def symbol(key: str) -> str:
     """A parameter on an axis or in a legend."""
     name = _symbol(key)
-    return f"${name}$" if name else plain_text(key)
+    return f"${name}$" if name else _words(key)
+
+
+def _words(key: str) -> str:
+    """A parameter without a symbol: that of an experiment goes without the name of its block."""
+    return plain_text(key.removeprefix(f"{BLOCK}.").replace("_", " ") if key.startswith(BLOCK) else key)
 
 
 def _symbol(key: str) -> str:
@@ -61,7 +78,7 @@ def equation(key: str, value: Any) -> str:
     if key in ("liquid", "solid"):
         return shown(value)
     name = _symbol(key)
-    return f"${name} = {shown(value)}$" if name else f"{plain_text(key)} = {shown(value)}"
+    return f"${name} = {shown(value)}$" if name else f"{_words(key)} = {shown(value)}"
 
 
 def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = ()) -> list[str]:
@@ -119,46 +136,11 @@ def axis_label(names: list[str], more: str = "") -> str:
     return f"{symbols}{more}  [${entries[0].unit or '-'}$]"
 
 
-def parameter_label(key: str) -> str:
-    """Axis label of a parameter of a case."""
-    return f"{symbol(key)}  [${'D_c' if key == 'd0' else '-'}$]"
-
-
-def spread(axis: Axes, name: str, values: Iterable[float]) -> None:
-    """A logarithmic axis with plain numbers for values that span a wide range, else a linear one with few ticks.
+def parameter_label(key: str, unit: str = "") -> str:
+    """Axis label of a parameter of a case.
 
     Args:
-        axis: The panel.
-        name: "x" or "y".
-        values: What is drawn along it.
+        key: Its key.
+        unit: That of its values, where they are quantities.
     """
-    known = list(values)
-    low, high = min(known), max(known)
-    direction: Axis = axis.xaxis if name == "x" else axis.yaxis
-    if low > 0 and high / low >= WIDE:
-        (axis.set_xscale if name == "x" else axis.set_yscale)("log")
-        steps = (1.0, 2.0, 5.0) if high / low < 300 else (1.0,)
-        direction.set_major_locator(LogLocator(subs=steps))
-        direction.set_major_formatter(StrMethodFormatter("{x:g}"))
-        direction.set_minor_formatter(NullFormatter())
-    else:
-        direction.set_major_locator(MaxNLocator(5))
-
-
-def finish(axis: Axes, x: str, y: str, values: list[Array]) -> None:
-    """Labels, the line y = 0 where values change sign, and a range that does not blow rounding up.
-
-    Args:
-        axis: The panel.
-        x: Label of the abscissa.
-        y: Label of the ordinate.
-        values: What is drawn.
-    """
-    filled = [entry for entry in values if len(entry)]
-    low, high = min((float(v.min()) for v in filled), default=0.0), max((float(v.max()) for v in filled), default=1.0)
-    if high - low < NOISE:
-        middle = (low + high) / 2
-        axis.set_ylim(middle - 1e-6, middle + 1e-6)
-    if low < 0 < high:
-        axis.axhline(0, color="0.55", linewidth=0.6, zorder=0.5)
-    axis.set(xlabel=x, ylabel=y)
+    return f"{symbol(key)}  [{unit or ('$D_c$' if key == 'd0' else '$-$')}]"

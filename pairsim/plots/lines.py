@@ -1,8 +1,7 @@
-"""Lines of runs and curves: any number of them in the same panels."""
+"""Lines of runs and curves: any number of them in the same panel."""
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,15 +9,13 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from pairsim.plots.encoding import Encoding
-from pairsim.plots.labels import axis_label, equation, finish, spread
-from pairsim.plots.style import Page, key, small_print
+from pairsim.results.answer import Zero
 from pairsim.results.columns import error_column, relative_velocities
 from pairsim.results.curve_table import curve_of
+from pairsim.results.folders import rows_of
 from pairsim.results.output import read_series
 from pairsim.runtime.arrays import Array
 
@@ -36,7 +33,7 @@ class Line:
         table: Columns of series.csv or curve.csv.
         y: The column that is drawn.
         curve: Whether it is a master curve and not a run.
-        zeros: Distances at which dU of a curve is zero, and whether they are stable.
+        zeros: Distances at which dU of a curve is zero.
         failed: Whether the case failed at its last row.
     """
 
@@ -44,7 +41,7 @@ class Line:
     table: Mapping[str, Array]
     y: str
     curve: bool
-    zeros: tuple[tuple[float, bool], ...] = ()
+    zeros: tuple[Zero, ...] = ()
     failed: bool = False
 
     @property
@@ -57,6 +54,10 @@ class Line:
         """The column of the distance."""
         return f"d{self.gap}"
 
+    def column(self, name: str) -> str:
+        """The column of t, of the distance d, or of what is drawn, y."""
+        return {"t": "t", "d": self.d, "y": self.y}[name]
+
     def smooth(self) -> tuple[Array, Array, Array | None]:
         """Abscissa, dU and its half-width between the points of a curve of at least two."""
         curve = curve_of(self.table, self.gap)
@@ -65,6 +66,17 @@ class Line:
         known = error_column(self.table, self.gap) is not None
         return fine, curve.values(fine), curve.half_widths(fine) if known else None
 
+    def drawn(self, x: str, y: str = "y") -> tuple[Array, Array, Array | None]:
+        """Abscissa, ordinate and the half-width of dU, as a line shows them.
+
+        Args:
+            x, y: As in `column`.
+        """
+        if self.curve and y == "y" and len(self.table[self.d]) > 1:
+            return self.smooth()
+        error = error_column(self.table, self.gap) if y == "y" and self.y.startswith("dU") else None
+        return self.table[self.column(x)], self.table[self.column(y)], self.table[error] if error else None
+
 
 def fine_distances(points: Array) -> Array:
     """Distances for a smooth line through points in ascending distance, these among them, ascending."""
@@ -72,13 +84,12 @@ def fine_distances(points: Array) -> Array:
     return np.union1d(points, between[(between > points[0]) & (between < points[-1])])
 
 
-def read_zeros(directory: Path) -> tuple[tuple[float, bool], ...]:
-    """The zeros of a curve, from equilibria.csv, and whether they are stable; none where the file is missing."""
+def read_zeros(directory: Path) -> tuple[Zero, ...]:
+    """The zeros of a curve, from equilibria.csv; none where the file is missing."""
     path = directory / "equilibria.csv"
-    if not path.is_file():
-        return ()
-    with path.open(encoding="utf-8", newline="") as file:
-        return tuple((float(row["d"]), row["stable"] == "true") for row in csv.DictReader(file))
+    rows = rows_of(path) if path.is_file() else []
+    errors = [float(row["d_error"]) if row.get("d_error") else None for row in rows]
+    return tuple(Zero(float(row["d"]), row["stable"] == "true", e) for row, e in zip(rows, errors, strict=True))
 
 
 def lines_of(directory: Path, parameters: Mapping[str, Any], *, curve: bool, failed: bool = False) -> list[Line]:
@@ -107,33 +118,33 @@ def lines_of(directory: Path, parameters: Mapping[str, Any], *, curve: bool, fai
     ]
 
 
-def draw_line(axis: Axes, line: Line, x: str, look: Mapping[str, Any]) -> None:
+def draw_line(axis: Axes, line: Line, x: str, look: Mapping[str, Any], y: str = "y") -> None:
     """One line with its band, that of a curve with points and zeros; a cross ends that of a case which failed.
 
     Args:
         axis: The panel.
         line: The line.
-        x: Column of the abscissa.
+        x, y: What is drawn over what, as in `Line.column`.
         look: `color`, `linestyle`, `marker`, and the opacity of its `band`.
     """
-    plain = {name: look[name] for name in ("color", "linestyle")}
-    points, values = line.table[x], line.table[line.y]
-    if line.curve and len(points) > 1:
-        fine, curve, error = line.smooth()
-        axis.plot(fine, curve, **plain)
-        if error is not None:
-            fill(axis, fine, curve, error, look)
+    points, values = line.table[line.column(x)], line.table[line.column(y)]
+    fine, curve, error = line.drawn(x, y)
+    axis.plot(fine, curve, color=look["color"], linestyle=look["linestyle"])
+    if error is not None:
+        fill(axis, fine, curve, error, look)
     if line.curve or len(points) == 1:
-        axis.plot(points, values, look["marker"], color=look["color"], markersize=2.5 if look["marker"] != "." else 3.5)
-    if not line.curve:
-        axis.plot(points, values, **plain)
-        if (name := error_column(line.table, line.gap)) is not None:
-            fill(axis, points, values, line.table[name], look)
-    for zero, stable in line.zeros:
-        face = look["color"] if stable else "white"
-        axis.plot([zero], [0], "o", color=look["color"], markerfacecolor=face, markersize=ZERO, zorder=5)
+        size = 2.5 if look["marker"] != "." else 3.5
+        axis.plot(points, values, look["marker"], color=look["color"], markersize=size)
+    for zero in line.zeros:
+        draw_zero(axis, zero.d, 0.0, zero, look["color"], xerr=zero.error)
     if line.failed:
         axis.plot(points[-1:], values[-1:], "x", color=look["color"], markersize=5)
+
+
+def draw_zero(axis: Axes, x: float, y: float, zero: Zero, colour: Any, marker: str = "o", **error: Any) -> None:
+    """A zero of dU with the bar of its error, filled where it is stable."""
+    look: dict[str, Any] = {"color": colour, "markerfacecolor": colour if zero.stable else "white", "zorder": 5}
+    axis.errorbar([x], [y], marker=marker, markersize=ZERO, elinewidth=0.8, linestyle="", **look, **error)
 
 
 def fill(axis: Axes, x: Array, y: Array, error: Array, look: Mapping[str, Any]) -> None:
@@ -145,7 +156,7 @@ def fill(axis: Axes, x: Array, y: Array, error: Array, look: Mapping[str, Any]) 
 def notes(lines: Sequence[Line]) -> list[Any]:
     """Entries of the legend for what else is drawn: bands, zeros, failures."""
     entries: list[Any] = []
-    if any(line.y.startswith("dU") and error_column(line.table, line.gap) for line in lines):
+    if any(line.drawn("d")[2] is not None for line in lines if line.y.startswith("dU")):
         entries.append(Patch(color="0.35", alpha=BAND, linewidth=0, label=r"error of $\Delta U$"))
     entries += zero_notes([zero for line in lines for zero in line.zeros])
     if any(line.failed for line in lines):
@@ -153,59 +164,10 @@ def notes(lines: Sequence[Line]) -> list[Any]:
     return entries
 
 
-def zero_notes(zeros: Sequence[tuple[float, bool]]) -> list[Line2D]:
+def zero_notes(zeros: Sequence[Zero]) -> list[Line2D]:
     """Entries of the legend for zeros, each with whether it is stable."""
-    entries = []
-    for stable in sorted({stable for _, stable in zeros}, reverse=True):
-        face, label = ("0.2", "stable zero") if stable else ("white", "unstable zero")
-        look: dict[str, Any] = {
-            "marker": "o",
-            "linestyle": "",
-            "markersize": ZERO,
-            "color": "0.2",
-            "markerfacecolor": face,
-        }
-        entries.append(Line2D([], [], label=label, **look))
-    return entries
-
-
-def draw_lines(page: Page, lines: Sequence[Line], encoding: Encoding, parts: Sequence[str]) -> Figure:
-    """All lines: those of runs against time and distance, those of curves against distance.
-
-    Args:
-        page: What it is drawn for.
-        lines: At least one, all of runs or all of curves.
-        encoding: How they are distinguished.
-        parts: What they have in common, for the small print.
-    """
-    against = [line.d for line in lines[:1] if line.d in line.table]
-    against = against if lines[0].curve else ["t", *against]
-    rows = encoding.panels
-    if len(rows) * len(against) == 1:
-        page = page.alone()
-    figure, axes = page.panels(len(rows) * len(against), extra=16)
-    places = [(value, x) for value in rows for x in against]
-    for axis, (value, x) in zip(axes, places, strict=True):
-        inside = [line for line in lines if encoding.inside(line.parameters, value)]
-        for line in inside:
-            case = line.parameters
-            look: dict[str, Any] = {"color": encoding.colour_of(case), "linestyle": encoding.line_of(case)}
-            look |= {"marker": encoding.marker_of(case), "band": BAND * min(1.0, TOGETHER / len(inside))}
-            draw_line(axis, line, x if x == "t" else line.d, look)
-        _finish(axis, inside, x)
-        if encoding.panel:
-            axis.set_title(equation(encoding.panel, value))
-    encoding.bar(figure, axes)
-    key(figure, [*encoding.handles(points=lines[0].curve), *notes(lines)])
-    small_print(figure, parts)
-    return figure
-
-
-def _finish(axis: Axes, lines: Sequence[Line], x: str) -> None:
-    if not lines:
-        return
-    names = list(dict.fromkeys(line.y for line in lines))
-    gaps = list(dict.fromkeys(line.d for line in lines)) if x != "t" else ["t"]
-    if lines[0].curve:
-        spread(axis, "x", [float(v) for line in lines for v in line.table[line.d]])
-    finish(axis, axis_label(gaps), axis_label(names), [line.table[line.y] for line in lines])
+    look: dict[str, Any] = {"marker": "o", "linestyle": "", "markersize": ZERO, "color": "0.2"}
+    known = {zero.stable for zero in zeros}
+    stable = [Line2D([], [], label="stable zero", **look)] if True in known else []
+    open_one = Line2D([], [], label="unstable zero", markerfacecolor="white", **look)
+    return [*stable, *([open_one] if False in known else [])]

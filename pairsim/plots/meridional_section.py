@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import depth_first_order
 
 from pairsim.results.xdmf import FieldFrame
-from pairsim.runtime.arrays import Array
+from pairsim.runtime.arrays import Array, Indices
 
 EDGES = {6: [(0, 1, 3), (1, 2, 4), (2, 0, 5)], 9: [(0, 1, 4), (1, 2, 5), (2, 3, 6), (3, 0, 7)]}
 """Corners and mid-node of the edges of a cell, by its number of nodes (VTK's order)."""
@@ -24,11 +26,9 @@ class Surface:
     triangles: NDArray[np.int64]
     values: Array
 
-    def mirrored(self) -> Surface:
-        """Together with its mirror image at r < 0."""
-        other = self.points * [1, -1]
-        triangles = np.vstack([self.triangles, self.triangles[:, ::-1] + len(self.points)])
-        return Surface(np.vstack([self.points, other]), triangles, np.tile(self.values, 2))
+    def triangulation(self, side: int) -> Triangulation:
+        """The triangles above the axis (1), or their mirror images below it (-1)."""
+        return Triangulation(self.points[:, 0], side * self.points[:, 1], self.triangles)
 
 
 def _line(s: Array) -> Array:
@@ -39,21 +39,15 @@ def _line(s: Array) -> Array:
 def _lattice(kind: int, level: int) -> tuple[Array, NDArray[np.int64]]:
     """Shape functions on a regular lattice of one cell, (nodes, kind), and the triangles between its nodes."""
     grid = [(i, j) for j in range(level + 1) for i in range(level + 1 - (j if kind == 6 else 0))]
-    number = {node: k for k, node in enumerate(grid)}
-    triangles = []
-    for i, j in grid:
-        if (i + 1, j) in number and (i, j + 1) in number:
-            triangles.append([number[i, j], number[i + 1, j], number[i, j + 1]])
-            if (i + 1, j + 1) in number:
-                triangles.append([number[i + 1, j], number[i + 1, j + 1], number[i, j + 1]])
     x, y = np.array(grid, dtype=float).T / level
+    triangles = Triangulation(x, y).triangles.astype(np.int64)
     if kind == 6:
         a, b, c = 1 - x - y, x, y
         shapes = [a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1), 4 * a * b, 4 * b * c, 4 * c * a]
-        return np.stack(shapes, axis=1), np.array(triangles)
+        return np.stack(shapes, axis=1), triangles
     order = [(0, 0), (1, 0), (1, 1), (0, 1), (2, 0), (1, 2), (2, 1), (0, 2), (2, 2)]
     along, across = _line(x), _line(y)
-    return np.stack([along[:, i] * across[:, j] for i, j in order], axis=1), np.array(triangles)
+    return np.stack([along[:, i] * across[:, j] for i, j in order], axis=1), triangles
 
 
 def tessellate(frame: FieldFrame, chosen: NDArray[np.bool_], values: Array, level: int = 3) -> Surface:
@@ -72,8 +66,8 @@ def tessellate(frame: FieldFrame, chosen: NDArray[np.bool_], values: Array, leve
     return Surface(points, (triangles + starts).reshape(-1, 3), (values[cells] @ shapes.T).ravel())
 
 
-def surface_nodes(frame: FieldFrame) -> list[NDArray[np.int64]]:
-    """The edges of the liquid's cells on each particle: (first, last, middle node), (k, 3), from pole to pole.
+def surface_nodes(frame: FieldFrame) -> list[Indices]:
+    """The nodes of the liquid's cells on each particle, corners and mid-nodes in turn, (2k + 1,), from upstream.
 
     They are read off the liquid, so that rigid particles, which have no cells, have them too.
     """
@@ -82,8 +76,15 @@ def surface_nodes(frame: FieldFrame) -> list[NDArray[np.int64]]:
     _, first, count = np.unique(np.sort(edges[:, :2], axis=1), axis=0, return_index=True, return_counts=True)
     edges = edges[first[count == 1]]
     edges = edges[(np.abs(frame.points[edges, 1]) > ON_AXIS).any(axis=1)]
-    wall = float(frame.points[edges, 1].max(initial=0.0))
-    return [arc for arc in _chains(edges) if frame.points[arc, 1].max() < (1 - 1e-6) * wall]
+    a, b, middle = edges.T
+    # Halves of edges: the surface of a particle is a path of them from pole to pole.
+    halves, n = (np.concatenate([a, middle]), np.concatenate([middle, b])), len(frame.points)
+    graph = coo_array((np.ones(2 * len(edges)), halves), shape=(n, n)).tocsr()
+    ends = np.flatnonzero(np.bincount(np.concatenate(halves), minlength=n) == 1)
+    wall, z = float(frame.points[edges, 1].max(initial=0.0)), frame.points[:, 0]
+    paths = [depth_first_order(graph, end, directed=False, return_predecessors=False) for end in ends]
+    paths = [path for path in paths if frame.points[path, 1].max() < (1 - 1e-6) * wall and z[path[0]] <= z[path[-1]]]
+    return sorted((path.astype(np.int64) for path in paths), key=lambda path: float(z[path].mean()))
 
 
 def outlines(frame: FieldFrame, pieces: int = 6) -> list[Array]:
@@ -95,28 +96,7 @@ def outlines(frame: FieldFrame, pieces: int = 6) -> list[Array]:
     """
     shapes = _line(np.linspace(0, 1, pieces + 1)[:-1])
     found = []
-    for arc in surface_nodes(frame):
-        line = np.einsum("sa,mai->msi", shapes, frame.points[arc]).reshape(-1, 2)
-        line = np.vstack([line, frame.points[arc[-1, 1]]])
-        found.append(line if line[0, 0] <= line[-1, 0] else line[::-1])
-    return sorted(found, key=lambda line: float(line[:, 0].mean()))
-
-
-def _chains(edges: NDArray[np.int64]) -> list[NDArray[np.int64]]:
-    """Open chains of edges (first, last, middle node), each in the order and direction of the walk along it."""
-    at: dict[int, list[int]] = defaultdict(list)
-    for i, (a, b, _) in enumerate(edges.tolist()):
-        at[a].append(i)
-        at[b].append(i)
-    used: set[int] = set()
-    chains = []
-    for start in (node for node, meeting in at.items() if len(meeting) == 1):
-        node, chain = start, []
-        while (step := next((i for i in at[node] if i not in used), None)) is not None:
-            used.add(step)
-            a, b, middle = (int(k) for k in edges[step])
-            chain.append((a, b, middle) if a == node else (b, a, middle))
-            node = chain[-1][1]
-        if chain:
-            chains.append(np.array(chain))
-    return chains
+    for path in surface_nodes(frame):
+        arc = frame.points[np.stack([path[:-2:2], path[2::2], path[1::2]], axis=1)]
+        found.append(np.vstack([np.einsum("sa,mai->msi", shapes, arc).reshape(-1, 2), arc[-1, 1]]))
+    return found

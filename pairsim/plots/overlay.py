@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from matplotlib.axes import Axes
+
 from pairsim.physics.declared import FLAT
-from pairsim.plots.encoding import Encoding, hashable
-from pairsim.plots.labels import case_parts, read_case, symbol
-from pairsim.plots.lines import Line, draw_lines, lines_of
+from pairsim.plots.axes import finish, key, leave_out_spikes, small_print, spread
+from pairsim.plots.encoding import Encoding
+from pairsim.plots.labels import axis_label, case_parts, equation, hashable, read_case, symbol
+from pairsim.plots.lines import BAND, FINE, TOGETHER, Line, draw_line, fill, lines_of, notes
 from pairsim.plots.style import Page, printing
+from pairsim.results.columns import column
 from pairsim.results.folders import kind_of
+from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
 FIRST = ("beta", "De", "Ca_e", "d0", "particles", "liquid", "xi", *FLAT)
 """Keys that a difference is looked for in before all others."""
 NOT_COMPARED = ("name", "output", "fields", "physical", "time.end", "limits")
 FOLDER = "folder"
+ALIKE = 0.05  # lines whose differences are below this part of their range lie on each other
 
 
 def flat(case: dict[str, Any], above: str = "") -> dict[str, Any]:
@@ -34,14 +41,15 @@ def flat(case: dict[str, Any], above: str = "") -> dict[str, Any]:
 def varying_keys(cases: Sequence[dict[str, Any]]) -> list[str]:
     """The keys that tell cases apart: each one tells some apart that those before it do not.
 
-    So the liquid is not named where De tells as much, nor a mesh that was chosen for it.
+    So the liquid is not named where De tells as much, nor a mesh that was chosen for it; and not the distances of a
+    curve, which are seen.
     """
     names = [key for key in (*FIRST, *(key for case in cases for key in case)) if not key.startswith(NOT_COMPARED)]
     chosen: list[str] = []
     known = 1
     for name in dict.fromkeys(names):
         count = len({tuple(hashable(case.get(key)) for key in (*chosen, name)) for case in cases})
-        if count > known:
+        if name != "d" and count > known:
             chosen, known = [*chosen, name], count
     return chosen
 
@@ -85,26 +93,28 @@ def overlay(
         lines += found
     # A Newtonian one has no law to name.
     fullest = max(whole, key=lambda case: (float(case.get("De", 0)), isinstance(case.get("liquid"), dict)))
-    return draw_overlay(lines, keys, fullest, out, page, "curves" if curve else "runs", group, panels)
+    return draw_overlay(lines, keys, case_parts(fullest, keys), out, page, "curves" if curve else "runs", group, panels)
 
 
 @printing()
 def draw_overlay(
     lines: Sequence[Line],
     keys: Sequence[str],
-    case: dict[str, Any],
+    parts: Sequence[str],
     out: Path,
     page: Page,
     stem: str,
     group: str | None = None,
     panels: str | None = None,
 ) -> list[Path]:
-    """Draw lines whose cases differ in some keys.
+    """Draw lines whose cases differ in some keys: those of runs over time and distance, those of curves over distance.
+
+    Where they lie on each other, a panel more has their differences to the first one.
 
     Args:
-        lines: At least one.
+        lines: At least one, all of runs or all of curves.
         keys: What differs.
-        case: A case, for what does not.
+        parts: What they have in common, for the small print.
         out: Folder of the picture.
         page: What it is drawn for.
         stem: Name of the files without their endings.
@@ -116,6 +126,87 @@ def draw_overlay(
     """
     gaps = ["gap"] if any("gap" in line.parameters for line in lines) else []
     encoding = Encoding.of([line.parameters for line in lines], [*keys, *gaps], group, panels)
+    if lines[0].curve or lines[0].d not in lines[0].table:
+        kinds = [("d" if lines[0].curve else "t", "y")]
+    else:
+        kinds = [("t", "d"), ("t", "y"), ("d", "y")][: 2 if encoding.panel else 3]
+    places = [(value, x, y) for value in encoding.panels for x, y in kinds]
+    differences = [] if encoding.panel else _differences(lines, encoding)
+    count = len(places) + bool(differences)
+    height = 62 if count == 1 else 50 if count <= 6 else 40
+    columns = len(kinds) if encoding.panel and len(kinds) > 1 else None
+    figure, axes = (page if count > 1 else page.alone()).panels(count, height, extra=16, columns=columns)
+    for place, (axis, (value, x, y)) in enumerate(zip(axes, places, strict=False)):
+        if place >= len(kinds):
+            axis.sharex(axes[place % len(kinds)])
+            if y == "y":  # distances move little beside the differences of their starts
+                axis.sharey(axes[place % len(kinds)])
+        _draw_panel(axis, lines, encoding, value, x, y)
+        if encoding.panel:
+            axis.set_title(equation(encoding.panel, value))
+    if differences:
+        _draw_differences(axes[-1], differences, encoding)
+    encoding.bar(figure, axes)
+    key(figure, [*encoding.handles(points=lines[0].curve), *notes(lines)])
     unseen = [f"all values of {symbol(name)}" for name in encoding.untold]
-    figure = draw_lines(page, lines, encoding, [*case_parts(case, keys), *unseen])
+    small_print(figure, [*parts, *unseen])
     return page.save(figure, out, stem)
+
+
+def _draw_panel(axis: Axes, lines: Sequence[Line], encoding: Encoding, value: Hashable, x: str, y: str) -> None:
+    """The lines of a panel, on axes for those of all panels."""
+    inside = [line for line in lines if encoding.inside(line.parameters, value)]
+    band = BAND * min(1.0, TOGETHER / max(len(inside), 1))
+    for line in inside:
+        draw_line(axis, line, x, encoding.look(line.parameters) | {"band": band}, y)
+    over, names = ([*dict.fromkeys(line.column(each) for line in lines)] for each in (x, y))
+    finish(axis, axis_label(over), axis_label(names), [line.table[line.column(y)] for line in lines])
+    if lines[0].curve:
+        spread(axis, "x", [float(v) for line in lines for v in line.table[line.d]])
+    elif y == "y":
+        leave_out_spikes(axis, [(line.table["t"], line.table[line.y]) for line in lines])
+
+
+def _drawn_at(line: Line, places: Array) -> tuple[Array, Array | None]:
+    """What a line shows at some t or d, and the half-width of dU."""
+    x, values, error = line.drawn("d" if line.curve else "t")
+    return np.interp(places, x, values), None if error is None else np.interp(places, x, error)
+
+
+def _reference(encoding: Encoding) -> str:
+    """The key whose first value others are compared with."""
+    return encoding.line or encoding.colour
+
+
+def _differences(lines: Sequence[Line], encoding: Encoding) -> list[tuple[Line, Line, Array]]:
+    """Lines that lie on one whose case differs in one key alone, that line, and the t or d that both have."""
+    key = _reference(encoding)
+    found = []
+    for line in lines if key not in ("", "gap") else []:
+        first = {**line.parameters, key: encoding.values[key][0]}
+        for other in (each for each in lines if each is not line and dict(each.parameters) == first):
+            (a, *_), (b, *_) = (each.drawn("d" if each.curve else "t") for each in (line, other))
+            if (start := max(a[0], b[0])) < (end := min(a[-1], b[-1])):
+                common = (np.geomspace if line.curve else np.linspace)(start, end, FINE)
+                value, reference = (_drawn_at(each, common)[0] for each in (line, other))
+                if 0 < np.abs(value - reference).max() < ALIKE * np.ptp(reference):
+                    found.append((line, other, common))
+    return found
+
+
+def _draw_differences(axis: Axes, differences: Sequence[tuple[Line, Line, Array]], encoding: Encoding) -> None:
+    """Differences, with the bands of both lines."""
+    key, drawn = _reference(encoding), []
+    for line, other, common in differences:
+        look = encoding.look(line.parameters) | {"band": BAND}
+        (value, error), (reference, more) = (_drawn_at(each, common) for each in (line, other))
+        drawn.append(value - reference)
+        axis.plot(common, drawn[-1], color=look["color"], linestyle=look["linestyle"])
+        if error is not None and more is not None:
+            fill(axis, common, drawn[-1], error + more, look)
+    first = differences[0][0]
+    entry = column(first.y)
+    compared = f"${entry.symbol} - {entry.symbol}$({equation(key, encoding.values[key][0])})"
+    finish(axis, axis_label([first.d if first.curve else "t"]), f"{compared}  [${entry.unit or '-'}$]", drawn)
+    if first.curve:
+        spread(axis, "x", differences[0][2])

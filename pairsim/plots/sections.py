@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
+from matplotlib.path import Path as Outline
+from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, MaxNLocator, StrMethodFormatter
-from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import LinearNDInterpolator
@@ -29,6 +30,7 @@ OUTLIERS = 0.995  # part of the values that a scale covers: stresses peak at the
 STEEP = 30.0  # ratio of the values of a positive field from which its scale is logarithmic
 GRID = 361, 91  # points along the tube and across half of it, for streamlines
 INWARD, OUTWARD = 7, 9  # streamlines that go with the particles or faster, and slower
+BAR = 13.0  # height of a colour bar with its labels [mm]
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,7 @@ class Layer:
         liquid, solid: Where it is drawn.
         diverging: Whether colours are centred on zero.
         lines: Whether streamlines are drawn over it.
+        sides: Whether it is drawn above the axis (1), below it (-1), or on both sides.
     """
 
     values: Sequence[Array]
@@ -72,6 +75,7 @@ class Layer:
     solid: bool
     diverging: bool
     lines: bool = False
+    sides: tuple[int, ...] = (1, -1)
 
 
 def views_of(frames: Sequence[FieldFrame]) -> list[View]:
@@ -95,10 +99,10 @@ def views_of(frames: Sequence[FieldFrame]) -> list[View]:
 def layer_of(name: str, field: Field, views: Sequence[View]) -> Layer:
     """A field as a layer, in the liquid and, where they have it, in the particles."""
     data = views[-1].frame.point_data
-    liquid = not field.liquid or field.liquid in data
-    solid = field.solid is not None and field.solid in data
     values = [field.values(view.frame) for view in views]
-    return Layer(values, field.label, liquid, solid, field.diverging, lines=name == "streamlines")
+    return Layer(
+        values, field.label, field.liquid in data, field.solid in data, field.diverging, lines=name == "streamlines"
+    )
 
 
 def scale_of(layer: Layer, views: Sequence[View]) -> ScalarMappable:
@@ -133,22 +137,39 @@ def draw_view(axis: Axes, view: View, place: int, layers: Sequence[tuple[Layer, 
             if not drawn or not (chosen := view.seen(solid)).any():
                 continue
             coloured |= solid
-            part = tessellate(view.frame, chosen, layer.values[place]).mirrored()
-            look: Any = {"cmap": scale.cmap, "norm": scale.norm, "rasterized": True, "zorder": 1}
-            mesh = Triangulation(part.points[:, 0], part.points[:, 1], part.triangles)
-            axis.tripcolor(mesh, part.values, shading="gouraud", **look)
+            part = tessellate(view.frame, chosen, layer.values[place])
+            # Particles lie over the axis and over streamlines.
+            look: Any = {"cmap": scale.cmap, "norm": scale.norm, "rasterized": True, "zorder": 1.6 if solid else 1}
+            for side in layer.sides:
+                axis.tripcolor(part.triangulation(side), part.values, shading="gouraud", **look)
         if layer.lines:
             _streamlines(axis, view)
     for line in view.particles:
         if not coloured:
             axis.fill(*line.T, color=GREY, linewidth=0, zorder=2)
-        axis.plot(*line.T, color="black", linewidth=0.7, zorder=3)
+        axis.plot(*line.T, color="black", linestyle="-", linewidth=0.7, zorder=3)
     for r in (view.wall, -view.wall):
-        axis.plot(view.window[:2], [r, r], color="black", linewidth=0.9, zorder=3)
+        axis.plot(view.window[:2], [r, r], color="black", linestyle="-", linewidth=0.9, zorder=3)
+    if any(layer.sides != (1, -1) for layer, _ in layers):
+        axis.axhline(0, color="black", linestyle="-", linewidth=0.4, zorder=1.5)
     axis.set(xlim=view.window[:2], ylim=view.window[2:], aspect="equal", ylabel=rf"$r\ [{LENGTH}]$")
     axis.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
     axis.set_yticks([-0.5, 0.0, 0.5])
     axis.grid(visible=False)
+
+
+def mark_view(axis: Axes, view: View) -> None:
+    """Which way the liquid flows, and which particle is which: T and L of a pair, else their numbers from upstream."""
+    halo = [withStroke(linewidth=1.6, foreground="white")]
+    place = (0.015, 0.955)
+    axis.text(
+        *place, r"flow $\rightarrow$", transform=axis.transAxes, va="top", fontsize=7, zorder=4, path_effects=halo
+    )
+    count = len(view.particles)
+    names = "TL" if count == 2 else [str(i) for i in range(1, count + 1)] if count > 2 else []
+    for name, line in zip(names, view.particles, strict=False):
+        z = float(line[:, 0].min() + line[:, 0].max()) / 2
+        axis.text(z, 0, name, ha="center", va="center", zorder=4, path_effects=halo)
 
 
 def _streamlines(axis: Axes, view: View) -> None:
@@ -157,51 +178,75 @@ def _streamlines(axis: Axes, view: View) -> None:
     z, r = np.linspace(*view.window[:2], GRID[0]), np.linspace(0, view.wall, GRID[1])
     velocity = view.frame.point_data["velocity"][first, 0] - particle_velocity(view.frame)
     # The velocity is continuous, and that of a rigid particle the same all along its surface: cells are not needed.
-    u = LinearNDInterpolator(points, velocity)(*np.meshgrid(z, r))
+    grid = np.meshgrid(z, r)
+    u = LinearNDInterpolator(points, velocity)(*grid)
     psi = cumulative_trapezoid(np.nan_to_num(u) * r[:, None], r, axis=0, initial=0)
+    places = np.column_stack([each.ravel() for each in grid])
+    inside = np.zeros(len(places), dtype=bool)
+    for line in view.particles:
+        inside |= Outline(line).contains_points(places)
+    inside = inside.reshape(psi.shape)
+    # Particles that approach each other move in this frame: lines that close to a surface would end on it.
+    near = float(np.abs(psi[inside]).max(initial=0.0))
     low, high = min(float(psi.min()), 0.0), max(float(psi.max()), 0.0)
     slow, fast = (np.linspace(0, 1, count + 1)[1:-1] for count in (OUTWARD, INWARD))
-    levels = np.unique(np.concatenate([low * slow[::-1], [0.0] if high > 0 > low else [], high * fast**2]))
+    levels = np.unique(np.concatenate([low * slow[::-1], high * fast**2]))
     look: dict[str, Any] = {"colors": "black", "linewidths": 0.45, "linestyles": "solid", "zorder": 1.5}
     for side in (1, -1):
-        axis.contour(z, side * r, psi, levels=levels, **look)
+        shown = np.ma.masked_array(psi, inside)
+        axis.contour(z, side * r, shown, levels=levels[np.abs(levels) > near], **look)
 
 
-def view_height(page: Page, view: View) -> float:
-    """Height of a view without its labels, in mm."""
-    z_min, z_max, r_min, r_max = view.window
-    return (page.width - 12) * (r_max - r_min) / (z_max - z_min)
+def sheet(
+    page: Page, views: Sequence[View], layers: Sequence[Layer], count: int, first: int = 0
+) -> tuple[Figure, list[Axes], list[tuple[Layer, ScalarMappable]]]:
+    """A figure with panels for views, two in a row where there is room, and the colour bars of all layers.
+
+    Args:
+        page: What it is drawn for.
+        views: All that is seen.
+        layers: What is drawn in them.
+        count: How many panels.
+        first: The first view that sets the range of colours, so that the start-up of a run does not.
+    """
+    columns = 1 if page.narrow or count == 1 else 2
+    rows = -(-count // columns)
+    z_min, z_max, r_min, r_max = views[0].window
+    height = (page.width / columns - 12) * (r_max - r_min) / (z_max - z_min) + 6.5
+    figure = page.figure(height * rows + BAR * -(-len(layers) // columns) + 14)
+    axes = [figure.add_subplot(rows, columns, i + 1) for i in range(count)]
+    scaled = [(layer, scale_of(replace(layer, values=layer.values[first:]), views[first:])) for layer in layers]
+    for axis in axes[-columns:]:
+        axis.set_xlabel(rf"$z\ [{LENGTH}]$")
+    for place, (layer, scale) in reversed(list(enumerate(scaled))):  # the last one is the uppermost
+        add_bar(figure, axes[place % columns :: columns] if len(layers) > 1 else axes, layer, scale)
+    return figure, axes, scaled
 
 
-def bar_height(page: Page) -> float:
-    """Height that a colour bar takes with its labels, in mm."""
-    return 9.5 + 0.04 * page.width
-
-
-def draw_sections(page: Page, views: Sequence[View], layers: Sequence[Layer], titles: Sequence[str]) -> Figure:
-    """Views below each other, with a colour bar for each layer.
+def draw_sections(
+    page: Page, views: Sequence[View], layers: Sequence[Layer], titles: Sequence[str], first: int
+) -> Figure:
+    """Views with a colour bar for each layer.
 
     Args:
         page: What they are drawn for.
         views: At least one.
         layers: What is drawn in them.
         titles: One a view.
+        first: As in `sheet`.
     """
-    figure = page.figure((view_height(page, views[0]) + 6.5) * len(views) + bar_height(page) * len(layers) + 12)
-    axes = list(figure.subplots(len(views), 1, squeeze=False)[:, 0])
-    scaled = [(layer, scale_of(layer, views)) for layer in layers]
+    figure, axes, scaled = sheet(page, views, layers, len(views), first)
     for place, (axis, view, title) in enumerate(zip(axes, views, titles, strict=True)):
         draw_view(axis, view, place, scaled)
+        mark_view(axis, view)
         axis.set_title(title)
-    axes[-1].set_xlabel(rf"$z\ [{LENGTH}]$")
-    for layer, scale in scaled:
-        add_bar(figure, axes, layer, scale)
     return figure
 
 
 def add_bar(figure: Figure, axes: Sequence[Axes], layer: Layer, scale: ScalarMappable) -> None:
     """A colour bar below the views, with few ticks."""
-    bar = figure.colorbar(scale, ax=list(axes), location="bottom", aspect=40, shrink=0.9, pad=0.02, label=layer.label)
+    look: dict[str, Any] = {"location": "bottom", "aspect": 40, "shrink": 0.9, "pad": 0.02}
+    bar = figure.colorbar(scale, ax=list(axes), label=layer.label, extend="both" if layer.diverging else "max", **look)
     logarithmic = isinstance(scale.norm, LogNorm)
     bar.locator = LogLocator(subs=(1, 2, 5)) if logarithmic else MaxNLocator(6)
     if logarithmic:

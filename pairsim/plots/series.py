@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +10,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator
 
-from pairsim.plots.labels import axis_label, case_parts, finish, read_case
+from pairsim.plots.axes import finish, key, leave_out_spikes, small_print, widen
+from pairsim.plots.labels import axis_label, case_parts, read_case
 from pairsim.plots.lines import BAND, fill
-from pairsim.plots.style import COLOURS, LINES, Page, key, printing, small_print
+from pairsim.plots.space_time import draw_space_time
+from pairsim.plots.style import COLOURS, LINES, Page, printing
 from pairsim.results.columns import column, error_column, relative_velocities
 from pairsim.results.folders import read_record
 from pairsim.results.output import SERIES, read_series
@@ -22,13 +24,15 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
 START_UP = "0.88"  # grey of the part in which a run starts up
+MOST_LINES = 3  # gaps in a panel; the gaps of more particles are rows of a picture over time
 
 
 @printing()
 def draw_series(directory: Path, out: Path, page: Page) -> list[Path]:
-    """Draw `series`: relative velocities (or velocities, or the pressure drop) and D over time, and dU over d.
+    """Draw `series`: distances, relative velocities and D over time, and dU over d.
 
-    The part in which the run starts up is marked, and at its end dU of quasi-steady motion.
+    Without a gap, velocities or the pressure drop, and D. The part in which the run starts up is marked, and at its
+    end dU of quasi-steady motion.
 
     Args:
         directory: Folder of a run, finished or not.
@@ -43,58 +47,64 @@ def draw_series(directory: Path, out: Path, page: Page) -> list[Path]:
     series = read_series(directory / SERIES)
     if "t" not in series or not len(series["t"]):
         raise InputError(str(directory / SERIES), "", None, "has no rows yet; wait for the first step")
-
-    def of(prefix: str) -> list[str]:
-        return [name for name in series if name == prefix or name.startswith(prefix + "_")]
-
+    quantities = {name: [each for each in series if each.rpartition("_")[0] == name or each == name] for name in "dUD"}
     relative = relative_velocities(series)
-    panels = [(["t"], relative or of("U") or ["dp"])]
-    if shapes := of("D"):
-        panels.append((["t"], shapes))
-    if relative:
-        panels.append(([f"d{name.removeprefix('dU')}" for name in relative], relative))
     record = read_record(directory)
-    starting = int(np.count_nonzero(series["t"] < start_up(record)))
-    figure, axes = (page if len(panels) > 1 else page.alone()).panels(len(panels), height=48)
-    for axis, (against, names) in zip(axes, panels, strict=True):
-        for i, name in enumerate(names):
-            x = against[min(i, len(against) - 1)]
-            label = f"${column(name).symbol}$" if against == ["t"] else f"${column(name).symbol}({column(x).symbol})$"
-            error = error_column(series, name.removeprefix("dU")) if name in relative else None
-            _line(axis, series[x], series[name], i, label, series[error] if error is not None else None)
-            if against != ["t"]:
-                _draw_settled(axis, series[x], series[name], i, starting, Settled.of(record, i))
-        if against == ["t"] and starting:
-            axis.axvspan(0.0, min(start_up(record), series["t"][-1]), color=START_UP, linewidth=0, zorder=0.1)
-        finish(axis, axis_label(against), axis_label(names), [series[name] for name in names])
-        axis.xaxis.set_major_locator(MaxNLocator(5))
-        axis.yaxis.set_major_locator(MaxNLocator(6))
-        if len(names) > 1:
-            axis.legend(ncols=1 if len(names) < 5 else 2)
-    key(figure, _notes(starting > 0, bool(relative) and Settled.of(record, 0) is not None))
+    starting = min(start_up(record), float(series["t"][-1]))
+    notes: list[Any] = [Patch(color=START_UP, label="start-up")] if starting else []
+    if len(relative) > MOST_LINES:
+        figure = draw_space_time(page, series, [quantities["d"], relative, quantities["D"]])
+    else:
+        over_t = [quantities["d"], relative or quantities["U"] or ["dp"], quantities["D"]]
+        panels = [(["t"], names) for names in over_t if names] + [(quantities["d"], relative)] * bool(relative)
+        figure, axes = (page if len(panels) > 1 else page.alone()).panels(len(panels), height=48)
+        for axis, (against, names) in zip(axes, panels, strict=True):
+            _draw_panel(axis, series, against, names, starting)
+        if relative:
+            notes += _draw_settled(axes[-1], series, *panels[-1], record)
+    key(figure, notes if len(relative) <= MOST_LINES else [])
     small_print(figure, case_parts(read_case(directory / "case.yaml")))
     return page.save(figure, out, "series")
 
 
-def _draw_settled(axis: Axes, d: Array, dU: Array, place: int, starting: int, settled: Settled | None) -> None:
-    """The start-up as a wide light line below that of a run over d, and quasi-steady motion at its end."""
-    if starting:
-        until = starting + 1
-        axis.plot(d[:until], dU[:until], color=START_UP, linewidth=5, solid_capstyle="butt", zorder=0.1)
-    if settled is not None:
-        look: dict[str, Any] = {"color": COLOURS[place % len(COLOURS)], "markerfacecolor": "white", "zorder": 3}
-        axis.errorbar(d[-1:], [settled.dU], [settled.error], marker="o", capsize=2, linewidth=0.8, **look)
+def _draw_panel(
+    axis: Axes, series: Mapping[str, Array], against: Sequence[str], names: Sequence[str], starting: float
+) -> None:
+    """Columns over t, or each over a column of its own, with the start-up marked."""
+    starts = int(np.count_nonzero(series["t"] < starting)) + 1
+    for i, (x, name) in enumerate(zip([*against] * len(names), names, strict=False)):
+        label = f"${column(name).symbol}$" if against == ["t"] else f"${column(name).symbol}({column(x).symbol})$"
+        look: dict[str, Any] = {"color": COLOURS[i], "linestyle": LINES[i], "band": BAND}
+        axis.plot(
+            series[x],
+            series[name],
+            color=look["color"],
+            linestyle=look["linestyle"],
+            marker="o" if len(series[x]) == 1 else "",
+            label=label,
+        )
+        error = error_column(series, name.removeprefix("dU")) if name.startswith("dU") else None
+        if error is not None:
+            fill(axis, series[x], series[name], series[error], look)
+        if against != ["t"] and starting:
+            wide: dict[str, Any] = {"linewidth": 5, "linestyle": "-", "solid_capstyle": "butt", "zorder": 0.1}
+            axis.plot(series[x][:starts], series[name][:starts], color=START_UP, **wide)
+    if against == ["t"] and starting:
+        axis.axvspan(0.0, starting, color=START_UP, linewidth=0, zorder=0.1)
+    finish(axis, axis_label([*against]), axis_label([*names]), [series[name] for name in names])
+    widen(axis, "x", [series[x] for x in against])
+    leave_out_spikes(axis, [(series["t"], series[name]) for name in names])
+    if len(names) > 1:
+        axis.legend()
 
 
-def _notes(starting: bool, settled: bool) -> list[Any]:
-    """Legend entries of the start-up and of quasi-steady motion."""
-    marker = Line2D([], [], color=COLOURS[0], marker="o", markerfacecolor="white", linestyle="")
-    marker.set_label("quasi-steady motion at the last distance")
-    return [*([Patch(color=START_UP, label="start-up")] if starting else []), *([marker] if settled else [])]
-
-
-def _line(axis: Axes, x: Array, y: Array, place: int, label: str, error: Array | None) -> None:
-    style = LINES[place % len(LINES)]
-    (line,) = axis.plot(x, y, linestyle=style, marker="o" if len(x) == 1 else "", label=label)
-    if error is not None:
-        fill(axis, x, y, error, {"color": line.get_color(), "band": BAND})
+def _draw_settled(
+    axis: Axes, series: Mapping[str, Array], d: Sequence[str], dU: Sequence[str], record: Mapping[str, Any]
+) -> list[Line2D]:
+    """Quasi-steady motion at the last distances, where it is known, and its entry of the legend."""
+    known = [(i, settled) for i in range(len(dU)) if (settled := Settled.of(record, i)) is not None]
+    look: dict[str, Any] = {"marker": "o", "markerfacecolor": "white", "linestyle": ""}
+    for i, settled in known:
+        at = series[d[i]][-1:]
+        axis.errorbar(at, [settled.dU], [settled.error], elinewidth=0.8, capsize=2, color=COLOURS[i], zorder=3, **look)
+    return [Line2D([], [], color=COLOURS[0], label="quasi-steady motion at the last distance", **look)] if known else []

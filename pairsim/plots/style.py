@@ -1,4 +1,4 @@
-"""What all pictures share: size, fonts, colours, line styles, the legend, the small print and the files."""
+"""The page that pictures are drawn on: style, size, formats and files."""
 
 from __future__ import annotations
 
@@ -10,13 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
-from cycler import cycler
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg, RendererAgg
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
-from matplotlib.legend import Legend
 
 from pairsim.results.output import make_folder, part_of
 from pairsim.runtime.errors import InputError
@@ -28,52 +25,17 @@ MM = 1 / 25.4  # inches
 NARROW = 120.0  # mm; panels of narrower pictures lie below each other
 LEAST_WIDTH, MOST_WIDTH = 50.0, 400.0  # mm
 SMALL = 6.0  # points
+DATE = {"pdf": "CreationDate", "svg": "Date"}
+"""The metadata by which equal pictures would differ."""
 
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-"""Okabe and Ito's colours without the yellow one, which is faint on white."""
-LINES: tuple[Any, ...] = ("-", (0, (4, 1.5)), (0, (1, 1.2)), (0, (5, 1.2, 1, 1.2)))
+PRINT: Any = mpl.rc_params_from_file(Path(__file__).with_name("print.mplstyle"), use_default_template=False)
+"""The style; everything that draws does so under `printing`."""
+COLOURS: tuple[str, ...] = tuple(PRINT["axes.prop_cycle"].by_key()["color"])
+LINES = ("-", "--", ":", "-.")
 MARKERS = "os^Dv<>P"
 SEQUENTIAL, DIVERGING = "cividis", "RdBu_r"
 ORDERED = ListedColormap(mpl.colormaps["viridis"](range(0, 236)))  # without its yellow end
 GREY = "0.72"
-
-PRINT: Any = {
-    # STIX comes with matplotlib and fits the Times of most journals: pictures are the same on every machine.
-    "font.family": "STIXGeneral",
-    "mathtext.fontset": "stix",
-    "font.size": 8,
-    "axes.labelsize": 8,
-    "axes.titlesize": 8,
-    "xtick.labelsize": 7,
-    "ytick.labelsize": 7,
-    "legend.fontsize": 7,
-    "legend.title_fontsize": 7,
-    "legend.frameon": False,
-    "legend.handlelength": 2.4,
-    "legend.columnspacing": 1.2,
-    "legend.borderaxespad": 0.2,
-    "lines.linewidth": 1.1,
-    "lines.markersize": 3.5,
-    "lines.markeredgewidth": 0.8,
-    "axes.linewidth": 0.6,
-    "axes.prop_cycle": cycler(color=COLOURS),
-    "axes.formatter.use_mathtext": True,
-    "axes.formatter.limits": (-2, 4),
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": "0.92",
-    "grid.linewidth": 0.5,
-    "xtick.direction": "in",
-    "ytick.direction": "in",
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "image.cmap": SEQUENTIAL,
-    "figure.dpi": 300,
-    "pdf.fonttype": 42,  # TrueType: journals refuse the default, Type 3
-    "svg.fonttype": "path",  # looks the same where the fonts are missing
-    "svg.hashsalt": "pairsim",  # the same picture is the same file
-}
-"""The style; everything that draws does so under `printing`."""
 
 
 def printing() -> ContextDecorator:
@@ -126,7 +88,7 @@ class Page:
             InputError: A format is unknown, or the width is not between `LEAST_WIDTH` and `MOST_WIDTH`.
         """
         names = formats.split(",") if isinstance(formats, str) else list(formats)
-        chosen = tuple(dict.fromkeys(name.strip().lower() for name in names))
+        chosen = {name.strip().lower(): None for name in names}
         for name in chosen:
             if name not in known:
                 raise InputError("--format", "", name, f"must be one or more of {', '.join(known)}")
@@ -148,21 +110,21 @@ class Page:
         FigureCanvasAgg(figure)
         return figure
 
-    def panels(self, count: int, height: float = 62.0, extra: float = 10.0) -> tuple[Figure, list[Any]]:
-        """A figure with panels, two in a row where there is room.
+    def panels(
+        self, count: int, height: float = 62.0, extra: float = 10.0, columns: int | None = None
+    ) -> tuple[Figure, list[Axes]]:
+        """A figure with panels, two or three in a row where there is room.
 
         Args:
             count: How many.
             height: Of a panel, in mm.
             extra: For what lies outside of the panels, in mm.
+            columns: How many in a row, where there is room.
         """
-        columns = 1 if self.narrow else min(count, 2)
+        columns = 1 if self.narrow else columns or (3 if count % 3 == 0 else min(count, 2))
         rows = -(-count // columns)
         figure = self.figure(rows * height + extra)
-        axes = list(figure.subplots(rows, columns, squeeze=False).flat)
-        for unused in axes[count:]:
-            unused.remove()
-        return figure, axes[:count]
+        return figure, [figure.add_subplot(rows, columns, i + 1) for i in range(count)]
 
     def alone(self) -> Page:
         """The same for a picture of a single panel, which need not be wider than a column and a half."""
@@ -179,62 +141,6 @@ class Page:
         for name in self.formats:
             path = folder / f"{stem}.{name}"
             with picture_file(path) as part:
-                figure.savefig(
-                    part, format=name, dpi=self.dpi, metadata=None if name == "png" else {date_key(name): None}
-                )
+                figure.savefig(part, format=name, dpi=self.dpi, metadata={DATE[name]: None} if name in DATE else None)
             written.append(path)
         return written
-
-
-def date_key(name: str) -> str:
-    """The entry of a file's metadata that would make equal pictures differ."""
-    return {"pdf": "CreationDate", "svg": "Date"}[name]
-
-
-def renderer(figure: Figure) -> RendererAgg:
-    """What measures texts."""
-    canvas = figure.canvas
-    assert isinstance(canvas, FigureCanvasAgg)
-    return canvas.get_renderer()
-
-
-def small_print(figure: Figure, parts: Sequence[str]) -> None:
-    """What holds for the whole picture, in small letters below it, in as many lines as it takes."""
-    if not parts:
-        return
-    measure, font = renderer(figure), FontProperties(family=PRINT["font.family"], size=SMALL)
-    room = figure.bbox.width * 0.97
-
-    def wide(text: str) -> float:
-        return float(measure.get_text_width_height_descent(text, font, True)[0])
-
-    lines = [parts[0]]
-    for part in parts[1:]:
-        longer = f"{lines[-1]},  {part}"
-        if wide(longer) <= room:
-            lines[-1] = longer
-        else:
-            lines[-1] += ","
-            lines.append(part)
-    figure.supxlabel("\n".join(lines), x=0.015, ha="left", fontsize=SMALL, color="0.25", linespacing=1.3)
-
-
-def key(figure: Figure, handles: Sequence[Any]) -> Legend | None:
-    """A legend above the panels, in as many columns as there is room for."""
-    if not handles:
-        return None
-    for columns in range(min(len(handles), 6), 0, -1):
-        legend = figure.legend(handles=list(handles), loc="outside upper center", ncols=columns)
-        if columns == 1 or legend.get_window_extent(renderer(figure)).width <= 0.98 * figure.bbox.width:
-            return legend
-        legend.remove()
-    return None
-
-
-def key_above(figure: Figure, axis: Axes, handles: Sequence[Any], page: Page) -> None:
-    """A legend above one panel, in as many columns as there is room for."""
-    room = figure.bbox.width * (0.8 if page.narrow else 0.42)
-    for columns in range(min(len(handles), 6), 0, -1):
-        legend = axis.legend(handles=list(handles), ncols=columns, loc="lower center", bbox_to_anchor=(0.5, 1.06))
-        if columns == 1 or legend.get_window_extent(renderer(figure)).width <= room:
-            return

@@ -31,7 +31,8 @@ FIELDS_XDMF, FIELDS_LAST, FIELDS_H5 = "fields.xdmf", "fields_last.xdmf", "fields
 FRAMES = "fields"
 """Folder with a file for each frame of fields, while a command is at work."""
 PICTURES = ("fields", "perturbation", "runs", "curves")
-FIELD_NAMES = ("velocity", "streamlines", "tr_c", "N1", "tau_zz", "tau_zz_extra", "pressure", "pressure_extra")
+EXTRA = ("velocity_extra", "tau_zz_extra", "pressure_extra")
+FIELD_NAMES = ("velocity", "streamlines", "tr_c", "N1", "tau_zz", "pressure", *EXTRA)
 PICTURE_ENDINGS = ("png", "pdf", "svg", "gif", "mp4")
 OWN_FILES = (
     "case.yaml",

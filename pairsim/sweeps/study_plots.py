@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import csv
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from matplotlib.ticker import LogLocator, NullFormatter
-
+from pairsim.plots.axes import key, small_print, spread
 from pairsim.plots.labels import case_parts, read_case
-from pairsim.plots.style import COLOURS, MARKERS, SMALL, Page, key, printing, small_print
+from pairsim.plots.style import COLOURS, MARKERS, SMALL, Page, printing
 from pairsim.results.columns import column
+from pairsim.results.folders import rows_of
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.study_file import TABLE
 
@@ -31,8 +32,7 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
         InputError: The folder is not that of a study.
     """
     try:
-        with (directory / TABLE).open(encoding="utf-8", newline="") as file:
-            table = list(csv.DictReader(file))
+        table = rows_of(directory / TABLE)
     except OSError as error:
         raise InputError(str(directory), "", None, f"must be the folder of a study ({error})") from error
     settings = list(table[0])[: list(table[0]).index("status")]
@@ -42,44 +42,39 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
     page = (page or Page()).alone()
     figure = page.figure(85)
     axes = figure.subplots()
-    time_settings = [name for name in settings if name == "command" or name.startswith("time.")]
-    series: dict[str, list[dict[str, Any]]] = {}
+    of_time = [name for name in settings if name == "command" or name.startswith("time.")]
+    others = [name for name in settings if name not in of_time]
+    series: dict[str, list[dict[str, str]]] = defaultdict(list)
     for row in points:
-        series.setdefault(_label(row, time_settings), []).append(row)
-    others = [name for name in settings if name not in time_settings]
+        series[_label(row, of_time) or "as in the file"].append(row)
     handles: list[Any] = []
     for i, (label, rows) in enumerate(series.items()):
-        x, y = [float(row["wall_time"]) for row in rows], [float(row["error"]) for row in rows]
-        look: dict[str, Any] = {
-            "marker": MARKERS[i % len(MARKERS)],
-            "color": COLOURS[i % len(COLOURS)],
-            "linestyle": "",
-        }
-        handles += axes.plot(x, y, label=label or "as in the file", markersize=4.5, **look)
+        x, y = ([float(row[name]) for row in rows] for name in ("wall_time", "error"))
+        look: dict[str, Any] = {"marker": MARKERS[i % len(MARKERS)], "color": COLOURS[i % len(COLOURS)]}
+        handles += axes.plot(x, y, label=label, markersize=4.5, linestyle="", **look)
         for row, place in zip(rows, zip(x, y, strict=True), strict=True):
-            axes.annotate(_label(row, others), place, (4, 3), textcoords="offset points", fontsize=SMALL, color="0.25")
+            axes.annotate(
+                _label(row, others),
+                place,
+                (4, -9 if i % 2 else 3),
+                textcoords="offset points",
+                fontsize=SMALL,
+                color="0.25",
+            )
     front = sorted((float(row["wall_time"]), float(row["error"])) for row in points if row["pareto"] == "true")
     if front:  # a row without any error beats all, and has no place on a logarithmic axis
-        label = "cheapest for its error"
-        handles += axes.step(*zip(*front, strict=True), where="post", color="0.4", zorder=1, label=label)
+        look = {"where": "post", "color": "0.4", "linestyle": "-", "zorder": 1}
+        handles += axes.step(*zip(*front, strict=True), label="cheapest for its error", **look)
     compared = column(next((name.partition("@")[0] for name in table[0] if "@" in name), "d_cr"))
-    label = f"error of ${compared.symbol}$  [${compared.unit or '-'}$]"
-    axes.set(xscale="log", yscale="log", xlabel="wall time  [s]", ylabel=label)
-    axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    axes.xaxis.set_major_formatter("{x:g}")
-    axes.margins(0.14)
+    axes.set(yscale="log", xlabel="wall time  [s]", ylabel=f"error of ${compared.symbol}$  [${compared.unit or '-'}$]")
+    spread(axes, "x", [float(row["wall_time"]) for row in points])
+    axes.margins(x=0.2, y=0.14)  # labels stand right of their points
     key(figure, handles)
-    small_print(figure, _shared(directory))
+    found = sorted(directory.glob("sweep-*/**/case.yaml"))  # but for the discretisation all cases are the same
+    small_print(figure, case_parts(read_case(found[0])) if found else [])
     return page.save(figure, out or directory, "study")
 
 
-def _shared(directory: Path) -> list[str]:
-    """The parameters of a case of the study: they are the same in all."""
-    found = sorted(directory.glob("sweep-*/**/case.yaml"))
-    return case_parts(read_case(found[0])) if found else []
-
-
-def _label(row: dict[str, Any], keys: list[str]) -> str:
+def _label(row: Mapping[str, str], keys: Sequence[str]) -> str:
     """Label of some settings, such as Np 20, tol 0.0003."""
     return ", ".join(f"{key.rpartition('.')[2]} {row[key]}" for key in keys if row[key])

@@ -4,24 +4,29 @@ from __future__ import annotations
 
 import json
 from collections import defaultdict
-from collections.abc import Callable, Hashable
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from pairsim.plots.encoding import MOST_PANELS, Encoding, hashable, is_number
-from pairsim.plots.labels import axis_label, case_parts, equation, finish, parameter_label, read_case, spread
-from pairsim.plots.lines import Line, lines_of, zero_notes
-from pairsim.plots.overlay import draw_overlay
-from pairsim.plots.style import COLOURS, Page, key, key_above, printing, small_print
+from pairsim.config.physical import BLOCK
+from pairsim.plots.axes import finish, key, small_print, spread
+from pairsim.plots.encoding import MOST_PANELS, Encoding
+from pairsim.plots.labels import axis_label, case_parts, equation, hashable, measured, parameter_label, read_case
+from pairsim.plots.lines import Line, draw_zero, lines_of, zero_notes
+from pairsim.plots.overlay import draw_overlay, flat
+from pairsim.plots.style import COLOURS, Page, printing
+from pairsim.results.answer import Zero
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.ledger import read_sweep
 
 QUANTITIES = ("dU", "dU_1", "U_1", "dp")
 STILL = 1e-8  # a relative velocity below this is zero to rounding
+OF_MAP = 3  # values of a parameter from which a map says more than a table
 OUTCOMES = {
     "separating": (COLOURS[0], "^"),
     "neither": ("0.55", "s"),
@@ -38,32 +43,30 @@ class _Sweep:
 
     Attributes:
         varying: Keys that vary.
-        numeric: Those whose values are all numbers.
+        numbers: Values of each case, by those keys that are numbers or quantities of one unit; and the units.
         quantity: Column that is drawn.
         group, panels: Keys that choose colours and panels, None where they were not chosen.
     """
 
     directory: Path
     command: str
-    cases: list[dict[str, Any]]
-    varying: list[str]
-    numeric: list[str]
+    cases: Sequence[dict[str, Any]]
+    varying: Sequence[str]
+    numbers: Mapping[str, Sequence[float]]
+    units: Mapping[str, str]
     quantity: str
     group: str | None
     panels: str | None
 
     @property
-    def case(self) -> dict[str, Any]:
-        """A case in full, one with a viscoelastic liquid if there is any: what does not vary is in it."""
-        for entry in sorted(self.cases, key=lambda entry: -float(entry["parameters"].get("De") or 0)):
-            if content := read_case(self.directory / entry["folder"] / "case.yaml"):
-                return content
-        return {}
-
-    @property
     def parts(self) -> list[str]:
-        """The parameters that all cases share."""
-        return case_parts(self.case, self.varying)
+        """The parameters that all cases share; what a quantity of an experiment changes is not among them."""
+        ordered = sorted(self.cases, key=lambda entry: -float(entry["parameters"].get("De") or 0))
+        chosen = [ordered[0], self.cases[0], self.cases[-1]]  # what does not vary is in the most elastic one
+        full = [read_case(self.directory / each["folder"] / "case.yaml") for each in chosen]
+        cases = list(map(flat, full)) if any(key.startswith(BLOCK) for key in self.varying) else [{}]
+        changed = {name for name in cases[0] for case in cases if case.get(name) != cases[0][name]}
+        return case_parts(full[0], {*self.varying, *changed})
 
 
 def plot_sweep(
@@ -80,12 +83,12 @@ def plot_sweep(
         out: Folder of the pictures, made if needed; the sweep's own by default.
         group: Varying key that chooses the colours; the first one by default.
         page: What they are drawn for.
-        panels: Varying key whose values have a panel each in the picture of all lines.
+        panels: Varying key whose values have a panel each.
 
     Returns:
         The files written: of runs `sweep_series` (every case against t and d), of curves `sweep_curves` (all of them);
-        where a numeric parameter varies, `sweep_parameters` of runs (the last dU) or `sweep_zeros` of curves and
-        critical distances (the zeros of dU); and `sweep_map` where two or more do.
+        where a parameter is a number, `sweep_parameters` of runs (the last dU) or `sweep_zeros` of curves and critical
+        distances (the zeros of dU) over the one with the most values; and `sweep_map` where two have at least three.
 
     Raises:
         InputError: The folder is not that of a sweep, has nothing to draw, or `group` or `panels` does not vary.
@@ -94,12 +97,11 @@ def plot_sweep(
     written: list[Path] = []
     if sweep.command in ("run", "curve"):
         written += _draw_lines(sweep, target, page)
-    if sweep.command == "run" and sweep.numeric:
+    if sweep.numbers and (sweep.command == "run" or any(map(_zeros, sweep.cases))):
         written += _draw_parameters(sweep, target, page)
-    elif sweep.numeric and any(map(_zeros, sweep.cases)):
-        written += _draw_zeros(sweep, target, page)
-    if len(sweep.numeric) > 1:
-        written += _draw_map(sweep, target, page)
+    wide = [name for name, values in sweep.numbers.items() if len(set(values)) >= OF_MAP]
+    if len(wide) > 1:
+        written += _draw_map(sweep, wide, target, page)
     if not written:
         raise InputError(str(directory), "", None, "has no zero of dU to draw over a number that varies")
     return written
@@ -112,12 +114,13 @@ def _read(directory: Path, group: str | None, panels: str | None) -> _Sweep:
         raise InputError(str(directory), "", None, "has no finished case yet; pairsim status shows how it stands")
     varying: list[str] = content["varying"]
     Encoding.of([case["parameters"] for case in cases], varying, group, panels)  # refuses keys that do not vary
-    numeric = [name for name in varying if all(is_number(case["parameters"].get(name)) for case in cases)]
-    numeric = [name for name in numeric if len({case["parameters"][name] for case in cases}) > 1]
-    return _Sweep(directory, content["command"], cases, varying, numeric, quantity_of(cases), group, panels)
+    known = {name: measured([case["parameters"].get(name) for case in cases]) for name in varying}
+    found = {name: pair for name, pair in known.items() if pair is not None and len(set(pair[0])) > 1}
+    numbers, units = ({name: pair[i] for name, pair in found.items()} for i in (0, 1))
+    return _Sweep(directory, content["command"], cases, varying, numbers, units, quantity_of(cases), group, panels)  # type: ignore[arg-type]
 
 
-def quantity_of(cases: list[dict[str, Any]]) -> str:
+def quantity_of(cases: Sequence[Mapping[str, Any]]) -> str:
     """The column of results.csv that tells best what cases do."""
     return next(
         (name for name in QUANTITIES if any({name, f"{name}_peak"} & set(case["values"]) for case in cases)), "dU"
@@ -137,92 +140,76 @@ def _draw_lines(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
     if not lines:
         return []
     stem = "sweep_curves" if curve else "sweep_series"
-    return draw_overlay(lines, sweep.varying, sweep.case, out, page, stem, sweep.group, sweep.panels)
-
-
-def _over_parameters(
-    sweep: _Sweep,
-    page: Page,
-    y: str,
-    draw: Callable[[Axes, str, Encoding], None],
-    more: list[Any],
-    *,
-    joined: bool,
-) -> Any:
-    """A panel for each numeric parameter; the other parameters choose colours and styles.
-
-    Args:
-        sweep: The sweep.
-        page: What it is drawn for.
-        y: Label of the ordinate.
-        draw: Draws over a parameter.
-        more: Further entries of the legend.
-        joined: Whether points are joined by lines.
-    """
-    if len(sweep.numeric) == 1:
-        page = page.alone()
-    figure, axes = page.panels(len(sweep.numeric), height=66, extra=14)
-    parameters = [case["parameters"] for case in sweep.cases]
-    for axis, name in zip(axes, sweep.numeric, strict=True):
-        others = [other for other in sweep.varying if other != name]
-        encoding = Encoding.of(parameters, others, sweep.group if sweep.group in others else None)
-        draw(axis, name, encoding)
-        spread(axis, "x", [case[name] for case in parameters])
-        finish(axis, parameter_label(name), y, [])
-        encoding.bar(figure, [axis])
-        key_above(figure, axis, encoding.handles(lines=joined, points=True), page)
-    key(figure, more)
-    small_print(figure, sweep.parts)
-    return figure
+    return draw_overlay(lines, sweep.varying, sweep.parts, out, page, stem, sweep.group, sweep.panels)
 
 
 @printing()
 def _draw_parameters(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
-    """The last value of the quantity against each numeric parameter; lines join cases that differ in it alone."""
-    finished = [case for case in sweep.cases if case["status"] == "finished" and sweep.quantity in case["values"]]
+    """The last value of the quantity, or the zeros of dU, over the number with the most values.
 
-    def draw(axis: Axes, name: str, encoding: Encoding) -> None:
-        lines: dict[Hashable, list[dict[str, Any]]] = defaultdict(list)
-        for case in finished:
-            rest = {k: hashable(v) for k, v in case["parameters"].items() if k != name}
-            lines[tuple(rest.items())].append(case)
-        for line in lines.values():
-            line.sort(key=lambda case: case["parameters"][name])
-            parameters = line[0]["parameters"]
-            look: dict[str, Any] = {"color": encoding.colour_of(parameters), "linestyle": encoding.line_of(parameters)}
-            y = [case["values"][sweep.quantity] for case in line]
-            marker = encoding.marker_of(parameters)
-            axis.plot([case["parameters"][name] for case in line], y, marker=marker, markersize=3, **look)
+    The others choose colours, styles and panels.
+    """
+    free = [name for name in sweep.numbers if name not in (sweep.group, sweep.panels)] or list(sweep.numbers)
+    name = max(free, key=lambda each: len(set(sweep.numbers[each])))
+    others = [other for other in sweep.varying if other != name]
+    group, panels = (wanted if wanted in others else None for wanted in (sweep.group, sweep.panels))
+    encoding = Encoding.of([case["parameters"] for case in sweep.cases], others, group, panels)
+    page = page if len(encoding.panels) > 1 else page.alone()
+    figure, axes = page.panels(len(encoding.panels), height=66, extra=14)
+    run = sweep.command == "run"
+    for axis, value in zip(axes, encoding.panels, strict=True):
+        if axis is not axes[0]:
+            axis.sharex(axes[0])
+            axis.sharey(axes[0])
+        pairs = zip(sweep.numbers[name], sweep.cases, strict=True)
+        inside = [(x, case) for x, case in pairs if encoding.inside(case["parameters"], value)]
+        (_draw_ends if run else _draw_zeros)(axis, sweep, name, inside, encoding)
+        spread(axis, "x", sweep.numbers[name])
+        label = axis_label([sweep.quantity], " at the end") if run else axis_label(["d_cr"])
+        ends = [case["values"][sweep.quantity] for case in sweep.cases if sweep.quantity in case["values"]]
+        finish(axis, parameter_label(name, sweep.units[name]), label, [np.array(ends)] if run else [])
+        if encoding.panel:
+            axis.set_title(equation(encoding.panel, value))
+    encoding.bar(figure, axes)
+    notes = [] if run else zero_notes([zero for case in sweep.cases for zero in _zeros(case)])
+    key(figure, [*encoding.handles(lines=run, points=True), *notes])
+    small_print(figure, [*sweep.parts, *(f"all values of {each}" for each in encoding.untold)])
+    return page.save(figure, out, "sweep_parameters" if run else "sweep_zeros")
 
-    figure = _over_parameters(sweep, page, axis_label([sweep.quantity], " at the end"), draw, [], joined=True)
-    return page.save(figure, out, "sweep_parameters")
+
+def _draw_ends(
+    axis: Axes, sweep: _Sweep, name: str, cases: Sequence[tuple[float, dict[str, Any]]], encoding: Encoding
+) -> None:
+    """The last values; lines join cases that differ in this parameter alone."""
+    lines: dict[tuple[Any, ...], list[tuple[float, float]]] = defaultdict(list)
+    looks: dict[tuple[Any, ...], dict[str, Any]] = {}
+    for x, case in cases:
+        if case["status"] == "finished" and sweep.quantity in case["values"]:
+            rest = tuple((k, hashable(v)) for k, v in case["parameters"].items() if k != name)
+            lines[rest].append((x, case["values"][sweep.quantity]))
+            looks[rest] = encoding.look(case["parameters"])
+    for rest, points in lines.items():
+        axis.plot(*zip(*sorted(points), strict=True), markersize=3, **looks[rest])
 
 
-def _zeros(case: dict[str, Any]) -> list[tuple[float, bool]]:
+def _zeros(case: Mapping[str, Any]) -> list[Zero]:
     found = (case["values"].get(kind) or [] for kind in ("zeros", "stable"))
     zeros, stable = (json.loads(each) if isinstance(each, str) else each for each in found)  # text in early versions
-    return list(zip(zeros, stable, strict=True))
+    errors = case["values"].get("zeros_error") or [None] * len(zeros)
+    return [Zero(*each) for each in zip(zeros, stable, errors, strict=True)]
 
 
-@printing()
-def _draw_zeros(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
-    """The zeros of dU against each numeric parameter, filled where they are stable."""
-    zeros = {case["folder"]: _zeros(case) for case in sweep.cases}
-
-    def draw(axis: Axes, name: str, encoding: Encoding) -> None:
-        for case in sweep.cases:
-            parameters = case["parameters"]
-            colour, marker = encoding.colour_of(parameters), encoding.marker_of(parameters) if encoding.line else "o"
-            for zero, stable in zeros[case["folder"]]:
-                face = colour if stable else "white"
-                axis.plot(parameters[name], zero, marker, color=colour, markerfacecolor=face, markersize=4.5)
-
-    notes = zero_notes([zero for found in zeros.values() for zero in found])
-    figure = _over_parameters(sweep, page, axis_label(["d_cr"]), draw, notes, joined=False)
-    return page.save(figure, out, "sweep_zeros")
+def _draw_zeros(
+    axis: Axes, _: _Sweep, __: str, cases: Sequence[tuple[float, dict[str, Any]]], encoding: Encoding
+) -> None:
+    """The zeros of dU with their errors, filled where they are stable."""
+    for x, case in cases:
+        look = encoding.look(case["parameters"])
+        for zero in _zeros(case):
+            draw_zero(axis, x, zero.d, zero, look["color"], look["marker"].replace(".", "o"), yerr=zero.error)
 
 
-def outcome(case: dict[str, Any], quantity: str) -> str:
+def outcome(case: Mapping[str, Any], quantity: str) -> str:
     """How a case ended, in a word: a motion, contact, or the reason of its failure."""
     if case["status"] != "finished":
         return f"{case['status']}: {case['reason']}"
@@ -238,31 +225,28 @@ def outcome(case: dict[str, Any], quantity: str) -> str:
 
 
 @printing()
-def _draw_map(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
-    """Outcomes over the first two numeric parameters, a panel for each value of the third."""
-    x, y, *more = sweep.numeric
-    third = more[0] if more else None
-    values = sorted({case["parameters"][third] for case in sweep.cases}) if third else [None]
-    if len(values) > MOST_PANELS:
-        values = values[:: -(-len(values) // MOST_PANELS)]
-    found = {case["folder"]: outcome(case, sweep.quantity) for case in sweep.cases}
-    kinds = [kind for kind in OUTCOMES if kind in found.values()]
-    kinds += sorted(set(found.values()) - set(OUTCOMES))
+def _draw_map(sweep: _Sweep, numbers: Sequence[str], out: Path, page: Page) -> list[Path]:
+    """Outcomes over the first two of some parameters, a panel for each value of the third."""
+    x, y, *more = numbers
+    third = sweep.numbers[more[0]] if more else [0.0] * len(sweep.cases)
+    values = sorted(set(third))
+    values = values[:: -(-len(values) // MOST_PANELS)]
+    found = [outcome(case, sweep.quantity) for case in sweep.cases]
+    kinds = [*(kind for kind in OUTCOMES if kind in found), *sorted(set(found) - set(OUTCOMES))]
     looks = {kind: OUTCOMES.get(kind, ("black", FAILURES[i % len(FAILURES)])) for i, kind in enumerate(kinds)}
     figure, axes = (page if len(values) > 1 else page.alone()).panels(len(values), height=60, extra=14)
     for axis, value in zip(axes, values, strict=True):
-        for case in sweep.cases:
-            if third is None or case["parameters"][third] == value:
-                colour, marker = looks[found[case["folder"]]]
-                axis.plot(case["parameters"][x], case["parameters"][y], marker, color=colour, markersize=5)
-        for name, parameter in (("x", x), ("y", y)):
-            spread(axis, name, [case["parameters"][parameter] for case in sweep.cases])
-        finish(axis, parameter_label(x), parameter_label(y), [])
+        for a, b, c, kind in zip(sweep.numbers[x], sweep.numbers[y], third, found, strict=True):
+            if c == value:
+                axis.plot(a, b, looks[kind][1], color=looks[kind][0], markersize=5)
         axis.margins(0.08)
-        if third:
-            axis.set_title(equation(third, value))
+        spread(axis, "x", sweep.numbers[x])
+        spread(axis, "y", sweep.numbers[y])
+        finish(axis, parameter_label(x, sweep.units[x]), parameter_label(y, sweep.units[y]), [])
+        if more:
+            axis.set_title(equation(more[0], value))
     words = {kind: kind.replace("dU", r"$\Delta U$") for kind in kinds}
     key(figure, [Line2D([], [], linestyle="", color=c, marker=m, label=words[k]) for k, (c, m) in looks.items()])
-    unseen = [f"all values of {name}" for name in (*more[1:], *(k for k in sweep.varying if k not in sweep.numeric))]
+    unseen = [f"all values of {name}" for name in sweep.varying if name not in numbers[:3]]
     small_print(figure, [*sweep.parts, *unseen])
     return page.save(figure, out, "sweep_map")

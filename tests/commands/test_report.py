@@ -89,7 +89,7 @@ def test_report_of_a_curve_is_one_file_with_everything(tmp_path: Path) -> None:
 def test_report_of_a_run_shows_fields_and_leaves_rows_of_long_tables_out(tmp_path: Path) -> None:
     folder = make_run(tmp_path / "run", 2, [scene(0.5, PAIR)], rows=5000)
     page = report(folder).read_text(encoding="utf-8")
-    assert re.findall(r"<figcaption>(\w+)", page) == ["Velocities", "Velocity", "Streamlines"]
+    assert re.findall(r"<figcaption>(\w+)", page) == ["Velocities", "What", "Streamlines"]
     times = [float(row["t"]) for row in table_of(page)]
     assert 1000 < len(times) <= 2001
     assert (times[0], times[-1]) == (0.1, 1.0)

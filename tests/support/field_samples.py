@@ -78,7 +78,7 @@ def scene(
     number = np.searchsorted(kept, [first[key] for key in keys])
     points, owner, cells = points[kept], owner[kept], number[cells]
     z, r = points.T
-    data = {"velocity": np.column_stack([2 - 8 * r**2, 0 * r]), "pressure": -32 * z}
+    data = {"velocity": np.column_stack([(2 - 8 * r**2) * (1 - 0.2 * np.exp(-4 * z**2)), 0 * r]), "pressure": -32 * z}
     if shapes and not rigid:
         soft = (owner > 0).astype(float)
         data["displacement"] = np.column_stack([0.01 * z, -0.01 * r])

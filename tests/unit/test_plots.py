@@ -128,7 +128,7 @@ def test_twelve_curves_of_two_parameters_are_told_apart(tmp_path: Path, monkeypa
     assert len(axis.collections) == 12, "a band each"
     entries = {text.get_text() for text in figures[0].legends[0].get_texts()}
     assert {r"$\mathrm{Ca}_e = 0.02$", r"$\mathrm{De} = 1$", r"error of $\Delta U$", "unstable zero"} <= entries
-    assert r"$\beta = 0.4$" in figures[0].get_supxlabel()
+    assert r"$\beta=0.4$" in figures[0].get_supxlabel()
     assert r"\mathrm{De}" not in figures[0].get_supxlabel()
 
 
@@ -143,7 +143,7 @@ def test_more_values_than_styles_get_panels_or_are_named_as_unseen() -> None:
     cases = [{"a": a, "b": b, "c": c, "e": e} for a in range(9) for b in range(5) for c in range(2) for e in range(2)]
     encoding = Encoding.of(cases, ["a", "b", "c", "e"])
     assert (encoding.colour, encoding.line, encoding.panel, encoding.untold) == ("a", "c", "e", ("b",))
-    assert len({encoding.colour_of(case) for case in cases}) == 9
+    assert len({tuple(encoding.look(case)["color"]) for case in cases}) == 9
     with pytest.raises(InputError, match="a parameter that varies: a, b"):
         Encoding.of(cases, ["a", "b"], "c")
 
@@ -244,7 +244,9 @@ def test_folders_that_cannot_be_laid_over_each_other_are_refused(tmp_path: Path)
 def test_fields_by_name_and_as_an_animation(tmp_path: Path) -> None:
     folder = make_run(tmp_path / "run", *CASES["pair"])
     names = [file.name for file in plot(folder, field="all", width="85mm")]
-    assert names == [f"field-{name}.png" for name in ("velocity", "streamlines", "N1", "tau_zz", "pressure")]
+    assert names == [
+        f"field-{name}.png" for name in ("velocity", "streamlines", "N1", "tau_zz", "pressure", "velocity_extra")
+    ]
     assert all(colours(folder / name) > 300 for name in names)
     movies = plot(folder, animate=True, field="velocity", width="85mm", formats=["gif", "mp4"])
     assert [movie.name for movie in movies] == ["field-velocity.mp4", "field-velocity.gif"]

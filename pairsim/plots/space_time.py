@@ -1,0 +1,56 @@
+"""Many particles: a row for each gap or particle, time along it, and the value as its colour."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from pairsim.plots.labels import axis_label
+from pairsim.plots.style import DIVERGING, SEQUENTIAL, Page
+from pairsim.results.columns import column
+from pairsim.runtime.arrays import Array
+
+OUTLIERS = 0.01  # part of the values at either end that a scale does not cover
+EVEN = 400  # times
+
+
+def draw_space_time(page: Page, series: Mapping[str, Array], quantities: Sequence[Sequence[str]]) -> Figure:
+    """The distances, how they have changed, relative velocities and D, a panel each.
+
+    Args:
+        page: What it is drawn for.
+        series: Columns of series.csv.
+        quantities: Columns of each quantity, the distances first.
+    """
+    times = np.linspace(series["t"][0], series["t"][-1], EVEN)
+    rows = [np.array([np.interp(times, series["t"], series[name]) for name in names]) for names in quantities]
+    symbols = [column(names[0]).symbol.replace("_{1}", "_i") for names in quantities]
+    units = [axis_label([names[0]]).partition("  ")[2] for names in quantities]
+    first = rows[0] - np.array([[series[name][0]] for name in quantities[0]])
+    panels = [(rows[0], f"${symbols[0]}$  {units[0]}"), (first, f"${symbols[0]} - {symbols[0]}(0)$  {units[0]}")]
+    panels += [(each, f"${name}$  {unit}") for each, name, unit in zip(rows[1:], symbols[1:], units[1:], strict=True)]
+    figure, axes = page.panels(len(panels), height=52)
+    for axis, (values, label) in zip(axes, panels, strict=True):
+        low, high = np.quantile(values, [OUTLIERS, 1 - OUTLIERS])
+        reach = max(abs(low), abs(high)) or 1.0
+        positive = low >= 0 and values is rows[0]
+        norm = Normalize(low, high) if positive else Normalize(-reach, reach)
+        mesh = axis.pcolormesh(
+            times,
+            np.arange(1, len(values) + 1),
+            values,
+            norm=norm,
+            cmap=SEQUENTIAL if positive else DIVERGING,
+            shading="nearest",
+            rasterized=True,
+        )
+        bar = figure.colorbar(mesh, ax=axis, label=label, aspect=25, extend="both")
+        bar.locator = MaxNLocator(5)
+        axis.set(xlabel=axis_label(["t"]), ylabel="particle" if label.startswith("$D") else "gap, from upstream")
+        axis.yaxis.set_major_locator(MaxNLocator(6, integer=True))
+        axis.grid(visible=False)
+    return figure
