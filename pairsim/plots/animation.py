@@ -65,37 +65,30 @@ def animate(directory: Path, out: Path, page: Page, *, curve: bool, field: str |
         allowed = f"must be left out: {directory} has {'one frame' if count else 'no frame'} of fields"
         raise InputError("--animate", "", None, allowed)
     views = views_of([read_frame(directory, i) for i in range(count)])
-    titles = [title_of(view.frame, curve) for view in views]
     parts = case_parts(read_case(directory / "case.yaml"), {"d0"} if curve else ())
     make_folder(out)
     written = []
     for stem, layers in pictures_of(directory, views, field).items():
         for kind in page.formats:
             written.append(out / f"{stem}.{kind}")
-            _write(written[-1], page, views, layers, titles, parts, 0 if curve else count // 2)
+            _write(written[-1], page, views, layers, parts, curve)
     return written
 
 
 def _write(
-    path: Path,
-    page: Page,
-    views: Sequence[View],
-    layers: Sequence[Layer],
-    titles: Sequence[str],
-    parts: Sequence[str],
-    first: int,
+    path: Path, page: Page, views: Sequence[View], layers: Sequence[Layer], parts: Sequence[str], curve: bool
 ) -> None:
     """Write one animation; the file appears whole."""
     from matplotlib.animation import FFMpegWriter, PillowWriter
 
-    figure, (axis,), scaled = sheet(page, views, layers, 1, first)
+    figure, (axis,), scaled = sheet(page, views, layers, 1, 0 if curve else len(views) // 2)
     small_print(figure, parts)
     with picture_file(path) as part, mpl.rc_context({"animation.ffmpeg_path": ffmpeg() or "ffmpeg"}):
         writer = (FFMpegWriter if path.suffix == ".mp4" else PillowWriter)(fps=max(2, round(len(views) / SECONDS)))
         with writer.saving(figure, str(part), DPI):
-            for place, (view, title) in enumerate(zip(views, titles, strict=True)):
+            for place, view in enumerate(views):
                 axis.clear()
                 draw_view(axis, view, place, scaled)
-                mark_view(axis, view)
-                axis.set(xlabel=rf"$z\ [{LENGTH}]$", title=title)
+                mark_view(axis, view, title_of(view.frame, curve))
+                axis.set_xlabel(rf"$z\ [{LENGTH}]$")
                 writer.grab_frame()

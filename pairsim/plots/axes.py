@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -18,6 +19,8 @@ from pairsim.runtime.arrays import Array
 WIDE = 8.0  # ratio of values from which their axis is logarithmic
 LEAST = 0.02, 2e-6  # what an axis spans at least: a part of its largest value, and a number
 BRIEF = 0.01  # part of the time in which values do not set the axis
+LETTER = 0.55  # width of a letter, in sizes of the font
+MARKUP = re.compile(r"\\mathrm|[\\${}_]")  # what TeX does not print
 BEYOND = 0.35  # part of the range of the others up to which they are seen nevertheless
 
 
@@ -86,10 +89,17 @@ def leave_out_spikes(axis: Axes, runs: Sequence[tuple[Array, Array]]) -> None:
 
 def small_print(figure: Figure, parts: Sequence[str]) -> None:
     """What holds for the whole picture, in small letters below it, in as many lines as it takes."""
-    # Lines are broken at spaces, and no equation has one.
-    text = ",  ".join(part.replace(" ", "") if part.startswith("$") else part for part in parts)
+    lines: list[list[str]] = [[]]
+    room = left = figure.get_figwidth() * 72 / (LETTER * SMALL)
+    for part in parts:
+        letters = len(MARKUP.sub("", part)) + 2
+        if letters > left and lines[-1]:
+            lines, left = [*lines, []], room
+        lines[-1].append(part)
+        left -= letters
+    text = ",\n".join(",  ".join(line) for line in lines)
     if text:
-        figure.supxlabel(text, x=0.015, ha="left", fontsize=SMALL, color="0.25", linespacing=1.3, wrap=True)
+        figure.supxlabel(text, x=0.015, ha="left", fontsize=SMALL, color="0.25", linespacing=1.3)
 
 
 def key(figure: Figure, handles: Sequence[Any]) -> Legend | None:

@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import scipy
 from matplotlib.axes import Axes
 
-from pairsim.plots.axes import finish, key, small_print, spread
-from pairsim.plots.encoding import Encoding
+from pairsim.plots.axes import finish, spread
 from pairsim.plots.labels import axis_label, case_parts, read_case
-from pairsim.plots.lines import BAND, draw_line, fine_distances, lines_of, notes
-from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED, Page, printing
+from pairsim.plots.lines import fine_distances, lines_of
+from pairsim.plots.overlay import draw_overlay
+from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED, Page
 from pairsim.results.columns import column
 from pairsim.results.output import read_series
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
 
-@printing()
 def draw_curve(directory: Path, out: Path, page: Page) -> list[Path]:
     """Draw `curve`: dU over d with its error as a band and its zeros, and D of the particles.
 
@@ -41,23 +41,13 @@ def draw_curve(directory: Path, out: Path, page: Page) -> list[Path]:
     lines = lines_of(directory, {}, curve=True)
     if not lines:
         return []
-    encoding = Encoding.of([line.parameters for line in lines], ["gap"])
-    figure, (left, right) = page.panels(2, height=58, extra=14)
-    for line in lines:
-        draw_line(left, line, "d", encoding.look(line.parameters) | {"band": BAND})
-    d, names = lines[0].d, [line.y for line in lines]
-    spread(left, "x", table[d])
-    finish(left, axis_label([d]), axis_label(names), [table[name] for name in names])
-    _draw_shapes(right, table, d, [name for name in table if name.startswith("D_")])
-    encoding.bar(figure, [left])
-    key(figure, [*encoding.handles(points=True), *notes(lines)])
-    small_print(figure, case_parts(read_case(directory / "case.yaml")))
-    return page.save(figure, out, "curve")
+    shapes = partial(_draw_shapes, table=table, d=lines[0].d)
+    return draw_overlay(lines, [], case_parts(read_case(directory / "case.yaml")), out, page, "curve", beside=shapes)
 
 
-def _draw_shapes(axis: Axes, table: Mapping[str, Array], d: str, shapes: Sequence[str]) -> None:
+def _draw_shapes(axis: Axes, table: Mapping[str, Array], d: str) -> None:
     """The Taylor parameters: smooth lines over log d, which do not overshoot, through their points."""
-    points = table[d]
+    points, shapes = table[d], [name for name in table if name.startswith("D_")]
     fine, many = fine_distances(points), len(shapes) > len(COLOURS)
     for i, name in enumerate(shapes):
         values = table[name]
@@ -74,5 +64,5 @@ def _draw_shapes(axis: Axes, table: Mapping[str, Array], d: str, shapes: Sequenc
             markevery=np.searchsorted(fine, points).tolist(),
         )
     spread(axis, "x", table[d])
-    finish(axis, axis_label([d]), axis_label([*shapes]), [table[name] for name in shapes])
+    finish(axis, axis_label([d]), axis_label(shapes), [table[name] for name in shapes])
     axis.legend()

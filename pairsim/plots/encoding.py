@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 
 from pairsim.plots.axes import WIDE
 from pairsim.plots.labels import equation, hashable, measured, parameter_label, symbol
-from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED
+from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED, Page
 from pairsim.runtime.errors import InputError
 
 MOST_PANELS = 6
@@ -91,6 +91,22 @@ class Encoding:
             return {"color": COLOURS[place], "linestyle": LINES[style], "marker": marker}
         numbers, _, scale = self._scale()
         return {"color": scale.to_rgba(np.array(numbers))[place], "linestyle": LINES[style], "marker": marker}
+
+    def grid(self, page: Page, height: float) -> tuple[Figure, list[tuple[Axes, Hashable]]]:
+        """A figure with a panel for each value that has one, on shared axes, and these values.
+
+        Args:
+            page: What it is drawn for.
+            height: Of a panel, in mm.
+        """
+        figure, axes = (page if len(self.panels) > 1 else page.alone()).panels(len(self.panels), height, extra=14)
+        for axis, value in zip(axes, self.panels, strict=True):
+            if self.panel:
+                axis.set_title(equation(self.panel, value))
+            if axis is not axes[0]:
+                axis.sharex(axes[0])
+                axis.sharey(axes[0])
+        return figure, list(zip(axes, self.panels, strict=True))
 
     @property
     def panels(self) -> tuple[Hashable, ...]:

@@ -11,7 +11,7 @@ import numpy as np
 from pairsim.plots.axes import small_print
 from pairsim.plots.field_values import FIELDS, chosen_fields
 from pairsim.plots.labels import case_parts, read_case
-from pairsim.plots.sections import Layer, View, draw_sections, layer_of, views_of
+from pairsim.plots.sections import Layer, View, draw_view, layer_of, mark_view, sheet, views_of
 from pairsim.plots.style import Page, printing
 from pairsim.results.columns import LENGTH, TIME
 from pairsim.results.xdmf import FieldFrame, read_frame, read_times
@@ -59,7 +59,10 @@ def draw_fields(directory: Path, out: Path, page: Page, *, curve: bool, field: s
     first = 0 if curve else len(views) // 2
     written: list[Path] = []
     for stem, layers in pictures_of(directory, views, field).items():
-        figure = draw_sections(page, views, layers, [title_of(view.frame, curve) for view in views], first)
+        figure, axes, scaled = sheet(page, views, layers, len(views), first)
+        for place, axis in enumerate(axes):
+            draw_view(axis, views[place], place, scaled)
+            mark_view(axis, views[place], title_of(views[place].frame, curve))
         small_print(figure, case_parts(read_case(directory / "case.yaml"), {"d0"} if curve else ()))
         written += page.save(figure, out, stem)
     return written

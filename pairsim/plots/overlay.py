@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -106,6 +107,7 @@ def draw_overlay(
     stem: str,
     group: str | None = None,
     panels: str | None = None,
+    beside: Callable[[Axes], None] | None = None,
 ) -> list[Path]:
     """Draw lines whose cases differ in some keys: those of runs over time and distance, those of curves over distance.
 
@@ -120,6 +122,7 @@ def draw_overlay(
         stem: Name of the files without their endings.
         group: The key that chooses colours.
         panels: The key whose values have a panel each.
+        beside: Draws one panel more.
 
     Raises:
         InputError: `group` or `panels` does not differ.
@@ -131,9 +134,10 @@ def draw_overlay(
     else:
         kinds = [("t", "d"), ("t", "y"), ("d", "y")][: 2 if encoding.panel else 3]
     places = [(value, x, y) for value in encoding.panels for x, y in kinds]
-    differences = [] if encoding.panel else _differences(lines, encoding)
-    count = len(places) + bool(differences)
-    height = 62 if count == 1 else 50 if count <= 6 else 40
+    if differences := [] if encoding.panel else _differences(lines, encoding):
+        beside = partial(_draw_differences, differences=differences, encoding=encoding)
+    count = len(places) + (beside is not None)
+    height = 62 if len(places) == 1 else 50 if count <= 6 else 40
     columns = len(kinds) if encoding.panel and len(kinds) > 1 else None
     figure, axes = (page if count > 1 else page.alone()).panels(count, height, extra=16, columns=columns)
     for place, (axis, (value, x, y)) in enumerate(zip(axes, places, strict=False)):
@@ -144,8 +148,8 @@ def draw_overlay(
         _draw_panel(axis, lines, encoding, value, x, y)
         if encoding.panel:
             axis.set_title(equation(encoding.panel, value))
-    if differences:
-        _draw_differences(axes[-1], differences, encoding)
+    if beside is not None:
+        beside(axes[-1])
     encoding.bar(figure, axes)
     key(figure, [*encoding.handles(points=lines[0].curve), *notes(lines)])
     unseen = [f"all values of {symbol(name)}" for name in encoding.untold]

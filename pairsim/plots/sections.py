@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -77,6 +77,12 @@ class Layer:
     lines: bool = False
     sides: tuple[int, ...] = (1, -1)
 
+    def cells(self, view: View) -> Iterator[tuple[bool, NDArray[np.bool_]]]:
+        """Whether they are those of particles, and the cells of a view where it is drawn."""
+        for solid, drawn in ((False, self.liquid), (True, self.solid)):
+            if drawn and (chosen := view.seen(solid)).any():
+                yield solid, chosen
+
 
 def views_of(frames: Sequence[FieldFrame]) -> list[View]:
     """Windows of one length, each centred on the particles of its frame."""
@@ -107,11 +113,8 @@ def layer_of(name: str, field: Field, views: Sequence[View]) -> Layer:
 
 def scale_of(layer: Layer, views: Sequence[View]) -> ScalarMappable:
     """Colours of a layer, the same in all views; outliers do not set the range."""
-    found = []
-    for view, values in zip(views, layer.values, strict=True):
-        for solid, drawn in ((False, layer.liquid), (True, layer.solid)):
-            if drawn and (chosen := view.seen(solid)).any():
-                found.append(values[view.frame.cells[chosen]].ravel())
+    pairs = zip(views, layer.values, strict=True)
+    found = [values[view.frame.cells[chosen]].ravel() for view, values in pairs for _, chosen in layer.cells(view)]
     every = np.concatenate(found) if found else np.zeros(1)
     if layer.diverging:
         reach = float(np.quantile(np.abs(every), OUTLIERS)) or 1.0
@@ -133,9 +136,7 @@ def draw_view(axis: Axes, view: View, place: int, layers: Sequence[tuple[Layer, 
     """
     coloured = False
     for layer, scale in layers:
-        for solid, drawn in ((False, layer.liquid), (True, layer.solid)):
-            if not drawn or not (chosen := view.seen(solid)).any():
-                continue
+        for solid, chosen in layer.cells(view):
             coloured |= solid
             part = tessellate(view.frame, chosen, layer.values[place])
             # Particles lie over the axis and over streamlines.
@@ -158,8 +159,9 @@ def draw_view(axis: Axes, view: View, place: int, layers: Sequence[tuple[Layer, 
     axis.grid(visible=False)
 
 
-def mark_view(axis: Axes, view: View) -> None:
-    """Which way the liquid flows, and which particle is which: T and L of a pair, else their numbers from upstream."""
+def mark_view(axis: Axes, view: View, title: str) -> None:
+    """A title, which way the liquid flows, which particle is which: T, L of a pair, else numbers from upstream."""
+    axis.set_title(title)
     halo = [withStroke(linewidth=1.6, foreground="white")]
     place = (0.015, 0.955)
     axis.text(
@@ -223,33 +225,12 @@ def sheet(
     return figure, axes, scaled
 
 
-def draw_sections(
-    page: Page, views: Sequence[View], layers: Sequence[Layer], titles: Sequence[str], first: int
-) -> Figure:
-    """Views with a colour bar for each layer.
-
-    Args:
-        page: What they are drawn for.
-        views: At least one.
-        layers: What is drawn in them.
-        titles: One a view.
-        first: As in `sheet`.
-    """
-    figure, axes, scaled = sheet(page, views, layers, len(views), first)
-    for place, (axis, view, title) in enumerate(zip(axes, views, titles, strict=True)):
-        draw_view(axis, view, place, scaled)
-        mark_view(axis, view)
-        axis.set_title(title)
-    return figure
-
-
 def add_bar(figure: Figure, axes: Sequence[Axes], layer: Layer, scale: ScalarMappable) -> None:
     """A colour bar below the views, with few ticks."""
     look: dict[str, Any] = {"location": "bottom", "aspect": 40, "shrink": 0.9, "pad": 0.02}
-    bar = figure.colorbar(scale, ax=list(axes), label=layer.label, extend="both" if layer.diverging else "max", **look)
-    logarithmic = isinstance(scale.norm, LogNorm)
-    bar.locator = LogLocator(subs=(1, 2, 5)) if logarithmic else MaxNLocator(6)
-    if logarithmic:
-        bar.formatter = StrMethodFormatter("{x:g}")
-        bar.minorticks_off()
-    bar.update_ticks()
+    look |= {"label": layer.label, "extend": "both" if layer.diverging else "max"}
+    if isinstance(scale.norm, LogNorm):
+        look |= {"ticks": LogLocator(subs=(1, 2, 5)), "format": StrMethodFormatter("{x:g}")}
+        figure.colorbar(scale, ax=list(axes), **look).minorticks_off()
+    else:
+        figure.colorbar(scale, ax=list(axes), ticks=MaxNLocator(6), **look)

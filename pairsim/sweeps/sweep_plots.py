@@ -15,8 +15,8 @@ from matplotlib.lines import Line2D
 
 from pairsim.config.physical import BLOCK
 from pairsim.plots.axes import finish, key, small_print, spread
-from pairsim.plots.encoding import MOST_PANELS, Encoding
-from pairsim.plots.labels import axis_label, case_parts, equation, hashable, measured, parameter_label, read_case
+from pairsim.plots.encoding import Encoding
+from pairsim.plots.labels import axis_label, case_parts, hashable, measured, parameter_label, read_case
 from pairsim.plots.lines import Line, draw_zero, lines_of, zero_notes
 from pairsim.plots.overlay import draw_overlay, flat
 from pairsim.plots.style import COLOURS, Page, printing
@@ -154,23 +154,16 @@ def _draw_parameters(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
     others = [other for other in sweep.varying if other != name]
     group, panels = (wanted if wanted in others else None for wanted in (sweep.group, sweep.panels))
     encoding = Encoding.of([case["parameters"] for case in sweep.cases], others, group, panels)
-    page = page if len(encoding.panels) > 1 else page.alone()
-    figure, axes = page.panels(len(encoding.panels), height=66, extra=14)
+    figure, places = encoding.grid(page, 66)
     run = sweep.command == "run"
-    for axis, value in zip(axes, encoding.panels, strict=True):
-        if axis is not axes[0]:
-            axis.sharex(axes[0])
-            axis.sharey(axes[0])
+    label = axis_label([sweep.quantity], " at the end") if run else axis_label(["d_cr"])
+    for axis, value in places:
         pairs = zip(sweep.numbers[name], sweep.cases, strict=True)
         inside = [(x, case) for x, case in pairs if encoding.inside(case["parameters"], value)]
-        (_draw_ends if run else _draw_zeros)(axis, sweep, name, inside, encoding)
+        drawn = (_draw_ends if run else _draw_zeros)(axis, sweep, name, inside, encoding)
         spread(axis, "x", sweep.numbers[name])
-        label = axis_label([sweep.quantity], " at the end") if run else axis_label(["d_cr"])
-        ends = [case["values"][sweep.quantity] for case in sweep.cases if sweep.quantity in case["values"]]
-        finish(axis, parameter_label(name, sweep.units[name]), label, [np.array(ends)] if run else [])
-        if encoding.panel:
-            axis.set_title(equation(encoding.panel, value))
-    encoding.bar(figure, axes)
+        finish(axis, parameter_label(name, sweep.units[name]), label, [np.array(drawn)])
+    encoding.bar(figure, [axis for axis, _ in places])
     notes = [] if run else zero_notes([zero for case in sweep.cases for zero in _zeros(case)])
     key(figure, [*encoding.handles(lines=run, points=True), *notes])
     small_print(figure, [*sweep.parts, *(f"all values of {each}" for each in encoding.untold)])
@@ -179,8 +172,8 @@ def _draw_parameters(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
 
 def _draw_ends(
     axis: Axes, sweep: _Sweep, name: str, cases: Sequence[tuple[float, dict[str, Any]]], encoding: Encoding
-) -> None:
-    """The last values; lines join cases that differ in this parameter alone."""
+) -> list[float]:
+    """The last values, which are returned; lines join cases that differ in this parameter alone."""
     lines: dict[tuple[Any, ...], list[tuple[float, float]]] = defaultdict(list)
     looks: dict[tuple[Any, ...], dict[str, Any]] = {}
     for x, case in cases:
@@ -190,6 +183,7 @@ def _draw_ends(
             looks[rest] = encoding.look(case["parameters"])
     for rest, points in lines.items():
         axis.plot(*zip(*sorted(points), strict=True), markersize=3, **looks[rest])
+    return [value for points in lines.values() for _, value in points]
 
 
 def _zeros(case: Mapping[str, Any]) -> list[Zero]:
@@ -201,12 +195,13 @@ def _zeros(case: Mapping[str, Any]) -> list[Zero]:
 
 def _draw_zeros(
     axis: Axes, _: _Sweep, __: str, cases: Sequence[tuple[float, dict[str, Any]]], encoding: Encoding
-) -> None:
-    """The zeros of dU with their errors, filled where they are stable."""
+) -> list[float]:
+    """The zeros of dU, which are returned, with their errors, filled where they are stable."""
     for x, case in cases:
         look = encoding.look(case["parameters"])
         for zero in _zeros(case):
             draw_zero(axis, x, zero.d, zero, look["color"], look["marker"].replace(".", "o"), yerr=zero.error)
+    return [zero.d for _, case in cases for zero in _zeros(case)]
 
 
 def outcome(case: Mapping[str, Any], quantity: str) -> str:
@@ -227,26 +222,22 @@ def outcome(case: Mapping[str, Any], quantity: str) -> str:
 @printing()
 def _draw_map(sweep: _Sweep, numbers: Sequence[str], out: Path, page: Page) -> list[Path]:
     """Outcomes over the first two of some parameters, a panel for each value of the third."""
-    x, y, *more = numbers
-    third = sweep.numbers[more[0]] if more else [0.0] * len(sweep.cases)
-    values = sorted(set(third))
-    values = values[:: -(-len(values) // MOST_PANELS)]
+    x, y, *more = sorted(numbers, key=lambda name: -len(set(sweep.numbers[name])))
     found = [outcome(case, sweep.quantity) for case in sweep.cases]
     kinds = [*(kind for kind in OUTCOMES if kind in found), *sorted(set(found) - set(OUTCOMES))]
     looks = {kind: OUTCOMES.get(kind, ("black", FAILURES[i % len(FAILURES)])) for i, kind in enumerate(kinds)}
-    figure, axes = (page if len(values) > 1 else page.alone()).panels(len(values), height=60, extra=14)
-    for axis, value in zip(axes, values, strict=True):
-        for a, b, c, kind in zip(sweep.numbers[x], sweep.numbers[y], third, found, strict=True):
-            if c == value:
+    encoding = Encoding.of([case["parameters"] for case in sweep.cases], more[:1], panels=(*more, None)[0])
+    figure, places = encoding.grid(page, 60)
+    for axis, value in places:
+        for a, b, case, kind in zip(sweep.numbers[x], sweep.numbers[y], sweep.cases, found, strict=True):
+            if encoding.inside(case["parameters"], value):
                 axis.plot(a, b, looks[kind][1], color=looks[kind][0], markersize=5)
         axis.margins(0.08)
         spread(axis, "x", sweep.numbers[x])
         spread(axis, "y", sweep.numbers[y])
         finish(axis, parameter_label(x, sweep.units[x]), parameter_label(y, sweep.units[y]), [])
-        if more:
-            axis.set_title(equation(more[0], value))
     words = {kind: kind.replace("dU", r"$\Delta U$") for kind in kinds}
     key(figure, [Line2D([], [], linestyle="", color=c, marker=m, label=words[k]) for k, (c, m) in looks.items()])
-    unseen = [f"all values of {name}" for name in sweep.varying if name not in numbers[:3]]
+    unseen = [f"all values of {name}" for name in sweep.varying if name not in (x, y, *more[:1])]
     small_print(figure, [*sweep.parts, *unseen])
     return page.save(figure, out, "sweep_map")

@@ -350,6 +350,9 @@ def test_pictures_of_critical_distances_show_the_zeros(tmp_path: Path) -> None:
     cases = [case(0.1, 0.25, [0.18], [False]), case(0.02, 0.25, "[0.25]", "[false]"), case(0.1, 0.0, [], [])]
     content = {"name": "zeros", "command": "critical", "varying": ["Ca_e", "De"], "updated": 0, "cases": cases}
     (tmp_path / "sweep.json").write_text(json.dumps(content))
+    assert [path.name for path in plot_sweep(tmp_path)] == ["sweep_zeros.png"], "four places are no map"
+    many = [*cases, *(case(Ca_e, De, [0.2], [True]) for Ca_e in (0.04, 0.06) for De in (0.0, 0.5))]
+    (tmp_path / "sweep.json").write_text(json.dumps(content | {"cases": many}))
     assert [path.name for path in plot_sweep(tmp_path)] == ["sweep_zeros.png", "sweep_map.png"]
     (tmp_path / "sweep.json").write_text(json.dumps(content | {"varying": ["Ca_e"], "cases": cases[2:]}))
     with pytest.raises(InputError, match="no zero of dU"):
@@ -367,7 +370,7 @@ def test_shipped_sweep_runs(tmp_path: Path, pairsim: Pairsim) -> None:
 def test_pictures_of_a_sweep(swept: Path, tmp_path: Path) -> None:
     done = CliRunner().invoke(app, ["plot", str(swept / "out"), "-o", str(tmp_path / "pictures"), "--group", "beta"])
     assert done.exit_code == 0, done.output
-    names = ["sweep_series.png", "sweep_parameters.png", "sweep_map.png"]
+    names = ["sweep_series.png", "sweep_parameters.png"]
     assert [Path(line).name for line in done.output.split()] == names
     for name in names:
         assert colours(tmp_path / "pictures" / name) > 50

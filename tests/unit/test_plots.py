@@ -18,7 +18,7 @@ from support.result_folders import make_curve, make_run
 
 from pairsim.api.pictures import plot
 from pairsim.plots.animation import default_movie
-from pairsim.plots.critical import _draw_error
+from pairsim.plots.critical import _draw_row
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.field_values import FIELDS
 from pairsim.plots.lines import BAND, Line, draw_line, notes
@@ -128,7 +128,7 @@ def test_twelve_curves_of_two_parameters_are_told_apart(tmp_path: Path, monkeypa
     assert len(axis.collections) == 12, "a band each"
     entries = {text.get_text() for text in figures[0].legends[0].get_texts()}
     assert {r"$\mathrm{Ca}_e = 0.02$", r"$\mathrm{De} = 1$", r"error of $\Delta U$", "unstable zero"} <= entries
-    assert r"$\beta=0.4$" in figures[0].get_supxlabel()
+    assert r"$\beta = 0.4$" in figures[0].get_supxlabel()
     assert r"\mathrm{De}" not in figures[0].get_supxlabel()
 
 
@@ -281,8 +281,15 @@ def test_intervals_of_critical_distances() -> None:
     """Upright at a distance, lying where two zeros meet, none without an error."""
     axis = Figure().subplots()
     for d_error, parameter_error in (("0.01", ""), ("", "0.2"), ("", "")):
-        row = {"De": 1.0, "d_cr": 0.1, "d_error": d_error, "parameter_error": parameter_error}
-        _draw_error(axis, "De", row, "k")
+        row = {
+            "De": 1.0,
+            "d_cr": 0.1,
+            "kind": "wanted",
+            "stable": "true",
+            "d_error": d_error,
+            "parameter_error": parameter_error,
+        }
+        _draw_row(axis, "De", row, "k")
     drawn = [np.array(collection.get_segments()[0]) for collection in axis.collections]
     assert len(drawn) == 2
     assert drawn[0] == pytest.approx(np.array([[1.0, 0.09], [1.0, 0.11]]))
