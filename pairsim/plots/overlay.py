@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,11 +15,10 @@ from pairsim.physics.declared import FLAT
 from pairsim.plots.axes import finish, key, leave_out_spikes, small_print, spread
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import axis_label, case_parts, equation, hashable, read_case, symbol
-from pairsim.plots.lines import BAND, FINE, TOGETHER, Line, draw_line, fill, lines_of, notes
+from pairsim.plots.lines import BAND, TOGETHER, Line, draw_line, lines_of, notes
 from pairsim.plots.style import Page, printing
 from pairsim.results.columns import column
 from pairsim.results.folders import kind_of
-from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
 FIRST = ("beta", "De", "Ca_e", "d0", "particles", "liquid", "xi", *FLAT)
@@ -135,7 +135,7 @@ def draw_overlay(
         kinds = [("t", "d"), ("t", "y"), ("d", "y")][: 2 if encoding.panel else 3]
     places = [(value, x, y) for value in encoding.panels for x, y in kinds]
     if differences := [] if encoding.panel else _differences(lines, encoding):
-        beside = partial(_draw_differences, differences=differences, encoding=encoding)
+        beside = partial(_draw_differences, differences=differences, encoding=encoding, x=kinds[0][0])
     count = len(places) + (beside is not None)
     height = 62 if len(places) == 1 else 50 if count <= 6 else 40
     columns = len(kinds) if encoding.panel and len(kinds) > 1 else None
@@ -171,10 +171,23 @@ def _draw_panel(axis: Axes, lines: Sequence[Line], encoding: Encoding, value: Ha
         leave_out_spikes(axis, [(line.table["t"], line.table[line.y]) for line in lines])
 
 
-def _drawn_at(line: Line, places: Array) -> tuple[Array, Array | None]:
-    """What a line shows at some t or d, and the half-width of dU."""
-    x, values, error = line.drawn("d" if line.curve else "t")
-    return np.interp(places, x, values), None if error is None else np.interp(places, x, error)
+def _differences(lines: Sequence[Line], encoding: Encoding) -> list[Line]:
+    """What lines differ from one whose case differs in one key alone, where they lie on it, with both half-widths."""
+    key = _reference(encoding)
+    found = []
+    for line in lines if key not in ("", "gap") else []:
+        first = {**line.parameters, key: encoding.values[key][0]}
+        for other in (each for each in lines if each is not line and dict(each.parameters) == first):
+            x = "d" if line.curve else "t"
+            (a, values, error), (b, reference, more) = line.drawn(x), other.drawn(x)
+            common = np.array([place for place in a if b[0] <= place <= b[-1]])
+            apart = np.interp(common, a, values) - np.interp(common, b, reference)
+            if len(common) and 0 < np.abs(apart).max() < ALIKE * np.ptp(reference):
+                table = {line.column(x): common, line.y: apart}
+                if error is not None and more is not None:
+                    table[f"dU_error{line.gap}"] = np.interp(common, a, error) + np.interp(common, b, more)
+                found.append(replace(line, table=table, curve=False, zeros=(), failed=False))
+    return found
 
 
 def _reference(encoding: Encoding) -> str:
@@ -182,35 +195,14 @@ def _reference(encoding: Encoding) -> str:
     return encoding.line or encoding.colour
 
 
-def _differences(lines: Sequence[Line], encoding: Encoding) -> list[tuple[Line, Line, Array]]:
-    """Lines that lie on one whose case differs in one key alone, that line, and the t or d that both have."""
-    key = _reference(encoding)
-    found = []
-    for line in lines if key not in ("", "gap") else []:
-        first = {**line.parameters, key: encoding.values[key][0]}
-        for other in (each for each in lines if each is not line and dict(each.parameters) == first):
-            (a, *_), (b, *_) = (each.drawn("d" if each.curve else "t") for each in (line, other))
-            if (start := max(a[0], b[0])) < (end := min(a[-1], b[-1])):
-                common = (np.geomspace if line.curve else np.linspace)(start, end, FINE)
-                value, reference = (_drawn_at(each, common)[0] for each in (line, other))
-                if 0 < np.abs(value - reference).max() < ALIKE * np.ptp(reference):
-                    found.append((line, other, common))
-    return found
-
-
-def _draw_differences(axis: Axes, differences: Sequence[tuple[Line, Line, Array]], encoding: Encoding) -> None:
-    """Differences, with the bands of both lines."""
-    key, drawn = _reference(encoding), []
-    for line, other, common in differences:
-        look = encoding.look(line.parameters) | {"band": BAND}
-        (value, error), (reference, more) = (_drawn_at(each, common) for each in (line, other))
-        drawn.append(value - reference)
-        axis.plot(common, drawn[-1], color=look["color"], linestyle=look["linestyle"])
-        if error is not None and more is not None:
-            fill(axis, common, drawn[-1], error + more, look)
-    first = differences[0][0]
-    entry = column(first.y)
+def _draw_differences(axis: Axes, differences: Sequence[Line], encoding: Encoding, x: str) -> None:
+    """Differences over t or d, with their bands."""
+    for line in differences:
+        draw_line(axis, line, x, encoding.look(line.parameters) | {"band": BAND})
+    key, line = _reference(encoding), differences[0]
+    entry, over = column(line.y), line.column(x)
     compared = f"${entry.symbol} - {entry.symbol}$({equation(key, encoding.values[key][0])})"
-    finish(axis, axis_label([first.d if first.curve else "t"]), f"{compared}  [${entry.unit or '-'}$]", drawn)
-    if first.curve:
-        spread(axis, "x", differences[0][2])
+    label = f"{compared}  [${entry.unit or '-'}$]"
+    if x == "d":
+        spread(axis, "x", line.table[over])
+    finish(axis, axis_label([over]), label, [each.table[each.y] for each in differences])

@@ -30,6 +30,7 @@ OUTLIERS = 0.995  # part of the values that a scale covers: stresses peak at the
 STEEP = 30.0  # ratio of the values of a positive field from which its scale is logarithmic
 GRID = 361, 91  # points along the tube and across half of it, for streamlines
 INWARD, OUTWARD = 7, 9  # streamlines that go with the particles or faster, and slower
+LONG = 3.0  # ratio of length to height from which views lie below each other
 BAR = 13.0  # height of a colour bar with its labels [mm]
 
 
@@ -211,9 +212,9 @@ def sheet(
         count: How many panels.
         first: The first view that sets the range of colours, so that the start-up of a run does not.
     """
-    columns = 1 if page.narrow or count == 1 else 2
-    rows = -(-count // columns)
     z_min, z_max, r_min, r_max = views[0].window
+    columns = 1 if page.narrow or count == 1 or z_max - z_min > LONG * (r_max - r_min) else 2
+    rows = -(-count // columns)
     height = (page.width / columns - 12) * (r_max - r_min) / (z_max - z_min) + 6.5
     figure = page.figure(height * rows + BAR * -(-len(layers) // columns) + 14)
     axes = [figure.add_subplot(rows, columns, i + 1) for i in range(count)]

@@ -51,10 +51,11 @@ def draw_series(directory: Path, out: Path, page: Page) -> list[Path]:
     relative = relative_velocities(series)
     record = read_record(directory)
     starting = min(start_up(record), float(series["t"][-1]))
-    notes: list[Any] = [Patch(color=START_UP, label="start-up")] if starting else []
     if len(relative) > MOST_LINES:
+        notes: list[Any] = []
         figure = draw_space_time(page, series, [quantities["d"], relative, quantities["D"]])
     else:
+        notes = [Patch(color=START_UP, label="start-up")] if starting else []
         over_t = [quantities["d"], relative or quantities["U"] or ["dp"], quantities["D"]]
         panels = [(["t"], names) for names in over_t if names] + [(quantities["d"], relative)] * bool(relative)
         figure, axes = (page if len(panels) > 1 else page.alone()).panels(len(panels), height=48)
@@ -62,7 +63,7 @@ def draw_series(directory: Path, out: Path, page: Page) -> list[Path]:
             _draw_panel(axis, series, against, names, starting)
         if relative:
             notes += _draw_settled(axes[-1], series, *panels[-1], record)
-    key(figure, notes if len(relative) <= MOST_LINES else [])
+    key(figure, notes)
     small_print(figure, case_parts(read_case(directory / "case.yaml")))
     return page.save(figure, out, "series")
 
@@ -72,24 +73,18 @@ def _draw_panel(
 ) -> None:
     """Columns over t, or each over a column of its own, with the start-up marked."""
     starts = int(np.count_nonzero(series["t"] < starting)) + 1
+    over_t = against == ["t"]
     for i, (x, name) in enumerate(zip([*against] * len(names), names, strict=False)):
-        label = f"${column(name).symbol}$" if against == ["t"] else f"${column(name).symbol}({column(x).symbol})$"
-        look: dict[str, Any] = {"color": COLOURS[i], "linestyle": LINES[i], "band": BAND}
-        axis.plot(
-            series[x],
-            series[name],
-            color=look["color"],
-            linestyle=look["linestyle"],
-            marker="o" if len(series[x]) == 1 else "",
-            label=label,
-        )
+        look: dict[str, Any] = {"color": COLOURS[i], "linestyle": LINES[i]}
+        look |= {"label": f"${column(name).symbol}$" if over_t else f"${column(name).symbol}({column(x).symbol})$"}
+        axis.plot(series[x], series[name], marker="o" if len(series[x]) == 1 else "", **look)
         error = error_column(series, name.removeprefix("dU")) if name.startswith("dU") else None
         if error is not None:
-            fill(axis, series[x], series[name], series[error], look)
-        if against != ["t"] and starting:
+            fill(axis, series[x], series[name], series[error], look | {"band": BAND})
+        if not over_t and starting:
             wide: dict[str, Any] = {"linewidth": 5, "linestyle": "-", "solid_capstyle": "butt", "zorder": 0.1}
             axis.plot(series[x][:starts], series[name][:starts], color=START_UP, **wide)
-    if against == ["t"] and starting:
+    if over_t and starting:
         axis.axvspan(0.0, starting, color=START_UP, linewidth=0, zorder=0.1)
     finish(axis, axis_label([*against]), axis_label([*names]), [series[name] for name in names])
     widen(axis, "x", [series[x] for x in against])
@@ -103,8 +98,8 @@ def _draw_settled(
 ) -> list[Line2D]:
     """Quasi-steady motion at the last distances, where it is known, and its entry of the legend."""
     known = [(i, settled) for i in range(len(dU)) if (settled := Settled.of(record, i)) is not None]
-    look: dict[str, Any] = {"marker": "o", "markerfacecolor": "white", "linestyle": ""}
+    look: dict[str, Any] = {"marker": "o", "markerfacecolor": "white", "linestyle": "", "zorder": 3}
     for i, settled in known:
-        at = series[d[i]][-1:]
-        axis.errorbar(at, [settled.dU], [settled.error], elinewidth=0.8, capsize=2, color=COLOURS[i], zorder=3, **look)
+        bar: dict[str, Any] = {"elinewidth": 0.8, "capsize": 2, "color": COLOURS[i]}
+        axis.errorbar(series[d[i]][-1:], [settled.dU], [settled.error], **look, **bar)
     return [Line2D([], [], color=COLOURS[0], label="quasi-steady motion at the last distance", **look)] if known else []

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -36,20 +36,13 @@ def draw_space_time(page: Page, series: Mapping[str, Array], quantities: Sequenc
     figure, axes = page.panels(len(panels), height=52)
     for axis, (values, label) in zip(axes, panels, strict=True):
         low, high = np.quantile(values, [OUTLIERS, 1 - OUTLIERS])
-        reach = max(abs(low), abs(high)) or 1.0
-        positive = low >= 0 and values is rows[0]
-        norm = Normalize(low, high) if positive else Normalize(-reach, reach)
-        mesh = axis.pcolormesh(
-            times,
-            np.arange(1, len(values) + 1),
-            values,
-            norm=norm,
-            cmap=SEQUENTIAL if positive else DIVERGING,
-            shading="nearest",
-            rasterized=True,
-        )
-        bar = figure.colorbar(mesh, ax=axis, label=label, aspect=25, extend="both")
-        bar.locator = MaxNLocator(5)
+        look: dict[str, Any] = {"vmin": low, "vmax": high, "cmap": SEQUENTIAL}
+        if values is not rows[0]:
+            reach = max(-low, high) or 1.0
+            look = {"vmin": -reach, "vmax": reach, "cmap": DIVERGING}
+        numbers = np.arange(1, len(values) + 1)
+        mesh = axis.pcolormesh(times, numbers, values, shading="nearest", rasterized=True, **look)
+        figure.colorbar(mesh, ax=axis, label=label, aspect=25, extend="both", ticks=MaxNLocator(5))
         axis.set(xlabel=axis_label(["t"]), ylabel="particle" if label.startswith("$D") else "gap, from upstream")
         axis.yaxis.set_major_locator(MaxNLocator(6, integer=True))
         axis.grid(visible=False)

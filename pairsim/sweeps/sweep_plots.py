@@ -63,7 +63,8 @@ class _Sweep:
         """The parameters that all cases share; what a quantity of an experiment changes is not among them."""
         ordered = sorted(self.cases, key=lambda entry: -float(entry["parameters"].get("De") or 0))
         chosen = [ordered[0], self.cases[0], self.cases[-1]]  # what does not vary is in the most elastic one
-        full = [read_case(self.directory / each["folder"] / "case.yaml") for each in chosen]
+        paths = [self.directory / each["folder"] / "case.yaml" for each in chosen]
+        full = [content for path in paths if (content := read_case(path))] or [{}]
         cases = list(map(flat, full)) if any(key.startswith(BLOCK) for key in self.varying) else [{}]
         changed = {name for name in cases[0] for case in cases if case.get(name) != cases[0][name]}
         return case_parts(full[0], {*self.varying, *changed})
@@ -116,8 +117,9 @@ def _read(directory: Path, group: str | None, panels: str | None) -> _Sweep:
     Encoding.of([case["parameters"] for case in cases], varying, group, panels)  # refuses keys that do not vary
     known = {name: measured([case["parameters"].get(name) for case in cases]) for name in varying}
     found = {name: pair for name, pair in known.items() if pair is not None and len(set(pair[0])) > 1}
-    numbers, units = ({name: pair[i] for name, pair in found.items()} for i in (0, 1))
-    return _Sweep(directory, content["command"], cases, varying, numbers, units, quantity_of(cases), group, panels)  # type: ignore[arg-type]
+    numbers = {name: values for name, (values, _) in found.items()}
+    units = {name: unit for name, (_, unit) in found.items()}
+    return _Sweep(directory, content["command"], cases, varying, numbers, units, quantity_of(cases), group, panels)
 
 
 def quantity_of(cases: Sequence[Mapping[str, Any]]) -> str:
