@@ -18,12 +18,15 @@ from support.result_folders import make_curve, make_run
 
 from pairsim.api.pictures import plot
 from pairsim.plots.animation import default_movie
+from pairsim.plots.axes import leave_out_spikes
 from pairsim.plots.critical import _draw_row
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.field_values import FIELDS
+from pairsim.plots.labels import measured
 from pairsim.plots.lines import BAND, Line, draw_line, notes
 from pairsim.plots.meridional_section import outlines, tessellate
 from pairsim.plots.overlay import varying_keys
+from pairsim.plots.sections import _streamlines, views_of
 from pairsim.plots.style import GREY, MM, Page
 from pairsim.results.output import FIELD_NAMES
 from pairsim.runtime.errors import InputError
@@ -294,3 +297,64 @@ def test_intervals_of_critical_distances() -> None:
     assert len(drawn) == 2
     assert drawn[0] == pytest.approx(np.array([[1.0, 0.09], [1.0, 0.11]]))
     assert drawn[1] == pytest.approx(np.array([[0.8, 0.1], [1.2, 0.1]]))
+
+
+def test_brief_start_up_reaches_out_of_the_axis() -> None:
+    t = np.concatenate([np.linspace(0, 1e-3, 50), np.linspace(0.01, 1, 100)])
+    axis = Figure().subplots()
+    spike = np.where(t < 1e-3, -100.0, np.sin(t))
+    axis.plot(t, spike)
+    leave_out_spikes(axis, [(t, spike)])
+    low, high = axis.get_ylim()
+    assert -0.5 < low < 0
+    assert 0.8 < high < 10
+    leave_out_spikes(smooth := Figure().subplots(), [(t, np.sin(t))])
+    assert smooth.get_autoscaley_on(), "nothing is left out"
+
+
+def test_lines_that_lie_on_each_other_have_a_panel_of_their_differences(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folders = [make_curve(tmp_path / f"{a}", a) for a in (0.1, 0.102)]
+    with drawn_figures(monkeypatch) as figures:
+        plot(*folders, out=tmp_path / "out")
+    _, right = figures[0].axes
+    assert right.get_ylabel().startswith(r"$\Delta U - \Delta U$($\mathrm{Ca}_e = 0.1$)")
+    (difference,) = (line for line in right.lines if len(line.get_xdata()) > 100)
+    d, values = difference.get_data()
+    assert values == pytest.approx(0.002 * np.log(d / 0.2), abs=1e-6)
+    assert overlapping(figures[0]) == []
+
+
+@pytest.mark.parametrize("width", [85, 170])
+def test_many_particles_are_rows_over_time(tmp_path: Path, width: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = make_run(tmp_path / "run", 10, [])
+    with drawn_figures(monkeypatch) as figures:
+        plot(folder, width=width)
+    panels, bars = figures[0].axes[:4], figures[0].axes[4:]
+    assert [axis.get_ylabel() for axis in panels] == [*["gap, from upstream"] * 3, "particle"]
+    assert [bar.get_ylabel().partition("  ")[0] for bar in bars] == [
+        "$d_i$", "$d_i - d_i(0)$", r"$\Delta U_i$", "$D_i$",
+    ]  # fmt: skip
+    assert not figures[0].legends
+    assert overlapping(figures[0]) == []
+
+
+def test_quantities_of_an_experiment_are_numbers_in_the_unit_of_the_first() -> None:
+    assert measured(["2 ms", "0.01 s", "500 us"]) == (pytest.approx([2, 10, 0.5]), "ms")
+    assert measured(["2 ms", "3 um"]) is None
+    assert measured(["giesekus", "ptt"]) is None
+    times = [{"physical.relaxation": value} for value in ("10 ms", "2 ms", "0.5 ms")]
+    handles = Encoding.of(times, ["physical.relaxation"]).handles()
+    assert [handle.get_label() for handle in handles] == [
+        "relaxation = 0.5 ms", "relaxation = 2 ms", "relaxation = 10 ms",
+    ]  # fmt: skip
+
+
+def test_streamlines_end_before_the_particles() -> None:
+    view = views_of([scene(0.1, PAIR, rays=16)])[0]
+    axis = Figure().subplots()
+    _streamlines(axis, view)
+    drawn = np.vstack([path.vertices for lines in axis.collections for path in lines.get_paths() if len(path.vertices)])
+    for z, a, b in PAIR:
+        assert (((drawn[:, 0] - z) / a) ** 2 + (drawn[:, 1] / b) ** 2).min() > 0.95
