@@ -67,8 +67,6 @@ def canvas_of(figure: Figure, results: Results, page: Page) -> Canvas:
         canvas = page.figure((0.44 if kind == "shapes" else 0.32) * page.width * count + 14)
         axes = list(canvas.subplots(count, 1, squeeze=False)[:, 0])
     else:
-        if len(figure.panels) == 1:
-            page = page.alone()
         canvas, axes = page.panels(len(figure.panels), height=56, extra=12)
     shown_cases = [case for panel in figure.panels for name in panel.of for case in results.cases(name, panel.where)]
     values = _values(shown_cases, figure.panels[0].by)

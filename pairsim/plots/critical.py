@@ -52,9 +52,7 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
     for row in rows:
         row |= {column: float(row[column]) for column in (name, OTHER[name], "d_cr")}
     encoding = Encoding.of(rows, [OTHER[name]])
-    page = page.alone()
-    figure = page.figure(82)
-    axis = figure.subplots()
+    figure, (axis,) = page.panels(1, height=82, extra=0)
     axis.margins(y=0.15)
     for branch in dict.fromkeys(row["branch"] for row in rows):
         _draw_branch(axis, name, [row for row in rows if row["branch"] == branch], encoding)

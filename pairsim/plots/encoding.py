@@ -99,7 +99,7 @@ class Encoding:
             page: What it is drawn for.
             height: Of a panel, in mm.
         """
-        figure, axes = (page if len(self.panels) > 1 else page.alone()).panels(len(self.panels), height, extra=14)
+        figure, axes = page.panels(len(self.panels), height, extra=14)
         for axis, value in zip(axes, self.panels, strict=True):
             if self.panel:
                 axis.set_title(equation(self.panel, value))

@@ -139,7 +139,7 @@ def draw_overlay(
     count = len(places) + (beside is not None)
     height = 62 if len(places) == 1 else 50 if count <= 6 else 40
     columns = len(kinds) if encoding.panel and len(kinds) > 1 else None
-    figure, axes = (page if count > 1 else page.alone()).panels(count, height, extra=16, columns=columns)
+    figure, axes = page.panels(count, height, extra=16, columns=columns)
     for place, (axis, (value, x, y)) in enumerate(zip(axes, places, strict=False)):
         if place >= len(kinds):
             axis.sharex(axes[place % len(kinds)])

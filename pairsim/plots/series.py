@@ -58,7 +58,7 @@ def draw_series(directory: Path, out: Path, page: Page) -> list[Path]:
         notes = [Patch(color=START_UP, label="start-up")] if starting else []
         over_t = [quantities["d"], relative or quantities["U"] or ["dp"], quantities["D"]]
         panels = [(["t"], names) for names in over_t if names] + [(quantities["d"], relative)] * bool(relative)
-        figure, axes = (page if len(panels) > 1 else page.alone()).panels(len(panels), height=48)
+        figure, axes = page.panels(len(panels), height=48)
         for axis, (against, names) in zip(axes, panels, strict=True):
             _draw_panel(axis, series, against, names, starting)
         if relative:

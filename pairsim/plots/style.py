@@ -113,7 +113,7 @@ class Page:
     def panels(
         self, count: int, height: float = 62.0, extra: float = 10.0, columns: int | None = None
     ) -> tuple[Figure, list[Axes]]:
-        """A figure with panels, two or three in a row where there is room.
+        """A figure with panels, two or three in a row where there is room; a single one is at most `NARROW` wide.
 
         Args:
             count: How many.
@@ -123,12 +123,9 @@ class Page:
         """
         columns = 1 if self.narrow else columns or (3 if count % 3 == 0 else min(count, 2))
         rows = -(-count // columns)
-        figure = self.figure(rows * height + extra)
+        page = self if count > 1 else replace(self, width=min(self.width, NARROW))
+        figure = page.figure(rows * height + extra)
         return figure, [figure.add_subplot(rows, columns, i + 1) for i in range(count)]
-
-    def alone(self) -> Page:
-        """The same for a picture of a single panel, which need not be wider than a column and a half."""
-        return replace(self, width=min(self.width, NARROW))
 
     def save(self, figure: Figure, folder: Path, stem: str) -> list[Path]:
         """Write a figure in every format; each file appears whole.

@@ -39,9 +39,8 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
     points = [row for row in table if float(row.get("error") or 0) > 0 and row.get("wall_time")]
     if not points:
         return []
-    page = (page or Page()).alone()
-    figure = page.figure(85)
-    axes = figure.subplots()
+    page = page or Page()
+    figure, (axes,) = page.panels(1, height=85, extra=0)
     of_time = [name for name in settings if name == "command" or name.startswith("time.")]
     others = [name for name in settings if name not in of_time]
     series: dict[str, list[dict[str, str]]] = defaultdict(list)
