@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from pathlib import Path
 from typing import Any
@@ -71,3 +72,13 @@ def valid_record(directory: Path) -> dict[str, Any]:
     if not isinstance(record, dict):
         raise InputError(str(path), "", None, "must be a JSON object")
     return record
+
+
+def rows_of(table: Path) -> list[dict[str, str]]:
+    """The rows of a CSV table as text, by column.
+
+    Raises:
+        OSError: It cannot be read.
+    """
+    with table.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
