@@ -15,9 +15,9 @@ import typer
 
 from pairsim.cli.options import OfUnits, print_table, usable
 from pairsim.commands import COMMANDS
+from pairsim.config.physical import QUANTITIES, Quantity
 from pairsim.physics import liquids, solids
-from pairsim.physics.declared import DIMENSIONS, FLAT, LAWS, PARAMETERS
-from pairsim.physics.material import Dimension
+from pairsim.physics.declared import FLAT, LAWS, PARAMETERS
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
@@ -27,38 +27,60 @@ app = typer.Typer()
 TABLES = [table for command in COMMANDS.values() for table in command.tables]
 PURE = [name for name, each in PARAMETERS.items() if each.parameter.dimension is None]
 """Parameters of laws that are pure numbers."""
+REQUIRED = ("tube", "particle")
+NAMES = {"flow_rate": "--flow"}
+"""Options that are not named after their key."""
+HELP = {
+    "velocity": "mean velocity of the liquid, in place of --flow",
+    "particle": "diameter of the particles (repeat for one value each, from upstream)",
+    "modulus": "shear modulus G_p of the particles (default: rigid; repeat for one value each)",
+    "young": "Young's modulus E = 3 G_p, in place of --modulus",
+    "density": "density of the liquid (default: that of water)",
+    "distance": "distance between the surfaces (repeat for one value each gap; with --kind curve, for its distances; "
+    "with --kind critical, for the least and the largest one)",
+    "end": "end time of the run (default: by De and Ca_e)",
+}
+"""What options do that the words of their key do not say."""
 
 
-def _option(name: str, what: str, example: str, *more: str) -> Any:
-    return typer.Option(name, *more, metavar="QUANTITY", help=f"{what}; example: {example}.", show_default=False)
-
-
-def _with_materials(function: Callable[..., None]) -> Callable[..., None]:
-    """Add the options of all materials: the quantities that they follow from, and the pure numbers of their laws."""
-
-    def of_quantity(each: Dimension) -> Any:
-        option = _option(f"--{each.key.replace('_', '-')}", _sentence(each.words), _example(each))
-        return Annotated[str | None, option]
-
-    def of_number(name: str, words: str) -> Any:
-        return Annotated[float | None, typer.Option(f"--{name}", metavar="NUMBER", help=f"{_sentence(words)}.")]
-
-    options = {key: of_quantity(each) for key, each in DIMENSIONS.items()}
-    options |= {name: of_number(name, PARAMETERS[name].parameter.words) for name in PURE}
-    own = signature(function, eval_str=True)
-    kept = [each for each in own.parameters.values() if each.kind is not Parameter.VAR_KEYWORD]
-    added = [Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=kind) for name, kind in options.items()]
-    function.__signature__ = own.replace(parameters=[*kept, *added])  # type: ignore[attr-defined]
-    function.__annotations__ = {each.name: each.annotation for each in (*kept, *added)}
-    return function
-
-
-def _example(dimension: Dimension) -> str:
-    return dimension.example.format(**dict.fromkeys(dimension.of_unit, 0.6)).replace(" ", "")
+def _option_of(key: str) -> str:
+    return NAMES.get(key, f"--{key.replace('_', '-')}")
 
 
 def _sentence(words: str) -> str:
     return words[0].upper() + words[1:]
+
+
+def _of_quantity(each: Quantity) -> Parameter:
+    """The option of a key of the `physical` block."""
+    of = each.dimension
+    example = of.example.format(**dict.fromkeys(of.of_unit, 0.6)).replace(" ", "")
+    words = f"{_sentence(HELP.get(each.key, of.words))}; example: {example}."
+    option = typer.Option(_option_of(each.key), metavar="QUANTITY", help=words, show_default=False)
+    kind: Any = list[str] if each.many or each.gives == "d" else str
+    if each.key in REQUIRED:
+        return Parameter(each.key, Parameter.KEYWORD_ONLY, annotation=Annotated[kind, option])
+    return Parameter(each.key, Parameter.KEYWORD_ONLY, default=None, annotation=Annotated[kind | None, option])
+
+
+def _of_number(name: str) -> Parameter:
+    """The option of a parameter of a law that is a pure number."""
+    words = f"{_sentence(PARAMETERS[name].parameter.words)}."
+    kind = Annotated[float | None, typer.Option(f"--{name}", metavar="NUMBER", help=words)]
+    return Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=kind)
+
+
+def _with_quantities(function: Callable[..., None]) -> Callable[..., None]:
+    """Replace `**given` by an option for each quantity, and one for each pure number of the laws."""
+    own = [each for each in signature(function, eval_str=True).parameters.values() if each.name != "given"]
+    parameters = [*map(_of_quantity, QUANTITIES.values()), *map(_of_number, PURE), *own]
+    function.__signature__ = signature(function).replace(parameters=parameters)  # type: ignore[attr-defined]
+    function.__annotations__ = {each.name: each.annotation for each in parameters}
+    return function
+
+
+def _law_of(what: str, laws: Mapping[str, Any]) -> Any:
+    return typer.Option(metavar="LAW", help=f"Law of the {what}: {', '.join(laws)}.", show_default=False)
 
 
 @app.command(
@@ -66,54 +88,17 @@ def _sentence(words: str) -> str:
     "--relaxation 2ms -o case.yaml | pairsim units --liquid power-law --n 0.6 --consistency 0.5Pa.s^0.6 --tube 50um "
     "--particle 20um --flow 1ul/min --modulus 5kPa"
 )
-@_with_materials
+@_with_quantities
 def units(
-    tube: Annotated[str, _option("--tube", "Inner diameter of the tube", "50um")],
-    particle: Annotated[
-        list[str],
-        _option("--particle", "Diameter of the particles (repeat for one value each, from upstream)", "20um"),
-    ],
-    flow: Annotated[str | None, _option("--flow", "Flow rate", "1ul/min")] = None,
-    velocity: Annotated[
-        str | None, _option("--velocity", "Mean velocity of the liquid, in place of --flow", "5mm/s")
-    ] = None,
-    modulus: Annotated[
-        list[str] | None, _option("--modulus", "Shear modulus G_p of the particles (default: rigid)", "5kPa")
-    ] = None,
-    young: Annotated[
-        list[str] | None, _option("--young", "Young's modulus E = 3 G_p, in place of --modulus", "15kPa")
-    ] = None,
-    liquid: Annotated[
-        str | None,
-        typer.Option(
-            "--liquid", metavar="LAW", help=f"Law of the liquid: {', '.join(liquids.LAWS)}.", show_default=False
-        ),
-    ] = None,
-    solid: Annotated[
-        str | None,
-        typer.Option(
-            "--solid", metavar="LAW", help=f"Law of the particles: {', '.join(solids.LAWS)}.", show_default=False
-        ),
-    ] = None,
-    density: Annotated[
-        str | None, _option("--density", "Density of the liquid (default: that of water)", "1000kg/m^3")
-    ] = None,
-    distance: Annotated[
-        list[str] | None,
-        _option(
-            "--distance",
-            "Distance between the surfaces (repeat for one value each gap; with --kind curve, for its distances; with "
-            "--kind critical, for the least and the largest one)",
-            "5um",
-        ),
-    ] = None,
-    end: Annotated[str | None, _option("--end", "End time of the run (default: by De and Ca_e)", "0.1s")] = None,
+    *,
+    liquid: Annotated[str | None, _law_of("liquid", liquids.LAWS)] = None,
+    solid: Annotated[str | None, _law_of("particles", solids.LAWS)] = None,
     kind: Annotated[OfUnits, typer.Option("--kind", help="The command that the case file is for.")] = "run",
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Write a case file to this path.", callback=usable)
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing case file.")] = False,
-    **of_materials: Any,
+    **given: Any,
 ) -> None:
     """Compute the dimensionless numbers and scales of an experiment; with -o also write a case file.
 
@@ -126,27 +111,21 @@ def units(
     from pairsim.inputs.case_files import parse_case
 
     _check_free(output, overwrite)
-    if end is not None and kind != "run":
-        raise InputError("pairsim units", "--end", end, f"must be left out with --kind {kind}")
-    quantities = {
-        **{"tube": tube, "particle": _one(particle), "flow_rate": flow, "velocity": velocity},
-        **{"modulus": _one(modulus), "young": _one(young)},
-        **{key: of_materials[key] for key in DIMENSIONS},
-        **{"density": density, "distance": _one(distance), "end": end},
-    }
-    given = {key: value for key, value in quantities.items() if value is not None}
-    written: dict[str, Any] = {"physical": given, **_laws(liquid, solid, of_materials)}
-    if len(particle) != 1:
-        written["particles"] = len(particle)
-    if not modulus and not young:
+    quantities = {key: _one(given[key]) for key in QUANTITIES if given[key]}
+    if "end" in quantities and kind != "run":
+        raise InputError("pairsim units", "--end", quantities["end"], f"must be left out with --kind {kind}")
+    written: dict[str, Any] = {"physical": quantities, **_laws(liquid, solid, given)}
+    if len(given["particle"]) != 1:
+        written["particles"] = len(given["particle"])
+    if not given["modulus"] and not given["young"]:
         written["Ca_e"] = 0
-    if distance is None:
+    if "distance" not in quantities:
         written |= COMMANDS[kind].distances
     try:
-        case = parse_case(COMMANDS[kind], {**written, "physical": DEFAULTS | given}, "pairsim units")
+        case = parse_case(COMMANDS[kind], {**written, "physical": DEFAULTS | quantities}, "pairsim units")
     except InputError as error:
         raise _of_options(error) from None
-    report = bench_report(case, given)
+    report = bench_report(case, quantities)
     if output is not None:  # before the output, which a closed pipe may cut short
         body = yaml_text(written, blocks=True)
         _write(output, "".join(f"# {line}\n" for line in _comments(report, kind)) + body)
@@ -198,8 +177,9 @@ def _write(output: Path, text: str) -> None:
         raise InputError(str(output), "-o", None, f"must be a writable file ({error.strerror})") from None
 
 
-def _one(values: list[str] | None) -> Any:
-    return None if not values else values[0] if len(values) == 1 else list(values)
+def _one(values: Any) -> Any:
+    """A single value in place of a list of one."""
+    return values[0] if isinstance(values, list) and len(values) == 1 else values
 
 
 def _of_options(error: InputError) -> InputError:
@@ -209,15 +189,15 @@ def _of_options(error: InputError) -> InputError:
         for name, each in PARAMETERS.items():
             if each.parameter.dimension is not None:
                 text = re.sub(rf"^(?:liquid|solid)\.{name}$", f"physical.{each.parameter.dimension.key}", text)
-        text = re.sub(r"physical\.(\w+)", lambda key: f"--{key[1].replace('_', '-')}", text)
-        return re.sub(r"\b(?:liquid|solid)\.(\w+)", r"--\1", text.replace("--flow-rate", "--flow"))
+        text = re.sub(r"physical\.(\w+)", lambda key: _option_of(key[1]), text)
+        return re.sub(r"\b(?:liquid|solid)\.(\w+)", r"--\1", text)
 
     first, *rest = (InputError(m.file, options(m.key), m.value, options(m.allowed)) for m in error.mistakes)
     return InputError(first.file, first.key, first.value, first.allowed, others=rest)
 
 
 def _comments(report: BenchReport, kind: str) -> list[str]:
-    numbers = ", ".join(f"{row.name} {row.value}" for row in report.numbers)
+    numbers = ", ".join(f"{name} {value}" for name, value, _ in report.numbers)
     return [f"Written by pairsim units; pairsim schema {kind} lists all keys.", numbers, *report.warnings]
 
 
@@ -226,7 +206,7 @@ def _show(report: BenchReport) -> None:
 
     table = Table(box=None, pad_edge=False, show_header=False)
     for row in (*report.numbers, *report.scales):
-        table.add_row(row.name, row.value, row.meaning)
+        table.add_row(*row)
     print_table(table)
     typer.echo(report.inertia)
     for default in report.defaults:
@@ -242,30 +222,18 @@ def _show(report: BenchReport) -> None:
 def table(
     directory: Annotated[
         Path,
-        typer.Argument(
-            help=f"Folder of {', '.join(COMMANDS)}.",
-            show_default=False,
-            callback=usable,
-        ),
+        typer.Argument(help=f"Folder of {', '.join(COMMANDS)}.", show_default=False, callback=usable),
     ],
     name: Annotated[
         str | None,
-        typer.Argument(
-            help=f"{', '.join(TABLES)} (default: the main table of the folder).",
-            show_default=False,
-        ),
+        typer.Argument(help=f"{', '.join(TABLES)} (default: the main table of the folder).", show_default=False),
     ] = None,
     physical: Annotated[
         bool, typer.Option("--physical", help="Convert to um, s, um/s and Pa; the case must have a physical block.")
     ] = False,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            help="CSV file to write (default: print).",
-            callback=usable,
-        ),
+        typer.Option("-o", "--output", help="CSV file to write (default: print).", callback=usable),
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
 ) -> None:
@@ -299,11 +267,7 @@ def table(
 def travel(
     directory: Annotated[
         Path,
-        typer.Argument(
-            help="Folder of curve.",
-            show_default=False,
-            callback=usable,
-        ),
+        typer.Argument(help="Folder of curve.", show_default=False, callback=usable),
     ],
     start: Annotated[
         str, typer.Option("--from", metavar="D", help="First distance, in tube diameters D_c or with a unit.")

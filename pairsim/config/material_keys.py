@@ -15,6 +15,7 @@ from pydantic import (
 )
 
 from pairsim.config.materials import ELASTIC, MODES, VISCOUS, block_of, liquid_block, modes_in, solid_blocks
+from pairsim.config.quantities import many
 from pairsim.config.values import Number
 from pairsim.physics import liquids, solids
 from pairsim.physics.declared import FLAT
@@ -93,11 +94,6 @@ def _named(laws: Iterable[str]) -> Any:
     return Literal[*laws]
 
 
-def _many(one: Any) -> Any:
-    """The type of a list."""
-    return tuple[one, ...]
-
-
 def _words(names: list[str], more: str = "") -> str:
     return f"{', '.join(names)}, or a group with law (one of these{more}) and its parameters"
 
@@ -123,7 +119,7 @@ _MODES = _made(
     {
         "law": (_named([MODES]), Field(description=MODES_WORDS)),
         "modes": (
-            _many(_one_of(_MODELS_OF_MODES)),
+            many(_one_of(_MODELS_OF_MODES)),
             Field(
                 min_length=2,
                 max_length=MOST_MODES,
@@ -166,7 +162,7 @@ def material_fields() -> dict[str, Any]:
     return {
         "liquid": (_named(liquids.LAWS) | _one_of(LIQUIDS) | None, liquid),
         **_flat_fields(),
-        "solid": (one | _many(one) | None, solid),
+        "solid": (one | many(one) | None, solid),
     }
 
 

@@ -9,102 +9,113 @@ from __future__ import annotations
 import copy
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from pairsim.config.materials import declared_in, liquid_block
 from pairsim.config.mistakes import Mistake, missing
-from pairsim.config.quantities import (
-    DENSITY,
-    FLOW,
-    LENGTH,
-    STRESS,
-    TIME,
-    VELOCITY,
-    Density,
-    Distances,
-    FlowRate,
-    Kind,
-    Length,
-    Modulus,
-    Time,
-    Velocity,
-    distance_texts,
-    quantity,
-    rounded,
-    si,
-)
+from pairsim.config.quantities import a_length, converted, distances, known_unit, many, quantity, rounded, si
 from pairsim.config.values import is_finite
 from pairsim.physics import liquids
 from pairsim.physics.declared import DIMENSIONS
 from pairsim.physics.liquids import Liquid, Newtonian, ViscousLaw
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
-from pairsim.physics.material import Dimension
+from pairsim.physics.material import Dimension, a_time
 from pairsim.physics.scales import Scales, mean_velocity
 from pairsim.physics.solids.solid import MODULUS
 
 BLOCK = "physical"
-YOUNG_OVER_SHEAR = 3.0  # incompressible material: E = 3 G_p
-INSTEAD = {"beta": "particle", "Ca_e": "modulus", "d0": "distance", "d": "distance"}
-"""For each key of a case that the block can replace, the key of the block."""
 SAME = 1e-9  # relative tolerance at which two numbers count as equal
 
 
-class _Experiment(BaseModel):
-    """The keys of an experiment that do not depend on the materials."""
+class Quantity(NamedTuple):
+    """A key of the block.
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    tube: Length = Field(description="inner diameter of the tube D_c")
-    flow_rate: FlowRate | None = Field(None, description="flow rate Q; gives the mean velocity U_av = 4 Q/(pi D_c^2)")
-    velocity: Velocity | None = Field(None, description="mean velocity of the liquid U_av, in place of flow_rate")
-    particle: Length | tuple[Length, ...] | None = Field(None, description="diameter D_p; gives beta = D_p/D_c")
-    modulus: Modulus | tuple[Modulus, ...] | None = Field(None, description=MODULUS.words)
-    young: Modulus | tuple[Modulus, ...] | None = Field(
-        None, description="Young's modulus E = 3 G_p, in place of modulus"
-    )
-    density: Density | None = Field(None, description="density of the liquid, only used for the Reynolds number")
-    distance: Distances | None = Field(
-        None, description="distance between the facing surfaces; gives d0 of a run, d of curve and critical"
-    )
-    end: Time | None = Field(None, description="end time of a run; gives time.end")
-
-
-def _fields() -> dict[str, Any]:
-    """The fields of the quantities of materials."""
-    return {
-        key: (quantity(kind_of(each)) | None, Field(None, description=each.words)) for key, each in DIMENSIONS.items()
-    }
-
-
-def kind_of(dimension: Dimension, numbers: Mapping[str, Any] | None = None) -> Kind:
-    """The kind of quantity of a dimension; of any unit if that depends on parameters that are not given.
-
-    Args:
-        dimension: The dimension.
-        numbers: The parameters of its law.
+    Attributes:
+        dimension: Its dimension, which has the name of the key.
+        gives: Dotted key of the case that it stands for (`d` for `d` and `d0`), "" if there is none.
+        many: Whether it takes one value for each particle.
     """
-    known = {name: numbers[name] for name in dimension.of_unit if numbers and name in numbers}
-    if len(known) < len(dimension.of_unit):
-        return Kind(dimension.kind, "", dimension.example)
-    return Kind(dimension.kind, dimension.unit.format(**known), dimension.example.format(**known))
 
+    dimension: Dimension
+    gives: str = ""
+    many: bool = False
+
+    @property
+    def key(self) -> str:
+        """Its name."""
+        return self.dimension.key
+
+    @property
+    def field(self) -> Any:
+        """Type and description of the field."""
+        one = distances(self.dimension) if self.gives == "d" else quantity(self.dimension)
+        kind = one | many(one) if self.many else one
+        words = self.dimension.words
+        return (kind, Field(description=words)) if self.key == "tube" else (kind | None, Field(None, description=words))
+
+
+def _measured(key: str, kind: str, words: str, unit: str, example: str) -> Quantity:
+    """A quantity that sets a scale, and is no number of the case."""
+    return Quantity(Dimension(key, kind, words, unit, example, lambda value, _: value))
+
+
+# An incompressible material has E = 3 G_p.
+YOUNG = replace(
+    MODULUS,
+    key="young",
+    words="Young's modulus E = 3 G_p, in place of modulus",
+    example="15 kPa",
+    number=lambda E, scales: 3 * scales.stress / E,
+)
+DENSITY = _measured(
+    "density", "a density", "density of the liquid, only used for the Reynolds number", "kg/m^3", "1000 kg/m^3"
+)
+EXPERIMENT = (
+    Quantity(a_length("tube", "inner diameter of the tube D_c")),
+    _measured(
+        "flow_rate",
+        "a flow rate",
+        "flow rate Q; gives the mean velocity U_av = 4 Q/(pi D_c^2)",
+        "m^3/s",
+        "1 ul/min",
+    ),
+    _measured("velocity", "a velocity", "mean velocity of the liquid U_av, in place of flow_rate", "m/s", "5 mm/s"),
+    Quantity(a_length("particle", "diameter D_p; gives beta = D_p/D_c", "20 um"), "beta", many=True),
+    Quantity(MODULUS, "Ca_e", many=True),
+    Quantity(YOUNG, "Ca_e", many=True),
+    DENSITY,
+    Quantity(
+        a_length(
+            "distance", "distance between the facing surfaces; gives d0 of a run, d of curve and critical", "5 um"
+        ),
+        "d",
+    ),
+    Quantity(a_time("end", "end time of a run; gives time.end"), "time.end"),
+)
+QUANTITIES = {each.key: each for each in (*EXPERIMENT, *map(Quantity, DIMENSIONS.values()))}
+"""All keys of the block: those of an experiment, then those that the parameters of materials follow from."""
 
 if TYPE_CHECKING:
-
-    class _WithMaterials(_Experiment):
-        solvent: str | None
-
+    _Keys = BaseModel
 else:
-    _WithMaterials = create_model("_WithMaterials", __base__=_Experiment, **_fields())
+    _Keys = create_model(
+        "_Keys",
+        __config__=ConfigDict(extra="forbid", frozen=True),
+        **{key: each.field for key, each in QUANTITIES.items()},
+    )
 
 
-class Physical(_WithMaterials):
+class Physical(_Keys):
     """Quantities of an experiment. particle, modulus, young: one value for all particles, or a list from upstream."""
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """The quantities that are given, by key."""
+        return {key: value for key, value in self if value is not None}
 
     def scales(self, case: Mapping[str, Any]) -> Scales:
         """The units of length, velocity and stress in SI units.
@@ -112,19 +123,17 @@ class Physical(_WithMaterials):
         Args:
             case: The case, whose other keys need not be validated yet.
         """
-        length = si(self.tube, LENGTH)
-        if self.velocity is not None:
-            velocity = si(self.velocity, VELOCITY)
-        else:
-            assert self.flow_rate is not None  # ensured by check_physical
-            velocity = mean_velocity(si(self.flow_rate, FLOW), length)
+        known = {key: si(self.given[key], QUANTITIES[key].dimension) for key in _OF_FLOW if key in self.given}
+        length = known["tube"]
+        velocity = known["velocity"] if "velocity" in known else mean_velocity(known["flow_rate"], length)
         law = viscosity_law(case)
-        value = si(getattr(self, law.measured.key), kind_of(law.measured, law.numbers))
+        value = si(self.given[law.measured.key], known_unit(law.measured, law.numbers))
         return Scales(length, velocity, law.unit_viscosity(value, velocity / length))
 
     def reynolds(self, scales: Scales) -> float | None:
         """Reynolds number rho U_av D_c/eta_0, None if no density is given."""
-        return None if self.density is None else scales.reynolds(si(self.density, DENSITY))
+        given = self.given.get(DENSITY.key)
+        return None if given is None else scales.reynolds(si(given, DENSITY.dimension))
 
     def numbers(self, case: Mapping[str, Any]) -> dict[str, tuple[str, Any]]:
         """The dimensionless numbers computed from the block.
@@ -135,37 +144,23 @@ class Physical(_WithMaterials):
         Returns:
             For each dotted key of a case (`d` for `d` and `d0`): the key of the block, and the number or tuple.
         """
-        scales = self.scales(case)
+        scales, given = self.scales(case), self.given
         found: dict[str, tuple[str, Any]] = {}
+        for key, of in stands_for(case):
+            if of.key not in given:
+                continue
+            # A solvent is in units of its own viscosity.
+            of_solvent = key.startswith("liquid.solvent.") and "xi" in found
+            own = replace(scales, viscosity=found["xi"][1] * scales.viscosity) if of_solvent else scales
 
-        def each(value: Any, kind: Kind, number: Callable[[float], float]) -> Any:
-            if isinstance(value, tuple):
-                return tuple(each(entry, kind, number) for entry in value)
-            return rounded(number(si(value, kind)))
+            def number(text: str, of: Dimension = of, own: Scales = own) -> float:
+                return rounded(of.number(si(text, of), own))
 
-        if self.particle is not None:
-            found["beta"] = "particle", each(self.particle, LENGTH, lambda D_p: D_p / scales.length)
-        if self.modulus is not None:
-            found["Ca_e"] = "modulus", each(self.modulus, STRESS, lambda G_p: scales.stress / G_p)
-        if self.young is not None:
-            found["Ca_e"] = "young", each(self.young, STRESS, lambda E: YOUNG_OVER_SHEAR * scales.stress / E)
-        for key, dimension in keys_of_materials(case):
-            if dimension is not None and (value := getattr(self, dimension.key)) is not None:
-                own = scales
-                if key.startswith("liquid.solvent.") and "xi" in found:  # in units of the solvent's own viscosity
-                    own = replace(scales, viscosity=found["xi"][1] * scales.viscosity)
-                number = partial(_number, dimension, own)
-                found[key] = dimension.key, each(value, kind_of(dimension), number)
-        if self.distance is not None:
-            distances = each(distance_texts(self.distance), LENGTH, lambda d: d / scales.length)
-            found["d"] = "distance", distances if isinstance(self.distance, tuple | dict) else distances[0]
-        if self.end is not None:
-            found["time.end"] = "end", each(self.end, TIME, lambda end: end / scales.time)
+            found[key] = of.key, converted(given[of.key], number)
         return found
 
 
-def _number(dimension: Dimension, scales: Scales, value: float) -> float:
-    return dimension.number(value, scales)
+_OF_FLOW = ("tube", "flow_rate", "velocity")
 
 
 def viscosity_law(case: Mapping[str, Any]) -> ViscousLaw:
@@ -178,50 +173,54 @@ def viscosity_law(case: Mapping[str, Any]) -> ViscousLaw:
     return law.anyhow().with_numbers(known)
 
 
-def keys_of_materials(case: Mapping[str, Any]) -> Iterator[tuple[str, Dimension | None]]:
-    """The dotted keys of the parameters of the materials of a case, and the dimension that each follows from."""
-    yield from ((key, parameter.dimension) for key, parameter in Liquid.OF_POLYMER.items())
-    yield from ((each.key, each.parameter.dimension) for each in declared_in(case))
+def stands_for(case: Mapping[str, Any]) -> list[tuple[str, Dimension]]:
+    """The dotted keys of a case that the block can replace, and the dimension that each follows from."""
+    of_materials = [(key, each.dimension) for key, each in Liquid.OF_POLYMER.items()]
+    of_materials += [(each.key, each.parameter.dimension) for each in declared_in(case)]
+    own = [(each.gives, each.dimension) for each in EXPERIMENT if each.gives]
+    return own + [(key, dimension) for key, dimension in of_materials if dimension is not None]
 
 
 def check_physical(physical: Physical, case: Mapping[str, Any]) -> Iterator[Mistake]:
     """Check the keys of the block against each other and against the laws of the case; yields mistakes."""
+    given = physical.given
+
+    def wrong(key: str, allowed: str) -> Mistake:
+        return Mistake(f"{BLOCK}.{key}", given[key], allowed)
+
     for one, other in (("flow_rate", "velocity"), ("modulus", "young")):
-        if (value := getattr(physical, other)) is not None and getattr(physical, one) is not None:
-            yield Mistake(f"{BLOCK}.{other}", value, f"must be left out if {BLOCK}.{one} is given")
-    if physical.flow_rate is None and physical.velocity is None:
+        if one in given and other in given:
+            yield wrong(other, f"must be left out if {BLOCK}.{one} is given")
+    if "flow_rate" not in given and "velocity" not in given:
         yield missing(f"{BLOCK}.flow_rate", f"must be given, or else {BLOCK}.velocity")
     law = viscosity_law(case)
     measured = law.measured
-    unknown = [name for name in measured.of_unit if not is_finite(liquid_block(case).get(name))]
-    if unknown:
+    if unknown := [name for name in measured.of_unit if not is_finite(liquid_block(case).get(name))]:
         yield from (missing(f"liquid.{name}", "must be a number, with liquid: {law: ...}") for name in unknown)
         return
-    given = getattr(physical, measured.key)
-    if given is None:
+    if measured.key not in given:
         yield missing(f"{BLOCK}.{measured.key}", f"must be given in {BLOCK}")
         return
     try:
-        eta = si(given, kind_of(measured, law.numbers))
+        eta = si(given[measured.key], known_unit(measured, law.numbers))
     except ValueError as error:
-        yield Mistake(f"{BLOCK}.{measured.key}", given, str(error))
+        yield wrong(measured.key, str(error))
         return
-    places: dict[str, list[str]] = {}
-    for key, dimension in keys_of_materials(case):
-        if dimension is not None and key.startswith("liquid.") and getattr(physical, dimension.key) is not None:
-            places.setdefault(dimension.key, []).append(key)
-    for key, of in places.items():
-        if len(of) > 1:
-            allowed = f"must be left out: it would stand for {' and '.join(of)}, which are to be given"
-            yield Mistake(f"{BLOCK}.{key}", getattr(physical, key), allowed)
-    taken = {measured.key, *(dimension.key for _, dimension in keys_of_materials(case) if dimension is not None)}
-    for key, dimension in DIMENSIONS.items():
-        if key not in taken and (value := getattr(physical, key)) is not None:
-            allowed = f"must be left out: the laws of this case need no {key} ({dimension.words})"
-            yield Mistake(f"{BLOCK}.{key}", value, allowed)
-    if measured is ZERO_SHEAR and physical.solvent is not None and si(physical.solvent, kind_of(ZERO_SHEAR)) > eta:
-        allowed = f"must be at most {BLOCK}.{measured.key} = {given}, which includes it"
-        yield Mistake(f"{BLOCK}.solvent", physical.solvent, allowed)
+    yield from _check_laws(given, measured, stands_for(case))
+    if measured is ZERO_SHEAR and "solvent" in given and si(given["solvent"], ZERO_SHEAR) > eta:
+        yield wrong("solvent", f"must be at most {BLOCK}.{measured.key} = {given[measured.key]}, which includes it")
+
+
+def _check_laws(given: Mapping[str, Any], measured: Dimension, keys: list[tuple[str, Dimension]]) -> Iterator[Mistake]:
+    """Find quantities that stand for no parameter of the laws, or for several."""
+    for key in (key for key in DIMENSIONS if key in given and key != measured.key):
+        of = [place for place, dimension in keys if dimension.key == key]
+        if not of:
+            allowed = f"must be left out: the laws of this case need no {key} ({DIMENSIONS[key].words})"
+            yield Mistake(f"{BLOCK}.{key}", given[key], allowed)
+        elif len(in_liquid := [place for place in of if place.startswith("liquid.")]) > 1:
+            allowed = f"must be left out: it would stand for {' and '.join(in_liquid)}, which are to be given"
+            yield Mistake(f"{BLOCK}.{key}", given[key], allowed)
 
 
 class Translation:
@@ -234,30 +233,27 @@ class Translation:
     Attributes:
         data: The case with the numbers; unchanged if there is no `physical` block or it has mistakes.
         mistakes: Inconsistent keys of the block, and keys of the case that contradict it.
-        origins: For each number filled in, the dotted key of the block that it was computed from.
-        given: Keys of materials that the block has quantities for.
+        given: Keys of the case that the block has quantities for.
     """
 
     def __init__(self, data: Mapping[str, Any], fields: Mapping[str, Any]) -> None:
-        self.data, self.origins = dict(data), dict[str, str]()
-        self.mistakes: list[Mistake] = []
-        self._instead = dict(INSTEAD)
-        self.given: set[str] = set()
-        physical = read_block(data)
-        if physical is None:
+        self.data, self.mistakes, self.given = dict(data), list[Mistake](), set[str]()
+        self._origins: dict[str, str] = {}
+        self._instead: dict[str, str] = {}
+        self._physical = read_block(data)
+        if self._physical is None:
             return
-        for key, dimension in keys_of_materials(data):
-            if dimension is not None:
-                self._instead[key] = dimension.key
-                self.given |= {key} if getattr(physical, dimension.key) is not None else set()
-        self.mistakes += check_physical(physical, data)
+        for key, dimension in reversed(stands_for(data)):  # modulus rather than young
+            self._instead[_own(key, fields)] = dimension.key
+        self.given = {key for key, origin in self._instead.items() if origin in self._physical.given}
+        self.mistakes += check_physical(self._physical, data)
         if self.mistakes:
             return
         self.data = copy.deepcopy(self.data)
         if isinstance(solid := self.data.get("solid"), tuple):
             self.data["solid"] = tuple({"law": each} if isinstance(each, str) else each for each in solid)
-        for key, (origin, number) in physical.numbers(data).items():
-            self._fill("d0" if key == "d" and "d0" in fields else key, f"{BLOCK}.{origin}", number, fields)
+        for key, (origin, number) in self._physical.numbers(data).items():
+            self._fill(_own(key, fields), f"{BLOCK}.{origin}", number, fields)
         self.data.setdefault("De", 0.0)
 
     def _fill(self, key: str, origin: str, number: Any, fields: Mapping[str, Any]) -> None:
@@ -274,18 +270,22 @@ class Translation:
             self.mistakes.append(Mistake(key, inner[name], allowed))
         else:
             inner[name] = number
-            self.origins[key] = origin
+            self._origins[key] = origin
 
     def at_origin(self, mistake: Mistake) -> Mistake:
         """Turn a mistake in a number that was filled in into one of the key of the block that it was computed from."""
-        key = mistake.key if mistake.key in self.origins else mistake.key.partition("[")[0]
-        if mistake.is_missing and BLOCK in self.data and mistake.key in self._instead:
+        if mistake.is_missing and mistake.key in self._instead:
             return Mistake(mistake.key, None, f"{mistake.allowed}, or be given by {BLOCK}.{self._instead[mistake.key]}")
-        if key not in self.origins or mistake.value is None:
+        origin = self._origins.get(mistake.key) or self._origins.get(mistake.key.partition("[")[0])
+        if origin is None or mistake.value is None or self._physical is None:
             return mistake
-        origin = self.origins[key]
-        given = getattr(read_block(self.data), origin.removeprefix(f"{BLOCK}."))
+        given = self._physical.given[origin.removeprefix(f"{BLOCK}.")]
         return Mistake(origin, given, f"gives {mistake.key} = {shown(mistake.value)}, which {mistake.allowed}")
+
+
+def _own(key: str, fields: Mapping[str, Any]) -> str:
+    """The key of this kind of case: `d0` for `d` where it has that."""
+    return "d0" if key == "d" and "d0" in fields else key
 
 
 def read_block(data: Mapping[str, Any]) -> Physical | None:
@@ -324,15 +324,14 @@ def group_of(data: dict[str, Any], key: str) -> tuple[dict[str, Any] | None, str
     *groups, name = re.findall(r"[^.\[\]]+", key)
     inner: Any = data
     for group in groups:
-        at: Any = int(group) if isinstance(inner, list | tuple) else group
-        if isinstance(inner, list | tuple) and isinstance(inner[at], dict):
-            inner = inner[at]
+        if isinstance(inner, list | tuple):
+            inner = inner[int(group)]
             continue
         if not isinstance(inner, dict):
             return None, name
-        if isinstance(inner.get(at), str):
-            inner[at] = {"law": inner[at]}
-        inner = inner.setdefault(at, {})
+        if isinstance(inner.get(group), str):
+            inner[group] = {"law": inner[group]}
+        inner = inner.setdefault(group, {})
     return (inner if isinstance(inner, dict) else None), name
 
 

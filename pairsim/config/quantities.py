@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,42 +13,24 @@ from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from pairsim.config.ranges import spelled_out
+from pairsim.physics.material import Dimension
 
 if TYPE_CHECKING:
     import pint
 
-
-@dataclass(frozen=True)
-class Kind:
-    """A kind of quantity.
-
-    Attributes:
-        name: Its name in messages, with article.
-        unit: Its SI unit; "" for one that is not known yet.
-        example: A valid value, for messages.
-    """
-
-    name: str
-    unit: str
-    example: str
-
-    @property
-    def words(self) -> str:
-        """What is allowed, for messages."""
-        return f"{self.name} above 0 with its unit, such as {self.example}"
-
-
-LENGTH = Kind("a length", "m", "50 um")
-FLOW = Kind("a flow rate", "m^3/s", "1 ul/min")
-VELOCITY = Kind("a velocity", "m/s", "5 mm/s")
-STRESS = Kind("a modulus", "Pa", "5 kPa")
-TIME = Kind("a time", "s", "2 ms")
-DENSITY = Kind("a density", "kg/m^3", "1000 kg/m^3")
-
-
 LONGEST = 100  # characters of a quantity
 LEAST, MOST = 1e-30, 1e30  # limits of a quantity in its SI unit, whose products and ratios double precision can hold
 QUANTITY = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d_].*)")  # number and unit
+MOST_DISTANCES = 10_000
+RANGE_OF_LENGTHS = "{start: 5 um, stop: 40 um, num: 9}"
+
+
+def a_length(key: str, words: str, example: str = "50 um") -> Dimension:
+    """The dimension of a length, whose number is the length over D_c."""
+    return Dimension(key, "a length", words, "m", example, lambda value, scales: value / scales.length)
+
+
+LENGTH = a_length("length", "length")
 
 
 @cache
@@ -58,7 +40,7 @@ def _registry() -> pint.UnitRegistry:
     return pint.UnitRegistry()
 
 
-def _parsed(text: str) -> tuple[float, pint.Unit]:
+def _parsed(text: Any) -> tuple[float, pint.Unit]:
     """Split a text into number and unit. Products of units may be written with a point, as in Pa.s.
 
     Raises:
@@ -66,7 +48,7 @@ def _parsed(text: str) -> tuple[float, pint.Unit]:
     """
     match = QUANTITY.fullmatch(text.strip()) if isinstance(text, str) and len(text) <= LONGEST else None
     if match is None:
-        raise ValueError("has no unit" if _is_number(text) else "is not a number with a unit")
+        raise ValueError("is not a number with a unit")
     number, unit = match.groups()
     try:
         return float(number), _registry().parse_units(re.sub(r"(?<=[^\W\d_])[.·](?=[^\W\d_])", "*", unit))
@@ -74,40 +56,36 @@ def _parsed(text: str) -> tuple[float, pint.Unit]:
         raise ValueError(f"has the unknown unit {unit}") from None
 
 
-def _is_number(value: Any) -> bool:
-    try:
-        float(value)
-    except (TypeError, ValueError):
-        return False
-    except OverflowError:
-        return True
-    return True
+def known_unit(of: Dimension, numbers: Mapping[str, Any]) -> Dimension:
+    """A dimension whose unit depends on parameters of its law, with these; without a unit if one is not given."""
+    if any(name not in numbers for name in of.of_unit):
+        return replace(of, unit="")
+    return replace(of, unit=of.unit.format(**numbers), example=of.example.format(**numbers))
 
 
-def si(text: str, kind: Kind) -> float:
-    """Convert a quantity to its SI unit.
+def words_of(of: Dimension) -> str:
+    """What is allowed for a quantity."""
+    return f"{of.kind} above 0 with its unit, such as {of.example}"
 
-    Args:
-        text: Number and unit, such as "50 um".
-        kind: The kind of quantity that is expected.
 
-    Returns:
-        The value in `kind.unit`.
+def si(text: Any, of: Dimension) -> float:
+    """Convert a quantity to its SI unit, that of its dimension.
 
     Raises:
-        ValueError: It is not a positive quantity of this kind; says what is wrong and what is allowed.
+        ValueError: It is not a positive quantity of this dimension; says what is wrong and what is allowed.
     """
+    allowed = f"must be {words_of(of)}"
     try:
         number, unit = _parsed(text)
     except ValueError as error:
-        raise ValueError(f"{error}; must be {kind.words}") from None
-    if kind.unit and not unit.is_compatible_with(kind.unit):
-        raise ValueError(f"has the unit {unit:~C}; must be {kind.words}")
-    value = _in(kind.unit or unit, number, unit)
+        raise ValueError(f"{error}; {allowed}") from None
+    if of.unit and not unit.is_compatible_with(of.unit):
+        raise ValueError(f"has the unit {unit:~C}; {allowed}")
+    value = _in(of.unit or unit, number, unit)
     if number <= 0 or math.isnan(value):
-        raise ValueError(f"must be {kind.words}")
+        raise ValueError(allowed)
     if not LEAST <= value <= MOST:
-        raise ValueError(f"must be from {LEAST:g} to {MOST:g} {kind.unit}")
+        raise ValueError(f"must be from {LEAST:g} to {MOST:g} {of.unit}")
     return value
 
 
@@ -151,76 +129,64 @@ def quantity_range(described: Mapping[str, Any], most: int, spacing: str = "line
     Raises:
         ValueError: The range is invalid; says why.
     """
-    ends = {}
+    ends = []
     for key in ("start", "stop"):
         try:
-            ends[key] = _parsed(described.get(key, ""))
+            ends.append(_parsed(described.get(key)))
         except ValueError as error:
             raise ValueError(f"{key} {error}") from None
-    (start, unit), (stop, other) = ends["start"], ends["stop"]
+    (start, unit), (stop, other) = ends
     if not other.is_compatible_with(unit):
         raise ValueError("start and stop must have units of the same kind")
     values = spelled_out({**described, "start": start, "stop": _in(unit, stop, other)}, most, spacing)
     return [f"{value:.12g} {unit:~C}" for value in values]
 
 
-def _checker(kind: Kind) -> BeforeValidator:
-    def check(value: Any) -> Any:
+def converted(value: Any, convert: Callable[[Any], Any]) -> Any:
+    """Convert a value, or each of those in a list, in lists of these, or in a range of quantities.
+
+    Raises:
+        ValueError: It is an invalid range, or raised by `convert`.
+    """
+    if isinstance(value, Mapping):
+        value = tuple(quantity_range(value, MOST_DISTANCES, "log"))
+    return tuple(converted(entry, convert) for entry in value) if isinstance(value, tuple) else convert(value)
+
+
+def _checked(check: Callable[[Any], Any]) -> BeforeValidator:
+    """A validator with the message of a ValueError that `check` raises."""
+
+    def validate(value: Any) -> Any:
         try:
-            si(value, kind)
+            check(value)
         except ValueError as error:
             raise PydanticCustomError("quantity", "{said}", {"said": str(error)}) from None
         return value
 
-    return BeforeValidator(check)
+    return BeforeValidator(validate)
 
 
-def _shown(kind: Kind) -> Any:
-    return Field(json_schema_extra={"words": kind.words, "examples": [kind.example]})
-
-
-def quantity(kind: Kind) -> Any:
+def quantity(of: Dimension) -> Any:
     """The type of a key with a quantity."""
-    return Annotated[str, _shown(kind), _checker(kind)]
+    any_unit = known_unit(of, {})
+    extra = Field(json_schema_extra={"words": words_of(of), "examples": [of.example]})
+    return Annotated[str, extra, _checked(lambda value: si(value, any_unit))]
 
 
-Length = Annotated[str, _shown(LENGTH), _checker(LENGTH)]
-FlowRate = Annotated[str, _shown(FLOW), _checker(FLOW)]
-Velocity = Annotated[str, _shown(VELOCITY), _checker(VELOCITY)]
-Modulus = Annotated[str, _shown(STRESS), _checker(STRESS)]
-Time = Annotated[str, _shown(TIME), _checker(TIME)]
-Density = Annotated[str, _shown(DENSITY), _checker(DENSITY)]
+def distances(of: Dimension) -> Any:
+    """The type of a key with a length, a list of lengths (or of lists, one for each gap), or a range of lengths."""
+
+    def check(value: Any) -> None:
+        try:
+            converted(value, lambda text: si(text, of))
+        except ValueError as error:
+            said = str(error) if words_of(of) in str(error) else f"{error}; must be {words_of(of)}"
+            raise ValueError(f"{said}, a list of these, or {RANGE_OF_LENGTHS}") from None
+
+    extra = Field(json_schema_extra={"words": f"{words_of(of)}, a list of these, or a range"})
+    return Annotated[str | tuple[str | tuple[str, ...], ...] | dict[str, Any], extra, _checked(check)]
 
 
-def _distances(value: Any) -> Any:
-    """Validate a length, a list of lengths (or of lists, one length for each gap), or a range of lengths."""
-    try:
-        for text in distance_texts(value):
-            for each in text if isinstance(text, tuple) else (text,):
-                si(each, LENGTH)
-    except ValueError as error:
-        said = str(error) if LENGTH.words in str(error) else f"{error}; must be {LENGTH.words}"
-        said += ", a list of these, or {start: 5 um, stop: 40 um, num: 9}"
-        raise PydanticCustomError("quantity", "{said}", {"said": said}) from None
-    return value
-
-
-MOST_DISTANCES = 10_000
-
-
-def distance_texts(value: Any) -> tuple[Any, ...]:
-    """The distances given by `distance`, a single one, a list or a range, as quantities with units.
-
-    Raises:
-        ValueError: It is an invalid range.
-    """
-    if isinstance(value, dict):
-        return tuple(quantity_range(value, MOST_DISTANCES, "log"))
-    return value if isinstance(value, tuple) else (value,)
-
-
-Distances = Annotated[
-    str | tuple[str | tuple[str, ...], ...] | dict[str, Any],
-    Field(json_schema_extra={"words": f"{LENGTH.words}, a list of these, or a range"}),
-    BeforeValidator(_distances),
-]
+def many(one: Any) -> Any:
+    """The type of a list of values of one type."""
+    return tuple[one, ...]
