@@ -15,9 +15,6 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
-from pairsim.config.materials import cells_of
-from pairsim.config.values import DIAMETERS, is_finite
-
 LEAST_PERCENT, MOST_PERCENT = 0.01, 20.0
 MOST_TOLERANCE = 0.1  # of tolerances extrapolated beyond the levels
 
@@ -108,35 +105,6 @@ class Settings:
         cells = {"Np": chosen.Np, "max_size": chosen.largest(beta), "rows": chosen.rows}
         cells |= {"grading": chosen.grading}
         return cells | {"row_grading": ROW_GRADING} if in_time and liquid != "newtonian" else cells
-
-    def under(self, case: dict[str, Any], fields: set[str]) -> dict[str, Any]:
-        """Fill these settings into a case; keys that the case has keep their values.
-
-        Args:
-            case: Keys and values as given by the user, not yet validated.
-            fields: Keys that this kind of case has.
-
-        Returns:
-            A new dict with the settings added.
-        """
-        in_time = "time" in fields
-        groups = {"mesh": self.mesh(cells_of(case), _diameters(case), in_time)}
-        if in_time:
-            groups["time"] = {"tol": self.time_tol}
-        filled = ({"tol": self.curve_tol} if "tol" in fields else {}) | case
-        for name, values in groups.items():
-            given = case.get(name, {})
-            if isinstance(given, dict):  # other types are rejected by the validation
-                filled[name] = values | given
-        return filled
-
-
-def _diameters(case: dict[str, Any]) -> list[float]:
-    """Diameters in a case that is not validated yet; invalid values are skipped, the validation rejects them later."""
-    beta = case.get("beta")
-    given = beta if isinstance(beta, (list, tuple)) else [beta]
-    least, most = DIAMETERS
-    return [b for b in given if is_finite(b) and least <= b <= most] if case.get("particles", 2) else []
 
 
 # Beside a particle, where the liquid is as fast as it, stresses have thin layers; at its poles they have none.

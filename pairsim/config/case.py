@@ -6,9 +6,9 @@ validates YAML files against them; `pairsim.config.wording` writes the error mes
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, create_model, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ModelWrapValidatorHandler, create_model, model_validator
 
 from pairsim.config.accuracy import (
     DEFAULT,
@@ -18,7 +18,6 @@ from pairsim.config.accuracy import (
     Accuracy,
     is_level,
     percent,
-    percentage,
     settings_of,
 )
 from pairsim.config.default_end import DEFAULT_END, SHORTEST_RUN, default_end
@@ -29,7 +28,9 @@ from pairsim.config.materials import (
     liquid_block,
     liquid_of,
     resolved_materials,
+    slowest_of,
     solids_of,
+    viscosities_of,
 )
 from pairsim.config.physical import Physical
 from pairsim.config.values import (
@@ -211,19 +212,25 @@ class SceneCase(_WithMaterials):
         "and of parameters of the laws",
     )
 
-    @model_validator(mode="before")
+    @model_validator(mode="wrap")
     @classmethod
-    def _with_settings(cls, data: Any) -> Any:
-        """Fill in the settings of `accuracy`, and De = 0 where a liquid has none; invalid values are rejected later."""
+    def _with_chosen(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        """Validate the keys as given, and again with what follows from them for those left out."""
         if not isinstance(data, dict):
-            return data
-        if is_viscous(data):
-            data = {"De": 0.0} | data
-        try:
-            accuracy = percentage(data.get("accuracy", DEFAULT))
-        except ValueError:
-            return data
-        return settings_of(accuracy).under(data, set(cls.model_fields))
+            return handler(data)
+        given: dict[str, Any] = {"De": 0.0} | data if is_viscous(data) else data
+        chosen = handler(given)._chosen()
+        groups = {key: chosen[key] | dict(given.get(key, {})) for key in chosen if isinstance(chosen[key], dict)}
+        return handler(chosen | given | groups)
+
+    def _chosen(self) -> dict[str, Any]:
+        """The keys that follow from others where they are not given: those that `accuracy` sets."""
+        return {"mesh": self._cells}
+
+    @property
+    def _cells(self) -> dict[str, Any]:
+        """The cells that `accuracy` sets."""
+        return settings_of(self.accuracy).mesh(cells_of(dict(self)), self.betas, "time" in type(self).model_fields)
 
     @property
     def error_wanted(self) -> float:
@@ -235,9 +242,7 @@ class SceneCase(_WithMaterials):
         """Whether the mesh follows from the error wanted: `accuracy` is no level, and `mesh` is what it sets."""
         if is_level(self.accuracy) or self.n < 2 or self.driven[1] is not None:
             return False
-        in_time = "time" in type(self).model_fields
-        set_by_accuracy = settings_of(self.accuracy).mesh(cells_of(dict(self)), self.betas, in_time)
-        return self.mesh == MeshOptions(**set_by_accuracy)
+        return self.mesh == MeshOptions(**self._cells)
 
     @property
     def n(self) -> int:
@@ -390,14 +395,10 @@ class Case(SceneCase):
     limits: Limits = Limits()
     output: OutputOptions = OutputOptions()
 
-    @model_validator(mode="before")
-    @classmethod
-    def _with_end(cls, data: Any) -> Any:
-        """Fill in the end time, which follows from De and Ca_e; invalid values are rejected by their own fields."""
-        time = data.get("time", {}) if isinstance(data, dict) else None
-        if not isinstance(time, dict) or "end" in time:
-            return data
-        return data | {"time": {**time, "end": default_end(data)}}
+    def _chosen(self) -> dict[str, Any]:
+        viscosities = viscosities_of(dict(self), self.Ca_es)
+        end = default_end(self.De * slowest_of(dict(self)), zip(self.Ca_es, viscosities, strict=True))
+        return super()._chosen() | {"time": {"tol": settings_of(self.accuracy).time_tol, "end": end}}
 
     @property
     def gaps(self) -> tuple[float, ...]:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
-from pairsim.config.accuracy import DEFAULT, SETTINGS
+from pairsim.config.accuracy import DEFAULT, SETTINGS, settings_of
 from pairsim.config.case import SceneCase
 from pairsim.config.case_checks import check_scene
 from pairsim.config.materials import is_viscous
@@ -110,6 +110,9 @@ class CurveCase(SceneCase):
         description="mean velocity of the liquid in the tube [U_av]; 0 is a liquid at rest, between closed ends if "
         "these are developed, in which velocity must be given: with velocity: 1 the unit is that of the particles",
     )
+
+    def _chosen(self) -> dict[str, Any]:
+        return super()._chosen() | {"tol": settings_of(self.accuracy).curve_tol}
 
     @property
     def places(self) -> list[tuple[float, ...]]:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterable
 
-from pairsim.config.materials import slowest_of, viscosities_of
-from pairsim.config.values import MOST_TIME, is_finite
+from pairsim.config.values import MOST_TIME
 
 # Least end [D_c/U_av], factors of De and of the largest Ca_e, and how a viscosity of the particles over eta_0 increases
 # the latter. The flow in the tube starts up like exp(-t/De), and soft pairs near each other (beta .5, d .04) forget
@@ -18,11 +16,13 @@ DEFAULT_END = (
 )
 
 
-def default_end(case: Mapping[str, Any]) -> float:
-    """End time [D_c/U_av] of a case that need not be validated yet: a valid one for all values."""
-    Ca_e, De = case.get("Ca_e"), case.get("De")
-    softness = [value for value in (Ca_e if isinstance(Ca_e, list | tuple) else [Ca_e]) if is_finite(value)]
-    viscous = zip(softness, viscosities_of(case, tuple(softness)), strict=True)
-    slow = [RUN_PER_CAPILLARY * Ca_e * (1 + RUN_PER_VISCOSITY * eta) for Ca_e, eta in viscous]
-    end = max(SHORTEST_RUN, *slow, RUN_PER_DE * slowest_of(case) * De if is_finite(De) else 0.0)
+def default_end(slowest: float, soft: Iterable[tuple[float, float]]) -> float:
+    """End time [D_c/U_av].
+
+    Args:
+        slowest: The longest relaxation time of the liquid [D_c/U_av].
+        soft: Ca_e of each particle, and its viscosity over eta_0.
+    """
+    of_particles = [RUN_PER_CAPILLARY * Ca_e * (1 + RUN_PER_VISCOSITY * eta) for Ca_e, eta in soft]
+    end = max(SHORTEST_RUN, *of_particles, RUN_PER_DE * slowest)
     return float(f"{min(end, MOST_TIME):.3g}")

@@ -5,16 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Any, Literal, Union
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Discriminator,
-    Field,
-    Tag,
-    create_model,
-)
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, create_model
 
-from pairsim.config.materials import ELASTIC, MODES, VISCOUS, block_of, liquid_block, modes_in, solid_blocks
+from pairsim.config.materials import ELASTIC, MODES, VISCOUS
 from pairsim.config.quantities import many
 from pairsim.config.values import Number
 from pairsim.physics import liquids, solids
@@ -23,6 +16,8 @@ from pairsim.physics.liquids import ConformationLaw, Newtonian
 from pairsim.physics.material import Material, Parameter
 
 MOST_MODES = 8
+MODELS: dict[str, type[BaseModel]] = {}
+"""The model of each block by its name, with which errors of pydantic refer to it."""
 MODES_WORDS = "several relaxation times: a list of modes, each with its law"
 
 
@@ -58,7 +53,7 @@ def _made(name: str, words: str, fields: dict[str, Any], measured: Sequence[str]
 
     config = ConfigDict(extra="forbid", frozen=True, json_schema_extra=without_measured)
     model = create_model(name, __config__=config, __doc__=words, __module__=__name__, **fields)
-    globals()[name] = model
+    globals()[name] = MODELS[name] = model
     return model
 
 
@@ -77,16 +72,15 @@ def _model(law: type[Material], of: str = "", **more: Any) -> type[BaseModel]:
     return _made(f"{law.__name__}{of}Block", law.words, fields | more, measured)
 
 
-def _law_in(value: Any) -> str | None:
-    """The tag of a block; unlike the names of laws it is no key, so that messages can leave it out."""
-    name = value.get("law") if isinstance(value, Mapping) else getattr(value, "law", None)
-    return f"law {name}" if isinstance(name, str) else None
-
-
 def _one_of(models: Mapping[str, type[BaseModel]]) -> Any:
-    """The type of a block of one of some laws."""
-    tagged = [Annotated[model, Tag(f"law {name}")] for name, model in models.items()]
-    return Annotated[Union[*tagged], Discriminator(_law_in)]
+    """The type of a block of one of some laws, tagged with the name of its model."""
+
+    def tag(value: Any) -> str | None:
+        law = value.get("law") if isinstance(value, Mapping) else getattr(value, "law", None)
+        model = models.get(law) if isinstance(law, str) else None
+        return model.__name__ if model else None
+
+    return Annotated[Union[*(Annotated[model, Tag(model.__name__)] for model in models.values())], Discriminator(tag)]
 
 
 def _named(laws: Iterable[str]) -> Any:
@@ -164,15 +158,3 @@ def material_fields() -> dict[str, Any]:
         **_flat_fields(),
         "solid": (one | many(one) | None, solid),
     }
-
-
-def models_in(case: Mapping[str, Any]) -> dict[str, type[BaseModel]]:
-    """The models of the blocks of a case, which need not be validated yet, by their dotted keys."""
-    block = liquid_block(case)
-    found = {"liquid": LIQUIDS.get(block["law"])}
-    found["liquid.solvent"] = _SOLVENTS.get(block_of(block.get("solvent"), "")["law"])
-    for i, mode in enumerate(modes_in(block)):
-        found[f"liquid.modes[{i}]"] = _MODELS_OF_MODES.get(block_of(mode, "")["law"])
-    for key, each in solid_blocks(case):
-        found[key] = SOLIDS.get(each["law"])
-    return {key: model for key, model in found.items() if model is not None}

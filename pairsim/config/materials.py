@@ -7,12 +7,11 @@ list of them. Parameters in `FLAT` may be keys of the case instead.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Literal, NamedTuple
 
 from pydantic import BaseModel
 
-from pairsim.config.values import is_finite
 from pairsim.physics import liquids, solids
 from pairsim.physics.declared import FLAT
 from pairsim.physics.liquids import NEWTONIAN, ConformationLaw, Liquid, Newtonian, ViscousLaw
@@ -114,30 +113,30 @@ def solids_of(case: Mapping[str, Any], Ca_es: tuple[float, ...]) -> tuple[Solid 
     )
 
 
-def cells_of(case: Mapping[str, Any]) -> Literal["newtonian", "thinning", "hardening"]:
-    """The kind of liquid that decides the cells of a case, which need not be validated yet."""
+def _if_complete[T](make: Callable[[], T], otherwise: T) -> T:
+    """What follows from the materials of a case, or another value where one of their parameters is missing."""
     try:
-        De = case.get("De")
-        liquid = liquid_of({"xi": 1.0, **case, "De": De if is_finite(De) and De > 0 else 0.0})
-        return liquid.cells
-    except (KeyError, TypeError, ValueError):  # the validation reports why
-        return "thinning"
+        return make()
+    except (KeyError, TypeError, ValueError):  # which the checks of the case report
+        return otherwise
+
+
+def cells_of(case: Mapping[str, Any]) -> Literal["newtonian", "thinning", "hardening"]:
+    """The kind of liquid that decides the cells of a case, whose parameters may be missing."""
+    return _if_complete(lambda: liquid_of(case).cells, "thinning")
 
 
 def slowest_of(case: Mapping[str, Any]) -> float:
-    """The longest relaxation time of the liquid over that of De, of a case that need not be validated yet."""
-    try:
-        return float(liquid_of({"xi": 1.0, **case, "De": 1.0}).longest) or 1.0
-    except (KeyError, TypeError, ValueError):  # the validation reports why
-        return 1.0
+    """The longest relaxation time of the liquid over that of De, of a case whose parameters may be missing."""
+    return _if_complete(lambda: liquid_of({**case, "De": 1.0}).longest or 1.0, 1.0)
 
 
 def viscosities_of(case: Mapping[str, Any], Ca_es: tuple[float, ...]) -> list[float]:
-    """The viscosity of each particle over eta_0, of a case that need not be validated yet; 0 for elastic ones."""
-    try:
-        return [float(solid.viscosity or 0.0) if solid else 0.0 for solid in solids_of(case, Ca_es)]
-    except (KeyError, TypeError, ValueError):  # the validation reports why
-        return [0.0] * len(Ca_es)
+    """The viscosity of each particle over eta_0, of a case whose parameters may be missing; 0 for elastic ones."""
+    rigid: tuple[Solid | None, ...] = (None,) * len(Ca_es)
+    return [
+        float(each.viscosity or 0.0) if each else 0.0 for each in _if_complete(lambda: solids_of(case, Ca_es), rigid)
+    ]
 
 
 class Declared(NamedTuple):

@@ -10,7 +10,8 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from pairsim.config.material_keys import models_in
+from pairsim.config.material_keys import BLOCKS, LIQUIDS, MODELS
+from pairsim.config.materials import liquid_block
 from pairsim.config.mistakes import UNKNOWN, Mistake, missing
 from pairsim.config.physical import BLOCK
 from pairsim.runtime.text import as_typed
@@ -60,30 +61,29 @@ def meant(name: str, group: str, groups: Groups) -> str:
     return leaves[close[0]] if close else ""
 
 
-def unknown_key(key: str, value: Any, groups: Groups) -> Mistake:
+def _unknown(key: str, value: Any, group: str, model: type[BaseModel], groups: Groups) -> Mistake:
     """The mistake of an unknown key; suggests a similar key or lists the allowed ones."""
-    group, _, name = key.rpartition(".")
-    if key in dotted_keys(groups):
-        return Mistake(
-            key, value, f"{UNKNOWN}write it in its group, as {group}: {{{name}: {as_typed(value)}}}", meant=key
-        )
-    of_law = re.split(r"[.\[]", key)[0] in ("liquid", "solid")
-    if hint := "" if of_law else meant(name, group, groups):
+    name = key.removeprefix(f"{group}.")
+    if "." in name and key in dotted_keys(groups):
+        place, _, last = key.rpartition(".")
+        hint = f"write it in its group, as {place}: {{{last}: {as_typed(value)}}}"
+        return Mistake(key, value, f"{UNKNOWN}{hint}", meant=key)
+    if _first(key) not in BLOCKS and (hint := meant(name, group, groups)):
         return Mistake(key, value, f"{UNKNOWN}did you mean {hint}?", meant=hint)
-    known = groups.get(group, groups[""]).model_fields
-    return Mistake(key, value, f"{UNKNOWN}allowed: {', '.join(known)}")
+    return Mistake(key, value, f"{UNKNOWN}allowed: {', '.join(model.model_fields)}")
 
 
-def mistakes_of(error: ValidationError, groups: Groups, data: Mapping[str, Any]) -> list[Mistake]:
+def mistakes_of(error: ValidationError, model: type[BaseModel], data: Mapping[str, Any]) -> list[Mistake]:
     """The mistakes in a validation error of pydantic, one for each key.
 
     Args:
         error: The error.
-        groups: The models of the file.
+        model: The model of the file.
         data: The keys and values as given.
     """
-    groups = groups | (models_in(data) if "liquid" in groups[""].model_fields else {})
-    found: dict[str, Mistake] = {}
+    groups, found = groups_of(model), dict[str, Mistake]()
+    if "liquid" in model.model_fields and (block := LIQUIDS.get(liquid_block(data)["law"])):
+        groups["liquid"] = block  # whose keys may be meant
     for problem in error.errors(include_url=False, include_context=False)[:MOST_READ]:
         mistake = _mistake(problem, groups, data)
         found.setdefault(mistake.key, mistake)
@@ -95,26 +95,37 @@ def mistakes_of(error: ValidationError, groups: Groups, data: Mapping[str, Any])
 
 
 def _mistake(problem: Any, groups: Groups, data: Mapping[str, Any]) -> Mistake:
-    value, kind = problem["input"], problem["type"]
-    key = _key(problem["loc"], data, missing=kind == "missing")
-    within = key if kind == "model_type" else key.rpartition(".")[0]
-    group = max((group for group in groups if f"{within}.".startswith(f"{group}.")), key=len, default="")
-    name = key.removeprefix(f"{group}.") if group else key
-    if kind == "extra_forbidden":
-        return unknown_key(key, value, groups)
-    if kind == "missing":
-        return missing(key, _needed(group, name, groups))
+    location, value, kind = problem["loc"], problem["input"], problem["type"]
+    key = _key(location, data, missing=kind == "missing")
     if kind in ("range", "quantity"):
         return Mistake(key, value, problem["msg"])
     if kind == "model_type":
-        return Mistake(key, value, f"must be a group of keys; allowed: {', '.join(groups[group].model_fields)}")
-    field = re.split(r"[.\[]", name)[0]
-    allowed = f"must be {allowed_in(groups[group], field, entry='[' in name)}"
+        return Mistake(key, value, f"must be a group of keys; allowed: {', '.join(groups[key].model_fields)}")
+    group, model = _group(location, groups, data)
+    name = key.removeprefix(f"{group}.")
+    if kind == "extra_forbidden":
+        return _unknown(key, value, group, model, groups)
+    if kind == "missing":
+        return missing(key, _needed(group, name, groups))
+    allowed = f"must be {allowed_in(model, _first(name), entry='[' in name)}"
     odd = "number" in allowed and isinstance(value, str) and re.match(r"[-+.]?\d", value)  # 010, 1:30, 0x10, 0,4
     return Mistake(key, value, allowed + DECIMAL if odd else allowed)
 
 
-def _key(location: Sequence[str | int], data: Mapping[str, Any], missing: bool) -> str:
+def _group(location: Sequence[str | int], groups: Groups, data: Mapping[str, Any]) -> tuple[str, type[BaseModel]]:
+    """The innermost group of keys at a location, and its model: that of a block of a law, which is in the location."""
+    last = max((i for i, part in enumerate(location) if part in MODELS), default=None)
+    if last is not None:
+        return _key(location[:last], data), MODELS[str(location[last])]
+    group = str(location[0]) if len(location) > 1 and location[0] in groups.keys() - BLOCKS.keys() else ""
+    return group, groups[group]
+
+
+def _first(key: str) -> str:
+    return re.split(r"[.\[]", key)[0]
+
+
+def _key(location: Sequence[str | int], data: Mapping[str, Any], missing: bool = False) -> str:
     """The dotted key of a location; the names of alternatives, which pydantic has in it, are not in the data."""
     key = ""
     inner: Any = data

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from pairsim.config.case import SceneCase
 from pairsim.config.cost import check_size
 from pairsim.config.mistakes import Mistake, input_error, without
 from pairsim.config.physical import BLOCK, Translation, forget_numbers, tuples
-from pairsim.config.wording import groups_of, mistakes_of
+from pairsim.config.wording import mistakes_of
 from pairsim.config.yaml_file import Section, apply_settings, read_yaml
 from pairsim.inputs.many_cases import StudyFile, SweepFile
 from pairsim.runtime.errors import InputError
@@ -65,41 +65,48 @@ def parse_case[C: SceneCase](command: Command[C], data: Mapping[str, Any], sourc
     Raises:
         InputError: The case has mistakes; lists each wrong key, its value and what is allowed.
     """
-    model, where = command.model, (source, entry)
-    translation = Translation(tuples(data), model.model_fields)
-    mistakes = list(translation.mistakes)
-    try:
-        case = model.model_validate(translation.data)
-    except ValidationError as error:
-        if (other := file_of_another_command(data, command.name)) is not None:
-            raise input_error([other], data, *where) from None
-        mistakes += mistakes_of(error, groups_of(model), translation.data)
-        if any(mistake.key.startswith((f"{BLOCK}.", "liquid")) for mistake in mistakes):  # which may need no De
-            mistakes = [mistake for mistake in mistakes if mistake.key != "De" or not mistake.is_missing]
-        else:
-            mistakes += _further_mistakes(command, translation.data, mistakes)
-    else:
+    translation = Translation(tuples(data), command.model.model_fields)
+    case, wrong = _validated(command.model, translation.data)
+    if wrong and (other := file_of_another_command(data, command.name)) is not None:
+        raise input_error([other], data, source, entry)
+    mistakes = translation.mistakes + wrong
+    if wrong and any(each.key.startswith((f"{BLOCK}.", "liquid")) for each in mistakes):  # which may need no De
+        mistakes = [mistake for mistake in mistakes if mistake.key != "De" or not mistake.is_missing]
+    elif wrong and case is not None:
+        # Checks that combine keys are unreliable where values are wrong: then only missing keys are reported.
+        whole = all(mistake.is_unknown for mistake in wrong)
+        mistakes += [each for each in _others(command.check(case), wrong) if whole or each.is_missing]
+    elif case is not None:
         mistakes = mistakes or list(command.check(case)) or list(check_size(case))
     if translation.mistakes:  # nothing was filled in
         mistakes = [each for each in mistakes if not (each.is_missing and each.key in translation.given)]
     mistakes = list({(each.key, each.is_missing): each for each in reversed(mistakes)}.values())[::-1]
-    if mistakes:
-        raise input_error([translation.at_origin(mistake) for mistake in mistakes], data, *where) from None
+    if mistakes or case is None:
+        raise input_error([translation.at_origin(mistake) for mistake in mistakes], data, source, entry)
     return case
 
 
-def _further_mistakes(command: Command[Any], data: Mapping[str, Any], found: Sequence[Mistake]) -> list[Mistake]:
-    """Mistakes in the rest of a case after its wrong keys have been removed.
-
-    If values are wrong, checks that combine keys are unreliable, so only missing keys are reported.
-    """
+def _validated[M: BaseModel](model: type[M], data: Mapping[str, Any]) -> tuple[M | None, list[Mistake]]:
+    """A file without the keys that are wrong on their own, None if too little of it is left, and their mistakes."""
     try:
-        case = command.model.model_validate({"De": 0, **without(data, found)})
+        return model.model_validate(dict(data)), []
+    except ValidationError as error:
+        mistakes = mistakes_of(error, model, data)
+    needed = {"De": 0.0} if "De" in model.model_fields else {}
+    try:
+        return model.model_validate(needed | without(data, mistakes)), mistakes
     except ValidationError:
-        return []
-    named = {key for mistake in found for key in (mistake.key.partition("[")[0], mistake.meant)}
-    whole = all(mistake.is_unknown for mistake in found)
-    return [mistake for mistake in command.check(case) if (whole or mistake.is_missing) and mistake.key not in named]
+        return None, mistakes
+
+
+def _others(found: Iterable[Mistake], mistakes: list[Mistake]) -> list[Mistake]:
+    """Those found in the rest of a file, where keys with other mistakes were left out."""
+    named = {_first(key) for mistake in mistakes for key in (mistake.key, mistake.meant)}
+    return [mistake for mistake in found if _first(mistake.key) not in named]
+
+
+def _first(key: str) -> str:
+    return re.split(r"[.\[]", key)[0]
 
 
 def file_of_another_command(data: Mapping[str, Any], command: str) -> Mistake | None:
@@ -121,14 +128,10 @@ def wrong_keys(command: Command[Any], data: Mapping[str, Any], source: str, entr
 
     For the cases of a file whose other mistakes may have left out some of their keys.
     """
-    model = command.model
-    translation = Translation(tuples(data), model.model_fields)
-    try:
-        model.model_validate(translation.data)
-    except ValidationError as error:
-        found = [m for m in mistakes_of(error, groups_of(model), translation.data) if not m.is_missing]
-        return input_error([translation.at_origin(m) for m in found], data, source, entry) if found else None
-    return None
+    translation = Translation(tuples(data), command.model.model_fields)
+    _, wrong = _validated(command.model, translation.data)
+    found = [translation.at_origin(mistake) for mistake in wrong if not mistake.is_missing]
+    return input_error(found, data, source, entry) if found else None
 
 
 def check_file[T: BaseModel](
@@ -149,17 +152,7 @@ def check_file[T: BaseModel](
     Raises:
         InputError: The file is for another command.
     """
-    try:
-        file = model.model_validate(data)
-    except ValidationError as error:
-        if (other := file_of_another_command(data, command)) is not None:
-            raise input_error([other], data, source) from None
-        mistakes = mistakes_of(error, groups_of(model), data)
-    else:
-        return file, list(check(file))
-    try:
-        file = model.model_validate(without(data, mistakes))
-    except ValidationError:
-        return None, mistakes
-    named = {re.split(r"[.\[]", key)[0] for mistake in mistakes for key in (mistake.key, mistake.meant)}
-    return file, mistakes + [m for m in check(file) if re.split(r"[.\[]", m.key)[0] not in named]
+    file, wrong = _validated(model, data)
+    if wrong and (other := file_of_another_command(data, command)) is not None:
+        raise input_error([other], data, source)
+    return file, wrong + (_others(check(file), wrong) if file is not None else [])
