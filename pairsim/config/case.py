@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ModelWrapValidatorHandler, create_model, model_validator
 
+from pairsim.config import values
 from pairsim.config.accuracy import (
     DEFAULT,
     PIPE_CELL,
@@ -33,27 +34,6 @@ from pairsim.config.materials import (
     viscosities_of,
 )
 from pairsim.config.physical import Physical
-from pairsim.config.values import (
-    Capillary,
-    CaseName,
-    CellCount,
-    CellSize,
-    Deborah,
-    Diameter,
-    Distance,
-    Fraction,
-    Gap,
-    Grading,
-    Growth,
-    Interval,
-    Rows,
-    Seconds,
-    SolventPart,
-    Time,
-    Tolerance,
-    TubeLength,
-    Whole,
-)
 from pairsim.physics import liquids, solids
 from pairsim.physics.declared import FLAT
 from pairsim.physics.liquids import Liquid
@@ -70,7 +50,7 @@ class _Options(BaseModel):
 class MeshOptions(_Options):
     """Cell sizes."""
 
-    Np: Whole = Field(
+    Np: values.Whole = Field(
         SETTINGS[DEFAULT].thinning.Np,
         ge=6,
         le=1000,
@@ -78,31 +58,31 @@ class MeshOptions(_Options):
         f"{DEFAULT}, {SETTINGS[DEFAULT].newtonian.Np} in a liquid without a memory, {SETTINGS[DEFAULT].hardening.Np} "
         f"in one that hardens in extension, {SETTINGS[DEFAULT].thinning.Np} in other liquids)",
     )
-    grading: Grading = Field(
+    grading: values.Grading = Field(
         SETTINGS[DEFAULT].thinning.grading,
         description="length of the cells at the poles of a particle over that at its equator, of Np cells in all "
         "(default: by accuracy; 1 in a liquid without a memory, and in one that hardens in extension)",
     )
-    growth: Growth = Field(0.15, description="growth of the cell size per unit distance from a particle")
-    gap_cells: CellCount = Field(0, description="cells across a gap between particles (0: Np/4)")
-    gap_exponent: Fraction = Field(
+    growth: values.Growth = Field(0.15, description="growth of the cell size per unit distance from a particle")
+    gap_cells: values.CellCount = Field(0, description="cells across a gap between particles (0: Np/4)")
+    gap_exponent: values.Fraction = Field(
         0.0, description="below d = 0.1 the number of cells across a gap grows as (0.1/d)^gap_exponent"
     )
-    wall_cells: CellCount = Field(0, description="cells between a particle and the wall (0: Np/4)")
-    max_size: CellSize = Field(
+    wall_cells: values.CellCount = Field(0, description="cells between a particle and the wall (0: Np/4)")
+    max_size: values.CellSize = Field(
         SETTINGS[DEFAULT].thinning.max_size,
         description="largest cell size [D_c] (default: by accuracy; at "
         f"{DEFAULT}, {SETTINGS[DEFAULT].newtonian.max_size:g} in a liquid without a memory, in others the smaller of "
         f"{SETTINGS[DEFAULT].thinning.max_size:g} and {SETTINGS[DEFAULT].thinning.per_beta:g} beta, without particles "
         f"{PIPE_CELL:g})",
     )
-    core_growth: Growth = Field(0.3, description="growth of the cell size per unit depth inside a particle")
-    rows: Rows = Field(
+    core_growth: values.Growth = Field(0.3, description="growth of the cell size per unit depth inside a particle")
+    rows: values.Rows = Field(
         SETTINGS[DEFAULT].thinning.rows,
         description="distance from the particles beyond which cells lie in rows along the tube [D_c] (default: by "
         "accuracy; 0, no rows, in a liquid without a memory and without particles)",
     )
-    row_grading: Grading = Field(
+    row_grading: values.Grading = Field(
         1.0,
         description="length of the cells across the tube on the axis over that at the wall, in rows (default: by "
         f"accuracy; {ROW_GRADING:g} in runs in viscoelastic liquids, else 1)",
@@ -112,17 +92,17 @@ class MeshOptions(_Options):
 class TimeOptions(_Options):
     """Time steps."""
 
-    end: Time = Field(
+    end: values.Time = Field(
         SHORTEST_RUN,
         description=f"end time [D_c/U_av] (default: {DEFAULT_END}, by when a start from rest is forgotten)",
     )
-    tol: Tolerance = Field(
+    tol: values.Tolerance = Field(
         SETTINGS[DEFAULT].time_tol,
         description="allowed local error of the particles' velocities [U_av] (default: by accuracy)",
     )
-    first_step: Time = Field(5e-4, description="size of the first step [D_c/U_av]")
-    max_step: Time = Field(2.0, description="largest step [D_c/U_av]")
-    fixed_step: Time | None = Field(
+    first_step: values.Time = Field(5e-4, description="size of the first step [D_c/U_av]")
+    max_step: values.Time = Field(2.0, description="largest step [D_c/U_av]")
+    fixed_step: values.Time | None = Field(
         None, description="constant step size [D_c/U_av], without error control; shortened to land on output times"
     )
 
@@ -130,29 +110,31 @@ class TimeOptions(_Options):
 class Limits(_Options):
     """Conditions that end a run before its end time."""
 
-    min_gap: Gap = Field(0.002, description="contact: the run ends when a gap falls below this [D_c]")
-    max_gap: Distance | None = Field(None, description="the run ends when a gap exceeds this [D_c]")
-    wall_time: Seconds | None = Field(
+    min_gap: values.Gap = Field(0.002, description="contact: the run ends when a gap falls below this [D_c]")
+    max_gap: values.Distance | None = Field(None, description="the run ends when a gap exceeds this [D_c]")
+    wall_time: values.Seconds | None = Field(
         None, description="largest wall time of the whole run [s]; the run fails beyond it"
     )
-    max_steps: Whole = Field(100_000, ge=1, le=10**9, description="largest number of steps; the run fails beyond it")
+    max_steps: values.Whole = Field(
+        100_000, ge=1, le=10**9, description="largest number of steps; the run fails beyond it"
+    )
 
 
 class OutputOptions(_Options):
     """When files are written. Steps land on `times` and `every`; the first and the last step are always written."""
 
-    times: tuple[Time, ...] = Field(
+    times: tuple[values.Time, ...] = Field(
         (), max_length=MOST_OUTPUTS, description="times at which fields are written to fields.xdmf [D_c/U_av]"
     )
-    every: Time | None = Field(None, description="interval between fields in fields.xdmf [D_c/U_av]")
-    frames: Whole = Field(
+    every: values.Time | None = Field(None, description="interval between fields in fields.xdmf [D_c/U_av]")
+    frames: values.Whole = Field(
         20,
         ge=0,
         le=MOST_OUTPUTS,
         description="approximate number of times in fields.xdmf, at steps as they come; if times and every are unset",
     )
     fields: bool = Field(True, strict=True, description="whether fields.xdmf is written")
-    checkpoint: Interval = Field(
+    checkpoint: values.Interval = Field(
         60.0, description="interval between checkpoints (checkpoint.npz, for run --resume) [s of wall time]"
     )
 
@@ -160,19 +142,19 @@ class OutputOptions(_Options):
 class _Scene(_Options):
     """The keys that come before those of the laws."""
 
-    beta: Diameter | tuple[Diameter, ...] | None = Field(
+    beta: values.Diameter | tuple[values.Diameter, ...] | None = Field(
         None, description="particle over tube diameter D_p/D_c, between 0 and 1"
     )
-    De: Deborah = Field(
+    De: values.Deborah = Field(
         description="Deborah number lambda U_av/D_c; 0 is a liquid without elasticity. Not needed with a liquid whose "
         "law is a viscosity"
     )
-    Ca_e: Capillary | tuple[Capillary, ...] | None = Field(
+    Ca_e: values.Capillary | tuple[values.Capillary, ...] | None = Field(
         None, description="elastic capillary number eta_0 U_av/(D_c G_p); 0 is a rigid particle"
     )
-    name: CaseName | None = Field(None, description="name of the folder for the results")
-    particles: Whole = Field(2, ge=0, le=50, description="number of particles on the axis")
-    xi: SolventPart = Field(0.09, description="solvent viscosity over eta_0 (De > 0)")
+    name: values.CaseName | None = Field(None, description="name of the folder for the results")
+    particles: values.Whole = Field(2, ge=0, le=50, description="number of particles on the axis")
+    xi: values.SolventPart = Field(0.09, description="solvent viscosity over eta_0 (De > 0)")
 
 
 if TYPE_CHECKING:
@@ -191,7 +173,7 @@ class SceneCase(_WithMaterials):
     kind: ClassVar[str]
     """The command that the case is for."""
 
-    length: TubeLength | Literal["auto"] | None = Field(
+    length: values.TubeLength | Literal["auto"] | None = Field(
         None,
         description="tube length [D_c]; default: 50 times the largest beta, 10 without particles; auto (with developed "
         "ends): long enough that the ends hardly affect dU",
@@ -380,7 +362,7 @@ class Case(SceneCase):
 
     kind: ClassVar[str] = "run"
 
-    d0: Distance | tuple[Distance, ...] | None = Field(
+    d0: values.Distance | tuple[values.Distance, ...] | None = Field(
         None, description="initial distance between the facing surfaces [D_c]"
     )
     start: Literal["rest", "steady"] = Field(

@@ -13,7 +13,7 @@ from pairsim.config.case import SceneCase
 from pairsim.config.case_checks import check_scene
 from pairsim.config.materials import is_viscous
 from pairsim.config.mistakes import Mistake, missing
-from pairsim.config.ranges import RANGE, spelled_out
+from pairsim.config.ranges import RANGE, range_schema, spelled_out
 from pairsim.config.values import FOLLOWED, CurveTolerance, Distance, Positive, Velocity, Whole
 
 MOST_VALUES = 10_000
@@ -37,18 +37,7 @@ def expanded(value: Any) -> Any:
 
 
 _SHORT = "{start, stop, num, spacing: log or linear}"
-_NUMBER = {"type": "number", "exclusiveMinimum": 0}
-_RANGE_SCHEMA = {
-    "type": "object",
-    "properties": {
-        "start": _NUMBER,
-        "stop": _NUMBER,
-        "num": {"type": "integer", "minimum": 2, "maximum": MOST_VALUES},
-        "spacing": {"enum": ["log", "linear"]},
-    },
-    "required": ["start", "stop", "num"],
-    "additionalProperties": False,
-}
+_RANGE_SCHEMA = range_schema({"type": "number", "exclusiveMinimum": 0}, MOST_VALUES, "log", "linear")
 
 
 def _or_range(each: str) -> Callable[[dict[str, Any]], None]:

@@ -11,6 +11,21 @@ from pairsim.config.values import is_finite
 RANGE = ("start", "stop", "num", "spacing")
 
 
+def range_schema(end: Mapping[str, Any], most: int, *spacings: str) -> dict[str, Any]:
+    """The JSON schema of a range: that of start and stop, the largest num, and the spacings, the default first."""
+    return {
+        "type": "object",
+        "properties": {
+            "start": end,
+            "stop": end,
+            "num": {"type": "integer", "minimum": 2, "maximum": most},
+            "spacing": {"enum": list(spacings)},
+        },
+        "required": ["start", "stop", "num"],
+        "additionalProperties": False,
+    }
+
+
 def spelled_out(described: Mapping[str, Any], most: int, spacing: str = "linear") -> list[float]:
     """Expand a range into its values.
 

@@ -15,7 +15,7 @@ from pydantic_core import PydanticCustomError
 from pairsim.commands import COMMANDS
 from pairsim.config.mistakes import Mistake, missing
 from pairsim.config.quantities import quantity_range
-from pairsim.config.ranges import RANGE, spelled_out
+from pairsim.config.ranges import RANGE, range_schema, spelled_out
 from pairsim.config.values import FOLDER_WORDS, Number, Positive, Whole, is_finite
 from pairsim.runtime.names import fits_a_folder
 
@@ -95,16 +95,7 @@ def _one_or_more(number: Any, **limits: float) -> Any:
     return Annotated[list[number], BeforeValidator(_as_list), WithJsonSchema(either)]
 
 
-_RANGE_SCHEMA = {
-    "type": "object",
-    "properties": {
-        **{key: {"type": ["number", "string"]} for key in ("start", "stop")},
-        "num": {"type": "integer", "minimum": 2, "maximum": MOST_CASES},
-        "spacing": {"enum": ["linear", "log"]},
-    },
-    "required": ["start", "stop", "num"],
-    "additionalProperties": False,
-}
+_RANGE_SCHEMA = range_schema({"type": ["number", "string"]}, MOST_CASES, "linear", "log")
 _VALUES_SCHEMA: Any = {"anyOf": [{"type": "array", "minItems": 1}, _RANGE_SCHEMA]}
 Values = Annotated[
     dict[str, Annotated[list[Any], BeforeValidator(_values), WithJsonSchema(_VALUES_SCHEMA)]], BeforeValidator(_few)

@@ -2,25 +2,34 @@
 
 from __future__ import annotations
 
-import csv
 import io
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
+
+import pandas as pd
 
 from pairsim.physics.scales import Scales
 from pairsim.results.columns import LENGTH, RATE, STRESS, TIME, VELOCITY, column
 from pairsim.results.folders import valid_record
 from pairsim.runtime.errors import InputError
 
-PHYSICAL: dict[str, tuple[str, Callable[[Scales], float]]] = {
-    TIME: ("s", lambda scales: scales.time),
-    LENGTH: ("um", lambda scales: 1e6 * scales.length),
-    VELOCITY: ("um/s", lambda scales: 1e6 * scales.velocity),
-    STRESS: ("Pa", lambda scales: scales.stress),
-    RATE: ("1/s", lambda scales: 1 / scales.time),
+
+class Unit(NamedTuple):
+    """How a unit of pairsim is written in a header, and the physical one with its factor."""
+
+    plain: str
+    physical: str
+    factor: Callable[[Scales], float]
+
+
+UNITS = {
+    TIME: Unit("D_c/U_av", "s", lambda scales: scales.time),
+    LENGTH: Unit("D_c", "um", lambda scales: 1e6 * scales.length),
+    VELOCITY: Unit("U_av", "um/s", lambda scales: 1e6 * scales.velocity),
+    STRESS: Unit("eta_0 U_av/D_c", "Pa", lambda scales: scales.stress),
+    RATE: Unit("U_av/D_c", "1/s", lambda scales: 1 / scales.time),
 }
-"""For each unit of pairsim: the physical unit in the header, and the conversion factor."""
-PLAIN = {TIME: "D_c/U_av", LENGTH: "D_c", VELOCITY: "U_av", STRESS: "eta_0 U_av/D_c", RATE: "U_av/D_c"}
 
 
 def scales_of(directory: Path) -> Scales:
@@ -51,22 +60,18 @@ def table_of(directory: Path, name: str, physical: bool) -> str:
     path = directory / f"{name}.csv"
     scales = scales_of(directory) if physical else None
     try:
-        header, *rows = csv.reader(path.read_text(encoding="utf-8").splitlines())
-        units = [column(each).unit for each in header]
+        written = path.read_text(encoding="utf-8")
+        whole = written[: written.rfind("\n") + 1]  # without an incomplete last row of a running computation
+        table = pd.read_csv(io.StringIO(whole), dtype=str, keep_default_na=False)
+        units = {each: UNITS[unit] for each in map(str, table) if (unit := column(each).unit)}
     except KeyError as error:
         raise InputError(str(path), "", error.args[0], "must be a column of `pairsim`") from None
-    except (OSError, ValueError, csv.Error) as error:
+    except (OSError, ValueError) as error:
         raise InputError(str(path), "", None, f"cannot be read ({error})") from None
-    factors = [PHYSICAL[unit][1](scales) if scales is not None and unit else None for unit in units]
-    shown = {unit: text for unit, (text, _) in PHYSICAL.items()} if physical else PLAIN
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(f"{each} [{shown[unit]}]" if unit else each for each, unit in zip(header, units, strict=True))
-    for row in rows:
-        if len(row) == len(header):  # skips an incomplete last row of a running computation
-            pairs = zip(row, factors, strict=True)
-            try:
-                writer.writerow(value if factor is None else repr(float(value) * factor) for value, factor in pairs)
-            except ValueError as error:
-                raise InputError(str(path), "", None, f"must have numbers in its rows ({error})") from None
-    return text.getvalue()
+    if scales is not None:
+        try:
+            table = table.assign(**{each: table[each].astype(float) * of.factor(scales) for each, of in units.items()})
+        except ValueError as error:
+            raise InputError(str(path), "", None, f"must have numbers in its rows ({error})") from None
+    headers = {each: f"{each} [{of.physical if physical else of.plain}]" for each, of in units.items()}
+    return table.rename(columns=headers).to_csv(index=False, na_rep="nan")

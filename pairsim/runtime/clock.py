@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import time
 from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 
@@ -17,16 +19,11 @@ class Clock:
 
     seconds: defaultdict[str, float] = field(default_factory=lambda: defaultdict(float))
 
-    def __call__(self, name: str) -> _Timer:
-        return _Timer(self, name)
-
-
-class _Timer:
-    def __init__(self, clock: Clock, name: str) -> None:
-        self.clock, self.name = clock, name
-
-    def __enter__(self) -> None:
-        self.begin = time.perf_counter()
-
-    def __exit__(self, *_: object) -> None:
-        self.clock.seconds[self.name] += time.perf_counter() - self.begin
+    @contextmanager
+    def __call__(self, name: str) -> Iterator[None]:
+        """Add the time of a context to a phase."""
+        begin = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[name] += time.perf_counter() - begin

@@ -68,23 +68,17 @@ class InputError(PairsimError, ValueError):
         where = [place if line is None else f"{place}:{line}", *(part for part in (entry, key) if part)]
         given = "" if value is None else f"got {as_typed(value)}; "
         self.sentence = f"{': '.join(where)}: {given}{printable(allowed, LONGEST_ADVICE)}"
+        super().__init__(file, key, value, allowed)  # by which it travels between processes
+
+    def __str__(self) -> str:
         sentences = [error.sentence for error in self.mistakes]
         more = [f"and {len(sentences) - MOST_MISTAKES} more mistakes"] if len(sentences) > MOST_MISTAKES else []
-        super().__init__("\n".join(sentences[:MOST_MISTAKES] + more))
+        return "\n".join(sentences[:MOST_MISTAKES] + more)
 
     @property
     def mistakes(self) -> tuple[InputError, ...]:
         """All errors in the input, this one first."""
         return (self, *(mistake for error in self.others for mistake in error.mistakes))
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Support pickling, by which mpi4py sends errors between processes."""
-        named = {"line": self.line, "entry": self.entry, "others": self.others}
-        return _input_error, ((self.file, self.key, self.value, self.allowed), named)
-
-
-def _input_error(words: tuple[str, str, Any, str], named: dict[str, Any]) -> InputError:
-    return InputError(*words, **named)
 
 
 class RunFailure(PairsimError):
@@ -102,16 +96,11 @@ class RunFailure(PairsimError):
     def __init__(self, message: str, *, t: float = 0.0, step: int = 0, advice: str = "") -> None:
         self.message, self.t, self.step, self.advice = message, t, step, advice
         where = f" at t = {t:g} (step {step})" if step or t else ""
-        super().__init__(f"{self.reason}{where}: {message}" + (f"; try {advice}" if advice else ""))
+        self.sentence = f"{self.reason}{where}: {message}" + (f"; try {advice}" if advice else "")
+        super().__init__(message)  # by which it travels between processes
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Support pickling, by which mpi4py sends errors between processes."""
-        state = {"t": self.t, "step": self.step, "advice": self.advice}
-        return _failure, (type(self), self.message, state)
-
-
-def _failure(kind: type[RunFailure], message: str, state: dict[str, Any]) -> RunFailure:
-    return kind(message, **state)
+    def __str__(self) -> str:
+        return self.sentence
 
 
 class MeshFailure(RunFailure):
@@ -182,7 +171,7 @@ def failure_of(reason: str, message: str) -> RunFailure:
         An exception of the class with this `reason`, or a `RunFailure` if there is no such class.
     """
     failure = next((kind for kind in RunFailure.__subclasses__() if kind.reason == reason), RunFailure)(message)
-    failure.args = (message,)  # the recorded message already contains reason, time and step
+    failure.sentence = message  # which contains reason, time and step
     return failure
 
 
