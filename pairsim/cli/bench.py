@@ -17,7 +17,7 @@ from pairsim.cli.options import OfUnits, print_table, usable
 from pairsim.commands import COMMANDS
 from pairsim.config.physical import QUANTITIES, Quantity
 from pairsim.physics import liquids, solids
-from pairsim.physics.declared import FLAT, LAWS, PARAMETERS
+from pairsim.physics.declared import FLAT, PARAMETERS
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
@@ -139,23 +139,17 @@ def units(
 
 def _laws(liquid: str | None, solid: str | None, numbers: Mapping[str, Any]) -> dict[str, Any]:
     """The keys of the laws and of their pure numbers in a case."""
-    found: dict[str, Any] = {}
-    blocks = {"liquid": {"law": liquid}, "solid": {"law": solid}}
+    blocks: dict[str, dict[str, Any]] = {"liquid": {"law": liquid}, "solid": {"law": solid}}
+    flat = {name: numbers[name] for name in FLAT if numbers[name] is not None}
     for name in PURE:
-        if (value := numbers[name]) is None:
+        if name in FLAT or (value := numbers[name]) is None:
             continue
         laws = PARAMETERS[name].laws
         place = next((place for place, block in blocks.items() if block["law"] in laws), None)
-        if name in FLAT:
-            found[name] = value
-        elif place is None and not {liquid, solid} - {None, *LAWS}:  # of a law that does not exist
+        if place is None:
             raise InputError("pairsim units", f"--{name}", value, f"must be left out, or be given with {_either(laws)}")
-        elif place is not None:
-            blocks[place][name] = value
-    for place, block in blocks.items():
-        if block["law"] is not None:
-            found[place] = block if len(block) > 1 else block["law"]
-    return found
+        blocks[place][name] = value
+    return flat | {key: block if len(block) > 1 else block["law"] for key, block in blocks.items() if block["law"]}
 
 
 def _either(laws: list[str]) -> str:
@@ -221,8 +215,7 @@ def _show(report: BenchReport) -> None:
 )
 def table(
     directory: Annotated[
-        Path,
-        typer.Argument(help=f"Folder of {', '.join(COMMANDS)}.", show_default=False, callback=usable),
+        Path, typer.Argument(help=f"Folder of {', '.join(COMMANDS)}.", show_default=False, callback=usable)
     ],
     name: Annotated[
         str | None,
@@ -232,8 +225,7 @@ def table(
         bool, typer.Option("--physical", help="Convert to um, s, um/s and Pa; the case must have a physical block.")
     ] = False,
     output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", help="CSV file to write (default: print).", callback=usable),
+        Path | None, typer.Option("-o", "--output", help="CSV file to write (default: print).", callback=usable)
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
 ) -> None:
@@ -265,10 +257,7 @@ def table(
     epilog="Examples: pairsim travel runs/curve --from 0.1 --to 0.5 | pairsim travel runs/curve --from 5um --to 25um"
 )
 def travel(
-    directory: Annotated[
-        Path,
-        typer.Argument(help="Folder of curve.", show_default=False, callback=usable),
-    ],
+    directory: Annotated[Path, typer.Argument(help="Folder of curve.", show_default=False, callback=usable)],
     start: Annotated[
         str, typer.Option("--from", metavar="D", help="First distance, in tube diameters D_c or with a unit.")
     ],

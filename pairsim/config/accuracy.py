@@ -92,13 +92,9 @@ class Settings:
     time_tol: float
     curve_tol: float
 
-    def cells(self, liquid: Liquid) -> Cells:
-        """The cells for a kind of liquid."""
-        return {"newtonian": self.newtonian, "thinning": self.thinning, "hardening": self.hardening}[liquid]
-
     def mesh(self, liquid: Liquid, betas: Iterable[float], in_time: bool = False) -> dict[str, Any]:
         """The keys of `mesh` for particles with these diameters [D_c], of runs in time or of quasi-steady solutions."""
-        chosen = self.cells(liquid)
+        chosen: Cells = getattr(self, liquid)
         beta = min(betas, default=0.0)
         if not beta:
             return {"Np": chosen.Np, "max_size": chosen.max_size if liquid == "newtonian" else PIPE_CELL, "rows": 0.0}

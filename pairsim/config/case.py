@@ -279,26 +279,29 @@ class SceneCase(_WithMaterials):
     @property
     def notes(self) -> list[str]:
         """Notes for the user: the given keys that have no effect in this case."""
-        idle = self._idle()
+        idle = {key: why for key, why in self._idle().items() if self._is_given(key)}
+        if "liquid" in idle:
+            idle = {f"liquid: {liquid_block(dict(self))['law']}": idle.pop("liquid"), **idle}
         keys = {why: [key for key in idle if idle[key] == why] for why in idle.values()}
         return [f"{', '.join(k)} {'has' if len(k) == 1 else 'have'} no effect: {why}" for why, k in keys.items()]
 
+    def _is_given(self, key: str) -> bool:
+        """Whether a dotted key has another value than its default."""
+        group, _, name = key.rpartition(".")
+        holder = getattr(self, group) if group else self
+        return bool(getattr(holder, name) != type(holder).model_fields[name].default)
+
     def _idle(self) -> dict[str, str]:
-        """Given keys that have no effect, and the reason; a key with its default value is not listed."""
+        """Keys without effect in this case, whether they are given or not, and the reason."""
         idle: dict[str, str] = {}
         if not self.liquid_model.modes:
-            elastic = self.liquid is not None and not is_viscous(dict(self))
-            law = {f"liquid: {liquid_block(dict(self))['law']}": self.liquid} if elastic else {}
-            unused = law | {key: getattr(self, key) for key in FLAT}
-            unused |= {"xi": self.xi} if self.xi != SceneCase.model_fields["xi"].default else {}
-            why = f"the liquid is {self.liquid_model.label}" + ("" if is_viscous(dict(self)) else " at De = 0")
-            idle |= {key: why for key, value in unused.items() if value is not None}
-        if self.solid is not None and not any(self.Ca_es):
-            idle |= {"solid": "the particles are rigid"} if self.n else {}
+            viscous = is_viscous(dict(self))
+            why = f"the liquid is {self.liquid_model.label}" + ("" if viscous else " at De = 0")
+            idle = dict.fromkeys((*FLAT, "xi") if viscous else ("liquid", *FLAT, "xi"), why)
         if self.n == 0:
-            idle |= {
-                key: "there are no particles" for key in ("beta", "Ca_e", "solid") if getattr(self, key) is not None
-            }
+            idle |= dict.fromkeys(("beta", "Ca_e", "solid"), "there are no particles")
+        elif not any(self.Ca_es):
+            idle["solid"] = "the particles are rigid"
         return idle
 
     @property
@@ -397,17 +400,9 @@ class Case(SceneCase):
         return [*parts, f"d{shown(self.d0)}"] if self.n > 1 else parts
 
     def _idle(self) -> dict[str, str]:
-        idle = super()._idle()
-        if self.n < 2:
-            limits = {
-                f"limits.{name}": value
-                for name in ("min_gap", "max_gap")
-                if (value := getattr(self.limits, name)) != Limits.model_fields[name].default
-            }
-            given = {"d0": self.d0, "dU_error": self.dU_error or None, **limits}
-            why = "there is only one particle" if self.n else "there are no particles"
-            idle |= {key: why for key, value in given.items() if value is not None}
-        return idle
+        why = "there is only one particle" if self.n else "there are no particles"
+        alone = ("d0", "dU_error", "limits.min_gap", "limits.max_gap") if self.n < 2 else ()
+        return super()._idle() | dict.fromkeys(alone, why)
 
 
 # Length of tube on each side of the particles with `length: auto` [D_c]. The slowest disturbance of a Newtonian pipe

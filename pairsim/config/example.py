@@ -66,15 +66,12 @@ def _write(directory: Path, stem: str, text: Callable[[Path], str]) -> Path:
         raise InputError("pairsim init", "NAME", stem, allowed)
     path = directory / f"{stem}.yaml"
     try:
-        file = path.open("x", encoding="utf-8")
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text(path))
     except FileExistsError:
         raise InputError(str(path), "NAME", None, "must be another name: the file exists") from None
     except OSError as error:
-        raise InputError(str(path), "NAME", None, f"must be a writable file ({error.strerror})") from None
-    try:
-        with file:
-            file.write(text(path))
-    except OSError as error:
-        path.unlink(missing_ok=True)
+        if path.is_file():  # the disk is full
+            path.unlink()
         raise InputError(str(path), "NAME", None, f"must be a writable file ({error.strerror})") from None
     return path

@@ -28,14 +28,13 @@ def ranged(parameter: Parameter) -> Any:
     return Annotated[Number, bounds]
 
 
-def _flat_fields() -> dict[str, Any]:
-    """The fields of these keys."""
-    fields = {}
-    for name, (parameter, laws) in FLAT.items():
-        default = "" if parameter.default is None else f"; default: {parameter.default:g}"
-        words = f"{parameter.words}{default} (liquid: {', '.join(laws)})"
-        fields[name] = ranged(parameter) | None, Field(None, description=words)
-    return fields
+def _field(parameter: Parameter, more: str = "") -> Any:
+    """Type, default and description of a parameter; one that may be a key of the case is optional."""
+    if parameter.flat:
+        words = "" if parameter.default is None else f"; default: {parameter.default:g}"
+        return ranged(parameter) | None, Field(None, description=f"{parameter.words}{words}{more}")
+    default: Any = ... if parameter.default is None else parameter.default
+    return ranged(parameter), Field(default, description=parameter.words)
 
 
 def _made(name: str, words: str, fields: dict[str, Any], measured: Sequence[str] = ()) -> type[BaseModel]:
@@ -59,15 +58,8 @@ def _made(name: str, words: str, fields: dict[str, Any], measured: Sequence[str]
 
 def _model(law: type[Material], of: str = "", **more: Any) -> type[BaseModel]:
     """The model of the block of a law; `of` distinguishes it from others of the same law."""
-    fields: dict[str, Any] = {"law": (_named([law.name]), Field(description=law.words))}
-    for name, each in law.parameters().items():
-        if each.default is None and not each.flat:
-            fields[name] = ranged(each), Field(description=each.words)
-        elif each.flat:
-            default = "" if each.default is None else f"; default: {each.default:g}"
-            fields[name] = ranged(each) | None, Field(None, description=each.words + default)
-        else:
-            fields[name] = ranged(each), Field(each.default, description=each.words)
+    fields = {"law": (_named([law.name]), Field(description=law.words))}
+    fields |= {name: _field(each) for name, each in law.parameters().items()}
     measured = [name for name, each in law.parameters().items() if each.dimension is not None]
     return _made(f"{law.__name__}{of}Block", law.words, fields | more, measured)
 
@@ -93,8 +85,7 @@ def _words(names: list[str], more: str = "") -> str:
 
 
 def _of_modes(law: type[ConformationLaw]) -> type[BaseModel]:
-    shared = {name: (ranged(each), Field(description=each.words)) for name, each in ConformationLaw.OF_MODE.items()}
-    return _model(law, "Mode", **shared)
+    return _model(law, "Mode", **{name: _field(each) for name, each in ConformationLaw.OF_MODE.items()})
 
 
 _SOLVENTS = {name: _model(law) for name, law in VISCOUS.items()}
@@ -155,6 +146,6 @@ def material_fields() -> dict[str, Any]:
     one: Any = _named(solids.LAWS) | _one_of(SOLIDS)
     return {
         "liquid": (_named(liquids.LAWS) | _one_of(LIQUIDS) | None, liquid),
-        **_flat_fields(),
+        **{name: _field(parameter, f" (liquid: {', '.join(laws)})") for name, (parameter, laws) in FLAT.items()},
         "solid": (one | many(one) | None, solid),
     }

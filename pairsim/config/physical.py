@@ -71,29 +71,23 @@ YOUNG = replace(
     example="15 kPa",
     number=lambda E, scales: 3 * scales.stress / E,
 )
+DISTANCE = a_length(
+    "distance", "distance between the facing surfaces; gives d0 of a run, d of curve and critical", "5 um"
+)
 DENSITY = _measured(
     "density", "a density", "density of the liquid, only used for the Reynolds number", "kg/m^3", "1000 kg/m^3"
 )
 EXPERIMENT = (
     Quantity(a_length("tube", "inner diameter of the tube D_c")),
     _measured(
-        "flow_rate",
-        "a flow rate",
-        "flow rate Q; gives the mean velocity U_av = 4 Q/(pi D_c^2)",
-        "m^3/s",
-        "1 ul/min",
+        "flow_rate", "a flow rate", "flow rate Q; gives the mean velocity U_av = 4 Q/(pi D_c^2)", "m^3/s", "1 ul/min"
     ),
     _measured("velocity", "a velocity", "mean velocity of the liquid U_av, in place of flow_rate", "m/s", "5 mm/s"),
     Quantity(a_length("particle", "diameter D_p; gives beta = D_p/D_c", "20 um"), "beta", many=True),
     Quantity(MODULUS, "Ca_e", many=True),
     Quantity(YOUNG, "Ca_e", many=True),
     DENSITY,
-    Quantity(
-        a_length(
-            "distance", "distance between the facing surfaces; gives d0 of a run, d of curve and critical", "5 um"
-        ),
-        "d",
-    ),
+    Quantity(DISTANCE, "d"),
     Quantity(a_time("end", "end time of a run; gives time.end"), "time.end"),
 )
 QUANTITIES = {each.key: each for each in (*EXPERIMENT, *map(Quantity, DIMENSIONS.values()))}
