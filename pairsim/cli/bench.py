@@ -186,8 +186,8 @@ def _of_options(error: InputError) -> InputError:
         text = re.sub(r"physical\.(\w+)", lambda key: _option_of(key[1]), text)
         return re.sub(r"\b(?:liquid|solid)\.(\w+)", r"--\1", text)
 
-    first, *rest = (InputError(m.file, options(m.key), m.value, options(m.allowed)) for m in error.mistakes)
-    return InputError(first.file, first.key, first.value, first.allowed, others=rest)
+    found = [InputError(m.file, options(m.key), m.value, options(m.allowed)) for m in error.mistakes]
+    return InputError.of_all(found)
 
 
 def _comments(report: BenchReport, kind: str) -> list[str]:

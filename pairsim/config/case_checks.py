@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import inf
 
 from pairsim.config.case import FREE_ENDS, MOST_OUTPUTS, Case, SceneCase
 from pairsim.config.materials import MODES, declared_in, is_viscous, liquid_block
-from pairsim.config.mistakes import Mistake, missing
+from pairsim.config.mistakes import Mistake, broken, missing
 from pairsim.physics.declared import FLAT
 
 
@@ -80,22 +81,17 @@ def _check_laws(case: SceneCase) -> Iterator[Mistake]:
 def check_together(case: Case) -> Iterator[Mistake]:
     """Check the keys of a run against each other; yields mistakes as `check_scene` does."""
     yield from check_scene(case, {"d0": case.n - 1})
-    end, every = case.time.end, case.output.every
-    if case.time.first_step > end:
-        yield Mistake("time.first_step", case.time.first_step, f"must be at most time.end = {end:g}")
-    if case.time.max_step < case.time.first_step:
-        allowed = f"must be at least time.first_step = {case.time.first_step:g}"
-        yield Mistake("time.max_step", case.time.max_step, allowed)
-    if case.time.fixed_step is not None and case.time.fixed_step > end:
-        yield Mistake("time.fixed_step", case.time.fixed_step, f"must be at most time.end = {end:g}")
-    if every is not None and end / every > MOST_OUTPUTS:
-        yield Mistake(
-            "output.every", every, f"must be at least {end / MOST_OUTPUTS:g}, which gives {MOST_OUTPUTS} outputs"
-        )
-    if late := [t for t in case.output.times if t > end]:
-        yield Mistake("output.times", late[0], f"must be at most time.end = {end:g}")
-    limits = case.limits
-    if limits.max_gap is not None and case.gaps and limits.max_gap <= max(case.gaps):
-        yield Mistake("limits.max_gap", limits.max_gap, f"must be above the initial distance {max(case.gaps):g}")
-    if case.gaps and limits.min_gap >= min(case.gaps):
-        yield Mistake("limits.min_gap", limits.min_gap, f"must be below the initial distance {min(case.gaps):g}")
+    time, output, limits, end = case.time, case.output, case.limits, case.time.end
+    widest, narrowest = max(case.gaps, default=-inf), min(case.gaps, default=inf)
+    in_time = f"must be at most time.end = {end:g}"
+    outputs = f"must be at least {end / MOST_OUTPUTS:g}, which gives {MOST_OUTPUTS} outputs"
+    yield from (Mistake("output.times", t, in_time) for t in [t for t in output.times if t > end][:1])
+    yield from broken(
+        case,
+        ("time.first_step", time.first_step > end, in_time),
+        ("time.max_step", time.max_step < time.first_step, f"must be at least time.first_step = {time.first_step:g}"),
+        ("time.fixed_step", (time.fixed_step or 0.0) > end, in_time),
+        ("output.every", (output.every or inf) < end / MOST_OUTPUTS, outputs),
+        ("limits.max_gap", (limits.max_gap or inf) <= widest, f"must be above the initial distance {widest:g}"),
+        ("limits.min_gap", limits.min_gap >= narrowest, f"must be below the initial distance {narrowest:g}"),
+    )

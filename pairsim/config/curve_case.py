@@ -12,7 +12,7 @@ from pairsim.config.accuracy import DEFAULT, SETTINGS, settings_of
 from pairsim.config.case import SceneCase
 from pairsim.config.case_checks import check_scene
 from pairsim.config.materials import is_viscous
-from pairsim.config.mistakes import Mistake, missing
+from pairsim.config.mistakes import Mistake, broken, missing
 from pairsim.config.ranges import RANGE, range_schema, spelled_out
 from pairsim.config.values import FOLLOWED, CurveTolerance, Distance, Positive, Velocity, Whole
 
@@ -193,17 +193,16 @@ def check_curve(case: CurveCase) -> Iterator[Mistake]:
     if case.fields and not case.common:
         yield Mistake("fields", list(case.fields), "must be left out if the gaps have different distances")
     elif case.fields and case.places:
-        lowest, highest = (f(place[0] for place in case.places) for f in (min, max))
-        for d in case.fields:
-            if not lowest <= d <= highest:
-                allowed = f"must be between the smallest and the largest d, {lowest:g} and {highest:g}"
-                yield Mistake("fields", d, allowed)
-    if case.velocity is not None and any(case.Ca_es):
-        yield Mistake("velocity", case.velocity, "must be left out: only rigid particles (Ca_e: 0) can be moved")
-    if case.flow == 0 and not case.velocity:
-        yield Mistake("flow", case.flow, "must be 1: nothing moves, unless velocity is given and not 0")
-    if case.flow == 0 and case.physical is not None:
-        yield Mistake("flow", case.flow, "must be 1 with a physical block, whose unit of velocity is that of the flow")
+        least, most = case.range_of_d
+        allowed = f"must be between the smallest and the largest d, {least:g} and {most:g}"
+        yield from (Mistake("fields", d, allowed) for d in case.fields if not least <= d <= most)
+    moved, at_rest = case.velocity is not None, case.flow == 0
+    yield from broken(
+        case,
+        ("velocity", moved and any(case.Ca_es), "must be left out: only rigid particles (Ca_e: 0) can be moved"),
+        ("flow", at_rest and not case.velocity, "must be 1: nothing moves, unless velocity is given and not 0"),
+        ("flow", at_rest and case.physical is not None, "must be 1 with a physical block, whose velocity is its unit"),
+    )
     yield from check_scene(case, {})
 
 

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import copy
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any
+
+from pydantic import BaseModel
 
 from pairsim.config.yaml_file import place_of
 from pairsim.runtime.errors import InputError
@@ -49,6 +52,13 @@ def missing(key: str, needed: str) -> Mistake:
     return Mistake(key, None, f"{_MISSING}{needed}")
 
 
+def broken(case: BaseModel, *rules: tuple[str, bool, str]) -> Iterator[Mistake]:
+    """The mistakes in a case: for each rule its dotted key, whether it is broken, and what the key must be."""
+    for key, wrong, allowed in rules:
+        if wrong:
+            yield Mistake(key, attrgetter(key)(case), allowed)
+
+
 def input_error(mistakes: Sequence[Mistake], data: Mapping[str, Any], source: str, entry: str = "") -> InputError:
     """Combine all mistakes of a case into one error.
 
@@ -67,20 +77,7 @@ def input_error(mistakes: Sequence[Mistake], data: Mapping[str, Any], source: st
         value = list(mistake.value) if isinstance(mistake.value, tuple) else mistake.value
         return InputError(file, mistake.key, value, mistake.allowed, line=line, entry=entry)
 
-    return _together(map(error, mistakes))
-
-
-def _together(errors: Iterable[InputError]) -> InputError:
-    """One error with all of some errors, in the order of the file."""
-    first, *rest = sorted(errors, key=_order)
-    return InputError(
-        first.file, first.key, first.value, first.allowed, line=first.line, entry=first.entry, others=rest
-    )
-
-
-def _order(error: InputError) -> tuple[bool, str, int]:
-    """Sort key: file and line; mistakes without a line come last."""
-    return error.line is None, error.file, error.line or 0
+    return InputError.of_all(map(error, mistakes))
 
 
 class Mistakes:
@@ -106,11 +103,10 @@ class Mistakes:
         Args:
             cases: Number of cases that were checked: what is wrong in all of them is a mistake of "every case".
         """
-        errors = []
         for same, each in self._found.items():
-            entry = "every case" if self._counts[same] == cases > 1 else each.entry
-            errors.append(InputError(each.file, each.key, each.value, each.allowed, line=each.line, entry=entry))
-        return _together(errors)
+            each.others = ()
+            each.entry = "every case" if self._counts[same] == cases > 1 else each.entry
+        return InputError.of_all(self._found.values())
 
 
 def without(data: Mapping[str, Any], mistakes: Iterable[Mistake]) -> dict[str, Any]:

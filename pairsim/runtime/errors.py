@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from pairsim.runtime.text import as_typed, printable
@@ -64,11 +64,22 @@ class InputError(PairsimError, ValueError):
     ) -> None:
         self.file, self.key, self.value, self.allowed = file, key, value, allowed
         self.line, self.entry, self.others = line, entry, tuple(others)
-        place, entry, key = (printable(part, LONGEST_PLACE) for part in (file, entry, key))
-        where = [place if line is None else f"{place}:{line}", *(part for part in (entry, key) if part)]
-        given = "" if value is None else f"got {as_typed(value)}; "
-        self.sentence = f"{': '.join(where)}: {given}{printable(allowed, LONGEST_ADVICE)}"
         super().__init__(file, key, value, allowed)  # by which it travels between processes
+
+    @staticmethod
+    def of_all(errors: Iterable[InputError]) -> InputError:
+        """One error with all of some errors in the order of the file; those without a line come last."""
+        first, *rest = sorted(errors, key=lambda error: (error.line is None, error.file, error.line or 0))
+        first.others = tuple(rest)
+        return first
+
+    @property
+    def sentence(self) -> str:
+        """The message about this mistake alone."""
+        place, entry, key = (printable(part, LONGEST_PLACE) for part in (self.file, self.entry, self.key))
+        where = [place if self.line is None else f"{place}:{self.line}", *(part for part in (entry, key) if part)]
+        given = "" if self.value is None else f"got {as_typed(self.value)}; "
+        return f"{': '.join(where)}: {given}{printable(self.allowed, LONGEST_ADVICE)}"
 
     def __str__(self) -> str:
         sentences = [error.sentence for error in self.mistakes]
