@@ -11,7 +11,7 @@ import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import BeforeValidator, Field
 
@@ -146,15 +146,11 @@ def settings_of(accuracy: str) -> Settings:
         return x if x == y else float(f"{x * (y / x) ** at:.3g}")
 
     def cells(x: Cells, y: Cells) -> Cells:
-        Np = round(power(x.Np, y.Np, inside))
-        return Cells(
-            Np, power(x.max_size, y.max_size, inside), power(x.per_beta, y.per_beta, inside), x.rows, x.grading
-        )
+        sizes: dict[str, Any] = {name: power(size, getattr(y, name), inside) for name, size in vars(x).items()}
+        return Cells(**sizes | {"Np": round(sizes["Np"])})
 
     return Settings(
-        newtonian=cells(a.newtonian, b.newtonian),
-        thinning=cells(a.thinning, b.thinning),
-        hardening=cells(a.hardening, b.hardening),
+        **{kind: cells(getattr(a, kind), getattr(b, kind)) for kind in get_args(Liquid)},
         s_jump=power(a.s_jump, b.s_jump, inside),
         time_tol=min(power(a.time_tol, b.time_tol, part), MOST_TOLERANCE),
         curve_tol=min(power(a.curve_tol, b.curve_tol, part), MOST_TOLERANCE),

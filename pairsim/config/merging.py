@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, NoReturn
 
 from pairsim.config.physical import BLOCK
-from pairsim.config.yaml_file import DEEPEST, Section, places_in
+from pairsim.config.yaml_file import Section, places_in
 
 GROUPS = ("mesh", "time", "limits", "output", BLOCK)  # keys of a case whose value is a group of keys
 
@@ -28,12 +28,10 @@ def merge(
     """
     places = places_in(changes)
     for dotted, value in changes.items():
-        *groups, last = dotted.split(".", DEEPEST)
-        inner: Any = target
-        for name in groups:
-            inner = inner.group(name)
-            if not isinstance(inner, Section):
-                refuse(f"{group}{dotted}", value, f"must be a key within a group, but {name} is not a group of keys")
+        try:
+            inner, last = target.within(dotted)
+        except ValueError as error:
+            refuse(f"{group}{dotted}", value, str(error))
         of_law = last in ("liquid", "solid") and isinstance(value, Mapping) and "law" not in value
         if isinstance(value, Mapping) and isinstance(inner.get(last), Section) and (last in GROUPS or of_law):
             merge(inner[last], value, refuse, f"{group}{dotted}.")

@@ -21,6 +21,7 @@ MOST_READ = 1000  # mistakes of a file that are read
 CLOSE = 0.65  # least similarity (difflib) at which a key counts as a misspelling of another
 DECIMAL = "; numbers are written as 90, 0.4 or 1e-3, without quotes"
 LIST = "a list, each entry "
+NEEDED = {"De": "the four numbers of a case are beta, De, Ca_e and d0"}
 KINDS = {
     "number": "a finite number",
     "integer": "a whole number",
@@ -96,7 +97,8 @@ def mistakes_of(error: ValidationError, model: type[BaseModel], data: Mapping[st
 
 def _mistake(problem: Any, groups: Groups, data: Mapping[str, Any]) -> Mistake:
     location, value, kind = problem["loc"], problem["input"], problem["type"]
-    key = _key(location, data, missing=kind == "missing")
+    absent = kind == "missing" and isinstance(location[-1], str)  # and not an entry of a list that is too short
+    key = _key(location, data, absent)
     if kind in ("range", "quantity"):
         return Mistake(key, value, problem["msg"])
     if kind == "model_type":
@@ -105,8 +107,10 @@ def _mistake(problem: Any, groups: Groups, data: Mapping[str, Any]) -> Mistake:
     name = key.removeprefix(f"{group}.")
     if kind == "extra_forbidden":
         return _unknown(key, value, group, model, groups)
-    if kind == "missing":
-        return missing(key, _needed(group, name, groups))
+    if absent:
+        return missing(
+            key, f"must be given in {group}" if group else NEEDED.get(key) or f"must be {allowed_in(model, name)}"
+        )
     allowed = f"must be {allowed_in(model, _first(name), entry='[' in name)}"
     odd = "number" in allowed and isinstance(value, str) and re.match(r"[-+.]?\d", value)  # 010, 1:30, 0x10, 0,4
     return Mistake(key, value, allowed + DECIMAL if odd else allowed)
@@ -136,14 +140,6 @@ def _key(location: Sequence[str | int], data: Mapping[str, Any], missing: bool =
         elif isinstance(inner, Mapping) and (part in inner or (missing and i == len(location) - 1)):
             key, inner = f"{key}.{part}" if key else part, inner.get(part)
     return key
-
-
-def _needed(group: str, name: str, groups: Groups) -> str:
-    if group:
-        return f"must be given in {group}"
-    if BLOCK in groups:
-        return "the four numbers of a case are beta, De, Ca_e and d0"
-    return f"must be {allowed_in(groups[''], name)}"
 
 
 @cache

@@ -62,6 +62,22 @@ class Section(dict[str, Any]):
             self[key] = Section({"law": name}, {"law": self.places[key]} if key in self.places else {})
         return self.setdefault(key, Section())
 
+    def within(self, dotted: str) -> tuple[Section, str]:
+        """The group that a dotted key is in, which is made if it is missing, and the key in that group.
+
+        Raises:
+            ValueError: It goes through a value that is no group, or is too deep; says what it must be.
+        """
+        *groups, last = dotted.split(".")
+        if len(groups) >= DEEPEST:
+            raise ValueError(f"must have at most {DEEPEST} groups within each other")
+        inner: Any = self
+        for name in groups:
+            inner = inner.group(name)
+            if not isinstance(inner, Section):
+                raise ValueError(f"must be a key within a group, but {name} is not a group of keys")
+        return inner, last
+
 
 def places_in(data: Mapping[str, Any]) -> Mapping[str, Place]:
     """Where the keys of a group were given, as far as that is known."""
@@ -272,14 +288,9 @@ def apply_settings(data: Section, overrides: tuple[str, ...]) -> None:
             raise InputError(OPTION, "", setting, "must be key=value on one line, such as mesh.Np=20")
         try:
             value = _parse(text, OPTION)
+            target, last = data.within(key)
         except YAMLError as error:
             raise InputError(OPTION, key, text, f"must be a valid YAML value: {_problem(error, text)[1]}") from None
-        *groups, last = key.split(".")
-        if len(groups) >= DEEPEST:
-            raise InputError(OPTION, key, text, f"must have at most {DEEPEST} groups within each other")
-        target = data
-        for group in groups:
-            target = target.group(group)
-            if not isinstance(target, Section):
-                raise InputError(OPTION, key, text, f"must be a key within a group, but {group} is not a group of keys")
+        except ValueError as error:
+            raise InputError(OPTION, key, text, str(error)) from None
         target.put(last, value, Place(OPTION, None))

@@ -26,7 +26,7 @@ def as_typed(value: Any, levels: int = MOST_LEVELS) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, int):
-        return _digits(value)
+        return shortened(str(value), LONGEST // 2)
     if isinstance(value, float):
         return f"{value:.15g}"
     if isinstance(value, Mapping | list | tuple):
@@ -44,14 +44,6 @@ def _entries(value: Mapping[Any, Any] | Sequence[Any], levels: int) -> str:
         return "{" + ", ".join(shown + more) + "}"
     shown = [as_typed(entry, levels - 1) for entry in islice(value, most)]
     return f"[{', '.join(shown + more)}]"
-
-
-def _digits(number: int) -> str:
-    """A whole number, shortened."""
-    try:
-        return shortened(str(number), LONGEST // 2)
-    except ValueError:  # Python refuses to convert more than 4300 digits
-        return "a number of more than 4300 digits"
 
 
 def printable(text: str, longest: int | None = None) -> str:
