@@ -149,16 +149,12 @@ def _json_schema(model: type[BaseModel]) -> dict[str, Any]:
 
 def allowed_in(model: type[BaseModel], name: str, entry: bool = False) -> str:
     """What a key (or, with `entry`, each entry of its list) allows, as text made from its JSON schema."""
-    schema = _json_schema(model)
-    field = schema["properties"][name]
-    if "words" in field and not entry:
-        return str(field["words"])
-    choices = [choice for choice in field.get("anyOf", [field]) if choice.get("type") != "null"]
-    if entry:
-        values = [choice.get("additionalProperties", choice) for choice in choices]
-        listed = [inner for value in values for inner in value.get("anyOf", [value]) if "items" in inner]
-        choices = [inner["items"] for inner in listed] or choices
-    return joined(_words(choice, schema.get("$defs", {})) for choice in choices)
+    field = _json_schema(model)["properties"][name]
+    if not entry:
+        return _words(field)
+    values = [choice.get("additionalProperties", choice) for choice in field.get("anyOf", [field])]
+    items = [each["items"] for value in values for each in value.get("anyOf", [value]) if "items" in each]
+    return joined(map(_words, items)) if items else _words(field)
 
 
 def joined(choices: Iterable[str]) -> str:
@@ -168,25 +164,23 @@ def joined(choices: Iterable[str]) -> str:
     return ", or ".join(texts)
 
 
-def _words(schema: Mapping[str, Any], models: Mapping[str, Any]) -> str:
+def _words(schema: Mapping[str, Any]) -> str:
     """What a part of a JSON schema allows, as text."""
     kind = KINDS.get(str(schema.get("type")), "a value")
     if "words" in schema:
         return str(schema["words"])
-    if "$ref" in schema:
-        return f"a group of keys: {', '.join(models[schema['$ref'].rpartition('/')[2]]['properties'])}"
     if "const" in schema or "enum" in schema:
         *others, last = map(str, schema.get("enum", [schema.get("const")]))
         return f"{', '.join(others)} or {last}" if others else last
     if "oneOf" in schema:
         return "a group with law and its parameters"
     if "anyOf" in schema:
-        return joined(_words(each, models) for each in schema["anyOf"])
+        return joined(_words(each) for each in schema["anyOf"] if each.get("type") != "null")
     if isinstance(values := schema.get("additionalProperties"), dict):
-        return f"a key with {_words(values, models)}"
+        return f"a key with {_words(values)}"
     if "prefixItems" in schema:
-        return f"two numbers, each {_words(schema['prefixItems'][0], models)}"
+        return f"two numbers, each {_words(schema['prefixItems'][0])}"
     if schema.get("type") == "array":
-        return f"{LIST}{_words(schema['items'], models)}"
+        return f"{LIST}{_words(schema['items'])}"
     limits = " and ".join(f"{word} {schema[limit]:g}" for limit, word in LIMITS.items() if limit in schema)
     return f"{kind} {limits}".strip()
