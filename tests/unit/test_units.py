@@ -295,9 +295,10 @@ def test_physical_block_must_be_a_group() -> None:
 
 def test_units_names_its_options_in_error_messages() -> None:
     refused = CliRunner().invoke(app, [*UNITS, "--modulus", "5", "--solvent", "3Pa.s"])
-    assert str(refused.exception).splitlines() == [
-        "pairsim units: --modulus: got '5'; is not a number with a unit; must be a modulus above 0 with its unit, such as 5 kPa",
-    ]
+    assert str(refused.exception) == (
+        "pairsim units: --modulus: got '5'; is not a number with a unit; must be a modulus above 0 with its unit, such "
+        "as 5 kPa"
+    )
     refused = CliRunner().invoke(app, [*UNITS, "--solvent", "3Pa.s"])
     assert "--flow: is missing; must be given, or else --velocity" in str(refused.exception)
     assert "--solvent: got '3Pa.s'; must be at most --viscosity" in str(refused.exception)
