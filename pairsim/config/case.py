@@ -1,27 +1,20 @@
 """The keys of a case, and the quantities that follow from them.
 
-The models below are the only definition of keys, defaults, limits and their documentation. `pairsim.config.case_file`
-validates YAML files against them; `pairsim.config.wording` writes the error messages.
+The models here and in `pairsim.config.groups` are the only definition of keys, defaults, limits and their
+documentation. `pairsim.inputs.case_files` validates YAML files against them; `pairsim.config.wording` writes the error
+messages.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ModelWrapValidatorHandler, create_model, model_validator
+from pydantic import Field, ModelWrapValidatorHandler, create_model, model_validator
 
 from pairsim.config import values
-from pairsim.config.accuracy import (
-    DEFAULT,
-    PIPE_CELL,
-    ROW_GRADING,
-    SETTINGS,
-    Accuracy,
-    is_level,
-    percent,
-    settings_of,
-)
-from pairsim.config.default_end import DEFAULT_END, SHORTEST_RUN, default_end
+from pairsim.config.accuracy import DEFAULT, Accuracy, is_level, percent, settings_of
+from pairsim.config.default_end import default_end
+from pairsim.config.groups import Keys, Limits, MeshOptions, OutputOptions, TimeOptions
 from pairsim.config.material_keys import material_fields
 from pairsim.config.materials import (
     cells_of,
@@ -40,106 +33,8 @@ from pairsim.physics.liquids import Liquid
 from pairsim.physics.scales import Scales
 from pairsim.physics.solids import Solid
 
-MOST_OUTPUTS = 10_000
 
-
-class _Options(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class MeshOptions(_Options):
-    """Cell sizes."""
-
-    Np: values.Whole = Field(
-        SETTINGS[DEFAULT].thinning.Np,
-        ge=6,
-        le=1000,
-        description="least number of cells on the half-circle of each particle (default: by accuracy; at "
-        f"{DEFAULT}, {SETTINGS[DEFAULT].newtonian.Np} in a liquid without a memory, {SETTINGS[DEFAULT].hardening.Np} "
-        f"in one that hardens in extension, {SETTINGS[DEFAULT].thinning.Np} in other liquids)",
-    )
-    grading: values.Grading = Field(
-        SETTINGS[DEFAULT].thinning.grading,
-        description="length of the cells at the poles of a particle over that at its equator, of Np cells in all "
-        "(default: by accuracy; 1 in a liquid without a memory, and in one that hardens in extension)",
-    )
-    growth: values.Growth = Field(0.15, description="growth of the cell size per unit distance from a particle")
-    gap_cells: values.CellCount = Field(0, description="cells across a gap between particles (0: Np/4)")
-    gap_exponent: values.Fraction = Field(
-        0.0, description="below d = 0.1 the number of cells across a gap grows as (0.1/d)^gap_exponent"
-    )
-    wall_cells: values.CellCount = Field(0, description="cells between a particle and the wall (0: Np/4)")
-    max_size: values.CellSize = Field(
-        SETTINGS[DEFAULT].thinning.max_size,
-        description="largest cell size [D_c] (default: by accuracy; at "
-        f"{DEFAULT}, {SETTINGS[DEFAULT].newtonian.max_size:g} in a liquid without a memory, in others the smaller of "
-        f"{SETTINGS[DEFAULT].thinning.max_size:g} and {SETTINGS[DEFAULT].thinning.per_beta:g} beta, without particles "
-        f"{PIPE_CELL:g})",
-    )
-    core_growth: values.Growth = Field(0.3, description="growth of the cell size per unit depth inside a particle")
-    rows: values.Rows = Field(
-        SETTINGS[DEFAULT].thinning.rows,
-        description="distance from the particles beyond which cells lie in rows along the tube [D_c] (default: by "
-        "accuracy; 0, no rows, in a liquid without a memory and without particles)",
-    )
-    row_grading: values.Grading = Field(
-        1.0,
-        description="length of the cells across the tube on the axis over that at the wall, in rows (default: by "
-        f"accuracy; {ROW_GRADING:g} in runs in viscoelastic liquids, else 1)",
-    )
-
-
-class TimeOptions(_Options):
-    """Time steps."""
-
-    end: values.Time = Field(
-        SHORTEST_RUN,
-        description=f"end time [D_c/U_av] (default: {DEFAULT_END}, by when a start from rest is forgotten)",
-    )
-    tol: values.Tolerance = Field(
-        SETTINGS[DEFAULT].time_tol,
-        description="allowed local error of the particles' velocities [U_av] (default: by accuracy)",
-    )
-    first_step: values.Time = Field(5e-4, description="size of the first step [D_c/U_av]")
-    max_step: values.Time = Field(2.0, description="largest step [D_c/U_av]")
-    fixed_step: values.Time | None = Field(
-        None, description="constant step size [D_c/U_av], without error control; shortened to land on output times"
-    )
-
-
-class Limits(_Options):
-    """Conditions that end a run before its end time."""
-
-    min_gap: values.Gap = Field(0.002, description="contact: the run ends when a gap falls below this [D_c]")
-    max_gap: values.Distance | None = Field(None, description="the run ends when a gap exceeds this [D_c]")
-    wall_time: values.Seconds | None = Field(
-        None, description="largest wall time of the whole run [s]; the run fails beyond it"
-    )
-    max_steps: values.Whole = Field(
-        100_000, ge=1, le=10**9, description="largest number of steps; the run fails beyond it"
-    )
-
-
-class OutputOptions(_Options):
-    """When files are written. Steps land on `times` and `every`; the first and the last step are always written."""
-
-    times: tuple[values.Time, ...] = Field(
-        (), max_length=MOST_OUTPUTS, description="times at which fields are written to fields.xdmf [D_c/U_av]"
-    )
-    every: values.Time | None = Field(None, description="interval between fields in fields.xdmf [D_c/U_av]")
-    frames: values.Whole = Field(
-        20,
-        ge=0,
-        le=MOST_OUTPUTS,
-        description="approximate number of times in fields.xdmf, at steps as they come; if times and every are unset",
-    )
-    fields: bool = Field(True, strict=True, description="whether fields.xdmf is written")
-    checkpoint: values.Interval = Field(
-        60.0, description="interval between checkpoints (checkpoint.npz, for run --resume) [s of wall time]"
-    )
-
-
-class _Scene(_Options):
+class _Scene(Keys):
     """The keys that come before those of the laws."""
 
     beta: values.Diameter | tuple[values.Diameter, ...] | None = Field(

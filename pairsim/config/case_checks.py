@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import inf
 
-from pairsim.config.case import FREE_ENDS, MOST_OUTPUTS, Case, SceneCase
+from pairsim.config.case import FREE_ENDS, Case, SceneCase
+from pairsim.config.groups import MOST_OUTPUTS
 from pairsim.config.materials import MODES, declared_in, is_viscous, liquid_block
 from pairsim.config.mistakes import Mistake, broken, missing
 from pairsim.physics.declared import FLAT
