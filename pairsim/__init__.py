@@ -5,87 +5,75 @@
     result = pairsim.run({"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}, time={"end": 1})
     result.table.plot("t", "dU")
 
-`load` checks a case; `run`, `curve`, `critical` and `sweep` compute; `open` reads a folder of results, `plot` draws it,
-`report` puts it into one HTML file. They are imported when first used: `import pairsim` alone loads nothing.
+`load` checks a case, `units` makes one of an experiment; `run`, `curve`, `critical`, `shape` and `sweep` compute;
+`open` reads a folder of results, `plot` draws it, `report` puts it into one HTML file. They are imported when first
+used: `import pairsim` alone loads nothing.
 """
 
-import os
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+import os as _os
+from importlib import import_module as _import_module
+from typing import TYPE_CHECKING as _TYPE_CHECKING
+from typing import Any as _Any
 
-from pairsim import errors
-from pairsim.runtime.errors import InputError, PairsimError, RunFailure
-from pairsim.runtime.signals import no_interrupt_lost
-from pairsim.runtime.version import __version__
+from pairsim import errors as errors
+from pairsim.runtime.errors import InputError as InputError
+from pairsim.runtime.errors import PairsimError as PairsimError
+from pairsim.runtime.errors import RunFailure as RunFailure
+from pairsim.runtime.signals import no_interrupt_lost as _no_interrupt_lost
+from pairsim.runtime.version import __version__ as __version__
 
 # One thread a process: MPI is how pairsim uses more cores, and BLAS threads under it only fight each other.
 # This must come before anything numerical is imported.
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(_name, "1")
+    _os.environ.setdefault(_name, "1")
 
-if TYPE_CHECKING:
+if _TYPE_CHECKING:
     from pairsim.api.cases import load as load
-    from pairsim.api.compute import critical, curve, run
-    from pairsim.api.folders import open_folder as open
-    from pairsim.api.pictures import plot
-    from pairsim.api.report import report
-    from pairsim.api.results import CriticalResult, CurveResult, Result, RunResult
-    from pairsim.api.sweeps import SweepResult, sweep
+    from pairsim.api.compute import critical as critical
+    from pairsim.api.compute import curve as curve
+    from pairsim.api.compute import run as run
+    from pairsim.api.folders import open as open
+    from pairsim.api.pictures import plot as plot
+    from pairsim.api.report import report as report
+    from pairsim.api.results import CriticalResult as CriticalResult
+    from pairsim.api.results import CurveResult as CurveResult
+    from pairsim.api.results import Result as Result
+    from pairsim.api.results import RunResult as RunResult
+    from pairsim.api.sweeps import SweepResult as SweepResult
+    from pairsim.api.sweeps import sweep as sweep
+    from pairsim.api.units import units as units
 
 _MODULES = {
-    "load": "cases",
-    "run": "compute",
-    "curve": "compute",
-    "critical": "compute",
-    "sweep": "sweeps",
-    "open": "folders",
-    "plot": "pictures",
-    "report": "report",
-    "Result": "results",
-    "RunResult": "results",
-    "CurveResult": "results",
-    "CriticalResult": "results",
-    "SweepResult": "sweeps",
+    "cases": ("load",),
+    "compute": ("run", "curve", "critical"),
+    "folders": ("open",),
+    "pictures": ("plot",),
+    "report": ("report",),
+    "results": ("Result", "RunResult", "CurveResult", "CriticalResult"),
+    "sweeps": ("sweep", "SweepResult"),
+    "units": ("units",),
 }
+"""The modules of `pairsim.api`, and what they are imported for."""
+_HERE = ("InputError", "PairsimError", "RunFailure", "__version__", "errors")
 
-__all__ = [
-    "CriticalResult",
-    "CurveResult",
-    "InputError",
-    "PairsimError",
-    "Result",
-    "RunFailure",
-    "RunResult",
-    "SweepResult",
-    "__version__",
-    "critical",
-    "curve",
-    "errors",
-    "load",
-    "open",
-    "plot",
-    "report",
-    "run",
-    "sweep",
-]
+__all__ = sorted((*_HERE, *(_name for _names in _MODULES.values() for _name in _names)))
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> _Any:
     """Import a name of the interface when it is first used; every command is a function."""
+    missing = AttributeError(f"module {__name__!r} has no attribute {name!r}")
     if name.startswith("_"):
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    with no_interrupt_lost():
-        if name in _MODULES:
-            module = import_module(f"pairsim.api.{_MODULES[name]}")
-            value = getattr(module, "open_folder" if name == "open" else name)
+        raise missing
+    with _no_interrupt_lost():
+        if module := next((module for module, names in _MODULES.items() if name in names), None):
+            value = getattr(_import_module(f"pairsim.api.{module}"), name)
+        elif name in _import_module("pairsim.commands").COMMANDS:
+            value = _import_module("pairsim.api.compute").Computation(name)
         else:
-            commands = import_module("pairsim.commands").COMMANDS
-            if name not in commands:
-                raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-            value = import_module("pairsim.api.compute").function_of(commands[name])
+            raise missing
     globals()[name] = value
     return value
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_MODULES})
+    return sorted({*__all__, *_import_module("pairsim.commands").COMMANDS})

@@ -138,7 +138,8 @@ def listed(name: str) -> str:
 
 def cli() -> str:
     """Page with all commands, their arguments and options, and the reasons of failures."""
-    command = typer.main.get_command(app)
+    command: Any = typer.main.get_command(app)
+    command.commands = {name: getattr(each, "whole", each) for name, each in command.commands.items()}
     text = get_docs_for_click(obj=command, ctx=typer.Context(command), name="pairsim", title="Command line")
     lines = [line if line.startswith(("```", "$")) else line.replace("<", "&lt;") for line in text.splitlines()]
     reasons = [
@@ -159,6 +160,7 @@ def api() -> str:
     """Page with the public names of the package."""
     names = [f"pairsim.{name}" for name in pairsim.__all__ if callable(getattr(pairsim, name))]
     names += [f"pairsim.errors.{name}" for name in errors.__all__ if f"pairsim.{name}" not in names]
+    names.append("pairsim.api.compute.Computation")
     names.sort(key=lambda name: (name.startswith("pairsim.errors"), name.rpartition(".")[2][0].isupper()))
     head = "# Python API\n\nPublic names of `pairsim`. See also the tutorial [Python](../tutorials/python.md).\n\n"
     return head + "\n\n".join(f"::: {name}" for name in names) + "\n"

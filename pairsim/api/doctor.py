@@ -28,9 +28,12 @@ from pairsim.runtime.version import __version__
 
 ROOM = 500e6  # bytes of disk space below which there is a warning; chosen, enough for the forms and some runs
 PATIENCE = 300.0  # seconds for the computation of the small case, which may compile a form; chosen
-SMALL = {"particles": 0, "De": 0, "length": 1.0, "ends": "developed", "time": {"end": 1e-3}}
+LENGTH = 1.0
+SMALL = {"particles": 0, "De": 0, "length": LENGTH, "ends": "developed", "time": {"end": 1e-3}}
 """The case that is computed: the tube alone."""
 PROGRAM = "#include <complex.h>\n#include <math.h>\ndouble twice(double x) { return 2 * sin(x); }\n"
+INSTALL = "see docs/how-to/install.md"
+Status = Literal["ok", "warning", "broken"]
 
 
 @dataclass(frozen=True)
@@ -45,154 +48,152 @@ class Check:
     """
 
     name: str
-    status: Literal["ok", "warning", "broken"]
+    status: Status
     found: str
     remedy: str = ""
+
+
+class Lacking(Exception):
+    """What a check did not find, and what to do."""
+
+    def __init__(self, found: str, remedy: str) -> None:
+        super().__init__(found)
+        self.remedy = remedy
 
 
 def checks() -> Iterator[Check]:
     """Carry out all checks; yields each result as soon as it is known."""
     yield Check("pairsim", "ok", f"{__version__} in {Path(__file__).parents[1]}")
     yield Check("Python", "ok", f"{platform.python_version()}, {sys.executable}")
-    yield _compiler()
-    yield _cache()
-    yield _folder()
-    yield _mpirun()
+    yield _tried("C compiler", _compiler, "broken")
+    yield _tried("cache of compiled forms", _cache, "warning")
+    yield _tried("current folder", _folder, "warning")
+    yield _tried("mpirun", _mpirun, "warning")
     yield from _libraries()
-    yield _movies()
+    yield Check("ffmpeg (plot --animate)", "ok", shutil.which("ffmpeg") or "none: animations are GIF files")
 
 
-def _compiler() -> Check:
-    """Whether the C compiler exists and compiles a small library."""
+def _tried(name: str, attempt: Callable[[], str], without: Status) -> Check:
+    """What an attempt found, or the status `without` it."""
+    try:
+        return Check(name, "ok", attempt())
+    except Lacking as error:
+        return Check(name, without, str(error), error.remedy)
+    except (PairsimError, ImportError) as error:
+        return Check(name, without, str(error), INSTALL)
+
+
+def _compiler() -> str:
+    """The C compiler, which compiles a small library."""
     name, remedy = jit.compiler(), "apt install gcc libc6-dev, or set the environment variable CC"
     path = shutil.which(name)
     if path is None:
-        return Check("C compiler", "broken", f"{name} is not on PATH", remedy)
+        raise Lacking(f"{name} is not on PATH", remedy)
     with tempfile.TemporaryDirectory() as folder:
-        words = [path, *jit.JIT_OPTIONS["cffi_extra_compile_args"], "-shared", "-fPIC", "-x", "c", "-"]
-        done = subprocess.run(
-            [*words, "-o", str(Path(folder) / "small.so"), "-lm"],
-            input=PROGRAM,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        words = [path, *jit.JIT_OPTIONS["cffi_extra_compile_args"], "-shared", "-fPIC", "-x", "c", "-", "-lm"]
+        words += ["-o", f"{folder}/small.so"]
+        done = subprocess.run(words, input=PROGRAM, capture_output=True, text=True, check=False)
     if done.returncode:
         lines = [line for line in done.stderr.splitlines() if "error" in line] or [f"exit code {done.returncode}"]
-        return Check("C compiler", "broken", f"{path} fails: {lines[0]}", remedy)
-    return Check("C compiler", "ok", path)
+        raise Lacking(f"{path} fails: {lines[0]}", remedy)
+    return path
 
 
-def _cache() -> Check:
-    """Whether compiled forms can be kept."""
+def _cache() -> str:
+    """The folder of compiled forms, which can be written to."""
     why, folder = form_cache.why_not_writable(), jit.cache()
     if why:
         remedy = "set XDG_CACHE_HOME to a folder with write permission; until then forms are compiled in each run"
-        return Check("cache of compiled forms", "warning", f"{folder}: {why}", remedy)
+        raise Lacking(f"{folder}: {why}", remedy)
     size = sum(path.stat().st_size for path in folder.rglob("*"))
-    free = shutil.disk_usage(folder).free
-    found = f"{folder}, {size / 1e6:.0f} MB, {free / 1e9:.3g} GB free"
-    if free < ROOM:
-        return Check("cache of compiled forms", "warning", found, "free disk space, or set XDG_CACHE_HOME")
-    return Check("cache of compiled forms", "ok", found)
+    return _with_room(f"{folder}, {size / 1e6:.0f} MB", folder, "free disk space, or set XDG_CACHE_HOME")
 
 
-def _folder() -> Check:
-    """Whether results can be written into the current folder."""
+def _folder() -> str:
+    """The current folder, which can be written to."""
     try:
         with tempfile.TemporaryFile(dir="."):
             pass
     except OSError as error:
-        remedy = "give a folder with write permission with -o"
-        return Check("current folder", "warning", f"{Path.cwd()}: {error.strerror}", remedy)
-    free = shutil.disk_usage(".").free
-    found = f"{Path.cwd()}, {free / 1e9:.3g} GB free"
-    return Check("current folder", "warning" if free < ROOM else "ok", found, "free disk space" if free < ROOM else "")
+        raise Lacking(f"{Path.cwd()}: {error.strerror}", "give a folder with write permission with -o") from error
+    return _with_room(str(Path.cwd()), Path(), "free disk space")
 
 
-def _mpirun() -> Check:
-    """Whether there is an mpirun, and it is that of this Python."""
+def _with_room(found: str, folder: Path, remedy: str) -> str:
+    free = shutil.disk_usage(folder).free
+    found = f"{found}, {free / 1e9:.3g} GB free"
+    if free < ROOM:
+        raise Lacking(found, remedy)
+    return found
+
+
+def _mpirun() -> str:
+    """An mpirun, which should be that of this Python."""
     path = find_mpirun()
     if path is None:
-        return Check("mpirun", "warning", "none", "install the MPI of mpi4py for sweeps on several cores")
-    if Path(path).parent != Path(sys.executable).parent:
-        return Check("mpirun", "ok", f"{path}; it must be that of the MPI below")
-    return Check("mpirun", "ok", path)
-
-
-def _movies() -> Check:
-    path = shutil.which("ffmpeg")
-    return Check("ffmpeg (plot --animate)", "ok", path or "none: animations are GIF files")
+        raise Lacking("none", "install the MPI of mpi4py for sweeps on several cores")
+    return path if Path(path).parent == Path(sys.executable).parent else f"{path}; it must be that of the MPI below"
 
 
 def _libraries() -> Iterator[Check]:
     """Load the libraries and compute a small case, in a child process."""
+    command = module_command("pairsim.api.doctor")
     try:
         done = subprocess.run(
-            module_command("pairsim.api.doctor"),
-            env=clean_environment(),
-            capture_output=True,
-            text=True,
-            timeout=PATIENCE,
-            check=False,
+            command, env=clean_environment(), capture_output=True, text=True, timeout=PATIENCE, check=False
         )
-        output, complaint, code = done.stdout, done.stderr, done.returncode
     except subprocess.TimeoutExpired as late:
-        so_far = late.stdout or b""
-        output = so_far.decode() if isinstance(so_far, bytes) else so_far
-        complaint, code = f"no answer in {PATIENCE:g} s", 1
-    found = [Check(**json.loads(line)) for line in output.splitlines() if line.startswith("{")]
+        output = late.stdout.decode() if isinstance(late.stdout, bytes) else late.stdout or ""
+        done = subprocess.CompletedProcess(command, 1, output, f"no answer in {PATIENCE:g} s")
+    found = [Check(**json.loads(line)) for line in done.stdout.splitlines() if line.startswith("{")]
     yield from found
-    if code:
-        last = (complaint.strip().splitlines() or [f"exit code {code}"])[-1]
+    if code := done.returncode:
+        last = (done.stderr.strip().splitlines() or [f"exit code {code}"])[-1]
         why = f"ended by {signal.Signals(-code).name}" if code < 0 else last
         after = f"after {found[-1].name}" if found else "at once"
-        yield Check("libraries", "broken", f"the check stopped {after}: {why}", "see docs/how-to/install.md")
+        yield Check("libraries", "broken", f"the check stopped {after}: {why}", INSTALL)
 
 
-def _loaded() -> Iterator[Check]:
-    """Load each library and compute a small case, in this process."""
+def _fenicsx() -> str:
+    from pairsim.runtime.fenicsx import PETSc, dolfinx
 
-    def tried(name: str, attempt: Callable[[], str]) -> Check:
-        try:
-            return Check(name, "ok", attempt())
-        except (PairsimError, ImportError) as error:
-            return Check(name, "broken", str(error), "see docs/how-to/install.md")
+    if not dolfinx.__version__.startswith("0.11."):
+        raise Lacking(f"DOLFINx {dolfinx.__version__} where 0.11 is needed", INSTALL)
+    return f"DOLFINx {dolfinx.__version__}, PETSc {'.'.join(map(str, PETSc.Sys.getVersion()))}"
 
-    def fenicsx() -> str:
-        from pairsim.runtime.fenicsx import PETSc, dolfinx
 
-        if not dolfinx.__version__.startswith("0.11."):
-            raise PairsimError(f"DOLFINx {dolfinx.__version__} where 0.11 is needed")
-        return f"DOLFINx {dolfinx.__version__}, PETSc {'.'.join(map(str, PETSc.Sys.getVersion()))}"
+def _mpi() -> str:
+    from pairsim.runtime.mpi import MPI
 
-    def mpi() -> str:
-        from pairsim.runtime.mpi import MPI
+    return MPI.Get_library_version().splitlines()[0].strip("\0 ")
 
-        return MPI.Get_library_version().splitlines()[0].strip("\0 ")
 
-    def pictures() -> str:
-        from pairsim.plots.style import Page
+def _pictures() -> str:
+    from pairsim.plots.style import Page
 
-        Page().figure(10.0).canvas.draw()
-        return f"matplotlib {metadata.version('matplotlib')}, without a screen"
+    Page().figure(10.0).canvas.draw()
+    return f"matplotlib {metadata.version('matplotlib')}, without a screen"
 
-    def small() -> str:
-        import pairsim
 
-        result = pairsim.run(SMALL).check()
-        drop, exact = result.table["dp"].iloc[-1], 32 * SMALL["length"]  # type: ignore[operator]
-        if abs(drop - exact) > 1e-6 * exact:
-            raise PairsimError(f"the pressure drop of the tube is {drop:g} instead of {exact:g}")
-        return f"{result.record['unknowns']} unknowns in {result.record['wall_time']:.1f} s: dp = {drop:g}, exactly"
+def _small() -> str:
+    import pairsim
 
-    yield tried("gmsh and FEniCSx", fenicsx)
-    yield tried("MPI", mpi)
-    yield tried("pictures", pictures)
-    yield tried("a small case (gmsh, forms, MUMPS)", small)
+    result = pairsim.run(SMALL).check()
+    drop, exact = result.table["dp"].iloc[-1], 32 * LENGTH
+    if abs(drop - exact) > 1e-6 * exact:
+        raise Lacking(f"the pressure drop of the tube is {drop:g} instead of {exact:g}", INSTALL)
+    return f"{result.record['unknowns']} unknowns in {result.record['wall_time']:.1f} s: dp = {drop:g}, exactly"
 
+
+LIBRARIES = {
+    "gmsh and FEniCSx": _fenicsx,
+    "MPI": _mpi,
+    "pictures": _pictures,
+    "a small case (gmsh, forms, MUMPS)": _small,
+}
+"""What the child process tries, in this order."""
 
 if __name__ == "__main__":
-    for check in _loaded():
-        print(json.dumps(asdict(check)), flush=True)
+    for name, attempt in LIBRARIES.items():
+        print(json.dumps(asdict(_tried(name, attempt, "broken"))), flush=True)
     os._exit(0)  # what a library does at its end is no concern here

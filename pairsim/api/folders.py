@@ -14,7 +14,7 @@ from pairsim.results.output import FORMAT
 from pairsim.runtime.errors import InputError
 
 
-def open_folder(folder: str | PathLike[str]) -> Any:
+def open(folder: str | PathLike[str]) -> Any:
     """Open the results of `run`, `curve`, `critical` or `sweep`, also of earlier versions of pairsim.
 
     Args:

@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import base64
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from functools import cached_property
-from html import escape
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from pairsim.api.cases import load
+from pairsim.api.curve import Curve
 from pairsim.commands import Command
 from pairsim.commands.command import numbers_in
 from pairsim.config.case import SceneCase
+from pairsim.physics.scales import Scales
 from pairsim.results.answer import cost_line
 from pairsim.results.columns import EQUILIBRIA_COLUMNS
-from pairsim.results.curve_table import curve_of
 from pairsim.results.folders import valid_record
+from pairsim.results.output import CHECKPOINT
+from pairsim.results.travel import Travel, travel
+from pairsim.results.typography import html_of
+from pairsim.results.units import scales_of
 from pairsim.results.xdmf import FieldFrame, read_frame, read_times
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError, failure_of
@@ -33,7 +40,7 @@ class Result:
     """The result of a computation; returned by `run`, `curve`, `critical` and `open`.
 
     Files are read when first accessed, and only once. To see the progress of a running computation, `open` its folder
-    again.
+    again. In a notebook it shows its answer, its picture and its table.
 
     Args:
         folder: The folder of results.
@@ -49,11 +56,19 @@ class Result:
     def __init__(self, folder: Path, command: Command[Any], ending: Mapping[str, Any] | None = None) -> None:
         self.folder: Path | None = folder
         self.command, self._ending = command, ending
+        self._files: dict[Path, bytes] = {}
 
-    @property
-    def _path(self) -> Path:
-        assert self.folder is not None, "a result in memory has been read completely"
-        return self.folder
+    @contextmanager
+    def _place(self) -> Iterator[Path]:
+        """The folder; for a result in memory one that is there for the moment."""
+        if self.folder is not None:
+            yield self.folder
+            return
+        with TemporaryDirectory(prefix="pairsim-") as name:
+            for path, content in self._files.items():
+                (Path(name) / path.parent).mkdir(exist_ok=True)
+                (Path(name) / path).write_bytes(content)
+            yield Path(name)
 
     @cached_property
     def record(self) -> dict[str, Any]:
@@ -62,17 +77,49 @@ class Result:
         Raises:
             InputError: The file is invalid.
         """
-        return valid_record(self._path) if (self._path / "run.json").is_file() else {}
+        with self._place() as place:
+            return valid_record(place) if (place / "run.json").is_file() else {}
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """The main table, with the columns of its CSV file (see the reference); counts are integers."""
+        """The main table, with the columns of its CSV file (see the reference).
+
+        Counts are integers; `table.attrs["units"]` has the unit of each column.
+        """
         return self._tables[self.command.tables[0]]
 
     @cached_property
     def _tables(self) -> dict[str, pd.DataFrame]:
         """The tables of the command by name; one that is not there is empty."""
-        return dict(self.command.read_tables(self._path))
+        with self._place() as place:
+            return dict(self.command.read_tables(place))
+
+    @property
+    def scales(self) -> Scales:
+        """The units of length, velocity and viscosity in SI units; also `scales.time` and `scales.stress`.
+
+        Raises:
+            InputError: The case has no `physical` block.
+        """
+        return scales_of(self.record, self.command.name if self.folder is None else str(self.folder))
+
+    @property
+    def physical(self) -> pd.DataFrame:
+        """The main table in um, s, um/s and Pa.
+
+        Raises:
+            InputError: The case has no `physical` block.
+        """
+        from pairsim.results.tables import in_units
+
+        return in_units(self.table, self.scales)
+
+    @property
+    def tidy(self) -> pd.DataFrame:
+        """The main table with a row for each gap: t (of a run), gap (from upstream), d, dU and its error."""
+        from pairsim.results.tables import tidy
+
+        return tidy(self.table)
 
     @property
     def kind(self) -> str:
@@ -86,7 +133,8 @@ class Result:
         Raises:
             InputError: case.yaml is missing, or not valid in this version.
         """
-        return load(self._path / "case.yaml", kind=self.kind)
+        with self._place() as place:
+            return load(place / "case.yaml", kind=self.kind)
 
     def _ended(self, key: str) -> str:
         return str((self.record if self._ending is None else self._ending).get(key, ""))
@@ -139,10 +187,6 @@ class Result:
     def _answer(self) -> list[str]:
         return self.command.answer(self._tables, self.record) if len(self.table) else [self.command.nothing]
 
-    def _columns(self) -> dict[str, Array]:
-        """The columns of the table whose values are numbers."""
-        return numbers_in(self.table)
-
     def plot(self, folder: Path | str, **options: Any) -> list[Path]:
         """Draw the result, as `pairsim plot` does.
 
@@ -154,40 +198,42 @@ class Result:
             Paths of the pictures.
 
         Raises:
-            InputError: The result is in memory only, there is nothing to draw yet, or an option is wrong.
+            InputError: There is nothing to draw yet, or an option is wrong.
         """
         from pairsim.api.pictures import plot
 
-        if self.folder is None:
-            raise InputError("plot", "folder", None, "the result is in memory only; compute it with folder=...")
-        return plot(self.folder, out=folder, **options)
+        with self._place() as place:
+            return plot(place, out=folder, **options)
 
     @cached_property
-    def _frame_times(self) -> Array:
-        """Times (of a curve: distances) of the frames in fields.xdmf, shape (frames,); empty without the file."""
-        return read_times(self._path)
+    def places(self) -> Array:
+        """Times [D_c/U_av] (of a curve: distances [D_c]) at which there are fields, shape (n,)."""
+        with self._place() as place:
+            return read_times(place)
 
     @cached_property
     def _frames(self) -> list[FieldFrame]:
-        return [read_frame(self._path, i) for i in range(len(self._frame_times))]
+        with self._place() as place:
+            return [read_frame(place, i) for i in range(len(self.places))]
 
-    def _fields(self, name: str, value: float) -> pv.UnstructuredGrid:
-        """The fields at a time or distance.
+    def fields(self, at: float) -> pv.UnstructuredGrid:
+        """Velocity, pressure, displacement and stresses on the deformed mesh, as a pyvista grid.
+
+        Args:
+            at: One of `places`: a time, of a curve a distance.
 
         Raises:
-            InputError: There are none.
+            InputError: There are no fields there.
         """
         from pairsim.api.grids import grid_of
 
-        places = self._frame_times
-        hits = np.flatnonzero(np.isclose(places, value, rtol=1e-9, atol=1e-12))
+        hits = np.flatnonzero(np.isclose(self.places, at, rtol=1e-9, atol=1e-12))
         if not hits.size:
-            listed = ", ".join(f"{place:g}" for place in places)
-            key = "fields: [...]" if name == "d" else "output.fields: true"
+            listed = ", ".join(f"{place:g}" for place in self.places)
+            key = "fields: [...]" if self.command.frames == "d" else "output.fields: true"
             allowed = f"must be one of {listed}" if listed else f"was not written; the case needs `{key}` for fields"
-            raise InputError("fields", name, value, allowed)
-        index = int(hits[0])
-        return grid_of(self._frames[index] if self.folder is None else read_frame(self._path, index))
+            raise InputError("fields", self.command.frames, at, allowed)
+        return grid_of(self._frames[hits[0]] if self.folder is None else read_frame(self.folder, int(hits[0])))
 
     def in_memory(self) -> Self:
         """Read all files into memory, so that the folder can be removed.
@@ -195,9 +241,10 @@ class Result:
         Returns:
             The result itself, with `folder` set to None.
         """
-        for name in ("record", "case", "_tables", "_frame_times", "_frames"):
-            getattr(self, name)
-        self.folder = None
+        if (folder := self.folder) is not None:
+            kept = (path for path in folder.rglob("*") if path.is_file() and path.name != CHECKPOINT)
+            self._files = {path.relative_to(folder): path.read_bytes() for path in kept}
+            self.folder = None
         return self
 
     def _headline(self) -> str:
@@ -209,10 +256,20 @@ class Result:
         return f"<{self._headline()}>"
 
     def _repr_html_(self) -> str:
-        warnings = "".join(f"<li>{escape(warning)}</li>" for warning in self.warnings)
-        notes = f"<ul>{warnings}</ul>" if warnings else ""
-        table = self.table.to_html(max_rows=SHOWN, index=False)
-        return f"<p><b>{escape(self._headline())}</b><br>{escape(self.message)}</p>{notes}{table}"
+        from pairsim.results.tables import readable
+
+        lines = "<br>".join(map(html_of, self.answer.splitlines()))
+        table = readable(self.table).to_html(max_rows=SHOWN, index=False, float_format="{:.5g}".format)
+        return f"<p><b>{html_of(self._headline())}</b><br>{lines}</p>{self._picture()}{table}"
+
+    def _picture(self) -> str:
+        """The pictures of the tables as HTML; nothing where they cannot be drawn."""
+        from pairsim.plots.style import Page
+
+        drawn: list[bytes] = []
+        with suppress(InputError), self._place() as place, TemporaryDirectory() as out:
+            drawn = [path.read_bytes() for path in self.command.draw(place, Path(out), Page(dpi=110.0))]
+        return "".join(f'<img src="data:image/png;base64,{base64.b64encode(each).decode()}">' for each in drawn)
 
 
 class RunResult(Result):
@@ -221,79 +278,52 @@ class RunResult(Result):
     @property
     def times(self) -> Array:
         """Times at which there are fields [D_c/U_av], shape (n,)."""
-        return self._frame_times
-
-    def fields(self, t: float) -> pv.UnstructuredGrid:
-        """Velocity, pressure, displacement and stresses on the deformed mesh, as a pyvista grid.
-
-        Args:
-            t: One of `times` [D_c/U_av].
-
-        Raises:
-            InputError: There are no fields at this time.
-        """
-        return self._fields("t", t)
+        return self.places
 
 
 class CurveResult(Result):
     """A master curve. `table` is curve.csv, with a row for each point."""
 
     @cached_property
-    def zeros(self) -> pd.DataFrame:
+    def equilibria(self) -> pd.DataFrame:
         """The zeros of dU (equilibria.csv): d, stable, slope, peak, d_error and certain."""
-        from pairsim.results.tables import empty_table
-
         found = self._tables["equilibria"]
-        return found if len(found.columns) else empty_table(EQUILIBRIA_COLUMNS)
+        return found if len(found.columns) else found.reindex(columns=list(EQUILIBRIA_COLUMNS))
+
+    @property
+    def zeros(self) -> pd.DataFrame:
+        """Another name of `equilibria`."""
+        return self.equilibria
+
+    @cached_property
+    def curve(self) -> Curve:
+        """dU as a function of the distance: `dU, half_width = result.curve(d)`."""
+        return Curve(numbers_in(self.table))
 
     def dU(self, d: Any, gap: int = 1) -> Any:
         """dU at any distance of the curve [U_av]; see `curve`, which returns the half-width of its interval, too."""
         return self.curve(d, gap)[0]
 
-    def curve(self, d: Any, gap: int = 1) -> tuple[Any, Any]:
-        """The interpolated dU at any distance of the curve, and the half-width of its interval.
-
-        The interpolant is a cubic Hermite spline over log d; the half-width contains the errors of dU at the points and
-        that of the interpolation between them.
+    def travel(self, start: float | str, stop: float | str) -> Travel:
+        """Time and length of tube in which the pair moves from one distance to another, as `pairsim travel`.
 
         Args:
-            d: Distance or array of distances [D_c], of any shape.
-            gap: Number of the gap, counted from upstream.
+            start: First distance: a number [D_c], or a text with a unit such as "5um".
+            stop: Last distance.
 
         Returns:
-            dU and its half-width [U_av]: numbers if `d` is one, else arrays of the shape of `d`.
+            Time, length and their half-widths; as text what the command prints.
 
         Raises:
-            InputError: A distance is outside the curve, or there is no curve over a single distance.
+            InputError: A distance is outside the curve, or the pair does not move from the one to the other.
         """
-        columns = self._columns()
-        found = curve_of(columns, "" if gap == 1 and "dU" in columns else f"_{gap}")
-        if found is None:
-            allowed = "must be a gap of a curve with at least two points over a single distance"
-            raise InputError("curve", "gap", gap, allowed)
-        wanted, (low, high) = np.asarray(d, dtype=float), found.d[[0, -1]]
-        outside = wanted[~((wanted >= low) & (wanted <= high))]
-        if outside.size:
-            allowed = f"must be from {low:g} to {high:g}, the ends of the curve"
-            raise InputError("curve", "d", float(outside.flat[0]), allowed)
-        values = found.values(wanted), found.half_widths(wanted)
-        return (float(values[0]), float(values[1])) if wanted.ndim == 0 else values
+        source = "curve" if self.folder is None else str(self.folder)
+        return travel(numbers_in(self.table), start, stop, source, self.record)
 
     @property
     def distances(self) -> Array:
         """Distances at which there are fields [D_c], shape (n,); see `fields` of the case."""
-        return self._frame_times
-
-    def fields(self, d: float) -> pv.UnstructuredGrid:
-        """Velocity, pressure, displacement and stresses on the deformed mesh, as a pyvista grid.
-
-        Args:
-            d: One of `distances` [D_c].
-
-        Raises:
-            InputError: There are no fields at this distance.
-        """
-        return self._fields("d", d)
+        return self.places
 
     def _headline(self) -> str:
         zeros = ", ".join(

@@ -7,13 +7,17 @@ from __future__ import annotations
 
 import os
 import sys
-from typing import Annotated, NoReturn
+from functools import partial
+from typing import Annotated, Any, NoReturn
 
 import typer
+from typer.core import TyperGroup
 
-from pairsim.cli import bench, cases, first_steps, pictures, sweeps
+from pairsim.cli import cases, first_steps, pictures, sweeps, tables
+from pairsim.cli.on_demand import OnDemand
 from pairsim.cli.options import rank
 from pairsim.cli.streams import discard_stdout, repair_streams
+from pairsim.commands import COMMANDS
 from pairsim.runtime.errors import (
     ENVIRONMENT,
     EnvironmentFailure,
@@ -26,18 +30,35 @@ from pairsim.runtime.errors import (
 from pairsim.runtime.signals import no_interrupt_lost
 from pairsim.runtime.version import __version__, commit
 
+
+def _units() -> typer.Typer:
+    from pairsim.cli import bench
+
+    return bench.app
+
+
+class _All(TyperGroup):
+    """All commands, first those whose options follow from the keys of a case."""
+
+    def __init__(self, **more: Any) -> None:
+        super().__init__(**more)
+        made = [OnDemand(f"pairsim.commands.{name}", partial(cases.of_record, name)) for name in COMMANDS]
+        made.append(OnDemand("pairsim.cli.bench", _units))
+        self.commands = {**{str(each.name): each for each in made}, **self.commands}
+
+
+CODES: dict[type[PairsimError], int] = {InputError: 2, EnvironmentFailure: ENVIRONMENT, RunFailure: 3}
+"""Exit codes of errors, the special ones first."""
 app = typer.Typer(
+    cls=_All,
     no_args_is_help=True,
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
     help="Soft and rigid spheres on the axis of a tube: do they separate or collide, and how fast?",
     epilog="Example: pairsim run configs/quickstart.yaml",
 )
-app.add_typer(cases.app)
-app.add_typer(sweeps.app)
-app.add_typer(bench.app)
-app.add_typer(first_steps.app)
-app.add_typer(pictures.app)
+for _part in (cases, sweeps, tables, first_steps, pictures):
+    app.add_typer(_part.app)
 
 
 def _version(wanted: bool) -> None:
@@ -67,18 +88,9 @@ def main() -> NoReturn:
         sys.exit(ENVIRONMENT)
     try:
         app(standalone_mode=True)
-    except InputError as error:
-        _complain(error)
-        sys.exit(2)
-    except EnvironmentFailure as error:
-        _complain(error)
-        sys.exit(ENVIRONMENT)
-    except RunFailure as error:
-        _complain(error)
-        sys.exit(3)
     except PairsimError as error:
         _complain(error)
-        sys.exit(1)
+        sys.exit(next((code for kind, code in CODES.items() if isinstance(error, kind)), 1))
     except KeyboardInterrupt:
         sys.exit(130)
     except OSError as error:

@@ -1,4 +1,4 @@
-"""Commands that convert between physical and dimensionless quantities.
+"""`pairsim units`: the dimensionless numbers and scales of an experiment.
 
 Large libraries are imported inside the commands, so that --help and input errors are printed at once.
 """
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pairsim.cli.options import OfUnits, print_table, usable
+from pairsim.cli.options import OfUnits, check_free, print_table, usable
 from pairsim.commands import COMMANDS
 from pairsim.config.physical import QUANTITIES, Quantity
 from pairsim.physics import liquids, solids
@@ -23,8 +23,7 @@ from pairsim.runtime.errors import InputError
 if TYPE_CHECKING:
     from pairsim.config.bench_report import BenchReport
 
-app = typer.Typer()
-TABLES = [table for command in COMMANDS.values() for table in command.tables]
+app = typer.Typer(add_completion=False)
 PURE = [name for name, each in PARAMETERS.items() if each.parameter.dimension is None]
 """Parameters of laws that are pure numbers."""
 REQUIRED = ("tube", "particle")
@@ -110,7 +109,10 @@ def units(
     from pairsim.config.yaml_file import yaml_text
     from pairsim.inputs.case_files import parse_case
 
-    _check_free(output, overwrite)
+    check_free(output, overwrite)
+    if not COMMANDS[kind].distances:
+        kinds = " or ".join(name for name, command in COMMANDS.items() if command.distances)
+        raise InputError("pairsim units", "--kind", kind, f"must be {kinds}")
     quantities = {key: _one(given[key]) for key in QUANTITIES if given[key]}
     if "end" in quantities and kind != "run":
         raise InputError("pairsim units", "--end", quantities["end"], f"must be left out with --kind {kind}")
@@ -154,11 +156,6 @@ def _laws(liquid: str | None, solid: str | None, numbers: Mapping[str, Any]) -> 
 
 def _either(laws: list[str]) -> str:
     return " or ".join(f"--{'liquid' if law in liquids.LAWS else 'solid'} {law}" for law in laws)
-
-
-def _check_free(output: Path | None, overwrite: bool) -> None:
-    if output is not None and output.exists() and not overwrite:
-        raise InputError(str(output), "-o", None, "the file exists; use --overwrite or another name")
 
 
 def _write(output: Path, text: str) -> None:
@@ -207,120 +204,3 @@ def _show(report: BenchReport) -> None:
         typer.echo(f"default used: {default}")
     for warning in report.warnings:
         typer.echo(f"warning: {warning}")
-
-
-@app.command(
-    epilog="Examples: pairsim table runs/quickstart | pairsim table runs/case --physical -o series.csv | "
-    "pairsim table runs/curve equilibria"
-)
-def table(
-    directory: Annotated[
-        Path, typer.Argument(help=f"Folder of {', '.join(COMMANDS)}.", show_default=False, callback=usable)
-    ],
-    name: Annotated[
-        str | None,
-        typer.Argument(help=f"{', '.join(TABLES)} (default: the main table of the folder).", show_default=False),
-    ] = None,
-    physical: Annotated[
-        bool, typer.Option("--physical", help="Convert to um, s, um/s and Pa; the case must have a physical block.")
-    ] = False,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="CSV file to write (default: print).", callback=usable)
-    ] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
-) -> None:
-    """Print a table of results as CSV, with the unit of each column in the header.
-
-    Units are those of pairsim (D_c, U_av, D_c/U_av) or, with --physical, um, s,
-    um/s and Pa.
-    """
-    from pairsim.results.folders import kind_of
-    from pairsim.results.physical_table import table_of
-
-    _check_free(output, overwrite)
-    kind = kind_of(directory)
-    if kind not in COMMANDS:
-        names = " or ".join(COMMANDS)
-        raise InputError(str(directory), "", None, f"must be a folder of {names}, not of `pairsim {kind}`")
-    tables = COMMANDS[kind].tables
-    if name is not None and name not in tables:
-        raise InputError(str(directory), "", name, f"must be {' or '.join(tables)}, a table of `pairsim {kind}`")
-    text = table_of(directory, name or tables[0], physical)
-    if output is None:
-        typer.echo(text, nl=False)
-        return
-    _write(output, text)
-    typer.echo(str(output))
-
-
-@app.command(
-    epilog="Examples: pairsim travel runs/curve --from 0.1 --to 0.5 | pairsim travel runs/curve --from 5um --to 25um"
-)
-def travel(
-    directory: Annotated[Path, typer.Argument(help="Folder of curve.", show_default=False, callback=usable)],
-    start: Annotated[
-        str, typer.Option("--from", metavar="D", help="First distance, in tube diameters D_c or with a unit.")
-    ],
-    stop: Annotated[
-        str, typer.Option("--to", metavar="D", help="Last distance, in tube diameters D_c or with a unit.")
-    ],
-) -> None:
-    """Compute the time and the length of tube in which a pair moves from one distance to another, from its curve.
-
-    The time is the integral of dc/dU [D_c/U_av] over the distance c between the
-    centres of volume, the length that of U/dU dc with the mean velocity U of the
-    pair [D_c]; there must be no zero of dU between the distances. Their
-    half-widths follow from that of dU along the curve. If the case has a physical
-    block, also in s and mm.
-    """
-    from pairsim.config.quantities import QUANTITY
-    from pairsim.results.answer import with_error
-    from pairsim.results.folders import kind_of, valid_record
-    from pairsim.results.physical_table import scales_of
-    from pairsim.results.travel import travel_in
-
-    if (kind := kind_of(directory)) != "curve":
-        raise InputError(str(directory), "", None, f"must be a folder of `pairsim curve`, not of `pairsim {kind}`")
-    typed = {"--from": start, "--to": stop}
-    ends = {option: _distance(directory, option, text) for option, text in typed.items()}
-    try:
-        result = travel_in(directory, *ends.values())
-    except InputError as error:
-        if error.key not in ends or QUANTITY.fullmatch(typed[error.key].strip()) is None:
-            raise
-        gives = f"gives d = {ends[error.key]:g}, which {error.allowed}"
-        raise InputError(error.file, error.key, typed[error.key], gives) from None
-    time, length = with_error(result.time, result.time_error), with_error(result.length, result.length_error)
-    typer.echo(
-        f"from d = {ends['--from']:g} to {ends['--to']:g}: {time} D_c/U_av and {length} D_c of tube "
-        f"(mean velocity {result.length / result.time:.4g} U_av)"
-    )
-    if "scales" in valid_record(directory):
-        scales = scales_of(directory)
-        seconds = with_error(result.time * scales.time, result.time_error * scales.time)
-        millimetres = 1e3 * scales.length
-        tube = with_error(result.length * millimetres, result.length_error * millimetres)
-        typer.echo(f"in physical units: {seconds} s and {tube} mm of tube")
-    if result.forgotten is not None:
-        known = f"from d = {result.forgotten:.3g} on" if result.forgotten < float("inf") else "nowhere on this curve"
-        typer.echo(f"the start at d = {ends['--from']:g} is forgotten {known}; until then dU depends on it")
-
-
-def _distance(directory: Path, option: str, text: str) -> float:
-    """A distance in tube diameters from a number or a length with a unit.
-
-    Raises:
-        InputError: It is neither, or the case has no `physical` block to convert a length.
-    """
-    try:
-        return float(text)
-    except ValueError:
-        pass
-    from pairsim.config.quantities import LENGTH, si
-    from pairsim.results.physical_table import scales_of
-
-    try:
-        length = si(text, LENGTH)
-    except ValueError as error:
-        raise InputError(str(directory), option, text, f"{error}, or a number of tube diameters") from None
-    return length / scales_of(directory).length

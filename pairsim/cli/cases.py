@@ -17,19 +17,23 @@ from pairsim.cli.options import (
     DryRun,
     Output,
     Overwrite,
+    OverwriteFile,
     Progress,
     Quiet,
     Settings,
-    show_estimate,
-    usable,
+    check_free,
+    path_argument,
+    path_option,
+    rank,
 )
-from pairsim.commands import COMMANDS, Command
+from pairsim.commands import COMMANDS
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.launcher import first_alone
 from pairsim.runtime.signals import Signals
 
 if TYPE_CHECKING:
     from pairsim.api.results import Result
+    from pairsim.commands.command import Command
     from pairsim.drivers.progress import Style
 
 app = typer.Typer(rich_markup_mode="rich")
@@ -41,40 +45,45 @@ computation failed, 4 installation or system at fault (pairsim doctor), 130
 interrupted.""",
 }
 """The last paragraph of the help, by whether the command is one in time."""
-MaybeCaseFile = Annotated[
-    Path | None,
-    typer.Argument(help="Case file (YAML); pairsim schema lists its keys.", show_default=False, callback=usable),
-]
+MaybeCaseFile = Annotated[Path | None, path_argument("Case file (YAML); pairsim schema lists its keys.")]
 Resume = Annotated[
     Path | None,
-    typer.Option(
+    path_option(
+        "--resume",
         metavar="DIR",
-        help="Continue the run in this folder from its checkpoint. "
+        words="Continue the run in this folder from its checkpoint. "
         "A case file or --set may change name, time.end, limits and output.",
-        show_default=False,
-        callback=usable,
     ),
 ]
+
+
+def of_record(name: str) -> typer.Typer:
+    """The command of a record."""
+    command = COMMANDS[name]
+    alone = typer.Typer(rich_markup_mode="rich", add_completion=False)
+    alone.command(name, epilog=f"Examples: {command.examples}")(_function(command))
+    return alone
 
 
 def _parameters(command: Command[Any]) -> list[Parameter]:
     """The arguments and options of a command, in the order of its help."""
     resumable = command.resumable
-    found: list[tuple[str, Any, Any]] = [("case", MaybeCaseFile, None) if resumable else ("case", CaseFile, ...)]
-    found += [("output", Output, None), ("overwrite", Overwrite, False)]
-    found += [("resume", Resume, None)] if resumable else []
-    found += [
-        (flag.name, Annotated[bool, typer.Option(f"--{flag.name}", help=flag.help)], False) for flag in command.flags
-    ]
-    found += [
-        ("dry_run", DryRun, False),
-        ("progress", Progress, "auto"),
-        ("quiet", Quiet, False),
-        ("set_", Settings, None),
-    ]
+    found: dict[str, tuple[Any, Any]] = {
+        "case": (MaybeCaseFile, None) if resumable else (CaseFile, Parameter.empty),
+        "output": (Output, None),
+        "overwrite": (Overwrite, False),
+        **({"resume": (Resume, None)} if resumable else {}),
+        **{
+            each.name: (Annotated[bool, typer.Option(f"--{each.name}", help=each.help)], False)
+            for each in command.flags
+        },
+        "dry_run": (DryRun, False),
+        "progress": (Progress, "auto"),
+        "quiet": (Quiet, False),
+        "set_": (Settings, None),
+    }
     return [
-        Parameter(name, Parameter.KEYWORD_ONLY, annotation=kind, default=Parameter.empty if default is ... else default)
-        for name, kind, default in found
+        Parameter(name, Parameter.KEYWORD_ONLY, annotation=each[0], default=each[1]) for name, each in found.items()
     ]
 
 
@@ -82,28 +91,24 @@ def _function(command: Command[Any]) -> Callable[..., None]:
     """What a command does on the command line."""
 
     def function(**given: Any) -> None:
-        flags = {flag.name: given[flag.name] for flag in command.flags}
-        _compute(command, given, flags)
+        _compute(command, given)
 
     parameters = _parameters(command)
     function.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
     function.__annotations__ = {each.name: each.annotation for each in parameters}
-    function.__name__ = command.name
     function.__doc__ = f"{command.about}\n\n{CODES[command.resumable]}"
     return function
 
 
-def _compute(command: Command[Any], given: dict[str, Any], flags: dict[str, bool]) -> None:
+def _compute(command: Command[Any], given: dict[str, Any]) -> None:
     """Check a case, and show its cost or compute it."""
     from pairsim.config.identity import default_folder
     from pairsim.inputs.case_files import read_case
 
     case, output, overwrite, resume = given["case"], given["output"], given["overwrite"], given.get("resume")
     if resume is not None and (overwrite or output is not None):
-        option = "--overwrite" if overwrite else "-o"
-        raise InputError(
-            f"pairsim {command.name}", option, None, "must be left out with --resume, which gives the folder"
-        )
+        option, allowed = "--overwrite" if overwrite else "-o", "must be left out with --resume, which gives the folder"
+        raise InputError(f"pairsim {command.name}", option, None, allowed)
     if case is None:
         if resume is None:
             raise typer.BadParameter("must be given, or else --resume DIR", param_hint="CASE")
@@ -111,15 +116,18 @@ def _compute(command: Command[Any], given: dict[str, Any], flags: dict[str, bool
     checked = read_case(command, case, tuple(given["set_"] or ()))
     directory = resume or output or default_folder(command.name, checked)
     if given["dry_run"]:
-        show_estimate(checked, directory, command.estimate(checked))
+        if rank() == 0:
+            notes = (f"note: {note}" for note in checked.notes)
+            typer.echo("\n".join([f"{directory}: {command.estimate(checked)}", *notes]))
         return
     with first_alone(lambda note: typer.echo(f"pairsim: note: {note}", err=True)):
         from pairsim.api.compute import compute
 
         shown: Style = "none" if given["quiet"] else given["progress"]
-        more = flags | ({"resume": resume is not None} if command.resumable else {})
+        more = {flag.name: given[flag.name] for flag in command.flags}
+        more |= {"resume": resume is not None} if command.resumable else {}
         with Signals(final=True):
-            result = compute(command, checked, directory, overwrite, shown, True, {}, **more)
+            result = compute(command, checked, directory, overwrite, shown, True, **more)
             _end(result, directory, shown)
 
 
@@ -145,31 +153,12 @@ def _end(result: Result, directory: Path, shown: Style) -> NoReturn:
     raise typer.Exit(code)
 
 
-for _command in COMMANDS.values():
-    app.command(epilog=f"Examples: {_command.examples}")(_function(_command))
-
-
 @app.command(epilog="Example: pairsim mesh configs/quickstart.yaml -o meshes/pair.msh --png meshes/pair.png")
 def mesh(
     case: CaseFile,
-    output: Annotated[
-        Path,
-        typer.Option(
-            "-o",
-            "--output",
-            help="Mesh file: .msh (gmsh), .vtu or .xdmf.",
-            callback=usable,
-        ),
-    ],
-    png: Annotated[
-        Path | None,
-        typer.Option(
-            "--png",
-            help="Picture of the mesh around the particles.",
-            callback=usable,
-        ),
-    ] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")] = False,
+    output: Annotated[Path, path_option("-o", "--output", words="Mesh file: .msh (gmsh), .vtu or .xdmf.")],
+    png: Annotated[Path | None, path_option("--png", words="Picture of the mesh around the particles.")] = None,
+    overwrite: OverwriteFile = False,
     set_: Settings = None,
 ) -> None:
     """Write the mesh with which a run of a case begins.
@@ -180,9 +169,8 @@ def mesh(
     from pairsim.inputs.case_files import read_case
 
     checked = read_case(COMMANDS["run"], case, tuple(set_ or ()))
-    for option, path in (("-o", output), ("--png", png)):
-        if path is not None and path.exists() and not overwrite:
-            raise InputError(str(path), option, None, "the file exists; use --overwrite or another name")
+    check_free(output, overwrite)
+    check_free(png, overwrite, "--png")
     if output.suffix not in (".msh", ".vtu", ".xdmf"):
         raise InputError(str(output), "-o", output.suffix, "must be a name ending in .msh, .vtu or .xdmf")
 

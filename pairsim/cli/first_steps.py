@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from pairsim.cli.options import OfExamples, OfFiles, Settings, print_table, usable
+from pairsim.cli.options import OfExamples, OfFiles, Settings, path_option, print_table
 from pairsim.runtime.errors import InputError
 
 app = typer.Typer()
@@ -69,13 +69,7 @@ def doctor() -> None:
 def schema(
     command: Annotated[OfFiles, typer.Argument(help="The command that reads the file.")] = "run",
     case: Annotated[
-        Path | None,
-        typer.Option(
-            "--case",
-            help="Show the value of each key in this case, defaults included.",
-            show_default=False,
-            callback=usable,
-        ),
+        Path | None, path_option("--case", words="Show the value of each key in this case, defaults included.")
     ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print a JSON Schema, with which editors check files.")

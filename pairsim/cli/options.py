@@ -14,10 +14,6 @@ from pairsim.runtime.errors import InputError
 from pairsim.runtime.launcher import launched
 from pairsim.runtime.names import wrong_in
 
-if TYPE_CHECKING:
-    from pairsim.config.case import SceneCase
-    from pairsim.config.cost import Estimate
-
 
 def usable(given: Any) -> Any:
     """Refuse paths that no file can have; the callback of arguments and options that are paths.
@@ -31,40 +27,44 @@ def usable(given: Any) -> Any:
     return given
 
 
+def path_argument(words: str, **more: Any) -> Any:
+    """An argument that is a path."""
+    return typer.Argument(help=words, show_default=False, callback=usable, **more)
+
+
+def path_option(*names: str, words: str, **more: Any) -> Any:
+    """An option that is a path."""
+    return typer.Option(*names, help=words, show_default=False, callback=usable, **more)
+
+
 # Words that arguments take: mypy cannot know them.
 if TYPE_CHECKING:
     OfUnits = str
     OfExamples = str
     OfFiles = str
 else:
-    OfUnits = Literal[tuple(name for name, command in COMMANDS.items() if command.distances)]
+    OfUnits = Literal[tuple(COMMANDS)]
     OfExamples = Literal[(*COMMANDS, "sweep")]
     OfFiles = Literal[(*COMMANDS, "sweep", "study")]
-CaseFile = Annotated[
-    Path,
-    typer.Argument(
-        help="Case file (YAML); pairsim schema lists its keys.",
-        show_default=False,
-        callback=usable,
-    ),
-]
+CaseFile = Annotated[Path, path_argument("Case file (YAML); pairsim schema lists its keys.")]
+Folder = Annotated[Path, path_argument("Folder of results.", metavar="DIR")]
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Replace a key of the file, such as mesh.Np=20; may be repeated."),
 ]
 Output = Annotated[
     Path | None,
-    typer.Option(
+    path_option(
         "-o",
         "--output",
-        help="Folder for the results (default: runs/<name>; without a name runs/<parameters>-<hash>).",
-        callback=usable,
+        words="Folder for the results (default: runs/<name>; without a name runs/<parameters>-<hash>).",
     ),
 ]
 DryRun = Annotated[
     bool, typer.Option("--dry-run", help="Check the case and estimate unknowns, time and memory; compute nothing.")
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace the results in an existing folder.")]
+OverwriteFile = Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress and no answer, only the folder.")]
 Progress = Annotated[
     Literal["auto", "bar", "lines", "json"],
@@ -72,19 +72,21 @@ Progress = Annotated[
 ]
 
 
+def check_free(path: Path | None, overwrite: bool, option: str = "-o") -> None:
+    """Refuse a file that exists.
+
+    Raises:
+        InputError: It does, and is not to be overwritten.
+    """
+    if path is not None and path.exists() and not overwrite:
+        raise InputError(str(path), option, None, "the file exists; use --overwrite or another name")
+
+
 def print_table(view: object) -> None:
     """Print a table to stdout; 160 columns wide if stdout is not a terminal."""
     from rich.console import Console
 
     Console(width=None if sys.stdout.isatty() else 160, markup=False, highlight=False).print(view)
-
-
-def show_estimate(case: SceneCase, directory: Path, estimate: Estimate) -> None:
-    """What a case will cost, where its results will go, and what its user should know of it."""
-    if rank() == 0:
-        typer.echo(f"{directory}: {estimate}")
-        for note in case.notes:
-            typer.echo(f"note: {note}")
 
 
 def rank() -> int:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from pairsim.cli.options import usable
+from pairsim.cli.options import Folder, path_argument, path_option
 
 app = typer.Typer(rich_markup_mode="rich")
 
@@ -18,23 +18,9 @@ app = typer.Typer(rich_markup_mode="rich")
     "pairsim plot runs/viscoelastic --field N1,tr_c | pairsim plot runs/quickstart --field streamlines --animate"
 )
 def plot(
-    folders: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="DIR...",
-            help="Folders of results.",
-            show_default=False,
-            callback=usable,
-        ),
-    ],
+    folders: Annotated[list[Path], path_argument("Folders of results.", metavar="DIR...")],
     output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            help="Where the pictures go (default: the folder itself).",
-            callback=usable,
-        ),
+        Path | None, path_option("-o", "--output", words="Where the pictures go (default: the folder itself).")
     ] = None,
     formats: Annotated[
         str | None,
@@ -86,17 +72,7 @@ def plot(
 
 
 @app.command(epilog="Examples: pairsim report runs/quickstart | pairsim report runs/sweep")
-def report(
-    directory: Annotated[
-        Path,
-        typer.Argument(
-            metavar="DIR",
-            help="Folder of results.",
-            show_default=False,
-            callback=usable,
-        ),
-    ],
-) -> None:
+def report(directory: Folder) -> None:
     """Write DIR/report.html: the answer, pictures, a table that sorts and filters, failures, warnings and provenance.
 
     One file that needs no network, to send around; of run, curve, critical, sweep or study, finished or not. It is

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import Any
@@ -13,15 +14,31 @@ ORDER = ("run", "curve", "critical")
 """The commands that come first in lists; others follow by name."""
 
 
-def _found() -> dict[str, Command[Any]]:
-    modules = (import_module(f"{__name__}.{entry.name}") for entry in iter_modules(__path__))
-    commands = {module.COMMAND.name: module.COMMAND for module in modules if hasattr(module, "COMMAND")}
-    for command in commands.values():
+class _Commands(Mapping[str, Command[Any]]):
+    """The commands by name, which is that of their file; the file is imported when its command is asked for."""
+
+    def __init__(self) -> None:
+        found = {entry.name for entry in iter_modules(__path__)} - {"command"}
+        self._names = (*ORDER, *sorted(found - set(ORDER)))
+
+    def __getitem__(self, name: str) -> Command[Any]:
+        if name not in self._names:
+            raise KeyError(name)
+        command: Command[Any] = import_module(f"{__name__}.{name}").COMMAND
         declare(each for each in command.columns if isinstance(each, Column))
-    return {name: commands[name] for name in (*ORDER, *sorted(commands.keys() - set(ORDER)))}
+        return command
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._names
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
 
 
-COMMANDS = _found()
+COMMANDS = _Commands()
 """The commands by name."""
 
 

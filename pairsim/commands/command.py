@@ -8,14 +8,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pairsim.config.case import SceneCase
-from pairsim.config.cost import Estimate
-from pairsim.config.mistakes import Mistake
 from pairsim.results.columns import Column
 from pairsim.results.folders import read_record
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
+    from pairsim.config.case import SceneCase
+    from pairsim.config.cost import Estimate
+    from pairsim.config.mistakes import Mistake
     from pairsim.drivers.events import Events
     from pairsim.drivers.outcome import Outcome
     from pairsim.drivers.session import Options

@@ -94,7 +94,7 @@ def solve(case: ShapeCase) -> Events:
 
 def answer(tables: Tables, _: dict[str, Any]) -> list[str]:
     """How far the particle deforms, and how fast it moves."""
-    from pairsim.results.answer import with_error
+    from pairsim.results.units import with_error
 
     ends = [row for _, row in tables["shape"].iloc[[0, -1]].drop_duplicates().iterrows()]
     shapes = (f"{with_error(row.D_1, row.D_error)} at Ca_e = {row.Ca_e:.4g}" for row in ends)

@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.results.columns import relative_velocities
+from pairsim.results.columns import LENGTH, VELOCITY, relative_velocities
 from pairsim.results.curve_table import peak_of, regions_of
 from pairsim.results.memory import forgotten_at
+from pairsim.results.units import in_unit, scales_in, with_error
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.duration import duration
 from pairsim.solvers.curves.interpolant import Region
@@ -35,64 +36,6 @@ class Zero:
         return f"{with_error(self.d, self.error)} ({kind})"
 
 
-def with_error(value: float, error: float | None, sign: str = "") -> str:
-    """A number with its error: (1.567 +- 0.004)e-3.
-
-    Args:
-        value: The number.
-        error: Half-width of its interval, shown to one digit (two where it begins with 1). None: the number is shown to
-            four digits.
-        sign: "+" shows the sign of positive numbers, too.
-    """
-    if error is None or not np.isfinite(error) or error <= 0:
-        return f"{value:{sign}.4g}"
-    exponent = int(np.floor(np.log10(max(abs(value), error))))
-    scale = 1.0 if -2 <= exponent < 4 else 10.0**exponent
-    digits = -int(np.floor(np.log10(error / scale)))
-    digits += round(error / scale * 10.0**digits) == 1  # two digits of an error that begins with 1
-    digits = max(digits, 0)
-    text = f"{value / scale:{sign}.{digits}f} +- {error / scale:.{digits}f}"
-    return text if scale == 1.0 else f"({text})e{exponent}"
-
-
-@dataclass(frozen=True)
-class Scales:
-    """The scales of a case with a `physical` block, which convert to the units of the answer.
-
-    Attributes:
-        length: D_c [m].
-        velocity: U_av [m/s].
-        time: D_c/U_av [s].
-    """
-
-    length: float
-    velocity: float
-    time: float
-
-    @classmethod
-    def of(cls, record: Mapping[str, Any]) -> Scales | None:
-        """The scales in run.json, None if the case has no `physical` block."""
-        scales = record.get("scales")
-        return cls(scales["length"], scales["velocity"], scales["time"]) if scales is not None else None
-
-    def um(self, d: float) -> float:
-        """A length in micrometres."""
-        return 1e6 * self.length * d
-
-    def s(self, t: float) -> float:
-        """A time in seconds."""
-        return self.time * t
-
-    def um_per_s(self, U: float, error: float | None) -> str:
-        """A velocity with its error in micrometres per second."""
-        scale = 1e6 * self.velocity
-        return with_error(scale * U, None if error is None else scale * error, "+")
-
-    def zero(self, zero: Zero) -> str:
-        """A zero of dU with its error in micrometres."""
-        return with_error(self.um(zero.d), None if zero.error is None else self.um(zero.error))
-
-
 def answer_of_curve(table: Table, zeros: Sequence[Zero], record: Mapping[str, Any]) -> list[str]:
     """The answer of a master curve.
 
@@ -108,14 +51,15 @@ def answer_of_curve(table: Table, zeros: Sequence[Zero], record: Mapping[str, An
         moved = [f"{name} = {with_error(table[name][0], table[f'F_error{name[1:]}'][0])}" for name in forces]
         return [f"{', '.join([velocities, *moved])}.", *shapes_in(table, 0, "")]
     lines = []
-    scales = Scales.of(record)
+    scales = scales_in(record)
     if "dU" in table:
         regions = regions_of(table, [zero.d for zero in zeros])
         met = {a.stop for a, b in pairwise(regions) if a.sign * b.sign < 0}
         zeros = [zero for zero in zeros if zero.d in met]
         lines.append(_motion_over_d(regions, zeros))
         if scales is not None and zeros:
-            lines.append(f"In physical units: it keeps its distance at d = {', '.join(map(scales.zero, zeros))} um.")
+            places = ", ".join(in_unit(scales, LENGTH, zero.d, zero.error) for zero in zeros)
+            lines.append(f"In physical units: it keeps its distance at d = {places}.")
         lines += _starts(table)
     for name in relative_velocities(table):
         peak = peak_of(table, name.removeprefix("dU"))
@@ -125,8 +69,11 @@ def answer_of_curve(table: Table, zeros: Sequence[Zero], record: Mapping[str, An
             continue
         lines.append(f"Largest |{name}|: {value} at d = {place}.")
         if scales is not None:
-            place = with_error(scales.um(peak.d), scales.um(peak.d_error))
-            lines.append(f"In physical units: {scales.um_per_s(peak.dU, peak.error)} um/s at d = {place} um.")
+            value, place = (
+                in_unit(scales, VELOCITY, peak.dU, peak.error, "+"),
+                in_unit(scales, LENGTH, peak.d, peak.d_error),
+            )
+            lines.append(f"In physical units: {value} at d = {place}.")
     shapes = [name for name in table if name.startswith("D_")]
     ranges = ", ".join(f"{name} from {table[name].min():.3g} to {table[name].max():.3g}" for name in shapes)
     return [*lines, f"Taylor parameters: {ranges}."] if ranges else lines
@@ -170,15 +117,16 @@ def _starts(table: Table) -> list[str]:
 def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list[str]:
     """The answer of a search that has found critical distances."""
     lines = []
-    scales = Scales.of(record)
+    scales = scales_in(record)
     for stable, meaning in ((False, "closer pairs come together, wider ones separate"), (True, "pairs come to rest")):
         found = [zero.d for zero in zeros if zero.stable == stable]
         if found:
             kind = "stable" if stable else "unstable"
             where = f"d = {min(found):.4g} to {max(found):.4g}" if len(found) > 1 else f"d = {found[0]:.4g}"
             if scales is not None:
-                extent = dict.fromkeys(f"{scales.um(d):.4g}" for d in (min(found), max(found)))
-                where += f" ({' to '.join(extent)} um)"
+                where += (
+                    f" ({' to '.join(dict.fromkeys(in_unit(scales, LENGTH, d) for d in (min(found), max(found))))})"
+                )
             lines.append(f"{len(found)} {kind} critical distance{'s' * (len(found) > 1)}, {where}: {meaning}.")
     ends = [str(end["message"]) for end in record.get("ends", ()) if end.get("message")]
     return [*lines, *(f"A branch ends: {message}." for message in ends)]

@@ -10,10 +10,11 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from pairsim.fem.scene import Body, Scene
+from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.physics.conformation import exponential, polymer_stress, trace
 from pairsim.physics.pipe import PipeState, across
 from pairsim.results.xdmf import FieldFrame
-from pairsim.runtime.arrays import Array, Indices
+from pairsim.runtime.arrays import Array
 
 
 def elastic_stress(body: Body, h: Array) -> Array:
@@ -94,45 +95,42 @@ def frame(step: Moment, origin: Array, flow: PipeState) -> FieldFrame:
     def vector(name: str) -> Array:
         return np.column_stack([step.x[liquid.index(name, nodes, c)] for c in range(2)])
 
-    def pressure(values: Array, parents: Indices, vertices: Indices) -> Array:
-        p = np.zeros(len(parents))
-        p[vertices] = values
-        return np.asarray(p[parents].mean(axis=1))
-
     eta = vector("eta") if scene.moving else np.zeros_like(mesh.points)
-    points, cells = [mesh.points + eta], [mesh.cells]
-    region = [np.zeros(len(mesh.cells), dtype=np.int64)]
-    velocity, displacement, stress = [vector("u")], [eta], [np.zeros((len(nodes), 4))]
-    p = [pressure(step.x[liquid.index("p", mesh.vertices)], mesh.parents, mesh.vertices)]
-    soft = False
-    start = len(nodes)
+    here = mesh.points + eta
+    p = _at_nodes(step.x[liquid.index("p", mesh.vertices)], mesh)
+    parts = [(here, vector("u"), eta, np.zeros((len(nodes), 4)), p)]
+    cells, region = [mesh.cells], [np.zeros(len(mesh.cells), dtype=np.int64)]
     for number, body in enumerate(scene.bodies, 1):
         if body.phase is None:
             continue
-        soft = True
         inside = body.phase.six_node_mesh
-        values = step.x[scene.offset(body.phase) + body.phase.index("p", inside.vertices)]
-        points.append(inside.points + body.displacement(step.h))
-        cells.append(inside.cells + start)
+        cells.append(inside.cells + sum(len(part[0]) for part in parts))
         region.append(np.full(len(inside.cells), number))
-        velocity.append(body.displacement(step.velocity))
-        displacement.append(body.displacement(step.h) - body.displacement(origin))
-        stress.append(elastic_stress(body, step.h))
-        p.append(pressure(values, inside.parents, inside.vertices))
-        start += len(inside.points)
-    data = {"velocity": np.vstack(velocity), "pressure": np.concatenate(p)}
-    if scene.moving:
-        data["displacement"] = np.vstack(displacement)
-    if soft:
-        data["tau_s"] = np.vstack(stress)
-    here, rest = points[0], start - len(nodes)
-    alone = across(flow.r, flow.p, here[:, 1]) - flow.gradient * here[:, 0]
-    data["pressure_extra"] = np.concatenate([p[0] - alone, np.zeros(rest)])
+        p_inside = _at_nodes(step.x[scene.offset(body.phase) + body.phase.index("p", inside.vertices)], inside)
+        moved, u = body.displacement(step.h), body.displacement(step.velocity)
+        parts.append(
+            (inside.points + moved, u, moved - body.displacement(origin), elastic_stress(body, step.h), p_inside)
+        )
+    points, *stacked = map(np.concatenate, zip(*parts, strict=True))
+    data = dict(zip(("velocity", "displacement", "tau_s", "pressure"), stacked, strict=True))
+    if not scene.moving:
+        del data["displacement"]
+    if len(parts) == 1:
+        del data["tau_s"]
+    fields = {"pressure_extra": p - across(flow.r, flow.p, here[:, 1]) + flow.gradient * here[:, 0]}
     if scene.material.modes:
         c = exponential(liquid.nodal("s", step.x))
         tau = polymer_stress(scene.material, c)
-        stress_alone = polymer_stress(scene.material, across(flow.r, flow.c, here[:, 1]))
-        data["tr_c"] = np.concatenate([trace(c).max(axis=1), np.zeros(rest)])
-        data["tau_p"] = np.vstack([tau, np.zeros((rest, 4))])
-        data["tau_p_zz_extra"] = np.concatenate([(tau - stress_alone)[:, 0], np.zeros(rest)])
-    return FieldFrame(step.t, step.mesh_id, np.vstack(points), np.vstack(cells), np.concatenate(region), data)
+        alone = polymer_stress(scene.material, across(flow.r, flow.c, here[:, 1]))
+        fields |= {"tr_c": trace(c).max(axis=1), "tau_p": tau, "tau_p_zz_extra": (tau - alone)[:, 0]}
+    for name, values in fields.items():  # of the liquid; 0 in particles
+        data[name] = np.zeros((len(points), *values.shape[1:]))
+        data[name][: len(nodes)] = values
+    return FieldFrame(step.t, step.mesh_id, points, np.vstack(cells), np.concatenate(region), data)
+
+
+def _at_nodes(values: Array, mesh: SixNodeMesh) -> Array:
+    """Values at the vertices of a mesh, and their means at the nodes between them."""
+    p = np.zeros(len(mesh.parents))
+    p[mesh.vertices] = values
+    return np.asarray(p[mesh.parents].mean(axis=1))

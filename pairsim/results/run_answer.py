@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.results.answer import Scales, Table, shapes_in, with_error
-from pairsim.results.columns import error_column
+from pairsim.results.answer import Table, shapes_in
+from pairsim.results.columns import LENGTH, TIME, VELOCITY, error_column
 from pairsim.results.memory import FORGOTTEN
+from pairsim.results.units import UNITS, in_unit, scales_in, with_error
 from pairsim.runtime.arrays import Array
 
 SETTLED = "settled"  # entry of run.json
@@ -86,7 +87,7 @@ def answer_of_run(series: Table, record: Mapping[str, Any]) -> list[str]:
         record: run.json.
     """
     gaps = [name for name in series if name == "d" or name.startswith("d_")]
-    lines, scales = [], Scales.of(record)
+    lines, scales = [], scales_in(record)
     for i, name in enumerate(gaps):
         ending = name.removeprefix("d")
         who = "The pair" if len(gaps) == 1 else f"Gap {ending.removeprefix('_')}"
@@ -95,8 +96,9 @@ def answer_of_run(series: Table, record: Mapping[str, Any]) -> list[str]:
         d, dU, settled = series[name], float(series[f"dU{ending}"][-1]), Settled.of(record, i)
         lines.append(f"{who} {_motion(series['t'], d, dU, error, settled, record)}")
         if scales is not None:
-            way = f"from d = {scales.um(d[0]):.5g} um to {scales.um(d[-1]):.5g} um in {scales.s(series['t'][-1]):.4g} s"
-            lines.append(f"In physical units: {way}, dU = {scales.um_per_s(dU, error)} um/s at the end.")
+            first, last = (f"{each:.5g} um" for each in d[[0, -1]] * UNITS[LENGTH][2](scales))
+            took, speed = in_unit(scales, TIME, series["t"][-1]), in_unit(scales, VELOCITY, dU, error, "+")
+            lines.append(f"In physical units: from d = {first} to {last} in {took}, dU = {speed} at the end.")
     if gaps and (message := record.get(SETTLED, {}).get("message")):
         lines.append(f"Whether the start-up has decayed is not known: {message}.")
     if not gaps:

@@ -1,15 +1,22 @@
-"""Read CSV tables as pandas DataFrames."""
+"""Tables of a folder as pandas frames: with units, converted to them, tidy over the gaps, and as text."""
 
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+import re
 from pathlib import Path
 
 import pandas as pd
 
-from pairsim.results.columns import WHOLE
+from pairsim.physics.scales import Scales
+from pairsim.results.columns import WHOLE, column
+from pairsim.results.folders import valid_record
+from pairsim.results.units import UNITS, scales_of
 from pairsim.runtime.errors import InputError
+
+INNER = re.compile(r"m|newton|wanted|mesh|meshes|distortion|volume_error|stretch|s_jump|ends_error.*|\w*_correction.*")
+"""Columns of interest to whoever judges the numerics; they come last on a screen, if at all."""
+MOST_ROWS = 40  # of a table on a screen that is not asked for all
 
 
 def read_table(path: Path) -> pd.DataFrame:
@@ -19,8 +26,8 @@ def read_table(path: Path) -> pd.DataFrame:
         path: The CSV file.
 
     Returns:
-        The table. Counts are integers, `stable` and `certain` are booleans. If the file does not exist yet, the table
-        has no columns and no rows.
+        The table. Counts are integers, `stable` and `certain` are booleans; `attrs["units"]` has the unit of each
+        column. If the file does not exist yet, the table has no columns and no rows.
 
     Raises:
         InputError: The file is not a table of pairsim.
@@ -28,7 +35,7 @@ def read_table(path: Path) -> pd.DataFrame:
     try:
         text = path.read_text(encoding="utf-8")
         whole_lines = text[: text.rfind("\n") + 1]
-        return whole_numbers(pd.read_csv(io.StringIO(whole_lines), float_precision="round_trip"))
+        return with_units(whole_numbers(pd.read_csv(io.StringIO(whole_lines), float_precision="round_trip")))
     except (FileNotFoundError, pd.errors.EmptyDataError):
         return pd.DataFrame()
     except (OSError, ValueError) as error:
@@ -43,6 +50,108 @@ def whole_numbers(table: pd.DataFrame) -> pd.DataFrame:
     return table
 
 
-def empty_table(columns: Sequence[str]) -> pd.DataFrame:
-    """A table with these columns and no rows."""
-    return pd.DataFrame(columns=list(columns))
+def with_units(table: pd.DataFrame, physical: bool = False) -> pd.DataFrame:
+    """The table with `attrs["units"]`: the unit of each column by its name, "" for pure numbers."""
+    known = {name: UNITS.get(_unit(name), ("", "")) for name in map(str, table.columns)}
+    table.attrs["units"] = {name: unit[physical] for name, unit in known.items()}
+    return table
+
+
+def _unit(name: str) -> str:
+    try:
+        return column(name).unit
+    except KeyError:  # of another table
+        return ""
+
+
+def in_units(table: pd.DataFrame, scales: Scales) -> pd.DataFrame:
+    """The table in micrometres, seconds, pascals and nanonewtons.
+
+    Raises:
+        ValueError: A column that has a unit has something else than numbers.
+    """
+    units = {str(name): _unit(str(name)) for name in table.columns}
+    factors = {name: UNITS[unit][2](scales) for name, unit in units.items() if unit in UNITS}
+    return with_units(table.assign(**{name: table[name].astype(float) * each for name, each in factors.items()}), True)
+
+
+def tidy(table: pd.DataFrame) -> pd.DataFrame:
+    """One row a gap in place of one a time or point: t (of a run), gap (from upstream), d, dU and its error.
+
+    Raises:
+        InputError: There are no gaps.
+    """
+    endings = [str(name).removeprefix("d") for name in table.columns if re.fullmatch(r"d(_\d+)?", str(name))]
+    if not endings:
+        raise InputError("tidy", "", None, "must be a table with distances, of two or more particles")
+    parts = []
+    for gap, ending in enumerate(endings, 1):
+        own = {f"{name}{ending}": name for name in ("d", "dU", "dU_error") if f"{name}{ending}" in table}
+        part = table[[*(["t"] if "t" in table else []), *own]].rename(columns=own)
+        part.insert(list(part.columns).index("d"), "gap", gap)
+        parts.append(part)
+    return with_units(pd.concat(parts).sort_index(kind="stable", ignore_index=True))
+
+
+def table_of(directory: Path, name: str, physical: bool, by_gap: bool = False) -> pd.DataFrame:
+    """A table of a folder.
+
+    Args:
+        directory: Folder of a command for one case.
+        name: Name of the table, without .csv.
+        physical: Whether to convert to micrometres, seconds and pascals.
+        by_gap: Whether to make it tidy.
+
+    Raises:
+        InputError: The table cannot be read, or `physical` is set and its case has no `physical` block.
+    """
+    path = directory / f"{name}.csv"
+    scales = scales_of(valid_record(directory), str(directory)) if physical else None
+    table = read_table(path)
+    if not len(table.columns):
+        raise InputError(str(path), "", None, "cannot be read: it is missing or empty")
+    for each in map(str, table.columns):
+        try:
+            column(each)
+        except KeyError:
+            raise InputError(str(path), "", each, "must be a column of `pairsim`") from None
+    table = tidy(table) if by_gap else table
+    try:
+        return in_units(table, scales) if scales is not None else table
+    except ValueError as error:
+        raise InputError(str(path), "", None, f"must have numbers in its rows ({error})") from None
+
+
+def csv_text(table: pd.DataFrame) -> str:
+    """A table as CSV with 17 digits and the unit of each column after its name."""
+    flags = {name: table[name].astype(str).str.lower() for name in table.columns if table[name].dtype == bool}
+    return str(table.assign(**flags).to_csv(index=False, header=headings(table), lineterminator="\n"))
+
+
+def headings(table: pd.DataFrame) -> list[str]:
+    """Names of the columns with their units."""
+    units = table.attrs["units"]
+    return [f"{name} [{units[name]}]" if units.get(name) else str(name) for name in table.columns]
+
+
+def readable(table: pd.DataFrame, whole: bool = False) -> pd.DataFrame:
+    """The table with errors beside what they belong to, and `INNER` columns last if `whole`, else left out."""
+    names = [str(name) for name in table.columns]
+    error_of = {name: re.sub(r"(?=_[^_]*$)|$", "_error", name, count=1) for name in names}
+    errors = {error for error in error_of.values() if error in names}
+    main = [name for name in names if not INNER.fullmatch(name) and name not in errors]
+    ordered = [each for name in main for each in (name, error_of[name]) if each in names]
+    return table[[*ordered, *(name for name in names if whole and name not in ordered)]]
+
+
+def screen_text(table: pd.DataFrame, width: int, whole: bool = False) -> str:
+    """A table to be read on a screen: five digits, the main columns.
+
+    Args:
+        table: The table.
+        width: Of the screen, in characters.
+        whole: Whether to show all rows and columns.
+    """
+    shown = readable(table, whole).set_axis(headings(readable(table, whole)), axis="columns")
+    rows = None if whole else MOST_ROWS
+    return str(shown.to_string(index=False, max_rows=rows, line_width=width, float_format="{:.5g}".format, na_rep=""))

@@ -6,15 +6,23 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy
 
+from pairsim.config.quantities import LENGTH as A_LENGTH
+from pairsim.config.quantities import si
+from pairsim.physics.scales import Scales
+from pairsim.results.columns import TIME
 from pairsim.results.curve_table import curve_of, stretch_at
+from pairsim.results.folders import read_record
 from pairsim.results.memory import forgotten_at
 from pairsim.results.output import read_series
+from pairsim.results.units import in_unit, scales_in, scales_of, with_error
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
+from pairsim.solvers.curves.interpolant import CurveInterpolant
 
 TOLERANCE = 1e-10  # relative, of the integrals
 SAME = 1e-9  # relative difference of a distance from an end of the curve that is due to rounding
@@ -25,28 +33,58 @@ class Travel:
     """Time and length of tube for the motion of a pair between two distances, with half-widths of their intervals.
 
     Attributes:
+        start: First distance [D_c].
+        stop: Last distance [D_c].
         time: Integral of dz/dU over the distance z of the centres of volume [D_c/U_av].
         length: Integral of U/dU dz with the mean velocity U of the pair: how far it travels along the tube [D_c].
         time_error: Half-width of the time: with dU on either end of its interval everywhere.
         length_error: Half-width of the length, in the same way.
         forgotten: Distance from which on a pair that starts at the first one moves so; see `forgotten_at`.
+        scales: The units of the case, None without a `physical` block.
     """
 
+    start: float
+    stop: float
     time: float
     length: float
     time_error: float
     length_error: float
     forgotten: float | None
+    scales: Scales | None = None
+
+    def __str__(self) -> str:
+        """The answer of `pairsim travel`."""
+        time, length = with_error(self.time, self.time_error), with_error(self.length, self.length_error)
+        lines = [
+            f"from d = {self.start:g} to {self.stop:g}: {time} D_c/U_av and {length} D_c of tube "
+            f"(mean velocity {self.length / self.time:.4g} U_av)"
+        ]
+        if self.scales is not None:
+            millimetres = 1e3 * self.scales.length
+            tube = with_error(self.length * millimetres, self.length_error * millimetres)
+            seconds = in_unit(self.scales, TIME, self.time, self.time_error)
+            lines.append(f"in physical units: {seconds} and {tube} mm of tube")
+        if self.forgotten is not None:
+            known = f"from d = {self.forgotten:.3g} on" if self.forgotten < np.inf else "nowhere on this curve"
+            lines.append(f"the start at d = {self.start:g} is forgotten {known}; until then dU depends on it")
+        return "\n".join(lines)
 
 
-def travel(table: Mapping[str, Array], start: float, stop: float, source: str) -> Travel:
+def travel(
+    table: Mapping[str, Array],
+    start: float | str,
+    stop: float | str,
+    source: str,
+    record: Mapping[str, Any] | None = None,
+) -> Travel:
     """Integrate a master curve from one distance to another.
 
     Args:
         table: Columns of curve.csv in ascending d, each of shape (points,).
-        start: First distance [D_c].
-        stop: Last distance [D_c].
+        start: First distance [D_c], or a length with a unit.
+        stop: Last distance, in the same way.
         source: Name of the folder for messages.
+        record: run.json, for the units of the case.
 
     Raises:
         InputError: The curve is not that of a pair, a distance is outside the curve, there is a zero of dU between the
@@ -55,25 +93,12 @@ def travel(table: Mapping[str, Array], start: float, stop: float, source: str) -
     curve = curve_of(table) if "U_L" in table and "U_T" in table else None
     if curve is None:
         raise InputError(source, "", None, "must be the curve of a pair with at least two points")
-    start, stop = (_inside(curve.d, option, d, source) for option, d in (("--from", start), ("--to", stop)))
-    if start == stop:
-        raise InputError(source, "--to", stop, "must differ from --from")
+    record = record or {}
+    first, last = _End("--from", start, record, source), _End("--to", stop, record, source)
+    start, stop = first.on(curve), last.on(curve)
     low, high = sorted((start, stop))
-    if zeros := [zero for zero in curve.zeros if low <= zero <= high]:
-        listed = ", ".join(f"{zero:.4g}" for zero in zeros)
-        raise InputError(
-            source, "--to", stop, f"must be on the same side of the zeros of dU as {start:g}: dU = 0 at d = {listed}"
-        )
-    if (curve.values(np.sqrt(low * high)) > 0) != (stop > start):
-        side, motion = ("above", "separates") if stop < start else ("below", "approaches")
-        raise InputError(source, "--to", stop, f"must be {side} {start:g}: the pair {motion} there")
-    samples = curve.samples[0]
-    inside = np.array([low, *samples[(low < samples) & (samples < high)], high])
-    unsure = inside[np.abs(curve.values(inside)) <= curve.half_widths(inside)]
-    if unsure.size:
-        raise InputError(
-            source, "--to", stop, f"must be reached without a distance at which dU may vanish, as at {unsure[0]:.4g}"
-        )
+    if why := _obstacle(curve, start, stop):
+        raise last.refusal(why)
     mean = scipy.interpolate.PchipInterpolator(np.log(curve.d), (table["U_L"] + table["U_T"]) / 2)
     places = np.log([low, *curve.d[(low < curve.d) & (curve.d < high)], high])
 
@@ -91,24 +116,72 @@ def travel(table: Mapping[str, Array], start: float, stop: float, source: str) -
         return value, max(value - least, most - value)
 
     (time, time_error), (length, length_error) = with_half_width(lambda x: 1.0), with_half_width(mean)
-    return Travel(time, length, time_error, length_error, forgotten_at(table, start))
+    known = forgotten_at(table, start)
+    return Travel(start, stop, time, length, time_error, length_error, known, scales_in(record))
 
 
-def _inside(ends: Array, option: str, d: float, source: str) -> float:
-    """A distance on a curve, the end of the curve where it differs from it by rounding.
+def _obstacle(curve: CurveInterpolant, start: float, stop: float) -> str:
+    """Why a pair does not move from one distance to another; empty where it does."""
+    low, high = sorted((start, stop))
+    if start == stop:
+        return "must differ from --from"
+    if zeros := [zero for zero in curve.zeros if low <= zero <= high]:
+        listed = ", ".join(f"{zero:.4g}" for zero in zeros)
+        return f"must be on the same side of the zeros of dU as {start:g}: dU = 0 at d = {listed}"
+    if (curve.values(np.sqrt(low * high)) > 0) != (stop > start):
+        side, motion = ("above", "separates") if stop < start else ("below", "approaches")
+        return f"must be {side} {start:g}: the pair {motion} there"
+    samples = curve.samples[0]
+    inside = np.array([low, *samples[(low < samples) & (samples < high)], high])
+    unsure = inside[np.abs(curve.values(inside)) <= curve.half_widths(inside)]
+    return f"must be reached without a distance at which dU may vanish, as at {unsure[0]:.4g}" if unsure.size else ""
+
+
+class _End:
+    """One of the two distances, as it was given.
+
+    Args:
+        option: Its option.
+        given: A number of tube diameters, as a text or not, or a length with a unit.
+        record: run.json, with the scales of the case.
+        source: Name of the folder for messages.
 
     Raises:
-        InputError: The distance is outside the curve.
+        InputError: It is neither, or the case has no `physical` block to convert a length.
     """
-    for end in (float(ends[0]), float(ends[-1])):
-        if abs(d - end) < SAME * end:
-            return end
-    if not ends[0] <= d <= ends[-1]:
-        allowed = f"must be between {ends[0]:g} and {ends[-1]:g}, the ends of the curve"
-        raise InputError(source, option, d, allowed)
-    return d
+
+    def __init__(self, option: str, given: float | str, record: Mapping[str, Any], source: str) -> None:
+        self._option, self._given, self._source = option, given, source
+        self._has_unit = False
+        try:
+            self._d = float(given)
+            self._given = self._d
+        except ValueError:
+            try:
+                length = si(str(given), A_LENGTH)
+            except ValueError as error:
+                raise InputError(source, option, given, f"{error}, or a number of tube diameters") from None
+            self._d, self._has_unit = length / scales_of(record, source).length, True
+
+    def refusal(self, allowed: str) -> InputError:
+        """The error that names it as it was given."""
+        gives = f"gives d = {self._d:g}, which " if self._has_unit else ""
+        return InputError(self._source, self._option, self._given, gives + allowed)
+
+    def on(self, curve: CurveInterpolant) -> float:
+        """The distance, or the end of the curve where it differs from it by rounding.
+
+        Raises:
+            InputError: It is outside the curve.
+        """
+        for end in (float(curve.d[0]), float(curve.d[-1])):
+            if abs(self._d - end) < SAME * end:
+                return end
+        if not curve.d[0] <= self._d <= curve.d[-1]:
+            raise self.refusal(f"must be between {curve.d[0]:g} and {curve.d[-1]:g}, the ends of the curve")
+        return self._d
 
 
-def travel_in(directory: Path, start: float, stop: float) -> Travel:
+def travel_in(directory: Path, start: float | str, stop: float | str) -> Travel:
     """As `travel`, for the curve in a folder."""
-    return travel(read_series(directory / "curve.csv"), start, stop, str(directory))
+    return travel(read_series(directory / "curve.csv"), start, stop, str(directory), read_record(directory))

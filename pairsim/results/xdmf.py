@@ -61,25 +61,12 @@ class FieldFrame:
     point_data: dict[str, NDArray[np.float64]] = field(default_factory=dict)
 
     def check(self) -> None:
-        """Check shapes and values.
+        """Check that every number is known.
 
         Raises:
-            ValueError: Shapes are inconsistent, or a number is not finite.
+            ValueError: A number is not finite.
         """
-        n, m = len(self.points), len(self.cells)
-        if self.points.shape != (n, 2):
-            raise ValueError(f"points have the shape {self.points.shape}, not (n, 2)")
-        if self.cells.ndim != 2 or self.cells.shape[1] not in TOPOLOGY:
-            raise ValueError(f"cells have the shape {self.cells.shape}, not (m, 6) or (m, 9)")
-        if self.region.shape != (m,):
-            raise ValueError(f"region has the shape {self.region.shape}, not ({m},)")
-        if m and not 0 <= self.cells.min() <= self.cells.max() < n:
-            raise ValueError(f"cells refer to nodes outside 0..{n - 1}")
-        if "position" in self.point_data:
-            raise ValueError("position is the name under which the points are stored")
         for name, values in {"t": np.asarray(self.t), "points": self.points, **self.point_data}.items():
-            if name in self.point_data and (values.shape[:1] != (n,) or values.shape[1:] not in ((), (2,), (4,))):
-                raise ValueError(f"{name} has the shape {values.shape}, not ({n},), ({n}, 2) or ({n}, 4)")
             if not np.isfinite(values).all():
                 raise ValueError(f"{name} is not finite at t = {self.t:g}")
 

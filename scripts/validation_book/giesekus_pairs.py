@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import pairsim
-from pairsim.results.answer import with_error
+from pairsim.results.units import with_error
 from validation_book.comparisons import CONFIGS, Found, Keys, Setting, Subject, Table, rows_of
 
 CASE = CONFIGS / "giesekus-pair.yaml"

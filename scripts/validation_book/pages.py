@@ -9,8 +9,8 @@ from textwrap import fill
 
 from markdown_tables import put, table
 
-from pairsim.results.answer import with_error
 from pairsim.results.output import write_text
+from pairsim.results.units import with_error
 from validation_book.comparisons import BOOK, Comparison, Found, references
 from validation_book.contents import TITLES
 

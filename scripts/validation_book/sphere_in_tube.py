@@ -16,7 +16,7 @@ from pairsim.commands import COMMANDS
 from pairsim.config.yaml_file import read_yaml
 from pairsim.drivers.problems import steady_problem
 from pairsim.inputs.case_files import parse_case
-from pairsim.results.answer import with_error
+from pairsim.results.units import with_error
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.parameters import Parameters

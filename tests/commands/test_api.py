@@ -100,6 +100,46 @@ def test_a_curve_is_its_interpolant_and_an_error_outside(curve: pairsim.CurveRes
         curve.dU(0.2, gap=2)
 
 
+def test_a_curve_knows_its_peak_its_travel_and_its_units(curve: pairsim.CurveResult) -> None:
+    assert curve.curve.peak.dU == pytest.approx(curve.dU(curve.curve.peak.d))
+    assert [region.sign for region in curve.curve.regions] == [np.sign(curve.dU(0.2))]
+    ends = (0.1, 0.3) if curve.dU(0.2) > 0 else (0.3, 0.1)
+    way = curve.travel(*ends)
+    assert way.time == pytest.approx(0.2 / abs(curve.dU(0.2)), rel=0.5)
+    assert str(way).startswith(f"from d = {ends[0]} to {ends[1]}: ")
+    assert curve.equilibria.equals(curve.zeros)
+    assert curve.table.attrs["units"] | {"d": "D_c", "dU": "U_av", "D_L": ""} == curve.table.attrs["units"]
+    assert list(curve.tidy.columns) == ["gap", "d", "dU", "dU_error"]
+    for missing in (lambda: curve.scales, lambda: curve.physical, lambda: curve.travel("5um", 0.3)):
+        with pytest.raises(pairsim.InputError, match="physical block"):
+            missing()
+
+
+def test_a_result_in_memory_is_drawn(curve: pairsim.CurveResult, tmp_path: Path) -> None:
+    assert curve.folder is None
+    assert [path.name for path in curve.plot(tmp_path)] == ["curve.png", "fields.png"]
+
+
+def test_units_make_a_case_of_an_experiment() -> None:
+    """The first example of docs/how-to/units.md."""
+    beads = {"tube": "50um", "particle": "20um", "flow_rate": "1ul/min", "viscosity": "1Pa.s", "relaxation": "2ms"}
+    found = pairsim.units(**beads, modulus="5kPa")
+    assert (found.case.De, found.case.Ca_e) == pytest.approx((0.3395, 0.03395), rel=1e-3)
+    assert found.table.set_index("name")["value"]["De"] == "0.3395"
+    assert "inertia is negligible" in repr(found)
+    assert "&micro;m" in found._repr_html_()
+    rigid = pairsim.units(**beads, kind="curve", distance=["2um", "20um"])
+    assert (rigid.case.Ca_e, rigid.case.range_of_d) == (0, pytest.approx((0.04, 0.4)))
+    with pytest.raises(pairsim.InputError, match="flow_rate"):
+        pairsim.units(tube="50um")
+
+
+def test_the_package_shows_its_interface_and_nothing_else() -> None:
+    assert {"run", "curve", "critical", "shape", "sweep", "units", "open", "RunResult"} < set(dir(pairsim))
+    assert not {"os", "Any", "import_module", "runtime", "api"} & set(dir(pairsim))
+    assert all(getattr(pairsim, name) is not None for name in dir(pairsim))
+
+
 def test_fields_are_those_of_the_file(empty: Path) -> None:
     import pyvista as pv
 
@@ -253,10 +293,10 @@ def test_a_sweep_with_two_workers(empty: Path, capfd: pytest.CaptureFixture[str]
         pairsim.sweep(grid, folder="out", workers=0)
 
 
-def test_a_notebook_shows_results(curve: pairsim.CurveResult) -> None:
+def test_a_notebook_shows_answer_picture_and_table(curve: pairsim.CurveResult) -> None:
     html = curve._repr_html_()
-    assert "<table" in html
-    assert "finished" in html
+    for part in ("finished", "The pair ", "&plusmn;", '<img src="data:image/png', "<table"):
+        assert part in html, part
     assert repr(curve).startswith(f"<pairsim curve: finished, {len(curve.table)} rows")
 
 

@@ -64,6 +64,14 @@ def test_nothing_heavy_is_imported_too_early(arguments: list[str], tmp_path: Pat
     assert list(tmp_path.iterdir()) == []
 
 
+def test_the_list_of_commands_needs_no_model_of_a_case() -> None:
+    """They are a third of a second of imports, which --help and completion do without."""
+    code = "import sys; import pairsim.cli.app as cli; cli.app(['--help'], standalone_mode=False); "
+    code += "print('pydantic' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "False"
+
+
 @pytest.mark.parametrize("name", ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"])
 @pytest.mark.parametrize("wanted", [None, "3"])
 def test_threads_are_pinned_unless_chosen(name: str, wanted: str | None) -> None:

@@ -64,7 +64,7 @@ def table_of(page: str) -> list[dict[str, str]]:
     names = re.findall(r'data-name="([^"]*)"', table)
     rows = re.findall(r"<tr([^>]*)>(.*?)</tr>", table.partition("<tbody>")[2], flags=re.DOTALL)
     cells = [re.findall(r"<td[^>]*>(.*?)</td>", row) for attributes, row in rows if "hidden" not in attributes]
-    return [dict(zip(names, map(unescape, row), strict=True)) for row in cells]
+    return [dict(zip(names, (unescape(re.sub("<[^>]*>", "", cell)) for cell in row), strict=True)) for row in cells]
 
 
 def test_report_of_a_curve_is_one_file_with_everything(tmp_path: Path) -> None:
@@ -77,13 +77,28 @@ def test_report_of_a_curve_is_one_file_with_everything(tmp_path: Path) -> None:
     for part in ("a <b>", "a < b & c", "pairsim 1.2.3", "1 min 15 s", "pairsim curve case.yaml", "beta: 0.4"):
         assert part in words, part
     assert "<b>" not in page
-    links = re.findall(r'(?:src|srcset|href)="([^"]*)"|url\(([^)]*)\)|@import', page)
-    assert links
-    assert all(link.startswith("data:image/") for link, _ in links)
+    loaded = re.findall(r'(?:src|srcset)="([^"]*)"|url\(([^)]*)\)|@import', page)
+    assert loaded
+    assert all(link.startswith("data:image/") for link, _ in loaded)
+    assert set(re.findall(r'href="([^"]*)"', page)) == {"curve.csv", "case.yaml"}, "files beside it"
     assert "default-src 'none'" in page
     assert len(table_of(page)) == 5
     RunFolder.create(folder, overwrite=True)
     assert not path.exists()
+
+
+def test_report_of_an_experiment_is_in_its_units(tmp_path: Path) -> None:
+    scales = {"length": 50e-6, "velocity": 10e-3, "time": 5e-3, "stress": 170.0}
+    folder = a_curve(tmp_path / "beads", scales=scales)
+    case = folder / "case.yaml"
+    case.write_text(case.read_text() + "physical: {tube: 50um, flow_rate: 1 ul/min}\n")
+    words = " ".join(text_of(report(folder).read_text(encoding="utf-8")).split())
+    top = words.partition("Pictures")[0]
+    for part in ("tube 50µm", "flow rate 1 µl/min", "beta 0.4", "In physical units: ", " ± "):
+        assert part in top, part
+    assert "+-" not in top
+    assert [row["d"] for row in table_of((folder / "report.html").read_text())] == ["2.5", "5", "10", "20", "30"]
+    assert "d µm dU µm/s" in words
 
 
 def test_report_of_a_run_shows_fields_and_leaves_rows_of_long_tables_out(tmp_path: Path) -> None:
@@ -101,7 +116,7 @@ def test_report_of_a_sweep_counts_groups_warnings_and_names_failures(tmp_path: P
     words = " ".join(text_of(page).split())
     assert "3 cases of pairsim curve: 2 finished, 1 failed." in words
     assert "a zero of dU in 2" in words
-    assert "coarse 3 cases c0, c1, c2" in words
+    assert "coarse 3 cases c0 c1 c2" in words
     assert "newton no <steady> state" in words
     assert [row["zeros"] for row in table_of(page)] == ["", "0.2", "0.2"]
 

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pairsim.results.answer import Zero, advice, answer_of_critical, answer_of_curve, with_error
+from pairsim.results.answer import Zero, advice, answer_of_critical, answer_of_curve
 from pairsim.results.run_answer import answer_of_run
+from pairsim.results.units import with_error
 from pairsim.runtime.errors import (
     MeshFailure,
     NewtonFailure,
@@ -114,13 +115,13 @@ def test_the_peak_between_two_points_has_an_interval_of_height_and_place() -> No
 
 def test_a_case_in_units_has_its_answer_in_units() -> None:
     """D_c 50 um and U_av 10 mm/s: 5 ms, and 10 um/s for dU = 1e-3."""
-    record = {"scales": {"length": 50e-6, "velocity": 10e-3, "time": 5e-3}}
+    record = {"scales": {"length": 50e-6, "velocity": 10e-3, "time": 5e-3, "stress": 170.0}}
     lines = answer_of_run(series([0.1, 0.12], [1e-3, 1.5e-3], dU_error=[1e-5, 1e-5]), record)
     assert lines[1] == "In physical units: from d = 5 um to 6 um in 0.005 s, dU = +15.00 +- 0.10 um/s at the end."
     lines = answer_of_curve(curve_table(0.2, 1e-3 / np.log(2), 1e-6), [Zero(0.2, False, 0.01)], record)
     assert lines[1] == "In physical units: it keeps its distance at d = 10.0 +- 0.5 um."
     assert lines[3] == "In physical units: -10.000 +- 0.010 um/s at d = 5 um."
-    assert "d = 0.1 to 0.2 (5 to 10 um): " in answer_of_critical([Zero(0.1, False), Zero(0.2, False)], record)[0]
+    assert "d = 0.1 to 0.2 (5 um to 10 um): " in answer_of_critical([Zero(0.1, False), Zero(0.2, False)], record)[0]
 
 
 def test_critical_distances_by_kind() -> None:

@@ -15,7 +15,7 @@ from pairsim.commands import own_files
 from pairsim.fem.diagnostics import Health
 from pairsim.results.columns import COLUMNS, CURVE_HEALTH, HEALTH, POLYMER_HEALTH, column, named_row, series_columns
 from pairsim.results.output import RunFolder, SeriesWriter, read_series, write_text
-from pairsim.results.physical_table import table_of
+from pairsim.results.tables import headings, table_of
 from pairsim.runtime.errors import InputError
 
 
@@ -247,4 +247,4 @@ def test_the_table_of_an_earlier_version_has_units(tmp_path: Path) -> None:
     """Curves of version 0.1.0 have dU at held distance, and what motion adds to it in a column of its own."""
     (tmp_path / "run.json").write_text('{"kind": "curve"}')
     (tmp_path / "curve.csv").write_text("d,dU,drift\n0.1,1e-3,1e-5\n")
-    assert table_of(tmp_path, "curve", False).splitlines()[0] == "d [D_c],dU [U_av],drift [U_av]"
+    assert headings(table_of(tmp_path, "curve", False)) == ["d [D_c]", "dU [U_av]", "drift [U_av]"]

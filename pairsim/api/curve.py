@@ -1,0 +1,68 @@
+"""The relative velocity of a master curve as a function of the distance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from pairsim.results.curve_table import curve_of
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import InputError
+from pairsim.solvers.curves.interpolant import CurveInterpolant, Peak, Region
+
+
+class Curve:
+    """dU as a function of the distance: a cubic Hermite interpolant over log d, with an interval.
+
+    Args:
+        columns: The columns of curve.csv.
+    """
+
+    def __init__(self, columns: Mapping[str, Array]) -> None:
+        self._columns = columns
+
+    def of(self, gap: int = 1) -> CurveInterpolant:
+        """The interpolant of a gap.
+
+        Raises:
+            InputError: There is no such gap, or no curve over a single distance.
+        """
+        found = curve_of(self._columns, "" if gap == 1 and "dU" in self._columns else f"_{gap}")
+        if found is None:
+            allowed = "must be a gap of a curve with at least two points over a single distance"
+            raise InputError("curve", "gap", gap, allowed)
+        return found
+
+    def __call__(self, d: Any, gap: int = 1) -> tuple[Any, Any]:
+        """The interpolated dU, and the half-width of its interval: the errors at the points, and between them.
+
+        Args:
+            d: Distance or array of distances [D_c], of any shape.
+            gap: Number of the gap, counted from upstream.
+
+        Returns:
+            dU and its half-width [U_av]: numbers if `d` is one, else arrays of the shape of `d`.
+
+        Raises:
+            InputError: A distance is outside the curve, or there is no curve over a single distance.
+        """
+        found, places = self.of(gap), np.asarray(d, dtype=float)
+        low, high = found.d[[0, -1]]
+        outside = places[~((places >= low) & (places <= high))]
+        if outside.size:
+            allowed = f"must be from {low:g} to {high:g}, the ends of the curve"
+            raise InputError("curve", "d", float(outside.flat[0]), allowed)
+        values = found.values(places), found.half_widths(places)
+        return (float(values[0]), float(values[1])) if places.ndim == 0 else values
+
+    @property
+    def peak(self) -> Peak:
+        """The largest |dU|, its place, and the half-widths of both."""
+        return self.of().peak
+
+    @property
+    def regions(self) -> list[Region]:
+        """Where the pair separates, comes closer, or may do either."""
+        return self.of().regions()

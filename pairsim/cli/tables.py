@@ -1,0 +1,97 @@
+"""Commands that read tables of results: `table` and `travel`.
+
+Large libraries are imported inside the commands, so that --help and input errors are printed at once.
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pairsim.cli.options import OverwriteFile, check_free, path_argument, path_option
+from pairsim.commands import COMMANDS
+from pairsim.runtime.errors import InputError
+
+app = typer.Typer()
+
+
+@app.command(
+    epilog="Examples: pairsim table runs/quickstart | pairsim table runs/case --physical -o series.csv | "
+    "pairsim table runs/curve equilibria | pairsim table runs/train --tidy"
+)
+def table(
+    directory: Annotated[Path, path_argument(f"Folder of {', '.join(COMMANDS)}.")],
+    name: Annotated[
+        str | None,
+        typer.Argument(help="A table of the folder, such as equilibria (default: its main one).", show_default=False),
+    ] = None,
+    physical: Annotated[
+        bool, typer.Option("--physical", help="Convert to um, s, um/s and Pa; the case must have a physical block.")
+    ] = False,
+    tidy: Annotated[
+        bool, typer.Option("--tidy", help="A row for each gap: t, gap (from upstream), d, dU and its error.")
+    ] = False,
+    all_: Annotated[bool, typer.Option("--all", help="On a terminal: all rows, and columns of the numerics.")] = False,
+    output: Annotated[Path | None, path_option("-o", "--output", words="CSV file to write (default: print).")] = None,
+    overwrite: OverwriteFile = False,
+) -> None:
+    """Print a table of results, with the unit of each column in the header.
+
+    On a terminal with five digits and the main columns; into a file or a pipe as
+    CSV with all columns and digits. Units are those of pairsim (D_c, U_av,
+    D_c/U_av) or, with --physical, um, s, um/s and Pa.
+    """
+    from pairsim.results.folders import kind_of
+    from pairsim.results.output import write_text
+    from pairsim.results.tables import csv_text, screen_text, table_of
+
+    check_free(output, overwrite)
+    if (kind := kind_of(directory)) not in COMMANDS:
+        names = " or ".join(COMMANDS)
+        raise InputError(str(directory), "", None, f"must be a folder of {names}, not of `pairsim {kind}`")
+    tables = COMMANDS[kind].tables
+    if name is not None and name not in tables:
+        raise InputError(str(directory), "", name, f"must be {' or '.join(tables)}, a table of `pairsim {kind}`")
+    found = table_of(directory, name or tables[0], physical, tidy)
+    if output is not None:
+        try:
+            write_text(output, csv_text(found))
+        except OSError as error:
+            raise InputError(str(output), "-o", None, f"must be a writable file ({error.strerror})") from None
+        typer.echo(str(output))
+    elif sys.stdout.isatty():
+        typer.echo(screen_text(found, shutil.get_terminal_size().columns, all_))
+    else:
+        typer.echo(csv_text(found), nl=False)
+
+
+@app.command(
+    epilog="Examples: pairsim travel runs/curve --from 0.1 --to 0.5 | pairsim travel runs/curve --from 5um --to 25um"
+)
+def travel(
+    directory: Annotated[Path, path_argument("Folder of curve.")],
+    start: Annotated[
+        str, typer.Option("--from", metavar="D", help="First distance, in tube diameters D_c or with a unit.")
+    ],
+    stop: Annotated[
+        str, typer.Option("--to", metavar="D", help="Last distance, in tube diameters D_c or with a unit.")
+    ],
+) -> None:
+    """Compute the time and the length of tube in which a pair moves from one distance to another, from its curve.
+
+    The time is the integral of dc/dU [D_c/U_av] over the distance c between the
+    centres of volume, the length that of U/dU dc with the mean velocity U of the
+    pair [D_c]; there must be no zero of dU between the distances. Their
+    half-widths follow from that of dU along the curve. If the case has a physical
+    block, also in s and mm.
+    """
+    import pairsim
+    from pairsim.results.folders import kind_of
+
+    if (kind := kind_of(directory)) != "curve":
+        raise InputError(str(directory), "", None, f"must be a folder of `pairsim curve`, not of `pairsim {kind}`")
+    typer.echo(str(pairsim.open(directory).travel(start, stop)))
