@@ -1,4 +1,4 @@
-"""Measures wall time against error: the tables and the figure of docs/notebook/accuracy.md.
+"""Measures wall time against error: the tables and the figure of docs/explanation/accuracy.md.
 
 usage: scripts/accuracy [-o runs/accuracy] [--only WORD] [--hard DIR] [--peers CSV] [--table]
 

@@ -1,4 +1,4 @@
-"""Tables and figure of docs/notebook/accuracy.md, from the results of `scripts/accuracy`."""
+"""Tables and figure of docs/explanation/accuracy.md, from the results of `scripts/accuracy`."""
 
 from __future__ import annotations
 
@@ -23,8 +23,7 @@ from pairsim.results.output import write_text
 
 ROOT = Path(__file__).resolve().parent.parent
 STUDIES = ROOT / "configs" / "accuracy"
-NOTEBOOK = ROOT / "docs" / "notebook"
-PAGE, PICTURE = NOTEBOOK / "accuracy.md", NOTEBOOK / "accuracy.png"
+PAGE, PICTURE = ROOT / "docs" / "explanation" / "accuracy.md", ROOT / "docs" / "images" / "accuracy.png"
 SCENES = {
     "newtonian": "Newtonian, soft",
     "De1": "De 1, soft",

@@ -1,8 +1,8 @@
-"""Benchmarks of docs/notebook: newtonian.md, viscoelastic.md, quasi-steady.md, and the gain of each optimisation.
+"""Measurements of docs/explanation/decisions.md, and the gain of each optimisation.
 
 usage: scripts/benchmark [fig6] [fig3] [ends] [curve] [moving] [savings]     (default: fig6)
 
-fig6     beta 0.4, d_0 0.1, Ca_e 0 to 0.15 as in Fig. 6 of the paper; writes docs/notebook/fig6.png
+fig6     beta 0.4, d_0 0.1, Ca_e 0 to 0.15 as in Fig. 6 of the paper; writes runs/benchmark/fig6.png
 fig3     beta 0.4, d_0 0.1, Ca_e 0.1, De 1 as in Fig. 3, on four meshes, with four tolerances; writes fig3.png there
 ends     the pair of fig3 on the default mesh with developed and with periodic ends
 curve    cost of a first point and of 20 quasi-steady points, in factorisations with assembly, Newtonian and De 1
@@ -39,7 +39,7 @@ from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.step import Step
 from pairsim.solvers.transient.transient import Transient
 
-NOTEBOOK = Path(__file__).resolve().parent.parent / "docs" / "notebook"
+PICTURES = Path(__file__).resolve().parent.parent / "runs" / "benchmark"
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}
 
 
@@ -100,7 +100,8 @@ def fig6() -> None:
         axis.axhline(0, color="0.7", linewidth=0.8, zorder=0)
         axis.legend(title=r"$\mathrm{Ca}_e$", frameon=False)
     figure.tight_layout()
-    figure.savefig(NOTEBOOK / "fig6.png", dpi=130)
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    figure.savefig(PICTURES / "fig6.png", dpi=130)
 
 
 def extremum(t: np.ndarray, values: np.ndarray) -> float:
@@ -164,7 +165,8 @@ def fig3() -> None:
         axis.axhline(0, color="0.7", linewidth=0.8, zorder=0)
         axis.legend(frameon=False)
     figure.tight_layout()
-    figure.savefig(NOTEBOOK / "fig3.png", dpi=110)
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    figure.savefig(PICTURES / "fig3.png", dpi=110)
 
 
 def ends() -> None:

@@ -60,13 +60,19 @@ def case_files() -> str:
         f"`yes` and `no` are words. Tags are refused. A file has at most {LARGEST_FILE / 1e6:g} MB, {MOST_VALUES:,} "
         f"keys and values, and {DEEPEST} groups and lists within each other.\n",
     ]
-    for command in FILES:
-        rows = [
-            (code(key), escaped(allowed), code(default), escaped(meaning))
-            for key, allowed, default, meaning in schema_rows(command)
-        ]
-        parts += [f"## pairsim {command}\n", table(("key", "allowed", "default", "meaning"), rows)]
+    rows = {command: schema_rows(command) for command in FILES}
+    shared = [row for row in rows["run"] if all(row in rows[command] for command in COMMANDS)]
+    parts += ["## Keys of all cases\n", f"Of {', '.join(f'`pairsim {name}`' for name in COMMANDS)}.\n", keys(shared)]
+    for command, own in rows.items():
+        others = "The keys of all cases, and\n" if command in COMMANDS else ""
+        parts += [f"## pairsim {command}\n", others, keys(row for row in own if row not in shared)]
     return "\n".join(parts)
+
+
+def keys(rows: Iterable[tuple[str, str, str, str]]) -> str:
+    """Table with key, allowed values, default and meaning."""
+    cells = [(code(key), escaped(allowed), code(default), escaped(meaning)) for key, allowed, default, meaning in rows]
+    return table(("key", "allowed", "default", "meaning"), cells)
 
 
 def described(entries: Iterable[Column]) -> str:
@@ -162,7 +168,7 @@ def api() -> str:
     names += [f"pairsim.errors.{name}" for name in errors.__all__ if f"pairsim.{name}" not in names]
     names.append("pairsim.api.compute.Computation")
     names.sort(key=lambda name: (name.startswith("pairsim.errors"), name.rpartition(".")[2][0].isupper()))
-    head = "# Python API\n\nPublic names of `pairsim`. See also the tutorial [Python](../tutorials/python.md).\n\n"
+    head = "# Python API\n\nPublic names of `pairsim`. [From Python](../how-to/python.md) shows how to use them.\n\n"
     return head + "\n\n".join(f"::: {name}" for name in names) + "\n"
 
 

@@ -1,8 +1,8 @@
 """Cell sizes and tolerances for each value of `accuracy:`, the error of dU relative to the peak of the curve.
 
-Three levels have settings that were measured (docs/notebook/accuracy.md) and cost what they say. Any other percentage
-has settings between those of the levels, and is kept by adapting the mesh: `pairsim.solvers.curves.adaptation`, for
-runs `pairsim.drivers.run_adaptation`.
+Three levels have settings that were measured (docs/explanation/accuracy.md) and cost what they say. Any other
+percentage has settings between those of the levels, and is kept by adapting the mesh:
+`pairsim.solvers.curves.adaptation`, for runs `pairsim.drivers.run_adaptation`.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ Accuracy = Annotated[
 Liquid = Literal["newtonian", "thinning", "hardening"]
 # Length of cells across the tube on the axis over that at the wall, in rows of runs in viscoelastic liquids. While the
 # flow starts, the stress varies most next to the wall, and what equal cells leave of it flows past the pair.
-# Quasi-steady pairs gain nothing by it (docs/notebook/adaptation.md).
+# Quasi-steady pairs gain nothing by it (docs/explanation/decisions.md).
 ROW_GRADING = 3.5
 PIPE_CELL = 0.05  # largest cell in a tube without particles, where only the profile over the radius matters
 

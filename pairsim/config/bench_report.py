@@ -13,7 +13,7 @@ from pairsim.physics.scales import Scales
 
 WATER = "1000 kg/m^3"
 DEFAULTS = {"density": WATER}
-# Largest Ca_e with steady shapes of pairs in a Newtonian liquid, by beta (docs/notebook/quasi-steady.md, "Limits").
+# Largest Ca_e with steady shapes of pairs in a Newtonian liquid, by beta (docs/explanation/decisions.md, "Laws").
 STEADY_SHAPES = {0.2: 0.33, 0.4: 0.155, 0.6: 0.085}
 SMALL_RE = 1.0
 SMALL_PART = 0.1  # inertia is negligible below this fraction of the larger of Ca_e and De

@@ -302,7 +302,7 @@ class Case(SceneCase):
 
 # Length of tube on each side of the particles with `length: auto` [D_c]. The slowest disturbance of a Newtonian pipe
 # flow decays as exp(-8.93 z/D_c): after 2 diameters 2e-8 of it is left. In a viscoelastic liquid the decay is slower,
-# most of all for small particles, and depends little on De (measured in docs/notebook/viscoelastic.md).
+# most of all for small particles, and depends little on De (measured in docs/explanation/decisions.md).
 NEWTONIAN_MARGIN = 2.0
 ELASTIC_MARGINS = 3.0, 6.0
 FREE_ENDS = 0.5  # least length of tube between the particles and each end [D_c]

@@ -31,7 +31,7 @@ COARSE_TOO = 1.3  # factor for also solving on a coarser mesh
 FIRST_POINT, NEXT_POINT, ERROR_ESTIMATE = 20, 8, 0.8
 ERROR_TOO = 1.45  # factor of the time of a run for carrying its error along
 # Least and largest unknowns of adapted meshes over those of the cells that `accuracy` sets; measured for 12 scenes and
-# errors of 5 to .1 % (docs/notebook/adaptation.md).
+# errors of 5 to .1 % (docs/explanation/decisions.md).
 ADAPTED = 0.35, 1.7
 
 

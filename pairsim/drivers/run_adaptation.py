@@ -20,7 +20,7 @@ from pairsim.solvers.transient.transient import Transient
 # Factors of the coarse run's cells and of its tolerance over those that `accuracy` sets, and its fewest cells on a
 # half-circle; chosen.
 COARSE, COARSE_TOLERANCE, FEWEST = 2.0, 4.0, 14
-# Order of dU_error in the cell size; measured (docs/notebook/adaptation.md).
+# Order of dU_error in the cell size; measured (docs/explanation/decisions.md).
 ORDER = 3.0
 # Part of the error allowed that cells are made for, and bounds on the factor of the cells over those that `accuracy`
 # sets; chosen.

@@ -201,7 +201,7 @@ def narrow_gap(gap: float, arc: float) -> list[str]:
 def near_ends(case: SceneCase, span: float) -> list[str]:
     """Warn of particles that are too near the ends of the tube.
 
-    The measured errors are in docs/notebook/viscoelastic.md, "Length of the tube" and "Periodic ends".
+    The measured errors are in docs/explanation/decisions.md, "Tube and ends".
 
     Args:
         case: The case.

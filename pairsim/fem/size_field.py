@@ -22,7 +22,7 @@ from pairsim.physics.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array, Indices
 
 # Power of the cell size with which a cell's contribution falls. Measured: 3.2 when all cells of De 2 are halved
-# (docs/notebook/adaptation.md); the larger one makes sizes change less from round to round.
+# (docs/explanation/decisions.md); the larger one makes sizes change less from round to round.
 ORDER = 5.0
 # Growth of the cell size per unit distance, and the least and the largest factor of a size in one round; chosen.
 GRADATION, LEAST_FACTOR, MOST_FACTOR = 0.2, 0.4, 1.5

@@ -13,12 +13,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import nbformat
 import numpy as np
 import pandas as pd
 import pytest
-from nbclient import NotebookClient
-from support.inputs import ROOT
 
 import pairsim
 from pairsim.drivers.progress import Reporter
@@ -326,12 +323,3 @@ def test_processes_of_a_job_compute_cases_of_their_own(empty: Path) -> None:
     assert done.returncode == 0, done.stderr
     first, second = ((empty / f"rank{rank}").read_text() for rank in (0, 1))
     assert first == second
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("path", sorted((ROOT / "docs").rglob("*.ipynb")), ids=lambda path: path.name)
-def test_notebooks_run(path: Path, empty: Path) -> None:
-    notebook = nbformat.read(path, as_version=4)
-    NotebookClient(notebook, timeout=300, kernel_name="python3", resources={"metadata": {"path": str(empty)}}).execute()
-    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
-    assert any("text/html" in output.get("data", {}) for output in outputs)

@@ -1,4 +1,4 @@
-"""The tutorials of the documentation, executed: files are written, commands and programs run in an empty folder.
+"""The tutorials and the page about Python, executed: files are written, commands and programs run in an empty folder.
 
 A block of `text` is what the commands before it print: each of its lines must follow, in this order, numbers to 2 %;
 `...` stands for anything.
@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import pytest
 from support.inputs import ROOT
 
-TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
+TUTORIALS = [*sorted((ROOT / "docs" / "tutorials").glob("*.md")), ROOT / "docs" / "how-to" / "python.md"]
 BLOCK = re.compile(
     r"(?:<!-- (?P<note>[^>]*) -->\n\n)?^```(?P<language>\w+)(?: title=\"(?P<title>[^\"]+)\")?\n(?P<text>.*?)^```$",
     re.DOTALL | re.MULTILINE,

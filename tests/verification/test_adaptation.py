@@ -45,7 +45,7 @@ def test_a_newtonian_error_is_kept_by_smaller_cells() -> None:
 
 @pytest.mark.slow
 def test_a_viscoelastic_error_is_kept_by_smaller_cells_where_they_count() -> None:
-    """De 2, rigid: dU is known to .05 % (docs/notebook/adaptation.md); equal cells of 27,000 unknowns leave .4 %."""
+    """De 2, rigid: dU is known to .05 % (docs/explanation/decisions.md); equal cells of 27,000 unknowns leave .4 %."""
     truth, allowed = 3.107e-3, 0.01 * 2.8e-3
     branch, first = adaptive(allowed, De=2, Ca_e=0, accuracy="1.01%")
     point = branch.at(first)
@@ -61,7 +61,7 @@ def test_a_viscoelastic_error_is_kept_by_smaller_cells_where_they_count() -> Non
 @pytest.mark.slow
 def test_all_cells_become_smaller_where_the_signed_part_of_the_error_prevails() -> None:
     """De .5: where the scatter comes from says nothing of that part, which falls fast with the size of all cells."""
-    truth, allowed = -3.8815e-4, 1.1e-5  # docs/notebook/adaptation.md
+    truth, allowed = -3.8815e-4, 1.1e-5  # docs/explanation/decisions.md
     branch, first = adaptive(allowed, De=0.5, Ca_e=0.1, d=[0.2], accuracy="1.01%")
     point = branch.at(first)
     assert max(branch.rounds.values()) == 1

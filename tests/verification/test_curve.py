@@ -249,7 +249,7 @@ def test_a_steady_solution_does_not_change_in_pseudo_time(viscoelastic: Branch) 
 @pytest.mark.slow
 @pytest.mark.parametrize(("Ca_e", "d"), [(0.02, 0.0474), (0.1, 0.0554)])
 def test_small_spheres_have_a_stable_distance(Ca_e: float, d: float) -> None:
-    """Closer they separate, farther apart they attract; distances: N_p 40, docs/notebook/quasi-steady.md."""
+    """Closer they separate, farther apart they attract; distances: N_p 40, docs/explanation/decisions.md."""
     solver = branch(case(beta=0.2, Ca_e=Ca_e, length=3.0, d=(0.15, 0.03)))
     found = traced(solver, [(0.15,), (0.06,), (0.03,)], 0.02, 20)
     (zero,) = find_zeros(solver, found)

@@ -35,7 +35,7 @@ START, ELASTIC_START, START_CELLS = 1.4, 1.8, 14
 # Part of the error allowed that a mesh is made for, and the part that the ends of the tube must leave to the cells.
 AIM, LEAST_ROOM = 0.8, 0.2
 # Order in the cell size of the signed part of the error in a Newtonian (chosen) and a viscoelastic liquid (measured:
-# docs/notebook/adaptation.md), and bounds on the factor by which all cells become smaller in a round; chosen.
+# docs/explanation/decisions.md), and bounds on the factor by which all cells become smaller in a round; chosen.
 ORDER, ELASTIC_ORDER, FACTORS = 3.0, 4.5, (1.15, 2.0)
 # Least factor of the cells that contribute nothing to the scatter, in a second or third round; chosen.
 LEAST_COMMON = 0.8

@@ -9,7 +9,7 @@ import numpy as np
 from pairsim.runtime.arrays import Array
 
 # SAFETY, FEW_FACTOR and SET_IN were fitted to errors measured against fine steps, with eleven step settings of three
-# pairs (docs/notebook/cells-and-steps.md, "Time steps").
+# pairs (docs/explanation/decisions.md, "Time steps").
 SAFETY = 1.1
 FEW, FEW_FACTOR = 3, 3.0  # number of first steps, whose error is less certain for lack of earlier values; their factor
 SET_IN = 5e-3  # initial time that is excluded: stresses build up within it, and dU is not of interest [D_c/U_av]
