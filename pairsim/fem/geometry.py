@@ -28,7 +28,7 @@ class CellSizes(Protocol):
 
 @dataclass(frozen=True)
 class MeshSettings:
-    """Cell sizes. The origin of the default values is told in docs/explanation/decisions.md.
+    """Cell sizes. The origin of the default values is given in docs/explanation/decisions.md.
 
     Attributes:
         Np: Least number of cells along each half-circle.

@@ -1,6 +1,6 @@
 """When Newton's matrix is assembled and factorised anew, by its rate of contraction, and what a checkpoint keeps of it.
 
-The origin of the default values is told in docs/explanation/decisions.md.
+The origin of the default values is given in docs/explanation/decisions.md.
 """
 
 from __future__ import annotations
