@@ -228,7 +228,7 @@ def test_an_estimate_says_that_the_mesh_is_adapted() -> None:
     said = re.search(r"adapted, to between ([\d,]+) and ([\d,]+) unknowns", str(estimate))
     assert said is not None
     least, most = (int(number.replace(",", "")) for number in said.groups())
-    assert least < 33_000 < most, "what it took (docs/explanation/decisions.md)"
+    assert least < 33_000 < most, "what it took"
     assert "adapted" not in str(
         COMMANDS["curve"].estimate(parse_case(COMMANDS["curve"], {**curve, "accuracy": "1%"}, "test"))
     )

@@ -125,7 +125,7 @@ def test_below_the_fold_it_settles_and_past_it_it_goes_on() -> None:
 class SmoothSphere(Steady):
     """A steady scene whose displacement inside the sphere is a polynomial in X, its pressure one of two degrees less.
 
-    Past l = 2.25 the steady equations are not well posed (wrinkles of any length, see docs/explanation/decisions.md):
+    Past l = 2.25 the steady equations are not well posed (wrinkles of any length, see docs/explanation/limits.md):
     what cells interpolate is lost there. Liquid, moving mesh, coupling, solver and continuation are those of every
     scene.
     """
