@@ -84,7 +84,7 @@ def compile_loops() -> Path:
 def _loops() -> Any:
     loops = ctypes.CDLL(str(compile_loops()))
     loops.row_patterns.restype = loops.patch_nodes.restype = ctypes.c_int64
-    for name in ("locate", "assemble", "find_triangles", "patch_fits", "patch_blend"):
+    for name in ("locate", "assemble", "find_triangles", "patch_fits"):
         getattr(loops, name).restype = ctypes.c_int
     return loops
 

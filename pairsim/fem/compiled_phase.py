@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sysconfig
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -64,7 +64,7 @@ def log_conformation(modes: int) -> FieldSpec:
     return FieldSpec("s", 2, 4 * modes, odd=tuple(4 * i + 1 for i in range(modes)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CompiledPhase:
     """Forms of one kind of phase, compiled without a mesh.
 
@@ -80,7 +80,6 @@ class CompiledPhase:
         star: Coefficient of the part of the unknowns that the time scheme fixes.
         constants: Constants of the forms by name.
         build: Makes the residual for any test functions.
-        others: Further forms of the same phase, which estimates of its errors compile.
     """
 
     kind: tuple[str | bool, ...]
@@ -94,7 +93,6 @@ class CompiledPhase:
     star: ufl.Coefficient
     constants: dict[str, ufl.Constant]
     build: Callable[[Terms], ufl.Form]
-    others: dict[str, Any] = field(default_factory=dict)
 
     @property
     def timed(self) -> bool:

@@ -1,64 +1,84 @@
-"""The residual of a phase tested with discontinuous functions one degree higher than its fields, cell by cell.
+"""The residual of a phase one degree higher: tested with functions, or at unknowns, one degree above its fields.
 
-Summed with the values of a weight at the nodes of these test functions it is the residual tested with that weight,
-which need not lie in the space of the solution: what an estimate of the discretisation error asks for.
+Tested one degree higher, with discontinuous functions cell by cell, and summed with the values of a weight at their
+nodes it is the residual tested with that weight, which need not lie in the space of the solution: what an estimate of
+the error of a functional asks for. At the discrete solution plus what a recovery adds to it, and tested with the
+phase's own functions, it tells how far the discrete solution is from the exact one, in the discrete space: the source
+of the error equation of a run.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any
+from functools import cache
+from typing import Any, Literal
 
 import basix.ufl
 import numpy as np
 import ufl
 
 from pairsim.fem.compiled_phase import QUADRATURE_DEGREE, CompiledPhase, FieldSpec, Terms, compiled, components, split
-from pairsim.fem.phases import TO_BASIX, Phase
+from pairsim.fem.enriched_nodes import own_shapes
+from pairsim.fem.phases import Phase
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.fenicsx import dolfinx
 
 fem = dolfinx.fem
 
-# How the liquid's mesh follows its boundaries is a choice: these fields have no equation that an exact solution meets.
-UNPHYSICAL = {"liquid": ("eta", "w"), "solid": ()}
+Enriched = Literal["tests", "unknowns"]
+"""What is one degree above the fields of a phase."""
+Additions = dict[str, Array]
+"""What is added to fields, by field: values at the nodes of one degree higher of each cell, (m, q, components)."""
+
+
+def physical(fields: Iterable[FieldSpec]) -> tuple[FieldSpec, ...]:
+    """The fields with an equation that an exact solution meets; how the liquid's mesh moves is a choice."""
+    known = tuple(fields)
+    chosen = ("eta", "w") if any(f.name == "u" for f in known) else ()
+    return tuple(f for f in known if f.name not in chosen)
 
 
 @dataclass(frozen=True)
 class EnrichedForm:
-    """The enriched residual of one kind of phase, compiled without a mesh.
+    """The residual of one kind of phase one degree higher, compiled without a mesh.
 
     Attributes:
-        fields: The tested fields, with the degrees of their test functions.
-        element: Element of the test functions.
+        fields: The tested fields, or all fields of the unknowns, with degrees one higher.
+        element: Element of the test functions or of the unknowns, discontinuous from cell to cell.
         residual: The form.
+        x: Coefficient of the unknowns.
+        star: Coefficient of the part of the unknowns that the time scheme fixes.
     """
 
     fields: tuple[FieldSpec, ...]
     element: basix.ufl._ElementBase
     residual: Any
+    x: ufl.Coefficient
+    star: ufl.Coefficient
 
 
-def enriched_form(phase: CompiledPhase) -> EnrichedForm:
-    """Compile the enriched residual of a kind of phase, once for all scenes."""
-    if "enriched" in phase.others:
-        known: EnrichedForm = phase.others["enriched"]
-        return known
-    liquid = any(f.name == "u" for f in phase.fields)
-    untested = UNPHYSICAL["liquid" if liquid else "solid"]
-    fields = tuple(replace(f, degree=f.degree + 1) for f in phase.fields if f.name not in untested)
-    element = discontinuous(fields)
-    mesh = phase.x.ufl_function_space().ufl_domain()
-    test = ufl.TestFunction(ufl.FunctionSpace(mesh, element))
-    dX = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE + 1})
-    x, star = split(phase.x, phase.fields), split(phase.star, phase.fields)
-    residual = phase.build(Terms(mesh, x, star, split(test, fields), phase.constants, dX))
-    phase.others["enriched"] = found = EnrichedForm(fields, element, compiled(residual))
-    return found
+@cache
+def enriched_form(phase: CompiledPhase, what: Enriched) -> EnrichedForm:
+    """Compile the residual of a kind of phase one degree higher, once for all scenes."""
+    fields = physical(phase.fields) if what == "tests" else phase.fields
+    fields = tuple(replace(f, degree=f.degree + 1) for f in fields)
+    element, own = _discontinuous(fields), phase.x.ufl_function_space()
+    mesh = own.ufl_domain()
+    space = ufl.FunctionSpace(mesh, element)
+    if what == "tests":
+        x, star, test, degree = phase.x, phase.star, split(ufl.TestFunction(space), fields), QUADRATURE_DEGREE + 1
+    else:
+        x, star, degree = ufl.Coefficient(space), ufl.Coefficient(space), QUADRATURE_DEGREE
+        test = split(ufl.TestFunction(own), phase.fields)
+    dX = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": degree})
+    residual = phase.build(
+        Terms(mesh, split(x, phase.fields), split(star, phase.fields), test, phase.constants, dX),
+    )
+    return EnrichedForm(fields, element, compiled(residual), x, star)
 
 
-def discontinuous(fields: Iterable[FieldSpec]) -> basix.ufl._ElementBase:
+def _discontinuous(fields: Iterable[FieldSpec]) -> basix.ufl._ElementBase:
     """The mixed element of fields, discontinuous from cell to cell."""
 
     def element(field: FieldSpec) -> basix.ufl._ElementBase:
@@ -68,42 +88,89 @@ def discontinuous(fields: Iterable[FieldSpec]) -> basix.ufl._ElementBase:
     return basix.ufl.mixed_element([element(f) for f in fields])
 
 
-def nodes_of(degree: int) -> Array:
-    """Nodes of the test functions of a degree on the reference triangle, (n, 2)."""
-    variant = basix.LagrangeVariant.gll_warped
-    points: Array = basix.create_element(basix.ElementFamily.P, basix.CellType.triangle, degree, variant).points
-    return points
-
-
 class EnrichedResidual:
-    """The enriched residual of a phase on its mesh.
+    """The residual of a phase one degree higher, on its mesh.
 
     Args:
-        phase: The phase; its unknowns and constants at each assembly count.
+        phase: The phase; its constants at each assembly count.
+        what: What is one degree higher.
 
     Attributes:
-        fields: The tested fields, with the degrees of their test functions.
-        cells: Nodes of the cells in the order of `SixNodeMesh`, (m, 6).
+        phase: The phase.
+        fields: The fields one degree higher, by name.
+        cells: Numbers of the cells in the `SixNodeMesh`, (m,).
     """
 
-    def __init__(self, phase: Phase) -> None:
-        form = enriched_form(phase.compiled)
-        self.fields = form.fields
+    def __init__(self, phase: Phase, what: Enriched) -> None:
+        form, own = enriched_form(phase.compiled, what), what == "unknowns"
+        self.phase, self.fields = phase, {f.name: f for f in form.fields}
         space = fem.functionspace(phase.mesh, form.element)
-        functions = {phase.compiled.x: phase.x, phase.compiled.star: phase.star}
+        self._x, self._star = (fem.Function(space), fem.Function(space)) if own else (phase.x, phase.star)
+        functions = {form.x: self._x, form.star: self._star}
         constants = {phase.compiled.constants[k]: constant for k, constant in phase.constants.items()}
-        self._form = fem.create_form(form.residual, [space], phase.mesh, {}, functions, constants)
-        geometry = phase.mesh.geometry
-        cells = geometry.input_global_indices[geometry.dofmap]
-        self.cells: Indices = np.asarray(cells[:, np.argsort(TO_BASIX)])
+        tests = phase.space if own else space
+        self._form = fem.create_form(form.residual, [tests], phase.mesh, {}, functions, constants)
+        self._vector = np.zeros(tests.dofmap.index_map.size_local * tests.dofmap.index_map_bs)
+        self.cells: Indices = np.asarray(phase.mesh.topology.original_cell_index)
         self._dofs = {
             f.name: np.stack([part.dofmap.list for part in components(space, i, f)], axis=2)
             for i, f in enumerate(form.fields)
         }
-        self._size = space.dofmap.index_map.size_local * space.dofmap.index_map_bs
+
+    def _assembled(self) -> Array:
+        self._vector[:] = 0.0
+        fem.assemble_vector(self._vector, self._form)
+        return self._vector
+
+
+class EnrichedTests(EnrichedResidual):
+    """The residual of a phase at its unknowns, tested with functions one degree higher."""
+
+    def __init__(self, phase: Phase) -> None:
+        super().__init__(phase, "tests")
 
     def assemble(self) -> dict[str, Array]:
-        """The residual by field, for each cell, node and component of the test functions, (m, n, components)."""
-        vector = np.zeros(self._size)
-        fem.assemble_vector(vector, self._form)
+        """The residual by field, for each cell, node and component of the test functions, (m, q, components)."""
+        vector = self._assembled()
         return {name: vector[dofs] for name, dofs in self._dofs.items()}
+
+
+class EnrichedUnknowns(EnrichedResidual):
+    """The residual of a phase at unknowns one degree higher, tested with its own functions."""
+
+    def __init__(self, phase: Phase) -> None:
+        super().__init__(phase, "unknowns")
+        nodes = phase.six_node_mesh.cells[self.cells]
+        self._nodes = {2: nodes[:, :3], 3: nodes}
+
+    def _set(self, function: Any, values: Array, additions: Additions) -> None:
+        """Set a function to the fields of a canonical vector with additions."""
+        phase = self.phase
+        nodal = np.zeros(len(phase.six_node_mesh.points))
+        for name, f in self.fields.items():
+            carriers, own = phase.carriers(name), own_shapes(f.degree)
+            for c in range(f.components):
+                nodal[carriers] = values[phase.index(name, carriers, c)]
+                found = nodal[self._nodes[f.degree]] @ own.T
+                if name in additions:
+                    found += additions[name][..., c]
+                function.x.array[self._dofs[name][..., c]] = found
+
+    def assemble(self, x: Array, added: Additions, star: Array | None, star_added: Additions) -> Array:
+        """The residual.
+
+        Args:
+            x: Unknowns in the fields' own space as a canonical vector, (size,).
+            added: What is added to them.
+            star: The part that the time scheme fixes, None where there is none.
+            star_added: What is added to that.
+
+        Returns:
+            A canonical vector, (size,).
+        """
+        self._set(self._x, x, added)
+        if star is not None:
+            self._set(self._star, star, star_added)
+        out = np.zeros(self.phase.size)
+        out[self.phase.canonical] = self._assembled()
+        return out

@@ -167,7 +167,6 @@ def _compile(form: str) -> None:
     from pairsim.fem.cell_loop import compile_loops
     from pairsim.fem.compiled_phase import liquid_phase, solid_phase
     from pairsim.fem.enriched_residual import enriched_form
-    from pairsim.fem.recovered_residual import recovered_form
     from pairsim.physics import liquids, solids
 
     material, *words = form.split(":")
@@ -177,9 +176,9 @@ def _compile(form: str) -> None:
         liquid = liquids.of_structure(material)
         phase = liquid_phase(liquid, "moving" in words, "steady" in words)
     if "enriched" in words:
-        enriched_form(phase)
+        enriched_form(phase, "tests")
     if "recovered" in words:
-        recovered_form(phase)
+        enriched_form(phase, "unknowns")
     compile_loops()
 
 

@@ -115,33 +115,6 @@ int patch_fits(int64_t patches, const int64_t *only, const int64_t *pointer, con
   return status;
 }
 
-/* Polynomials of the vertices of cells or edges at points there, blended with barycentric coordinates: adds to
-   total, (cells, points, fields). */
-int patch_blend(int64_t cells, int32_t vertices, const int32_t *patch, int32_t points, const double *barycentric,
-                const double *x, const double *centres, const double *scales, int32_t degree, int32_t fields,
-                const double *coefficients, double *total)
-{
-  for (int64_t c = 0; c < cells; ++c)
-    for (int32_t q = 0; q < points; ++q)
-    {
-      const double *at = x + 2 * (c * points + q);
-      double *sum = total + (c * points + q) * fields;
-      for (int32_t v = 0; v < vertices; ++v)
-      {
-        const int64_t p = patch[c * vertices + v];
-        const double weight = barycentric[q * vertices + v];
-        double value[MOST];
-        const int k = monomials((at[0] - centres[2 * p]) / scales[2 * p],
-                                (at[1] - centres[2 * p + 1]) / scales[2 * p + 1], degree, -1, value);
-        const double *coefficient = coefficients + p * k * fields;
-        for (int i = 0; i < k; ++i)
-          for (int32_t f = 0; f < fields; ++f)
-            sum[f] += weight * value[i] * coefficient[i * fields + f];
-      }
-    }
-  return 0;
-}
-
 /* Nodes of the patch around every vertex: those that the cells there carry, and as long as they are fewer than wanted
    those of the next ring of cells. around: cells at each vertex, by a pointer. carried: nodes in the first entries of
    each cell that count. vertex: number of a point among the vertices. cell_marker, node_marker: work space of one entry

@@ -14,9 +14,17 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from pairsim.fem.cell_loop import call
+from pairsim.fem.enriched_nodes import EnrichedNodes
 from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.runtime.arrays import Array, Indices
 
+# Fewest nodes of a patch by degree of the recovered field: two rings of cells inside the mesh. Fewer nodes (9 and 15)
+# gave estimates of .3 to .9 of the errors of Newtonian pairs, a third ring at boundaries (18 and 40) 1.1 to 1.9 where
+# two rings gave 1.05 to 1.4.
+WIDE = {2: 14, 3: 25}
+# That of a second recovery of quadratic fields, the pressures, mostly from one ring. Where both differ, neither is near
+# the adjoint: on coarse cells in viscoelastic liquids the difference is as large as the estimate.
+NARROW = {2: 9}
 # Ridge of the normal equations over their mean diagonal, for patches whose nodes do not settle all coefficients.
 RIDGE = 1e-13
 ANY = -1  # parity of polynomials that are neither even nor odd in r
@@ -36,24 +44,32 @@ def _monomials(x: Array, degree: int) -> Array:
 
 
 class PatchRecovery:
-    """Recovers fields of one Lagrange degree on a mesh.
+    """Recovers fields of one Lagrange degree at the nodes of one degree higher.
 
     Args:
-        mesh: The mesh.
-        degree: Degree of the recovered fields, 2 (from values at the vertices) or 3 (from values at all nodes).
-        fewest: Patches with fewer nodes than this take in the next ring of cells.
+        nodes: The nodes.
+        fewest: Patches with fewer nodes of the mesh than this take in the next ring of cells.
     """
 
-    def __init__(self, mesh: SixNodeMesh, degree: int, fewest: int) -> None:
-        self._mesh, self._degree = mesh, degree
-        self._number = np.full(len(mesh.points), -1)
-        self._number[mesh.vertices] = np.arange(len(mesh.vertices))
-        self._pointer, self._nodes = _patches(mesh, self._number, fewest, 6 if degree == 3 else 3)
-        self._centres = mesh.points[mesh.vertices]
-        pointer, nodes = self._pointer, self._nodes
-        x = mesh.points[nodes] - np.repeat(self._centres, np.diff(pointer), axis=0)
+    def __init__(self, nodes: EnrichedNodes, fewest: int) -> None:
+        self._nodes, self._degree = nodes, nodes.degree
+        mesh, number = nodes.mesh, np.full(len(nodes.mesh.points), -1)
+        number[mesh.vertices] = np.arange(len(mesh.vertices))
+        self._pointer, self._around = _patches(mesh, number, fewest, 6 if nodes.degree == 3 else 3)
+        self._centres, pointer = mesh.points[mesh.vertices], self._pointer
+        x = mesh.points[self._around] - np.repeat(self._centres, np.diff(pointer), axis=0)
         self._scales = np.sqrt(np.add.reduceat(x**2, pointer[:-1], axis=0) / np.diff(pointer)[:, None])
         self._fits: dict[bool, sparse.csr_matrix] = {}
+        self._blend = self._blended(number[nodes.vertices])
+
+    def added(self, nodal: Array, odd: bool) -> Array:
+        """What recovery adds to k fields of one parity in r at all nodes of one degree higher, (n, k).
+
+        Args:
+            nodal: Their values at the nodes of the mesh, (nodes of the mesh, k).
+            odd: Whether they are odd in r, else they are even.
+        """
+        return np.asarray(self._blend @ (self.fits(odd) @ nodal) - self._nodes.interpolant @ nodal)
 
     def fits(self, odd: bool) -> sparse.csr_matrix:
         """The polynomials around all vertices as a matrix that acts on the nodal values of a field of one parity in r.
@@ -68,19 +84,20 @@ class PatchRecovery:
             other = self._fits[not odd]
             data, columns, ends = other.data.copy(), other.indices, other.indptr
         else:
-            data, columns = np.empty(len(self._nodes) * size), np.empty(len(self._nodes) * size, dtype=np.int32)
+            data, columns = np.empty(len(self._around) * size), np.empty(len(self._around) * size, dtype=np.int32)
             ends = np.concatenate([[0], np.cumsum(np.repeat(np.diff(self._pointer), size))])
             self._fit(np.arange(len(self._centres)), ANY, data, columns)
         # On the axis a field is odd or even in r, and so is its polynomial, as if the patch had its mirror image.
         self._fit(np.flatnonzero(self._centres[:, 1] < 1e-12), int(odd), data, columns)
-        shape = len(self._centres) * size, len(self._mesh.points)
+        shape = len(self._centres) * size, len(self._nodes.mesh.points)
         self._fits[odd] = sparse.csr_matrix((data, columns, ends), shape=shape)
         return self._fits[odd]
 
     def _fit(self, patches: Indices, parity: int, data: Array, columns: NDArray[np.int32]) -> None:
         """Set the rows of some patches, whose polynomials have ANY parity in r, are even (0) or odd (1)."""
+        points = np.ascontiguousarray(self._nodes.mesh.points)
         status = call(
-            *("patch_fits", len(patches), patches, self._pointer, self._nodes, np.ascontiguousarray(self._mesh.points)),
+            *("patch_fits", len(patches), patches, self._pointer, self._around, points),
             *(self._centres, self._scales, np.int32(self._degree), np.int32(parity), RIDGE, data, columns),
         )
         if status == SINGULAR:
@@ -88,48 +105,21 @@ class PatchRecovery:
         if status:
             raise MemoryError
 
-    def coefficients(self, values: Array, odd: bool) -> Array:
-        """Polynomials around all vertices for nodal values (n_nodes, k) of fields of one parity in r."""
-        return np.asarray(self.fits(odd) @ values).reshape(len(self._centres), -1, values.shape[1])
-
-    def blended(self, coefficients: Array, vertices: Indices, barycentric: Array, x: Array) -> Array:
-        """The recovered fields at points of cells or edges.
+    def _blended(self, patches: Indices) -> sparse.csr_matrix:
+        """The recovered field at the nodes of one degree higher, as a matrix that acts on the polynomials of `fits`.
 
         Args:
-            coefficients: From `coefficients`.
-            vertices: Nodes that are the vertices of each cell or edge, (m, v).
-            barycentric: Coordinates of the points, (q, v).
-            x: Positions of the points, (m, q, 2).
+            patches: Numbers of the patches around the vertices of each node's cell, (n, 3).
 
         Returns:
-            Values, (m, q, k).
+            Shape (n, n_vertices k) for k coefficients.
         """
-        fields, patches = coefficients.shape[2], np.ascontiguousarray(self._number[vertices], dtype=np.int32)
-        total = np.zeros((*x.shape[:2], fields))
-        call(
-            *("patch_blend", len(vertices), np.int32(vertices.shape[1]), patches),
-            *(np.int32(len(barycentric)), *map(np.ascontiguousarray, (barycentric, x, self._centres, self._scales))),
-            *(np.int32(self._degree), np.int32(fields), np.ascontiguousarray(coefficients), total),
-        )
-        return total
-
-    def values(self, vertices: Indices, barycentric: Array, x: Array) -> sparse.csr_matrix:
-        """The recovered field at points, as a matrix that acts on the polynomials of `fits`.
-
-        Args:
-            vertices: Nodes that are the vertices of each point's cell, (q, 3).
-            barycentric: Coordinates of each point in it, (q, 3).
-            x: Positions of the points, (q, 2).
-
-        Returns:
-            Shape (q, n_vertices k) for k coefficients.
-        """
-        at, size = self._number[vertices], len(_powers(self._degree))
-        local = (x[:, None] - self._centres[at]) / self._scales[at]
-        powers = _monomials(local, self._degree) * barycentric[..., None]
-        columns = at[..., None] * size + np.arange(size)
-        starts = np.arange(len(x) + 1) * 3 * size
-        return sparse.csr_matrix((powers.ravel(), columns.ravel(), starts), shape=(len(x), len(self._centres) * size))
+        size, count = len(_powers(self._degree)), len(patches)
+        local = (self._nodes.x[:, None] - self._centres[patches]) / self._scales[patches]
+        powers = _monomials(local, self._degree) * self._nodes.barycentric[..., None]
+        columns, starts = patches[..., None] * size + np.arange(size), np.arange(count + 1) * 3 * size
+        shape = count, len(self._centres) * size
+        return sparse.csr_matrix((powers.ravel(), columns.ravel(), starts), shape=shape)
 
 
 def _patches(mesh: SixNodeMesh, vertex: Indices, fewest: int, carried: int) -> tuple[Indices, NDArray[np.int32]]:

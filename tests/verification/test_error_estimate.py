@@ -10,9 +10,9 @@ import pytest
 from pairsim.commands import COMMANDS
 from pairsim.drivers.problems import steady_problem
 from pairsim.fem.diagnostics import Observation
-from pairsim.fem.enriched_residual import EnrichedResidual, nodes_of
-from pairsim.fem.enrichment import WIDE
-from pairsim.fem.patch_recovery import PatchRecovery
+from pairsim.fem.enriched_nodes import EnrichedNodes, nodes_of
+from pairsim.fem.enriched_residual import EnrichedTests
+from pairsim.fem.patch_recovery import WIDE, PatchRecovery
 from pairsim.fem.six_node_mesh import shape_values
 from pairsim.inputs.case_files import parse_case
 from pairsim.solvers.errors.adjoints import Adjoints
@@ -51,28 +51,9 @@ def scene_mesh() -> Steady:
 
 
 @pytest.mark.parametrize("degree", [2, 3])
-def test_recovery_reproduces_polynomials(degree: int) -> None:
-    """Fields even and odd in r of the degree that is fitted come back, to rounding, from their nodal values."""
-    mesh = scene_mesh().scene.liquid.six_node_mesh
-    recovery, points = PatchRecovery(mesh, degree, WIDE[degree]), nodes_of(degree)
-    barycentric = np.column_stack([1 - points.sum(axis=1), points])
-    x = np.einsum("qa,mak->mqk", shape_values(points), mesh.points[mesh.cells])
-    for odd in (False, True):
-
-        def field(at: np.ndarray, odd: bool = odd) -> np.ndarray:
-            z, r = at[..., 0], at[..., 1]
-            even = 0.3 + z - z**2 + 2 * r**2 + (degree == 3) * (z**3 - z * r**2)
-            return np.asarray(r * (1 - z + (degree == 3) * (z**2 + r**2)) if odd else even)
-
-        fitted = recovery.coefficients(field(mesh.points)[:, None], odd)
-        found = recovery.blended(fitted, mesh.cells[:, :3], barycentric, x)[..., 0]
-        assert np.abs(found - field(x)).max() < 1e-8
-
-
-@pytest.mark.parametrize("degree", [2, 3])
 def test_a_patch_takes_in_rings_of_cells_until_it_has_enough_nodes(degree: int) -> None:
     mesh = scene_mesh().scene.liquid.six_node_mesh
-    fits = PatchRecovery(mesh, degree, WIDE[degree]).fits(odd=False)
+    fits = PatchRecovery(EnrichedNodes(mesh, degree), WIDE[degree]).fits(odd=False)
     rows = fits.shape[0] // len(mesh.vertices)
     for number in range(0, len(mesh.vertices), 7):
         cells = np.flatnonzero((mesh.cells[:, :3] == mesh.vertices[number]).any(axis=1))
@@ -90,10 +71,10 @@ def test_enriched_residual_holds_the_discrete_one() -> None:
     for c in range(2):
         smooth[phase.index("u", np.arange(len(nodes)), c)] = np.sin(nodes @ random.uniform(-2, 2, 2) + c)
     phase.set(smooth)
-    enriched = EnrichedResidual(phase)
+    enriched = EnrichedTests(phase)
     test = np.cos(nodes @ [1.0, 2.0]) * nodes[:, 1]
     points = nodes_of(3)
-    values = np.einsum("qa,ma->mq", shape_values(points), test[enriched.cells])
+    values = np.einsum("qa,ma->mq", shape_values(points), test[phase.six_node_mesh.cells[enriched.cells]])
     expected = phase.residual()[phase.index("u", np.arange(len(nodes)), 0)] @ test
     # The two differ by their quadrature only.
     assert np.einsum("mq,mq->", enriched.assemble()["u"][..., 0], values) == pytest.approx(expected, rel=1e-6)

@@ -9,11 +9,11 @@ import pytest
 
 from pairsim.commands import COMMANDS
 from pairsim.drivers.problems import problem_of
-from pairsim.fem.enriched_nodes import EnrichedNodes
-from pairsim.fem.enriched_residual import nodes_of
-from pairsim.fem.enrichment import WIDE
-from pairsim.fem.recovered_residual import RecoveredResidual
-from pairsim.fem.recovered_scene import RecoveredScene
+from pairsim.fem.enriched_nodes import EnrichedNodes, nodes_of
+from pairsim.fem.enriched_residual import EnrichedUnknowns
+from pairsim.fem.enriched_scene import EnrichedScene
+from pairsim.fem.patch_recovery import WIDE, PatchRecovery
+from pairsim.fem.recovered_solution import RecoveredSolution
 from pairsim.fem.six_node_mesh import shape_values
 from pairsim.inputs.case_files import parse_case
 from pairsim.solvers.stepping.step import Step
@@ -47,7 +47,8 @@ def soft() -> list[Step]:
 def test_recovery_adds_what_a_polynomial_has_beyond_the_space(soft: list[Step], degree: int) -> None:
     """At all nodes of one degree higher, for fields even and odd in r."""
     mesh, points = soft[0].scene.liquid.six_node_mesh, nodes_of(degree)
-    nodes = EnrichedNodes(mesh, degree, WIDE[degree])
+    nodes = EnrichedNodes(mesh, degree)
+    recovery = PatchRecovery(nodes, WIDE[degree])
     x = np.einsum("qa,mak->mqk", shape_values(points), mesh.points[mesh.cells])
     shapes = shape_values(points) if degree == 3 else np.column_stack([1 - points.sum(axis=1), points])
     for odd in (False, True):
@@ -59,7 +60,7 @@ def test_recovery_adds_what_a_polynomial_has_beyond_the_space(soft: list[Step], 
 
         nodal = field(mesh.points)
         own = nodal[mesh.cells[:, : shapes.shape[1]]] @ shapes.T
-        assert np.abs(own + nodes.added(nodal, odd)[nodes.numbers] - field(x)).max() < 1e-8
+        assert np.abs(own + recovery.added(nodal, odd)[nodes.numbers] - field(x)).max() < 1e-8
 
 
 def test_nodes_along_an_interface_are_the_same_on_both_sides(soft: list[Step]) -> None:
@@ -70,7 +71,7 @@ def test_nodes_along_an_interface_are_the_same_on_both_sides(soft: list[Step]) -
     found = []
     for phase, line in ((scene.liquid, scene.nodes.interfaces[0]), (body.phase, body.nodes)):
         mesh = phase.six_node_mesh
-        nodes, x = EnrichedNodes(mesh, 3, WIDE[3]), np.empty((0, 2))
+        nodes = EnrichedNodes(mesh, 3)
         x = np.zeros((nodes.count, 2))
         x[nodes.numbers] = np.einsum("qa,mak->mqk", shape_values(nodes_of(3)), mesh.points[mesh.cells])
         found.append(x[nodes.along(line)])
@@ -85,7 +86,7 @@ def test_without_additions_the_residual_is_that_of_the_phase(soft: list[Step]) -
         x = last.x[start : start + phase.size]
         phase.set(x)
         expected = phase.residual()
-        found = RecoveredResidual(phase).assemble(x, {}, None, {})
+        found = EnrichedUnknowns(phase).assemble(x, {}, None, {})
         assert np.abs(found - expected).max() < 1e-10 * np.abs(expected).max()
 
 
@@ -106,10 +107,10 @@ def test_error_of_a_soft_pair(soft: list[Step]) -> None:
 def test_errors_of_the_past_are_carried_like_a_difference_of_two_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without a defect, an error of stress and distance at t = 0 grows as a run that starts with it departs."""
 
-    def nothing(self: RecoveredScene, *_: object) -> None:
-        self._added, self._star_added = ([{} for _ in self._phases] for _ in range(2))
+    def nothing(enriched: EnrichedScene[EnrichedUnknowns], *_: object) -> RecoveredSolution:
+        return RecoveredSolution(enriched, *([{} for _ in enriched.phases] for _ in range(2)))
 
-    monkeypatch.setattr(RecoveredScene, "recover", nothing)
+    monkeypatch.setattr(RecoveredSolution, "of", nothing)
     found = []
     for perturbed in (False, True):
         transient = transient_of(UNEQUAL, 0.01, Np=8, max_size=0.3)

@@ -19,7 +19,9 @@ import math
 import numpy as np
 
 from pairsim.fem.diagnostics import velocities
-from pairsim.fem.recovered_scene import RecoveredScene
+from pairsim.fem.enriched_residual import EnrichedUnknowns
+from pairsim.fem.enriched_scene import EnrichedScene
+from pairsim.fem.recovered_solution import RecoveredSolution
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.nonlinear.factors import ROUGH
 from pairsim.solvers.nonlinear.newton import Newton
@@ -45,7 +47,7 @@ class ErrorEquation:
 
     def __init__(self, errors: Errors) -> None:
         self.errors = errors
-        self._recovered: RecoveredScene | None = None
+        self._enriched: EnrichedScene[EnrichedUnknowns] | None = None
 
     def advance(self, newton: Newton, past: History, t: float, U_m: float, y: Array, U: Array) -> Array:
         """Carry the error to the end of a step.
@@ -70,9 +72,9 @@ class ErrorEquation:
         if scene.has_rates:
             star = scene.with_displacements(_combined(scheme, past.x), _combined(scheme, past.h))
             corrected_star = scene.with_displacements(star + _combined(scheme, errors.x), h_star)
-        recovered = self._on(newton)
+        enriched = self._on(newton)
         with newton.clock("assembly"):
-            recovered.recover(x, star, constraints.V @ y)
+            recovered = RecoveredSolution.of(enriched, x, star, constraints.V @ y)
         corrected, remeshed = y.copy(), not errors.y and bool(errors.dU)
         if errors.y:
             corrected += self._guess(newton, scheme)
@@ -117,11 +119,11 @@ class ErrorEquation:
         h = newton.constraints.positions(y, h_star, g, U_m)
         return h, newton.constraints.expand(y, h)
 
-    def _on(self, newton: Newton) -> RecoveredScene:
-        if self._recovered is None or self._recovered.scene is not newton.scene:
+    def _on(self, newton: Newton) -> EnrichedScene[EnrichedUnknowns]:
+        if self._enriched is None or self._enriched.scene is not newton.scene:
             with newton.clock("jit"):
-                self._recovered = RecoveredScene(newton.scene, self._recovered)
-        return self._recovered
+                self._enriched = EnrichedScene(newton.scene, EnrichedUnknowns, self._enriched)
+        return self._enriched
 
 
 def _iterations(contraction: float) -> int:

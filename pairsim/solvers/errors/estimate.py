@@ -3,7 +3,7 @@
 For a functional J and the adjoint z of its linearisation, J(exact) - J(discrete) = -R(discrete; z - z_h) up to terms of
 second order in the error, whatever discrete z_h is taken away (Becker & Rannacher, Acta Numerica 10, 1, 2001). Here
 z is the discrete adjoint (`pairsim.solvers.errors.adjoints`), recovered one degree higher
-(`pairsim.fem.enrichment`).
+(`pairsim.fem.weighted_residual`).
 """
 
 from __future__ import annotations
@@ -12,8 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pairsim.fem.enrichment import Enrichment, TestedResidual
+from pairsim.fem.enriched_residual import EnrichedTests
+from pairsim.fem.enriched_scene import EnrichedScene
 from pairsim.fem.size_field import CellIndicators
+from pairsim.fem.weighted_residual import WeightedResidual, corners
 from pairsim.physics.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.errors.adjoints import Adjoints
@@ -96,7 +98,7 @@ class ErrorEstimator:
 
     def __init__(self, cells: bool = False) -> None:
         self._cells = cells
-        self._enrichment: Enrichment | None = None
+        self._enriched: EnrichedScene[EnrichedTests] | None = None
 
     def estimate(self, steady: Steady, adjoints: Adjoints) -> ErrorEstimate:
         """The estimate at a solution: one assembly of the enriched residual.
@@ -107,8 +109,8 @@ class ErrorEstimator:
         """
         scene, constraints = steady.scene, steady.constraints
         with steady.clock("jit"):
-            if self._enrichment is None or self._enrichment.scene is not scene:
-                self._enrichment = Enrichment(scene, self._enrichment)
+            if self._enriched is None or self._enriched.scene is not scene:
+                self._enriched = EnrichedScene(scene, EnrichedTests, self._enriched)
         z, drop, count = adjoints.all, adjoints.drop, len(adjoints.velocities)
         residual = steady.residual()
         left = -z @ residual
@@ -116,7 +118,7 @@ class ErrorEstimator:
         ends = end_effects(steady, z[:-1], residual)
         with steady.clock("assembly"):
             scene.set(steady.state()[1])
-            tested = self._enrichment.tested((constraints.T.T @ z.T).T)
+            tested = WeightedResidual.of(self._enriched, (constraints.T.T @ z.T).T)
         changes = changes - tested.sums
         difference = np.eye(len(z))[1:count] - np.eye(len(z))[: count - 1]
         scatter = np.sqrt(np.diagonal(tested.stress_products))
@@ -130,16 +132,16 @@ class ErrorEstimator:
             spread_dU=difference @ tested.changes,
             scatter_dU=np.sqrt(np.einsum("ik,kl,il->i", difference, tested.stress_products, difference)),
             ends_dU=np.abs(np.diff(ends[:, :count])).max(axis=0),
-            cells=_indicators(self._enrichment, tested, count) if self._cells else None,
+            cells=_indicators(self._enriched, tested, count) if self._cells else None,
         )
 
 
-def _indicators(enrichment: Enrichment, tested: TestedResidual, count: int) -> CellIndicators | None:
+def _indicators(enriched: EnrichedScene[EnrichedTests], tested: WeightedResidual, count: int) -> CellIndicators | None:
     """The contributions of the cells to the scatter of every dU."""
     if tested.stress_by_cell is None:
         return None
-    reference, squares = enrichment.scene.reference, np.diff(tested.stress_by_cell[:count], axis=0).T ** 2
-    return CellIndicators(reference.geometry, reference.mirrored, enrichment.corners(), squares)
+    reference, squares = enriched.scene.reference, np.diff(tested.stress_by_cell[:count], axis=0).T ** 2
+    return CellIndicators(reference.geometry, reference.mirrored, corners(enriched), squares)
 
 
 def _half_width(change: Array, spread: Array, scatter: Array, ends: Array, newton: Array) -> Array:

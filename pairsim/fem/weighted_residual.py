@@ -1,0 +1,79 @@
+"""The residual of a scene tested with weights one degree above the space of its test functions.
+
+The weight of a functional is recovered on the mesh of each phase, and what is left of it when the discrete one is taken
+away is the test function of the residual. It is zero where the exact solution meets a condition that the discrete one
+meets too: u on wall, ends and rigid surfaces, s on the ends.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pairsim.fem.enriched_residual import EnrichedTests
+from pairsim.fem.enriched_scene import EnrichedPhase, EnrichedScene
+from pairsim.fem.patch_recovery import NARROW
+from pairsim.runtime.arrays import Array
+
+
+@dataclass(frozen=True)
+class WeightedResidual:
+    """A residual tested with the recovered weights of k functionals.
+
+    Attributes:
+        sums: The residuals, (k,).
+        changes: By how much another recovery of the pressures' weights changes them, (k,).
+        stress_products: Sums over the cells of the products of what two functionals have of the constitutive equation
+            there, (k, k). Where the weight of the stress is not resolved its contributions have random signs, and the
+            root of a functional's sum of squares is the size of error to expect of their sum.
+        stress_by_cell: These contributions themselves in the cells of the liquid, (k, m); None in a Newtonian liquid.
+    """
+
+    sums: Array
+    changes: Array
+    stress_products: Array
+    stress_by_cell: Array | None
+
+    @staticmethod
+    def of(enriched: EnrichedScene[EnrichedTests], weights: Array) -> WeightedResidual:
+        """The residual at the phases' present unknowns, tested with what the recovery adds to weights.
+
+        Args:
+            enriched: The scene.
+            weights: Test functions as full vectors, (k, n).
+        """
+        own = enriched.parts(weights)
+        added = [phase.added(w, phase.residual.fields) for phase, w in zip(enriched.phases, own, strict=True)]
+        enriched.join(added[0]["u"], (each["eta"] for each in added[1:]))
+        for at in (enriched.wall, enriched.inlet, enriched.outlet):
+            added[0]["u"][at] = 0.0
+        for at in (enriched.inlet, enriched.outlet):
+            if "s" in added[0]:
+                added[0]["s"][at] = 0.0
+        sums, changes, stress = np.zeros(len(weights)), np.zeros(len(weights)), None
+        for phase, w, additions in zip(enriched.phases, own, added, strict=True):
+            residual = phase.residual.assemble()
+            tested = _by_cell(phase, residual, additions)
+            others = _by_cell(phase, residual, phase.added(w, phase.residual.fields, NARROW))
+            sums += sum(each.sum(axis=1) for each in tested.values())
+            changes += sum(each.sum(axis=1) - tested[name].sum(axis=1) for name, each in others.items())
+            stress = tested.get("s", stress)
+        products = np.zeros((len(weights), len(weights))) if stress is None else stress @ stress.T
+        return WeightedResidual(sums, changes, products, stress)
+
+
+def _by_cell(
+    phase: EnrichedPhase[EnrichedTests], residual: dict[str, Array], weights: dict[str, Array]
+) -> dict[str, Array]:
+    """The residual of the equation of each field tested with weights, in the cells, (k, m)."""
+    return {
+        name: np.einsum("mqkc,mqc->km", phase.in_cells(name, values), residual[name], optimize=True)
+        for name, values in weights.items()
+    }
+
+
+def corners(enriched: EnrichedScene[EnrichedTests]) -> Array:
+    """Vertices in the reference domain of the cells of `WeightedResidual.stress_by_cell`, (m, 3, 2)."""
+    mesh = enriched.scene.liquid.six_node_mesh
+    return np.asarray(mesh.points[mesh.cells[enriched.liquid.residual.cells, :3]])
