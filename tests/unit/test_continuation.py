@@ -12,7 +12,7 @@ from pairsim.physics.liquids import single
 from pairsim.physics.liquids.oldroyd_b import OldroydB
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
-from pairsim.solvers.nonlinear.newton import Report
+from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady import continuation
 from pairsim.solvers.steady.continuation import follow

@@ -27,7 +27,7 @@ from pairsim.physics.conformation import logarithm
 from pairsim.physics.liquids import single
 from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.nonlinear.newton import Report
+from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.history import Counts, History, State
 from pairsim.solvers.stepping.step_size import StepControl

@@ -16,7 +16,8 @@ from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.physics.solids import soft
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.nonlinear.newton import Newton, NewtonOptions, Report
+from pairsim.solvers.nonlinear.convergence import Report
+from pairsim.solvers.nonlinear.newton import Newton, NewtonOptions
 from pairsim.solvers.nonlinear.renewal import MatrixPolicy
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem

@@ -21,15 +21,13 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.fenicsx import PETSc
 from pairsim.runtime.signals import Stopped, callback, received
+from pairsim.solvers.nonlinear.convergence import Convergence, Report
 from pairsim.solvers.nonlinear.factors import EXACT, Factors, MumpsOptions, ReducedSystem
 from pairsim.solvers.nonlinear.renewal import KeptMatrix, MatrixPolicy, MatrixState, Place
 
 _PREFIXES = itertools.count()
 
 REASONS = {-3: "the matrix is singular", -4: "the residual is not a number", -5: "too many iterations"}
-# Growth of the residual at which the iteration is stopped. No iteration with a larger growth was seen to converge, and
-# MUMPS takes tens of seconds for each matrix of such states.
-LOST = 1e8
 # A step with the matrix of an earlier iterate, or after a step larger than this, leaves a larger error itself than a
 # linear system that is solved roughly. Chosen.
 NONLINEAR = 1e-2
@@ -62,27 +60,6 @@ EXTENSION = NewtonOptions(single=False, matrix=MatrixPolicy(far=math.inf))
 TRANSIENT = NewtonOptions(tolerance=1e-9, max_iterations=25, matrix=MatrixPolicy(slow=0.3))
 
 
-@dataclass(frozen=True)
-class Report:
-    """Result of a nonlinear solve.
-
-    Attributes:
-        converged: Whether the tolerance was met.
-        iterations: Number of Newton iterations (linear solves).
-        factorisations: Number of numeric factorisations.
-        reason: "converged", or the reason of the failure.
-        steps: Norm of the last step of each field, relative to the field.
-        residual: Euclidean norm of the last residual.
-    """
-
-    converged: bool
-    iterations: int
-    factorisations: int
-    reason: str
-    steps: dict[str, float]
-    residual: float
-
-
 class Newton:
     """Newton's method on one scene with one set of constraints.
 
@@ -109,10 +86,8 @@ class Newton:
         self._h_star, self._g, self._U_m = np.zeros(scene.h_size), 1.0, 0.0
         self._x = np.zeros(scene.size)
         self._star: Array | None = None
-        self._leading, self._why = 0.0, ""
+        self._convergence = Convergence(self.options.tolerance, self.options.max_iterations, self.matrix)
         self._stopped = ""  # name of the signal that stopped it
-        self._residual_norm = self._first_norm = 0.0
-        self._steps: dict[str, float] = {}
         with self.clock("symbolic"):
             row, column, value = scene.linear_terms()
             self._linear = sparse.csr_matrix(sparse.coo_matrix((value, (row, column)), shape=(scene.size, scene.size)))
@@ -165,7 +140,7 @@ class Newton:
         return np.asarray(reduced)
 
     def _jacobian(self, snes: Any, y: Any, A: Any, _: Any) -> None:
-        rough = not self.matrix.due or (snes.getIterationNumber() > 0 and self._leading > NONLINEAR)
+        rough = not self.matrix.due or (snes.getIterationNumber() > 0 and self._convergence.leading > NONLINEAR)
         self._factors.tolerate(rough)
         if not self.matrix.due:
             return
@@ -201,37 +176,14 @@ class Newton:
 
     def _converged(self, snes: Any, its: int, norms: tuple[float, float, float]) -> int:
         reason = PETSc.SNES.ConvergedReason
-        self._residual_norm = norms[2]
         if number := received():
             self._stopped = signal.Signals(number).name
-            return reason.DIVERGED_FUNCTION_DOMAIN
-        if not np.isfinite(norms[2]):
-            self._why = "the residual is not finite"
-            return reason.DIVERGED_FUNCTION_NANORINF
-        if its == 0:
-            self._first_norm = norms[2]
-            return reason.ITERATING
-        if norms[2] > LOST * max(self._first_norm, 1.0):
-            self._why = "the residual grows without bound"
-            return reason.DIVERGED_DTOL
-        step, x = self._system.gather(snes.getSolutionUpdate()), self._system.gather(snes.getSolution())
-        self._steps = self.scaled(step, x)
-        # Divergence is judged without pressures and forces, which may change by a multiple of their initial values.
-        largest = max((v for k, v in self._steps.items() if k != "m"), default=0.0)
-        leading = max((v for k, v in self._steps.items() if k not in ("m", "p_f", "p_s", "dp", "F")), default=0.0)
-        growth, self._leading = leading / self._leading if its > 1 and self._leading else 0.0, leading
-        left = self.matrix.error_left(its, largest)
-        if left < self.options.tolerance or largest < 0.1 * self.options.tolerance:
-            self._why = "converged"
-            return reason.CONVERGED_SNORM_RELATIVE
-        if growth > 2 and (leading > 0.1 or (self.matrix.fresh and its > 3)):
-            self._why = "the steps grow"
-            return reason.DIVERGED_DTOL
-        if its >= self.options.max_iterations:
-            self._why = f"no convergence in {its} iterations"
-            return reason.DIVERGED_MAX_IT
-        self.matrix.go_on()
-        return reason.ITERATING
+            return int(reason.DIVERGED_FUNCTION_DOMAIN)
+        return self._convergence.test(its, norms[2], lambda: self._last_steps(snes))
+
+    def _last_steps(self, snes: Any) -> dict[str, float]:
+        vectors = snes.getSolutionUpdate(), snes.getSolution()
+        return self.scaled(*map(self._system.gather, vectors))
 
     def forget(self) -> None:
         """Discard the matrix; the next solve assembles and factorises a new one."""
@@ -265,7 +217,7 @@ class Newton:
         self._h_star, self._g, self._U_m, self._star = h_star, g, U_m, star
         if star is not None:
             self.scene.set_step(star, g, U_m)
-        self._stopped, before, iterations = "", self.factorisations, 0
+        self._stopped, before, iterations, failure = "", self.factorisations, 0, ""
         with self.clock("solve"):
             inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation"))
             try:
@@ -274,26 +226,27 @@ class Newton:
                     iterations += self._iterate(y)
                 converged = self._snes.getConvergedReason() > 0
             except PETSc.Error as error:
-                converged, self._why = False, str(error)
+                converged, failure = False, str(error)
             inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation")) - inside
         self.clock.seconds["solve"] -= inside
         if self._stopped:
             self._forget_factor()
             raise Stopped(self._stopped)
         solution = self._system.gather(self._y)
-        if converged and (why := self.overstretched(solution)):
-            converged, self._why = False, why
+        if converged:
+            failure = self.overstretched(solution)
+            converged = not failure
+        end, code = self._convergence, self._snes.getConvergedReason()
         if not converged:
             self._forget_factor()
-            reason = self._snes.getConvergedReason()
-            self._why = self._why or REASONS.get(reason, f"SNES reason {reason}")
+            failure = failure or end.reason or REASONS.get(code, f"SNES reason {code}")
         made = self.factorisations - before
-        return solution, Report(converged, iterations, made, self._why, dict(self._steps), self._residual_norm)
+        return solution, Report(converged, iterations, made, failure or end.reason, dict(end.steps), end.residual)
 
     def _iterate(self, y: Array) -> int:
         """Run Newton's method from a first guess y, shape (n_y,); returns the number of iterations."""
         self.matrix.begin_solve(self._g)
-        self._steps, self._why, self._residual_norm, self._first_norm = {}, "", 0.0, 0.0
+        self._convergence.begin()
         self._system.scatter(y, self._y)
         self._snes.solve(None, self._y)
         return int(self._snes.getIterationNumber())

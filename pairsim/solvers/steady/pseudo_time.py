@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pairsim.runtime.signals import heed
-from pairsim.solvers.nonlinear.newton import Report
+from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.scene import Steady
 

@@ -25,8 +25,8 @@ from pairsim.runtime.errors import NoSteadyState
 from pairsim.runtime.signals import heed
 from pairsim.solvers.mesh_transfer import free_unknowns
 from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene, cut_particles
+from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.nonlinear.factors import LAST
-from pairsim.solvers.nonlinear.newton import Report
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.developed_flow import DevelopedFlows

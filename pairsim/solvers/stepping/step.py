@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pairsim.fem.diagnostics import Observation
 from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.nonlinear.newton import Report
+from pairsim.solvers.nonlinear.convergence import Report
 
 
 @dataclass(frozen=True)

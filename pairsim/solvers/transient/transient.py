@@ -27,7 +27,7 @@ from pairsim.runtime.errors import InvertedCell, MeshFailure, NewtonFailure, Ste
 from pairsim.solvers.errors.equation import ErrorEquation
 from pairsim.solvers.mesh_transfer import free_unknowns
 from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene
-from pairsim.solvers.nonlinear.newton import Report
+from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.history import Counts, Errors, History, State
 from pairsim.solvers.stepping.step import Step
