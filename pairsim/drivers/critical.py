@@ -16,19 +16,9 @@ from pairsim.drivers.warnings import ErrorAt, large_errors
 from pairsim.results.columns import CRITICAL_COLUMNS
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.curves.branch import Point
-from pairsim.solvers.curves.critical import (
-    Critical,
-    End,
-    Finding,
-    Followed,
-    Missed,
-    Region,
-    find_all,
-    follow_all,
-    value_of,
-    with_value,
-)
+from pairsim.solvers.curves.critical import Finding, find_all, follow_all
 from pairsim.solvers.curves.curve import Jump
+from pairsim.solvers.curves.zero_lines import Critical, End, Followed, Missed, Region, value_of, with_value
 from pairsim.solvers.parameters import Parameters
 
 Line = dict[str, float]

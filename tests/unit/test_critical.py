@@ -13,14 +13,14 @@ from scipy.optimize import brentq
 from pairsim.physics.solids import soft
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
-from pairsim.solvers.curves import critical
-from pairsim.solvers.curves.critical import Critical, End, Follower, Region
+from pairsim.solvers.curves import zero_lines
+from pairsim.solvers.curves.zero_lines import Critical, End, Follower, Region
 from pairsim.solvers.parameters import Parameters
 
 
 @pytest.fixture(autouse=True)
 def _tangents_of_formulas(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(critical, "tangent_along", lambda scene, along: scene.tangent(along))
+    monkeypatch.setattr(zero_lines, "tangent_along", lambda scene, along: scene.tangent(along))
 
 
 class Formula:
