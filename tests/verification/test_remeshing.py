@@ -114,7 +114,7 @@ def test_stress_is_balanced_on_a_new_mesh(monkeypatch: pytest.MonkeyPatch) -> No
         balanced.append(scene)
         return x
 
-    monkeypatch.setattr("pairsim.solvers.transient.transient.balanced", watched)
+    monkeypatch.setattr("pairsim.solvers.transient.scene.balanced", watched)
     *_, last = first_steps(2, new_mesh_after=1, liquid=GIESEKUS, solids=(None, None), t_end=1.0)
     assert balanced == [last.scene]
     first_steps(2, new_mesh_after=1)

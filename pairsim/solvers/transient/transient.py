@@ -1,54 +1,35 @@
-"""Time-dependent problems: variable-step BDF3 with error control, and remeshing of the liquid.
-
-See "Time integration" and "Remeshing" in docs/explanation/numerics.md. At a remeshing the particles keep their meshes
-and histories. Of the liquid only the log-conformation has a history, which is interpolated to the new mesh.
-"""
+"""Runs in time: variable-step BDF3 with error control; see "Time integration" in docs/explanation/numerics.md."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from pairsim.fem import diagnostics
-from pairsim.fem.constraints import Constraints
-from pairsim.fem.geometry import Outline
-from pairsim.fem.remeshing import FRESH_DISTORTION, needs_mesh
-from pairsim.fem.scene import Scene
-from pairsim.fem.scene_constraints import transient_constraints
-from pairsim.fem.six_node_mesh import SixNodeMesh
-from pairsim.physics.liquids import Liquid
-from pairsim.physics.material import between
-from pairsim.physics.pipe import Pipe
+from pairsim.fem.remeshing import needs_mesh
 from pairsim.runtime.arrays import Array
-from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import InvertedCell, MeshFailure, NewtonFailure, StepTooSmall
 from pairsim.solvers.errors.equation import ErrorEquation
-from pairsim.solvers.mesh_transfer import free_unknowns
-from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene
 from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.history import Counts, Errors, History, State
 from pairsim.solvers.stepping.step import Step
-from pairsim.solvers.stepping.step_size import Scheme, extrapolation_weights, land, reached, velocity_error
+from pairsim.solvers.stepping.step_size import extrapolation_weights, land, reached, velocity_error
+from pairsim.solvers.transient.scene import TimeScene
 from pairsim.solvers.transient.start import at_rest, quasi_steady
-from pairsim.solvers.transient.stress_balance import balanced
 
 # Weight of errors of the distances between particles relative to errors of the shapes. Measured: dU to 0.15 % in 75
 # steps, against 0.34 % in 92 steps with weight 1.
 RELATIVE_WEIGHT = 20.0
 # Weight of errors of the log-conformation; chosen such that dU follows that of finer steps through the start-up.
 CONFORMATION_WEIGHT = 0.4
-# First step for which Newton's method converges from a liquid at rest [D_c/U_av]; chosen.
-SURE_STEP = 1e-3
-# First step of the way to a strongly thinning liquid, and iterations after which the next is larger; chosen.
-THINNER, FEW_ITERATIONS = 0.2, 8
 # Least error in units of the tolerance, for scenes that do not change; 0 stands for an unknown error.
 NO_ERROR = 1e-12
 
 
-class Transient(OnMeshedScene):
+class Transient(TimeScene):
     """Time integration of one case.
 
     Args:
@@ -62,14 +43,9 @@ class Transient(OnMeshedScene):
     """
 
     def __init__(self, problem: Problem, state: State | None = None) -> None:
-        self.problem = problem
-        self.clock, self.counts = Clock(), Counts()
-        # The flow without particles is needed for developed ends and for the excess pressure drop.
-        pipe = Pipe(problem.liquid)
-        self.pipe = pipe.constant() if problem.from_steady else pipe.until(problem.t_end)
+        super().__init__(problem)
+        self.counts = Counts()
         self._U_m, self._dt, self._due = problem.U_m, problem.control.fixed or problem.first_step, False
-        self.history = History()
-        self._carried: Array | None = None
         self._error: ErrorEquation | None = None
         if state is None:
             self._begin()
@@ -125,96 +101,6 @@ class Transient(OnMeshedScene):
             errors=replace(self._error.errors) if self._error is not None else None,
         )
 
-    def _particles(self, outlines: Sequence[Outline], insides: Sequence[SixNodeMesh | None]) -> MeshedScene:
-        return MeshedScene(
-            self.problem,
-            outlines,
-            insides,
-            self.problem.solids,
-            liquid=self.problem.liquid,
-            steady=False,
-            constrain=self._constrain,
-            clock=self.clock,
-        )
-
-    def _constrain(self, meshed: MeshedScene) -> Constraints:
-        """Constraints on a new mesh; discards the free unknowns of the old one."""
-        self.history.y, self.history.t_y = [], []
-        return transient_constraints(meshed.scene)
-
-    def _prescribe_ends(self, x: Array, t: float) -> None:
-        """Set u and s at developed ends in a full vector to those of the flow without particles at time t."""
-        if not self.problem.periodic:
-            self.scene.prescribe_ends(x, self.pipe(t))
-
-    def _first_guess(self) -> Array:
-        """First guess on a new mesh: interpolated values (a Newtonian liquid is at rest), at first everything at rest.
-
-        Particles or ends that move in a liquid at rest would shear the cells beside them, the faster the smaller they
-        are. SUPG weights this rate with the velocity relative to the mesh, which the first iteration changes: it would
-        end with stresses up to hundreds of times too large, from which Newton's method diverges.
-        """
-        x = self.history.x[0]
-        if self._carried is None and self.problem.liquid.modes and not self.problem.periodic:
-            x = self.scene.at_rest_between(self.pipe(self.history.t[0]))
-        y = free_unknowns(self.constraints, x)
-        if self._carried is not None:
-            y[self.meshed.material] = self._carried
-        return y
-
-    def _solved(self, guess: Array, dt: float, U_m: float) -> tuple[Array, Report]:
-        """Solve a step of size dt by Newton's method."""
-        past, t = self.history, self.history.t[0] + dt
-        scheme = Scheme.bdf(past.t, t)
-        h_star = np.asarray(sum(w * h for w, h in zip(scheme.weights, past.h, strict=True)))
-        star = None
-        if not self.problem.liquid.newtonian:
-            self._prescribe_ends(self.constraints.base, t)
-        if self.scene.has_rates:
-            star = np.asarray(sum(w * x for w, x in zip(scheme.weights, past.x, strict=True)))
-            star = self.scene.with_displacements(star, h_star)
-        if len(past.y) < 3 and self.scene.moving:
-            # With fewer than three solutions, extend the mesh displacement from the guess instead of extrapolating it.
-            h = self.constraints.positions(guess, h_star, scheme.g, U_m)
-            guess[self.constraints.fields["eta"]], _ = self.meshed.extend(h)
-        return self.newton.solve(guess, h_star, scheme.g, U_m, star)
-
-    def _approached(self, guess: Array, dt: float, U_m: float) -> tuple[Array, Report]:
-        """Solve a step without an earlier solution on this mesh, from those of smaller steps and of easier liquids.
-
-        From a liquid at rest Newton's method does not converge for steps in which the particles deform strongly, nor
-        for a viscosity that depends strongly on the shear rate.
-        """
-        sizes, reports = [dt], list[Report]()
-        while sizes[0] > SURE_STEP:
-            sizes.insert(0, sizes[0] / 10)
-        for liquid in self._easier_liquids(reports):
-            self.scene.liquid.become(liquid)
-            found, report = self._solved(guess.copy(), sizes[0], U_m)
-            reports.append(report)
-            guess = found if report.converged else guess
-        self.scene.liquid.become(self.problem.liquid)
-        for size in sizes:
-            guess, report = self._solved(guess, size, U_m)
-            reports.append(report)
-            if not report.converged:
-                break
-        counts = {name: sum(getattr(each, name) for each in reports) for name in ("iterations", "factorisations")}
-        return guess, replace(report, **counts)
-
-    def _easier_liquids(self, reports: Sequence[Report]) -> Iterator[Liquid]:
-        """Liquids on the way to a strongly thinning one, in smaller steps where the last one of `reports` failed."""
-        wanted = self.problem.liquid
-        easier = replace(wanted, solvent=wanted.solvent.easier())
-        done, step = -THINNER, THINNER
-        while easier != wanted and done < 1.0 and step > THINNER / 64:
-            tau = min(done + step, 1.0)
-            yield easier.with_numbers(between(easier.numbers, wanted.numbers, tau))
-            if reports[-1].converged:
-                done, step = tau, step * (1.5 if reports[-1].iterations <= FEW_ITERATIONS else 1.0)
-            else:
-                step = (tau - done) / 2
-
     def _attempt(self, dt: float, gradually: bool = False) -> tuple[Array, Array, Array, Report, float]:
         """Try a step of size dt.
 
@@ -227,12 +113,7 @@ class Transient(OnMeshedScene):
         """
         past, U_m = self.history, self._U_m
         t = past.t[0] + dt
-        if past.y:
-            known = self.problem.extrapolated
-            weights = extrapolation_weights(past.t_y[:known], t)
-            guess = np.asarray(sum(w * y for w, y in zip(weights, past.y[:known], strict=True)))
-        else:
-            guess = self._first_guess()
+        guess = self._guess(t)
         y, report = self._approached(guess, dt, U_m) if gradually else self._solved(guess, dt, U_m)
         h, x = self.newton.state(y)
         error = 0.0
@@ -264,68 +145,10 @@ class Transient(OnMeshedScene):
         return max(shape, RELATIVE_WEIGHT * float(np.ptp(centres)))
 
     def _remesh(self) -> None:
-        """Remesh the liquid at the current distances; the particles keep their meshes and histories.
-
-        The reference domain is that around undeformed spheres while the distortion allows it, and from then on that
-        around the deformed shapes.
-        """
-        h = self.history.h[0]
-        geometry = self.meshed.geometry_at(h)
-        # Back to the middle of the tube: the ends are periodic or far away, so that this does not change the solution.
-        centres = [h[body.start : body.start + body.size : 2].mean() for body in self.bodies]
-        shift = float(np.mean(geometry.centres) - np.mean(centres))
-        self.history.h = [positions + shift * (self.constraints.a > 0) for positions in self.history.h]
-        h = self.history.h[0]
-        if self.history.y:
-            self._carried = self.history.y[0][self.meshed.material]
-        self.counts.remeshings += 1
-        old = self.scene
-        spheres = None if old.reference.deformed else geometry
-        self.meshed.remesh(h, geometry, spheres, lambda distortion: distortion >= FRESH_DISTORTION)
-        if self._error is not None:
-            self._carry_errors(old, shift)
-        past = zip(self.history.t, self.history.x, self.history.h, strict=True)
-        self.history.x = [self._carried_over(old, t, x, h, shift) for t, x, h in past]
-        if self.problem.liquid.modes and self._carried is not None:
-            self._balance()
-
-    def _carried_over(self, old: Scene, t: float, x: Array, h: Array, shift: float) -> Array:
-        """Interpolate the liquid at an old time to the new mesh; zeros for a Newtonian liquid, which needs none."""
-        if self.problem.liquid.newtonian:
-            return np.zeros(self.scene.size)
-        new = self.meshed.carried(old, x, h, shift)
-        self._prescribe_ends(new, t)
-        return new
-
-    def _carry_errors(self, old: Scene, shift: float) -> None:
-        """Interpolate the errors to the new mesh: what the interpolant of the corrected solution differs by."""
-        assert self._error is not None
-        past, errors = self.history, self._error.errors
-        errors.t_y, errors.y = [], []
-        levels = zip(past.t, past.x, past.h, errors.x, errors.h, strict=True)
-        errors.x = [
-            self._carried_over(old, t, x + dx, h + dh, shift) - self._carried_over(old, t, x, h, shift)
-            for t, x, h, dx, dh in levels
-        ]
-
-    def _balance(self) -> None:
-        """Restore the momentum balance of the interpolated s, with the same change of s at all old times."""
-        liquid, h = self.scene.liquid, self.history.h[0]
-        self._prescribe_ends(self.constraints.base, self.history.t[0])
-        y = self._first_guess()
-        x = self.constraints.expand(y, h)
-        # Viscous solids move as in the first guess, whatever the last solve left in their forms.
-        moved = self.constraints.M @ y
-        self.scene.set_solid_rates(self.scene.with_displacements(x, h - moved), 1.0)
-        change = balanced(self.scene, x, h, self.constraints.M @ y, self._U_m, self.clock) - x
-        begin, end = liquid.offsets["s"], liquid.offsets["s"] + liquid.nodal("s", x).size
-        self.history.x = [x + change, *map(np.copy, self.history.x[1:])]
-        for past in self.history.x[1:]:
-            past[begin:end] += change[begin:end]
-
-    def _remesh_or_say_when(self) -> None:
         try:
-            self._remesh()
+            geometry = self.meshed.geometry_at(self.history.h[0])
+            self.counts.remeshings += 1
+            self._on_new_mesh(geometry, self._U_m, self._error.errors if self._error is not None else None)
         except MeshFailure as failure:
             t, step = self.history.t[0], self.counts.steps
             advice = "a larger mesh.Np; very soft particles may have no steady shape"
@@ -352,7 +175,7 @@ class Transient(OnMeshedScene):
             while not reached(self.history.t[0], milestone):
                 t = self.history.t[0]
                 if self._due:
-                    self._remesh_or_say_when()
+                    self._remesh()
                     self._due, remeshed = False, True
                 size = land(t, self._dt, milestone)
                 unknown = not self.counts.steps or (control.fixed is not None and remeshed)
@@ -390,7 +213,7 @@ class Transient(OnMeshedScene):
                 if valid and distortion > 0:
                     self._dt = min(control.next(size, size, error), 0.7 * size)
                 elif not remeshed and self.history.y:
-                    self._remesh_or_say_when()
+                    self._remesh()
                     remeshed = True
                 elif control.fixed is not None:
                     self._give_up(t, report, False, error)

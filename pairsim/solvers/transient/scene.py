@@ -1,0 +1,223 @@
+"""The scene of a run: a time step of any size on the present mesh, and how the run goes over to a new one.
+
+See "Remeshing" in docs/explanation/numerics.md. At a remeshing the particles keep their meshes and histories. Of the
+liquid only the log-conformation has a history, which is interpolated to the new mesh.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pairsim.fem.constraints import Constraints
+from pairsim.fem.geometry import Geometry, Outline
+from pairsim.fem.remeshing import FRESH_DISTORTION
+from pairsim.fem.scene import Scene
+from pairsim.fem.scene_constraints import transient_constraints
+from pairsim.fem.six_node_mesh import SixNodeMesh
+from pairsim.physics.liquids import Liquid
+from pairsim.physics.material import between
+from pairsim.physics.pipe import Pipe
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.clock import Clock
+from pairsim.solvers.mesh_transfer import free_unknowns
+from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene
+from pairsim.solvers.nonlinear.convergence import Report
+from pairsim.solvers.problems import Problem
+from pairsim.solvers.stepping.history import Errors, History
+from pairsim.solvers.stepping.step_size import Scheme, extrapolation_weights
+from pairsim.solvers.transient.stress_balance import balanced
+
+# First step for which Newton's method converges from a liquid at rest [D_c/U_av]; chosen.
+SURE_STEP = 1e-3
+# First step of the way to a strongly thinning liquid, and iterations after which the next is larger; chosen.
+THINNER, FEW_ITERATIONS = 0.2, 8
+
+
+class TimeScene(OnMeshedScene):
+    """Base class of a run: its scene, on the mesh that `_particles` and `MeshedScene.put` make.
+
+    Args:
+        problem: The problem.
+
+    Attributes:
+        pipe: The flow without particles.
+        history: Accepted values of the last steps.
+
+    Raises:
+        NoSteadyState: The flow without particles could not be integrated.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem, self.clock = problem, Clock()
+        # The flow without particles is needed for developed ends and for the excess pressure drop.
+        pipe = Pipe(problem.liquid)
+        self.pipe = pipe.constant() if problem.from_steady else pipe.until(problem.t_end)
+        self.history = History()
+        # Free unknowns of the particles in the last solution before a remeshing.
+        self._carried: Array | None = None
+
+    def _particles(self, outlines: Sequence[Outline], insides: Sequence[SixNodeMesh | None]) -> MeshedScene:
+        return MeshedScene(
+            self.problem,
+            outlines,
+            insides,
+            self.problem.solids,
+            liquid=self.problem.liquid,
+            steady=False,
+            constrain=self._constrain,
+            clock=self.clock,
+        )
+
+    def _constrain(self, meshed: MeshedScene) -> Constraints:
+        """Constraints on a new mesh; discards the free unknowns of the old one."""
+        self.history.y, self.history.t_y = [], []
+        return transient_constraints(meshed.scene)
+
+    def _prescribe_ends(self, x: Array, t: float) -> None:
+        """Set u and s at developed ends in a full vector to those of the flow without particles at time t."""
+        if not self.problem.periodic:
+            self.scene.prescribe_ends(x, self.pipe(t))
+
+    def _guess(self, t: float) -> Array:
+        """First guess of the solution at a time: extrapolated from the last ones on this mesh if there are any."""
+        past, known = self.history, self.problem.extrapolated
+        if not past.y:
+            return self._first_guess()
+        weights = extrapolation_weights(past.t_y[:known], t)
+        return np.asarray(sum(w * y for w, y in zip(weights, past.y[:known], strict=True)))
+
+    def _first_guess(self) -> Array:
+        """First guess on a new mesh: interpolated values (a Newtonian liquid is at rest), at first everything at rest.
+
+        Particles or ends that move in a liquid at rest would shear the cells beside them, the faster the smaller they
+        are. SUPG weights this rate with the velocity relative to the mesh, which the first iteration changes: it would
+        end with stresses up to hundreds of times too large, from which Newton's method diverges.
+        """
+        x = self.history.x[0]
+        if self._carried is None and self.problem.liquid.modes and not self.problem.periodic:
+            x = self.scene.at_rest_between(self.pipe(self.history.t[0]))
+        y = free_unknowns(self.constraints, x)
+        if self._carried is not None:
+            y[self.meshed.material] = self._carried
+        return y
+
+    def _solved(self, guess: Array, dt: float, U_m: float) -> tuple[Array, Report]:
+        """Solve a step of size dt by Newton's method."""
+        past, t = self.history, self.history.t[0] + dt
+        scheme = Scheme.bdf(past.t, t)
+        h_star = np.asarray(sum(w * h for w, h in zip(scheme.weights, past.h, strict=True)))
+        star = None
+        if not self.problem.liquid.newtonian:
+            self._prescribe_ends(self.constraints.base, t)
+        if self.scene.has_rates:
+            star = np.asarray(sum(w * x for w, x in zip(scheme.weights, past.x, strict=True)))
+            star = self.scene.with_displacements(star, h_star)
+        if len(past.y) < 3 and self.scene.moving:
+            # With fewer than three solutions, extend the mesh displacement from the guess instead of extrapolating it.
+            h = self.constraints.positions(guess, h_star, scheme.g, U_m)
+            guess[self.constraints.fields["eta"]], _ = self.meshed.extend(h)
+        return self.newton.solve(guess, h_star, scheme.g, U_m, star)
+
+    def _approached(self, guess: Array, dt: float, U_m: float) -> tuple[Array, Report]:
+        """Solve a step without an earlier solution on this mesh, from those of smaller steps and of easier liquids.
+
+        From a liquid at rest Newton's method does not converge for steps in which the particles deform strongly, nor
+        for a viscosity that depends strongly on the shear rate.
+        """
+        sizes, reports = [dt], list[Report]()
+        while sizes[0] > SURE_STEP:
+            sizes.insert(0, sizes[0] / 10)
+        for liquid in self._easier_liquids(reports):
+            self.scene.liquid.become(liquid)
+            found, report = self._solved(guess.copy(), sizes[0], U_m)
+            reports.append(report)
+            guess = found if report.converged else guess
+        self.scene.liquid.become(self.problem.liquid)
+        for size in sizes:
+            guess, report = self._solved(guess, size, U_m)
+            reports.append(report)
+            if not report.converged:
+                break
+        counts = {name: sum(getattr(each, name) for each in reports) for name in ("iterations", "factorisations")}
+        return guess, replace(report, **counts)
+
+    def _easier_liquids(self, reports: Sequence[Report]) -> Iterator[Liquid]:
+        """Liquids on the way to a strongly thinning one, in smaller steps where the last one of `reports` failed."""
+        wanted = self.problem.liquid
+        easier = replace(wanted, solvent=wanted.solvent.easier())
+        done, step = -THINNER, THINNER
+        while easier != wanted and done < 1.0 and step > THINNER / 64:
+            tau = min(done + step, 1.0)
+            yield easier.with_numbers(between(easier.numbers, wanted.numbers, tau))
+            if reports[-1].converged:
+                done, step = tau, step * (1.5 if reports[-1].iterations <= FEW_ITERATIONS else 1.0)
+            else:
+                step = (tau - done) / 2
+
+    def _on_new_mesh(self, geometry: Geometry, U_m: float, errors: Errors | None) -> None:
+        """Remesh the liquid at the current distances; the particles keep their meshes and histories.
+
+        The reference domain is that around undeformed spheres while the distortion allows it, and from then on that
+        around the deformed shapes.
+
+        Args:
+            geometry: Geometry at the current distances.
+            U_m: Velocity of the frame.
+            errors: Errors of the last steps, which are carried over too.
+
+        Raises:
+            MeshFailure: The liquid could not be remeshed.
+        """
+        h = self.history.h[0]
+        # Back to the middle of the tube: the ends are periodic or far away, so that this does not change the solution.
+        centres = [h[body.start : body.start + body.size : 2].mean() for body in self.bodies]
+        shift = float(np.mean(geometry.centres) - np.mean(centres))
+        self.history.h = [positions + shift * (self.constraints.a > 0) for positions in self.history.h]
+        h = self.history.h[0]
+        if self.history.y:
+            self._carried = self.history.y[0][self.meshed.material]
+        old = self.scene
+        spheres = None if old.reference.deformed else geometry
+        self.meshed.remesh(h, geometry, spheres, lambda distortion: distortion >= FRESH_DISTORTION)
+        if errors is not None:
+            self._carry_errors(errors, old, shift)
+        past = zip(self.history.t, self.history.x, self.history.h, strict=True)
+        self.history.x = [self._carried_over(old, t, x, h, shift) for t, x, h in past]
+        if self.problem.liquid.modes and self._carried is not None:
+            self._balance(U_m)
+
+    def _carried_over(self, old: Scene, t: float, x: Array, h: Array, shift: float) -> Array:
+        """Interpolate the liquid at an old time to the new mesh; zeros for a Newtonian liquid, which needs none."""
+        if self.problem.liquid.newtonian:
+            return np.zeros(self.scene.size)
+        new = self.meshed.carried(old, x, h, shift)
+        self._prescribe_ends(new, t)
+        return new
+
+    def _carry_errors(self, errors: Errors, old: Scene, shift: float) -> None:
+        """Interpolate the errors to the new mesh: what the interpolant of the corrected solution differs by."""
+        past = self.history
+        errors.t_y, errors.y = [], []
+        levels = zip(past.t, past.x, past.h, errors.x, errors.h, strict=True)
+        errors.x = [
+            self._carried_over(old, t, x + dx, h + dh, shift) - self._carried_over(old, t, x, h, shift)
+            for t, x, h, dx, dh in levels
+        ]
+
+    def _balance(self, U_m: float) -> None:
+        """Restore the momentum balance of the interpolated s, with the same change of s at all old times."""
+        liquid, h = self.scene.liquid, self.history.h[0]
+        self._prescribe_ends(self.constraints.base, self.history.t[0])
+        y = self._first_guess()
+        x = self.constraints.expand(y, h)
+        # Viscous solids move as in the first guess, whatever the last solve left in their forms.
+        moved = self.constraints.M @ y
+        self.scene.set_solid_rates(self.scene.with_displacements(x, h - moved), 1.0)
+        change = balanced(self.scene, x, h, self.constraints.M @ y, U_m, self.clock) - x
+        begin, end = liquid.offsets["s"], liquid.offsets["s"] + liquid.nodal("s", x).size
+        self.history.x = [x + change, *map(np.copy, self.history.x[1:])]
+        for past in self.history.x[1:]:
+            past[begin:end] += change[begin:end]
