@@ -42,7 +42,7 @@ def node_of_unknowns(scene: Scene, dependence: sparse.csr_matrix) -> Indices:
 
 
 def elimination_order(scene: Scene, constraints: Constraints) -> Indices | None:
-    """Free unknowns in the order in which they are eliminated, shape (n_y,), in a scene on one process.
+    """Free unknowns in the order in which they are eliminated, shape (n_y,).
 
     None if PETSc was built without METIS.
     """

@@ -1,7 +1,7 @@
 """Generation of reference meshes with gmsh: the liquid around the particles, and a half-disc for each soft particle.
 
-Meshes are generated on one process, as numpy arrays. The meshes of liquid and particles are separate and have the nodes
-of the outlines in common, so that the liquid can be remeshed while the particles keep their meshes.
+The meshes of liquid and particles are separate and have the nodes of the outlines in common, so that the liquid can be
+remeshed while the particles keep their meshes.
 A symmetric geometry is meshed for z > 0 and mirrored: dU is a small difference of large velocities, and on a symmetric
 mesh most of the discretisation error cancels (measured at N_p 10: error of dU 1.2 % instead of 9 %).
 """

@@ -46,7 +46,7 @@ class _Dependence:
 
 
 class _Contribution:
-    """Cells of one phase on this process, and where they contribute.
+    """Cells of one phase, and where they contribute.
 
     Args:
         n: Number of rows and columns of T A P.

@@ -113,20 +113,13 @@ class AdaptiveBranch(Branch):
 
     Args:
         problem: The problem, with the cells that `accuracy` sets everywhere.
-        parameters: Parameters of the first solution.
-        mesh_error: Whether to solve on a coarser mesh too, as a check of the estimated error.
-        sensitivities: Whether to compute derivatives with respect to Ca_e, De and beta.
+        parameters, mesh_error, sensitivities, scout: As for `Branch`.
         allowed: Largest error of dU as a function of the parameters [U_av].
         zeros_only: Whether only zeros are solved again, not the points among which they are looked for.
-        scout: A solution on a coarser mesh at these parameters to start from; closed.
 
     Attributes:
         rounds: Number of rounds at each of the distances for which meshes are made.
         unknowns: Unknowns of the meshes with which points were accepted, by the same distances.
-
-    Raises:
-        NoSteadyState: No solution was found at the first parameters.
-        MeshFailure: A mesh could not be generated.
     """
 
     def __init__(

@@ -1,8 +1,7 @@
-"""Quasi-steady scenes: distances are prescribed, and time derivatives at fixed X are dropped.
+"""The solution of a quasi-steady scene, on a mesh that serves it.
 
 Shapes, stresses, flow and velocities are solved for together; see "Quasi-steady solutions" in
-docs/explanation/numerics.md. First guesses and tangents are functions of a
-scene (`guesses`, `tangents`).
+docs/explanation/numerics.md. First guesses and tangents are functions of a scene (`guesses`, `tangents`).
 """
 
 from __future__ import annotations
@@ -14,22 +13,19 @@ import numpy as np
 from pairsim.fem import diagnostics
 from pairsim.fem.constraints import Constraints
 from pairsim.fem.diagnostics import Observation
-from pairsim.fem.geometry import Geometry, Reference
 from pairsim.fem.remeshing import needs_mesh
 from pairsim.fem.scene import Scene
-from pairsim.fem.scene_constraints import steady_base, steady_constraints
 from pairsim.physics.pipe import PipeState
 from pairsim.runtime.arrays import Array
-from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.runtime.signals import heed
 from pairsim.solvers.mesh_transfer import free_unknowns
-from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene, cut_particles
+from pairsim.solvers.meshed_scene import MeshedScene
 from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.nonlinear.factors import LAST
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.steady.developed_flow import DevelopedFlows
+from pairsim.solvers.steady.parametric_scene import ParametricScene
 from pairsim.solvers.steady.snapshot import Snapshot
 
 # Distortions at which a mesh is replaced and a mesh around spheres is accepted; stricter than in time, since near the
@@ -52,8 +48,8 @@ class Factored:
     gap_tangents: Array | None = None
 
 
-class Steady(OnMeshedScene):
-    """A quasi-steady scene at one set of parameters.
+class Steady(ParametricScene):
+    """A quasi-steady solution at one set of parameters.
 
     Args:
         problem: The problem.
@@ -62,7 +58,6 @@ class Steady(OnMeshedScene):
     Attributes:
         parameters: Parameters of the last solution, or of the first guess.
         y: Free unknowns of the last solution, or the first guess, shape (n_y,); zero at first.
-        flows: Developed flows of the liquids so far.
         factored: Where the matrix was factorised by `factor`, None since the last solve.
         iterations: Number of Newton iterations.
         factorisations: Number of factorisations.
@@ -73,43 +68,17 @@ class Steady(OnMeshedScene):
     """
 
     def __init__(self, problem: SteadyProblem, parameters: Parameters) -> None:
-        self.problem, self.parameters = problem, parameters
-        self.clock = Clock()
-        self.flows = DevelopedFlows(problem.flow)
         self.iterations = self.factorisations = 0
         # Parameters at which a mesh around spheres was last found to be too distorted.
         self._refused: Parameters | None = None
         self.factored: Factored | None = None
-        geometry = Geometry(problem.betas, parameters.gaps, problem.length)
-        narrowest = tuple(min(d, problem.narrowest) for d in parameters.gaps)
-        with self.clock("mesh"):
-            outlines, insides = cut_particles(problem.mesh, geometry, narrowest, parameters.solids)
-        self.meshed = MeshedScene(
-            problem,
-            outlines,
-            insides,
-            parameters.solids,
-            liquid=parameters.liquid,
-            steady=True,
-            constrain=self._constrain,
-            clock=self.clock,
-        )
-        self._sphere_points: list[Array | None] = [
-            None if b.phase is None else b.phase.mesh.geometry.x.copy() for b in self.bodies
-        ]
-        self.meshed.put(Reference.spheres(replace(geometry, gaps=problem.nominal(parameters.gaps)), outlines))
-        self.y = np.zeros(self.constraints.size)
-
-    # Meshes
+        super().__init__(problem, parameters)
+        self.parameters, self.y = parameters, np.zeros(self.constraints.size)
 
     def _constrain(self, meshed: MeshedScene) -> Constraints:
         """Constraints on a new mesh; discards the factors."""
-        constraints = self._constraints_on(meshed)
-        self._untouched, self.factored = constraints.base.copy(), None
-        return constraints
-
-    def _constraints_on(self, meshed: MeshedScene) -> Constraints:
-        return steady_constraints(meshed.scene)
+        self.factored = None
+        return super()._constrain(meshed)
 
     @property
     def meshes(self) -> int:
@@ -152,17 +121,6 @@ class Steady(OnMeshedScene):
             return False
         closer = all(d <= before for d, before in zip(there.gaps, last.gaps, strict=True))
         return closer and all(Ca_e >= before for Ca_e, before in zip(there.Ca_es, last.Ca_es, strict=True))
-
-    def _shape_alone(self, distortion: float, parameters: Parameters, least: float) -> float:
-        """Distortion of a mesh around spheres by the shapes alone, without the change of the distances.
-
-        A mesh that only follows the distance of spheres remains accurate and symmetric; deformed shapes alone are a
-        reason to replace it. Distortions of at least `least` are returned unchanged.
-        """
-        if distortion >= least or self.scene.reference.deformed:
-            return distortion
-        undeformed = diagnostics.liquid_distortion(self.scene, self.meshed.displaced(self.h_star(parameters)))
-        return distortion / min(1.0, undeformed) if undeformed > 0 else distortion
 
     def take_over_costs(self, other: Steady) -> None:
         """Add the iterations, factorisations, meshes and times of another scene to those of this one."""
@@ -207,48 +165,9 @@ class Steady(OnMeshedScene):
             y[self.constraints.fields["F"]] = x[old.F]
         return y
 
-    # Parameters
-
-    def h_star(self, parameters: Parameters) -> Array:
-        """Material positions h* of undeformed spheres at the distances of the parameters, shape (n_h,)."""
-        betas = tuple(beta * parameters.size for beta in self.problem.betas)
-        centres = Geometry(betas, parameters.gaps, self.problem.length).centres
-        h = np.zeros(self.scene.h_size)
-        for body, centre in zip(self.bodies, centres, strict=True):
-            h[body.start : body.start + body.size : 2] = centre
-        return h
-
-    def apply(self, parameters: Parameters) -> Array:
-        """Set forms and constraints to the given parameters.
-
-        Returns:
-            Material positions h* of undeformed spheres, shape (n_h,).
-        """
-        scene, base = self.scene, self.constraints.base
-        base[:] = self._untouched if parameters.size == 1.0 else steady_base(scene, parameters.size)
-        for body, points, solid in zip(self.bodies, self._sphere_points, parameters.solids, strict=True):
-            if body.phase is not None and points is not None and solid is not None:
-                body.phase.become(solid)
-                body.phase.mesh.geometry.x[:] = points * parameters.size
-        scene.liquid.become(parameters.liquid)
-        for phase in scene.phases:
-            if "rate" in phase.constants:
-                phase.constants["rate"].value = 0.0
-        if not (scene.material.newtonian or scene.periodic):
-            scene.prescribe_ends(base, self.flows.at(parameters.liquid))
-        h_star = self.h_star(parameters)
-        self.newton.place(h_star)
-        return h_star
-
     def state(self) -> tuple[Array, Array]:
         """Material positions h and full vector x of the solution; sets the forms to its parameters."""
         return self._state_at(self.parameters, self.y)
-
-    def _state_at(self, parameters: Parameters, y: Array) -> tuple[Array, Array]:
-        self.apply(parameters)
-        return self.newton.state(y)
-
-    # Solving
 
     def solve(self, parameters: Parameters, guess: Array | None = None) -> Report:
         """Solve at given parameters. On success `parameters` and `y` are updated.
@@ -277,11 +196,6 @@ class Steady(OnMeshedScene):
         """Discard the factors."""
         self.newton.forget()
         self.factored = None
-
-    def distortion_of(self, h: Array, x: Array) -> float:
-        """Smallest ratio of current to reference Jacobian in the liquid; zero or negative if any cell is inverted."""
-        solid = diagnostics.solid_distortion(self.bodies, h)
-        return diagnostics.liquid_distortion(self.scene, x) if solid > 0 else 0.0
 
     def distorted(
         self, parameters: Parameters | None = None, y: Array | None = None, least: float = LEAST_STEADY
@@ -343,7 +257,3 @@ class Steady(OnMeshedScene):
     def developed_flow(self) -> PipeState:
         """Developed flow of the liquid without particles."""
         return self.flows.at(self.parameters.liquid)
-
-    def close(self) -> None:
-        """Free the memory of the solver."""
-        self.meshed.close()
