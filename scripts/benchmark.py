@@ -29,8 +29,8 @@ import pairsim
 import pairsim.runtime.fenicsx  # orders MPI ahead of everything compiled
 from pairsim.commands import COMMANDS
 from pairsim.drivers.problems import problem_of, steady_problem
-from pairsim.fem import compiled_phase
-from pairsim.fem.jit import JIT_OPTIONS
+from pairsim.fem.compilation.jit import JIT_OPTIONS
+from pairsim.fem.phases import compiled_phase
 from pairsim.inputs.case_files import parse_case
 from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.nonlinear.factors import MumpsOptions

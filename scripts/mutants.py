@@ -17,12 +17,13 @@ from cosmic_ray.plugins import get_operator, operator_names
 ROOT = Path(__file__).resolve().parent.parent
 TARGETS = (
     "pairsim/physics/**/*.py",
-    "pairsim/fem/constraints.py",
-    "pairsim/fem/scene_constraints.py",
-    "pairsim/fem/reduced_matrix.py",
-    "pairsim/fem/compiled_phase.py",
-    "pairsim/fem/phases.py",
+    "pairsim/fem/algebra/constraints.py",
+    "pairsim/fem/algebra/scene_constraints.py",
+    "pairsim/fem/algebra/reduced_matrix.py",
+    "pairsim/fem/phases/compiled_phase.py",
+    "pairsim/fem/phases/phase.py",
     "pairsim/solvers/stepping/history.py",
+    "pairsim/solvers/transient/scene.py",
     "pairsim/solvers/transient/transient.py",
     "pairsim/solvers/stepping/step_size.py",
     "pairsim/solvers/errors/time_error.py",

@@ -41,7 +41,7 @@ from typing import Any
 
 from mutants import ROOT, Mutant, applied, sample
 
-from pairsim.fem.jit import JIT_OPTIONS
+from pairsim.fem.compilation.jit import JIT_OPTIONS
 from pairsim.results.output import write_text
 
 QUICK = "not slow and not long"  # the tests of `scripts/test --quick`

@@ -20,7 +20,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import Literal
 
-from pairsim.fem import form_cache, jit
+from pairsim.fem import form_cache
+from pairsim.fem.compilation import jit
 from pairsim.runtime.child_process import clean_environment, module_command
 from pairsim.runtime.errors import PairsimError
 from pairsim.runtime.launcher import find_mpirun

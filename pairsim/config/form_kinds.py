@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pairsim.config.case import Case, SceneCase
-from pairsim.fem.moving_mesh import mesh_moves
+from pairsim.fem.phases.moving_mesh import mesh_moves
 
 
 def forms_of(case: SceneCase) -> tuple[str, ...]:

@@ -12,9 +12,9 @@ import numpy as np
 
 from pairsim.config.case import Case
 from pairsim.drivers.problems import mesh_settings
-from pairsim.fem.cell_sizes import make_outlines
-from pairsim.fem.geometry import Geometry, Reference
-from pairsim.fem.meshing import liquid_mesh, particle_meshes
+from pairsim.fem.meshes.cell_sizes import make_outlines
+from pairsim.fem.meshes.geometry import Geometry, Reference
+from pairsim.fem.meshes.meshing import liquid_mesh, particle_meshes
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.errors import WriteFailure
 

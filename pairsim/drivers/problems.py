@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pairsim.config.case import Case, SceneCase
 from pairsim.config.curve_case import CurveCase
-from pairsim.fem.geometry import MeshSettings
+from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.fem.scene import at_rest, poiseuille
 from pairsim.solvers.problems import Problem, SteadyProblem
 from pairsim.solvers.stepping.step_size import StepControl

@@ -10,9 +10,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from pairsim.fem.constraints import Constraints
+from pairsim.fem.algebra.constraints import Constraints
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh, jacobians
 from pairsim.fem.scene import Body, Scene
-from pairsim.fem.six_node_mesh import SixNodeMesh, jacobians
 from pairsim.physics.conformation import exponential
 from pairsim.runtime.arrays import Array
 

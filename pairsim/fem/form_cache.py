@@ -1,8 +1,8 @@
 """Compilation of forms before several processes need them: `python -P -m pairsim.fem.form_cache newtonian:moving`.
 
-Modules enter the cache whole or not at all (`pairsim.fem.jit.in_cache`). One process on each machine compiles them, so
-that others do not do the same work at the same time. Stamp files record which forms are compiled, so that a sweep need
-not load FEniCSx in order to know.
+Modules enter the cache whole or not at all (`pairsim.fem.compilation.jit.in_cache`). One process on each machine
+compiles them, so that others do not do the same work at the same time. Stamp files record which forms are compiled, so
+that a sweep need not load FEniCSx in order to know.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pairsim.fem.jit import JIT_OPTIONS, UNFINISHED, adopt_cache, cache, compiler, use_temporary_cache
+from pairsim.fem.compilation.jit import JIT_OPTIONS, UNFINISHED, adopt_cache, cache, compiler, use_temporary_cache
 from pairsim.runtime.child_process import FULL, Child, module_command
 from pairsim.runtime.errors import EnvironmentFailure
 from pairsim.runtime.signals import heed, received
@@ -48,7 +48,7 @@ def _digest() -> str:
             spec = importlib.util.find_spec(name)
             digest.update(str(spec and spec.origin).encode())
     fem = Path(__file__).parent
-    for file in sorted([*fem.glob("*.py"), *fem.glob("*.c"), *fem.with_name("physics").rglob("*.py")]):
+    for file in sorted([*fem.rglob("*.py"), *fem.rglob("*.c"), *fem.with_name("physics").rglob("*.py")]):
         digest.update(file.read_bytes())
     return digest.hexdigest()[:16]
 
@@ -164,9 +164,9 @@ def share_cache(node: MPI.Comm) -> None:
 
 def _compile(form: str) -> None:
     """Compile a kind of form, or load it if it is there."""
-    from pairsim.fem.cell_loop import compile_loops
-    from pairsim.fem.compiled_phase import liquid_phase, solid_phase
-    from pairsim.fem.enriched_residual import enriched_form
+    from pairsim.fem.compilation.loops import compile_loops
+    from pairsim.fem.phases.compiled_phase import liquid_phase, solid_phase
+    from pairsim.fem.recovery.enriched_residual import enriched_form
     from pairsim.physics import liquids, solids
 
     material, *words = form.split(":")

@@ -5,7 +5,7 @@ upstream), the Lagrange multiplier m of the zero mean pressure, with periodic en
 F on particles whose velocity is prescribed, which are the Lagrange multipliers of that condition. The positions of the
 particles' material form a second vector h, shape (n_h,): for a soft particle the displacements (z, r) of all nodes from
 its undeformed sphere centred at the origin, for a rigid particle the axial position of its centre. Constraints
-(`pairsim.fem.constraints`) define x as a function of the free unknowns and of h.
+(`pairsim.fem.algebra.constraints`) define x as a function of the free unknowns and of h.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
-from pairsim.fem.compiled_phase import liquid_phase, solid_phase
-from pairsim.fem.geometry import Outline, Reference
-from pairsim.fem.moving_mesh import mesh_moves
-from pairsim.fem.phases import Phase
-from pairsim.fem.quadrature import CellQuadrature, end_load
-from pairsim.fem.six_node_mesh import SixNodeMesh
+from pairsim.fem.meshes.geometry import Outline, Reference
+from pairsim.fem.meshes.quadrature import CellQuadrature, end_load
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
+from pairsim.fem.phases.compiled_phase import liquid_phase, solid_phase
+from pairsim.fem.phases.moving_mesh import mesh_moves
+from pairsim.fem.phases.phase import Phase
 from pairsim.physics.conformation import exponential
 from pairsim.physics.liquids import NEWTONIAN, Liquid
 from pairsim.physics.pipe import PipeState

@@ -9,8 +9,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.fem.scene import Body, Scene
-from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.physics.conformation import exponential, polymer_stress, trace
 from pairsim.physics.pipe import PipeState, across
 from pairsim.results.xdmf import FieldFrame

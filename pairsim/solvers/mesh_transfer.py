@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pairsim.fem.constraints import Constraints
-from pairsim.fem.interpolation import interpolate
+from pairsim.fem.algebra.constraints import Constraints
+from pairsim.fem.meshes.interpolation import interpolate
 from pairsim.fem.scene import Body, Scene
 from pairsim.runtime.arrays import Array
 

@@ -13,13 +13,13 @@ from dataclasses import replace
 import numpy as np
 
 from pairsim.fem import diagnostics
-from pairsim.fem.cell_sizes import make_outlines
-from pairsim.fem.constraints import Constraints
-from pairsim.fem.geometry import Geometry, MeshSettings, Outline, Reference
-from pairsim.fem.meshing import liquid_mesh, particle_meshes
+from pairsim.fem.algebra.constraints import Constraints
+from pairsim.fem.algebra.scene_constraints import extension_constraints
+from pairsim.fem.meshes.cell_sizes import make_outlines
+from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Outline, Reference
+from pairsim.fem.meshes.meshing import liquid_mesh, particle_meshes
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.fem.scene import Body, Scene, make_bodies
-from pairsim.fem.scene_constraints import extension_constraints
-from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Array

@@ -8,7 +8,7 @@ from typing import ClassVar, Protocol
 
 import numpy as np
 
-from pairsim.fem.geometry import MeshSettings
+from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.fem.scene import BoundaryVelocity, poiseuille
 from pairsim.physics.liquids import NEWTONIAN, Liquid
 from pairsim.physics.solids import Solid

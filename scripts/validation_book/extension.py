@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib import pyplot
 from scipy.optimize import brentq
 
-from pairsim.fem.geometry import MeshSettings
+from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics.solids import soft
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem

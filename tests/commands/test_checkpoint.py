@@ -18,7 +18,7 @@ from support.scenes import dU, soft_pair
 import pairsim
 from pairsim.config.case import Case
 from pairsim.drivers.progress import Reporter
-from pairsim.fem.geometry import MeshSettings
+from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics import solids
 from pairsim.results.checkpoint import Checkpoint, load
 from pairsim.results.output import RunFolder, SeriesWriter, read_series

@@ -18,7 +18,7 @@ from support.inputs import TINY
 
 from pairsim.drivers.outcome import Outcome, Record
 from pairsim.drivers.session import write_failure
-from pairsim.fem.jit import JIT_OPTIONS
+from pairsim.fem.compilation.jit import JIT_OPTIONS
 from pairsim.results import output
 from pairsim.results.folders import read_record
 from pairsim.results.output import RunFolder

@@ -18,7 +18,7 @@ from support.inputs import TINY
 
 from pairsim.commands import COMMANDS
 from pairsim.drivers.progress import Reporter
-from pairsim.fem.jit import UNFINISHED
+from pairsim.fem.compilation.jit import UNFINISHED
 from pairsim.runtime.child_process import Child, descendants, module_command
 from pairsim.sweeps.case import SweepCase
 from pairsim.sweeps.grid import read_grid

@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pairsim.fem.cell_sizes import make_outlines
-from pairsim.fem.geometry import Geometry, MeshSettings, Reference
-from pairsim.fem.meshing import liquid_mesh
+from pairsim.fem.algebra.scene_constraints import transient_constraints
+from pairsim.fem.meshes.cell_sizes import make_outlines
+from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Reference
+from pairsim.fem.meshes.meshing import liquid_mesh
 from pairsim.fem.scene import Scene, make_bodies
-from pairsim.fem.scene_constraints import transient_constraints
 from pairsim.physics.solids import soft
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import trace

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from pairsim.fem import form_cache
-from pairsim.fem.jit import JIT_OPTIONS, UNFINISHED, in_cache
+from pairsim.fem.compilation.jit import JIT_OPTIONS, UNFINISHED, in_cache
 
 
 @pytest.fixture(autouse=True)

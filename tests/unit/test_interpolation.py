@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from matplotlib.tri import Triangulation
 
-from pairsim.fem.cell_loop import call
-from pairsim.fem.interpolation import interpolate
-from pairsim.fem.six_node_mesh import SixNodeMesh
+from pairsim.fem.compilation.loops import call
+from pairsim.fem.meshes.interpolation import interpolate
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 
 
 def lattice(columns: int, rows: int, bent: float) -> SixNodeMesh:

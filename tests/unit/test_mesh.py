@@ -10,11 +10,11 @@ from scipy.spatial import cKDTree
 
 from pairsim.commands import COMMANDS
 from pairsim.config.cost import liquid_cells
-from pairsim.fem import cell_sizes
-from pairsim.fem.cell_sizes import Distances, make_outlines
-from pairsim.fem.geometry import Geometry, MeshSettings, Reference
-from pairsim.fem.meshing import liquid_mesh
-from pairsim.fem.six_node_mesh import SixNodeMesh
+from pairsim.fem.meshes import cell_sizes
+from pairsim.fem.meshes.cell_sizes import Distances, make_outlines
+from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Reference
+from pairsim.fem.meshes.meshing import liquid_mesh
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.inputs.case_files import parse_case
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pairsim.fem.geometry import Geometry, Outline, Reference
-from pairsim.fem.mesh_velocity import shares
+from pairsim.fem.algebra.mesh_velocity import shares
+from pairsim.fem.meshes.geometry import Geometry, Outline, Reference
 
 BETAS, GAPS, LENGTH = (0.4, 0.3, 0.2), (0.2, 0.6), 6.0
 

@@ -19,7 +19,7 @@ from support.scenes import soft_pair
 import pairsim as package
 from pairsim.cli import app as cli
 from pairsim.fem import form_cache
-from pairsim.fem.geometry import MeshSettings
+from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.runtime.child_process import descendants
 from pairsim.runtime.signals import Signals, Stopped, no_interrupt_lost, received
 from pairsim.solvers.nonlinear.newton import Newton

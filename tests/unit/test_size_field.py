@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pairsim.fem.cell_sizes import make_outlines
-from pairsim.fem.geometry import Geometry, MeshSettings, Reference
-from pairsim.fem.meshing import liquid_mesh
-from pairsim.fem.six_node_mesh import SixNodeMesh
-from pairsim.fem.size_field import ASKED, GRADATION, MOST_FACTOR, AdaptedSizes, CellIndicators, SizeField
+from pairsim.fem.meshes.cell_sizes import make_outlines
+from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Reference
+from pairsim.fem.meshes.meshing import liquid_mesh
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
+from pairsim.fem.meshes.size_field import ASKED, GRADATION, MOST_FACTOR, AdaptedSizes, CellIndicators, SizeField
 from pairsim.runtime.arrays import Array
 
 PAIR = Geometry((0.4, 0.4), (0.4,), 5.2)

@@ -9,7 +9,7 @@ import pytest
 from pairsim.commands import COMMANDS
 from pairsim.drivers.adaptive import LineOfScales
 from pairsim.drivers.problems import steady_problem
-from pairsim.fem.size_field import AdaptedSizes
+from pairsim.fem.meshes.size_field import AdaptedSizes
 from pairsim.inputs.case_files import parse_case
 from pairsim.physics.solids import soft
 from pairsim.solvers.curves import adaptation

@@ -10,10 +10,10 @@ import pytest
 from pairsim.commands import COMMANDS
 from pairsim.drivers.problems import steady_problem
 from pairsim.fem.diagnostics import Observation
-from pairsim.fem.enriched_nodes import EnrichedNodes, nodes_of
-from pairsim.fem.enriched_residual import EnrichedTests
-from pairsim.fem.patch_recovery import WIDE, PatchRecovery
-from pairsim.fem.six_node_mesh import shape_values
+from pairsim.fem.meshes.six_node_mesh import shape_values
+from pairsim.fem.recovery.enriched_nodes import EnrichedNodes, nodes_of
+from pairsim.fem.recovery.enriched_residual import EnrichedTests
+from pairsim.fem.recovery.patch_recovery import WIDE, PatchRecovery
 from pairsim.inputs.case_files import parse_case
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.estimate import ErrorEstimate, ErrorEstimator

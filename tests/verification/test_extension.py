@@ -18,8 +18,8 @@ from scipy.optimize import brentq, minimize_scalar
 from support.references import reference
 from support.scenes import march
 
-from pairsim.fem.constraints import Constraints
-from pairsim.fem.geometry import MeshSettings
+from pairsim.fem.algebra.constraints import Constraints
+from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics.solids import Solid, soft
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.physics.solids.mooney_rivlin import MooneyRivlin

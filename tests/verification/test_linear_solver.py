@@ -10,7 +10,7 @@ import pytest
 
 from pairsim.commands import COMMANDS
 from pairsim.drivers.problems import steady_problem
-from pairsim.fem.elimination_order import dependence_on_unknowns, elimination_order, node_of_unknowns
+from pairsim.fem.algebra.elimination_order import dependence_on_unknowns, elimination_order, node_of_unknowns
 from pairsim.inputs.case_files import parse_case
 from pairsim.solvers.nonlinear import factors
 from pairsim.solvers.nonlinear.factors import Factors, MumpsOptions

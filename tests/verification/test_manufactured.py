@@ -19,10 +19,10 @@ import numpy as np
 import pytest
 import sympy
 
-from pairsim.fem.geometry import Geometry, MeshSettings, Reference
-from pairsim.fem.quadrature import CellQuadrature
+from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Reference
+from pairsim.fem.meshes.quadrature import CellQuadrature
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.fem.scene import Scene
-from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.physics.conformation import logarithm
 from pairsim.physics.liquids import single
 from pairsim.physics.liquids.giesekus import Giesekus

@@ -12,8 +12,8 @@ from mpi4py import MPI
 from support.scenes import soft_pair
 
 import pairsim
-from pairsim.fem import compiled_phase
-from pairsim.fem.geometry import MeshSettings
+from pairsim.fem.meshes.geometry import MeshSettings
+from pairsim.fem.phases import compiled_phase
 from pairsim.physics import solids
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.liquids.carreau import Carreau

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.scenes import soft_pair
 
-from pairsim.fem.geometry import MeshSettings
+from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics.liquids import NEWTONIAN, Liquid, single
 from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.power_law import PowerLaw

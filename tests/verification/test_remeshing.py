@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pairsim.fem.algebra.scene_constraints import balance_constraints
 from pairsim.fem.diagnostics import liquid_distortion
-from pairsim.fem.geometry import MeshSettings
+from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.fem.scene import Scene
-from pairsim.fem.scene_constraints import balance_constraints
 from pairsim.physics.liquids import single
 from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.solids import soft

@@ -9,12 +9,12 @@ import pytest
 
 from pairsim.commands import COMMANDS
 from pairsim.drivers.problems import problem_of
-from pairsim.fem.enriched_nodes import EnrichedNodes, nodes_of
-from pairsim.fem.enriched_residual import EnrichedUnknowns
-from pairsim.fem.enriched_scene import EnrichedScene
-from pairsim.fem.patch_recovery import WIDE, PatchRecovery
-from pairsim.fem.recovered_solution import RecoveredSolution
-from pairsim.fem.six_node_mesh import shape_values
+from pairsim.fem.meshes.six_node_mesh import shape_values
+from pairsim.fem.recovery.enriched_nodes import EnrichedNodes, nodes_of
+from pairsim.fem.recovery.enriched_residual import EnrichedUnknowns
+from pairsim.fem.recovery.enriched_scene import EnrichedScene
+from pairsim.fem.recovery.patch_recovery import WIDE, PatchRecovery
+from pairsim.fem.recovery.recovered_solution import RecoveredSolution
 from pairsim.inputs.case_files import parse_case
 from pairsim.solvers.stepping.step import Step
 from pairsim.solvers.transient.transient import Transient

@@ -98,7 +98,7 @@ def test_a_run_reaches_the_slow_manifold() -> None:
 def test_dU_does_not_depend_on_the_velocity_of_the_mesh(keys: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     found = []
     for part in (0.5, 1.0, 0.3):
-        monkeypatch.setattr("pairsim.fem.mesh_velocity.TRANSITION", part)
+        monkeypatch.setattr("pairsim.fem.algebra.mesh_velocity.TRANSITION", part)
         found.append(point(**keys, mesh={"Np": 14}))
     dU, held = np.array([p.dU for p in found]), np.array([p.held_dUs[0] for p in found])
     assert np.ptp(dU) < 1e-3 * abs(dU[0])

@@ -15,7 +15,7 @@ from support.references import reference
 from support.scenes import dU, march, soft_pair
 
 import pairsim
-from pairsim.fem.geometry import MeshSettings
+from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.fem.scene import Body
 from pairsim.physics.solids import soft
 from pairsim.solvers.nonlinear.newton import TRANSIENT

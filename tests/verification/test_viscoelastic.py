@@ -16,9 +16,9 @@ from support.references import reference
 from support.scenes import dU, soft_pair
 
 import pairsim
-from pairsim.fem.geometry import Geometry, MeshSettings, Reference
-from pairsim.fem.interpolation import interpolate
-from pairsim.fem.meshing import liquid_mesh
+from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Reference
+from pairsim.fem.meshes.interpolation import interpolate
+from pairsim.fem.meshes.meshing import liquid_mesh
 from pairsim.physics.conformation import exponential, logarithm, polymer_stress
 from pairsim.physics.liquids import NEWTONIAN, Liquid, single
 from pairsim.physics.liquids.fene_p import FeneP

@@ -2,8 +2,8 @@
 
 A point whose estimated error is too large is solved again on a mesh made for it, up to ROUNDS times. Where the scatter
 of the estimate prevails, in viscoelastic liquids only, cells become smaller where they contribute to it
-(`pairsim.fem.size_field`); where its signed part prevails all cells do. Meshes are kept by the distances for which
-meshes are made (`SteadyProblem.nominal`): neighbouring points share them.
+(`pairsim.fem.meshes.size_field`); where its signed part prevails all cells do. Meshes are kept by the distances for
+which meshes are made (`SteadyProblem.nominal`): neighbouring points share them.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pairsim.fem.size_field import MOST_FACTOR, AdaptedSizes, SizeField
+from pairsim.fem.meshes.size_field import MOST_FACTOR, AdaptedSizes, SizeField
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.curves.branch import BESIDE, Branch, Point

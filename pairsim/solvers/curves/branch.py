@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from pairsim.fem.diagnostics import Observation, liquid_distortion
-from pairsim.fem.remeshing import GAP_RATIO
+from pairsim.fem.meshes.remeshing import GAP_RATIO
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.curves.sensitivities import sensitivities

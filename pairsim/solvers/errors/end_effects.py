@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pairsim.fem.interpolation import interpolate
+from pairsim.fem.meshes.interpolation import interpolate
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.fem.scene import poiseuille
-from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.physics.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.solvers.steady.scene import Steady

@@ -19,9 +19,9 @@ import math
 import numpy as np
 
 from pairsim.fem.diagnostics import velocities
-from pairsim.fem.enriched_residual import EnrichedUnknowns
-from pairsim.fem.enriched_scene import EnrichedScene
-from pairsim.fem.recovered_solution import RecoveredSolution
+from pairsim.fem.recovery.enriched_residual import EnrichedUnknowns
+from pairsim.fem.recovery.enriched_scene import EnrichedScene
+from pairsim.fem.recovery.recovered_solution import RecoveredSolution
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.nonlinear.factors import ROUGH
 from pairsim.solvers.nonlinear.newton import Newton

@@ -3,7 +3,7 @@
 For a functional J and the adjoint z of its linearisation, J(exact) - J(discrete) = -R(discrete; z - z_h) up to terms of
 second order in the error, whatever discrete z_h is taken away (Becker & Rannacher, Acta Numerica 10, 1, 2001). Here
 z is the discrete adjoint (`pairsim.solvers.errors.adjoints`), recovered one degree higher
-(`pairsim.fem.weighted_residual`).
+(`pairsim.fem.recovery.weighted_residual`).
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pairsim.fem.enriched_residual import EnrichedTests
-from pairsim.fem.enriched_scene import EnrichedScene
-from pairsim.fem.size_field import CellIndicators
-from pairsim.fem.weighted_residual import WeightedResidual, corners
+from pairsim.fem.meshes.size_field import CellIndicators
+from pairsim.fem.recovery.enriched_residual import EnrichedTests
+from pairsim.fem.recovery.enriched_scene import EnrichedScene
+from pairsim.fem.recovery.weighted_residual import WeightedResidual, corners
 from pairsim.physics.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.errors.adjoints import Adjoints

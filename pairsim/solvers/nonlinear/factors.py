@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.fem.constraints import Constraints
-from pairsim.fem.elimination_order import elimination_order
-from pairsim.fem.reduced_matrix import ReducedMatrix
+from pairsim.fem.algebra.constraints import Constraints
+from pairsim.fem.algebra.elimination_order import elimination_order
+from pairsim.fem.algebra.reduced_matrix import ReducedMatrix
 from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState

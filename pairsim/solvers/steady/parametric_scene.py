@@ -11,9 +11,9 @@ from dataclasses import replace
 import numpy as np
 
 from pairsim.fem import diagnostics
-from pairsim.fem.constraints import Constraints
-from pairsim.fem.geometry import Geometry, Reference
-from pairsim.fem.scene_constraints import steady_base, steady_constraints
+from pairsim.fem.algebra.constraints import Constraints
+from pairsim.fem.algebra.scene_constraints import steady_base, steady_constraints
+from pairsim.fem.meshes.geometry import Geometry, Reference
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene, cut_particles

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pairsim.fem.quadrature import CellQuadrature
+from pairsim.fem.meshes.quadrature import CellQuadrature
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.steady.scene import Steady
 

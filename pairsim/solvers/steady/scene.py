@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pairsim.fem import diagnostics
-from pairsim.fem.constraints import Constraints
+from pairsim.fem.algebra.constraints import Constraints
 from pairsim.fem.diagnostics import Observation
-from pairsim.fem.remeshing import needs_mesh
+from pairsim.fem.meshes.remeshing import needs_mesh
 from pairsim.fem.scene import Scene
 from pairsim.physics.pipe import PipeState
 from pairsim.runtime.arrays import Array

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pairsim.fem.geometry import Reference
-from pairsim.fem.six_node_mesh import SixNodeMesh
+from pairsim.fem.meshes.geometry import Reference
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.parameters import Parameters
 

@@ -11,12 +11,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from pairsim.fem.constraints import Constraints
-from pairsim.fem.geometry import Geometry, Outline
-from pairsim.fem.remeshing import FRESH_DISTORTION
+from pairsim.fem.algebra.constraints import Constraints
+from pairsim.fem.algebra.scene_constraints import transient_constraints
+from pairsim.fem.meshes.geometry import Geometry, Outline
+from pairsim.fem.meshes.remeshing import FRESH_DISTORTION
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.fem.scene import Scene
-from pairsim.fem.scene_constraints import transient_constraints
-from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.material import between
 from pairsim.physics.pipe import Pipe

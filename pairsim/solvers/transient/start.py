@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pairsim.fem.constraints import Constraints
-from pairsim.fem.geometry import Geometry, Reference
+from pairsim.fem.algebra.constraints import Constraints
+from pairsim.fem.meshes.geometry import Geometry, Reference
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.fem.scene import Scene
-from pairsim.fem.six_node_mesh import SixNodeMesh
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import NoSteadyState

@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from pairsim.fem.algebra.scene_constraints import balance_constraints
 from pairsim.fem.scene import Scene
-from pairsim.fem.scene_constraints import balance_constraints
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.solvers.mesh_transfer import free_unknowns

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from pairsim.fem import diagnostics
-from pairsim.fem.remeshing import needs_mesh
+from pairsim.fem.meshes.remeshing import needs_mesh
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InvertedCell, MeshFailure, NewtonFailure, StepTooSmall
 from pairsim.solvers.errors.equation import ErrorEquation

@@ -11,10 +11,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from pairsim.fem.enriched_nodes import EnrichedNodes
-from pairsim.fem.enriched_residual import EnrichedResidual
-from pairsim.fem.patch_recovery import WIDE, PatchRecovery
-from pairsim.fem.phases import Phase
+from pairsim.fem.phases.phase import Phase
+from pairsim.fem.recovery.enriched_nodes import EnrichedNodes
+from pairsim.fem.recovery.enriched_residual import EnrichedResidual
+from pairsim.fem.recovery.patch_recovery import WIDE, PatchRecovery
 from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array, Indices
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pairsim.fem.enriched_residual import EnrichedTests
-from pairsim.fem.enriched_scene import EnrichedPhase, EnrichedScene
-from pairsim.fem.patch_recovery import NARROW
+from pairsim.fem.recovery.enriched_residual import EnrichedTests
+from pairsim.fem.recovery.enriched_scene import EnrichedPhase, EnrichedScene
+from pairsim.fem.recovery.patch_recovery import NARROW
 from pairsim.runtime.arrays import Array
 
 

@@ -14,7 +14,7 @@ from pairsim.runtime.arrays import Array
 
 
 class CellSizes(Protocol):
-    """Cell sizes that were adapted to solutions (`pairsim.fem.size_field`)."""
+    """Cell sizes that were adapted to solutions (`pairsim.fem.meshes.size_field`)."""
 
     def on(self, geometry: Geometry) -> Callable[[float, float], float]:
         """Size [D_c] as a function of (z, r)."""

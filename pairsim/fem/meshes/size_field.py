@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 import scipy
 
-from pairsim.fem.geometry import Geometry, Outline
+from pairsim.fem.meshes.geometry import Geometry, Outline
 from pairsim.physics.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array, Indices
 

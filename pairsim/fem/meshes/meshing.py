@@ -18,10 +18,10 @@ from scipy import sparse
 from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
-from pairsim.fem.cell_sizes import liquid_size
-from pairsim.fem.extruded_cells import extruded, graded_ends, stations
-from pairsim.fem.geometry import Geometry, MeshSettings, Outline, Reference
-from pairsim.fem.six_node_mesh import MIRRORED_CELL, SixNodeMesh, jacobians, shape_gradients
+from pairsim.fem.meshes.cell_sizes import liquid_size
+from pairsim.fem.meshes.extruded_cells import extruded, graded_ends, stations
+from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Outline, Reference
+from pairsim.fem.meshes.six_node_mesh import MIRRORED_CELL, SixNodeMesh, jacobians, shape_gradients
 from pairsim.physics.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure

@@ -1,6 +1,6 @@
 """Constraints of each kind of problem: time-dependent, quasi-steady, extension of the mesh, and stress balance.
 
-The notation is that of `pairsim.fem.constraints`.
+The notation is that of `pairsim.fem.algebra.constraints`.
 """
 
 from __future__ import annotations
@@ -9,9 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from pairsim.fem import mesh_velocity
-from pairsim.fem.constraints import Constraints, Triplets, Unknowns
-from pairsim.fem.geometry import Outline
+from pairsim.fem.algebra import mesh_velocity
+from pairsim.fem.algebra.constraints import Constraints, Triplets, Unknowns
+from pairsim.fem.meshes.geometry import Outline
 from pairsim.fem.scene import Body, Scene
 from pairsim.runtime.arrays import Array, Indices
 

@@ -2,20 +2,22 @@
 
 A phase has one mixed function x on its own mesh. Its degrees of freedom are numbered canonically, independently of the
 order in which DOLFINx has them: field after field, vector fields as (node, component), P1 fields by vertex. The phases
-are joined by constraints (`pairsim.fem.constraints`).
+are joined by constraints (`pairsim.fem.algebra.constraints`).
 """
 
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import basix.ufl
 import numpy as np
+from numpy.typing import NDArray
 
-from pairsim.fem.cell_loop import CellJacobian
-from pairsim.fem.compiled_phase import OF_TIME, CompiledPhase, components
-from pairsim.fem.six_node_mesh import SixNodeMesh
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
+from pairsim.fem.phases.compiled_phase import OF_TIME, CompiledPhase, components
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Array, Indices
@@ -25,6 +27,29 @@ fem = dolfinx.fem
 
 # basix numbers mid-side nodes by the opposite vertex, gmsh by the first vertex of the side.
 TO_BASIX = np.array([0, 1, 2, 4, 5, 3])
+
+
+@dataclass(frozen=True)
+class CellJacobian:
+    """The Jacobian of a phase cell by cell.
+
+    Attributes:
+        kernel: Compiled function that tabulates the matrix of a cell.
+        dofs: Canonical numbers of the unknowns of each cell, shape (cells, k).
+        coupled_pointer: Start of the columns of each row of a cell's matrix that can be non-zero, shape (k + 1,).
+        coupled: Their numbers.
+        points: Coordinates of the nodes, shape (nodes, 3).
+        nodes: Nodes of each cell, shape (cells, 6).
+        packed: Function that returns the coefficients of all cells, their number in a cell, and the constants.
+    """
+
+    kernel: ctypes.c_void_p
+    dofs: NDArray[np.int32]
+    coupled_pointer: NDArray[np.int32]
+    coupled: NDArray[np.int32]
+    points: Array
+    nodes: NDArray[np.int32]
+    packed: Callable[[], tuple[Array, int, Array]]
 
 
 class Phase[M: (Liquid, Solid)]:

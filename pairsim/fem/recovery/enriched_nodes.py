@@ -8,7 +8,7 @@ import basix
 import numpy as np
 from scipy import sparse
 
-from pairsim.fem.six_node_mesh import MIDSIDE_OPPOSITE, SixNodeMesh, shape_values
+from pairsim.fem.meshes.six_node_mesh import MIDSIDE_OPPOSITE, SixNodeMesh, shape_values
 from pairsim.runtime.arrays import Array, Indices
 
 

@@ -15,42 +15,15 @@ import os
 import shlex
 import subprocess
 import sysconfig
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pairsim.fem.jit import JIT_OPTIONS, in_cache
-from pairsim.runtime.arrays import Array
+from pairsim.fem.compilation.jit import JIT_OPTIONS, in_cache
 
 SOURCES = tuple(Path(__file__).with_name(name) for name in ("cell_loop.c", "patch_recovery.c", "point_location.c"))
 LIBRARY = "loops.so"
-
-
-@dataclass(frozen=True)
-class CellJacobian:
-    """The Jacobian of a phase cell by cell, on the cells of one process.
-
-    Attributes:
-        kernel: Compiled function that tabulates the matrix of a cell.
-        dofs: Canonical numbers of the unknowns of each cell, shape (cells, k).
-        coupled_pointer: Start of the columns of each row of a cell's matrix that can be non-zero, shape (k + 1,).
-        coupled: Their numbers.
-        points: Coordinates of the nodes on this process, shape (nodes, 3).
-        nodes: Nodes of each cell, shape (cells, 6).
-        packed: Function that returns the coefficients of all cells, their number in a cell, and the constants.
-    """
-
-    kernel: ctypes.c_void_p
-    dofs: NDArray[np.int32]
-    coupled_pointer: NDArray[np.int32]
-    coupled: NDArray[np.int32]
-    points: Array
-    nodes: NDArray[np.int32]
-    packed: Callable[[], tuple[Array, int, Array]]
 
 
 def _options() -> list[str]:

@@ -18,9 +18,17 @@ import basix.ufl
 import numpy as np
 import ufl
 
-from pairsim.fem.compiled_phase import QUADRATURE_DEGREE, CompiledPhase, FieldSpec, Terms, compiled, components, split
-from pairsim.fem.enriched_nodes import own_shapes
-from pairsim.fem.phases import Phase
+from pairsim.fem.phases.compiled_phase import (
+    QUADRATURE_DEGREE,
+    CompiledPhase,
+    FieldSpec,
+    Terms,
+    compiled,
+    components,
+    split,
+)
+from pairsim.fem.phases.phase import Phase
+from pairsim.fem.recovery.enriched_nodes import own_shapes
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.runtime.fenicsx import dolfinx
 

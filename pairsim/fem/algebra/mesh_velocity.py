@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pairsim.fem.geometry import Reference
+from pairsim.fem.meshes.geometry import Reference
 from pairsim.runtime.arrays import Array
 
 # The part of a gap, about its middle, in which the velocity of the mesh changes from one particle's to the next one's.

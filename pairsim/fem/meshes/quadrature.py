@@ -9,7 +9,7 @@ from math import pi
 import basix
 import numpy as np
 
-from pairsim.fem.six_node_mesh import SixNodeMesh, shape_gradients, shape_values
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh, shape_gradients, shape_values
 from pairsim.runtime.arrays import Array, Indices
 
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pairsim.fem.six_node_mesh import SixNodeMesh
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.physics.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array
 

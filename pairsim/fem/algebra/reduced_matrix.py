@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from pairsim.fem.cell_loop import CellJacobian, call
-from pairsim.fem.constraints import Constraints
+from pairsim.fem.algebra.constraints import Constraints
+from pairsim.fem.compilation.loops import call
+from pairsim.fem.phases.phase import CellJacobian
 from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array, Indices
 

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from pairsim.fem.cell_loop import call
-from pairsim.fem.enriched_nodes import EnrichedNodes
-from pairsim.fem.six_node_mesh import SixNodeMesh
+from pairsim.fem.compilation.loops import call
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
+from pairsim.fem.recovery.enriched_nodes import EnrichedNodes
 from pairsim.runtime.arrays import Array, Indices
 
 # Fewest nodes of a patch by degree of the recovered field: two rings of cells inside the mesh. Fewer nodes (9 and 15)

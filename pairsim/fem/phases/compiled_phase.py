@@ -15,7 +15,7 @@ import numpy as np
 import ufl
 from numpy.typing import NDArray
 
-from pairsim.fem.jit import JIT_OPTIONS, in_cache
+from pairsim.fem.compilation.jit import JIT_OPTIONS, in_cache
 from pairsim.physics.forms import constitutive, continuity, extra_stress, mesh_motion
 from pairsim.physics.forms.momentum import momentum
 from pairsim.physics.kinematics import Expr, Kinematics

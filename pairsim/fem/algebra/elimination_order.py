@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
-from pairsim.fem.constraints import Constraints
+from pairsim.fem.algebra.constraints import Constraints
 from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Indices
 from pairsim.runtime.fenicsx import PETSc

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from pairsim.fem.cell_loop import call
-from pairsim.fem.six_node_mesh import SixNodeMesh, shape_gradients, shape_values
+from pairsim.fem.compilation.loops import call
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh, shape_gradients, shape_values
 from pairsim.runtime.arrays import Array
 
 # Division of a six-node triangle into four linear ones, in which points are located.

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pairsim.fem.geometry import Geometry, MeshSettings, Outline, Reference
+from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Outline, Reference
 from pairsim.physics.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array
 

@@ -7,7 +7,7 @@ h = h* + g (M y - U_m a), with g = gamma dt and the unit axial translation a. Th
 
 and Newton's matrix is T A P with the assembled Jacobian A; see "Constraints" in docs/explanation/numerics.md. An entry
 of A contributes to it with a factor t (n + g c m), so that the sparsity pattern does not depend on the step size.
-`pairsim.fem.scene_constraints` builds the constraints of each kind of problem.
+`pairsim.fem.algebra.scene_constraints` builds the constraints of each kind of problem.
 """
 
 from __future__ import annotations

@@ -1,0 +1,1 @@
+"""A liquid or a solid on its mesh: compiled forms, residual and Jacobian."""
