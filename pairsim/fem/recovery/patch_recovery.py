@@ -117,9 +117,11 @@ class PatchRecovery:
         size, count = len(_powers(self._degree)), len(patches)
         local = (self._nodes.x[:, None] - self._centres[patches]) / self._scales[patches]
         powers = _monomials(local, self._degree) * self._nodes.barycentric[..., None]
-        columns, starts = patches[..., None] * size + np.arange(size), np.arange(count + 1) * 3 * size
-        shape = count, len(self._centres) * size
-        return sparse.csr_matrix((powers.ravel(), columns.ravel(), starts), shape=shape)
+        columns = patches[..., None].astype(np.int32) * size + np.arange(size, dtype=np.int32)
+        starts, shape = np.arange(count + 1, dtype=np.int32) * 3 * size, (count, len(self._centres) * size)
+        matrix = sparse.csr_matrix((powers.ravel(), columns.ravel(), starts), shape=shape)
+        matrix.eliminate_zeros()  # a node on a side has no part of the polynomial of the vertex opposite
+        return matrix.copy()
 
 
 def _patches(mesh: SixNodeMesh, vertex: Indices, fewest: int, carried: int) -> tuple[Indices, NDArray[np.int32]]:
