@@ -188,7 +188,7 @@ def test_cache_that_cannot_be_written_is_replaced_for_one_command(
 
 def test_no_home_folder_is_needed() -> None:
     environment = {name: value for name, value in os.environ.items() if name not in ("HOME", "XDG_CACHE_HOME")}
-    program = "from pairsim.fem import jit; print(jit.cache())"
+    program = "from pairsim.fem.compilation import jit; print(jit.cache())"
     done = subprocess.run(
         module_command("timeit", "-n", "1", "-r", "1", program),
         env=environment,

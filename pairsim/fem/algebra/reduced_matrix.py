@@ -112,7 +112,7 @@ class ReducedMatrix:
     """
 
     def __init__(self, scene: Scene, constraints: Constraints, order: Indices) -> None:
-        self._size = n = constraints.size
+        n = constraints.size
         place = np.empty(n, dtype=np.int64)
         place[order] = np.arange(n)
         self._equations = _renumbered(sparse.csr_matrix(constraints.T.T), place)
