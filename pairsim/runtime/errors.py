@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import sys
 import traceback
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from pairsim.runtime.text import as_typed, printable
@@ -166,9 +167,21 @@ class EnvironmentFailure(RunFailure):
 
 
 class NoSteadyState(RunFailure):
-    """No quasi-steady solution was found, for example because the branch of steady shapes ends in a fold."""
+    """No quasi-steady solution was found; whether there is one is not known."""
+
+    reason = "not_resolved"
+
+
+class BranchEnd(NoSteadyState):
+    """The branch of steady states ends before the parameters wanted: there is no steady state on the way to them.
+
+    Attributes:
+        at: Numbers of the parameters at the end, such as {"Ca_e": 0.11, "d": 0.05}, each with its error.
+    """
 
     reason = "no_steady_state"
+
+    at: Mapping[str, tuple[float, float]] = MappingProxyType({})
 
 
 def failure_of(reason: str, message: str) -> RunFailure:
@@ -181,7 +194,8 @@ def failure_of(reason: str, message: str) -> RunFailure:
     Returns:
         An exception of the class with this `reason`, or a `RunFailure` if there is no such class.
     """
-    failure = next((kind for kind in RunFailure.__subclasses__() if kind.reason == reason), RunFailure)(message)
+    kinds: list[type[RunFailure]] = [*RunFailure.__subclasses__(), BranchEnd]
+    failure = next((kind for kind in kinds if kind.reason == reason), RunFailure)(message)
     failure.sentence = message  # which contains reason, time and step
     return failure
 

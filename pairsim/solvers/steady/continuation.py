@@ -5,6 +5,8 @@ See "Continuation" in docs/explanation/numerics.md. Constants without another or
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -12,12 +14,14 @@ from functools import partial
 import numpy as np
 
 from pairsim.runtime.arrays import Array
-from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.runtime.errors import BranchEnd, MeshFailure, NoSteadyState
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.bordered import solve_with
+from pairsim.solvers.steady.ends import LAST, end_after
 from pairsim.solvers.steady.guesses import place_undeformed
 from pairsim.solvers.steady.pseudo_time import relax
 from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.snapshot import Snapshot
 from pairsim.solvers.steady.tangents import gap_tangents, tangent_along
 
 # Largest changes by one predictor step.
@@ -124,8 +128,10 @@ def follow(steady: Steady, target: Parameters) -> None:
         return
     along = partial(start.towards, target)
     tau, longest, refused, relaxed = 0.0, 1.0, "", 0
+    trail: deque[tuple[float, Snapshot]] = deque(maxlen=LAST)
     while tau < 1.0:
         steady.factor()
+        trail.append((tau, steady.snapshot))
         if replace(start, gaps=target.gaps) == target:
             tangent = np.subtract(target.gaps, start.gaps) @ gap_tangents(steady)
         else:
@@ -151,11 +157,14 @@ def follow(steady: Steady, target: Parameters) -> None:
             steady.recall(before)
             step /= 3
             if step < SMALLEST:
+                failure = _lost(steady, along, trail, refused)
                 elastic, relaxed = bool(target.liquid.modes), relaxed + 1
-                if elastic and relaxed <= MOST_RELAXED and relax(steady, there).converged:
-                    longest = 3 * SMALLEST
-                    break
-                raise _lost(steady, target, refused)
+                if isinstance(failure, BranchEnd) or not elastic or relaxed > MOST_RELAXED:
+                    raise failure
+                if not relax(steady, there).converged:
+                    raise failure
+                longest = 3 * SMALLEST
+                break
         tau = to
 
 
@@ -165,20 +174,30 @@ def _far(here: Parameters, there: Parameters) -> bool:
     return any(max(old / new, new / old) > FAR for old, new in pairs if old and new)
 
 
-def _lost(steady: Steady, target: Parameters, refused: str) -> NoSteadyState:
-    """Error that says why the continuation stopped: at a fold, or since Newton's method failed with `refused`."""
-    reached = steady.parameters
-    fold, last = None, steady.snapshot
+def _lost(
+    steady: Steady, along: Callable[[float], Parameters], trail: Sequence[tuple[float, Snapshot]], refused: str
+) -> NoSteadyState:
+    """Error that says why the continuation stopped: at the end of the branch, or since `refused`."""
+    target, end = along(1.0), None
     if any(target.Ca_es):
-        with suppress(MeshFailure, NoSteadyState):
-            fold = find_fold(steady, target)
-        steady.recall(last)
-    if fold is not None and fold.passed:
-        return NoSteadyState(
-            f"the branch of steady shapes has a fold at {where(fold.parameters)} and does not reach {where(target)}"
-        )
-    message = f"the continuation to {where(target)} stopped at {where(reached)}: {refused}"
-    return NoSteadyState(message, advice="a larger mesh.Np")
+        with suppress(MeshFailure):
+            end = end_after(steady, trail)
+    steady.recall(trail[-1][1])
+    if end is None:
+        message = f"the continuation to {where(target)} stopped at {where(steady.parameters)}: {refused}"
+        return NoSteadyState(message, advice="a larger mesh.Np")
+    there, off = _numbers(along(end.at)), _numbers(along(end.at + max(end.error, 0.0)))
+    at = {name: (value, abs(off[name] - value)) for name, value in there.items()}
+    why = "a fold" if end.kind == "fold" else "wrinkles: the surface of a particle is compressed too much"
+    failure = BranchEnd(f"steady states end at {where(along(end.at))}, before {where(target)}, in {why}")
+    failure.at = at
+    return failure
+
+
+def _numbers(parameters: Parameters) -> dict[str, float]:
+    """The parameters by name; of several particles the largest Ca_e, of several distances the smallest."""
+    found = {"De": parameters.De, "Ca_e": max(parameters.Ca_es, default=0.0), "d": min(parameters.gaps, default=0.0)}
+    return {name: value for name, value in found.items() if value}
 
 
 def prepared(steady: Steady, there: Parameters, guess: Array) -> Array:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import replace
 
-from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.runtime.errors import BranchEnd, MeshFailure, NoSteadyState
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import begin, cold_start, follow, prepared
@@ -21,6 +21,7 @@ FEWEST_CELLS = 4  # on a half-circle; chosen
 # The continuation to the first parameters takes many solutions that are not reported. It is done on cells larger by
 # this factor, with at least SCOUT_CELLS cells on a half-circle, and not solved better than its cells are; all chosen.
 SCOUT, SCOUT_CELLS, SCOUT_TOLERANCE = 2.0, 8, 1e-4
+FINER_SCOUT = 2**0.5  # where the first scout fails, or to see that a branch ends at the same place; chosen
 # Distortion above which a solution from undeformed spheres is taken as it is, more than LEAST_STEADY, below which
 # a mesh is made around deformed shapes; chosen. Such a mesh should not depend on how the shapes were found.
 SLIGHT = 0.75
@@ -32,7 +33,7 @@ def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -
 
 
 def walked(problem: SteadyProblem, parameters: Parameters) -> Steady:
-    """Create a scene at given parameters by continuation from an easier liquid and nearly rigid particles.
+    """Create a scene at given parameters from an easier liquid and nearly rigid particles: first in De, then in Ca_e.
 
     Raises:
         NoSteadyState: The continuation did not reach the parameters.
@@ -41,6 +42,8 @@ def walked(problem: SteadyProblem, parameters: Parameters) -> Steady:
     scene = Steady(problem, cold_start(parameters))
     try:
         begin(scene)
+        if any(parameters.Ca_es):  # so that what ends the branch lies at the De wanted
+            follow(scene, replace(parameters, solids=scene.parameters.solids))
         follow(scene, parameters)
     except (NoSteadyState, MeshFailure):
         scene.close()
@@ -107,7 +110,11 @@ def first_scene(problem: SteadyProblem, parameters: Parameters, scout: Steady | 
         scene = Steady(problem, parameters)
         if scout is None and at_once(scene):
             return scene
-        scout = scout or _scout(problem, parameters)
+        try:
+            scout = scout or _scout(problem, parameters)
+        except BranchEnd:
+            scene.close()
+            raise
         found = scout is not None and adopted(scene, parameters, scout)
         if scout is not None:
             scene.take_over_costs(scout)
@@ -123,10 +130,31 @@ def first_scene(problem: SteadyProblem, parameters: Parameters, scout: Steady | 
 
 
 def _scout(problem: SteadyProblem, parameters: Parameters) -> Steady | None:
-    """The scene on larger cells, at a rough solution; None where it is not needed or was not found."""
+    """The scene on larger cells, at a rough solution; None where it is not needed or was not found.
+
+    Raises:
+        BranchEnd: The branch ends before the parameters, on two meshes.
+    """
     if cold_start(parameters) == parameters:
         return None
     rough = replace(problem, newton=replace(problem.newton, tolerance=SCOUT_TOLERANCE))
-    with suppress(NoSteadyState, MeshFailure):
-        return walked(coarser(rough, SCOUT, SCOUT_CELLS), parameters)
+    ends: list[BranchEnd] = []
+    for factor in (SCOUT, FINER_SCOUT):
+        try:
+            return walked(coarser(rough, factor, SCOUT_CELLS), parameters)
+        except BranchEnd as end:
+            ends.append(end)
+        except (NoSteadyState, MeshFailure):
+            pass
+    if len(ends) == 2:
+        raise agreed(*ends)
     return None
+
+
+def agreed(coarse: BranchEnd, fine: BranchEnd) -> BranchEnd:
+    """The end of a branch on the finer of two meshes; its error holds the end on the coarser one, too."""
+    fine.at = {
+        name: (value, max(error, abs(value - coarse.at.get(name, (value, 0.0))[0])))
+        for name, (value, error) in fine.at.items()
+    }
+    return fine

@@ -1,0 +1,33 @@
+"""How much the surfaces of soft particles are compressed.
+
+Waves on the surface of an incompressible neo-Hookean or Mooney-Rivlin solid are neutral, whatever their length and
+whatever pressure acts on it, where the stretch along the wave over that normal to the surface is the root x = 0.2956
+of x^3 + x^2 + 3 x = 1 (Biot, Appl. Sci. Res. A 12, 168, 1963): a surface that is compressed more wrinkles, with waves as
+short as the cells allow, and there is no smooth steady shape. With the stretches l_m along the meridian and l_h around
+the axis that ratio is l_m^2 l_h for waves along the meridian.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pairsim.fem.scene import Body
+from pairsim.runtime.arrays import Array
+
+UNSTABLE = 0.2956
+"""Compression l_m^2 l_h of a surface at which it wrinkles."""
+
+
+def compression(body: Body, h: Array) -> Array:
+    """l_m^2 l_h between neighbouring nodes of the outline of a soft particle, shape (2 k,); 1 where it is undeformed."""
+    before, after = body.outline.nodes, body.outline_points(h)
+    along = np.hypot(*np.diff(after, axis=0).T) / np.hypot(*np.diff(before, axis=0).T)
+    around = (after[1:, 1] + after[:-1, 1]) / (before[1:, 1] + before[:-1, 1])
+    return np.asarray(along**2 * around)
+
+
+def least_compression(bodies: Sequence[Body], h: Array) -> float:
+    """The smallest l_m^2 l_h of all soft particles; 1 without any."""
+    return min((float(compression(body, h).min()) for body in bodies if body.phase is not None), default=1.0)

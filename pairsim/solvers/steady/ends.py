@@ -1,0 +1,84 @@
+"""Where and why a branch of steady states ends.
+
+Towards a fold the slowest decay of a disturbance, at the rate 1/t_relax, becomes neutral: the square of the rate is
+linear in the parameter, and vanishes at the fold. On a compressed surface it is short waves that become neutral, at a
+stretch that depends on no length (`pairsim.fem.surface`). Both are told from a continuation that fails for another
+reason by the last solutions before it stops; no solution beyond the end is needed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from pairsim.fem.surface import UNSTABLE, least_compression
+from pairsim.runtime.errors import NoSteadyState
+from pairsim.solvers.steady.relaxation import relaxation_time
+from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.snapshot import Snapshot
+
+LAST = 4  # solutions before the end from which it is told; chosen
+# Part of the fastest of their rates below which the last one must be for the way to end in a fold, and the largest
+# distance of the fold from the last solution, in steps to it from the solution before; chosen.
+SLOW, NEAR = 0.6, 3.0
+# Compression at which waves of the length of the cells were found to be neutral, over that of an ideal surface.
+MARGIN = 1.25
+
+
+@dataclass(frozen=True)
+class End:
+    """The end of a branch of steady states on the way to other parameters.
+
+    Attributes:
+        kind: "fold", or "wrinkles" where the surface of a particle is compressed too much.
+        at: Where it lies, as a part of the way from the first of the last solutions to the target.
+        error: How far that may be off.
+        compression: See `pairsim.fem.surface`.
+    """
+
+    kind: str
+    at: float
+    error: float
+    compression: float
+
+
+def end_after(steady: Steady, trail: Sequence[tuple[float, Snapshot]]) -> End | None:
+    """The end of the branch that the last solutions show, None if they show none.
+
+    Args:
+        steady: The scene; it is left at the last solution.
+        trail: The last solutions of a continuation that has stopped, with their places on the way, in order.
+    """
+    rates = []
+    for tau, snapshot in trail:
+        steady.recall(snapshot)
+        try:
+            steady.factor()
+            rates.append((tau, 1 / relaxation_time(steady)))
+        except NoSteadyState:  # the matrix is singular there
+            rates.append((tau, 0.0))
+    compression = least_compression(steady.bodies, steady.state()[0])
+    tau, step = rates[-1][0], max((b[0] - a[0] for a, b in pairwise(rates)), default=0.0)
+    fold = _fold(rates)
+    if fold is not None and fold[0] - tau < NEAR * step:
+        return End("fold", *fold, compression)
+    if compression < MARGIN * UNSTABLE:
+        return End("wrinkles", tau, step, compression)
+    return None
+
+
+def _fold(rates: Sequence[tuple[float, float]]) -> tuple[float, float] | None:
+    """Place at which the square of the rates vanishes, and its error; None where they do not fall towards it."""
+    tau, rate = np.array(rates).T
+    if len(rates) < 3 or rate[-1] > SLOW * rate.max() or rate[-1] > rate[-2]:
+        return None
+    places = []
+    for count in (2, 3):
+        slope, value = np.polyfit(tau[-count:] - tau[-1], rate[-count:] ** 2, 1)
+        places.append(tau[-1] - value / slope if slope < 0 else np.inf)
+    found = max(float(min(places)), float(tau[-1]))
+    spread = abs(places[0] - places[1])
+    return found, float(spread if np.isfinite(spread) else tau[-1] - tau[-2])
