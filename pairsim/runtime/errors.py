@@ -176,12 +176,15 @@ class BranchEnd(NoSteadyState):
     """The branch of steady states ends before the parameters wanted: there is no steady state on the way to them.
 
     Attributes:
-        at: Numbers of the parameters at the end, such as {"Ca_e": 0.11, "d": 0.05}, each with its error.
+        kind: What ends it, "fold" or "wrinkles".
+        at: The parameters at the end, such as Ca_e and d, each with its error.
+        target: The parameters wanted, in words.
     """
 
     reason = "no_steady_state"
-
+    kind = "fold"
     at: Mapping[str, tuple[float, float]] = MappingProxyType({})
+    target = ""
 
 
 def failure_of(reason: str, message: str) -> RunFailure:

@@ -6,7 +6,7 @@ See "Continuation" in docs/explanation/numerics.md. Constants without another or
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -186,11 +186,28 @@ def _lost(
     if end is None:
         message = f"the continuation to {where(target)} stopped at {where(steady.parameters)}: {refused}"
         return NoSteadyState(message, advice="a larger mesh.Np")
-    there, off = _numbers(along(end.at)), _numbers(along(end.at + max(end.error, 0.0)))
+    there, off = _numbers(along(end.at)), _numbers(along(end.at + end.error))
     at = {name: (value, abs(off[name] - value)) for name, value in there.items()}
-    why = "a fold" if end.kind == "fold" else "wrinkles: the surface of a particle is compressed too much"
-    failure = BranchEnd(f"steady states end at {where(along(end.at))}, before {where(target)}, in {why}")
-    failure.at = at
+    return ended(end.kind, at, where(target))
+
+
+WHY = {
+    "fold": "in a fold",
+    "wrinkles": "where the surface of a particle is compressed so much that it wrinkles",
+}
+
+
+def ended(kind: str, at: Mapping[str, tuple[float, float]], target: str) -> BranchEnd:
+    """The failure of a branch that ends.
+
+    Args:
+        kind: See `End`.
+        at: Parameters at the end, each with its error.
+        target: The parameters wanted, in words.
+    """
+    places = [f"{name} = {value:.4g}" + (f" +- {error:.2g}" if error else "") for name, (value, error) in at.items()]
+    failure = BranchEnd(f"steady states end at {', '.join(places)}, {WHY[kind]}, and do not reach {target}")
+    failure.kind, failure.at, failure.target = kind, dict(at), target
     return failure
 
 

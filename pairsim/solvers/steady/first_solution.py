@@ -11,7 +11,7 @@ from dataclasses import replace
 from pairsim.runtime.errors import BranchEnd, MeshFailure, NoSteadyState
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.steady.continuation import begin, cold_start, follow, prepared
+from pairsim.solvers.steady.continuation import begin, cold_start, ended, follow, prepared
 from pairsim.solvers.steady.guesses import adopt, place_undeformed
 from pairsim.solvers.steady.scene import Steady
 
@@ -151,10 +151,11 @@ def _scout(problem: SteadyProblem, parameters: Parameters) -> Steady | None:
     return None
 
 
-def agreed(coarse: BranchEnd, fine: BranchEnd) -> BranchEnd:
-    """The end of a branch on the finer of two meshes; its error holds the end on the coarser one, too."""
-    fine.at = {
-        name: (value, max(error, abs(value - coarse.at.get(name, (value, 0.0))[0])))
-        for name, (value, error) in fine.at.items()
-    }
-    return fine
+def agreed(one: BranchEnd, other: BranchEnd) -> BranchEnd:
+    """The end of a branch as two meshes tell it: half-way, with an error that holds both."""
+    at = {}
+    for name in one.at.keys() & other.at.keys():
+        low, high = sorted((one.at[name], other.at[name]))
+        at[name] = (low[0] + high[0]) / 2, (high[0] - low[0]) / 2 + max(low[1], high[1])
+    kind = one.kind if one.kind == other.kind else "wrinkles"
+    return ended(kind, {name: at[name] for name in one.at if name in at}, other.target)
