@@ -1,10 +1,10 @@
 """How much the surfaces of soft particles are compressed.
 
 Waves on the surface of an incompressible neo-Hookean or Mooney-Rivlin solid are neutral, whatever their length and
-whatever pressure acts on it, where the stretch along the wave over that normal to the surface is the root x = 0.2956
-of x^3 + x^2 + 3 x = 1 (Biot, Appl. Sci. Res. A 12, 168, 1963): a surface that is compressed more wrinkles, with waves as
-short as the cells allow, and there is no smooth steady shape. With the stretches l_m along the meridian and l_h around
-the axis that ratio is l_m^2 l_h for waves along the meridian.
+whatever pressure acts on it, where the stretch along the wave over that normal to the surface is x = 0.2956, the root
+of x^3 + x^2 + 3 x = 1 (Biot, Appl. Sci. Res. A 12, 168, 1963). A surface that is compressed more has no smooth steady
+shape: it wrinkles, in waves as short as the cells allow. With the stretches l_m along the meridian and l_h around the
+axis the ratio is l_m^2 l_h for waves along the meridian.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ UNSTABLE = 0.2956
 
 
 def compression(body: Body, h: Array) -> Array:
-    """l_m^2 l_h between neighbouring nodes of the outline of a soft particle, shape (2 k,); 1 where it is undeformed."""
+    """l_m^2 l_h between neighbouring nodes of the outline of a soft particle, 1 in a sphere at rest, shape (2 k,)."""
     before, after = body.outline.nodes, body.outline_points(h)
     along = np.hypot(*np.diff(after, axis=0).T) / np.hypot(*np.diff(before, axis=0).T)
     around = (after[1:, 1] + after[:-1, 1]) / (before[1:, 1] + before[:-1, 1])

@@ -157,12 +157,12 @@ def follow(steady: Steady, target: Parameters) -> None:
             steady.recall(before)
             step /= 3
             if step < SMALLEST:
-                failure = _lost(steady, along, trail, refused)
+                lost = _lost(steady, along, trail, refused)
                 elastic, relaxed = bool(target.liquid.modes), relaxed + 1
-                if isinstance(failure, BranchEnd) or not elastic or relaxed > MOST_RELAXED:
-                    raise failure
+                if isinstance(lost, BranchEnd) or not elastic or relaxed > MOST_RELAXED:
+                    raise lost
                 if not relax(steady, there).converged:
-                    raise failure
+                    raise lost
                 longest = 3 * SMALLEST
                 break
         tau = to
