@@ -27,7 +27,7 @@ from pairsim.results.typography import html_of
 from pairsim.results.units import scales_of
 from pairsim.results.xdmf import FieldFrame, read_frame, read_times
 from pairsim.runtime.arrays import Array
-from pairsim.runtime.errors import InputError, failure_of
+from pairsim.runtime.errors import BranchEnd, InputError, failure_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -181,11 +181,15 @@ class Result:
         warnings = [f"Warning: {warning}" for warning in self.warnings]
         ended = [] if self.status == "finished" else [f"{self.status.capitalize()}: {self.message}"]
         cost = [cost_line(self.record)] if self.record else []
+        if self.reason == BranchEnd.reason:
+            ended = [f"There is no steady state: {self.message}."]
         found = self._answer() if self.folder is None or self.folder.is_dir() else []  # it may have been removed
         return "\n".join([*ended, *found, *warnings, *cost])
 
     def _answer(self) -> list[str]:
-        return self.command.answer(self._tables, self.record) if len(self.table) else [self.command.nothing]
+        if len(self.table):
+            return self.command.answer(self._tables, self.record)
+        return [] if self.reason == BranchEnd.reason else [self.command.nothing]
 
     def plot(self, folder: Path | str, **options: Any) -> list[Path]:
         """Draw the result, as `pairsim plot` does.

@@ -63,7 +63,7 @@ num, spacing}, optionally lines: with values of the other parameter, and d:
 critical.csv, critical.png, case.yaml and run.json.""",
     examples="pairsim critical configs/critical.yaml | "
     "pairsim critical case.yaml --set 'along={Ca_e: [0.02, 0.05, 0.1]}'",
-    tables=("critical",),
+    tables=("critical", "way"),
     answer=answer,
     nothing="No critical distance was found in the given range: dU keeps its sign.",
     in_sweeps=InSweeps(lambda _: ("points", "zeros", "stable"), read),

@@ -95,7 +95,7 @@ num, spacing}) in place of d0. Writes curve.csv (dU in U_av), equilibria.csv,
 curve.png, case.yaml and run.json.""",
     examples="pairsim curve configs/curve.yaml | pairsim curve case.yaml -o out --sensitivities "
     "--set 'd={start: 0.02, stop: 1, num: 12}'",
-    tables=("curve", "equilibria"),
+    tables=("curve", "equilibria", "way"),
     answer=answer,
     in_sweeps=InSweeps(result_columns, read, neighbours=("De", "Ca_e")),
     draw=draw,

@@ -79,7 +79,7 @@ def solve(case: ShapeCase) -> Events:
     own = [each.name if isinstance(each, Column) else each for each in COLUMNS]
     yield Table("shape", [*own, *health_columns(case)])
     with Solutions(case) as found:
-        yield AtEnd(lambda: [found.summary({"points": len(found.points)})])
+        yield AtEnd(lambda: found.last_events({"points": len(found.points)}))
         start = Parameters((), case.solid_models, case.liquid_model)
         for count, Ca_e in enumerate(case.series, 1):
             place = start.with_Ca_e(Ca_e)
@@ -134,7 +134,7 @@ The case file has particles: 1, and along: values of Ca_e (a list, or {start,
 stop, num, spacing}). Writes shape.csv (Taylor's D with its error, U in U_av),
 shape.png, case.yaml and run.json.""",
     examples="pairsim shape case.yaml | pairsim shape case.yaml -o out --set 'along={start: 0.01, stop: 0.2, num: 8}'",
-    tables=("shape",),
+    tables=("shape", "way"),
     columns=COLUMNS,
     answer=answer,
     in_sweeps=InSweeps(lambda _: ("points", "D_1", "D_error"), parameters=("beta", "De")),

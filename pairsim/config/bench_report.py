@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
@@ -13,8 +12,6 @@ from pairsim.physics.scales import Scales
 
 WATER = "1000 kg/m^3"
 DEFAULTS = {"density": WATER}
-# Largest Ca_e with steady shapes of pairs in a Newtonian liquid, by beta (docs/explanation/decisions.md, "Laws").
-STEADY_SHAPES = {0.2: 0.33, 0.4: 0.155, 0.6: 0.085}
 SMALL_RE = 1.0
 SMALL_PART = 0.1  # inertia is negligible below this fraction of the larger of Ca_e and De
 RIGID = "rigid particles in a liquid without a memory keep their distance: only inertia, neglected here, changes it"
@@ -40,13 +37,6 @@ class BenchReport(NamedTuple):
     inertia: str
     defaults: list[str]
     warnings: list[str]
-
-
-def steady_limit(beta: float) -> float:
-    """Largest Ca_e with steady shapes at `beta`: log-linear between the measured values, constant beyond them."""
-    from numpy import interp, log  # which takes a while
-
-    return math.exp(interp(beta, list(STEADY_SHAPES), log(list(STEADY_SHAPES.values()))))
 
 
 def bench_report(case: SceneCase, given: Mapping[str, Any]) -> BenchReport:
@@ -142,12 +132,6 @@ def _defaults(case: SceneCase, given: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _warnings(case: SceneCase, small_inertia: bool) -> Iterator[str]:
-    for beta, Ca_e in sorted(set(zip(case.betas, case.Ca_es, strict=True))):
-        if Ca_e > (limit := steady_limit(beta)):
-            yield (
-                f"Ca_e = {Ca_e:.3g} exceeds about {limit:.2g}, the largest value at which pairs of beta {beta:.3g} had "
-                "steady shapes in a Newtonian liquid: the particles may stretch without limit"
-            )
     if not case.liquid_model.modes and not any(case.Ca_es):
         yield RIGID
     elif not small_inertia:

@@ -27,6 +27,7 @@ from pairsim.config.materials import (
     viscosities_of,
 )
 from pairsim.config.physical import Physical
+from pairsim.config.softest import beyond_steady_shapes
 from pairsim.physics import liquids, solids
 from pairsim.physics.declared import FLAT
 from pairsim.physics.liquids import Liquid
@@ -173,12 +174,13 @@ class SceneCase(_WithMaterials):
 
     @property
     def notes(self) -> list[str]:
-        """Notes for the user: the given keys that have no effect in this case."""
+        """Notes for the user: the given keys that have no effect in this case, and particles without steady shapes."""
         idle = {key: why for key, why in self._idle().items() if self._is_given(key)}
         if "liquid" in idle:
             idle = {f"liquid: {liquid_block(dict(self))['law']}": idle.pop("liquid"), **idle}
         keys = {why: [key for key in idle if idle[key] == why] for why in idle.values()}
-        return [f"{', '.join(k)} {'has' if len(k) == 1 else 'have'} no effect: {why}" for why, k in keys.items()]
+        no_effect = [f"{', '.join(k)} {'has' if len(k) == 1 else 'have'} no effect: {why}" for why, k in keys.items()]
+        return [*no_effect, *beyond_steady_shapes(self.betas, self.Ca_es)]
 
     def _is_given(self, key: str) -> bool:
         """Whether a dotted key has another value than its default."""

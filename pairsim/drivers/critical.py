@@ -127,7 +127,7 @@ class _Zeros:
         if self.found.adaptation is not None:
             entries["adaptation"], missed = self.found.adaptation.report(self._wanted)
             warnings += missed
-        yield self.found.summary(entries, warnings)
+        yield from self.found.last_events(entries, warnings)
 
 
 def _region(case: CriticalCase) -> Region | None:

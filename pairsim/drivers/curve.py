@@ -128,7 +128,7 @@ def _end(case: CurveCase, found: Solutions, frames: list[FieldFrame], warnings: 
     if found.adaptation is not None:
         entries["adaptation"], missed = found.adaptation.report(points, found.adaptation.size(points))
         warnings += missed
-    yield found.summary(entries, warnings)
+    yield from found.last_events(entries, warnings)
     for each in sorted(frames, key=lambda each: each.t):
         yield events.Frame(each)
 

@@ -14,17 +14,23 @@ from typing import Any
 from pairsim.physics.scales import Scales
 from pairsim.results.output import FORMAT, RunFolder
 from pairsim.runtime.child_process import DISK
-from pairsim.runtime.errors import ENVIRONMENT, EnvironmentFailure
+from pairsim.runtime.errors import ENVIRONMENT, BranchEnd, EnvironmentFailure
 from pairsim.runtime.fenicsx import petsc_version
 from pairsim.runtime.version import __version__
 
 EXIT_CODES = {"finished": 0, "failed": 3, "interrupted": 130}
 """Exit code of a command, by status."""
+REASON_CODES = {EnvironmentFailure.reason: ENVIRONMENT, BranchEnd.reason: 5}
+"""Exit codes of reasons that have their own."""
 
 
 def exit_code(status: str, reason: str) -> int:
-    """Exit code of a command: 0 finished, 3 failed, 4 failed because of its environment, 130 interrupted."""
-    return ENVIRONMENT if reason == EnvironmentFailure.reason else EXIT_CODES[status]
+    """Exit code of a command.
+
+    0 finished, 3 failed, 4 failed because of its environment, 5 finished without values as there is no steady state,
+    130 interrupted.
+    """
+    return REASON_CODES.get(reason, EXIT_CODES[status])
 
 
 @dataclass(frozen=True)
@@ -33,7 +39,7 @@ class Outcome:
 
     Attributes:
         status: "finished", "failed" or "interrupted".
-        reason: "end", "contact", "max_gap", "interrupted", or the `reason` of a `RunFailure`.
+        reason: "end", "contact", "max_gap", "no_steady_state", "interrupted", or the `reason` of a `RunFailure`.
         message: One line of text for the user.
     """
 

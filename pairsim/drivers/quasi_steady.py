@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Self
+
+import numpy as np
 
 from pairsim.config.case import SceneCase
 from pairsim.config.checked_range import beyond_checked
 from pairsim.drivers.adaptive import Adaptation
-from pairsim.drivers.events import Summary
+from pairsim.drivers.events import Event, Summary, Table
 from pairsim.drivers.warm_start import WarmStart
 from pairsim.drivers.warnings import ErrorAt, coarse_mesh, moves_on, near_ends, unresolved_stress
 from pairsim.results.columns import (
@@ -17,14 +19,16 @@ from pairsim.results.columns import (
     POLYMER_HEALTH,
     gap_endings,
     named_row,
+    names_of,
     observed,
     particle_endings,
     spread,
 )
+from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.steady.continuation import where
+from pairsim.solvers.steady.continuation import Passed, where
 
 
 class Solutions:
@@ -37,19 +41,23 @@ class Solutions:
     Attributes:
         points: The solutions that are results.
         adaptation: The meshes that follow from `accuracy`, None if they do not.
+        way: The solutions on the way to the first parameters, where these were not reached.
         branch: The branch, None until `begin`.
     """
 
     def __init__(self, case: SceneCase, warm_start: WarmStart | None = None) -> None:
         self.case, self.points = case, list[Point]()
         self.adaptation: Adaptation | None = None
+        self.way: Sequence[Passed] = ()
         self.branch: Branch | None = None
         self._own, self._kept = warm_start is None, warm_start or WarmStart()
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+    def __exit__(self, kind: type[BaseException] | None, failure: BaseException | None, *_: object) -> None:
+        if isinstance(failure, NoSteadyState):
+            self.way = failure.way
         if self._own or kind is not None:
             self._kept.close()
 
@@ -87,6 +95,12 @@ class Solutions:
             self.branch = self._kept.start(problem, first, mesh_error, sensitivities)
         return self.branch
 
+    def last_events(self, entries: Mapping[str, Any], warnings: Sequence[str] = ()) -> Iterator[Event]:
+        """What run.json says, and a table of the way to parameters that were not reached."""
+        yield self.summary(entries, warnings)
+        if self.way:
+            yield Table("way", ["De", "Ca_e", *names_of(self.case.n, "d", "U", "dU", "D")], [*map(way_row, self.way)])
+
     def summary(self, entries: Mapping[str, Any], warnings: Sequence[str] = ()) -> Summary:
         """What run.json says: `entries` with the costs, and `warnings` with those of mesh, stresses and tube."""
         case, (counts, phases) = self.case, _costs(self.branch)
@@ -121,6 +135,13 @@ def point_row(point: Point) -> dict[str, float]:
     row |= {"dp_plus_correction": estimate.dp_plus, "newton": point.newton, "meshes": point.meshes}
     row |= {"t_relax": point.t_relax, **observed(o), "distortion": point.distortion}
     return {name: float(value) for name, value in row.items()}
+
+
+def way_row(passed: Passed) -> dict[str, float]:
+    """The values of a solution on the way to others; velocities are those at held distances."""
+    place = passed.parameters
+    row = named_row(0.0, place.gaps, passed.U, np.diff(passed.U), passed.D, 0.0, 0.0)
+    return row | {"De": place.De, "Ca_e": max(place.Ca_es, default=0.0)}
 
 
 def error_at(point: Point, gap: int, size: float) -> ErrorAt:

@@ -24,7 +24,7 @@ from pairsim.results.fields_writer import FieldsWriter, gather_frames
 from pairsim.results.folders import kind_of, read_record
 from pairsim.results.output import CHECKPOINT, RunFolder, SeriesWriter, TableWriter, plain, read_series
 from pairsim.runtime.child_process import DISK
-from pairsim.runtime.errors import InputError, RunFailure, WriteFailure
+from pairsim.runtime.errors import BranchEnd, InputError, RunFailure, WriteFailure
 from pairsim.runtime.locks import sole_writer
 from pairsim.runtime.signals import Signals, Stopped
 
@@ -153,6 +153,7 @@ class Session:
         self._tables: dict[str, SeriesWriter | TableWriter] = {}
         self._at_end: Callable[[], Iterable[events.Event]] = tuple
         self._summary = events.Summary({})
+        self._ended: dict[str, Any] = {}
         self._stopped_at_once = False
         self._latest: Checkpoint | None = None  # not written yet
         self._saved, self._cost = -float("inf"), 0.0
@@ -182,6 +183,9 @@ class Session:
         except RunFailure as failure:
             if not self._begun:
                 raise
+            if isinstance(failure, BranchEnd):  # the answer, though not by values
+                self._ended = {"end_of_branch": {"kind": failure.kind, **failure.at}}
+                return Outcome("finished", failure.reason, failure.message)
             return Outcome("failed", failure.reason, str(failure))
         except KeyboardInterrupt as interrupt:
             if self.resumable:
@@ -291,7 +295,11 @@ class Session:
                     gather_frames(self.folder.path)
             if not recorded:
                 with self._writing():
-                    entries = {**self._summary.entries, "warnings": [*self._damage, *self._summary.warnings]}
+                    entries = {
+                        **self._summary.entries,
+                        **self._ended,
+                        "warnings": [*self._damage, *self._summary.warnings],
+                    }
                     self.record.write(outcome, entries, dict(self._summary.phases))
         return outcome
 

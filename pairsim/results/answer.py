@@ -17,6 +17,7 @@ from pairsim.results.memory import forgotten_at
 from pairsim.results.units import in_unit, scales_in, with_error
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.duration import duration
+from pairsim.runtime.errors import BranchEnd
 from pairsim.solvers.curves.interpolant import Region
 
 Table = Mapping[str, Array]
@@ -160,6 +161,8 @@ def advice(afterwards: str, status: str, reason: str, message: str, directory: P
         directory: The folder of its results.
         resumable: Whether the command goes on from a checkpoint.
     """
+    if reason == BranchEnd.reason:
+        return f"Next: a smaller Ca_e or De; {directory}/way.csv has the steady states on the way."
     if status == "finished":
         return f"Next: {afterwards}."
     if reason in LIMITS:

@@ -167,9 +167,14 @@ class EnvironmentFailure(RunFailure):
 
 
 class NoSteadyState(RunFailure):
-    """No quasi-steady solution was found; whether there is one is not known."""
+    """No quasi-steady solution was found; whether there is one is not known.
+
+    Attributes:
+        way: The solutions on the way to the parameters wanted, each a `Passed` of `solvers.steady.continuation`.
+    """
 
     reason = "not_resolved"
+    way: Sequence[Any] = ()
 
 
 class BranchEnd(NoSteadyState):

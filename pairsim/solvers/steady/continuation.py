@@ -13,6 +13,7 @@ from functools import partial
 
 import numpy as np
 
+from pairsim.fem.diagnostics import taylor_parameter
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import BranchEnd, MeshFailure, NoSteadyState
 from pairsim.solvers.parameters import Parameters
@@ -112,6 +113,28 @@ def reach(steady: Steady, tangent: Array, rates: Array) -> float:
     return float(step)
 
 
+@dataclass(frozen=True)
+class Passed:
+    """A solution on the way to other parameters.
+
+    Attributes:
+        parameters: Its parameters.
+        U: Velocities of the particles at held distances [U_av], shape (N,).
+        D: Taylor parameters, shape (N,).
+    """
+
+    parameters: Parameters
+    U: Array
+    D: Array
+
+    @classmethod
+    def of(cls, steady: Steady) -> Passed:
+        """The present solution of a scene."""
+        h, _ = steady.state()
+        shapes = [taylor_parameter(body.outline_points(h)) for body in steady.bodies]
+        return cls(steady.parameters, steady.y[steady.constraints.fields["U_p"]], np.array(shapes))
+
+
 def follow(steady: Steady, target: Parameters) -> None:
     """Continue the solution of a scene to other parameters, with tangent predictors.
 
@@ -129,9 +152,11 @@ def follow(steady: Steady, target: Parameters) -> None:
     along = partial(start.towards, target)
     tau, longest, refused, relaxed = 0.0, 1.0, "", 0
     trail: deque[tuple[float, Snapshot]] = deque(maxlen=LAST)
+    way: list[Passed] = []
     while tau < 1.0:
         steady.factor()
         trail.append((tau, steady.snapshot))
+        way.append(Passed.of(steady))
         if replace(start, gaps=target.gaps) == target:
             tangent = np.subtract(target.gaps, start.gaps) @ gap_tangents(steady)
         else:
@@ -158,6 +183,7 @@ def follow(steady: Steady, target: Parameters) -> None:
             step /= 3
             if step < SMALLEST:
                 lost = _lost(steady, along, trail, refused)
+                lost.way = way
                 elastic, relaxed = bool(target.liquid.modes), relaxed + 1
                 if isinstance(lost, BranchEnd) or not elastic or relaxed > MOST_RELAXED:
                     raise lost

@@ -158,4 +158,6 @@ def agreed(one: BranchEnd, other: BranchEnd) -> BranchEnd:
         low, high = sorted((one.at[name], other.at[name]))
         at[name] = (low[0] + high[0]) / 2, (high[0] - low[0]) / 2 + max(low[1], high[1])
     kind = one.kind if one.kind == other.kind else "wrinkles"
-    return ended(kind, {name: at[name] for name in one.at if name in at}, other.target)
+    found = ended(kind, {name: at[name] for name in one.at if name in at}, other.target)
+    found.way = other.way
+    return found

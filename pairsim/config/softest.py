@@ -1,0 +1,44 @@
+"""The softest particles that have a steady shape in a Newtonian liquid."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+# Largest Ca_e with steady shapes, and how far it varies, as a part of itself: equal pairs at six distances from 0.02 to
+# 0.8, each followed in Ca_e to the end of its branch on two meshes (docs/explanation/decisions.md, "Soft particles").
+# The distance matters little, since it is the flow at the wall that strains the rim of each particle.
+LARGEST = {
+    0.15: (0.423, 0.02),
+    0.2: (0.319, 0.06),
+    0.3: (0.214, 0.07),
+    0.4: (0.157, 0.08),
+    0.5: (0.127, 0.07),
+    0.6: (0.110, 0.25),
+    0.7: (0.093, 0.30),
+}
+
+
+def largest_Ca_e(beta: float) -> tuple[float, float]:
+    """Largest Ca_e with a steady shape in a Newtonian liquid at a diameter, and its error as a part of itself.
+
+    Log-linear between the values computed; beyond them beta Ca_e is constant.
+    """
+    from numpy import interp, log  # which takes a while
+
+    found = list(LARGEST)
+    inside = min(max(beta, found[0]), found[-1])
+    products = [log(b * Ca_e) for b, (Ca_e, _) in LARGEST.items()]
+    error = interp(inside, found, [part for _, part in LARGEST.values()])
+    return math.exp(interp(inside, found, products)) / beta, float(error)
+
+
+def beyond_steady_shapes(betas: Sequence[float], Ca_es: Sequence[float]) -> Iterator[str]:
+    """What is said of particles so soft that they should have no steady shape in a Newtonian liquid."""
+    for beta, Ca_e in sorted(set(zip(betas, Ca_es, strict=True))):
+        largest, error = largest_Ca_e(beta)
+        if Ca_e > largest * (1 + error):
+            yield (
+                f"Ca_e = {Ca_e:.3g} exceeds {largest:.2g} (within {100 * error:.0f} %), the largest at which particles "
+                f"of beta {beta:.3g} have a steady shape in a Newtonian liquid: beyond it they stretch without limit"
+            )
