@@ -1,7 +1,7 @@
 """Where and why a branch of steady states ends.
 
-Towards a fold the slowest decay of a disturbance, at the rate 1/t_relax, becomes neutral: the square of the rate is
-linear in the parameter, and vanishes at the fold. On a compressed surface it is short waves that become neutral, at a
+Towards a fold the slowest decay of the shapes, at the rate 1/tau_0, becomes neutral: the square of the rate is linear in
+the parameter, and vanishes at the fold. On a compressed surface it is short waves that become neutral, at a
 stretch that depends on no length (`pairsim.fem.surface`). Both are told from a continuation that fails for another
 reason by the last solutions before it stops; no solution beyond the end is needed.
 """
@@ -16,7 +16,7 @@ import numpy as np
 
 from pairsim.fem.surface import UNSTABLE, least_compression
 from pairsim.runtime.errors import NoSteadyState
-from pairsim.solvers.steady.relaxation import relaxation_time
+from pairsim.solvers.steady.relaxation import shape_time
 from pairsim.solvers.steady.scene import Steady
 from pairsim.solvers.steady.snapshot import Snapshot
 
@@ -57,7 +57,7 @@ def end_after(steady: Steady, trail: Sequence[tuple[float, Snapshot]]) -> End | 
         steady.recall(snapshot)
         try:
             steady.factor()
-            rates.append((tau, 1 / relaxation_time(steady)))
+            rates.append((tau, 1 / shape_time(steady)[0]))
         except NoSteadyState:  # the matrix is singular there
             rates.append((tau, 0.0))
     compression = least_compression(steady.bodies, steady.state()[0])

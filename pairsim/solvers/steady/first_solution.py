@@ -152,11 +152,11 @@ def _scout(problem: SteadyProblem, parameters: Parameters) -> Steady | None:
 
 
 def agreed(one: BranchEnd, other: BranchEnd) -> BranchEnd:
-    """The end of a branch as two meshes tell it: half-way, with an error that holds both."""
+    """The end of a branch as two meshes tell it: half-way, with their difference as error."""
     at = {}
     for name in one.at.keys() & other.at.keys():
         low, high = sorted((one.at[name], other.at[name]))
-        at[name] = (low[0] + high[0]) / 2, (high[0] - low[0]) / 2 + max(low[1], high[1])
+        at[name] = (low[0] + high[0]) / 2, high[0] - low[0] + max(low[1], high[1])
     kind = one.kind if one.kind == other.kind else "wrinkles"
     found = ended(kind, {name: at[name] for name in one.at if name in at}, other.target)
     found.way = other.way

@@ -37,8 +37,7 @@ SOLVED = 1e-4  # residual of the linear systems; chosen
 
 def relaxation_time(steady: Steady) -> float:
     """Slowest decay time of a disturbance at held distances [D_c/U_av]; `Steady.factor` must have been called."""
-    liquid, moving = steady.scene.material, _unknowns_that_move(steady)
-    tau_0, of_solids = _shape_time(steady, moving, liquid.longest) if moving.any() else (0.0, 0.0)
+    liquid, (tau_0, of_solids) = steady.scene.material, shape_time(steady)
     if not liquid.modes or math.isinf(tau_0):
         return tau_0
     tau_s, tau_l = tau_0 * of_solids, tau_0 * (1 - of_solids)
@@ -49,6 +48,12 @@ def relaxation_time(steady: Steady) -> float:
         others = Polynomial.fromroots([*times[:i], *times[i + 1 :]]) if len(times) > 1 else Polynomial([1.0])
         whole -= tau_l * float(liquid.modulus(mode)) * times[i] * Polynomial([0.0, 1.0]) * others
     return float(np.real(whole.roots()).max())
+
+
+def shape_time(steady: Steady) -> tuple[float, float]:
+    """Slowest decay time tau_0 of the shapes, in a liquid that follows at once, and the part due to viscous solids."""
+    moving = _unknowns_that_move(steady)
+    return _shape_time(steady, moving, steady.scene.material.longest) if moving.any() else (0.0, 0.0)
 
 
 def _is_viscous(body: Body) -> bool:
