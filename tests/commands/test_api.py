@@ -206,7 +206,7 @@ def test_a_failure_is_a_result_whose_check_raises_it(monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr("pairsim.drivers.curve.trace", none)
     result = pairsim.curve(CURVE, fields=[])
-    assert (result.status, result.reason) == ("failed", "no_steady_state")
+    assert (result.status, result.reason) == ("failed", "not_resolved")
     with pytest.raises(pairsim.errors.NoSteadyState) as caught:
         result.check()
     assert str(caught.value) == result.message

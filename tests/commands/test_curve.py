@@ -25,6 +25,7 @@ from pairsim.drivers.session import Options
 from pairsim.drivers.warm_start import WarmStart
 from pairsim.inputs.case_files import read_case
 from pairsim.results.output import read_series
+from pairsim.results.tables import read_table
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError, NoSteadyState
 from pairsim.solvers.curves.branch import Branch, Point
@@ -217,13 +218,18 @@ def test_the_estimate_of_dU_is_the_difference_of_those_of_the_velocities() -> No
 
 
 @pytest.mark.slow
-def test_no_steady_state_is_a_typed_failure(tmp_path: Path, pairsim: Pairsim) -> None:
+def test_the_end_of_steady_states_is_an_answer(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(CURVE)
     settings = ["Ca_e=0.4", "d=[0.1]", "mesh.Np=8", "mesh_error=false", "length=3"]
     done = pairsim("curve", "case.yaml", "-o", "out", *(word for each in settings for word in ("--set", each)))
-    assert done.returncode == 3, done.stderr
-    assert "Traceback" not in done.stderr
-    assert json.loads((tmp_path / "out" / "run.json").read_text())["reason"] == "no_steady_state"
+    assert done.returncode == 5, done.stderr
+    assert "There is no steady state: steady states end at Ca_e = 0.1" in done.stderr
+    record = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert (record["status"], record["reason"]) == ("finished", "no_steady_state")
+    Ca_e, error = record["end_of_branch"]["Ca_e"]
+    way = read_table(tmp_path / "out" / "way.csv")
+    assert way["Ca_e"].iloc[-1] < Ca_e + error
+    assert way["Ca_e"].is_monotonic_increasing
 
 
 def test_zeros_before_one_that_was_lost_are_written(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -233,7 +239,7 @@ def test_zeros_before_one_that_was_lost_are_written(monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr("pairsim.drivers.curve.find_zeros", zeros)
     result = pairsim.curve(PAIR, d=[0.1, 0.2, 0.3], tol=1)
-    assert (result.status, result.reason) == ("failed", "no_steady_state")
+    assert (result.status, result.reason) == ("failed", "not_resolved")
     assert len(result.zeros) == 1
 
 

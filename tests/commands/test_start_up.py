@@ -68,6 +68,6 @@ def test_a_run_is_finished_without_its_quasi_steady_solution(stopped: bool, monk
 
 def test_without_a_quasi_steady_state_a_run_cannot_start_from_it() -> None:
     result = pairsim.run({**SOFT, "Ca_e": 1, "start": "steady"}, **FEW)
-    assert (result.status, result.reason) == ("failed", "no_steady_state")
+    assert (result.status, result.reason) == ("failed", "not_resolved")
     assert "no quasi-steady state to start from" in result.message
     assert result.message.endswith("try start: rest")

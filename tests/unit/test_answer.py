@@ -12,6 +12,7 @@ from pairsim.results.answer import Zero, advice, answer_of_critical, answer_of_c
 from pairsim.results.run_answer import answer_of_run
 from pairsim.results.units import with_error
 from pairsim.runtime.errors import (
+    BranchEnd,
     MeshFailure,
     NewtonFailure,
     NoSteadyState,
@@ -143,8 +144,8 @@ def test_nobody_is_told_to_repeat_what_fails_in_the_same_way(resumable: bool) ->
         told = advice("", "failed", failure.reason, str(failure), out, resumable)
         assert "try a larger mesh.Np; unchanged, the case fails in the same way" in told
         assert not re.search("--overwrite|--resume", told)
-    folded = advice("", "failed", NoSteadyState.reason, "the branch has a fold at Ca_e = 0.15", out, resumable)
-    assert folded.startswith("Next: unchanged, the case fails in the same way")
+    ended = advice("", "finished", BranchEnd.reason, "steady states end at Ca_e = 0.15", out, resumable)
+    assert ended == "Next: a smaller Ca_e or De; out/way.csv has the steady states on the way."
     again = "--resume out" if resumable else "--overwrite"
     full = WriteFailure("No space left on device", advice="freeing disk space, then the same command")
     assert again in advice("", "failed", full.reason, str(full), out, resumable)

@@ -25,10 +25,11 @@ from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.physics.solids.mooney_rivlin import MooneyRivlin
 from pairsim.physics.solids.neo_hookean import NeoHookean
 from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import BranchEnd
 from pairsim.solvers.meshed_scene import MeshedScene
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import Problem, SteadyProblem
-from pairsim.solvers.steady.continuation import begin, find_fold, follow
+from pairsim.solvers.steady.continuation import begin, follow
 from pairsim.solvers.steady.scene import Steady
 from pairsim.solvers.stepping.step import Step
 from pairsim.solvers.stepping.step_size import StepControl
@@ -180,7 +181,7 @@ def monomials(X: Array, degree: int, odd: int) -> Array:
 @pytest.mark.parametrize(
     ("Np", "degree"), [(20, 3), *(pytest.param(40, degree, marks=pytest.mark.long) for degree in (3, 5))]
 )
-def test_arc_length_finds_the_fold_of_steady_extension(Np: int, degree: int) -> None:
+def test_the_decay_of_disturbances_tells_the_fold_of_steady_extension(Np: int, degree: int) -> None:
     """At l = 4.1, where the wall is 12 half-lengths away."""
     problem = SteadyProblem((0.02,), 1.0, False, MeshSettings(Np=Np), boundary_velocity=lambda x: x * [1.0, -0.5])
     sphere = SmoothSphere(problem, Parameters((), soft(0.05)), degree)
@@ -188,8 +189,10 @@ def test_arc_length_finds_the_fold_of_steady_extension(Np: int, degree: int) -> 
     for Ca, D in STEADY.items():
         follow(sphere, Parameters((), soft(Ca)))
         assert sphere.observe().D[0] == pytest.approx(D, rel=2e-3)
-    fold = find_fold(sphere, Parameters((), soft(1.0)))
-    assert fold.passed
-    assert fold.parameters.Ca_es[0] == pytest.approx(FOLD, rel=5e-3)
+    with pytest.raises(BranchEnd, match="in a fold") as end:
+        follow(sphere, Parameters((), soft(1.0)))
+    Ca, error = end.value.at["Ca_e"]
+    assert Ca == pytest.approx(FOLD, rel=5e-3)
+    assert error < 0.01 * FOLD
     assert -minimize_scalar(lambda x: -steady_Ca(x), (3.0, 4.0, 5.0)).fun == pytest.approx(FOLD, abs=1e-5)
     sphere.close()

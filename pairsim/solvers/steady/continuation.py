@@ -6,7 +6,7 @@ See "Continuation" in docs/explanation/numerics.md. Constants without another or
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -17,7 +17,6 @@ from pairsim.fem.diagnostics import taylor_parameter
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import BranchEnd, MeshFailure, NoSteadyState
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady.bordered import solve_with
 from pairsim.solvers.steady.ends import LAST, end_after
 from pairsim.solvers.steady.guesses import place_undeformed
 from pairsim.solvers.steady.pseudo_time import relax
@@ -35,8 +34,8 @@ SMALLEST = 2e-3  # step, relative to the distance to the target, below which nat
 FAR = 1.05
 EASY, HARD = 4, 8  # numbers of Newton iterations up to which the step is doubled, and from which it is halved
 MOST_RELAXED = 3  # consecutive steps by pseudo-time; without a limit they could approach a fold in ever smaller steps
-ARC = 0.1  # first step of the arc length
-MOST_ARCS = 60  # steps of the arc length
+# Part of the distance to a fold by which it is approached at a time, and part of the way below which it is known.
+CLOSER, NEAR_ENOUGH = 0.7, 2e-3
 COLD_CAPILLARY = 0.01
 STIFFER = (1.0, 0.2, 0.04, 0.008)  # factors of Ca_e that are tried in turn for the first solution
 
@@ -201,13 +200,15 @@ def _far(here: Parameters, there: Parameters) -> bool:
 
 
 def _lost(
-    steady: Steady, along: Callable[[float], Parameters], trail: Sequence[tuple[float, Snapshot]], refused: str
+    steady: Steady, along: Callable[[float], Parameters], trail: deque[tuple[float, Snapshot]], refused: str
 ) -> NoSteadyState:
     """Error that says why the continuation stopped: at the end of the branch, or since `refused`."""
     target, end = along(1.0), None
     if any(target.Ca_es):
-        with suppress(MeshFailure):
+        with suppress(MeshFailure, NoSteadyState):
             end = end_after(steady, trail)
+            while end is not None and end.kind == "fold" and _closer(steady, along, trail, end.at):
+                end = end_after(steady, trail)
     steady.recall(trail[-1][1])
     if end is None:
         message = f"the continuation to {where(target)} stopped at {where(steady.parameters)}: {refused}"
@@ -215,6 +216,23 @@ def _lost(
     there, off = _numbers(along(end.at)), _numbers(along(end.at + end.error))
     at = {name: (value, abs(off[name] - value)) for name, value in there.items()}
     return ended(end.kind, at, where(target))
+
+
+def _closer(
+    steady: Steady, along: Callable[[float], Parameters], trail: deque[tuple[float, Snapshot]], fold: float
+) -> bool:
+    """Add a solution nearer to a fold to the last ones; False where it is near enough or there is no such solution."""
+    tau, last = trail[-1]
+    step = CLOSER * (fold - tau)
+    if step < NEAR_ENOUGH * fold:
+        return False
+    steady.recall(last)
+    steady.factor()
+    guess = steady.y + step * tangent_along(steady, lambda change: along(tau + change))
+    if not steady.solve(along(tau + step), guess).converged:
+        return False
+    trail.append((tau + step, steady.snapshot))
+    return True
 
 
 WHY = {
@@ -275,72 +293,3 @@ def where(parameters: Parameters) -> str:
     parts += [f"Ca_e = {shown(parameters.Ca_es)}"] if any(parameters.Ca_es) else []
     parts += [f"d = {shown(parameters.gaps)}"] if parameters.gaps else []
     return ", ".join(parts)
-
-
-@dataclass(frozen=True)
-class Fold:
-    """A fold (turning point) of a branch.
-
-    Attributes:
-        parameters: Parameters at the fold, or at the last solution if the fold was not passed.
-        passed: Whether solutions beyond the fold were found.
-    """
-
-    parameters: Parameters
-    passed: bool
-
-
-def find_fold(steady: Steady, target: Parameters) -> Fold:
-    """Search for a fold by pseudo-arclength continuation (Keller 1977), until the parameter turns back.
-
-    Args:
-        steady: The scene, at a solution before the fold.
-        target: Parameters beyond the fold; the branch is followed along the line towards them.
-
-    Raises:
-        NoSteadyState: The matrix is singular at a solution.
-        MeshFailure: A mesh could not be generated.
-    """
-    along = partial(steady.parameters.towards, target)
-    tau, direction, arc = 0.0, 1.0, ARC
-    places: list[tuple[float, float]] = [(0.0, 0.0)]
-    most = MOST_SHAPE * max(steady.problem.betas)
-    old: Array | None = None
-    for _ in range(MOST_ARCS):
-        steady.factor()
-        slope = tangent_along(steady, lambda change, at=tau: along(at + change))  # type: ignore[misc]
-        # The arc length is defined by the shapes, which do not depend on the mesh of the liquid, and the parameter.
-        shape = steady.constraints.fields["h"]
-        weight = 1 / (most**2 * len(shape))
-        length = float(np.sqrt(weight * slope[shape] @ slope[shape] + 1))
-        slope, tau_s = slope / length, 1 / length
-        if old is not None and weight * float(slope[shape] @ old) + tau_s * direction < 0:
-            slope, tau_s = -slope, -tau_s
-        arc = min(arc, most / max(float(np.abs(slope[shape]).max()), 1e-9))
-        before, value = steady.snapshot, weight * float(slope[shape] @ steady.y[shape]) + tau_s * tau
-        while True:
-            at, found, count = tau + arc * tau_s, None, 0
-            try:
-                guess = prepared(steady, along(at), steady.y + arc * slope)
-                row = np.zeros(steady.constraints.size)
-                row[steady.constraints.fields["h"]] = weight * slope[shape]
-                found, count = solve_with(steady, along, at, guess, row, tau_s, value + arc)
-            except MeshFailure:
-                pass
-            if found is not None:
-                break
-            steady.recall(before)
-            arc /= 2
-            if arc < ARC / 500:
-                return Fold(steady.parameters, False)
-        places.append((places[-1][0] + arc, found))
-        tau, old, direction = found, slope[shape], tau_s
-        if len(places) >= 3 and tau < places[-2][1]:
-            (s0, t0), (s1, t1), (s2, t2) = places[-3:]
-            a, b, c = np.polyfit([s0, s1, s2], [t0, t1, t2], 2)
-            return Fold(along(float(c - b * b / (4 * a))), True)
-        if tau >= 1:
-            return Fold(steady.parameters, False)
-        if count <= EASY:
-            arc *= 1.5
-    return Fold(steady.parameters, False)

@@ -1,9 +1,9 @@
 """Where and why a branch of steady states ends.
 
-Towards a fold the slowest decay of the shapes, at the rate 1/tau_0, becomes neutral: the square of the rate is linear in
-the parameter, and vanishes at the fold. On a compressed surface it is short waves that become neutral, at a
-stretch that depends on no length (`pairsim.fem.surface`). Both are told from a continuation that fails for another
-reason by the last solutions before it stops; no solution beyond the end is needed.
+Towards a fold the slowest decay of the shapes, at the rate 1/tau_0, becomes neutral: the square of the rate is linear
+in the parameter, and vanishes at the fold. On a compressed surface it is short waves that become neutral, at a stretch
+that depends on no length (`pairsim.fem.surface`). Both are seen in the last solutions before a continuation stops; no
+solution beyond the end is needed.
 """
 
 from __future__ import annotations
@@ -81,4 +81,5 @@ def _fold(rates: Sequence[tuple[float, float]]) -> tuple[float, float] | None:
         places.append(tau[-1] - value / slope if slope < 0 else np.inf)
     found = max(float(min(places)), float(tau[-1]))
     spread = abs(places[0] - places[1])
-    return found, float(spread if np.isfinite(spread) else tau[-1] - tau[-2])
+    spread = spread if np.isfinite(spread) else tau[-1] - tau[-2]
+    return found, float(spread + found - tau[-1])
