@@ -1,0 +1,73 @@
+"""Where steady shapes end: folds, wrinkles, and the softest particles that have one."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pairsim
+from pairsim.config.softest import LARGEST, beyond_steady_shapes, largest_Ca_e
+from pairsim.fem.surface import UNSTABLE, compression
+from pairsim.solvers.steady import ends
+from pairsim.solvers.steady.ends import end_after
+
+
+def test_compression_of_a_stretched_sphere_is_that_of_its_equator_and_its_poles() -> None:
+    """A homogeneous stretch l along the axis: l_m^2 l_h is l^2 l^-1/2 at the equator and l^-3/2 at the poles."""
+    angle, stretch = np.linspace(0, np.pi, 401), 0.8
+    sphere = np.column_stack([np.cos(angle), np.sin(angle)])
+    body: Any = SimpleNamespace(
+        outline=SimpleNamespace(nodes=sphere), outline_points=lambda _: sphere * [stretch, stretch**-0.5]
+    )
+    found = compression(body, np.empty(0))
+    assert found[200] == pytest.approx(stretch**1.5, rel=1e-3)
+    assert found[[0, -1]] == pytest.approx(stretch**-1.5, rel=1e-3)
+
+
+def test_a_half_space_wrinkles_at_biots_stretch() -> None:
+    """In plane strain at 0.544, the root of x^3 + x^2 + 3 x = 1 for x = l^2."""
+    assert pytest.approx(1, abs=1e-3) == UNSTABLE**3 + UNSTABLE**2 + 3 * UNSTABLE
+    assert pytest.approx(0.5437, abs=1e-4) == UNSTABLE**0.5
+
+
+@pytest.mark.parametrize("fold", [0.2, 1.7])
+def test_a_fold_is_where_the_square_of_the_rate_vanishes(fold: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene: Any = SimpleNamespace(
+        recall=lambda tau: setattr(scene, "tau", tau), factor=lambda: None, bodies=(), state=lambda: (None, None)
+    )
+    monkeypatch.setattr(ends, "shape_time", lambda scene: ((fold - scene.tau) ** -0.5, 0.0))
+    places = [fold * part for part in (0.5, 0.8, 0.9, 0.95)]
+    end = end_after(scene, [(tau, tau) for tau in places])  # type: ignore[misc]
+    assert end is not None
+    assert end.kind == "fold"
+    assert end.at == pytest.approx(fold)
+    assert abs(end.at - fold) <= end.error
+
+
+def test_shapes_that_decay_as_fast_as_ever_are_not_at_their_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene: Any = SimpleNamespace(recall=lambda _: None, factor=lambda: None, bodies=(), state=lambda: (None, None))
+    monkeypatch.setattr(ends, "shape_time", lambda _: (0.5, 0.0))
+    assert end_after(scene, [(tau, tau) for tau in (0.1, 0.2, 0.3)]) is None  # type: ignore[misc]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("beta", [0.2, 0.4])
+def test_a_curve_beyond_the_softest_shapes_says_where_they_end(beta: float) -> None:
+    result = pairsim.curve({"beta": beta, "De": 0, "Ca_e": 0.6, "d": [0.2], "ends": "developed", "length": "auto"})
+    assert (result.status, result.reason) == ("finished", "no_steady_state")
+    Ca_e, error = result.record["end_of_branch"]["Ca_e"]
+    known, part = largest_Ca_e(beta)
+    assert abs(Ca_e - known) < error + part * known
+    assert result.table.empty
+
+
+def test_the_softest_shapes_have_a_constant_product_of_size_and_softness_in_wide_tubes() -> None:
+    products = [beta * Ca_e for beta, (Ca_e, _) in LARGEST.items() if beta <= 0.5]
+    assert max(products) < 1.03 * min(products)
+    assert largest_Ca_e(0.05)[0] == pytest.approx(0.15 * LARGEST[0.15][0] / 0.05)
+    assert list(beyond_steady_shapes((0.4, 0.4), (0.1, 0.1))) == []
+    (said,) = beyond_steady_shapes((0.4, 0.4), (0.3, 0.3))
+    assert "Ca_e = 0.3 exceeds 0.16" in said
