@@ -8,7 +8,6 @@ import re
 import signal
 from typing import Any
 
-from pairsim.drivers.outcome import exit_code
 from pairsim.runtime.child_process import FULL, TOO_LARGE
 from pairsim.runtime.errors import ENVIRONMENT, EnvironmentFailure
 
@@ -37,7 +36,7 @@ def judge(code: int, record: dict[str, Any], stderr: str, stopped: str, seconds:
     last = lines[-1].strip() if lines else ""
     number = -code if code < 0 else None
     status = record.get("status")
-    if status == "finished" and code == exit_code(status, record.get("reason", "")):
+    if code == 0 and status == "finished":
         return "finished", record.get("reason", ""), record.get("message", "")
     if stopped == "timeout":
         return "timeout", "case_timeout", f"stopped after {seconds:.0f} s"

@@ -17,7 +17,6 @@ from typing import Any
 from pairsim.commands import Command
 from pairsim.commands.command import Value
 from pairsim.config.yaml_file import yaml_text
-from pairsim.drivers.outcome import exit_code
 from pairsim.results.folders import read_record
 from pairsim.results.output import CHECKPOINT, plain, write_text
 from pairsim.runtime.child_process import DISK, GRACE, Child, module_command
@@ -114,7 +113,7 @@ class CaseWorker:
         code, record = child.poll(), self._record(case) if self._left > 1 else {}
         if record.get("status") in ("finished", "failed"):  # the child is computing the next case
             self._left -= 1
-            return self._end(case, *judge(exit_code(record["status"], record["reason"]), record, "", "", 0.0))
+            return self._end(case, *judge(0 if record["status"] == "finished" else 3, record, "", "", 0.0))
         if code is None:
             if self.timeout is not None and self._seconds > self.timeout and not self._stopped:
                 self._stopped = "timeout"
