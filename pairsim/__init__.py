@@ -6,8 +6,8 @@
     result.table.plot("t", "dU")
 
 `load` checks a case, `units` makes one of an experiment; `run`, `curve`, `critical`, `shape` and `sweep` compute;
-`open` reads a folder of results, `plot` draws it, `report` puts it into one HTML file. They are imported when first
-used: `import pairsim` alone loads nothing.
+`open` reads a folder of results, `plot` draws it, `report` puts it into one HTML file; `statements` judges what is said
+of results. They are imported when first used: `import pairsim` alone loads nothing.
 """
 
 import os as _os
@@ -28,6 +28,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     _os.environ.setdefault(_name, "1")
 
 if _TYPE_CHECKING:
+    from pairsim.api import statements as statements
     from pairsim.api.cases import load as load
     from pairsim.api.compute import critical as critical
     from pairsim.api.compute import curve as curve
@@ -51,6 +52,7 @@ _MODULES = {
     "report": ("report",),
     "results": ("Result", "RunResult", "CurveResult", "CriticalResult"),
     "sweeps": ("sweep", "SweepResult"),
+    "statements": ("statements",),
     "units": ("units",),
 }
 """The modules of `pairsim.api`, and what they are imported for."""
@@ -66,7 +68,8 @@ def __getattr__(name: str) -> _Any:
         raise missing
     with _no_interrupt_lost():
         if module := next((module for module, names in _MODULES.items() if name in names), None):
-            value = getattr(_import_module(f"pairsim.api.{module}"), name)
+            found = _import_module(f"pairsim.api.{module}")
+            value = getattr(found, name, found)
         elif name in _import_module("pairsim.commands").COMMANDS:
             value = _import_module("pairsim.api.compute").Computation(name)
         else:

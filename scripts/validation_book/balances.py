@@ -9,9 +9,11 @@ from math import pi
 from pathlib import Path
 from typing import Any
 
+from book.computing import ROOT
+
 import pairsim
 from pairsim.api.results import Result
-from validation_book.comparisons import CONFIGS, ROOT, Comparison, Found, Keys, Setting, Subject, rows_of
+from validation_book.comparisons import CONFIGS, Comparison, Found, Keys, Setting, rows_of
 
 SCRIPT = ROOT / "scripts" / "field_balances.py"
 PAIR, RIGID = CONFIGS / "soft-pair.yaml", CONFIGS / "rigid-pair.yaml"
@@ -61,6 +63,3 @@ def by_script(folder: Path) -> list[dict[str, Any]]:
     """What the script finds in a folder."""
     done = subprocess.run([sys.executable, str(SCRIPT), str(folder)], capture_output=True, text=True, check=True)
     return list(json.loads(done.stdout))
-
-
-SUBJECT = Subject("balances", compute)

@@ -6,7 +6,6 @@ import importlib.util
 import json
 import math
 import sys
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from functools import cache
 from pathlib import Path
@@ -14,11 +13,11 @@ from types import ModuleType
 from typing import Any
 
 import yaml
+from book.computing import DOCS, ROOT
 
 from pairsim.api.results import Result
 
-ROOT = Path(__file__).resolve().parents[2]
-BOOK, CONFIGS = ROOT / "docs" / "validation", ROOT / "configs" / "validation"
+BOOK, CONFIGS = DOCS / "validation", ROOT / "configs" / "validation"
 REFERENCES = BOOK / "references.yaml"
 
 
@@ -98,12 +97,9 @@ def against(known: Reference, what: str, quantity: str, value: float, allowed: f
     return Comparison(what, quantity, float(value), exact=known.value, source=known.source, allowed=allowed, **settings)
 
 
-@dataclass(frozen=True)
-class Table:
+def text_table(head: list[str], rows: list[list[str]]) -> dict[str, list[Any]]:
     """A further table of a page, as text."""
-
-    head: list[str]
-    rows: list[list[str]]
+    return {"head": head, "rows": rows}
 
 
 @dataclass(frozen=True)
@@ -117,7 +113,7 @@ class Found:
     """
 
     comparisons: list[Comparison]
-    tables: dict[str, Table] = field(default_factory=dict)
+    tables: dict[str, dict[str, list[Any]]] = field(default_factory=dict)
     notes: dict[str, str] = field(default_factory=dict)
 
     def text(self) -> str:
@@ -128,8 +124,7 @@ class Found:
     def read(path: Path) -> Found:
         """From a file that `text` has written."""
         content = json.loads(path.read_text())
-        tables = {name: Table(**each) for name, each in content["tables"].items()}
-        return Found([Comparison(**each) for each in content["comparisons"]], tables, content["notes"])
+        return Found([Comparison(**each) for each in content["comparisons"]], content["tables"], content["notes"])
 
 
 @dataclass(frozen=True)
@@ -145,19 +140,6 @@ class Setting:
     quick: bool
     folder: Path
     pictures: Path
-
-
-@dataclass(frozen=True)
-class Subject:
-    """A page of the book.
-
-    Attributes:
-        name: Name of the page and its results, one of `contents.TITLES`.
-        compute: Computes its comparisons.
-    """
-
-    name: str
-    compute: Callable[[Setting], Found]
 
 
 def number(value: float, digits: int = 6) -> str:

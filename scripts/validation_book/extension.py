@@ -16,7 +16,7 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import begin, follow
 from pairsim.solvers.steady.scene import Steady
-from validation_book.comparisons import Comparison, Found, Setting, Subject, against, reference, verification
+from validation_book.comparisons import Comparison, Found, Setting, against, reference, verification
 
 EXACT = "spheroid"
 
@@ -93,6 +93,3 @@ def draw(setting: Setting, test: object, times: list[float], found: list[float])
     figure.tight_layout()
     figure.savefig(setting.pictures / "extension.png", dpi=150)
     pyplot.close(figure)
-
-
-SUBJECT = Subject("extension", compute)

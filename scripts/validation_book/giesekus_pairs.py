@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pairsim
 from pairsim.results.units import with_error
-from validation_book.comparisons import CONFIGS, Found, Keys, Setting, Subject, Table, rows_of
+from validation_book.comparisons import CONFIGS, Found, Keys, Setting, rows_of, text_table
 
 CASE = CONFIGS / "giesekus-pair.yaml"
 # What is varied, and its values; published is that d_cr falls with each (Esposito et al. 2024 on their reference 20).
@@ -24,8 +24,8 @@ def compute(setting: Setting) -> Found:
         for value, (d, error) in found.items():
             lines.append([f"{key} {value:g}", with_error(d, error).replace("+-", "±")])
         said.append([f"the range of attraction shrinks as {key} grows", verdict(list(found.values()))])
-    tables = {"critical": Table(["De 0.5, alpha 0.2, beta 0.4 but", "critical distance d_cr"], lines)}
-    return Found([], tables | {"statements": Table(["statement", "pairsim"], said)})
+    tables = {"critical": text_table(["De 0.5, alpha 0.2, beta 0.4 but", "critical distance d_cr"], lines)}
+    return Found([], tables | {"statements": text_table(["statement", "pairsim"], said)})
 
 
 def critical(setting: Setting, keys: Keys) -> tuple[float, float]:
@@ -43,6 +43,3 @@ def verdict(found: list[tuple[float, float]]) -> str:
     if min(falls) < -1:
         return "does not hold"
     return "holds, in part within the intervals" if min(falls) > 0 else "undecided: changes are within the intervals"
-
-
-SUBJECT = Subject("giesekus-pairs", compute)

@@ -7,7 +7,7 @@ from unittest.mock import patch
 
 import numpy as np
 
-from validation_book.comparisons import Comparison, Found, Setting, Subject, Table, verification
+from validation_book.comparisons import Comparison, Found, Setting, text_table, verification
 
 TIMES = tuple(np.linspace(0.0, 0.2, 17))
 THEORY = "order of the elements or of the scheme"
@@ -41,7 +41,7 @@ def in_time(test: Any, count: int) -> dict[str, float]:
     return dict(test.errors("general", 4, list(times), discrete=True))
 
 
-def table(found: dict[int, dict[str, float]], name: str) -> tuple[Table, dict[str, float]]:
+def table(found: dict[int, dict[str, float]], name: str) -> tuple[Any, dict[str, float]]:
     """Errors with the observed orders between neighbours, and the orders of the last two."""
     lines, before, orders = [], None, {}
     for n, errors in found.items():
@@ -51,13 +51,12 @@ def table(found: dict[int, dict[str, float]], name: str) -> tuple[Table, dict[st
             cells += [f"{error:.2e}", f"{orders[key]:.2f}" if before else ""]
         lines.append([str(n), *cells])
         before = errors
-    return Table([name, *(text for key in ("u", "p", "s") for text in (f"error of {key}", "order"))], lines), orders
+    return text_table(
+        [name, *(text for key in ("u", "p", "s") for text in (f"error of {key}", "order"))], lines
+    ), orders
 
 
 def order(what: str, name: str, found: float, expected: float, group: str) -> Comparison:
     """An observed order beside the expected one; that of s falls to it as meshes are refined (2.7, 2.5, 2.3)."""
     allowed = 0.4 if (name, group) == ("s", "space") else 0.1
     return Comparison(what, f"order of {name}", found, None, expected, THEORY, allowed, name == "u", group)
-
-
-SUBJECT = Subject("manufactured", compute)

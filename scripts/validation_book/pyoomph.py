@@ -14,7 +14,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 import pairsim
 from pairsim.api.results import CurveResult
-from validation_book.comparisons import BOOK, CONFIGS, Comparison, Found, Keys, Setting, Subject, Table, number, rows_of
+from validation_book.comparisons import BOOK, CONFIGS, Comparison, Found, Keys, Setting, number, rows_of, text_table
 
 type Row = dict[str, float]
 TABLE = BOOK / "pyoomph.csv"
@@ -52,7 +52,7 @@ def compute(setting: Setting) -> Found:
         "change, % of the peak",
         "pairsim minus 80 cells, % of the peak",
     ]
-    return Found(rows, {"refinement": Table(head, lines)})
+    return Found(rows, {"refinement": text_table(head, lines)})
 
 
 def compared(theirs: Row, ours: Row, coarse: float, peak: float) -> list[Comparison]:
@@ -93,6 +93,3 @@ def draw(setting: Setting, curves: dict[float, tuple[list[Row], CurveResult]]) -
     figure.tight_layout()
     figure.savefig(setting.pictures / "pyoomph.png", dpi=150)
     pyplot.close(figure)
-
-
-SUBJECT = Subject("pyoomph", compute)

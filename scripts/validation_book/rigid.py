@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import pi
 
 import pairsim
-from validation_book.comparisons import CONFIGS, Comparison, Found, Keys, Setting, Subject, against, reference, rows_of
+from validation_book.comparisons import CONFIGS, Comparison, Found, Keys, Setting, against, reference, rows_of
 
 BETAS = (0.2, 0.4, 0.6)
 ALONE, PAIR = CONFIGS / "rigid-sphere.yaml", CONFIGS / "rigid-pair.yaml"
@@ -67,6 +67,3 @@ def pairs() -> list[Comparison]:
             against(none, what, "dU", row["dU"], 1e-11, table="pairs", **more),
         ]
     return rows
-
-
-SUBJECT = Subject("rigid", compute)

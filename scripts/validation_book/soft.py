@@ -10,12 +10,11 @@ from validation_book.comparisons import (
     Comparison,
     Found,
     Setting,
-    Subject,
-    Table,
     against,
     number,
     reference,
     rows_of,
+    text_table,
     verification,
 )
 
@@ -33,7 +32,7 @@ def compute(setting: Setting) -> Found:
         rows.append(row)
         lines.append(line)
     head = ["beta", "d", *(f"dU/Ca_e at {Ca:g}" for Ca in CAPILLARIES), "extrapolated", "exact"]
-    return Found(rows if setting.quick else [*rows, *bullet()], {"slopes": Table(head, lines)})
+    return Found(rows if setting.quick else [*rows, *bullet()], {"slopes": text_table(head, lines)})
 
 
 def slope(beta: float, d: float) -> tuple[Comparison, list[str]]:
@@ -62,6 +61,3 @@ def bullet() -> list[Comparison]:
     even = float(np.abs(small[[2, 4]]).max())
     rows.append(Comparison("single sphere, Ca_e 0.001", "largest of f_2, f_4", even, None, 0.0, "symmetry", 0.01))
     return rows
-
-
-SUBJECT = Subject("soft", compute)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf, pi
+from typing import Any
 
 import matplotlib
 
@@ -25,12 +26,11 @@ from validation_book.comparisons import (
     Found,
     Keys,
     Setting,
-    Subject,
-    Table,
     against,
     reference,
     references,
     rows_of,
+    text_table,
 )
 
 CASE = CONFIGS / "sphere-in-tube.yaml"
@@ -122,7 +122,7 @@ def compute(setting: Setting) -> Found:
     return Found(rows, tables(found, published), {"ends": ends(found)})
 
 
-def tables(found: dict[str, Line], published: dict[float, float]) -> dict[str, Table]:
+def tables(found: dict[str, Line], published: dict[float, float]) -> dict[str, Any]:
     """K on all meshes, how well values agree, and the stress on the finest mesh that has a solution."""
     head = ["De_b", *(f"{name}, {line.unknowns:,} unknowns" for name, line in found.items()), "published"]
     lines, stress = [], []
@@ -135,11 +135,11 @@ def tables(found: dict[str, Line], published: dict[float, float]) -> dict[str, T
         name, last = list(there.items())[-1]
         wake = f"{last['c_max']:.3g} at {last['z']:.3f}, {last['r']:.3f}"
         stress.append([f"{place:g}", name, f"{last['s_jump']:.2g}", wake])
-    parts = {"meshes": Table(head, lines), "agreement": agreement(found, published)}
-    return parts | {"stress": Table(["De_b", "mesh", "`s_jump`", "largest tr **c**, at z, r"], stress)}
+    parts = {"meshes": text_table(head, lines), "agreement": agreement(found, published)}
+    return parts | {"stress": text_table(["De_b", "mesh", "`s_jump`", "largest tr **c**, at z, r"], stress)}
 
 
-def agreement(found: dict[str, Line], published: dict[float, float]) -> Table:
+def agreement(found: dict[str, Line], published: dict[float, float]) -> dict[str, Any]:
     """How far K of the finest mesh is from that of the next coarser and from the published value, in percent."""
     rows = []
     before, finest = [Line({}, 0.0, True, 0), *found.values()][-2:]
@@ -148,7 +148,7 @@ def agreement(found: dict[str, Line], published: dict[float, float]) -> Table:
         cells = [f"{place:g}", f"{100 * point['error'] / K:.2g}"]
         cells += ["" if each is None else f"{100 * (K - each) / K:+.2g}" for each in (other, published.get(place))]
         rows.append(cells)
-    return Table(["De_b", "half-width, % of K", "minus the next coarser mesh, %", "minus published, %"], rows)
+    return text_table(["De_b", "half-width, % of K", "minus the next coarser mesh, %", "minus published, %"], rows)
 
 
 def ends(found: dict[str, Line]) -> str:
@@ -172,6 +172,3 @@ def picture(setting: Setting, found: dict[str, Line], published: dict[float, flo
     figure.tight_layout()
     figure.savefig(setting.pictures / "sphere-in-tube.png", dpi=150)
     pyplot.close(figure)
-
-
-SUBJECT = Subject("sphere-in-tube", compute)

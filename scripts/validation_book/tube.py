@@ -12,7 +12,7 @@ from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.oldroyd_b import OldroydB
 from pairsim.physics.pipe import Pipe
 from pairsim.physics.scales import FLOW_RATE, TUBE_RADIUS
-from validation_book.comparisons import Comparison, Found, Setting, Subject, against, reference, verification
+from validation_book.comparisons import Comparison, Found, Setting, against, reference, verification
 
 CELLS, LENGTH = 0.05, 0.5  # of the mesh and of the piece of tube [D_c]
 OWN = "steady shear of the law written for tau, and the linear shear stress"
@@ -99,6 +99,3 @@ def start_up(test: Any) -> list[Comparison]:
         what, headline = f"Oldroyd-B, De 1, mesh, t = {t:g}", t == 0.5
         rows.append(Comparison(what, "dp/L", found[t][0], None, gradient, exact, 2e-3, headline, "start-up"))
     return rows
-
-
-SUBJECT = Subject("tube", compute)

@@ -14,12 +14,12 @@ BOOK = ROOT / "docs" / "validation"
 
 @pytest.fixture(scope="module")
 def book() -> Iterator[ModuleType]:
-    """The module of the scripts that writes the pages."""
+    """The script that writes the pages."""
     sys.path.insert(0, str(ROOT / "scripts"))
     try:
-        from validation_book import pages
+        import validation
 
-        yield pages
+        yield validation
     finally:
         sys.path.remove(str(ROOT / "scripts"))
 
@@ -33,8 +33,19 @@ def test_no_number_of_a_page_was_typed(book: ModuleType) -> None:
 
 
 def test_every_table_has_its_place(book: ModuleType) -> None:
+    from book.pages import marks
+
     for name, found in book.all_results().items():
-        assert book.marks((BOOK / f"{name}.md").read_text()) == set(book.blocks(found))
+        assert marks((BOOK / f"{name}.md").read_text()) == set(book.blocks(found))
+
+
+def test_page_of_speed_is_that_of_the_stored_results(book: ModuleType) -> None:
+    import accuracy
+    from book.pages import filled, marks
+
+    page = accuracy.PAGE.read_text()
+    assert marks(page) <= set(accuracy.blocks())
+    assert filled(page, accuracy.blocks()) == page, "written by scripts/accuracy --page"
 
 
 def test_differences_are_as_small_as_allowed(book: ModuleType) -> None:
