@@ -26,14 +26,14 @@ def compute(setting: Setting) -> Found:
     test = verification("test_extension")
     rows = steady(setting)
     times = list(test.START_UP)
-    found, exact = test.stretches(0.1, times, Np=14 if setting.quick else 20), test.exact(0.1, times)
+    found, exact = test.stretches(*soft(0.1), times, Np=14 if setting.quick else 20), test.exact(0.1, times)
     allowed = 5e-3 if setting.quick else 1e-3
     rows += compared("start-up, Ca 0.1", times, found, exact, allowed, "start-up")
     if setting.quick:
         return Found(rows)
     draw(setting, test, times, found)
     times, exact = list(test.RELAXATION), list(test.RELAXATION.values())
-    back = test.stretches(0.1, times, rate=0.0, l_0=1.3, Np=20)
+    back = test.stretches(*soft(0.1), times, rate=0.0, l_0=1.3, Np=20)
     rows += compared("relaxation from l = 1.3", times, back, exact, 1e-3, "relaxation")
     rows.append(fold(test))
     return Found(rows)
