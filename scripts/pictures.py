@@ -70,7 +70,7 @@ def make(command: str) -> None:
         subprocess.run([str(ROOT / program), *words], cwd=ROOT, check=True)
         return
     with tempfile.TemporaryDirectory() as folder:
-        for line in (("run", ROOT / words[0], "-o", f"{folder}/out"), ("plot", f"{folder}/out", "--width", "85mm")):
+        for line in (("run", ROOT / words[0], "-o", f"{folder}/out"), ("plot", f"{folder}/out")):
             pairsim(*line)
         for path in Path(folder, "out").glob("*.png"):
             path.replace(DOCS / "images" / f"{Path(words[0]).stem}-{path.name}")

@@ -26,7 +26,7 @@ def compute(setting: Setting) -> Found:
     test = verification("test_extension")
     rows = steady(setting)
     times = list(test.START_UP)
-    found, exact = test.stretches(*soft(0.1), times, Np=14 if setting.quick else 20), test.exact(0.1, times)
+    found, exact = test.stretches(*soft(0.1), times, Np=14 if setting.quick else 20), test.exact(*soft(0.1), times)
     allowed = 5e-3 if setting.quick else 1e-3
     rows += compared("start-up, Ca 0.1", times, found, exact, allowed, "start-up")
     if setting.quick:
@@ -84,7 +84,7 @@ def draw(setting: Setting, test: object, times: list[float], found: list[float])
     """The stretch against time below the fold, computed and exact."""
     t = np.linspace(0.01, max(times), 200)
     figure, axis = pyplot.subplots(figsize=(5, 3.4))
-    axis.plot(t, test.exact(0.1, list(t)), "k-", lw=1, label="exact")  # type: ignore[attr-defined]
+    axis.plot(t, test.exact(*soft(0.1), list(t)), "k-", lw=1, label="exact")  # type: ignore[attr-defined]
     axis.plot(times, found, "o", ms=5, label="pairsim")
     end = brentq(lambda x: test.steady_Ca(x) - 0.1, 1.1, 2.0)  # type: ignore[attr-defined]
     axis.axhline(end, color="grey", lw=0.8, ls="--", label="steady")
