@@ -4,7 +4,7 @@ usage: scripts/accuracy [-o runs/accuracy] [--only WORD] [--hard DIR] [--peers C
 
 Runs every study of configs/accuracy in one process after the other, so that wall times are comparable (about an hour
 and a half); some steps of the discretisation of the paper (fixed steps of 7.5e-4 on 1e4 triangles) with a new matrix in
-every Newton iteration; and the runs of configs/accuracy/moving.yaml, beside which curves are judged. The same command
+every Newton iteration; and the runs of configs/accuracy/moving, beside which curves are judged. The same command
 goes on after any kind of end. Then the tables for which there are results are stored in docs/results/accuracy, and the
 page is written from what is stored: with --page without anything else. --table computes nothing. --hard and --peers add
 the results of scripts/hard and scripts/peers.
@@ -33,11 +33,7 @@ import pairsim as api
 from pairsim.config.accuracy import SETTINGS, Liquid, is_level
 from pairsim.results.output import write_text
 
-STUDIES = {
-    path.stem: yaml.safe_load(path.read_text())
-    for path in sorted((CONFIGS / "accuracy").glob("*.yaml"))
-    if path.stem != "moving"
-}
+STUDIES = {path.stem: yaml.safe_load(path.read_text()) for path in sorted((CONFIGS / "accuracy").glob("*.yaml"))}
 PAGE, PICTURE = DOCS / "explanation" / "accuracy.md", DOCS / "images" / "accuracy.png"
 SCENES = {
     "newtonian": "Newtonian, soft",
@@ -60,7 +56,7 @@ def compute(output: Path, only: str) -> None:
         if not (path := output / f"plain-{scene}.json").is_file():
             write_text(path, json.dumps(plain(STUDIES[f"run-{scene}"])))
     if only in "moving":
-        pairsim("sweep", CONFIGS / "accuracy" / "moving.yaml", "-o", output / "moving")
+        pairsim("sweep", CONFIGS / "accuracy" / "moving" / "runs.yaml", "-o", output / "moving")
 
 
 def plain(study: dict[str, Any]) -> list[float]:
