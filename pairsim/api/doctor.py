@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
@@ -157,6 +158,9 @@ def _libraries() -> Iterator[Check]:
 
 def _fenicsx() -> str:
     from pairsim.runtime.fenicsx import PETSc, dolfinx
+
+    with suppress(ModuleNotFoundError):
+        import dolfinx_solver  # noqa: F401  # of the wheel: refuses a second PETSc beside its own
 
     if not dolfinx.__version__.startswith("0.11."):
         raise Lacking(f"DOLFINx {dolfinx.__version__} where 0.11 is needed", INSTALL)

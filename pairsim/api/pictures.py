@@ -1,4 +1,7 @@
-"""Pictures of any folder of results, and of several runs or curves in one: `plot`."""
+"""Pictures of any folder of results, and of several runs or curves in one: `plot`.
+
+What draws is imported where it is used: most commands end with one small picture.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +10,10 @@ from os import PathLike
 from pathlib import Path
 
 from pairsim.commands import COMMANDS
-from pairsim.plots.animation import animate as make_animation
-from pairsim.plots.animation import default_movie
-from pairsim.plots.fields import draw_fields
-from pairsim.plots.overlay import overlay
 from pairsim.plots.style import FORMATS, MOVIES, Page
 from pairsim.results.folders import kind_of
+from pairsim.results.output import FIELDS_XDMF
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.study_plots import plot_study
-from pairsim.sweeps.sweep_plots import plot_sweep
 
 
 def plot(
@@ -50,14 +48,20 @@ def plot(
     if not folders:
         raise InputError("pairsim plot", "", None, "must name a folder of results")
     places = [Path(folder) for folder in folders]
-    known = MOVIES if animate else FORMATS
-    page = Page.parse(formats or (default_movie() if animate else "png"), width, known)
+    if animate:
+        from pairsim.plots import animation
+
+        page = Page.parse(formats or animation.default_movie(), width, MOVIES)
+    else:
+        page = Page.parse(formats or "png", width, FORMATS)
     target = Path(out) if out is not None else places[0]
     if len(places) > 1:
         if out is None:
             raise InputError("pairsim plot", "-o", None, "must name a folder for the picture of several folders")
         if field is not None or animate:
             raise InputError("pairsim plot", "--field, --animate", None, "must be left out with several folders")
+        from pairsim.plots.overlay import overlay
+
         return overlay(places, target, page, group, panels)
     (directory,), kind = places, kind_of(places[0])
     for option, key in (("--group", group), ("--panels", panels)):
@@ -70,12 +74,18 @@ def plot(
         option, value = ("--field", field) if field is not None else ("--animate", None)
         raise InputError(option, "", value, f"must be left out: it goes with a run or a curve, not with a {kind}")
     if animate:
-        return make_animation(directory, target, page, curve=frames == "d", field=field)
-    if field is not None:
-        return draw_fields(directory, target, page, curve=frames == "d", field=field)
+        return animation.animate(directory, target, page, curve=frames == "d", field=field)
+    drawn = command.draw(directory, target, page) if command is not None and field is None else []
+    if field is not None or (frames and (directory / FIELDS_XDMF).exists()):
+        from pairsim.plots.fields import draw_fields
+
+        drawn += draw_fields(directory, target, page, curve=frames == "d", field=field)
     if command is not None:
-        fields = draw_fields(directory, target, page, curve=frames == "d") if frames else []
-        return [*command.draw(directory, target, page), *fields]
+        return drawn
     if kind == "sweep":
+        from pairsim.sweeps.sweep_plots import plot_sweep
+
         return plot_sweep(directory, target, group, page, panels)
+    from pairsim.sweeps.study_plots import plot_study
+
     return plot_study(directory, target, page)

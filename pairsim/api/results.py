@@ -15,7 +15,7 @@ import numpy as np
 from pairsim.api.cases import load
 from pairsim.api.curve import Curve
 from pairsim.commands import Command
-from pairsim.commands.command import numbers_in
+from pairsim.commands.command import Tables, rows_in
 from pairsim.config.case import SceneCase
 from pairsim.physics.scales import Scales
 from pairsim.results.answer import cost_line
@@ -25,13 +25,14 @@ from pairsim.results.output import CHECKPOINT
 from pairsim.results.travel import Travel, travel
 from pairsim.results.typography import html_of
 from pairsim.results.units import scales_of
-from pairsim.results.xdmf import FieldFrame, read_frame, read_times
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import BranchEnd, InputError, failure_of
 
 if TYPE_CHECKING:
     import pandas as pd
     import pyvista as pv
+
+    from pairsim.results.xdmf import FieldFrame
 
 SHOWN = 8  # rows of a table shown in a notebook
 
@@ -86,13 +87,24 @@ class Result:
 
         Counts are integers; `table.attrs["units"]` has the unit of each column.
         """
-        return self._tables[self.command.tables[0]]
+        return self._frame(self.command.tables[0])
+
+    def _frame(self, name: str) -> pd.DataFrame:
+        """A table of the command with pandas, which takes a sixth of a second to import; empty if it is not there."""
+        from pairsim.results.tables import read_table
+
+        with self._place() as place:
+            return read_table(place / f"{name}.csv")
 
     @cached_property
-    def _tables(self) -> dict[str, pd.DataFrame]:
-        """The tables of the command by name; one that is not there is empty."""
+    def columns(self) -> Mapping[str, Array]:
+        """The columns of the main table as arrays by name."""
+        return self._columns[self.command.tables[0]]
+
+    @cached_property
+    def _columns(self) -> Tables:
         with self._place() as place:
-            return dict(self.command.read_tables(place))
+            return self.command.read_tables(place)
 
     @property
     def scales(self) -> Scales:
@@ -187,8 +199,8 @@ class Result:
         return "\n".join([*ended, *found, *warnings, *cost])
 
     def _answer(self) -> list[str]:
-        if len(self.table):
-            return self.command.answer(self._tables, self.record)
+        if rows_in(self.columns):
+            return self.command.answer(self._columns, self.record)
         return [] if self.reason == BranchEnd.reason else [self.command.nothing]
 
     def plot(self, folder: Path | str, **options: Any) -> list[Path]:
@@ -212,11 +224,15 @@ class Result:
     @cached_property
     def places(self) -> Array:
         """Times [D_c/U_av] (of a curve: distances [D_c]) at which there are fields, shape (n,)."""
+        from pairsim.results.xdmf import read_times
+
         with self._place() as place:
             return read_times(place)
 
     @cached_property
     def _frames(self) -> list[FieldFrame]:
+        from pairsim.results.xdmf import read_frame
+
         with self._place() as place:
             return [read_frame(place, i) for i in range(len(self.places))]
 
@@ -230,6 +246,7 @@ class Result:
             InputError: There are no fields there.
         """
         from pairsim.api.grids import grid_of
+        from pairsim.results.xdmf import read_frame
 
         hits = np.flatnonzero(np.isclose(self.places, at, rtol=1e-9, atol=1e-12))
         if not hits.size:
@@ -291,7 +308,7 @@ class CurveResult(Result):
     @cached_property
     def equilibria(self) -> pd.DataFrame:
         """The zeros of dU (equilibria.csv): d, stable, slope, peak, d_error and certain."""
-        found = self._tables["equilibria"]
+        found = self._frame("equilibria")
         return found if len(found.columns) else found.reindex(columns=list(EQUILIBRIA_COLUMNS))
 
     @property
@@ -302,7 +319,7 @@ class CurveResult(Result):
     @cached_property
     def curve(self) -> Curve:
         """dU as a function of the distance: `dU, half_width = result.curve(d)`."""
-        return Curve(numbers_in(self.table))
+        return Curve(self.columns)
 
     def dU(self, d: Any, gap: int = 1) -> Any:
         """dU at any distance of the curve [U_av]; see `curve`, which returns the half-width of its interval, too."""
@@ -322,7 +339,7 @@ class CurveResult(Result):
             InputError: A distance is outside the curve, or the pair does not move from the one to the other.
         """
         source = "curve" if self.folder is None else str(self.folder)
-        return travel(numbers_in(self.table), start, stop, source, self.record)
+        return travel(self.columns, start, stop, source, self.record)
 
     @property
     def distances(self) -> Array:

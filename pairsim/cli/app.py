@@ -5,6 +5,8 @@ Large libraries are imported inside the commands, so that --help and input error
 
 from __future__ import annotations
 
+import atexit
+import gc
 import os
 import sys
 from functools import partial
@@ -81,6 +83,7 @@ def _common(
 def main() -> NoReturn:
     """Entry point: every `PairsimError` is printed as one message, without a traceback, and sets the exit code."""
     repair_streams()
+    atexit.register(gc.freeze)  # Python ends by searching all it holds for garbage, a tenth of a short command
     try:
         os.getcwd()
     except OSError:

@@ -147,7 +147,7 @@ def _end(result: Result, directory: Path, shown: Style) -> NoReturn:
     if shown == "none" and code:
         typer.echo(result.message, err=True)
     elif shown not in ("none", "json") and directory.is_dir():
-        afterwards = command.afterwards(directory, "dU" in result.table)
+        afterwards = command.afterwards(directory, "dU" in result.columns)
         ended = result.status, result.reason, result.message
         typer.echo(advice(afterwards, *ended, directory, command.resumable), err=True)
     raise typer.Exit(code)

@@ -20,12 +20,11 @@ if TYPE_CHECKING:
     from pairsim.drivers.outcome import Outcome
     from pairsim.drivers.session import Options
     from pairsim.plots.style import Page
-    from pairsim.runtime.arrays import Array
 
 Value = float | int | str | list[float] | list[bool] | None
 """A value in results.csv."""
-Tables = Mapping[str, Any]
-"""Tables of a folder by name, each a pandas DataFrame; one that is not there is empty."""
+Tables = Mapping[str, Mapping[str, Any]]
+"""Tables of a folder by name, each its columns as arrays by name; one that is not there has none."""
 
 
 @dataclass(frozen=True)
@@ -43,8 +42,14 @@ class Flag:
 
 def last_row(tables: Tables) -> dict[str, Value]:
     """The number of rows of the main table, and the values of the last one."""
-    rows = next(iter(tables.values()))
-    return {"points": len(rows), **next(iter(rows.tail(1).to_dict("records")), {})}
+    columns = next(iter(tables.values()))
+    last = {name: values[-1].item() for name, values in columns.items() if len(values)}
+    return {"points": rows_in(columns), **last}
+
+
+def rows_in(columns: Mapping[str, Any]) -> int:
+    """The number of rows of a table."""
+    return len(next(iter(columns.values()), ()))
 
 
 @dataclass(frozen=True)
@@ -142,20 +147,15 @@ class Command[C: SceneCase]:
         Raises:
             InputError: A file is not a table of pairsim.
         """
-        from pairsim.results.tables import read_table
+        from pairsim.results.table_columns import read_columns
 
-        return {name: read_table(directory / f"{name}.csv") for name in self.tables}
+        return {name: read_columns(directory / f"{name}.csv") for name in self.tables}
 
     def values(self, directory: Path) -> dict[str, Value]:
         """Values of a folder for the columns of results.csv, none where a table cannot be read."""
         record, values = read_record(directory), dict[str, Value]()
         with suppress(InputError, ValueError, KeyError):
             tables = self.read_tables(directory)
-            if len(tables[self.tables[0]].columns):
+            if tables[self.tables[0]]:
                 values = self.in_sweeps.read(tables)
         return values | {key: record.get(key) for key in self.in_sweeps.last}
-
-
-def numbers_in(table: Any) -> dict[str, Array]:
-    """The columns of a table whose values are numbers."""
-    return {str(name): table[name].to_numpy() for name in table if table[name].dtype.kind in "fi"}

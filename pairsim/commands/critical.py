@@ -5,13 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pairsim.commands.command import Command, InSweeps, Tables, Value
+from pairsim.commands.command import Command, InSweeps, Tables, Value, rows_in
 from pairsim.config.cost import Estimate, steady_estimate
 from pairsim.config.curve_case import CriticalCase, check_critical
 
 if TYPE_CHECKING:
     from pairsim.drivers.events import Events
     from pairsim.plots.style import Page
+
+SHOWN = {"zeros": "d_cr", "stable": "stable"}
 
 
 def solve(case: CriticalCase, **more: Any) -> Events:
@@ -30,10 +32,9 @@ def estimate(case: CriticalCase) -> Estimate:
 
 def answer(tables: Tables, record: dict[str, Any]) -> list[str]:
     """Which critical distances there are, and where branches of them end."""
-    from pairsim.results.answer import Zero, answer_of_critical
+    from pairsim.results.answer import answer_of_critical, zeros_in
 
-    rows = tables["critical"].to_dict("records")
-    return answer_of_critical([Zero(row["d_cr"], bool(row["stable"])) for row in rows], record)
+    return answer_of_critical(zeros_in(tables["critical"], "d_cr"), record)
 
 
 def draw(directory: Path, out: Path, page: Page) -> list[Path]:
@@ -45,9 +46,9 @@ def draw(directory: Path, out: Path, page: Page) -> list[Path]:
 
 def read(tables: Tables) -> dict[str, Value]:
     """The result columns; lists in the order of critical.csv."""
-    rows = tables["critical"]
-    wanted = rows[rows["kind"] == "wanted"]
-    return {"points": len(rows), "zeros": wanted["d_cr"].tolist(), "stable": wanted["stable"].tolist()}
+    table = tables["critical"]
+    wanted = table["kind"] == "wanted"
+    return {"points": rows_in(table), **{name: table[of][wanted].tolist() for name, of in SHOWN.items()}}
 
 
 COMMAND = Command(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pairsim.commands.command import Command, Flag, InSweeps, Tables, Value, numbers_in
+from pairsim.commands.command import Command, Flag, InSweeps, Tables, Value, rows_in
 from pairsim.config.cost import Estimate, steady_estimate
 from pairsim.config.curve_case import CurveCase, check_curve
 from pairsim.results.columns import FORCES, gap_endings, relative_velocities
@@ -34,10 +34,9 @@ def estimate(case: CurveCase) -> Estimate:
 
 def answer(tables: Tables, record: dict[str, Any]) -> list[str]:
     """Where particles separate and come closer, and how fast."""
-    from pairsim.results.answer import Zero, answer_of_curve
+    from pairsim.results.answer import answer_of_curve, zeros_in
 
-    zeros = [Zero(row["d"], bool(row["stable"]), row.get("d_error")) for row in tables["equilibria"].to_dict("records")]
-    return answer_of_curve(numbers_in(tables["curve"]), zeros, record)
+    return answer_of_curve(tables["curve"], zeros_in(tables["equilibria"]), record)
 
 
 def draw(directory: Path, out: Path, page: Page) -> list[Path]:
@@ -67,8 +66,8 @@ def read(tables: Tables) -> dict[str, Value]:
     """The result columns; `zeros` and what belongs to them are lists in ascending d."""
     from pairsim.results.curve_table import peak_of
 
-    table, zeros = numbers_in(tables["curve"]), tables["equilibria"]
-    values: dict[str, Value] = {"points": len(tables["curve"])}
+    table, zeros = tables["curve"], tables["equilibria"]
+    values: dict[str, Value] = {"points": rows_in(table)}
     if not values["points"]:
         return values
     values |= {name: float(table[name][0]) for name in FORCE if name in table}

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pairsim.commands.command import Command, InSweeps, Tables, numbers_in
+from pairsim.commands.command import Command, InSweeps, Tables
 from pairsim.config.case import Case
 from pairsim.config.case_checks import check_together
 from pairsim.config.cost import ERROR_TOO, RUN_BYTES, START, Estimate, memory_of, unknowns
@@ -42,7 +42,7 @@ def answer(tables: Tables, record: dict[str, Any]) -> list[str]:
     """What the particles do at the end."""
     from pairsim.results.run_answer import answer_of_run
 
-    return answer_of_run(numbers_in(tables["series"]), record)
+    return answer_of_run(tables["series"], record)
 
 
 def draw(directory: Path, out: Path, page: Page) -> list[Path]:

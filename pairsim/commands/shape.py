@@ -96,9 +96,10 @@ def answer(tables: Tables, _: dict[str, Any]) -> list[str]:
     """How far the particle deforms, and how fast it moves."""
     from pairsim.results.units import with_error
 
-    ends = [row for _, row in tables["shape"].iloc[[0, -1]].drop_duplicates().iterrows()]
-    shapes = (f"{with_error(row.D_1, row.D_error)} at Ca_e = {row.Ca_e:.4g}" for row in ends)
-    return [f"D = {' to '.join(shapes)}.", f"It moves at U = {' to '.join(f'{row.U_1:.6g}' for row in ends)}."]
+    D, error, Ca_e, U = (tables["shape"][name] for name in ("D_1", "D_error", "Ca_e", "U_1"))
+    ends = (0, -1) if len(D) > 1 else (0,)
+    shapes = (f"{with_error(D[i], error[i])} at Ca_e = {Ca_e[i]:.4g}" for i in ends)
+    return [f"D = {' to '.join(shapes)}.", f"It moves at U = {' to '.join(f'{U[i]:.6g}' for i in ends)}."]
 
 
 def draw(directory: Path, out: Path, page: Page) -> list[Path]:

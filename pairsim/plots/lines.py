@@ -12,11 +12,11 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from pairsim.results.answer import Zero
+from pairsim.results.answer import Zero, zeros_in
 from pairsim.results.columns import error_column, relative_velocities
 from pairsim.results.curve_table import curve_of
-from pairsim.results.folders import rows_of
 from pairsim.results.output import read_series
+from pairsim.results.table_columns import read_columns
 from pairsim.runtime.arrays import Array
 
 FINE = 400  # points of a smooth line
@@ -84,14 +84,6 @@ def fine_distances(points: Array) -> Array:
     return np.union1d(points, between[(between > points[0]) & (between < points[-1])])
 
 
-def read_zeros(directory: Path) -> tuple[Zero, ...]:
-    """The zeros of a curve, from equilibria.csv; none where the file is missing."""
-    path = directory / "equilibria.csv"
-    rows = rows_of(path) if path.is_file() else []
-    errors = [float(row["d_error"]) if row.get("d_error") else None for row in rows]
-    return tuple(Zero(float(row["d"]), row["stable"] == "true", e) for row, e in zip(rows, errors, strict=True))
-
-
 def lines_of(directory: Path, parameters: Mapping[str, Any], *, curve: bool, failed: bool = False) -> list[Line]:
     """The lines of a folder, one a gap, or that of U or dp where there is no gap; none before the first row.
 
@@ -110,7 +102,7 @@ def lines_of(directory: Path, parameters: Mapping[str, Any], *, curve: bool, fai
     if not rows or (curve and not (relative and f"slope{relative[0].removeprefix('dU')}" in table)):
         return []
     columns = relative or [name for name in table if name == "U" or name.startswith("U_")] or ["dp"]
-    zeros = read_zeros(directory) if curve else ()
+    zeros = tuple(zeros_in(read_columns(directory / "equilibria.csv"))) if curve else ()
     many = len(columns) > 1
     return [
         Line({**parameters, "gap": i} if many else parameters, table, name, curve, zeros, failed)

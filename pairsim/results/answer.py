@@ -37,6 +37,13 @@ class Zero:
         return f"{with_error(self.d, self.error)} ({kind})"
 
 
+def zeros_in(table: Table, name: str = "d") -> list[Zero]:
+    """The zeros in a table, whose distances are in the column `name`."""
+    errors = [float(each) if np.isfinite(each) else None for each in table.get("d_error", ())]
+    found = table.get(name, ()), table.get("stable", ()), errors or [None] * len(table.get(name, ()))
+    return [Zero(float(d), bool(stable), error) for d, stable, error in zip(*found, strict=True)]
+
+
 def answer_of_curve(table: Table, zeros: Sequence[Zero], record: Mapping[str, Any]) -> list[str]:
     """The answer of a master curve.
 

@@ -21,7 +21,6 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -42,6 +41,7 @@ from pairsim.results.xdmf import (
     FieldFrame,
     components,
     grids_of,
+    hdf5,
     open_data,
     place_of,
 )
@@ -217,10 +217,10 @@ def _copy(folder: Path, groups: dict[str, dict[str, None]]) -> None:
     """Copy groups of several files into a new fields.h5, which replaces the old one."""
     part = part_of(folder / FIELDS_H5)
     try:
-        with h5py.File(part, "w", libver="earliest", locking=False):
+        with hdf5(part, "w", libver="earliest", locking=False):
             pass
         _reserve(part, sum((folder / file).stat().st_size for file in groups))
-        with h5py.File(part, "a", libver="earliest", locking=False) as new:
+        with hdf5(part, "a", libver="earliest", locking=False) as new:
             for file, names in groups.items():
                 with open_data(folder, file) as old:
                     for name in names:
@@ -253,7 +253,7 @@ def _image(groups: dict[str, dict[str, NDArray[Any]]], attributes: dict[str, flo
     Made in memory, since a full disk is an error in Python, but may crash HDF5.
     """
     buffer = io.BytesIO()
-    with h5py.File(buffer, "w", libver="earliest") as h5:
+    with hdf5(buffer, "w", libver="earliest") as h5:
         for group, datasets in groups.items():
             for name, values in datasets.items():
                 h5.create_dataset(f"{group}/{name}", data=values, compression="gzip", compression_opts=4, shuffle=True)

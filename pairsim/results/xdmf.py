@@ -23,14 +23,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from pairsim.results.output import FIELDS_XDMF
 from pairsim.runtime.errors import InputError
+
+if TYPE_CHECKING:
+    import h5py
 
 TENSOR = ("zz", "zr", "rr", "tt")
 TOPOLOGY = {6: "Tri_6", 9: "Quad_9"}
@@ -167,12 +170,24 @@ def read_times(folder: Path | str) -> NDArray[np.float64]:
     return np.array([place.t for place in places(folder)] if there else [], dtype=float)
 
 
+def hdf5(path: Any, mode: str, **more: Any) -> h5py.File:
+    """An open HDF5 file; h5py is imported for the first one, since most commands have none.
+
+    Args:
+        path: The file, or a buffer.
+        mode, more: Of `h5py.File`.
+    """
+    import h5py
+
+    return h5py.File(path, mode, **more)
+
+
 def open_data(folder: Path, name: str) -> h5py.File:
     """Open an HDF5 file of a folder for reading.
 
     Without HDF5's locks, which some file systems of clusters do not have.
     """
-    return h5py.File(folder / name, "r", locking=False)
+    return hdf5(folder / name, "r", locking=False)
 
 
 def read_frame(folder: Path | str, index: int = -1) -> FieldFrame:

@@ -1,10 +1,9 @@
-"""Imports DOLFINx, PETSc and MPI in the order that they require.
+"""Imports DOLFINx, PETSc and MPI in the order that they require: MPI ahead of the compiled modules.
 
-The wheel `dolfinx-solver-real` provides a module `dolfinx_solver` that must be imported before `dolfinx`, so that MPI
-is loaded ahead of the compiled modules. FEniCSx from Debian, conda or Spack has no such module.
+That is all that the wheel of FEniCSx asks for; its module `dolfinx_solver` would do it, and read the metadata of all
+installed packages.
 """
 
-import contextlib
 import os
 from typing import Any
 
@@ -32,9 +31,6 @@ with sigterm_waits():
     import scipy.linalg  # noqa: F401
 
     from pairsim.runtime.mpi import INSTALL, MPI
-
-with contextlib.suppress(ModuleNotFoundError):
-    import dolfinx_solver  # noqa: F401
 
 try:
     import petsc4py
