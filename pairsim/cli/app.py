@@ -51,6 +51,8 @@ class _All(TyperGroup):
 
 CODES: dict[type[PairsimError], int] = {InputError: 2, EnvironmentFailure: ENVIRONMENT, RunFailure: 3}
 """Exit codes of errors, the special ones first."""
+ALLOCATIONS = 50_000
+"""Objects between two searches for cyclic garbage: a fifth of a short command went into searching imported modules."""
 app = typer.Typer(
     cls=_All,
     no_args_is_help=True,
@@ -83,7 +85,8 @@ def _common(
 def main() -> NoReturn:
     """Entry point: every `PairsimError` is printed as one message, without a traceback, and sets the exit code."""
     repair_streams()
-    atexit.register(gc.freeze)  # Python ends by searching all it holds for garbage, a tenth of a short command
+    gc.set_threshold(ALLOCATIONS)
+    atexit.register(gc.freeze)  # or else Python searches all that it holds when it ends
     try:
         os.getcwd()
     except OSError:

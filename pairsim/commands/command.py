@@ -136,8 +136,10 @@ class Command[C: SceneCase]:
         """Compute a case and write it to a folder; `more` goes to `carry_out` (`drivers/session.py`)."""
         from pairsim.commands import own_files
         from pairsim.drivers.session import carry_out
+        from pairsim.results.output import files_of
 
-        notes, files = [*case.notes, *self.estimate(case).notes], own_files()
+        notes = [*case.notes, *self.estimate(case).notes]
+        files = own_files() if options.overwrite else files_of(self.tables, self.captions)
         appended = self.tables[0] if self.resumable else ""
         return carry_out(self.solve, case, directory, options, notes, files, appended=appended, **more)
 

@@ -15,7 +15,7 @@ USUAL = SETTINGS[DEFAULT]
 class Keys(BaseModel):
     """A group of keys; others than those of its model are refused."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
 
 class MeshOptions(Keys):

@@ -50,7 +50,7 @@ def _made(name: str, words: str, fields: dict[str, Any], measured: Sequence[str]
     def without_measured(schema: dict[str, Any]) -> None:
         schema["required"] = [key for key in schema["required"] if key not in measured]
 
-    config = ConfigDict(extra="forbid", frozen=True, json_schema_extra=without_measured)
+    config = ConfigDict(extra="forbid", frozen=True, defer_build=True, json_schema_extra=without_measured)
     model = create_model(name, __config__=config, __doc__=words, __module__=__name__, **fields)
     globals()[name] = MODELS[name] = model
     return model

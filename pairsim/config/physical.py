@@ -98,7 +98,7 @@ if TYPE_CHECKING:
 else:
     _Keys = create_model(
         "_Keys",
-        __config__=ConfigDict(extra="forbid", frozen=True),
+        __config__=ConfigDict(extra="forbid", frozen=True, defer_build=True),
         **{key: each.field for key, each in QUANTITIES.items()},
     )
 

@@ -7,6 +7,7 @@ import resource
 import sys
 import time
 from dataclasses import dataclass
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -53,6 +54,7 @@ class Outcome:
         return exit_code(self.status, self.reason)
 
 
+@cache
 def _versions() -> dict[str, str]:
     names = ("fenics-basix", "fenics-ffcx", "fenics-ufl", "gmsh", "mpi4py", "numpy", "scipy", "h5py")
     found = {"pairsim": __version__, "python": platform.python_version(), "petsc": petsc_version()}
