@@ -15,11 +15,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from pairsim.fem.meshes.geometry import Outline, Reference
 from pairsim.fem.meshes.quadrature import CellQuadrature, end_load
-from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
+from pairsim.fem.meshes.six_node_mesh import SixNodeMesh, nodes_at
 from pairsim.fem.phases.compiled_phase import liquid_phase, solid_phase
 from pairsim.fem.phases.moving_mesh import mesh_moves
 from pairsim.fem.phases.phase import Phase
@@ -94,12 +93,12 @@ def match(points: Array, wanted: Array) -> Indices:
         Indices, shape (k,).
 
     Raises:
-        MeshFailure: There is no point within 1e-9 of a position.
+        MeshFailure: There is no point at a position.
     """
-    distance, index = cKDTree(points).query(wanted)
-    if distance.max() > 1e-9:
-        raise MeshFailure(f"a node of an outline is at a distance of {distance.max():.1e} from the nearest mesh node")
-    return np.asarray(index, dtype=np.int64)
+    index = nodes_at(points, wanted)
+    if index.min() < 0:
+        raise MeshFailure("a node of an outline is not one of the mesh")
+    return index
 
 
 @dataclass(frozen=True)

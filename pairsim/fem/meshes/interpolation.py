@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from pairsim.fem.compilation.loops import call
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh, shape_gradients, shape_values
@@ -37,7 +37,7 @@ def interpolate(mesh: SixNodeMesh, positions: Array, values: Array, wanted: Arra
     cell = found.astype(np.int64) // len(_PARTS)
     lost = np.flatnonzero(found < 0)
     if lost.size:
-        nearest = cKDTree(positions[mesh.cells].mean(axis=1)).query(wanted[lost])[1]
+        nearest = scipy.spatial.cKDTree(positions[mesh.cells].mean(axis=1)).query(wanted[lost])[1]
         cell[lost] = nearest
     nodes = mesh.cells[cell]
     local, left = np.full((len(wanted), 2), 1 / 3), np.arange(len(wanted))

@@ -16,12 +16,11 @@ import gmsh
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
-from scipy.spatial import cKDTree
 
 from pairsim.fem.meshes.cell_sizes import liquid_size
 from pairsim.fem.meshes.extruded_cells import extruded, graded_ends, stations
 from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Outline, Reference
-from pairsim.fem.meshes.six_node_mesh import MIRRORED_CELL, SixNodeMesh, jacobians, shape_gradients
+from pairsim.fem.meshes.six_node_mesh import MIRRORED_CELL, SixNodeMesh, jacobians, nodes_at, shape_gradients
 from pairsim.physics.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure
@@ -239,8 +238,8 @@ def _curved(straight: SixNodeMesh, curves: Sequence[Array], spread: bool) -> Six
     boundary = [np.arange(0)]
     for nodes in curves:
         both = np.vstack([nodes[::2], (nodes[:-2:2] + nodes[2::2]) / 2])
-        distance, index = cKDTree(straight.points).query(both)
-        if distance.max() > 1e-9:
+        index = nodes_at(straight.points, both)
+        if index.min() < 0:
             raise MeshFailure("gmsh divided an arc of an outline into several sides", advice="another mesh.Np")
         points[index] = np.vstack([nodes[::2], nodes[1::2]])
         boundary.append(index)

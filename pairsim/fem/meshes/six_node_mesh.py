@@ -14,6 +14,7 @@ MIRRORED_CELL = np.array([0, 2, 1, 5, 4, 3])
 _MIDSIDE_PARENTS = {3: (0, 1), 4: (1, 2), 5: (2, 0)}
 # Local number of the mid-side opposite each vertex.
 MIDSIDE_OPPOSITE = (4, 5, 3)
+SAME = 1e-9  # distance below which two nodes are one [D_c]
 
 
 @dataclass(frozen=True)
@@ -95,3 +96,25 @@ def jacobians(cell_points: Array) -> Array:
     """
     dx = np.einsum("qak,mai->mqik", _SAMPLES, cell_points, optimize=True)  # uses BLAS, fifty times as fast
     return np.asarray(dx[..., 0, 0] * dx[..., 1, 1] - dx[..., 0, 1] * dx[..., 1, 0])
+
+
+def nodes_at(points: Array, wanted: Array) -> Indices:
+    """Indices of the points at given positions.
+
+    Args:
+        points: Points, shape (n, 2).
+        wanted: Positions, shape (k, 2).
+
+    Returns:
+        Indices, shape (k,); -1 where no point is within `SAME` along either axis.
+    """
+    order = np.argsort(points[:, 0])
+    z = points[order, 0]
+    first, last = np.searchsorted(z, wanted[:, 0] - SAME), np.searchsorted(z, wanted[:, 0] + SAME, "right")
+    found = np.full(len(wanted), -1, dtype=np.int64)
+    for i, r in enumerate(wanted[:, 1]):
+        column = order[first[i] : last[i]]
+        away = np.abs(points[column, 1] - r)
+        if len(column) and away.min() <= SAME:
+            found[i] = column[away.argmin()]
+    return found
