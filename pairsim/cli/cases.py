@@ -133,12 +133,15 @@ def _compute(command: Command[Any], given: dict[str, Any]) -> None:
 
 def _end(result: Result, directory: Path, shown: Style) -> NoReturn:
     """Draw, give the folder (stdout) and what to do next (stderr), and exit with the code of the outcome."""
+    from pairsim.commands.command import rows_in
     from pairsim.drivers.outcome import exit_code
     from pairsim.results.answer import advice
+    from pairsim.results.output import FIELDS_XDMF
 
     command, code = result.command, exit_code(result.status, result.reason)
+    rows, least = rows_in(result.columns), command.draws_from
     if code == 0:
-        if command.draws_itself:
+        if least is not None and (rows >= least or (directory / FIELDS_XDMF).exists()):
             try:
                 result.plot(directory)
             except InputError as error:
@@ -147,7 +150,7 @@ def _end(result: Result, directory: Path, shown: Style) -> NoReturn:
     if shown == "none" and code:
         typer.echo(result.message, err=True)
     elif shown not in ("none", "json") and directory.is_dir():
-        afterwards = command.afterwards(directory, "dU" in result.columns)
+        afterwards = command.afterwards(directory, rows > 1 and "dU" in result.columns)
         ended = result.status, result.reason, result.message
         typer.echo(advice(afterwards, *ended, directory, command.resumable), err=True)
     raise typer.Exit(code)

@@ -99,12 +99,12 @@ class Command[C: SceneCase]:
         draw: Draws what the tables of a folder hold into another one, and returns the pictures. Fields are drawn
             elsewhere.
         captions: What is said below each of these pictures in a report, by the name of its file.
-        afterwards: What may come next, for a folder and whether its particles have a relative velocity.
+        afterwards: What may come next, for a folder and whether it has a relative velocity at several places.
         distances: Distances of a case of `pairsim units` that has none [D_c]; empty where it makes no such cases.
         frames: What its fields are written at: "t", "d", or "" where it writes none.
         flags: Options of its own.
         resumable: Whether it goes on from a checkpoint; the main table is then an appended one.
-        draws_itself: Whether its pictures are drawn when it ends.
+        draws_from: Rows of its main table from which on its pictures are drawn when it ends; None where they are not.
     """
 
     model: type[C]
@@ -125,7 +125,7 @@ class Command[C: SceneCase]:
     frames: str = ""
     flags: tuple[Flag, ...] = ()
     resumable: bool = False
-    draws_itself: bool = True
+    draws_from: int | None = 1
 
     @property
     def name(self) -> str:

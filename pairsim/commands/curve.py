@@ -91,7 +91,7 @@ COMMAND = Command(
 
 The case file has d (distances in tube diameters D_c: a list, or {start, stop,
 num, spacing}) in place of d0. Writes curve.csv (dU in U_av), equilibria.csv,
-curve.png, case.yaml and run.json.""",
+curve.png of two points or more, case.yaml and run.json.""",
     examples="pairsim curve configs/curve.yaml | pairsim curve case.yaml -o out --sensitivities "
     "--set 'd={start: 0.02, stop: 1, num: 12}'",
     tables=("curve", "equilibria", "way"),
@@ -102,9 +102,10 @@ curve.png, case.yaml and run.json.""",
     afterwards=lambda folder, pair: (
         f"pairsim travel {folder} --from D --to D gives the time and tube that a pair needs"
         if pair
-        else f"pairsim plot {folder} draws it again"
+        else f"pairsim plot {folder} draws it"
     ),
     distances={"d": {"start": 0.02, "stop": 0.8, "num": 9}},
     frames="d",
+    draws_from=2,  # one point is no line, and matplotlib takes as long as a point
     flags=(Flag("sensitivities", "Add the derivatives of dU with respect to Ca_e, De and beta at fixed d."),),
 )

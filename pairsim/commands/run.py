@@ -83,5 +83,5 @@ in D_c/U_av.""",
     distances={"d0": 0.1},
     frames="t",
     resumable=True,
-    draws_itself=False,
+    draws_from=None,
 )

@@ -48,7 +48,7 @@ def solve(name: str, pairs: list[tuple[Path, Path]]) -> Outcome:
             line = shlex.join(["pairsim", name, str(file), "-o", str(directory)])
             case = read_case(command, file)
             outcome = command.compute(case, directory, Options(True, Reporter(), line, signals=True), **more)
-            if outcome.status == "finished" and command.draws_itself:
+            if outcome.status == "finished" and command.draws_from is not None:
                 with suppress(OSError, InputError):  # a picture can be drawn again
                     command.draw(directory, directory, Page())
             if signals.number or memory() > MOST_MEMORY:

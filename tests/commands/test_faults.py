@@ -85,7 +85,9 @@ def test_mesh_as_xdmf_is_one_file(tmp_path: Path, pairsim: Pairsim) -> None:
 def test_picture_that_cannot_be_written_is_a_warning(
     tmp_path: Path, pairsim: Pairsim, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (tmp_path / "case.yaml").write_text(PAIR.replace("d0: 0.1", "d: [0.1]").replace("time: {end: 0.01}\n", ""))
+    (tmp_path / "case.yaml").write_text(
+        PAIR.replace("d0: 0.1", "d: [0.1, 0.11]").replace("time: {end: 0.01}\n", "max_points: 2\n")
+    )
     monkeypatch.setattr("pairsim.plots.style.Figure.savefig", refuse)
     done = pairsim("curve", "case.yaml", "-o", "out")
     assert done.returncode == 0
