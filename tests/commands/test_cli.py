@@ -20,6 +20,8 @@ from pairsim.drivers.progress import BarReporter
 
 COMMANDS = sorted(get_command(app).commands)  # type: ignore[attr-defined]
 HEAVY = ("dolfinx", "gmsh", "matplotlib", "mpi4py", "numpy", "petsc4py", "pyvista", "scipy", "ufl")
+FOR_FEW = ("h5py", "matplotlib.animation", "matplotlib.pyplot", "pandas", "pint", "pyvista", "seaborn")
+"""What few commands need, and a curve does not."""
 
 
 def test_version_is_that_of_the_package() -> None:
@@ -53,15 +55,34 @@ def test_help_names_the_default_folder(command: str) -> None:
 )
 def test_nothing_heavy_is_imported_too_early(arguments: list[str], tmp_path: Path) -> None:
     """Help and input errors are immediate."""
+    code, imported = _imported(arguments, HEAVY, tmp_path)
+    assert code == (2 if "nowhere.yaml" in arguments else 0)
+    assert imported == []
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("distances", "unused"),
+    [("[0.1]", ("matplotlib", *FOR_FEW)), ("[0.1, 0.11]", FOR_FEW)],
+    ids=["a point, which has no picture", "a curve with its picture"],
+)
+def test_a_curve_imports_only_what_it_uses(distances: str, unused: tuple[str, ...], tmp_path: Path) -> None:
+    keys = f"d: {distances}, max_points: 2, ends: developed, length: 3, mesh: {{Np: 8}}"
+    (tmp_path / "case.yaml").write_text(f"{{beta: 0.4, De: 0, Ca_e: 0.1, {keys}}}")
+    code, imported = _imported(["curve", "case.yaml", "-o", "out"], unused, tmp_path)
+    assert (code, imported) == (0, [])
+    assert (tmp_path / "out" / "curve.png").exists() == ("matplotlib" not in unused)
+
+
+def _imported(arguments: list[str], watched: tuple[str, ...], folder: Path) -> tuple[int, list[str]]:
+    """Exit code of a command, and which of the modules it has imported."""
     code = (
         "import atexit, sys; "
-        f"atexit.register(lambda: print('imported:', *[n for n in {HEAVY!r} if n in sys.modules], file=sys.stderr)); "
+        f"atexit.register(lambda: print('imported:', *[n for n in {watched!r} if n in sys.modules], file=sys.stderr)); "
         f"sys.argv[1:] = {arguments!r}; from pairsim.cli.app import main; main()"
     )
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == (2 if "nowhere.yaml" in arguments else 0)
-    assert done.stderr.splitlines()[-1].split() == ["imported:"]
-    assert list(tmp_path.iterdir()) == []
+    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False)
+    return done.returncode, done.stderr.splitlines()[-1].split()[1:]
 
 
 def test_the_list_of_commands_needs_no_model_of_a_case() -> None:
