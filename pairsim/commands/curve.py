@@ -26,10 +26,10 @@ def solve(case: CurveCase, **more: Any) -> Events:
 def estimate(case: CurveCase) -> Estimate:
     """Estimated cost of a master curve: the points between those requested, and a third more where dU is curved."""
     points = len(case.places)
-    if case.common:
+    if case.common and points > 1:
         points = len(between(sorted(case.places), case.max_points))
         points = max(min(points + -(-points // 3), case.max_points), points)
-    return steady_estimate(case, points, case.mesh_error)
+    return steady_estimate(case, points - 1, case.mesh_error)
 
 
 def answer(tables: Tables, record: dict[str, Any]) -> list[str]:

@@ -33,7 +33,7 @@ def estimate(case: Case) -> Estimate:
     else:
         pace = (3e-4 / case.time.tol) ** 0.45 if any(case.Ca_es) or polymer else 0.25
         steps = 10 * pace * math.log(1 + end / first) * (3 if polymer else 1) + end / case.time.max_step
-    each = 1.1e-6 * size**1.15 * (ERROR_TOO if case.estimates_error else 1.0)
+    each = 0.7e-6 * size**1.15 * (ERROR_TOO if case.estimates_error else 1.0)
     adapted = "; the mesh is adapted: what the run needs is known after a coarse one" if case.adapts else ""
     return Estimate(round(size), START + steps * each, memory_of(size, RUN_BYTES, polymer), adapted)
 

@@ -19,7 +19,7 @@ from pairsim.runtime.duration import duration
 STRIPS = 200  # slices of the tube over which the number of cells is summed
 MOST_UNKNOWNS = 2e7  # a larger mesh takes gmsh days or exhausts the memory
 LARGE = 3e5  # unknowns whose first mesh and factorisation take so long that the user is told beforehand; chosen
-START = 1.2  # seconds for imports and the first mesh
+START = 1.0  # seconds for imports and the first mesh
 LIBRARIES = 210e6  # memory after all imports [bytes]
 # Bytes per unknown at 15,000 unknowns, in a Newtonian and in a viscoelastic liquid. The memory of the LU factors grows
 # slightly faster than the number of unknowns.
@@ -127,7 +127,7 @@ def steady_estimate(case: SceneCase, points: int, mesh_error: bool = False) -> E
         mesh_error: Whether they are solved on a coarser mesh, too.
     """
     size, polymer = unknowns(case), bool(case.liquid_model.modes)
-    each = 0.4e-6 * size**1.15 * (3 if polymer else 1) * (1.5 if mesh_error else 1)
+    each = 0.4e-6 * size**1.15 * (2 if polymer else 1) * (1.5 if mesh_error else 1)
     memory = memory_of(size * (COARSE_TOO if mesh_error else 1.0), STEADY_BYTES, polymer)
     iterations = FIRST_POINT + NEXT_POINT * points + ERROR_ESTIMATE * (points + 1)
     adapted = ""
