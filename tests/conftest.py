@@ -3,27 +3,18 @@
 from __future__ import annotations
 
 import importlib
-import subprocess
+import time
+from collections import defaultdict
 from pathlib import Path
 
 import pytest
 from support.commands import Done, Pairsim, apart, in_process
+from support.forms import FORMS, compile_forms
 
 from pairsim.fem.form_cache import missing
-from pairsim.runtime.child_process import module_command
 
-LAWS = ("giesekus", "oldroyd-b", "ptt-linear", "ptt-exp", "fene-p")
-FORMS = [
-    *("neo-hookean", "newtonian:moving", "newtonian:fixed", "giesekus:moving", "giesekus:moving:steady"),
-    *(f"{law}:fixed" for law in LAWS),
-    "fene-p:moving",
-    *(
-        f"{kind}:enriched"
-        for kind in ("newtonian:moving", "neo-hookean", "giesekus:moving:steady", "fene-p:moving:steady")
-    ),
-    *(f"{kind}:recovered" for kind in ("newtonian:moving", "neo-hookean", "giesekus:moving")),
-]
-"""Kinds of forms that the tests solve with."""
+SLOWEST = 10
+"""Number of the tests that are named at the end."""
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
@@ -32,9 +23,30 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     A process that runs tests imports MPI through pairsim first, as the commands do.
     """
     if not hasattr(session.config, "workerinput") and (forms := missing(FORMS)):
-        subprocess.run(module_command("pairsim.fem.form_cache", *forms), check=True)
+        started = time.perf_counter()
+        compile_forms(forms)
+        terminal = session.config.pluginmanager.getplugin("terminalreporter")
+        terminal.write_line(f"{len(forms)} kinds of forms compiled in {time.perf_counter() - started:.0f} s")
     if not session.config.pluginmanager.hasplugin("dsession"):  # which starts workers and runs no test itself
         importlib.import_module("pairsim.runtime.fenicsx")
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say which tests were the slowest, and how long each tier took in all processes together."""
+    seconds: defaultdict[str, float] = defaultdict(float)
+    for reports in terminalreporter.stats.values():
+        for report in reports:
+            if isinstance(report, pytest.TestReport):
+                seconds[report.nodeid.removeprefix("tests/")] += report.duration
+    tiers: defaultdict[str, float] = defaultdict(float)
+    for name, duration in seconds.items():
+        tiers[name.partition("/")[0]] += duration
+    if len(tiers) == 1:
+        return
+    terminalreporter.section("seconds, summed over processes")
+    for each in (tiers, seconds):
+        for name in sorted(each, key=each.__getitem__, reverse=True)[:SLOWEST]:
+            terminalreporter.write_line(f"{each[name]:7.1f}  {name}")
 
 
 @pytest.fixture
