@@ -6,13 +6,11 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-import pytest
 from support.commands import Pairsim
 from support.inputs import TINY
 from typer.testing import CliRunner
 
 from pairsim.cli.app import app
-from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import read_grid
 from pairsim.sweeps.slurm import array_of
 
@@ -24,14 +22,6 @@ def test_bad_grid_ends_with_2_and_writes_nothing(tmp_path: Path, pairsim: Pairsi
     assert done.stderr.count("entry d0 = -0.2: d0: got -0.2") == 1
     assert "Traceback" not in done.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["grid.yaml"]
-
-
-@pytest.mark.parametrize("option", [["--shard", "3/2"], ["--shard", "x"], ["--walltime", "soon"], ["--emit", "pbs"]])
-def test_bad_options_are_named(option: list[str], tmp_path: Path) -> None:
-    (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1]}\n")
-    result = CliRunner().invoke(app, ["sweep", str(tmp_path / "grid.yaml"), *option])
-    assert isinstance(result.exception, InputError)
-    assert option[0] in str(result.exception)
 
 
 def test_dry_run_lists_all_cases_and_computes_none(tmp_path: Path) -> None:

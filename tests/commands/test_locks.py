@@ -100,8 +100,10 @@ def test_case_of_a_sweep_belongs_to_it(tmp_path: Path, pairsim: Pairsim) -> None
     assert len(read_series(out / case / "series.csv")["t"]) == record["steps"]
 
 
-@pytest.mark.parametrize("name", ["PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS"])
-@pytest.mark.parametrize("command", ["run", "curve", "critical"])
+@pytest.mark.parametrize(
+    ("name", "command"),
+    [("PMI_SIZE", "run"), ("OMPI_COMM_WORLD_SIZE", "curve"), ("SLURM_STEP_NUM_TASKS", "critical")],
+)
 def test_processes_that_do_not_see_each_other_are_refused(
     name: str, command: str, tmp_path: Path, pairsim: Pairsim, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -29,6 +29,10 @@ CRITICAL = "beta: 0.4\nDe: 0.5\nCa_e: 0.1\nalong: {Ca_e: [0.05, 0.1]}\n"
 SWEEP = "base: {beta: 0.4, De: 0, Ca_e: 0.1}\ngrid:\n  d0: [0.1, 0.2]\n"
 STUDY = "base: {beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1}\ndiscretisations:\n  - {mesh.Np: 10}\n  - {mesh.Np: 20}\n"
 BOMB = "a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1]\n" + "".join(f"a{i}: &a{i} [{f'*a{i - 1}, ' * 8}]\n" for i in range(1, 9))
+BENCH = (
+    "physical: {tube: 50 um, particle: 20 um, viscosity: 1 Pa.s, flow_rate: 1 ul/min, modulus: 5 kPa, distance: 5 um}\n"
+)
+MODES = "{law: giesekus, time: 1, weight: 2}"
 PHYSICAL = "physical: {tube: 50 um, viscosity: 1 Pa.s, flow_rate: 1 ul/min}\n"
 LONGEST = 500  # characters of a line about one mistake
 Wrong = tuple[str, str]
@@ -57,6 +61,53 @@ CASE_FILES: dict[str, Wrong] = {
     "memory in a liquid without one": (RUN.replace("De: 0", "De: 1\nliquid: newtonian"), "run"),
     "unit of another kind": (PHYSICAL.replace("1 ul/min", "3 mm") + "Ca_e: 0\nbeta: 0.4\nd0: 0.1\n", "run"),
     "unit and number": (PHYSICAL.replace("}", ", relaxation: 2 ms}") + RUN, "run"),
+    "number without its unit": (BENCH.replace("50 um", "50"), "run"),
+    "unknown unit": (BENCH.replace("50 um", "50 foos"), "run"),
+    "arithmetic for a quantity": (BENCH.replace("50 um", "9**9**9 um"), "run"),
+    "quantity of one particle": (BENCH.replace("20 um", "[20 um, 1 s]"), "run"),
+    "quantity out of range": (BENCH.replace("5 kPa", "-5 kPa"), "run"),
+    "number of a quantity out of range": (BENCH.replace("20 um", "60 um"), "run"),
+    "half a range of quantities": (BENCH.replace("distance: 5 um", "distance: {start: 5 um, stop: 9 um}"), "run"),
+    "misspelt quantity": (BENCH.replace("flow_rate", "flowrate"), "run"),
+    "quantity given twice": (BENCH.replace("}", ", young: 1 kPa}"), "run"),
+    "quantity that contradicts another": (BENCH.replace("}", ", solvent: 2 Pa.s}"), "run"),
+    "quantity that is missing": (BENCH.replace(", flow_rate: 1 ul/min", ""), "run"),
+    "number that a quantity would give": (BENCH.replace(", modulus: 5 kPa", ""), "run"),
+    "number that contradicts a quantity": (BENCH.replace("}", ", relaxation: 2 ms}") + "De: 0.5\n", "run"),
+    "huge number that contradicts a quantity": (f"{BENCH}beta: 1{'0' * 400}\n", "run"),
+    "quantity of another command": (BENCH.replace("}", ", end: 1 s}"), "curve"),
+    "quantities that are no group": (RUN + "physical: 3\n", "run"),
+    "law that is no law": (RUN + "liquid: 3\n", "run"),
+    "law by its name without its parameter": (RUN.replace("De: 0", "liquid: power-law"), "run"),
+    "key of another law in a block": (RUN.replace("De: 0", "liquid: {law: power-law, n: 0.5, Cu: 1}"), "run"),
+    "parameter in a block and beside it": (
+        RUN.replace("De: 0", "De: 1\nalpha: 0.3\nliquid: {law: giesekus, alpha: 0.3}"),
+        "run",
+    ),
+    "De of a viscous liquid": (RUN.replace("De: 0", "De: 1\nliquid: {law: power-law, n: 0.5}"), "run"),
+    "solvent without a polymer": (RUN + "liquid: {law: giesekus, solvent: {law: power-law, n: 0.5}}\n", "run"),
+    "parameter of a solvent": (
+        RUN.replace("De: 0", "De: 1\nliquid: {law: giesekus, solvent: {law: power-law, n: 9}}"),
+        "run",
+    ),
+    "parameters of modes": (
+        RUN.replace("De: 0", f"De: 1\nliquid: {{law: modes, modes: [{MODES}, {{law: fene-p, L2: 1, weight: 1}}]}}"),
+        "run",
+    ),
+    "no modes": (RUN.replace("De: 0", "De: 1\nliquid: {law: modes, modes: []}"), "run"),
+    "one solid too many": (RUN + "solid: [neo-hookean, neo-hookean, neo-hookean]\n", "run"),
+    "parameter of one solid": (RUN + "solid: [neo-hookean, {law: kelvin-voigt, eta: soft}]\n", "run"),
+    "quantity of two laws": (
+        BENCH.replace("}", ", relaxation: 2 ms, time_constant: 5 ms}")
+        + "liquid: {law: white-metzner, n: 0.5, solvent: {law: carreau, n: 0.5}}\n",
+        "run",
+    ),
+    "quantity of no law": (BENCH.replace("}", ", time_constant: 5 ms}"), "run"),
+    "consistency of another law": (
+        BENCH.replace("viscosity: 1 Pa.s", "consistency: 1 Pa.s^0.7") + "liquid: {law: power-law, n: 0.6}\n",
+        "run",
+    ),
+    "viscosity for a consistency": (BENCH + "liquid: {law: power-law, n: 0.6}\n", "run"),
     "mesh too large for memory": (RUN + "mesh: {max_size: 0.001, growth: 0.01}\n", "run"),
     "name that leaves the folder": (RUN + "name: ..\n", "run"),
     "case of another command": (CURVE, "run"),
@@ -66,6 +117,15 @@ CASE_FILES: dict[str, Wrong] = {
     "fields outside the curve": (CURVE + "fields: [0.9]\n", "curve"),
     "critical distances of three": (CRITICAL + "particles: 3\n", "critical"),
     "unknown parameter to follow": (CRITICAL.replace("{Ca_e", "{beta"), "critical"),
+    "grid of nothing": (SWEEP.partition("grid")[0], "sweep"),
+    "value for a list of values": (SWEEP.replace("[0.1, 0.2]", "0.1"), "sweep"),
+    "group for a key of a grid": (SWEEP + "  mesh: {Np: [10, 20]}\n", "sweep"),
+    "logarithmic range through 0": (SWEEP + "  Ca_e: {start: 0, stop: 1, num: 3, spacing: log}\n", "sweep"),
+    "key that varies twice": (SWEEP + "zip: {d0: [0.1]}\n", "sweep"),
+    "base that is no file": ("base: nowhere.yaml\ngrid: {d0: [0.1]}\n", "sweep"),
+    "inconsistent entry of a grid": (SWEEP + "  length: [auto]\n", "sweep"),
+    "exclusion without effect": (SWEEP + "exclude: [{d0: 0.3}]\n", "sweep"),
+    "exclusion of everything": (SWEEP + "exclude: [{d0: {max: 1}}]\n", "sweep"),
     "wrong entry of a grid": (SWEEP.replace("0.2]", "-2]"), "sweep"),
     "all of a sweep": (
         "command: fly\nbase: {beta: 4, De: 0, mesh: {NP: 3}}\nexlude: []\ngrid:\n  d0: [0.1, -0.2]\n"
@@ -73,6 +133,15 @@ CASE_FILES: dict[str, Wrong] = {
         "cases:\n  - {Ca_e: 1}\n  - 7\n  - nowhere.yaml\nexclude:\n  - {}\n  - {De: {min: low}}\n",
         "sweep",
     ),
+    "study of a sweep": (STUDY + "command: sweep\n", "study"),
+    "study of curves without distances": ("command: curve\n" + STUDY.replace(", d0: 0.1", ""), "study"),
+    "study of one discretisation": (STUDY.rpartition("  - ")[0] + "at: 1\n", "study"),
+    "study of the same twice": (STUDY + "  - {mesh.Np: 20}\nat: 1\n", "study"),
+    "study with two references": (STUDY + "at: 1\nreference: 1\nexact: 0.1\n", "study"),
+    "study without that discretisation": (STUDY + "at: 1\nreference: 4\n", "study"),
+    "study with too few exact values": (STUDY + "at: [1, 2]\nexact: 0.1\n", "study"),
+    "study of times that are given": (STUDY + "  - {output.times: [0.01]}\nat: 1\n", "study"),
+    "study of curves over time": (STUDY + "  - {command: curve}\nat: 1\nover: t\n", "study"),
     "all of a study": (
         "base: {beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1}\nrepeet: 2\nrepeat: 1.5\nat: [1, -1]\nexact: x\n"
         "reference: best\nquantity: 3\ndiscretisations:\n  - {command: fly}\n  - {mesh.Np: 2, repeat: 0}\n",
@@ -109,7 +178,14 @@ LINES: dict[str, str] = {
     "picture of something else": "plot full",
     "travel time of a run": "travel ran --from 0.1 --to 0.2",
     "quantity without a unit": "units --tube 50 --particle 20um --viscosity 1Pa.s --flow 1ul/min",
+    "unit that is no option": "units --tube 50um --particle 20um --viscosity 1Pa.s --modulus 5 --flow 1ul/min",
+    "option that is missing": "units --tube 50um --particle 20um --viscosity 1Pa.s --solvent 3Pa.s",
+    "option of another law": "units --tube 50um --particle 20um --viscosity 1Pa.s --flow 1ul/min --n 0.6",
+    "unknown example": "init --example quadruplet",
+    "name of no file": "init ../x",
+    "file that exists": "init case",
     "unknown shard": "sweep grid.yaml --shard 3/2",
+    "unknown scheduler": "sweep grid.yaml --emit pbs",
     "unknown time": "sweep grid.yaml --walltime soon",
     "setting without a case": "schema run --set De=1",
 }
@@ -134,6 +210,7 @@ def message(folder: Path, pairsim: Pairsim, text: str, arguments: str) -> str:
     done = pairsim(*arguments.split())
     assert done.returncode == 2
     assert sorted(folder.rglob("*")) == before
+    assert (folder / "case.yaml").read_text() == text
     assert done.stdout == ""
     assert done.stderr.startswith("pairsim")
     assert all(len(line) < LONGEST for line in done.stderr.splitlines())

@@ -10,14 +10,11 @@ from typing import Any
 import pytest
 import yaml
 from support.inputs import CONFIGS, ROOT
-from typer.testing import CliRunner
 
-from pairsim.cli.app import app
 from pairsim.commands import COMMANDS
 from pairsim.config.accuracy import SETTINGS
 from pairsim.config.curve_case import CurveCase
 from pairsim.inputs.case_files import parse_case, read_case
-from pairsim.inputs.schema import schema_rows
 from pairsim.runtime.errors import InputError
 
 MINIMAL = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}
@@ -188,19 +185,6 @@ def test_resolved_cases_of_other_commands_too(name: str, tmp_path: Path) -> None
     again = tmp_path / "case.yaml"
     again.write_text(yaml.safe_dump(case.resolved()))
     assert read_case(COMMANDS[name], again).resolved() == case.resolved()
-
-
-@pytest.mark.parametrize(("command", "key"), [("run", "d0"), ("curve", "max_points"), ("critical", "along")])
-def test_every_command_has_a_schema(command: str, key: str) -> None:
-    assert key in CliRunner().invoke(app, ["schema", command]).output
-
-
-def test_schema_lists_every_key() -> None:
-    keys = [row[0] for row in schema_rows()]
-    assert {"beta", "De", "Ca_e", "d0", "mesh.Np", "time.tol", "limits.max_gap", "output.every"} <= set(keys)
-    shown = CliRunner().invoke(app, ["schema"]).output
-    assert all(key in shown for key in keys)
-    assert all(row[3] for row in schema_rows())
 
 
 def test_liquids_do_not_share_a_folder() -> None:

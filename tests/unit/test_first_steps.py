@@ -17,7 +17,6 @@ from pairsim.config.cost import Estimate
 from pairsim.config.identity import default_folder
 from pairsim.inputs.case_files import FILES, read_case
 from pairsim.inputs.schema import schema_rows
-from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import read_grid
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -61,19 +60,6 @@ def test_keys_of_an_example_that_are_commented_out_are_right(tmp_path: Path, mon
                 assert read_grid(tmp_path / "changed.yaml").cases
             else:
                 read_case(COMMANDS[kind], tmp_path / "changed.yaml")
-
-
-def test_example_replaces_no_file_and_has_a_sound_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "run.yaml").write_text("precious")
-    for words, message in (
-        (["init"], "must be another name: the file exists"),
-        (["init", "../x"], "must be a name of letters"),
-    ):
-        result = CliRunner().invoke(app, words)
-        assert isinstance(result.exception, InputError)
-        assert message in str(result.exception)
-    assert (tmp_path / "run.yaml").read_text() == "precious"
 
 
 @pytest.mark.parametrize("command", FILES)
@@ -193,6 +179,3 @@ def test_shipped_examples_are_copied_as_they_are(tmp_path: Path, monkeypatch: py
     assert say("init", "three", "--example", "triplet.yaml").strip() == "three.yaml"
     for copy in tmp_path.glob("*.yaml"):
         assert copy.read_text() == (CONFIGS / "triplet.yaml").read_text()
-    result = CliRunner().invoke(app, ["init", "--example", "quadruplet"])
-    assert isinstance(result.exception, InputError)
-    assert "triplet" in str(result.exception)

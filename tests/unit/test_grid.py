@@ -206,44 +206,6 @@ def test_estimated_unknowns_are_near_the_true_ones(tmp_path: Path) -> None:
         assert case.estimate.unknowns == pytest.approx(true, rel=0.25)
 
 
-BAD = {
-    "no variation": ("", "grid", "must be given, or else zip or cases"),
-    "unknown section": ("gird: {d0: [0.1]}\n", "gird", "did you mean grid"),
-    "unknown command": ("command: fly\ngrid: {d0: [0.1]}\n", "command", "run"),
-    "a bad value": ("grid: {d0: [0.1, -0.2]}\n", "entry d0 = -0.2: d0", "at least 0.0001"),
-    "a bad value in cases": ("cases: [{d0: 0.1}, {Ca_e: -1}]\n", "cases[1]: Ca_e", "must be 0, or"),
-    "a misspelt key": ("grid: {mesh.NP: [10]}\n", "mesh.NP", "did you mean mesh.Np?"),
-    "inconsistent keys": ("grid: {length: [auto]}\n", "length", "developed"),
-    "a lone value": ("grid: {d0: 0.1}\n", "grid.d0", "list of values"),
-    "no values": ("grid: {d0: []}\n", "grid.d0", "at least one"),
-    "a group": ("grid: {mesh: {Np: [10, 20]}}\n", "grid.mesh", "mesh.Np"),
-    "a range without num": ("grid: {d0: {start: 0.1, stop: 1}}\n", "grid.d0", "num is missing"),
-    "a log range through 0": ("grid: {Ca_e: {start: 0, stop: 1, num: 3, spacing: log}}\n", "grid.Ca_e", "above 0"),
-    "unequal zip": ("zip: {d0: [0.1, 0.2], Ca_e: [0.1]}\n", "zip", "d0 has 2, Ca_e has 1"),
-    "a key varied twice": ("grid: {d0: [0.1]}\nzip: {d0: [0.1]}\n", "d0", "only once in grid and zip"),
-    "a missing base": ("base: nowhere.yaml\ngrid: {d0: [0.1]}\n", "nowhere.yaml", "no such file"),
-    "an exclusion without effect": (
-        "grid: {d0: [0.1]}\nexclude: [{d0: 0.2}]\n",
-        "exclude[0]",
-        "must match at least one entry",
-    ),
-    "everything excluded": ("grid: {d0: [0.1]}\nexclude: [{d0: 0.1}]\n", "exclude", "must leave at least one case"),
-}
-
-
-@pytest.mark.parametrize("name", BAD)
-def test_bad_grid_is_refused_by_name(name: str, tmp_path: Path) -> None:
-    text, key, allowed = BAD[name]
-    path = tmp_path / "grid.yaml"
-    path.write_text(text if text.startswith("base") else BASE + text)
-    with pytest.raises(InputError) as caught:
-        read_grid(path)
-    message = str(caught.value)
-    assert ("nowhere.yaml" if name == "a missing base" else str(path)) in message
-    assert key in message
-    assert allowed in message
-
-
 def test_shipped_grids_have_their_cases() -> None:
     assert len(read_grid(ROOT / "configs" / "sweep.yaml").cases) == 24
     assert len(read_grid(ROOT / "configs" / "thinning" / "sweep.yaml").cases) == 7

@@ -82,88 +82,12 @@ def test_each_particle_may_have_a_solid_of_its_own() -> None:
     assert case(De=0, solid={"law": "kelvin-voigt", "eta": 3}).time.end > case(De=0).time.end
 
 
-WRONG: dict[str, tuple[dict[str, Any], str]] = {
-    "no number": (
-        {"liquid": {"law": "power-law", "n": "thin"}},
-        "liquid.n: got 'thin'; must be a finite number at least 0.2 and at most 2",
-    ),
-    "out of range": ({"liquid": {"law": "carreau", "n": 7, "Cu": 1}}, "liquid.n: got 7; must be a finite number at"),
-    "missing in a block": ({"liquid": {"law": "carreau", "n": 0.5}}, "liquid.Cu: is missing; must be given in liquid"),
-    "a name alone": (
-        {"liquid": "power-law"},
-        "liquid.n: is missing; must be given with liquid: {law: power-law, n: ...}",
-    ),
-    "key of another law": (
-        {"liquid": {"law": "power-law", "n": 0.5, "Cu": 1}},
-        "liquid.Cu: got 1; unknown key; allowed: law, n",
-    ),
-    "no such law": ({"liquid": {"law": "bingham"}}, "liquid: got {law: 'bingham'}; must be carreau, fene-p"),
-    "no law": ({"liquid": {"n": 0.5}}, "liquid: got {n: 0.5}; must be carreau, fene-p"),
-    "no block": ({"liquid": 3}, "liquid: got 3; must be carreau, fene-p"),
-    "given twice": (
-        {"De": 1, "liquid": {"law": "giesekus", "alpha": 0.3}, "alpha": 0.3},
-        "alpha: got 0.3; must be left",
-    ),
-    "De of a viscous liquid": (
-        {"De": 1, "liquid": {"law": "power-law", "n": 0.5}},
-        "liquid: got 'power-law'; must be a viscoelastic law at De > 0",
-    ),
-    "a solvent that stays alone": (
-        {"De": 0, "liquid": {"law": "giesekus", "solvent": {"law": "power-law", "n": 0.5}}},
-        "De: got 0; must be above 0 with a liquid.solvent",
-    ),
-    "in the solvent": (
-        {"De": 1, "liquid": {"law": "giesekus", "solvent": {"law": "power-law", "n": 9}}},
-        "liquid.solvent.n: got 9; must be a finite number",
-    ),
-    "in a mode": (
-        {"De": 1, "liquid": {"law": "modes", "modes": [MODES[0], {**MODES[1], "L2": 1}]}},
-        "liquid.modes[1].L2: got 1; must be a finite number above 3",
-    ),
-    "missing in a mode": (
-        {"De": 1, "liquid": {"law": "modes", "modes": [{"law": "fene-p", "time": 1, "weight": 1}, MODES[0]]}},
-        "liquid.modes[0].L2: is missing; must be given",
-    ),
-    "flat beside modes": (
-        {"De": 1, "liquid": {"law": "modes", "modes": MODES}, "alpha": 0.3},
-        "alpha: got 0.3; must be",
-    ),
-    "no modes": ({"De": 1, "liquid": {"law": "modes", "modes": []}}, "liquid.modes: got []; must be a list of 2 to 8"),
-    "viscosity of a solid": (
-        {"De": 0, "solid": {"law": "kelvin-voigt", "eta": -1}},
-        "solid.eta: got -1; must be a finite number at least 0",
-    ),
-    "one solid too many": (
-        {"De": 0, "solid": ["neo-hookean"] * 3},
-        "must be a law or a list of 2, one for each of the particles",
-    ),
-    "in the list of solids": (
-        {"De": 0, "solid": ["neo-hookean", {"law": "kelvin-voigt", "eta": "soft"}]},
-        "solid[1].eta: got 'soft'; must be a finite number",
-    ),
-}
-
-
-@pytest.mark.parametrize("name", WRONG)
-def test_mistakes_name_the_key_the_value_and_what_is_allowed(name: str) -> None:
-    keys, message = WRONG[name]
-    with pytest.raises(InputError) as raised:
-        case(**keys)
-    assert message in str(raised.value)
-    assert len(raised.value.mistakes) == 1, str(raised.value)
-
-
 def test_a_consistency_gives_the_unit_of_viscosity() -> None:
     block = {"physical": {**BENCH, "consistency": "0.5 Pa.s^0.6"}, "liquid": {"law": "power-law", "n": 0.6}}
     thin = parse_case(COMMANDS["run"], block, "test")
     assert thin.scales is not None
     assert thin.scales.viscosity == pytest.approx(0.5 * RATE**-0.4)
     assert thin.Ca_e == pytest.approx(0.5 * RATE**0.6 / 5e3)
-    for unit in ("0.5 Pa.s^0.7", "0.5 Pa.s"):
-        with pytest.raises(InputError, match=r"physical.consistency: .* must be a consistency above 0"):
-            parse_case(COMMANDS["run"], {**block, "physical": {**BENCH, "consistency": unit}}, "test")
-    with pytest.raises(InputError, match=r"physical.consistency: is missing; must be given in physical"):
-        parse_case(COMMANDS["run"], {**block, "physical": {**BENCH, "viscosity": "1 Pa.s"}}, "test")
 
 
 def test_quantities_of_laws_become_their_numbers() -> None:
@@ -175,8 +99,6 @@ def test_quantities_of_laws_become_their_numbers() -> None:
     assert thin.solid_models[0] == KelvinVoigt(pytest.approx(2 * RATE / 5e3), eta=2.0)
     again = parse_case(COMMANDS["run"], thin.resolved(), "test")
     assert again.resolved() == thin.resolved()
-    with pytest.raises(InputError, match=r"physical.time_constant: .* must be left out: the laws of this case need no"):
-        parse_case(COMMANDS["run"], {"physical": block, "liquid": "newtonian", "solid": "kelvin-voigt"}, "test")
 
 
 def test_units_writes_a_case_of_any_law(tmp_path: Path) -> None:
@@ -186,10 +108,6 @@ def test_units_writes_a_case_of_any_law(tmp_path: Path) -> None:
     result = CliRunner().invoke(app, [*given, "-o", str(path)])
     assert result.exit_code == 0, result.output
     assert read_case(COMMANDS["run"], path).liquid_model.solvent == PowerLaw(n=0.6)
-    refused = CliRunner().invoke(app, [*words.split()[:-4], "--viscosity", "1Pa.s", "--n", "0.6"])
-    assert "--n: got 0.6; must be left out, or be given with" in str(refused.exception)
-    refused = CliRunner().invoke(app, [*words.split(), "--viscosity", "1Pa.s"])
-    assert "--consistency: is missing" in str(refused.exception)
 
 
 def test_pictures_name_the_materials() -> None:
@@ -223,13 +141,6 @@ def test_a_solvent_has_its_own_viscosity_at_rest() -> None:
     liquid = {"law": "oldroyd-b", "solvent": {"law": "carreau", "n": 0.5, "Cu": 1}}
     model = parse_case(COMMANDS["run"], {"physical": block, "liquid": liquid}, "test").liquid_model
     assert (model.xi, model.solvent.numbers["eta_inf"]) == pytest.approx((0.1, 0.01))
-
-
-def test_a_quantity_of_two_laws_is_ambiguous() -> None:
-    block = {**BENCH, "viscosity": "1 Pa.s", "relaxation": "2 ms", "time_constant": "5 ms"}
-    liquid = {"law": "white-metzner", "n": 0.5, "solvent": {"law": "carreau", "n": 0.5}}
-    with pytest.raises(InputError, match=r"would stand for liquid.Cu and liquid.solvent.Cu, which are to be given"):
-        parse_case(COMMANDS["run"], {"physical": block, "liquid": liquid}, "test")
 
 
 def test_a_unit_that_depends_on_a_parameter_needs_it_first() -> None:
