@@ -26,6 +26,7 @@ from pairsim.runtime.text import as_typed, printable
 RUN = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\n"
 CURVE = "beta: 0.4\nDe: 0.5\nCa_e: 0.1\nd: [0.1, 0.3]\n"
 CRITICAL = "beta: 0.4\nDe: 0.5\nCa_e: 0.1\nalong: {Ca_e: [0.05, 0.1]}\n"
+SHAPE = "particles: 1\nbeta: 0.4\nDe: 0\nCa_e: 0.1\nalong: [0.1]\n"
 SWEEP = "base: {beta: 0.4, De: 0, Ca_e: 0.1}\ngrid:\n  d0: [0.1, 0.2]\n"
 STUDY = "base: {beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1}\ndiscretisations:\n  - {mesh.Np: 10}\n  - {mesh.Np: 20}\n"
 BOMB = "a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1]\n" + "".join(f"a{i}: &a{i} [{f'*a{i - 1}, ' * 8}]\n" for i in range(1, 9))
@@ -117,6 +118,10 @@ CASE_FILES: dict[str, Wrong] = {
     "fields outside the curve": (CURVE + "fields: [0.9]\n", "curve"),
     "critical distances of three": (CRITICAL + "particles: 3\n", "critical"),
     "unknown parameter to follow": (CRITICAL.replace("{Ca_e", "{beta"), "critical"),
+    "shape of a pair": (SHAPE.replace("particles: 1", "particles: 2"), "shape"),
+    "shape on meshes that are adapted": (SHAPE + "accuracy: 2%\n", "shape"),
+    "shape without values of Ca_e": (SHAPE.replace("along: [0.1]\n", ""), "shape"),
+    "shape of a rigid particle": (SHAPE.replace("Ca_e: 0.1", "Ca_e: 0"), "shape"),
     "grid of nothing": (SWEEP.partition("grid")[0], "sweep"),
     "value for a list of values": (SWEEP.replace("[0.1, 0.2]", "0.1"), "sweep"),
     "group for a key of a grid": (SWEEP + "  mesh: {Np: [10, 20]}\n", "sweep"),

@@ -224,6 +224,7 @@ def test_case_that_takes_too_long_is_stopped(tmp_path: Path) -> None:
     assert (case["status"], case["reason"]) == ("timeout", "case_timeout")
 
 
+@pytest.mark.slow
 def test_fail_fast_stops(tmp_path: Path) -> None:
     (tmp_path / "grid.yaml").write_text(
         TINY + "grid: {d0: [0.1, 0.2]}\ncases: [{d0: 0.3, mesh.Np: 20, limits.max_steps: 1}]\n"

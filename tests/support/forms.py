@@ -10,17 +10,17 @@ from unittest import mock
 
 from pairsim.fem.form_cache import compile_missing
 
-FIXED = ("giesekus", "oldroyd-b", "ptt-linear", "ptt-exp", "fene-p")
-MOVING = ("giesekus", "fene-p")
+ELASTIC = ("giesekus", "oldroyd-b", "ptt-linear", "ptt-exp", "fene-p", "white-metzner")
+VISCOUS = ("newtonian", "power-law")
+SOLIDS = ("neo-hookean", "kelvin-voigt", "mooney-rivlin")
+RUNS = ("newtonian:moving", "neo-hookean", "mooney-rivlin", "giesekus:moving")
 FORMS = [
-    *("neo-hookean", "newtonian:moving", "newtonian:fixed", "giesekus:moving:steady"),
-    *(f"{law}:fixed" for law in FIXED),
-    *(f"{law}:moving" for law in MOVING),
-    *(
-        f"{kind}:enriched"
-        for kind in ("newtonian:moving", "neo-hookean", "giesekus:moving:steady", "fene-p:moving:steady")
-    ),
-    *(f"{kind}:recovered" for kind in ("newtonian:moving", "neo-hookean", "giesekus:moving")),
+    *(f"{liquid}:fixed" for liquid in ELASTIC),
+    *("giesekus:moving", "fene-p:moving", "giesekus:fixed:steady:enriched"),
+    *(f"{liquid}:moving:steady:enriched" for liquid in (*ELASTIC, "giesekus+giesekus")),
+    *(f"{liquid}:{mesh}:enriched" for liquid in VISCOUS for mesh in ("moving", "fixed")),
+    *(f"{solid}:enriched" for solid in SOLIDS),
+    *(f"{kind}:recovered" for kind in RUNS),
 ]
 """Kinds of forms, as `pairsim.fem.form_cache` names them."""
 

@@ -54,16 +54,13 @@ def test_every_law_is_here() -> None:
 
 def test_no_other_file_names_a_law() -> None:
     """But for the Newtonian liquid, in which a solvent, and a liquid without elasticity, has its law."""
-    package = Path(pairsim.__file__).parent
-    for law in (*VISCOUS[1:], *ELASTIC, *SOLIDS):
-        own = Path(inspect.getfile(type(law)))
-        for file in package.rglob("*.py"):
-            if file == own:
-                continue
-            tree = ast.parse(file.read_text())
-            texts = [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)]
-            names = [node.id for node in ast.walk(tree) if isinstance(node, ast.Name)]
-            assert law.name not in texts, file
+    laws = [(law, Path(inspect.getfile(type(law)))) for law in (*VISCOUS[1:], *ELASTIC, *SOLIDS)]
+    for file in Path(pairsim.__file__).parent.rglob("*.py"):
+        nodes = list(ast.walk(ast.parse(file.read_text())))
+        texts = {node.value for node in nodes if isinstance(node, ast.Constant)}
+        names = {node.id for node in nodes if isinstance(node, ast.Name)}
+        for law, own in laws:
+            assert law.name not in texts or file == own, file
             assert type(law).__name__ not in names or file.parent == own.parent, file
 
 

@@ -82,18 +82,6 @@ def test_nothing_is_added_where_the_distance_stands_still() -> None:
 
 
 @pytest.mark.slow
-def test_a_run_reaches_the_slow_manifold() -> None:
-    """Once shapes have relaxed, dU(t) is that of the curve at the same distance, and not that at held distance."""
-    mesh = {"Np": 24}  # the pair of the run lies further downstream: cells of N_p 12 would tell
-    run = pairsim.run({**PAIR, "d0": 0.1, "mesh": mesh, "time": {"end": 3.5}, "output": {"fields": False}})
-    d, moving = run.check().table[["d", "dU"]].iloc[-1]
-    found = point(d=(float(d),), mesh=mesh)
-    neglected = abs(found.dU - float(found.held_dUs[0]))
-    assert abs(moving - found.dU) < 0.1 * neglected
-    assert abs(moving - found.dU) < found.dU_errors[0]
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("keys", [{"De": 1.0, "Ca_e": 0, "d": (0.2,)}, {"De": 0.5, "beta": (0.4, 0.3), "Ca_e": 0}])
 def test_dU_does_not_depend_on_the_velocity_of_the_mesh(keys: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     found = []
