@@ -115,7 +115,9 @@ def test_pressure_less_that_without_particles_drops_by_dp_plus(soft_run: Path) -
 
 def test_frames_are_written_at_steps_as_they_come(tmp_path: Path, pairsim: Pairsim) -> None:
     """About as many as asked for, spread over the run, without a step that is there for them."""
-    (tmp_path / "case.yaml").write_text(SOFT.replace("Np: 12", "Np: 8").replace("times: [0.02, 0.05]", "frames: 6"))
+    (tmp_path / "case.yaml").write_text(
+        SOFT.replace("mesh: {Np: 12}", "length: 4\nmesh: {Np: 8}").replace("times: [0.02, 0.05]", "frames: 6")
+    )
     for name, frames in (("some", 6), ("none", 0)):
         settings = ("--set", f"output.frames={frames}", "--set", "time.first_step=0.001")
         assert pairsim("run", "case.yaml", "-o", name, *settings).returncode == 0

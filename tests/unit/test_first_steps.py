@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import re
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import jsonschema
 import pytest
@@ -21,6 +23,12 @@ from pairsim.sweeps.grid import read_grid
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 KINDS = ("run", "curve", "critical", "sweep")
+
+
+@cache
+def schema_of(command: str) -> Any:
+    """The JSON schema of a command, as it prints it."""
+    return json.loads(say("schema", command, "--json"))
 
 
 def say(*words: str) -> str:
@@ -74,7 +82,7 @@ def test_schema_lists_every_kind_of_file(command: str) -> None:
 @pytest.mark.parametrize("path", sorted(CONFIGS.glob("*.yaml")), ids=lambda path: path.stem)
 def test_shipped_files_pass_the_json_schema_of_their_command(path: Path) -> None:
     command = path.stem if path.stem in FILES else "run"
-    schema = json.loads(say("schema", command, "--json"))
+    schema = schema_of(command)
     jsonschema.Draft202012Validator.check_schema(schema)
     content = yaml.safe_load(path.read_text())
     jsonschema.validate(content, schema)
@@ -83,7 +91,7 @@ def test_shipped_files_pass_the_json_schema_of_their_command(path: Path) -> None
 
 
 def test_json_schema_takes_units_in_place_of_De() -> None:
-    schema = json.loads(say("schema", "run", "--json"))
+    schema = schema_of("run")
     jsonschema.validate({"physical": {"tube": "50 um", "viscosity": "1 Pa.s", "flow_rate": "1 ul/min"}}, schema)
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate({"beta": 0.4}, schema)

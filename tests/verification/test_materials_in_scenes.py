@@ -127,6 +127,7 @@ def run_of(n: float, end: float) -> pairsim.RunResult:
     ).check()
 
 
+@pytest.mark.slow
 def test_a_run_in_a_thinning_liquid_tends_to_the_quasi_steady_dU() -> None:
     found, point = run_of(0.6, 3.0).table.iloc[-1], row(**PAIR, Ca_e=0.1, liquid=power_law(0.6))
     assert found["dU"] == pytest.approx(point["dU"] + (found["d"] - point["d"]) * point["slope"], rel=0.02)
@@ -146,6 +147,7 @@ def test_t_relax_of_viscous_particles_does_not_depend_on_the_mesh() -> None:
     assert coarse["t_relax"] == pytest.approx(fine["t_relax"], rel=0.15)
 
 
+@pytest.mark.slow
 def test_a_run_with_viscous_particles_forgets_its_start_within_t_relax() -> None:
     keys = {**PAIR, "Ca_e": 0.1, "De": 0, "solid": {"law": "kelvin-voigt", "eta": 10.0}, "mesh": {"Np": 16}}
     curve = pairsim.curve({**keys, "d": [0.1, 0.11, 0.12, 0.13, 0.14]}).check().table

@@ -120,7 +120,8 @@ def test_start_up_on_the_mesh_follows_the_exact_one() -> None:
         assert found[t][0] == pytest.approx(gradient, rel=3e-3)
 
 
-@pytest.mark.parametrize("De", [pytest.param(0.5, marks=pytest.mark.slow), 1.0])
+@pytest.mark.slow
+@pytest.mark.parametrize("De", [0.5, 1.0])
 def test_steady_flow_on_a_fine_mesh_is_exact(De: float) -> None:
     found = pipe_in_two_dimensions(GIESEKUS[De], [20 * De], 0.25, max_size=0.05)[20 * De]
     assert found[0] == pytest.approx(STEADY[De][0], rel=1e-4)
