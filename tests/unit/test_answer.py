@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from syrupy.assertion import SnapshotAssertion
 
 from pairsim.results.answer import Zero, advice, answer_of_critical, answer_of_curve
 from pairsim.results.run_answer import answer_of_run
@@ -51,42 +52,21 @@ def curve_table(zero: float, rate: float, error: float, count: int = 3) -> dict[
     return {"d": d, "dU": dU, "dU_held": dU, "slope": rate / d, "dU_error": np.full(count, error)}
 
 
-@pytest.mark.parametrize(
-    ("table", "zeros", "words"),
-    [
-        (
-            curve_table(0.2, 1e-3, 1e-5),
-            [Zero(0.2, False, 0.002)],
-            "The pair comes closer between d = 0.1 and 0.2, separates between d = 0.2 and 0.3. "
-            "It keeps its distance at d = 0.200 +- 0.002 (unstable).",
-        ),
-        (
-            curve_table(0.2, -1e-3, 1e-5),
-            [Zero(0.2, True)],
-            "The pair separates between d = 0.1 and 0.2, comes closer between d = 0.2 and 0.3. "
-            "It keeps its distance at d = 0.2 (stable).",
-        ),
-        (curve_table(0.05, 1e-3, 1e-5), [], "The pair separates between d = 0.1 and 0.3."),
-        (curve_table(0.2, 1e-12, 1e-5), [], "The pair keeps its distance: dU vanishes at every d."),
-        (
-            curve_table(0.2, 1e-3, 1e-2),
-            [Zero(0.2, False, 2.0)],
-            "Not decided between d = 0.1 and 0.3: the interval of dU holds both signs.",
-        ),
-        (curve_table(0.2, 1e-3, 1e-2, 1), [], "Not decided at d = 0.1: the interval of dU holds both signs."),
-        (curve_table(0.2, 1e-3, 1e-5, 1), [], "The pair comes closer at d = 0.1."),
-        (
-            curve_table(0.2, 1e-3, 1e-5, 2),
-            [Zero(0.2, False)],
-            "The pair comes closer at d = 0.1, separates at d = 0.3. "
-            "Not decided between d = 0.1 and 0.3: the interval of dU holds both signs.",
-        ),
-    ],
-)
-def test_a_curve_separates_comes_closer_or_is_not_decided(
-    table: dict[str, np.ndarray], zeros: list[Zero], words: str
-) -> None:
-    assert answer_of_curve(table, zeros, {})[0] == words
+CURVES: dict[str, tuple[dict[str, np.ndarray], list[Zero]]] = {
+    "unstable distance with an interval": (curve_table(0.2, 1e-3, 1e-5), [Zero(0.2, False, 0.002)]),
+    "stable distance without an interval": (curve_table(0.2, -1e-3, 1e-5), [Zero(0.2, True)]),
+    "one sign": (curve_table(0.05, 1e-3, 1e-5), []),
+    "nothing moves": (curve_table(0.2, 1e-12, 1e-5), []),
+    "error above dU": (curve_table(0.2, 1e-3, 1e-2), [Zero(0.2, False, 2.0)]),
+    "error above dU at one point": (curve_table(0.2, 1e-3, 1e-2, 1), []),
+    "one point": (curve_table(0.2, 1e-3, 1e-5, 1), []),
+    "two points": (curve_table(0.2, 1e-3, 1e-5, 2), [Zero(0.2, False)]),
+}
+
+
+@pytest.mark.parametrize("name", CURVES)
+def test_a_curve_separates_comes_closer_or_is_not_decided(name: str, snapshot: SnapshotAssertion) -> None:
+    assert answer_of_curve(*CURVES[name], {}) == snapshot
 
 
 def test_a_sign_that_is_lost_far_away_is_not_told() -> None:
@@ -114,22 +94,19 @@ def test_the_peak_between_two_points_has_an_interval_of_height_and_place() -> No
     assert abs(place - 0.4) < place_error < 0.2
 
 
-def test_a_case_in_units_has_its_answer_in_units() -> None:
+def test_a_case_in_units_has_its_answer_in_units(snapshot: SnapshotAssertion) -> None:
     """D_c 50 um and U_av 10 mm/s: 5 ms, and 10 um/s for dU = 1e-3."""
     record = {"scales": {"length": 50e-6, "velocity": 10e-3, "time": 5e-3, "stress": 170.0}}
-    lines = answer_of_run(series([0.1, 0.12], [1e-3, 1.5e-3], dU_error=[1e-5, 1e-5]), record)
-    assert lines[1] == "In physical units: from d = 5 um to 6 um in 0.005 s, dU = +15.00 +- 0.10 um/s at the end."
-    lines = answer_of_curve(curve_table(0.2, 1e-3 / np.log(2), 1e-6), [Zero(0.2, False, 0.01)], record)
-    assert lines[1] == "In physical units: it keeps its distance at d = 10.0 +- 0.5 um."
-    assert lines[3] == "In physical units: -10.000 +- 0.010 um/s at d = 5 um."
-    assert "d = 0.1 to 0.2 (5 um to 10 um): " in answer_of_critical([Zero(0.1, False), Zero(0.2, False)], record)[0]
+    run = series([0.1, 0.12], [1e-3, 1.5e-3], dU_error=[1e-5, 1e-5])
+    assert answer_of_run(run, record) == snapshot(name="run")
+    curve = curve_table(0.2, 1e-3 / np.log(2), 1e-6)
+    assert answer_of_curve(curve, [Zero(0.2, False, 0.01)], record) == snapshot(name="curve")
+    assert answer_of_critical([Zero(0.1, False), Zero(0.2, False)], record) == snapshot(name="critical")
 
 
-def test_critical_distances_by_kind() -> None:
-    lines = answer_of_critical([Zero(0.1, False), Zero(0.2, False), Zero(0.3, True)], {"ends": [{"message": "edge"}]})
-    assert lines[0].startswith("2 unstable critical distances, d = 0.1 to 0.2")
-    assert lines[1].startswith("1 stable critical distance, d = 0.3")
-    assert lines[2] == "A branch ends: edge."
+def test_critical_distances_by_kind(snapshot: SnapshotAssertion) -> None:
+    zeros = [Zero(0.1, False), Zero(0.2, False), Zero(0.3, True)]
+    assert answer_of_critical(zeros, {"ends": [{"message": "edge"}]}) == snapshot
 
 
 @pytest.mark.parametrize("resumable", [True, False])
