@@ -163,18 +163,23 @@ def files(command: str) -> st.SearchStrategy[Input]:
     return texts.map(lambda text: Input((command, "case.yaml", *dry), {"case.yaml": text}))
 
 
+@cache
+def options_of(name: str) -> list[Any]:
+    """The options of a command, also of one that is made when it is used."""
+    command: Any = get_command(app).commands[name]  # type: ignore[attr-defined]
+    return [each for each in getattr(command, "whole", command).params if each.opts[0][0] == "-"]
+
+
 @st.composite
 def lines(draw: st.DrawFn) -> Input:
     """A command line with any of its options, and any words for their values."""
     name = draw(st.sampled_from(TYPED))
-    command = get_command(app).commands[name]  # type: ignore[attr-defined]
+    options = options_of(name)
     value = st.one_of(st.sampled_from(PLACES), st.sampled_from(QUANTITIES + WORDS), st.text(max_size=8))
     words = [name, *draw(st.lists(st.sampled_from(PLACES[:4]) | value, max_size=2))]
-    for option in draw(
-        st.lists(st.sampled_from([each for each in command.params if each.opts[0][0] == "-"]), max_size=4)
-    ):
+    for option in draw(st.lists(st.sampled_from(options), max_size=4)):
         words += [draw(st.sampled_from(option.opts)), *([] if option.is_flag else [draw(value)])]
-    words += ["--dry-run"] if any("--dry-run" in each.opts for each in command.params) else []
+    words += ["--dry-run"] if any("--dry-run" in each.opts for each in options) else []
     record = draw(st.sampled_from(["{", "[]", "{}", '{"kind": "curve"}', '{"status": 1, "kind": "run"}']))
     table = draw(st.sampled_from(["", "t,dU\n0,x\n", "d,dU\n0.1,1\n0.2,2\n", "\0"]) | st.text(max_size=9))
     results = {f"results/{each}.csv": table for each in ("series", "curve")} | {"results/run.json": record}

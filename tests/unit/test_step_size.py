@@ -40,6 +40,15 @@ def test_error_estimate_is_exact_for_cubics(ratio: float) -> None:
     assert velocity_error(old, new) * (new**3 - predicted) == pytest.approx(3 * new**2 - derivative, rel=1e-10)
 
 
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_extrapolation_is_exact_for_polynomials_through_all_values(count: int) -> None:
+    old = [1.0, 0.9, 0.75][:count]
+    weights = extrapolation_weights(old, 1.1)
+    for power in range(count):
+        predicted = sum(w * t**power for w, t in zip(weights, old, strict=True))
+        assert predicted == pytest.approx(1.1**power, rel=1e-13)
+
+
 def test_steps_land_without_a_last_tiny_one() -> None:
     assert land(0.0, 0.1, 0.05) == 0.05
     assert land(0.0, 0.1, 0.15) == 0.075

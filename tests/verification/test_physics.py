@@ -155,7 +155,6 @@ def test_shape_and_velocity_depend_on_viscosity_over_modulus_alone() -> None:
     assert rows[0]["dU"] == rows[1]["dU"]
 
 
-@pytest.mark.slow
 def test_a_run_from_rest_ends_on_the_quasi_steady_curve() -> None:
     """Once shapes have relaxed, dU(t) is that of the curve at the same distance, and not that at held distance."""
     pair = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 5, "mesh": {"Np": 24}}
