@@ -30,14 +30,6 @@ def test_run_and_curve_give_one_answer() -> None:
     assert curve["dU"][0] > curve["dU_error"][0]
 
 
-@pytest.mark.slow
-def test_a_run_cut_short_does_not_take_the_start_up_for_the_motion() -> None:
-    short = pairsim.run(CASE, **FEW, d0=0.1, time={"end": 2})
-    assert short.table["dU"].iloc[-1] < 0
-    assert short.answer.startswith("The pair is still starting up: ")
-    assert "it then separates" in short.answer
-
-
 def test_a_soft_pair_that_starts_steady_has_no_start_up() -> None:
     keys = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "mesh": {"Np": 12}, "time": {"end": 0.2}}
     assert pairsim.run(keys, **FEW).answer.startswith("The pair is still starting up: ")

@@ -60,7 +60,14 @@ def test_first_dU_is_that_of_the_curve(keys: dict[str, Any], ends: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("keys", [SOFT, BOTH, ELASTIC], ids=["soft", "soft in a viscoelastic liquid", "rigid"])
+@pytest.mark.parametrize(
+    "keys",
+    [
+        pytest.param(SOFT, id="soft"),
+        pytest.param(BOTH, id="soft in a viscoelastic liquid", marks=pytest.mark.long),
+        pytest.param(ELASTIC, id="rigid"),
+    ],
+)
 def test_ten_relaxation_times_after_rest_the_start_is_forgotten(keys: dict[str, Any]) -> None:
     """Runs from rest and from a quasi-steady state have then dU of quasi-steady motion at their distances."""
     end = 10 * settled_at(keys, (0.1,)).t_relax
