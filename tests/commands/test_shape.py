@@ -25,6 +25,7 @@ def test_shapes_are_those_of_a_curve_and_grow_with_the_square_of_Ca_e() -> None:
         assert table[name][2] == pytest.approx(alone[name][0], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_command_says_draws_and_reports(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "bead.yaml").write_text(yaml.safe_dump({**BEAD, **COARSE, "along": [0.02, 0.04]}))
     done = pairsim("shape", "bead.yaml", "-o", "out")

@@ -24,6 +24,7 @@ from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import Zero, find_zeros, interpolants
 from pairsim.solvers.nonlinear.newton import STEADY
 from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.bordered import solve_with
 from pairsim.solvers.steady.continuation import follow
 from pairsim.solvers.steady.first_solution import started, walked
 from pairsim.solvers.steady.pseudo_time import relax
@@ -258,6 +259,26 @@ def test_small_spheres_have_a_stable_distance(Ca_e: float, d: float) -> None:
     assert zero.point.d == pytest.approx(d, rel=0.1)
     assert zero.point.slopes[0] < 0
     assert found[0].dU > 0 > found[-1].dU
+
+
+def test_the_distance_of_a_given_dU_is_found_by_a_few_iterations_of_newtons_method() -> None:
+    """The distance is an unknown, and dU one of the equations; the iterations converge quadratically."""
+    solver = branch(case(d=(0.3,)))
+    solver.at(solver.fine.parameters)
+    steady = solver.fine
+
+    def along(d: float) -> Parameters:
+        return replace(steady.parameters, gaps=(d,))
+
+    row, y = steady.velocity_row(), steady.y.copy()
+    wanted = 0.9 * float(row @ y)
+    d, iterations = solve_with(steady, along, 0.3, y, row, 0.0, wanted)
+    assert d is not None
+    assert d > 0.3
+    again = solver.at(along(d)).held_dUs
+    solver.close()
+    assert again == pytest.approx([wanted], rel=1e-6)
+    assert iterations <= 4
 
 
 def test_a_bad_mesh_at_one_place_does_not_excuse_the_others() -> None:

@@ -133,7 +133,8 @@ def test_a_run_in_a_thinning_liquid_tends_to_the_quasi_steady_dU() -> None:
     assert found["dU"] == pytest.approx(point["dU"] + (found["d"] - point["d"]) * point["slope"], rel=0.02)
 
 
-@pytest.mark.parametrize("n", first_alone(0.3, 0.2))
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [0.3, 0.2])
 def test_runs_in_a_strongly_thinning_liquid_start_from_rest(n: float) -> None:
     """Newton's method by itself fails below n = .6."""
     run = run_of(n, 0.05)
