@@ -21,6 +21,9 @@ FEWEST_CELLS = 4  # on a half-circle; chosen
 # The continuation to the first parameters takes many solutions that are not reported. It is done on cells larger by
 # this factor, with at least SCOUT_CELLS cells on a half-circle, and not solved better than its cells are; all chosen.
 SCOUT, SCOUT_CELLS, SCOUT_TOLERANCE = 2.0, 8, 1e-4
+# Product of diameter and Ca_e from which particles are nearly too soft; steady shapes end near 0.064 in a Newtonian
+# liquid (docs/explanation/decisions.md).
+SOFT = 0.05
 FINER_SCOUT = 2**0.5  # where the first scout fails, or to see that a branch ends at the same place; chosen
 # Distortion above which a solution from undeformed spheres is taken as it is, more than LEAST_STEADY, below which
 # a mesh is made around deformed shapes; chosen. Such a mesh should not depend on how the shapes were found.
@@ -33,18 +36,36 @@ def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -
 
 
 def walked(problem: SteadyProblem, parameters: Parameters) -> Steady:
-    """Create a scene at given parameters from an easier liquid and nearly rigid particles: first in De, then in Ca_e.
+    """Create a scene at given parameters by continuation from an easier liquid and nearly rigid particles.
+
+    De and Ca_e are raised together. Particles nearly too soft for a steady shape, and what this does not reach, are
+    approached in De first and then in Ca_e, so that what ends the branch lies at the De wanted.
 
     Raises:
         NoSteadyState: The continuation did not reach the parameters.
         MeshFailure: A mesh could not be generated.
     """
-    scene = Steady(problem, cold_start(parameters))
+    start = cold_start(parameters)
+    if not parameters.De or not any(parameters.Ca_es):
+        return _by(problem, start, parameters)
+    if max(beta * Ca_e for beta, Ca_e in zip(problem.betas, parameters.Ca_es, strict=True)) < SOFT:
+        with suppress(NoSteadyState, MeshFailure):
+            return _by(problem, start, parameters)
+    return _by(problem, start, replace(parameters, solids=start.solids), parameters)
+
+
+def _by(problem: SteadyProblem, start: Parameters, *places: Parameters) -> Steady:
+    """Create a scene at the last of some parameters, continued from a start by the others.
+
+    Raises:
+        NoSteadyState: The continuation did not reach the parameters.
+        MeshFailure: A mesh could not be generated.
+    """
+    scene = Steady(problem, start)
     try:
         begin(scene)
-        if any(parameters.Ca_es):  # so that what ends the branch lies at the De wanted
-            follow(scene, replace(parameters, solids=scene.parameters.solids))
-        follow(scene, parameters)
+        for place in places:
+            follow(scene, place)
     except (NoSteadyState, MeshFailure):
         scene.close()
         raise
