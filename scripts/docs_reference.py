@@ -13,6 +13,7 @@ from typer.cli import get_docs_for_click
 import pairsim
 from pairsim.cli.app import app
 from pairsim.commands import COMMANDS, Command
+from pairsim.config.example import example_of
 from pairsim.config.yaml_file import DEEPEST, LARGEST_FILE, MOST_VALUES
 from pairsim.inputs.case_files import FILES, parse_case
 from pairsim.inputs.schema import schema_rows
@@ -22,14 +23,6 @@ from pairsim.runtime import errors
 from pairsim.runtime.errors import RunFailure
 
 ROOT = Path(__file__).resolve().parent.parent
-CASE: dict[str, Any] = {"beta": 0.4, "De": 1, "Ca_e": 0.1}
-PLACES: dict[str, dict[str, Any]] = {
-    "run": {"d0": 0.1},
-    "curve": {"d": [0.1]},
-    "critical": {},
-    "shape": {"particles": 1, "along": [0.1]},
-}
-"""Required keys of each command other than those of `CASE`."""
 
 
 def escaped(text: str) -> str:
@@ -138,7 +131,7 @@ def own_table(command: Command[Any]) -> tuple[str, ...]:
 def listed(name: str) -> str:
     """Columns of results.csv for a sweep of a command over a pair, as text."""
     command, shown = COMMANDS[name], COMMANDS[name].in_sweeps
-    columns = shown.columns(parse_case(command, CASE | PLACES[name], ""))
+    columns = shown.columns(parse_case(command, example_of(name), ""))
     return ", ".join(code(entry) for entry in (*shown.parameters, *columns, *shown.last))
 
 

@@ -10,6 +10,7 @@ from support.inputs import ROOT
 
 from pairsim.commands import COMMANDS, own_files
 from pairsim.config.case import Case
+from pairsim.config.example import example_of
 from pairsim.inputs.case_files import parse_case
 from pairsim.results.columns import STUDY_COLUMNS, SWEEP_COLUMNS, column
 from pairsim.results.output import PICTURE_ENDINGS
@@ -47,14 +48,11 @@ def test_every_file_is_described() -> None:
     assert all(f"`{ending}`" in page for ending in others)
 
 
-@pytest.mark.parametrize(
-    ("name", "places"),
-    [("run", {"d0": 0.1}), ("curve", {"d": [0.1]}), ("critical", {}), ("shape", {"particles": 1, "along": [0.1]})],
-)
-def test_columns_of_sweeps_are_described(name: str, places: dict[str, object]) -> None:
+@pytest.mark.parametrize("name", COMMANDS)
+def test_columns_of_sweeps_are_described(name: str) -> None:
     known = {each.name for each in SWEEP_COLUMNS} | Case.model_fields.keys()
     shown = COMMANDS[name].in_sweeps
-    columns = shown.columns(parse_case(COMMANDS[name], CASE | places, ""))
+    columns = shown.columns(parse_case(COMMANDS[name], example_of(name), ""))
     assert all(column(entry) for entry in (*shown.parameters, *columns, *shown.last) if entry not in known)
 
 
