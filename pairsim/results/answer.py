@@ -169,7 +169,8 @@ def advice(afterwards: str, status: str, reason: str, message: str, directory: P
         resumable: Whether the command goes on from a checkpoint.
     """
     if reason == BranchEnd.reason:
-        return f"Next: a smaller Ca_e or De; {directory}/way.csv has the steady states on the way."
+        way = directory / "way.csv"
+        return f"Next: a smaller Ca_e or De{f'; {way} has the steady states on the way' if way.exists() else ''}."
     if status == "finished":
         return f"Next: {afterwards}."
     if reason in LIMITS:

@@ -171,25 +171,25 @@ class NoSteadyState(RunFailure):
 
     Attributes:
         way: The solutions on the way to the parameters wanted, each a `Passed` of `solvers.steady.continuation`.
+        end: Where the branch ends on the mesh at hand, if that is seen: the parameters there, each with its error.
+        kind: What ends it, "fold" or "wrinkles".
     """
 
     reason = "not_resolved"
     way: Sequence[Any] = ()
+    end: Mapping[str, tuple[float, float]] = MappingProxyType({})
+    kind = ""
 
 
 class BranchEnd(NoSteadyState):
-    """The branch of steady states ends before the parameters wanted: there is no steady state on the way to them.
+    """The branch of steady states ends before the parameters wanted, on whichever mesh.
 
     Attributes:
-        kind: What ends it, "fold" or "wrinkles".
-        at: The parameters at the end, such as Ca_e and d, each with its error.
-        target: The parameters wanted, in words.
+        at: The parameters at the end, such as Ca_e and d, each with its error, the spread between meshes included.
     """
 
     reason = "no_steady_state"
-    kind = "fold"
     at: Mapping[str, tuple[float, float]] = MappingProxyType({})
-    target = ""
 
 
 def failure_of(reason: str, message: str) -> RunFailure:

@@ -303,7 +303,7 @@ def test_the_softest_shapes_end_and_the_message_has_the_place() -> None:
     with pytest.raises(BranchEnd) as end:
         follow(solver.fine, solver.fine.parameters.with_Ca_e(0.25))
     solver.close()
-    Ca_e, error = end.value.at["Ca_e"]
+    Ca_e, error = end.value.end["Ca_e"]
     assert 0.145 < Ca_e < 0.18
     assert error < 0.1 * Ca_e
 

@@ -24,7 +24,7 @@ from pairsim.solvers.errors.estimate import SAFETY, ErrorEstimator
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import follow
-from pairsim.solvers.steady.first_solution import COARSER, SCOUT_TOLERANCE, coarser, started, walked
+from pairsim.solvers.steady.first_solution import COARSER, SCOUT_TOLERANCE, coarser, scouted, started, walked
 from pairsim.solvers.steady.scene import Steady
 from pairsim.solvers.steady.snapshot import Snapshot
 
@@ -90,7 +90,10 @@ def reference_scale(
     size = max(problem.mesh.max_size, SCALE_SIZE * min(problem.betas))
     cells = replace(problem.mesh, Np=SCALE_CELLS, growth=SCALE_GROWTH, max_size=size, gap_cells=0, wall_cells=0)
     rough = replace(problem.newton, tolerance=SCOUT_TOLERANCE)
-    scout = walked(replace(problem, mesh=cells, newton=rough), parameters)
+    try:
+        scout = walked(replace(problem, mesh=cells, newton=rough), parameters)
+    except NoSteadyState:  # cells as large as these may miss it
+        scout = scouted(problem, parameters)
     start, found = scout.snapshot, {first: _largest(scout)}
     wider = sorted(gaps for gaps in wanted if gaps > first)
     narrower = sorted((gaps for gaps in wanted if gaps < first), reverse=True)

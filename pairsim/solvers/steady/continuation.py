@@ -34,6 +34,10 @@ SMALLEST = 2e-3  # step, relative to the distance to the target, below which nat
 FAR = 1.05
 EASY, HARD = 4, 8  # numbers of Newton iterations up to which the step is doubled, and from which it is halved
 MOST_RELAXED = 3  # consecutive steps by pseudo-time; without a limit they could approach a fold in ever smaller steps
+# By how much the end of a branch may differ from that on other meshes, as a part of the parameter followed, where it is
+# known on one mesh, and on several: the largest difference that was measured, and that at beta up to 0.5, rounded up
+# (docs/explanation/decisions.md, "Laws").
+MESH_SPREAD, SPREAD_OF_SEVERAL = 0.3, 0.1
 # Part of the distance to a fold by which it is approached at a time, and part of the way below which it is known.
 CLOSER, NEAR_ENOUGH = 0.7, 2e-3
 COLD_CAPILLARY = 0.01
@@ -215,7 +219,7 @@ def _lost(
         return NoSteadyState(message, advice="a larger mesh.Np")
     there, off = _numbers(along(end.at)), _numbers(along(end.at + end.error))
     at = {name: (value, abs(off[name] - value)) for name, value in there.items()}
-    return ended(end.kind, at, where(target))
+    return ended(end.kind, at, target, MESH_SPREAD)
 
 
 def _closer(
@@ -241,17 +245,25 @@ WHY = {
 }
 
 
-def ended(kind: str, at: Mapping[str, tuple[float, float]], target: str) -> BranchEnd:
-    """The failure of a branch that ends.
+def ended(kind: str, at: Mapping[str, tuple[float, float]], target: Parameters, spread: float) -> NoSteadyState:
+    """The failure of a branch that ends; no `BranchEnd` where the parameters wanted are within the error.
 
     Args:
         kind: See `End`.
-        at: Parameters at the end, each with its error.
-        target: The parameters wanted, in words.
+        at: Parameters at the end, each with its error on the mesh at hand, 0 where the parameter does not change.
+        target: The parameters wanted.
+        spread: What other meshes add to the errors, as a part of the parameter.
     """
-    places = [f"{name} = {value:.4g}" + (f" +- {error:.2g}" if error else "") for name, (value, error) in at.items()]
-    failure = BranchEnd(f"steady states end at {', '.join(places)}, {WHY[kind]}, and do not reach {target}")
-    failure.kind, failure.at, failure.target = kind, dict(at), target
+    known = {name: (value, error and error + spread * value) for name, (value, error) in at.items()}
+    places = [f"{name} = {value:.4g}" + (f" +- {error:.2g}" if error else "") for name, (value, error) in known.items()]
+    said, wanted = f"steady states end at {', '.join(places)}, {WHY[kind]}", _numbers(target)
+    if all(abs(wanted.get(name, 0.0) - value) <= error for name, (value, error) in known.items()):
+        message = f"{said}; whether they reach {where(target)} is not known"
+        failure = NoSteadyState(message, advice="a larger mesh.Np")
+    else:
+        failure = BranchEnd(f"{said}, and do not reach {where(target)}")
+        failure.at = known
+    failure.kind, failure.end = kind, dict(at)
     return failure
 
 

@@ -5,13 +5,14 @@ See "First solution" and "Continuation" in docs/explanation/numerics.md.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 
 from pairsim.runtime.errors import BranchEnd, MeshFailure, NoSteadyState
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.steady.continuation import begin, cold_start, ended, follow, prepared
+from pairsim.solvers.steady.continuation import SPREAD_OF_SEVERAL, begin, cold_start, ended, follow, prepared, where
 from pairsim.solvers.steady.guesses import adopt, place_undeformed
 from pairsim.solvers.steady.scene import Steady
 
@@ -127,31 +128,56 @@ def first_scene(problem: SteadyProblem, parameters: Parameters, scout: Steady | 
         NoSteadyState: No solution was found.
         MeshFailure: A mesh could not be generated.
     """
+    ends: list[NoSteadyState] = []
+    scene = Steady(problem, parameters)
     try:
-        scene = Steady(problem, parameters)
         if scout is None and at_once(scene):
             return scene
-        try:
-            scout = scout or _scout(problem, parameters)
-        except BranchEnd:
-            scene.close()
-            raise
+        scout = scout or _scout(problem, parameters, ends)
         found = scout is not None and adopted(scene, parameters, scout)
         if scout is not None:
             scene.take_over_costs(scout)
+    except NoSteadyState:
+        scene.close()
+        raise
     finally:
         if scout is not None:
             scout.close()
     if found:
         return scene
     scene.close()
-    other = walked(problem, parameters)
+    try:
+        other = walked(problem, parameters)
+    except NoSteadyState as failure:
+        if not failure.end:
+            raise
+        raise agreed([*ends, failure], parameters) from failure
     other.take_over_costs(scene)
     return other
 
 
-def _scout(problem: SteadyProblem, parameters: Parameters) -> Steady | None:
+def scouted(problem: SteadyProblem, parameters: Parameters) -> Steady:
+    """The scene on larger cells, at a rough solution.
+
+    Raises:
+        NoSteadyState: It was not found.
+    """
+    ends: list[NoSteadyState] = []
+    scout = _scout(problem, parameters, ends)
+    if scout is not None:
+        return scout
+    if ends:
+        raise agreed(ends, parameters)
+    raise NoSteadyState(f"no solution was found on coarse cells at {where(parameters)}", advice="a larger mesh.Np")
+
+
+def _scout(problem: SteadyProblem, parameters: Parameters, ends: list[NoSteadyState]) -> Steady | None:
     """The scene on larger cells, at a rough solution; None where it is not needed or was not found.
+
+    Args:
+        problem: The problem.
+        parameters: Parameters at which to solve.
+        ends: Takes the ends of the branch that are seen on the way.
 
     Raises:
         BranchEnd: The branch ends before the parameters, on two meshes.
@@ -159,26 +185,34 @@ def _scout(problem: SteadyProblem, parameters: Parameters) -> Steady | None:
     if cold_start(parameters) == parameters:
         return None
     rough = replace(problem, newton=replace(problem.newton, tolerance=SCOUT_TOLERANCE))
-    ends: list[BranchEnd] = []
     for factor in (SCOUT, FINER_SCOUT):
         try:
             return walked(coarser(rough, factor, SCOUT_CELLS), parameters)
-        except BranchEnd as end:
-            ends.append(end)
-        except (NoSteadyState, MeshFailure):
+        except MeshFailure:
             pass
-    if len(ends) == 2:
-        raise agreed(*ends)
+        except NoSteadyState as failure:
+            ends += [failure] if failure.end else []
+    if len(ends) == 2 and isinstance(found := agreed(ends, parameters), BranchEnd):
+        raise found
     return None
 
 
-def agreed(one: BranchEnd, other: BranchEnd) -> BranchEnd:
-    """The end of a branch as two meshes tell it: half-way, with their difference as error."""
+def agreed(ends: Sequence[NoSteadyState], target: Parameters) -> NoSteadyState:
+    """The end of a branch as several meshes tell it: half-way, with an error that holds all; of one mesh, its failure.
+
+    Args:
+        ends: Failures with the end of the branch on each mesh.
+        target: The parameters wanted.
+    """
+    *_, last = ends
+    if len(ends) == 1:
+        return last
     at = {}
-    for name in one.at.keys() & other.at.keys():
-        low, high = sorted((one.at[name], other.at[name]))
-        at[name] = (low[0] + high[0]) / 2, high[0] - low[0] + max(low[1], high[1])
-    kind = one.kind if one.kind == other.kind else "wrinkles"
-    found = ended(kind, {name: at[name] for name in one.at if name in at}, other.target)
-    found.way = other.way
-    return found
+    for name in last.end:
+        found = sorted(each.end[name] for each in ends if name in each.end)
+        low, high = found[0][0], found[-1][0]
+        at[name] = (low + high) / 2, (high - low) / 2 + max(error for _, error in found)
+    kinds = {each.kind for each in ends}
+    failure = ended(last.kind if len(kinds) == 1 else "wrinkles", at, target, SPREAD_OF_SEVERAL)
+    failure.way = last.way
+    return failure
