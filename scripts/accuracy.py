@@ -30,7 +30,7 @@ from book.computing import CONFIGS, DOCS, made, pairsim, parser_of
 from matplotlib import pyplot
 
 import pairsim as api
-from pairsim.config.accuracy import SETTINGS, Liquid, is_level
+from pairsim.config.accuracy import SETTINGS, Liquid
 from pairsim.results.output import write_text
 
 STUDIES = {path.stem: yaml.safe_load(path.read_text()) for path in sorted((CONFIGS / "accuracy").glob("*.yaml"))}
@@ -90,7 +90,7 @@ def rows(output: Path, study: str) -> pd.DataFrame:
     path = output / study / "study.csv"
     table = pd.read_csv(path, dtype=KEYS) if path.is_file() else pd.DataFrame(columns=[*KEYS, "reference", "error"])
     grades = table.reindex(columns=["mesh.grading", "mesh.row_grading"]).astype(float)
-    table["equal"], table["adapted"] = (grades == 1).any(axis=1), ~table["accuracy"].map(is_level).astype(bool)
+    table["equal"], table["adapted"] = (grades == 1).any(axis=1), ~table["accuracy"].isin(list(SETTINGS))
     table["graded"] = ~table["equal"] & ~table["adapted"]
     extra = ["time.fixed_step", "wall_time_spread", "relative_error", "wall_time"]
     return table.reindex(columns=list(dict.fromkeys([*table.columns, *extra])))
@@ -151,7 +151,7 @@ def settings(output: Path) -> pd.DataFrame:
     lines = []
     for name, chosen in SETTINGS.items():
         line = {"accuracy": f"`{name}`"}
-        for kind, cells in (("newtonian", chosen.newtonian), ("viscoelastic", chosen.thinning)):
+        for kind, cells in (("newtonian", chosen.steady.newtonian), ("viscoelastic", chosen.steady.thinning)):
             table = curve_rows(output, kind == "viscoelastic")
             if len(table):
                 same = table["beta"].map(lambda beta, cells=cells: f"{cells.largest(beta):g}") == table["mesh.max_size"]
@@ -161,7 +161,10 @@ def settings(output: Path) -> pd.DataFrame:
             line[f"Np, max_size and rows of `mesh`, {kind}"] = size(cells)
             text = f"{measured} ({table['wall_time'].mean():.0f} s)" if len(table) else ""
             line[f"worst curve, % (mean time), {kind}"] = text
-        line |= {"the same in a liquid that hardens": size(chosen.hardening), "`tol` of `time`": f"{chosen.time_tol:g}"}
+        line |= {
+            "the same in a liquid that hardens": size(chosen.steady.hardening),
+            "`tol` of `time`": f"{chosen.time_tol:g}",
+        }
         lines.append(line | {"`tol` of a curve": f"{chosen.curve_tol:g}"})
     return pd.DataFrame(lines)
 
@@ -261,7 +264,7 @@ def profile(output: Path) -> pd.DataFrame:
     for scene, kind in kinds.items():
         for what, count in (("run", "steps"), ("curve", "points")):
             chosen, table = SETTINGS["1%"], rows(output, f"{what}-{scene}")
-            cells = chosen.mesh(kind, [0.4])
+            cells = chosen.mesh(kind, [0.4], what == "run")
             same = (table["mesh.Np"] == str(cells["Np"])) & (table["mesh.max_size"] == f"{cells['max_size']:g}")
             table = table[same & table["graded"] & table["time.fixed_step"].isna()]
             if what == "run" and len(table):

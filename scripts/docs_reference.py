@@ -82,8 +82,8 @@ def column_pages() -> str:
     liquid = "\nIn a viscoelastic liquid these follow:\n"
     polymer = described(map(column, tables.POLYMER_HEALTH))
     many = [tables.COLUMNS[i] for i in range(len(tables.COLUMNS)) if tables.COLUMNS[i].name.endswith("_i")]
-    curve = tables.curve_columns(2, True, True, ("Ca_e", "De", "beta"), True)
-    critical = [*tables.CRITICAL_COLUMNS, "mesh_error"]
+    curve = tables.curve_columns(2, True, ("Ca_e", "De", "beta"), True)
+    critical = [*tables.CRITICAL_COLUMNS]
     parts = [
         "# Columns of the tables\n",
         "All tables are CSV with one line of column names. Units: lengths in tube diameters $D_c$, velocities in the "
@@ -96,8 +96,8 @@ def column_pages() -> str:
         "With one particle, or more than two, columns are numbered from upstream, such as `d_1`, `d_2`, `U_3`:\n",
         described(many),
         "## curve.csv\n",
-        "Of `pairsim curve`: one row for each distance. `mesh_error` is there with `mesh_error: true`, the columns "
-        "`by_...` with `--sensitivities`, the columns `F...` where the case has `velocity`.\n",
+        "Of `pairsim curve`: one row for each distance. The columns "
+        "`by_...` are there with `--sensitivities`, the columns `F...` where the case has `velocity`.\n",
         described(map(column, [*curve, *tables.CURVE_HEALTH])) + liquid,
         polymer,
         "## equilibria.csv\n",

@@ -27,7 +27,7 @@ def estimate(case: CriticalCase) -> Estimate:
     """Estimated cost of critical distances: on each line a search for zeros, then two branches over all values."""
     values = len(next(iter(case.along.values()))) if case.along else 1
     lines = len(next(iter(case.lines.values()))) if case.lines else 1
-    return steady_estimate(case, lines * (15 + 4 * values), case.mesh_error)
+    return steady_estimate(case, lines * (15 + 4 * values))
 
 
 def answer(tables: Tables, record: dict[str, Any]) -> list[str]:

@@ -29,7 +29,7 @@ def estimate(case: CurveCase) -> Estimate:
     if case.common and points > 1:
         points = len(between(sorted(case.places), case.max_points))
         points = max(min(points + -(-points // 3), case.max_points), points)
-    return steady_estimate(case, points - 1, case.mesh_error)
+    return steady_estimate(case, points - 1)
 
 
 def answer(tables: Tables, record: dict[str, Any]) -> list[str]:
@@ -51,7 +51,7 @@ FORCE = [f"{name}_1" for name in FORCES]  # columns of the only point of a singl
 
 def result_columns(case: CurveCase) -> tuple[str, ...]:
     """Points, zeros, and by gap the largest |dU| with its distance and errors; the force on a single moved particle."""
-    names = ["d_peak{}", "d_peak_error{}", "dU_peak{}", "dU_error{}", *(["mesh_error{}"] if case.mesh_error else [])]
+    names = ["d_peak{}", "d_peak_error{}", "dU_peak{}", "dU_error{}"]
     others = (
         ["zeros", "zeros_error", "stable"]
         if case.n == 2
@@ -75,8 +75,6 @@ def read(tables: Tables) -> dict[str, Value]:
         gap = name.removeprefix("dU")
         peak = peak_of(table, gap)
         found = {"d_peak": peak.d, "d_peak_error": peak.d_error, "dU_peak": peak.dU, "dU_error": peak.error}
-        if f"mesh_error{gap}" in table:
-            found["mesh_error"] = float(table[f"mesh_error{gap}"][abs(table[f"d{gap}"] - peak.d).argmin()])
         values |= {column + gap: value for column, value in found.items()}
     shown = {"zeros": "d", "zeros_error": "d_error", "stable": "stable"}
     return values | {name: zeros[column].tolist() for name, column in shown.items() if column in zeros}

@@ -1,7 +1,7 @@
 """Cell sizes and tolerances for each value of `accuracy:`, the error of dU relative to the peak of the curve.
 
-Three levels have settings that were measured (docs/explanation/accuracy.md) and cost what they say. Any other
-percentage has settings between those of the levels, and is kept by adapting the mesh:
+Settings of three percentages were measured (docs/explanation/accuracy.md), those of others lie between them. Where
+the error of dU is estimated they are a first guess, and the mesh is adapted until the estimate is small enough:
 `pairsim.solvers.curves.adaptation`, for runs `pairsim.drivers.run_adaptation`.
 """
 
@@ -73,28 +73,41 @@ class Cells:
 
 
 @dataclass(frozen=True)
-class Settings:
-    """Discretisation settings for one value of `accuracy`.
+class ByLiquid:
+    """Cells by the kind of the liquid.
 
     Attributes:
         newtonian: Cells in a liquid without a memory.
         thinning: Cells in a shear-thinning viscoelastic liquid, whose polymer stress is advected far downstream.
         hardening: Cells in a viscoelastic liquid that hardens in extension, with thin stress layers at the particles.
-        s_jump: Change of log c within a cell above which larger errors of dU were measured.
-        time_tol: Tolerance of a run: local error of the velocities [U_av] that a BDF2 step of the same size would have.
-        curve_tol: Allowed interpolation error between the points of a curve, relative to its peak.
     """
 
     newtonian: Cells
     thinning: Cells
     hardening: Cells
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Discretisation settings for one value of `accuracy`.
+
+    Attributes:
+        steady: Cells of quasi-steady solutions, whose dU contains the estimate of its error.
+        in_time: Cells of runs.
+        s_jump: Change of log c within a cell above which larger errors of dU were measured.
+        time_tol: Tolerance of a run: local error of the velocities [U_av] that a BDF2 step of the same size would have.
+        curve_tol: Allowed interpolation error between the points of a curve, relative to its peak.
+    """
+
+    steady: ByLiquid
+    in_time: ByLiquid
     s_jump: float
     time_tol: float
     curve_tol: float
 
     def mesh(self, liquid: Liquid, betas: Iterable[float], in_time: bool = False) -> dict[str, Any]:
         """The keys of `mesh` for particles with these diameters [D_c], of runs in time or of quasi-steady solutions."""
-        chosen: Cells = getattr(self, liquid)
+        chosen: Cells = getattr(self.in_time if in_time else self.steady, liquid)
         beta = min(betas, default=0.0)
         if not beta:
             return {"Np": chosen.Np, "max_size": chosen.max_size if liquid == "newtonian" else PIPE_CELL, "rows": 0.0}
@@ -105,14 +118,28 @@ class Settings:
 
 # Beside a particle, where the liquid is as fast as it, stresses have thin layers; at its poles they have none.
 _GRADED = 2.0
-_LARGE = Cells(20, 0.1, 0.35, 0.5, _GRADED)
-_SMALL, _SMALLEST = Cells(28, 0.05, 0.18, 0.5, _GRADED), Cells(80, 0.025, 0.125, 0.5, _GRADED)
-# Measured in hardening liquids were equal arcs only.
-_HARD = Cells(28, 0.05, 0.25, 0.5), Cells(64, 0.05, 0.25, 0.5), Cells(80, 0.025, 0.125, 0.5)
 SETTINGS: dict[str, Settings] = {
-    "5%": Settings(Cells(20, 0.2), _LARGE, _HARD[0], s_jump=2.0, time_tol=1e-3, curve_tol=1e-2),
-    "1%": Settings(Cells(40, 0.2), _SMALL, _HARD[1], s_jump=1.6, time_tol=3e-4, curve_tol=2e-3),
-    "0.1%": Settings(Cells(56, 0.14), _SMALLEST, _HARD[2], s_jump=1.0, time_tol=5e-5, curve_tol=5e-4),
+    "5%": Settings(
+        ByLiquid(Cells(20, 0.2), Cells(18, 0.12, 0.5, 0.5, _GRADED), Cells(24, 0.06, 0.3, 0.5)),
+        ByLiquid(Cells(20, 0.2), Cells(20, 0.1, 0.35, 0.5, _GRADED), Cells(28, 0.05, 0.25, 0.5)),
+        s_jump=2.0,
+        time_tol=1e-3,
+        curve_tol=1e-2,
+    ),
+    "1%": Settings(
+        ByLiquid(Cells(24, 0.2), Cells(20, 0.07, 0.3, 0.5, _GRADED), Cells(40, 0.05, 0.25, 0.5)),
+        ByLiquid(Cells(40, 0.2), Cells(28, 0.05, 0.18, 0.5, _GRADED), Cells(64, 0.05, 0.25, 0.5)),
+        s_jump=1.6,
+        time_tol=3e-4,
+        curve_tol=2e-3,
+    ),
+    "0.1%": Settings(
+        ByLiquid(Cells(40, 0.2), Cells(36, 0.038, 0.15, 0.5, _GRADED), Cells(64, 0.04, 0.2, 0.5)),
+        ByLiquid(Cells(56, 0.14), Cells(80, 0.025, 0.125, 0.5, _GRADED), Cells(80, 0.025, 0.125, 0.5)),
+        s_jump=1.0,
+        time_tol=5e-5,
+        curve_tol=5e-4,
+    ),
 }
 DEFAULT = "1%"
 
@@ -122,19 +149,12 @@ def percent(accuracy: str) -> float:
     return float(accuracy.removesuffix("%"))
 
 
-def is_level(accuracy: str) -> bool:
-    """Whether an accuracy stands for settings that were measured; otherwise it is kept by adaptation."""
-    return accuracy in SETTINGS
-
-
 def settings_of(accuracy: str) -> Settings:
-    """The settings of a valid accuracy: those of a level, or power laws between the two nearest levels.
+    """The settings of a valid accuracy: power laws between those of the two nearest percentages with settings.
 
-    Cells are no finer than those of the finest level and no coarser than those of the coarsest one; tolerances follow
-    the power laws beyond.
+    Cells are no finer than those of the least of these and no coarser than those of the largest; tolerances follow the
+    power laws beyond.
     """
-    if is_level(accuracy):
-        return SETTINGS[accuracy]
     wanted, levels = percent(accuracy), sorted(SETTINGS, key=percent)
     upper = next((i for i, level in enumerate(levels) if i and percent(level) >= wanted), len(levels) - 1)
     low, high = levels[upper - 1], levels[upper]
@@ -149,8 +169,12 @@ def settings_of(accuracy: str) -> Settings:
         sizes: dict[str, Any] = {name: power(size, getattr(y, name), inside) for name, size in vars(x).items()}
         return Cells(**sizes | {"Np": round(sizes["Np"])})
 
+    def by_liquid(x: ByLiquid, y: ByLiquid) -> ByLiquid:
+        return ByLiquid(**{kind: cells(getattr(x, kind), getattr(y, kind)) for kind in get_args(Liquid)})
+
     return Settings(
-        **{kind: cells(getattr(a, kind), getattr(b, kind)) for kind in get_args(Liquid)},
+        by_liquid(a.steady, b.steady),
+        by_liquid(a.in_time, b.in_time),
         s_jump=power(a.s_jump, b.s_jump, inside),
         time_tol=min(power(a.time_tol, b.time_tol, part), MOST_TOLERANCE),
         curve_tol=min(power(a.curve_tol, b.curve_tol, part), MOST_TOLERANCE),

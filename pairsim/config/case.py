@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 from pydantic import Field, ModelWrapValidatorHandler, create_model, model_validator
 
 from pairsim.config import values
-from pairsim.config.accuracy import DEFAULT, Accuracy, is_level, percent, settings_of
+from pairsim.config.accuracy import DEFAULT, Accuracy, percent, settings_of
 from pairsim.config.default_end import default_end
 from pairsim.config.groups import Keys, Limits, MeshOptions, OutputOptions, TimeOptions
 from pairsim.config.material_keys import material_fields
@@ -79,9 +79,8 @@ class SceneCase(_WithMaterials):
     )
     accuracy: Accuracy = Field(
         DEFAULT,
-        description="target error of dU, relative to the largest |dU| of the curve; sets mesh and time steps. 5%, 1% "
-        "and 0.1% stand for settings that were measured; other percentages are kept by adapting the mesh, unless keys "
-        "under mesh are given",
+        description="target error of dU, relative to the largest |dU| of the curve; sets mesh and time steps. Where "
+        "the error is estimated (curves, critical distances, runs with dU_error) the mesh is adapted until it is kept",
     )
     mesh: MeshOptions = MeshOptions()
     physical: Physical | None = Field(
@@ -103,7 +102,7 @@ class SceneCase(_WithMaterials):
 
     def _chosen(self) -> dict[str, Any]:
         """The keys that follow from others where they are not given: those that `accuracy` sets."""
-        return {"mesh": self._cells}
+        return {"mesh": self._cells | {"adapt": "Np" not in self.mesh.model_fields_set}}
 
     @property
     def _cells(self) -> dict[str, Any]:
@@ -116,11 +115,11 @@ class SceneCase(_WithMaterials):
         return percent(self.accuracy) / 100
 
     @property
-    def adapts(self) -> bool:
-        """Whether the mesh follows from the error wanted: `accuracy` is no level, and `mesh` is what it sets."""
-        if is_level(self.accuracy) or self.n < 2 or self.driven[1] is not None:
-            return False
-        return self.mesh == MeshOptions(**self._cells)
+    def held(self) -> frozenset[str]:
+        """Which of `Np` and `max_size` under mesh adaptation does not change; with `Np` it changes no cells at all."""
+        if not self.mesh.adapt:
+            return frozenset({"Np"})
+        return frozenset({"max_size"} if self.mesh.max_size != self._cells["max_size"] else ())
 
     @property
     def n(self) -> int:
@@ -271,7 +270,10 @@ class Case(SceneCase):
         "distances in the developed flow",
     )
     dU_error: bool = Field(
-        False, strict=True, description="estimate the error of dU at every step (a third to two thirds more time)"
+        False,
+        strict=True,
+        description="estimate the error of dU at every step and add it to dU; a coarse run then tells which cells "
+        "accuracy needs, unless mesh.Np is given (a third to two thirds more time)",
     )
     time: TimeOptions = TimeOptions()
     limits: Limits = Limits()
@@ -289,8 +291,13 @@ class Case(SceneCase):
 
     @property
     def estimates_error(self) -> bool:
-        """Whether the error of dU is estimated: on demand, and where the mesh follows from it."""
-        return self.n > 1 and (self.dU_error or self.adapts)
+        """Whether the error of dU is estimated."""
+        return self.n > 1 and self.dU_error
+
+    @property
+    def adapts(self) -> bool:
+        """Whether a coarse run tells which cells are needed."""
+        return self.estimates_error and self.mesh.adapt
 
     def _slug_parts(self) -> list[str]:
         parts = super()._slug_parts()

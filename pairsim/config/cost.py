@@ -25,14 +25,10 @@ LIBRARIES = 210e6  # memory after all imports [bytes]
 # slightly faster than the number of unknowns.
 RUN_BYTES, STEADY_BYTES = (4e3, 6e3), (6e3, 8e3)
 USUAL, GROWTH = 15e3, 0.1
-COARSE_TOO = 1.3  # factor for also solving on a coarser mesh
 # Newton iterations of the continuation to the first point and to each further one, and what the estimate of the error
 # of a point costs, in Newton iterations: .3 to .6, and .5 to 1.5 on a new mesh.
 FIRST_POINT, NEXT_POINT, ERROR_ESTIMATE = 20, 8, 0.8
 ERROR_TOO = 1.45  # factor of the time of a run for carrying its error along
-# Least and largest unknowns of adapted meshes over those of the cells that `accuracy` sets; measured for 12 scenes and
-# errors of 5 to .1 % (docs/explanation/decisions.md).
-ADAPTED = 0.35, 1.7
 
 
 @dataclass(frozen=True)
@@ -118,20 +114,16 @@ def memory_of(size: float, per_unknown: tuple[float, float], polymer: bool) -> f
     return LIBRARIES + size * per_unknown[polymer] * (size / USUAL) ** GROWTH
 
 
-def steady_estimate(case: SceneCase, points: int, mesh_error: bool = False) -> Estimate:
+def steady_estimate(case: SceneCase, points: int, factor: float = 1.0) -> Estimate:
     """Estimated cost of quasi-steady solutions.
 
     Args:
         case: The case.
         points: Number of points after the first one.
-        mesh_error: Whether they are solved on a coarser mesh, too.
+        factor: Factor of the time of each.
     """
     size, polymer = unknowns(case), bool(case.liquid_model.modes)
-    each = 0.4e-6 * size**1.15 * (2 if polymer else 1) * (1.5 if mesh_error else 1)
-    memory = memory_of(size * (COARSE_TOO if mesh_error else 1.0), STEADY_BYTES, polymer)
+    each = 0.4e-6 * size**1.15 * (2 if polymer else 1) * factor
+    memory = memory_of(size, STEADY_BYTES, polymer)
     iterations = FIRST_POINT + NEXT_POINT * points + ERROR_ESTIMATE * (points + 1)
-    adapted = ""
-    if case.adapts:
-        least, most = (round(factor * size, -3) for factor in ADAPTED)
-        adapted = f"; the mesh is adapted, to between {least:,.0f} and {most:,.0f} unknowns"
-    return Estimate(round(size), START + iterations * each, memory, adapted)
+    return Estimate(round(size), START + iterations * each, memory)

@@ -86,9 +86,6 @@ class CurveCase(SceneCase):
     fields: tuple[Distance, ...] = Field(
         (), max_length=MOST_VALUES, description="distances at which fields are written to fields.xdmf [D_c]"
     )
-    mesh_error: bool = Field(
-        False, strict=True, description="solve every point on a coarser mesh, too, as a check of dU_error"
-    )
     velocity: Velocity | None = Field(
         None,
         description="velocity at which the rigid particles are moved, 0 to hold them [U_av]; the forces that this "
@@ -152,9 +149,6 @@ class CriticalCase(SceneCase):
     )
     d: tuple[Distance, Distance] = Field(
         (0.02, 0.8), description="least and largest distance of the search for zeros of dU [D_c]"
-    )
-    mesh_error: bool = Field(
-        False, strict=True, description="solve on a coarser mesh, too, as a check of the error of every distance"
     )
 
     @property

@@ -10,6 +10,16 @@ from pairsim.config.default_end import DEFAULT_END, SHORTEST_RUN
 
 MOST_OUTPUTS = 10_000
 USUAL = SETTINGS[DEFAULT]
+LIQUIDS = "a liquid without a memory, one that thins and one that hardens in extension"
+
+
+def _defaults(name: str) -> str:
+    """The default values of a cell size, of runs and of quasi-steady solutions."""
+    values = [
+        ", ".join(f"{getattr(getattr(each, kind), name):g}" for kind in ("newtonian", "thinning", "hardening"))
+        for each in (USUAL.in_time, USUAL.steady)
+    ]
+    return f"default: by accuracy; at {DEFAULT}, in {LIQUIDS}: {values[0]} in runs, else {values[1]}"
 
 
 class Keys(BaseModel):
@@ -22,15 +32,13 @@ class MeshOptions(Keys):
     """Cell sizes."""
 
     Np: values.Whole = Field(
-        USUAL.thinning.Np,
+        USUAL.in_time.thinning.Np,
         ge=6,
         le=1000,
-        description="least number of cells on the half-circle of each particle (default: by accuracy; at "
-        f"{DEFAULT}, {USUAL.newtonian.Np} in a liquid without a memory, {USUAL.hardening.Np} in one that hardens in "
-        f"extension, {USUAL.thinning.Np} in other liquids)",
+        description=f"least number of cells on the half-circle of each particle ({_defaults('Np')})",
     )
     grading: values.Grading = Field(
-        USUAL.thinning.grading,
+        USUAL.in_time.thinning.grading,
         description="length of the cells at the poles of a particle over that at its equator, of Np cells in all "
         "(default: by accuracy; 1 in a liquid without a memory, and in one that hardens in extension)",
     )
@@ -41,14 +49,19 @@ class MeshOptions(Keys):
     )
     wall_cells: values.CellCount = Field(0, description="cells between a particle and the wall (0: Np/4)")
     max_size: values.CellSize = Field(
-        USUAL.thinning.max_size,
-        description="largest cell size [D_c] (default: by accuracy; at "
-        f"{DEFAULT}, {USUAL.newtonian.max_size:g} in a liquid without a memory, in others the smaller of "
-        f"{USUAL.thinning.max_size:g} and {USUAL.thinning.per_beta:g} beta, without particles {PIPE_CELL:g})",
+        USUAL.in_time.thinning.max_size,
+        description=f"largest cell size [D_c] ({_defaults('max_size')}; less beside small particles in viscoelastic "
+        f"liquids, and {PIPE_CELL:g} without particles)",
+    )
+    adapt: bool = Field(
+        True,
+        strict=True,
+        description="make cells smaller where the estimated error is more than accuracy allows (default: true, unless "
+        "Np is given)",
     )
     core_growth: values.Growth = Field(0.3, description="growth of the cell size per unit depth inside a particle")
     rows: values.Rows = Field(
-        USUAL.thinning.rows,
+        USUAL.in_time.thinning.rows,
         description="distance from the particles beyond which cells lie in rows along the tube [D_c] (default: by "
         "accuracy; 0, no rows, in a liquid without a memory and without particles)",
     )

@@ -9,6 +9,7 @@ from typing import Any, cast
 from pairsim.config.curve_case import CriticalCase
 from pairsim.config.form_kinds import forms_of
 from pairsim.drivers import events
+from pairsim.drivers.adaptive import adaptation_report
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import steady_problem
 from pairsim.drivers.quasi_steady import Solutions, error_at, health_columns, point_row
@@ -35,18 +36,14 @@ def solve(case: CriticalCase) -> events.Events:
     with Solutions(case) as found:
         zeros = _Zeros(found, None if region is None else region.name)
         yield events.AtEnd(zeros.end)
-        columns = [*CRITICAL_COLUMNS, *(["mesh_error"] if case.mesh_error else []), *health_columns(case)]
-        yield events.Table("critical", columns)
+        yield events.Table("critical", [*CRITICAL_COLUMNS, *health_columns(case)])
         failures: list[str] = []
         for line, start in lines:
             try:
-                if found.branch is None:  # meshes are adapted to the zeros asked for, not to those between them
-                    last = start if region is None else with_value(region.name, start, region.values[-1])
-                    options: Any = {"places": [start.gaps], "last": last, "zeros_only": True}
-                    found.begin(steady_problem(case, least), start, mesh_error=case.mesh_error, **options)
-                assert found.branch is not None
-                found.branch.at(start)
-                of_line = find_all(found.branch, least, most) if region is None else follow_all(found.branch, region)
+                # Meshes are adapted to the zeros asked for, not to those between them.
+                branch = found.branch or found.begin(steady_problem(case, least), start, zeros_only=True)
+                branch.at(start)
+                of_line = find_all(branch, least, most) if region is None else follow_all(branch, region)
                 yield from zeros.take(of_line, line)
             except (NoSteadyState, MeshFailure) as failure:
                 if not line:
@@ -73,7 +70,7 @@ class _Zeros:
         self.found, self.followed = found, followed
         self.branches = 0
         self._wanted: list[Point] = []  # those at requested values, whose error `accuracy` is kept for
-        self._errors: list[ErrorAt] = []  # relative to the distance or, where two zeros meet, to the parameter
+        self._errors: list[ErrorAt] = []  # of parameters where two zeros meet, relative to them
         self._ends: list[dict[str, Any]] = []
         self._warnings: list[str] = []
         self._solved = 0
@@ -110,23 +107,24 @@ class _Zeros:
         row |= {"d_error": "", "parameter_error": ""}
         if critical.by_parameter is None:
             row["d_error"] = row["dU_error"] / abs(slope)
-            size = abs(slope) * point.d
         else:  # where two zeros meet, the slope vanishes
             row["parameter_error"] = row["dU_error"] / abs(critical.by_parameter)
             assert self.followed is not None
             size = abs(critical.by_parameter) * value_of(self.followed, place)
-        self._errors.append(error_at(point, 0, size))
+            self._errors.append(error_at(point, 0, size))
         yield events.Row("critical", row)
         yield self._shown(f"Ca_e = {row['Ca_e']:.5g}  De = {place.De:.5g}  d_cr = {point.d:.5f}  {critical.kind}")
 
     def end(self) -> Iterator[events.Event]:
         """What run.json says."""
         entries: dict[str, Any] = {"ends": self._ends}
-        large = large_errors(self.found.case, "the error of a critical distance or parameter", "itself", self._errors)
-        warnings = [*self._warnings, *large]
-        if self.found.adaptation is not None:
-            entries["adaptation"], missed = self.found.adaptation.report(self._wanted)
+        case, branch, warnings = self.found.case, self.found.branch, [*self._warnings]
+        if branch is not None:
+            sizes = [abs(point.slope_at_rest) * point.d for point in self._wanted]
+            what = "itself, that of a critical distance"
+            entries["adaptation"], missed = adaptation_report(case, branch, self._wanted, sizes, what)
             warnings += missed
+        warnings += large_errors(case, "the error of a parameter at which two zeros meet", "itself", self._errors)
         yield from self.found.last_events(entries, warnings)
 
 

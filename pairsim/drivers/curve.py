@@ -11,15 +11,17 @@ import numpy as np
 from pairsim.config.curve_case import CurveCase
 from pairsim.config.form_kinds import forms_of
 from pairsim.drivers import events
+from pairsim.drivers.adaptive import adaptation_report
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import solution_order, steady_problem
-from pairsim.drivers.quasi_steady import Solutions, error_at, health_columns, moving_errors, point_row
+from pairsim.drivers.quasi_steady import Solutions, health_columns, moving_errors, point_row
 from pairsim.drivers.warm_start import WarmStart
 from pairsim.drivers.warnings import ErrorAt, far_apart, large_errors
 from pairsim.results.columns import EQUILIBRIA_COLUMNS, curve_columns
 from pairsim.results.fields import SteadyMoment, frame
 from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.errors import RunFailure
+from pairsim.solvers.curves.adaptation import ENOUGH
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import ROUNDING, Equilibrium, Zero, equilibria, find_zeros, interpolants, trace
 from pairsim.solvers.curves.distances import between
@@ -46,8 +48,7 @@ def solve(case: CurveCase, *, sensitivities: bool = False, warm_start: WarmStart
         yield events.AtEnd(partial(_end, case, found, frames, warnings))
         start = Parameters(places[0], case.solid_models, case.liquid_model)
         narrowest = min((d for place in places for d in place), default=np.inf)
-        options: Any = {"places": places, "mesh_error": case.mesh_error, "sensitivities": sensitivities}
-        branch = found.begin(steady_problem(case, narrowest), start, **options)
+        branch = found.begin(steady_problem(case, narrowest), start, places=places, sensitivities=sensitivities)
         yield events.Table("curve", _columns(case, sensitivities), ascending=case.common)
         for point, wanted in trace(branch, places, case.tol, case.max_points):
             points.append(point)
@@ -57,7 +58,7 @@ def solve(case: CurveCase, *, sensitivities: bool = False, warm_start: WarmStart
             yield events.Row("curve", point_row(point) | {"wanted": float(wanted)})
             yield events.Progress(min(count, expected), _shown(point, count), count)
             if any(abs(point.d - d) < 1e-9 * d for d in case.fields):
-                frames.append(_frame(point.d, branch.fine))
+                frames.append(_frame(point.d, branch.scene))
         message = f"{len(points)} points"
         if case.n == 2 and case.velocity is None:
             zeros = yield from _zeros(branch, points, warnings)
@@ -69,7 +70,7 @@ def _columns(case: CurveCase, sensitivities: bool) -> list[str]:
     """The columns of curve.csv."""
     parameters = [name for name, value in (("Ca_e", max(case.Ca_es)), ("De", case.De), ("beta", 1.0)) if value]
     parameters = parameters if sensitivities else []
-    columns = curve_columns(case.n, case.common, case.mesh_error, parameters, case.velocity is not None)
+    columns = curve_columns(case.n, case.common, parameters, case.velocity is not None)
     return [*columns, *health_columns(case)]
 
 
@@ -124,34 +125,25 @@ def _said(zero: Equilibrium) -> str:
 def _end(case: CurveCase, found: Solutions, frames: list[FieldFrame], warnings: list[str]) -> Iterator[events.Event]:
     """What run.json says, and the fields in ascending distance."""
     points, entries = found.points, dict[str, Any](points=len(found.points))
-    warnings = [*warnings, *(_large_errors if case.velocity is None else _large_force_errors)(case, points)]
-    if found.adaptation is not None:
-        entries["adaptation"], missed = found.adaptation.report(points, found.adaptation.size(points))
-        warnings += missed
+    if case.velocity is not None:
+        warnings = [*warnings, *_large_force_errors(case, points)]
+    elif found.branch is not None and case.n > 1:
+        curves = interpolants(points) if case.common and len(points) > 1 else []
+        size = max(abs(curve.peak.dU) for curve in curves) if len(points) >= ENOUGH and curves else found.branch.dU
+        reported = adaptation_report(case, found.branch, points, [size] * len(points), f"the largest |dU| ({size:.3g})")
+        entries["adaptation"], missed = reported
+        entries["adaptation"]["reference_dU"] = size
+        moved = moving_errors(case, points, size) if size > ROUNDING else []
+        warnings = [*warnings, *missed, *moved, *(far_apart(case, curves, size) if size > ROUNDING else [])]
     yield from found.last_events(entries, warnings)
     for each in sorted(frames, key=lambda each: each.t):
         yield events.Frame(each)
 
 
-def _large_errors(case: CurveCase, points: list[Point]) -> list[str]:
-    """Warnings of large errors of dU, at the points and between them, relative to the largest |dU| of the curve."""
-    curves = interpolants(points) if case.common and len(points) > 1 else []
-    values = [abs(dU) for point in points for dU in point.dUs] + [abs(curve.peak.dU) for curve in curves]
-    peak = max(values, default=0.0)
-    if peak < ROUNDING:
-        return []
-    errors = [error_at(point, gap, peak) for point in points for gap in range(len(point.gaps))]
-    return [
-        *large_errors(case, "dU_error", "the largest |dU|", errors),
-        *moving_errors(case, points, peak),
-        *far_apart(case, curves, peak),
-    ]
-
-
 def _large_force_errors(case: CurveCase, points: list[Point]) -> list[str]:
     """Warnings of large errors of the forces that move the particles, relative to themselves."""
     errors = [
-        ErrorAt(float(error / abs(F)), where(point.parameters), 0.0, False)
+        ErrorAt(float(error / abs(F)), where(point.parameters), 0.0)
         for point in points
         for F, error in zip(point.observation.F, point.estimate.F_error, strict=True)
         if F

@@ -14,7 +14,7 @@ SMALLEST_STEP = 1e-8
 
 def mesh_settings(case: SceneCase) -> MeshSettings:
     """The cell sizes of a case, without adaptation."""
-    return MeshSettings(**case.mesh.model_dump())
+    return MeshSettings(**case.mesh.model_dump(exclude={"adapt"}))
 
 
 def problem_of(case: Case) -> Problem:

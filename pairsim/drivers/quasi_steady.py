@@ -9,7 +9,6 @@ import numpy as np
 
 from pairsim.config.case import SceneCase
 from pairsim.config.checked_range import beyond_checked
-from pairsim.drivers.adaptive import Adaptation
 from pairsim.drivers.events import Event, Summary, Table
 from pairsim.drivers.warm_start import WarmStart
 from pairsim.drivers.warnings import ErrorAt, coarse_mesh, moves_on, near_ends, unresolved_stress
@@ -25,6 +24,7 @@ from pairsim.results.columns import (
     spread,
 )
 from pairsim.runtime.errors import NoSteadyState
+from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
@@ -40,16 +40,14 @@ class Solutions:
 
     Attributes:
         points: The solutions that are results.
-        adaptation: The meshes that follow from `accuracy`, None if they do not.
         way: The solutions on the way to the first parameters, where these were not reached.
         branch: The branch, None until `begin`.
     """
 
     def __init__(self, case: SceneCase, warm_start: WarmStart | None = None) -> None:
         self.case, self.points = case, list[Point]()
-        self.adaptation: Adaptation | None = None
         self.way: Sequence[Passed] = ()
-        self.branch: Branch | None = None
+        self.branch: AdaptiveBranch | None = None
         self._own, self._kept = warm_start is None, warm_start or WarmStart()
 
     def __enter__(self) -> Self:
@@ -67,32 +65,23 @@ class Solutions:
         first: Parameters,
         *,
         places: Sequence[tuple[float, ...]] = (),
-        last: Parameters | None = None,
-        mesh_error: bool = False,
         sensitivities: bool = False,
         zeros_only: bool = False,
-    ) -> Branch:
-        """Solve at the first parameters, on meshes that follow from `accuracy` where the case wants it.
+    ) -> AdaptiveBranch:
+        """Solve at the first parameters, on meshes that follow from `accuracy` where there is a dU.
 
         Args:
             problem: The problem.
             first: The first parameters.
-            places, last, zeros_only: See `Adaptation.begin`.
-            mesh_error, sensitivities: See `Branch`.
+            places, sensitivities, zeros_only: See `AdaptiveBranch`.
 
         Raises:
             NoSteadyState: No solution was found.
             MeshFailure: A mesh could not be generated.
         """
-        options: Any = {"mesh_error": mesh_error, "sensitivities": sensitivities}
-        if self.case.adapts:
-            options |= {"last": last, "zeros_only": zeros_only}
-            self.adaptation = Adaptation.begin(self.case, problem, first, places, **options)
-        if self.adaptation is not None:
-            self.branch = self.adaptation.branch
-            self._kept.replace(self.branch)
-        else:
-            self.branch = self._kept.start(problem, first, mesh_error, sensitivities)
+        wanted = self.case.error_wanted if self.case.n > 1 and self.case.driven[1] is None else np.inf
+        options = {"wanted": wanted, "held": self.case.held, "sensitivities": sensitivities, "zeros_only": zeros_only}
+        self.branch = self._kept.start(problem, first, places, options)
         return self.branch
 
     def last_events(self, entries: Mapping[str, Any], warnings: Sequence[str] = ()) -> Iterator[Event]:
@@ -122,7 +111,7 @@ def point_row(point: Point) -> dict[str, float]:
         "slope": point.slopes,
         "dU_held": point.held_dUs,
         "stretch": point.motion.stretch,
-        "mesh_error": point.mesh_errors,
+        "dU_discrete": point.discrete.dU,
         "dU_correction": estimate.dU,
         "dU_error": point.dU_errors,
         "ends_error": estimate.ends_error,
@@ -133,7 +122,7 @@ def point_row(point: Point) -> dict[str, float]:
     for endings, values in ((gap_endings(o.U.size), by_gap), (particle_endings(o.U.size), by_particle)):
         row |= spread(endings, **{name: each for name, each in values.items() if each is not None and len(each)})
     row |= {"dp_plus_correction": estimate.dp_plus, "newton": point.newton, "meshes": point.meshes}
-    row |= {"t_relax": point.t_relax, **observed(o), "distortion": point.distortion}
+    row |= {"corrected": estimate.trusted, "t_relax": point.t_relax, **observed(o), "distortion": point.distortion}
     return {name: float(value) for name, value in row.items()}
 
 
@@ -148,7 +137,7 @@ def error_at(point: Point, gap: int, size: float) -> ErrorAt:
     """The estimated error of a relative velocity of a point by mesh and ends, relative to a velocity."""
     estimate = point.estimate
     ends = float(estimate.ends_error[gap]) / size
-    return ErrorAt(float(estimate.dU_error[gap]) / size, where(point.parameters), ends, bool(estimate.cancelling[gap]))
+    return ErrorAt(float(estimate.dU_error[gap]) / size, where(point.parameters), ends)
 
 
 def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list[str]:
@@ -166,13 +155,9 @@ def _costs(branch: Branch | None) -> tuple[dict[str, Any], dict[str, float]]:
     if branch is None:
         return {}, {}
     counts = {
-        "newton_iterations": sum(s.iterations for s in branch.scenes),
-        "factorisations": sum(s.factorisations for s in branch.scenes),
-        "meshes": sum(s.meshes for s in branch.scenes),
-        "unknowns": branch.fine.constraints.size,
+        "newton_iterations": branch.scene.iterations,
+        "factorisations": branch.scene.factorisations,
+        "meshes": branch.scene.meshes,
+        "unknowns": branch.scene.constraints.size,
     }
-    phases: dict[str, float] = {}
-    for scene in branch.scenes:
-        for name, seconds in scene.clock.seconds.items():
-            phases[name] = phases.get(name, 0.0) + seconds
-    return counts, phases
+    return counts, dict(branch.scene.clock.seconds)

@@ -6,6 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from pairsim.config.case import FREE_ENDS, Case
 from pairsim.drivers.outcome import Outcome
 from pairsim.results.run_answer import SETTLED
@@ -56,5 +58,8 @@ def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: 
         return {SETTLED: {"message": "the quasi-steady solution at the last distances was interrupted"}}
     if not math.isfinite(point.t_relax):
         return {SETTLED: {"message": "disturbances of the quasi-steady state at the last distances do not decay"}}
-    entry = {"d": list(point.gaps), "dU": point.dUs.tolist(), "dU_error": point.dU_errors.tolist()}
+    # What a run without estimates tends to is the solution on its cells, without the estimate of their error.
+    left = 0 * point.correction if case.estimates_error else point.correction
+    dU, error = point.dUs - left, point.dU_errors + np.abs(left)
+    entry = {"d": list(point.gaps), "dU": dU.tolist(), "dU_error": error.tolist()}
     return {SETTLED: entry | {"t_relax": point.t_relax, "start": case.start, "accuracy": case.error_wanted}}

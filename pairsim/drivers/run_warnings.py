@@ -27,12 +27,13 @@ from pairsim.solvers.stepping.step import Step
 
 def row_of(step: Step) -> dict[str, float]:
     """The row of a step in series.csv, but for the errors to quote."""
-    o = step.observation
-    row = named_row(step.t, o.d, o.U, o.dU, o.D, o.dp, o.dp_plus)
+    o, correction = step.observation, step.U_correction
+    U = o.U if correction is None else o.U + np.nan_to_num(correction)
+    row = named_row(step.t, o.d, U, np.diff(U), o.D, o.dp, o.dp_plus)
     row |= {"dt": step.dt, "newton": step.report.iterations, "mesh": step.mesh_id}
     row |= {**observed(o), "distortion": step.distortion}
-    if step.dU_correction is not None:
-        row |= spread(gap_endings(o.U.size), dU_correction=step.dU_correction)
+    if correction is not None:
+        row |= spread(gap_endings(o.U.size), dU_discrete=o.dU, dU_correction=np.diff(correction))
     return row
 
 
@@ -85,14 +86,15 @@ class RunWarnings:
     def take(self, row: Mapping[str, float]) -> dict[str, float]:
         """Take in a row of series.csv; returns the errors of dU to quote by their columns, empty without estimates."""
         t, mesh, gaps = row["t"], int(row["mesh"]), gap_endings(self.case.n)
-        d, dU = (np.array([row[name + gap] for gap in gaps]) for name in ("d", "dU"))
+        discrete = "dU_discrete" if self.case.estimates_error else "dU"
+        d, dU = (np.array([row[name + gap] for gap in gaps]) for name in ("d", discrete))
         self.s_jump = max(self.s_jump, row.get("s_jump", 0.0))
         self.widest = max(self.widest, sum(self.case.betas) + float(d.sum()))
         self.steps.add(t, mesh, dU)
-        corrections = [row[name] for gap in gaps if (name := f"dU_correction{gap}") in row]
-        if not corrections:
+        if not self.case.estimates_error:
             return {}
-        error = self.errors.add(t, mesh, dU, np.array(corrections), self.steps.largest)
+        corrections = np.array([row[f"dU_correction{gap}"] for gap in gaps])
+        error = self.errors.add(t, mesh, dU, corrections, self.steps.largest)
         if np.isnan(error).any():
             self.lost = min(self.lost, t)
         elif t > SET_IN:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pairsim.runtime.errors import NoSteadyState
-from pairsim.solvers.curves.branch import Branch
+from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 
@@ -14,37 +15,34 @@ class WarmStart:
     """Keeps the solvers of a case, so that the next case can start from its solutions."""
 
     def __init__(self) -> None:
-        self._branch: Branch | None = None
+        self._branch: AdaptiveBranch | None = None
         self._kind: tuple[Any, ...] = ()
 
-    def start(self, problem: SteadyProblem, first: Parameters, mesh_error: bool, sensitivities: bool) -> Branch:
+    def start(
+        self, problem: SteadyProblem, first: Parameters, places: Sequence[tuple[float, ...]], options: Mapping[str, Any]
+    ) -> AdaptiveBranch:
         """A branch at the first point of a case, continued from the previous case if possible, else solved anew.
 
         Args:
             problem: The problem of the case.
             first: Parameters of its first point.
-            mesh_error: Whether to solve on a coarser mesh, too.
-            sensitivities: Whether to compute derivatives by the parameters.
+            places: Distances of the case.
+            options: Other options of `AdaptiveBranch`.
 
         Raises:
             NoSteadyState: There is no solution at the first point.
         """
         laws = first.liquid.structure, [solid and solid.name for solid in first.solids]
-        old, self._kind = self._kind, (problem, laws, mesh_error, sensitivities)
+        old, self._kind = self._kind, (problem, laws, dict(options))
         if self._branch is not None and self._kind == old:  # only distances and parameters of materials differ
             try:
-                self._branch.move(first)
+                self._branch.restart(first, places)
                 return self._branch
             except NoSteadyState:
                 pass
         self.close()
-        self._branch = Branch(problem, first, mesh_error, sensitivities)
+        self._branch = AdaptiveBranch(problem, first, places=places, **options)
         return self._branch
-
-    def replace(self, branch: Branch) -> None:
-        """Keep another branch, from which no other case is continued, until it is closed."""
-        self.close()
-        self._branch, self._kind = branch, ()
 
     def close(self) -> None:
         """Free the memory of the solvers; the next case is solved from undeformed spheres."""

@@ -19,7 +19,6 @@ NEAR_ENDS = {"developed": 0.5, "periodic": 0.65}
 # Relative length as above, and the largest error measured below it with either kind of ends [% of the largest |dU|].
 ENDS_ERRORS = ((0.33, 44), (0.5, 7), (0.65, 2))
 COARSEST = "5%"
-NOTABLE = 0.1  # part of `accuracy` below which an error is too small for a warning that its estimate cancels; chosen
 
 
 def above(value: float, limit: float) -> str:
@@ -30,7 +29,7 @@ def above(value: float, limit: float) -> str:
 
 def coarse_mesh(case: SceneCase) -> list[str]:
     """Warn of a mesh that is coarser than any whose error was measured."""
-    measured = SETTINGS[COARSEST].mesh(case.liquid_model.cells, case.betas)
+    measured = SETTINGS[COARSEST].mesh(case.liquid_model.cells, case.betas, "time" in type(case).model_fields)
     coarse = {"Np": case.mesh.Np < measured["Np"], "max_size": case.mesh.max_size > measured["max_size"]}
     return [
         f"mesh.{name} = {getattr(case.mesh, name):g} is coarser than accuracy: {COARSEST} ({measured[name]:g}): the "
@@ -104,17 +103,15 @@ class ErrorAt:
         relative: The error, relative to the size of what is asked for.
         where: The place, such as "d = 0.1".
         ends: The part of it that is due to the ends of the tube, relative as well.
-        cancelling: Whether the contributions of the cells cancel but for a small part, so that the sign is not certain.
     """
 
     relative: float
     where: str
     ends: float
-    cancelling: bool
 
 
 def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorAt]) -> list[str]:
-    """Warn of estimated errors that exceed `accuracy`, and of estimates that are small remainders of a large sum.
+    """Warn of estimated errors that exceed `accuracy`.
 
     Args:
         case: The case.
@@ -122,21 +119,15 @@ def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorA
         size: What it is relative to.
         errors: The errors of all results.
     """
-    warnings, allowed = [], case.error_wanted
+    allowed = case.error_wanted
     worst = max(errors, key=lambda each: each.relative, default=None)
-    if worst is not None and worst.relative > allowed and not case.adapts:  # see `Adaptation.report`
-        advice = "a larger length" if worst.ends > worst.relative / 2 else "a finer mesh (mesh.Np, mesh.max_size)"
-        warnings.append(
-            f"{error} is {above(100 * worst.relative, 100 * allowed)} % of {size} at {worst.where}, more than "
-            f"accuracy: {case.accuracy}; use {advice}"
-        )
-    if unsure := [each.where for each in errors if each.cancelling and each.relative > NOTABLE * allowed]:
-        places = unsure[0] if len(unsure) == 1 else f"{len(unsure)} places, such as {unsure[0]}"
-        warnings.append(
-            f"dU_correction is what remains of much larger contributions at {places}: the cells do not resolve what "
-            "the stress does to dU there, and the sign of the error is not known (docs/explanation/error-estimate.md)"
-        )
-    return warnings
+    if worst is None or worst.relative <= allowed:
+        return []
+    advice = "a larger length" if worst.ends > worst.relative / 2 else "a finer mesh (mesh.Np, mesh.max_size)"
+    return [
+        f"{error} is {above(100 * worst.relative, 100 * allowed)} % of {size} at {worst.where}, more than "
+        f"accuracy: {case.accuracy}; use {advice}"
+    ]
 
 
 def moves_on(case: SceneCase, places: Sequence[str], part: float) -> list[str]:

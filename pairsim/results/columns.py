@@ -63,7 +63,7 @@ def _each(endings: Iterable[tuple[str, str]], name: str, symbol: str, meaning: s
 
 def _correction(endings: Iterable[tuple[str, str]], name: str, unit: str) -> Iterator[Column]:
     """The columns of the estimated discretisation error of a quantity."""
-    meaning = f"estimate of exact minus discrete {name}{{_}}"
+    meaning = f"estimate of exact minus discrete {name}{{_}}, contained in it where corrected is 1"
     return _each(endings, f"{name}_correction", r"\delta^h{_}", meaning, unit)
 
 
@@ -85,6 +85,11 @@ def _of_polymer(name: str, symbol: str, meaning: str, unit: str) -> Column:
 
 _TAYLOR = "Taylor parameter (L_z - L_r)/(L_z + L_r) of {of}"
 _HELD = "dU{_} with all distances held, as if shapes and stresses had endless time"
+_DISCRETE = "dU{_} of the discrete solution, at held distances or in a run, without the estimate of its error"
+_CORRECTED = (
+    "1: velocities, forces and pressure drop contain the estimates of their errors; 0: they do not, as the estimates "
+    "are what remains of much larger contributions"
+)
 _STRETCH = "rate of the centres of volume, dU{_}, over that of the surfaces, when all distances change together"
 _SLOPE = (
     "derivative of dU_held{_} by d when all distances change together; at a zero of dU that of dU, and a zero with "
@@ -106,6 +111,8 @@ COLUMNS: tuple[Column, ...] = (
         VELOCITY,
     ),
     *_each(GAPS, "dU_held", r"\Delta U_{h{,}}", _HELD, VELOCITY),
+    *_each(GAPS, "dU_discrete", r"\Delta U^h{_}", _DISCRETE, VELOCITY),
+    _plain("corrected", _CORRECTED, whole=True),
     *_each(GAPS, "stretch", r"\mathrm{d}c{_}/\mathrm{d}d", _STRETCH, ""),
     Column("t_relax", r"t_r", "slowest decay time of a disturbance at held distance", TIME),
     *_each(GAPS, "drift", r"\delta{_}", _EARLIER, VELOCITY),
@@ -262,28 +269,27 @@ def error_column(names: Iterable[str], gap: str = "") -> str | None:
     return next((name for name in (f"dU_error{gap}", f"mesh_error{gap}") if name in there), None)
 
 
-def curve_columns(n: int, common: bool, mesh_error: bool, sensitivities: Sequence[str], forces: bool) -> list[str]:
+def curve_columns(n: int, common: bool, sensitivities: Sequence[str], forces: bool) -> list[str]:
     """The columns that curve.csv begins with.
 
     Args:
         n: Number of particles.
         common: Whether there is a curve over one distance, which has slopes.
-        mesh_error: Whether points were solved on a coarser mesh too.
         sensitivities: Parameters by which dU was differentiated.
         forces: Whether the velocity of the particles is prescribed.
     """
-    names = ["dU_held", "stretch", "dU_correction", "dU_error", "ends_error", *(["mesh_error"] if mesh_error else [])]
+    names = ["dU_held", "dU_discrete", "stretch", "dU_correction", "dU_error", "ends_error"]
     names += [*(["slope"] if common else []), *(f"by_{name}" for name in sensitivities)]
     by_gap = (name + gap for name in names for gap in gap_endings(n))
     corrections = [f"U_correction{each}" for each in particle_endings(n)] + ["dp_plus_correction"]
     if forces:
         corrections += [name + each for name in FORCES for each in particle_endings(n)]
-    return [*series_columns(n)[1:], "newton", *by_gap, *corrections, "wanted"]
+    return [*series_columns(n)[1:], "newton", *by_gap, *corrections, "corrected", "wanted"]
 
 
 CRITICAL_COLUMNS = (
     *("Ca_e", "De", "d_cr", "stable", "kind", "branch", "slope", "U", "D_L", "D_T", "dp", "dp_plus"),
-    *("newton", "dU_correction", "dU_error", "ends_error", "d_error", "parameter_error"),
+    *("newton", "dU_correction", "corrected", "dU_error", "ends_error", "d_error", "parameter_error"),
 )
 """The columns that critical.csv begins with."""
 EQUILIBRIA_COLUMNS = ("d", "stable", "slope", "peak", "d_error", "certain")
@@ -323,7 +329,7 @@ def series_columns(n: int) -> list[str]:
 
 def error_columns(n: int) -> list[str]:
     """The columns of the error of dU in series.csv, after `series_columns`, for `n` particles."""
-    return names_of(n, "dU_correction", "dU_error")
+    return names_of(n, "dU_discrete", "dU_correction", "dU_error")
 
 
 def spread(endings: Sequence[str], **values: Iterable[float]) -> dict[str, float]:

@@ -17,7 +17,8 @@ ROUNDING = 1e-9  # |dU| that is rounding error, as of equal rigid spheres [U_av]
 def curve_of(table: Mapping[str, Array], gap: str = "") -> CurveInterpolant | None:
     """dU of a gap as a function of d; None unless there are two points over a distance that all gaps have.
 
-    Tables of earlier versions have one dU, that with the distance held, and need not have an error of it.
+    Tables of earlier versions have uncorrected values, or one dU, that with the distance held, and need not have an
+    error of it.
 
     Args:
         table: Columns of curve.csv, of shape (points,), in ascending distance.
@@ -27,7 +28,8 @@ def curve_of(table: Mapping[str, Array], gap: str = "") -> CurveInterpolant | No
     if slope is None or dU is None or len(dU) < 2:
         return None
     errors = np.zeros_like(dU) if error is None else table[error]
-    return CurveInterpolant(table[f"d{gap}"], dU, table.get(f"dU_held{gap}", dU), slope, errors)
+    differentiated = table.get(f"dU_discrete{gap}", table.get(f"dU_held{gap}", dU))
+    return CurveInterpolant(table[f"d{gap}"], dU, differentiated, slope, errors)
 
 
 def stretch_at(table: Mapping[str, Array], x: Array | float) -> Array:

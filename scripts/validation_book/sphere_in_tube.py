@@ -67,7 +67,7 @@ def along(mesh: Keys, places: Sequence[float]) -> Line:
     case = parse_case(COMMANDS["curve"], {**read_yaml(CASE), **mesh, "De": places[0] * RADIUS}, CASE.name)
     points: Points = {}
     start = Parameters((), case.solid_models, case.liquid_model)
-    branch = Branch(steady_problem(case, inf), start, mesh_error=False)
+    branch = Branch(steady_problem(case, inf), start)
     try:
         for place in places:
             point = branch.at(Parameters((), case.solid_models, case.liquid_model.with_De(place * RADIUS)))
@@ -83,7 +83,7 @@ def along(mesh: Keys, places: Sequence[float]) -> Line:
             }
     except (NoSteadyState, MeshFailure):
         pass
-    end, unknowns = branch.fine.parameters.De / RADIUS, branch.fine.constraints.size
+    end, unknowns = branch.scene.parameters.De / RADIUS, branch.scene.constraints.size
     branch.close()
     return Line(points, end, len(points) < len(places), unknowns)
 

@@ -22,7 +22,7 @@ from pairsim.drivers.progress import Reporter
 from pairsim.results.output import read_series
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 3, "mesh": {"Np": 8, "max_size": 0.3}}
-CURVE = PAIR | {"d": [0.1, 0.3], "mesh_error": False, "fields": [0.1]}
+CURVE = PAIR | {"d": [0.1, 0.3], "fields": [0.1]}
 RUN = PAIR | {"d0": 0.1, "time": {"end": 0.01}}
 
 
@@ -80,7 +80,9 @@ def test_a_table_has_the_columns_of_its_file_and_whole_numbers_are_integers(empt
 
 
 def test_a_curve_is_its_interpolant_and_an_error_outside(curve: pairsim.CurveResult) -> None:
-    d, dU, held, slope, error = (curve.table[name].to_numpy() for name in ("d", "dU", "dU_held", "slope", "dU_error"))
+    d, dU, held, slope, error = (
+        curve.table[name].to_numpy() for name in ("d", "dU", "dU_discrete", "slope", "dU_error")
+    )
     assert curve.dU(d) == pytest.approx(dU)
     assert curve.curve(d)[1] == pytest.approx(error)
     value, half_width = curve.curve(0.2)
@@ -163,7 +165,7 @@ def test_zeros_are_a_table_also_where_there_are_none(curve: pairsim.CurveResult)
 
 @pytest.mark.slow
 def test_critical_distances(empty: Path) -> None:
-    case = PAIR | {"De": 0.5, "Ca_e": 0.05, "d": [0.2, 0.3], "mesh_error": False}
+    case = PAIR | {"De": 0.5, "Ca_e": 0.05, "d": [0.2, 0.3]}
     result = pairsim.critical(case)
     assert result.check().status == "finished"
     assert result.table["stable"].dtype == bool

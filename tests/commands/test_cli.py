@@ -115,7 +115,7 @@ def test_progress_as_json_is_json_in_every_line(pairsim: Pairsim, tmp_path: Path
 
 
 def test_a_command_ends_with_its_answer_and_a_quiet_one_with_its_folder(pairsim: Pairsim, tmp_path: Path) -> None:
-    case = "{beta: 0.4, De: 0, Ca_e: 0.1, d: [0.1], mesh_error: false, ends: developed, length: 3, mesh: {Np: 8}}"
+    case = "{beta: 0.4, De: 0, Ca_e: 0.1, d: [0.1], ends: developed, length: 3, mesh: {Np: 8}}"
     (tmp_path / "case.yaml").write_text(case)
     loud, quiet = (pairsim("curve", "case.yaml", "-o", f"out{len(option)}", *option) for option in ((), ("-q",)))
     for words in ("Largest |dU|: (+", "Taylor parameters:", "Warning: mesh.Np = 8", "Took ", "Next: pairsim plot"):

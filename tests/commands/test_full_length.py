@@ -41,7 +41,7 @@ def test_shipped_run(path: Path, tmp_path: Path, pairsim: Pairsim) -> None:
 def test_shipped_curve_has_the_zero_of_the_critical_distances(tmp_path: Path, pairsim: Pairsim) -> None:
     done = pairsim("curve", str(ROOT / "configs" / "curve.yaml"), "-o", "out", "-q")
     assert done.returncode == 0, done.stderr
-    one = ["--set", "along={Ca_e: [0.1]}", "--set", "lines={De: [0.5]}", "--set", "mesh_error=false"]
+    one = ["--set", "along={Ca_e: [0.1]}", "--set", "lines={De: [0.5]}", "--set"]
     done = pairsim("critical", str(ROOT / "configs" / "critical.yaml"), "-o", "critical", "-q", *one)
     assert done.returncode == 0, done.stderr
     (critical,), zeros = (rows(tmp_path / name) for name in ("critical/critical.csv", "out/equilibria.csv"))

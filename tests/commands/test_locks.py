@@ -22,7 +22,7 @@ from pairsim.runtime.locks import LOCK, is_locked
 
 BASE = TINY.partition("{")[2].rpartition("time")[0]  # the tiny case without its times
 ENDLESS = f"{{d0: 0.1, {BASE}time: {{end: 100, fixed_step: 0.002}}, output: {{every: 0.01, checkpoint: 1}}}}\n"
-CURVE = f"{{d: {{start: 0.05, stop: 1, num: 300}}, mesh_error: false, {BASE.rstrip(', ')}}}\n"
+CURVE = f"{{d: {{start: 0.05, stop: 1, num: 300}}, {BASE.rstrip(', ')}}}\n"
 
 
 @contextmanager

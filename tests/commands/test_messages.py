@@ -119,7 +119,6 @@ CASE_FILES: dict[str, Wrong] = {
     "critical distances of three": (CRITICAL + "particles: 3\n", "critical"),
     "unknown parameter to follow": (CRITICAL.replace("{Ca_e", "{beta"), "critical"),
     "shape of a pair": (SHAPE.replace("particles: 1", "particles: 2"), "shape"),
-    "shape on meshes that are adapted": (SHAPE + "accuracy: 2%\n", "shape"),
     "shape without values of Ca_e": (SHAPE.replace("along: [0.1]\n", ""), "shape"),
     "shape of a rigid particle": (SHAPE.replace("Ca_e: 0.1", "Ca_e: 0"), "shape"),
     "grid of nothing": (SWEEP.partition("grid")[0], "sweep"),

@@ -317,12 +317,12 @@ def test_shards_share_a_folder_and_a_last_command_makes_one_table(swept: Path, t
 def test_curves_are_swept_too(tmp_path: Path) -> None:
     """results.csv has points, zeros and peak of every curve, as in its folder; pictures are drawn."""
     base = TINY.replace("Ca_e: 0, ", "d: [0.1, 0.3], tol: 1, ").replace(", time: {end: 0.01}", "")
-    (tmp_path / "grid.yaml").write_text("command: curve\n" + base + "grid: {Ca_e: [0, 0.05], mesh_error: [true]}\n")
+    (tmp_path / "grid.yaml").write_text("command: curve\n" + base + "grid: {Ca_e: [0, 0.05]}\n")
     result = swept_into(tmp_path / "grid.yaml", folder=tmp_path / "out", workers=2)
     assert result.status == "finished"
     assert ",".join(name for name in result.table if name != "wall_time") == (
         "folder,status,reason,Ca_e,beta,De,points,zeros,zeros_error,stable,d_peak,d_peak_error,dU_peak,dU_error,"
-        "mesh_error,unknowns,warnings"
+        "unknowns,warnings"
     )
     rigid, soft = (row for _, row in result.table.iterrows())
     assert (soft["status"], soft["points"], soft["zeros"], soft["stable"]) == ("finished", 3, [], [])
@@ -332,7 +332,6 @@ def test_curves_are_swept_too(tmp_path: Path) -> None:
     assert 0 <= soft["dU_peak"] - points["dU"] < soft["dU_error"]
     assert soft["dU_error"] > points["dU_error"] * (1 - 1e-9)
     assert abs(soft["d_peak"] - points["d"]) <= soft["d_peak_error"]
-    assert soft["mesh_error"] in curve.table["mesh_error"].to_numpy()
     assert abs(rigid["dU_peak"]) < 1e-9 < soft["dU_peak"]
     assert plot_sweep(tmp_path / "out") == [tmp_path / "out" / "sweep_curves.png"], "there is no zero to draw"
 

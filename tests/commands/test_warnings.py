@@ -18,8 +18,8 @@ every_computation = pytest.mark.parametrize(
     ("compute", "place"),
     [
         (pairsim.run, {"d0": 0.5, "time": {"end": 0.002}, "output": {"fields": False}}),
-        (pairsim.curve, {"d": [0.5], "mesh_error": False}),
-        (pairsim.critical, {"d": [0.45, 0.5], "mesh_error": False}),
+        (pairsim.curve, {"d": [0.5]}),
+        (pairsim.critical, {"d": [0.45, 0.5]}),
     ],
     ids=["run", "curve", "critical"],
 )

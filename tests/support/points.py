@@ -19,7 +19,7 @@ def made_point(d: float, dU: Any, slope: Any, error: float = 0.0) -> Any:
         d=d,
         dU=float(dUs[0]),
         dUs=dUs,
-        held_dUs=dUs,
+        discrete=SimpleNamespace(dU=dUs),
         slopes=slopes,
         slope_at_rest=float(slopes[0]),
         dU_errors=np.full(len(dUs), error),

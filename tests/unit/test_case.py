@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -101,19 +100,22 @@ def test_higher_accuracy_never_has_larger_cells(liquid: dict[str, object], beta:
     assert cases[2].mesh.Np < cases[3].mesh.Np < cases[4].mesh.Np, "between levels the settings are, too"
 
 
-def test_an_accuracy_between_the_levels_adapts_unless_the_mesh_is_given() -> None:
+def test_cells_that_are_given_are_held() -> None:
     def case(**keys: object) -> CurveCase:
         return parse_case(COMMANDS["curve"], {"beta": 0.4, "De": 1, "Ca_e": 0.1, "d": [0.1], **keys}, "test")
 
-    assert case(accuracy="0.5%").adapts
-    assert not case(accuracy="1.0%").adapts, "a level, however it is written"
-    assert not case(accuracy="0.5%", mesh={"Np": 20}).adapts
     assert case(accuracy=" .50 %").accuracy == "0.5%"
-    assert parse_case(COMMANDS["curve"], case(accuracy="0.5%").resolved(), "test").adapts, "case.yaml is the same case"
-    run = parse_case(COMMANDS["run"], {**MINIMAL, "accuracy": "0.5%"}, "test")
+    assert not case(accuracy="0.5%").held
+    assert case(mesh={"Np": 21}).held == {"Np"}
+    assert case(mesh={"max_size": 0.2, "growth": 0.2}).held == {"max_size"}
+    assert not case(mesh={"Np": 21, "adapt": True}).held
+    assert not parse_case(COMMANDS["curve"], case(accuracy="0.5%").resolved(), "test").held, (
+        "case.yaml is the same case"
+    )
+    run = parse_case(COMMANDS["run"], {**MINIMAL, "dU_error": True}, "test")
     assert run.adapts
-    assert run.estimates_error
-    assert not parse_case(COMMANDS["run"], {**MINIMAL, "accuracy": "1%"}, "test").estimates_error
+    assert not parse_case(COMMANDS["run"], {**MINIMAL, "dU_error": True, "mesh": {"Np": 21}}, "test").adapts
+    assert not parse_case(COMMANDS["run"], MINIMAL, "test").adapts
 
 
 def test_cells_around_small_particles_in_elastic_liquids_are_smaller() -> None:
@@ -206,17 +208,8 @@ def test_a_law_without_relaxation_time_is_newtonian_and_said_to_be() -> None:
     assert case.notes == ["liquid: giesekus, xi have no effect: the liquid is Newtonian at De = 0"]
 
 
-def test_an_estimate_says_that_the_mesh_is_adapted() -> None:
-    curve = {"beta": 0.4, "De": 1, "Ca_e": 0, "d": [0.2], "ends": "developed", "length": "auto"}
-    estimate = COMMANDS["curve"].estimate(parse_case(COMMANDS["curve"], {**curve, "accuracy": "0.3%"}, "test"))
-    said = re.search(r"adapted, to between ([\d,]+) and ([\d,]+) unknowns", str(estimate))
-    assert said is not None
-    least, most = (int(number.replace(",", "")) for number in said.groups())
-    assert least < 33_000 < most, "what it took"
-    assert "adapted" not in str(
-        COMMANDS["curve"].estimate(parse_case(COMMANDS["curve"], {**curve, "accuracy": "1%"}, "test"))
-    )
-    run = parse_case(COMMANDS["run"], {**MINIMAL, "accuracy": "0.3%"}, "test")
+def test_an_estimate_says_that_the_mesh_of_a_run_is_adapted() -> None:
+    run = parse_case(COMMANDS["run"], {**MINIMAL, "dU_error": True}, "test")
     assert str(COMMANDS["run"].estimate(run)).endswith("what the run needs is known after a coarse one")
 
 

@@ -23,6 +23,14 @@ def _tangents_of_formulas(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(zero_lines, "tangent_along", lambda scene, along: scene.tangent(along))
 
 
+class Scene(SimpleNamespace):
+    """A scene whose solutions are their parameters."""
+
+    @property
+    def snapshot(self) -> Parameters:
+        return self.parameters
+
+
 class Formula:
     """A branch whose dU vanishes where log d = line(log Ca_e), and is log d less that elsewhere."""
 
@@ -30,7 +38,7 @@ class Formula:
         self.line = line
         d = float(np.exp(line(np.log(Ca_e))))
         nothing: Any = lambda *_: False  # noqa: E731
-        self.fine: Any = SimpleNamespace(
+        self.scene: Any = Scene(
             parameters=Parameters((d,), soft(Ca_e, Ca_e)),
             y=np.zeros(1),
             iterations=0,
@@ -56,15 +64,11 @@ class Formula:
         if not len(signs):
             return None
         nearest = signs[np.argmin(np.abs(tried[signs] - tau))]
-        self.fine.parameters = along(brentq(lambda t: self.dU(along(t)), tried[nearest], tried[nearest + 1]))
-        return SimpleNamespace(parameters=self.fine.parameters, d=self.fine.parameters.gaps[0])
+        self.scene.parameters = along(brentq(lambda t: self.dU(along(t)), tried[nearest], tried[nearest + 1]))
+        return SimpleNamespace(parameters=self.scene.parameters, d=self.scene.parameters.gaps[0])
 
-    @property
-    def snapshots(self) -> Any:
-        return self.fine.parameters
-
-    def recall(self, snapshots: Any) -> None:
-        self.fine.parameters = snapshots
+    def recall(self, snapshot: Any) -> None:
+        self.scene.parameters = snapshot
 
     def improved(self, zero: Any) -> Any:
         return zero
@@ -83,8 +87,8 @@ class Folding(Formula):
 
 
 def followed(branch: Any, values: list[float]) -> tuple[list[Critical], End]:
-    point = SimpleNamespace(parameters=branch.fine.parameters, d=branch.fine.parameters.gaps[0])
-    start: Any = SimpleNamespace(point=point, snapshots=branch.snapshots)
+    point = SimpleNamespace(parameters=branch.scene.parameters, d=branch.scene.parameters.gaps[0])
+    start: Any = SimpleNamespace(point=point, snapshot=branch.scene.snapshot)
     *found, end = Follower(branch, Region("Ca_e", tuple(values), 0.02, 0.8)).follow(1, start, 1.0)
     assert isinstance(end, End)
     assert all(isinstance(each, Critical) for each in found), "none is missed"

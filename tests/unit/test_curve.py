@@ -24,7 +24,7 @@ class Analytic:
 
     def __init__(self, values: Callable[[float], list[float]], slopes: Callable[[float], list[float]]) -> None:
         self.values, self.slopes, self.solved = values, slopes, 0
-        self.fine = SimpleNamespace(parameters=Parameters((0.8, 0.8), soft(0.0, 0.0, 0.0)))
+        self.scene = SimpleNamespace(parameters=Parameters((0.8, 0.8), soft(0.0, 0.0, 0.0)))
 
     def at(self, parameters: Parameters) -> Any:
         self.solved += 1
@@ -54,7 +54,7 @@ def test_two_distances_mean_a_range_that_is_looked_at() -> None:
     solver: Any = Analytic(
         lambda x: [1 / np.cosh(3 * x + 5) ** 2], lambda x: [-6 * np.tanh(3 * x + 5) / np.cosh(3 * x + 5) ** 2]
     )
-    solver.fine.parameters = Parameters((1.0,), soft(0.0, 0.0))
+    solver.scene.parameters = Parameters((1.0,), soft(0.0, 0.0))
     curve = interpolants(traced(solver, [(1.0,), (0.04,)], 1e-2, 200))[0]
     assert curve.d[[0, -1]] == pytest.approx([0.04, 1.0])
     assert abs(curve.peak.dU - 1) < curve.peak.error + 1e-12
@@ -71,7 +71,7 @@ def test_no_point_is_added_for_the_noise_of_meshes() -> None:
         rough = noise.uniform(-1e-2, 1e-2, 2)
         return made_point(d, 1 + 0.1 * np.log(d) + rough[0], (0.1 + rough[1]) / d, error=2e-2)
 
-    stub: Any = SimpleNamespace(fine=SimpleNamespace(parameters=Parameters((0.8,), soft(0.1, 0.1))), at=at)
+    stub: Any = SimpleNamespace(scene=SimpleNamespace(parameters=Parameters((0.8,), soft(0.1, 0.1))), at=at)
     places = [(float(d),) for d in np.geomspace(0.8, 0.02, 9)]
     assert len(traced(stub, places, 2e-3, 200)) == len(places)
 
@@ -83,14 +83,14 @@ def test_a_jump_between_meshes_is_not_chased() -> None:
         d = parameters.gaps[0]
         return made_point(d, 1.0 + (d > 0.1), 0.0, error=1e-6)
 
-    stub: Any = SimpleNamespace(fine=SimpleNamespace(parameters=Parameters((0.8,), soft(0.1, 0.1))), at=at)
+    stub: Any = SimpleNamespace(scene=SimpleNamespace(parameters=Parameters((0.8,), soft(0.1, 0.1))), at=at)
     places = [(float(d),) for d in np.geomspace(0.8, 0.02, 9)]
     assert len(traced(stub, places, 2e-3, 200)) < 30
 
 
 def test_distances_that_were_asked_for_are_marked_and_never_left_out() -> None:
     solver: Any = Analytic(lambda x: [x], lambda x: [1])
-    solver.fine.parameters = Parameters((0.8,), soft(0.0, 0.0))
+    solver.scene.parameters = Parameters((0.8,), soft(0.0, 0.0))
     marked = list(trace(solver, [(0.8,), (0.05,), (0.04,)], 1e-2, 2))
     assert [(point.d, wanted) for point, wanted in marked] == [(0.8, True), (0.05, True), (0.04, True)]
     marked = list(trace(solver, [(0.8,), (0.05,), (0.04,)], 1e-2, 100))
@@ -121,7 +121,9 @@ def test_a_zero_that_newton_misses_between_smooth_points_is_no_jump() -> None:
     def refuse(*_: float) -> Any:
         raise NoSteadyState("no")
 
-    stub: Any = SimpleNamespace(zero=refuse, at=lambda parameters: point(parameters.gaps[0]), snapshots=())
+    stub: Any = SimpleNamespace(
+        zero=refuse, at=lambda parameters: point(parameters.gaps[0]), scene=SimpleNamespace(snapshot=None)
+    )
     (zero,) = find_zeros(stub, [point(0.1), point(0.3)])
     assert isinstance(zero, Zero)
     assert zero.point.d == pytest.approx(0.2, rel=1e-4)

@@ -152,9 +152,9 @@ def test_guessed_memory_is_near_what_was_measured(name: str, megabytes: float) -
 
 
 def test_guessed_memory_of_a_curve_is_near_what_was_measured() -> None:
-    assert COMMANDS["curve"].estimate(
-        read_case(COMMANDS["curve"], CONFIGS / "curve.yaml", ("mesh_error=true",))
-    ).memory == pytest.approx(0.576e9, rel=0.15)
+    assert COMMANDS["curve"].estimate(read_case(COMMANDS["curve"], CONFIGS / "curve.yaml")).memory == pytest.approx(
+        0.425e9, rel=0.15
+    )
 
 
 def test_default_folders_of_different_cases_differ(tmp_path: Path) -> None:

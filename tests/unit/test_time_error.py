@@ -59,11 +59,11 @@ def test_error_to_quote_above_the_requested_accuracy_gives_a_warning() -> None:
     """Relative to the largest |dU|, after stresses have set in; nothing without estimates."""
 
     def row(t: float, correction: float | None) -> dict[str, float]:
-        return {"t": t, "mesh": 0, "d": 0.1, "dU": 1.0} | ({} if correction is None else {"dU_correction": correction})
+        found = {} if correction is None else {"dU_discrete": 1.0, "dU_correction": correction}
+        return {"t": t, "mesh": 0, "d": 0.1, "dU": 1.0} | found
 
-    case = parse_case(COMMANDS["run"], KEYS | {"dU_error": True}, "")
     for correction, shown in ((5e-3, True), (1e-3, False), (None, False)):
-        worst = RunWarnings(case)
+        worst = RunWarnings(parse_case(COMMANDS["run"], KEYS | {"dU_error": correction is not None}, ""))
         for t in np.arange(1, 20) * 0.1:
             worst.take(row(float(t), correction))
         assert any("dU_error is up to 1 % of the largest |dU|" in text for text in worst.warnings) is False

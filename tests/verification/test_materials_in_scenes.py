@@ -36,7 +36,7 @@ def drag(n: float, beta: float, **keys: Any) -> tuple[float, float]:
     """The drag of a sphere that moves through liquid at rest over 3 pi K V^n D_p^(2 - n), and its half-width."""
     found = row(**{**SPHERE, "beta": beta, "liquid": power_law(n), "velocity": 1, "flow": 0, **keys})
     unit = 3 * np.pi * beta ** (2 - n)
-    return float(found["F_1"] + found["F_correction_1"]) / unit, float(found["F_error_1"]) / unit
+    return float(found["F_1"]) / unit, float(found["F_error_1"]) / unit
 
 
 @pytest.mark.parametrize("n", first_alone(0.4, 0.8, 0.6, 0.3))
@@ -51,16 +51,17 @@ def test_equal_rigid_spheres_keep_their_distance(n: float) -> None:
 def test_near_pairs_in_thinning_liquids_are_found(n: float, d: float, Ca_e: float) -> None:
     """From the developed flow Newton's method fails in these gaps."""
     found = row(**{**PAIR, "d": [d], "length": 4, "mesh": {"Np": 12}}, Ca_e=Ca_e, liquid=power_law(n))
-    assert abs(found["dU"]) < (1e-12 if Ca_e == 0 else 1e-3)
+    assert abs(found["dU"]) < (1e-10 if Ca_e == 0 else 1e-3)
 
 
 @pytest.mark.parametrize("n", first_alone(0.6, 0.8, 0.4))
 def test_velocity_of_a_sphere_converges(n: float) -> None:
-    """The differences of halved cells fall with order 2 or more, and the correction predicts them."""
+    """The differences of halved cells fall with order 2 or more, and the correction leaves less than half of them."""
     found = [row(**SPHERE, liquid=power_law(n), mesh={"Np": Np, "max_size": 3 / Np}) for Np in (14, 28, 56)]
-    U = [float(each["U_1"]) for each in found]
+    corrected = [float(each["U_1"]) for each in found]
+    U = [float(each["U_1"] - each["U_correction_1"]) for each in found]
     assert abs(U[2] - U[1]) < 0.25 * abs(U[1] - U[0])
-    assert found[1]["U_correction_1"] == pytest.approx(U[2] - U[1], rel=0.5)
+    assert abs(corrected[1] - corrected[2]) < 0.5 * abs(U[1] - corrected[2])
 
 
 def test_drag_in_a_tube_is_that_of_an_independent_code() -> None:
@@ -130,7 +131,9 @@ def run_of(n: float, end: float) -> pairsim.RunResult:
 @pytest.mark.slow
 def test_a_run_in_a_thinning_liquid_tends_to_the_quasi_steady_dU() -> None:
     found, point = run_of(0.6, 3.0).table.iloc[-1], row(**PAIR, Ca_e=0.1, liquid=power_law(0.6))
-    assert found["dU"] == pytest.approx(point["dU"] + (found["d"] - point["d"]) * point["slope"], rel=0.02)
+    assert found["dU"] == pytest.approx(
+        point["dU"] - point["dU_correction"] + (found["d"] - point["d"]) * point["slope"], rel=0.02
+    )
 
 
 @pytest.mark.slow

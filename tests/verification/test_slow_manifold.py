@@ -25,7 +25,7 @@ def solved(**keys: Any) -> tuple[Branch, Point]:
     case = parse_case(COMMANDS["curve"], {**PAIR, "d": (0.1,), **keys}, "test")
     narrowest = min((d for place in case.places for d in place), default=np.inf)
     start = Parameters(case.places[0], case.solid_models, case.liquid_model)
-    branch = Branch(steady_problem(case, narrowest), start, mesh_error=False)
+    branch = Branch(steady_problem(case, narrowest), start)
     return branch, branch.at(start)
 
 
@@ -40,7 +40,7 @@ def decays(branch: Branch, dt: float, steps: int) -> np.ndarray:
 
     Steps of the implicit Euler method, with all rates; for a single exponential the time is that of the equations.
     """
-    scene, here = branch.fine, branch.fine.parameters
+    scene, here = branch.scene, branch.scene.parameters
     scene.factor()
     still, held = scene.y.copy(), np.zeros(len(here.gaps))
     y, dU = still + 1e-3 * gap_tangents(scene).sum(axis=0), []
@@ -75,8 +75,8 @@ def test_nothing_is_added_where_the_distance_stands_still() -> None:
     branch, _ = solved(beta=0.2, d=(0.03, 0.12), mesh={"Np": 16})
     zero = branch.zero(0.03, 0.12, 0.06)
     branch.close()
-    assert abs(zero.dU) < 1e-10
-    assert zero.motion.remainder[0] < 1e-10
+    assert abs(zero.dU) < 0.1 * zero.dU_errors[0]
+    assert zero.motion.remainder[0] < 1e-3 * zero.dU_errors[0]
     assert zero.slope_at_rest == pytest.approx(float(zero.slopes[0]), rel=0.05)
     assert zero.slope_at_rest != float(zero.slopes[0])
 

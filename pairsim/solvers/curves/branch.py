@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -21,9 +20,8 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.bordered import solve_with
 from pairsim.solvers.steady.continuation import follow, new_mesh
-from pairsim.solvers.steady.first_solution import COARSER, coarser, first_scene, started
+from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.steady.relaxation import relaxation_time
-from pairsim.solvers.steady.scene import Steady
 from pairsim.solvers.steady.snapshot import Snapshot
 from pairsim.solvers.steady.tangents import gap_tangents
 
@@ -32,6 +30,9 @@ BESIDE = 1.05
 # Logarithm of the ratio of parameters between known solutions. Closer ones are not kept: a solution takes much memory,
 # and a known one is only needed where the present one is far away. Chosen.
 SPACING = 0.05
+# Part of the half-width of dU that may be left of it at a zero, and how often the correction there is found anew to get
+# below; chosen. The correction of the last zero is the first guess.
+LEFT, MOST_CORRECTIONS = 0.1, 3
 
 
 @dataclass(frozen=True)
@@ -40,26 +41,26 @@ class Point:
 
     Attributes:
         parameters: Parameters of the solution.
-        held: Quantities evaluated from the solution, with the distances held.
+        discrete: Quantities evaluated from the solution, with the distances held.
+        held: The same with the estimates of their errors added, where these are trusted.
         motion: What moving adds to the velocities.
         t_relax: Slowest decay time of a disturbance at held distances [D_c/U_av].
         slopes: Derivative of every dU at held distances when all distances change equally, shape (N-1,).
         sensitivities: Derivatives of the same dU with respect to Ca_e, De and beta; empty unless requested.
         estimate: Estimate of the discretisation errors.
-        mesh_errors: |dU - dU on a mesh with cells 2^0.5 times larger|, None without that mesh.
         newton: Newton iterations since the previous point.
         meshes: Number of meshes generated so far.
         distortion: Smallest ratio of a liquid cell's current to its reference Jacobian.
     """
 
     parameters: Parameters
+    discrete: Observation
     held: Observation
     motion: SlowMotion
     t_relax: float
     slopes: Array
     sensitivities: dict[str, Array]
     estimate: ErrorEstimate
-    mesh_errors: Array | None
     newton: int
     meshes: int
     distortion: float
@@ -95,6 +96,11 @@ class Point:
         return float(self.dUs[0])
 
     @property
+    def correction(self) -> Array:
+        """What was added to every dU of the solution, (N-1,); zeros where the estimate is not trusted."""
+        return self.held.dU - self.discrete.dU
+
+    @property
     def dU_errors(self) -> Array:
         """Errors of the relative velocities, half-widths of intervals, (N-1,)."""
         return self.estimate.dU_error + self.motion.remainder
@@ -111,40 +117,21 @@ class Branch:
     Args:
         problem: The problem.
         parameters: Parameters of the first solution.
-        mesh_error: Whether to solve on a coarser mesh too, as a check of the estimated error.
         sensitivities: Whether to compute derivatives with respect to Ca_e, De and beta.
-        scout: A solution on a coarser mesh at these parameters to start from, which is closed; None to find one.
+
+    Attributes:
+        scene: The scene at the present solution.
 
     Raises:
         NoSteadyState: No solution was found at the first parameters.
         MeshFailure: A mesh could not be generated.
     """
 
-    def __init__(
-        self,
-        problem: SteadyProblem,
-        parameters: Parameters,
-        mesh_error: bool,
-        sensitivities: bool = False,
-        *,
-        scout: Steady | None = None,
-    ) -> None:
+    def __init__(self, problem: SteadyProblem, parameters: Parameters, sensitivities: bool = False) -> None:
         self._sensitivities, self._estimator = sensitivities, ErrorEstimator()
-        self.scenes: list[Steady] = []
-        try:
-            self.scenes.append(first_scene(problem, parameters, scout))
-            if mesh_error:
-                with _for_the_error():
-                    self.scenes.append(started(coarser(problem, COARSER), parameters, self.fine))
-        except (NoSteadyState, MeshFailure):
-            self.close()
-            raise
-        self._known = [[scene.snapshot] for scene in self.scenes]
-
-    @property
-    def fine(self) -> Steady:
-        """The scene on the mesh of the problem, as opposed to the coarser one."""
-        return self.scenes[0]
+        self._at_zero = 0.0  # what was added to dU at the last zero
+        self.scene = first_scene(problem, parameters)
+        self._known = [self.scene.snapshot]
 
     def move(self, parameters: Parameters) -> None:
         """Continue to the first parameters of another curve; resets counters, times and the list of known solutions.
@@ -152,14 +139,12 @@ class Branch:
         Raises:
             NoSteadyState: The continuation did not reach the parameters.
         """
-        for scene in self.scenes:
-            scene.forget_costs()
+        self.scene.forget_costs()
         self._nearest(parameters, 0.0)
-        self._follow(parameters)
-        for scene in self.scenes:
-            if scene.scene.reference.deformed:  # as for a curve that is computed on its own, try spheres first
-                new_mesh(scene, afresh=True)
-        self._known = [[scene.snapshot] for scene in self.scenes]
+        follow(self.scene, parameters)
+        if self.scene.scene.reference.deformed:  # as for a curve that is computed on its own, try spheres first
+            new_mesh(self.scene, afresh=True)
+        self._known = [self.scene.snapshot]
 
     def at(self, parameters: Parameters) -> Point:
         """The solution at given parameters.
@@ -167,20 +152,12 @@ class Branch:
         Raises:
             NoSteadyState: The continuation did not reach the parameters.
         """
-        before = self.fine.iterations
+        before = self.scene.iterations
         self._nearest(parameters)
-        self._follow(parameters)
-        for scene, known in zip(self.scenes, self._known, strict=True):
-            if min(_apart(snapshot.parameters, parameters) for snapshot in known) > SPACING:
-                known.append(scene.snapshot)
+        follow(self.scene, parameters)
+        if min(_apart(snapshot.parameters, parameters) for snapshot in self._known) > SPACING:
+            self._known.append(self.scene.snapshot)
         return self._read(before)
-
-    def _follow(self, parameters: Parameters) -> None:
-        """Continue the solutions on all meshes to given parameters."""
-        follow(self.fine, parameters)
-        with _for_the_error():
-            for scene in self.scenes[1:]:
-                follow(scene, parameters)
 
     def zero(self, left: float, right: float, guess: float) -> Point:
         """Solve for a distance between two others at which dU vanishes, with dU = 0 as additional equation.
@@ -193,28 +170,28 @@ class Branch:
         Raises:
             NoSteadyState: No zero was found; the previous solutions are restored.
         """
-        fine, old = self.fine, self.snapshots
-        before = fine.iterations
-        here = fine.parameters
+        scene, old = self.scene, self.scene.snapshot
+        before = scene.iterations
+        here = scene.parameters
         along = partial(here.with_gap(left).towards, here.with_gap(right))
         start = (guess - left) / (right - left)
         try:
             self._nearest(along(start))
-            follow(fine, along(start))
-            point = self.zero_on(along, start, fine.y, settled=True)
+            follow(scene, along(start))
+            point = self.zero_on(along, start, scene.y, settled=True)
             if point is None or not left / BESIDE < point.d < right * BESIDE:
                 raise NoSteadyState(f"the zero of dU near d = {guess:.5g} was not found")
         except (NoSteadyState, MeshFailure):
             self.recall(old)
             raise
-        return replace(point, newton=fine.iterations - before)
+        return replace(point, newton=scene.iterations - before)
 
     def improved(self, zero: Point) -> Point:
         """The present zero on a mesh that keeps its error small; without adaptation the zero itself."""
         return zero
 
     def zero_on(self, along: Callable[[float], Parameters], tau: float, y: Array, *, settled: bool) -> Point | None:
-        """Solve for the point on a line of parameters at which dU vanishes; None if Newton's method fails.
+        """Solve for the point on a line of parameters at which the corrected dU vanishes; None if that fails.
 
         Args:
             along: Parameters as a function of tau.
@@ -223,92 +200,75 @@ class Branch:
             settled: Whether to solve again on the mesh for the distance of the zero, so that the result does not depend
                 on the previous solutions.
         """
-        fine = self.fine
-        before = fine.iterations
-        found, _ = solve_with(fine, along, tau, y, fine.velocity_row(), 0.0, 0.0)
-        if found is not None and settled:
-            found = self._settled(along, found)
-        if found is None:
-            return None
-        self._follow(fine.parameters)
-        return self._read(before)
+        scene = self.scene
+        before, place, point = scene.iterations, tau, None
+        for _ in range(MOST_CORRECTIONS):
+            found, _ = solve_with(scene, along, place, y, scene.velocity_row(), 0.0, -self._at_zero)
+            if found is not None and settled:
+                found = self._settled(along, found)
+            if found is None:
+                return None
+            point, place, y = self._read(before), found, scene.y
+            left, self._at_zero = point.held_dUs[0], float(point.correction[0])
+            if abs(left) <= LEFT * point.estimate.dU_error[0]:
+                break
+        return point
 
     def _settled(self, along: Callable[[float], Parameters], tau: float) -> float | None:
         """Solve for a zero again on the mesh for its distance, until the zero does not change the mesh.
 
         If two meshes lead alternately to the distance of the other one, the mesh for the smaller distance is used.
         """
-        fine, found = self.fine, tau
+        scene, found = self.scene, tau
         made: set[tuple[float, ...]] = set()
         last: tuple[float, ...] = (np.inf,)
         while True:
-            wanted = fine.problem.nominal(fine.parameters.gaps)
+            wanted = scene.problem.nominal(scene.parameters.gaps)
             if wanted in made and wanted >= last:
                 return found
             again = wanted in made
             made.add(wanted)
-            fine.remesh(afresh=True)
-            place, _ = solve_with(fine, along, found, fine.y, fine.velocity_row(), 0.0, 0.0)
+            scene.remesh(afresh=True)
+            place, _ = solve_with(scene, along, found, scene.y, scene.velocity_row(), 0.0, -self._at_zero)
             if place is None or again:
                 return place
             found, last = place, wanted
 
-    @property
-    def snapshots(self) -> tuple[Snapshot, ...]:
-        """Present solutions on all meshes."""
-        return tuple(scene.snapshot for scene in self.scenes)
-
-    def recall(self, snapshots: Sequence[Snapshot]) -> None:
-        """Restore stored solutions on all meshes."""
-        for scene, snapshot in zip(self.scenes, snapshots, strict=True):
-            scene.recall(snapshot)
+    def recall(self, snapshot: Snapshot) -> None:
+        """Restore a stored solution."""
+        self.scene.recall(snapshot)
 
     def _nearest(self, parameters: Parameters, margin: float = float(np.log(GAP_RATIO))) -> None:
         """Restore the known solution nearest to given parameters if it is nearer than the present one."""
-        for scene, known in zip(self.scenes, self._known, strict=True):
-            nearest = min(known, key=lambda snapshot: _apart(snapshot.parameters, parameters))
-            if _apart(scene.parameters, parameters) > margin + _apart(nearest.parameters, parameters):
-                scene.recall(nearest)
+        nearest = min(self._known, key=lambda snapshot: _apart(snapshot.parameters, parameters))
+        if _apart(self.scene.parameters, parameters) > margin + _apart(nearest.parameters, parameters):
+            self.scene.recall(nearest)
 
     def _read(self, iterations_before: int) -> Point:
-        fine = self.fine
-        fine.factor()
-        adjoints = Adjoints.of(fine)
-        slopes = np.diff(gap_tangents(fine).sum(axis=0)[fine.constraints.fields["U_p"]])
-        held = fine.observe()
-        errors = None
-        if len(self.scenes) > 1:
-            coarse = self.scenes[1]
-            errors = np.abs(held.dU - np.diff(coarse.y[coarse.constraints.fields["U_p"]]))
-        estimate, t_relax = self._estimator.estimate(fine, adjoints), relaxation_time(fine)
+        scene = self.scene
+        scene.factor()
+        adjoints = Adjoints.of(scene)
+        slopes = np.diff(gap_tangents(scene).sum(axis=0)[scene.constraints.fields["U_p"]])
+        discrete = scene.observe()
+        estimate, t_relax = self._estimator.estimate(scene, adjoints), relaxation_time(scene)
+        held, least = estimate.corrected(discrete), float(estimate.dU_error.min(initial=np.inf))
         return Point(
-            fine.parameters,
+            scene.parameters,
+            discrete,
             held,
-            slow_motion(fine, adjoints, t_relax, float(estimate.dU_error.min(initial=np.inf))),
+            slow_motion(scene, held.dU, adjoints, t_relax, least),
             t_relax,
             slopes,
-            sensitivities(fine, adjoints) if self._sensitivities else {},
+            sensitivities(scene, adjoints) if self._sensitivities else {},
             estimate,
-            errors,
-            fine.iterations - iterations_before,
-            fine.meshes,
-            liquid_distortion(fine.scene, fine.state()[1]),
+            scene.iterations - iterations_before,
+            scene.meshes,
+            liquid_distortion(scene.scene, scene.state()[1]),
         )
 
     def close(self) -> None:
         """Free the memory of the solvers."""
-        for scene in self.scenes:
-            scene.close()
-
-
-@contextmanager
-def _for_the_error() -> Iterator[None]:
-    """Context that marks failures as those of the coarser mesh, which serves to estimate the error."""
-    try:
-        yield
-    except (NoSteadyState, MeshFailure) as failure:
-        message = f"on the coarser mesh from which mesh_error is estimated: {failure.message}"
-        raise NoSteadyState(message, advice="mesh_error: false, or a larger mesh.Np") from failure
+        self.scene.close()
 
 
 def _apart(a: Parameters, b: Parameters) -> float:

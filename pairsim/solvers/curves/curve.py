@@ -20,16 +20,15 @@ HALVINGS = 5  # bisections of an interval with a change of sign in which Newton'
 ROUNDING = 1e-10  # |dU| up to which dU and its slopes are rounding error, as for equal rigid spheres [U_av]
 ALMOST = 0.05  # |dU| at an interpolated zero, relative to that at the neighbouring points, up to which it is accepted
 JUMP = 3.0  # a change of dU larger than that expected from the slopes by this factor is a jump between two meshes
-HIDDEN = 0.3  # interpolation error over dU_error below which no point is added
 CLOSE = 0.1  # difference of log d below which no point is added between two others: it would show meshes, not dU
 
 
 @dataclass(frozen=True)
 class Zero:
-    """A point at which dU vanishes, with snapshots of the solutions on all meshes."""
+    """A point at which dU vanishes, with a snapshot of the solution."""
 
     point: Point
-    snapshots: tuple[Snapshot, ...]
+    snapshot: Snapshot
 
 
 @dataclass(frozen=True)
@@ -76,14 +75,17 @@ class Equilibrium:
 def interpolants(points: Sequence[Point]) -> list[CurveInterpolant]:
     """dU of every gap as a function of d, from at least two points in ascending d."""
     d = np.array([p.d for p in points])
-    columns = [np.array([getattr(p, name) for p in points]).T for name in ("dUs", "held_dUs", "slopes", "dU_errors")]
+    columns = [
+        np.array(values).T
+        for values in zip(*((p.dUs, p.discrete.dU, p.slopes, p.dU_errors) for p in points), strict=True)
+    ]
     return [CurveInterpolant(d, *values) for values in zip(*columns, strict=True)]
 
 
 def _unresolved(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
     """Neighbouring points between which a point should be added.
 
-    The interpolation error of some gap exceeds both `tol` times the largest |dU| and the part `HIDDEN` of dU_errors.
+    The interpolation error of some gap exceeds both `tol` times the largest |dU| and dU_errors.
     """
     if len(points) < 2:
         return []
@@ -92,7 +94,7 @@ def _unresolved(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
     return [
         (a, b)
         for a, b, error in zip(points, points[1:], errors, strict=False)
-        if np.any(error > np.maximum(wanted, HIDDEN * np.maximum(a.dU_errors, b.dU_errors)))
+        if np.any(error > np.maximum(wanted, np.maximum(a.dU_errors, b.dU_errors)))
         and (np.log(b.d / a.d) > CLOSE or np.isinf(error).any())
     ]
 
@@ -118,7 +120,7 @@ def trace(
     Raises:
         RunFailure: The branch could not be followed.
     """
-    parameters, requested = branch.fine.parameters, set(places)
+    parameters, requested = branch.scene.parameters, set(places)
     curve = all(place and len(set(place)) == 1 for place in places)
     points = []
     for place in between(places, max_points) if curve else places:
@@ -128,7 +130,7 @@ def trace(
         return
     points.sort(key=lambda p: p.d)
     while new := _unresolved(points, tol)[: max(max_points - len(points), 0)]:
-        if abs(branch.fine.parameters.gaps[0] - new[-1][1].d) < abs(branch.fine.parameters.gaps[0] - new[0][0].d):
+        if abs(branch.scene.parameters.gaps[0] - new[-1][1].d) < abs(branch.scene.parameters.gaps[0] - new[0][0].d):
             new.reverse()  # start with the interval nearest to the present solution
         for a, b in new:
             points.append(branch.at(parameters.with_gap(float(np.sqrt(a.d * b.d)))))
@@ -148,18 +150,24 @@ def find_zeros(branch: Branch, points: list[Point]) -> Iterator[Zero | Jump]:
     """
     for a, b in pairwise(points):
         if a.dU * b.dU < 0 and max(abs(a.dU), abs(b.dU)) > ROUNDING:
-            yield _zero_between(branch, a, b)
+            found = _zero_between(branch, a, b)
+            if found is not None:
+                yield found
 
 
-def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Jump:
+def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Jump | None:
     """The zero or the jump between two points at which dU has different signs.
+
+    None where the zero is not found at once and one of the signs is not certain.
 
     Raises:
         NoSteadyState: dU changes its sign smoothly but the zero was not found.
     """
     for _ in range(HALVINGS):
         with suppress(NoSteadyState, MeshFailure):
-            return Zero(branch.zero(a.d, b.d, _guess(a, b)), branch.snapshots)
+            return Zero(branch.zero(a.d, b.d, _guess(a, b)), branch.scene.snapshot)
+        if any(abs(point.dU) < point.dU_errors[0] for point in (a, b)):
+            return None
         point = branch.at(a.parameters.with_gap(float(np.sqrt(a.d * b.d))))
         a, b = (a, point) if a.dU * point.dU < 0 else (point, b)
     if abs(b.dU - a.dU) < JUMP * max(abs(a.slopes[0]), abs(b.slopes[0])) * (b.d - a.d):
@@ -167,7 +175,7 @@ def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Jump:
         # interpolant is then accepted if |dU| is small there.
         point = branch.at(a.parameters.with_gap(_guess(a, b)))
         if abs(point.dU) < ALMOST * max(abs(a.dU), abs(b.dU)):
-            return Zero(point, branch.snapshots)
+            return Zero(point, branch.scene.snapshot)
         raise NoSteadyState(f"the zero of dU between d = {a.d:.5g} and {b.d:.5g} was not found")
     return Jump(a, b)
 

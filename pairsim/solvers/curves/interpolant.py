@@ -52,8 +52,8 @@ class Region:
 class CurveInterpolant:
     """Cubic Hermite interpolant of one dU in log d, with an interval that holds between the points as well.
 
-    The slope of dU with the distance held is exact; that of the rest of dU is the slope of a parabola through
-    neighbouring points.
+    The slope of the discrete dU with the distance held is exact; that of the rest of dU, which motion and the estimate
+    of the error add, is the slope of a parabola through neighbouring points.
 
     The interpolation error is taken from points that an interpolant does not know: by how much a point, with its slope,
     changes the interpolant of the others between its two neighbours. From the distance of these, the largest change by
@@ -62,8 +62,8 @@ class CurveInterpolant:
     Args:
         d: Distances, ascending, shape (n,), n >= 2.
         dU: Relative velocities, shape (n,).
-        dU_held: Relative velocities with the distance held, shape (n,).
-        slope: Derivatives of `dU_held` by d, shape (n,).
+        discrete: Discrete relative velocities with the distance held, shape (n,).
+        slope: Derivatives of `discrete` by d, shape (n,).
         dU_error: Half-widths of the intervals of `dU` at the points, shape (n,).
 
     Attributes:
@@ -72,9 +72,9 @@ class CurveInterpolant:
         errors: Largest interpolation error between each two neighbours, shape (n-1,); infinite if n = 2.
     """
 
-    def __init__(self, d: Array, dU: Array, dU_held: Array, slope: Array, dU_error: Array) -> None:
+    def __init__(self, d: Array, dU: Array, discrete: Array, slope: Array, dU_error: Array) -> None:
         self.d, self.dU_error = d, dU_error
-        self._points = np.log(d), dU, dU_held, slope * d
+        self._points = np.log(d), dU, discrete, slope * d
         self._x = self._points[0]
         self._curve = _hermite(*self._points)
         self.errors = self._interpolation_errors()
@@ -166,7 +166,7 @@ class CurveInterpolant:
         return inside[len(inside) // 2] if inside else float(np.sqrt(low * high))
 
 
-def _hermite(x: Array, dU: Array, dU_held: Array, held_slope: Array) -> scipy.interpolate.CubicHermiteSpline:
-    """The interpolant over x, with `held_slope` the derivatives of `dU_held` by x."""
-    rest = np.gradient(dU - dU_held, x, edge_order=2 if len(x) > 2 else 1)
-    return scipy.interpolate.CubicHermiteSpline(x, dU, held_slope + rest)
+def _hermite(x: Array, dU: Array, discrete: Array, slope: Array) -> scipy.interpolate.CubicHermiteSpline:
+    """The interpolant over x, with `slope` the derivatives of `discrete` by x."""
+    rest = np.gradient(dU - discrete, x, edge_order=2 if len(x) > 2 else 1)
+    return scipy.interpolate.CubicHermiteSpline(x, dU, slope + rest)

@@ -55,17 +55,17 @@ class SlowMotion:
     stretch: Array
 
 
-def slow_motion(steady: Steady, adjoints: Adjoints, t_relax: float, error: float) -> SlowMotion:
+def slow_motion(steady: Steady, dU: Array, adjoints: Adjoints, t_relax: float, error: float) -> SlowMotion:
     """Go on from velocities at held distances to those of particles that move.
 
     Args:
         steady: The scene, at a solution; its matrix must have been assembled by `Steady.factor`.
+        dU: Relative velocities at held distances, those of the solution or better ones [U_av], shape (N-1,).
         adjoints: The adjoints of the solution.
         t_relax: How long the scene remembers [D_c/U_av].
         error: Smallest other error of a dU [U_av]; terms far below it are not computed.
     """
     y, fields = steady.y, steady.constraints.fields["U_p"]
-    dU = np.diff(y[fields])
     count = len(dU)
     still = SlowMotion(np.zeros(count + 1), np.zeros(count), 0.0, np.ones(count))
     if count == 0 or steady.problem.velocity is not None:
@@ -87,7 +87,7 @@ def slow_motion(steady: Steady, adjoints: Adjoints, t_relax: float, error: float
     bound = BOUND * passed * max(passed * fastest, float(np.abs(np.diff(first)).max()))
     if bound <= PART * error:
         return replace(still, U=first, remainder=np.full(count, bound))
-    second = _second(steady, adjoints, neglected, rates, np.diff(first), stretch)
+    second = _second(steady, dU, adjoints, neglected, rates, np.diff(first), stretch)
     sizes = np.abs(np.diff(first)), np.abs(np.diff(second))
     if sizes[1].max() < sizes[0].max():
         return replace(still, U=first + second, remainder=sizes[1])
@@ -112,11 +112,14 @@ def _centres_by_gaps(steady: Steady) -> Array:
     return np.array(columns).T
 
 
-def _second(steady: Steady, adjoints: Adjoints, neglected: Array, rates: Array, first: Array, stretch: Array) -> Array:
+def _second(
+    steady: Steady, dU: Array, adjoints: Adjoints, neglected: Array, rates: Array, first: Array, stretch: Array
+) -> Array:
     """The term of second order in every velocity [U_av], shape (N,).
 
     Args:
         steady: The scene, at a solution.
+        dU: Relative velocities at held distances [U_av], shape (N-1,).
         adjoints: The adjoints of the solution.
         neglected: Residual at the rates of the solution, shape (n_y,).
         rates: Rates of the distances in the solution [U_av], shape (N-1,).
@@ -154,7 +157,7 @@ def _second(steady: Steady, adjoints: Adjoints, neglected: Array, rates: Array, 
     along_motion = tangent - solve((moving(step) - moving(-step)) / (2 * step))
     ends = [_centres(steady, places(s), corrected + s * along_motion) for s in (step, -step)]
     stretched = (ends[0] - ends[1]) / (2 * step) - stretch @ along  # what the correction adds to the centres' motion
-    faster = np.linalg.solve(stretch, np.diff(y[fields]) + first - speed * stretched)
+    faster = np.linalg.solve(stretch, dU + first - speed * stretched)
     scale = float(faster @ along) / float(along @ along)
     y_t = scale * along_motion + (faster - scale * along) @ tangents
     steady.apply(here)

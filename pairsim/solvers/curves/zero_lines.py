@@ -27,7 +27,7 @@ Followed = Literal["Ca_e", "De"]
 Kind = Literal["wanted", "added", "vanishes", "edge"]
 
 FIRST, LONGEST, SHORTEST = 0.1, 0.4, 1e-3  # steps of the arc length; chosen
-EASY = 4  # number of Newton iterations up to which the step grows; chosen
+EASY = 3  # number of Newton iterations up to which the step grows; chosen
 MOST_STEPS = 400  # on one line of zeros; chosen
 
 
@@ -107,13 +107,13 @@ class _Pose:
         here: Coordinates x and q, shape (2,).
         tangent: Unit tangent of the line, shape (2,).
         rows: Derivatives dy/dx and dy/dq, shape (2, n_y).
-        snapshots: The solutions on all meshes.
+        snapshot: The solution.
     """
 
     here: Array
     tangent: Array
     rows: Array
-    snapshots: tuple[Snapshot, ...]
+    snapshot: Snapshot
 
 
 class Follower:
@@ -131,24 +131,24 @@ class Follower:
 
     def _place(self, x: float, q: float) -> Parameters:
         value = self._exact.get(float(q), float(np.exp(q)))
-        return with_value(self.name, self.branch.fine.parameters.with_gap(float(np.exp(x))), value)
+        return with_value(self.name, self.branch.scene.parameters.with_gap(float(np.exp(x))), value)
 
     def _line(self, at: Array, direction: Array) -> Callable[[float], Parameters]:
         return lambda tau: self._place(*(at + tau * direction))
 
     def _here(self) -> Array:
-        parameters = self.branch.fine.parameters
+        parameters = self.branch.scene.parameters
         return np.log([parameters.gaps[0], value_of(self.name, parameters)])
 
     def _pose(self, onwards: Array) -> _Pose:
         """The present zero, with the tangent oriented such that its product with `onwards` is not negative."""
-        fine = self.branch.fine
-        fine.factor()
+        scene = self.branch.scene
+        scene.factor()
         here = self._here()
-        rows = np.array([tangent_along(fine, self._line(here, direction)) for direction in np.eye(2)])
-        gradient = rows @ fine.velocity_row()
+        rows = np.array([tangent_along(scene, self._line(here, direction)) for direction in np.eye(2)])
+        gradient = rows @ scene.velocity_row()
         tangent = np.array([gradient[1], -gradient[0]]) / np.linalg.norm(gradient)
-        return _Pose(here, -tangent if tangent @ onwards < 0 else tangent, rows, self.branch.snapshots)
+        return _Pose(here, -tangent if tangent @ onwards < 0 else tangent, rows, self.branch.scene.snapshot)
 
     def follow(self, number: int, start: Zero, forward: float) -> Iterator[Critical | Missed | End]:
         """Follow one zero until it leaves the range of parameter or distance.
@@ -164,12 +164,12 @@ class Follower:
         Raises:
             NoSteadyState: The matrix is singular at a zero.
         """
-        self.branch.recall(start.snapshots)
+        self.branch.recall(start.snapshot)
         yield Critical(start.point, number, "wanted")
         pose, step = self._pose(np.array([0.0, forward])), FIRST
         for _ in range(MOST_STEPS):
-            change, fine = pose.tangent @ pose.rows, self.branch.fine
-            step = min(step, reach(fine, change, np.array([fine.parameters.gaps[0] * pose.tangent[0]])))
+            change, scene = pose.tangent @ pose.rows, self.branch.scene
+            step = min(step, reach(scene, change, np.array([scene.parameters.gaps[0] * pose.tangent[0]])))
             taken = self._step(number, pose, change, step)
             if isinstance(taken, End):
                 yield taken
@@ -186,10 +186,10 @@ class Follower:
                 point, pose = better, self._pose(pose.tangent)
             yield Critical(point, number, kind)
             if kind == "edge":
-                message = f"the smallest or largest distance is reached at {where(fine.parameters)}"
+                message = f"the smallest or largest distance is reached at {where(scene.parameters)}"
                 yield End(number, "edge", message)
                 return
-        message = f"the line of zeros has not ended after {MOST_STEPS} steps, at {where(self.branch.fine.parameters)}"
+        message = f"the line of zeros has not ended after {MOST_STEPS} steps, at {where(self.branch.scene.parameters)}"
         yield End(number, "no_steady_state", message)
 
     def _step(self, number: int, pose: _Pose, change: Array, step: float) -> End | tuple[Point, Kind, float]:
@@ -198,10 +198,10 @@ class Follower:
         Returns:
             The end of the line, or the new point with its kind and the length of the next step.
         """
-        branch, fine, here, tangent = self.branch, self.branch.fine, pose.here, pose.tangent
+        branch, scene, here, tangent = self.branch, self.branch.scene, pose.here, pose.tangent
         ahead = self.values[(self.values - here[1]) * np.sign(tangent[1]) > 1e-9]
         if not len(ahead):
-            return End(number, "range", f"the last value is reached at {where(fine.parameters)}")
+            return End(number, "range", f"the last value is reached at {where(scene.parameters)}")
         wanted = ahead[np.argmin(np.abs(ahead - here[1]))]
         edge = self.most if tangent[0] > 0 else self.least
         kind: Kind
@@ -213,29 +213,29 @@ class Follower:
                 length, line, kind, q = (edge - here[0]) / tangent[0], np.array([0.0, 1.0]), "edge", None
             at = here + length * tangent
             at[1] = at[1] if q is None else q
-            before, iterations, why = branch.snapshots, fine.iterations, "Newton's method found no zero"
+            before, iterations, why = branch.scene.snapshot, scene.iterations, "Newton's method found no zero"
             try:
-                guess = prepared(fine, self._place(*at), fine.y + length * change)
+                guess = prepared(scene, self._place(*at), scene.y + length * change)
                 point = branch.zero_on(self._line(at, line), 0.0, guess, settled=kind == "wanted")
             except (MeshFailure, NoSteadyState) as failure:
                 point, why = None, failure.message
             if point is not None and np.linalg.norm(self._here() - at) < max(length, 0.02):
                 if kind != "wanted" and (landed := self._landed(here, change, before)) is not None:
                     point, kind = landed, "wanted"
-                easy = fine.iterations - iterations <= EASY
+                easy = scene.iterations - iterations <= EASY
                 return point, kind, min(LONGEST, step * 1.5) if easy else step
             branch.recall(before)
             step = length / 3
             if step < SHORTEST:
-                message = f"no steady state was found beyond {where(fine.parameters)}: {why}"
+                message = f"no steady state was found beyond {where(scene.parameters)}: {why}"
                 return End(number, "no_steady_state", message)
 
-    def _landed(self, here: Array, change: Array, before: tuple[Snapshot, ...]) -> Point | None:
+    def _landed(self, here: Array, change: Array, before: Snapshot) -> Point | None:
         """The critical distance at the first requested value that the step from `here` has passed, None without one.
 
         Steps along which the distance changes much faster than the parameter cannot end at requested values.
         """
-        there, snapshots = self._here(), self.branch.snapshots
+        there, onwards = self._here(), self.branch.scene.snapshot
         passed = self.values[(self.values - here[1]) * (there[1] - self.values) > 0]
         passed = passed[np.abs(passed - here[1]) > 1e-9]
         if not len(passed):
@@ -247,10 +247,10 @@ class Follower:
         self.branch.recall(before)
         point = None
         with suppress(MeshFailure, NoSteadyState):
-            guess = prepared(self.branch.fine, self._place(*at), self.branch.fine.y + part * length * change)
+            guess = prepared(self.branch.scene, self._place(*at), self.branch.scene.y + part * length * change)
             point = self.branch.zero_on(self._line(at, np.array([1.0, 0.0])), 0.0, guess, settled=True)
         if point is None or abs(self._here()[0] - at[0]) > max(length, 0.02):
-            self.branch.recall(snapshots)
+            self.branch.recall(onwards)
             return None
         return point
 
@@ -286,22 +286,22 @@ class Follower:
                     found.append(Critical(point, number, "wanted"))
                 else:
                     yield Missed(f"d_cr at {where(self._place(*at))}, next to the fold of two zeros, was not found")
-        self.branch.recall(after.snapshots)
+        self.branch.recall(after.snapshot)
         yield from (*ahead, *back)
 
     def _by_parameter(self) -> float:
         """Derivative of dU with respect to the parameter at the present zero."""
-        fine, here = self.branch.fine, self._here()
-        fine.factor()
-        change = tangent_along(fine, self._line(here, np.array([0.0, 1.0])))
-        return float(change @ fine.velocity_row() / np.exp(here[1]))
+        scene, here = self.branch.scene, self._here()
+        scene.factor()
+        change = tangent_along(scene, self._line(here, np.array([0.0, 1.0])))
+        return float(change @ scene.velocity_row() / np.exp(here[1]))
 
     def _beside(self, start: _Pose, at: Array, kind: Kind, most: float) -> Point | None:
         """The zero near `at`, from the zero `start`, at the parameter of `at` or, for a fold, at its distance."""
-        self.branch.recall(start.snapshots)
+        self.branch.recall(start.snapshot)
         line = np.array([1.0, 0.0] if kind == "wanted" else [0.0, 1.0])
         point = None
         with suppress(MeshFailure, NoSteadyState):
-            guess = prepared(self.branch.fine, self._place(*at), self.branch.fine.y + (at - start.here) @ start.rows)
+            guess = prepared(self.branch.scene, self._place(*at), self.branch.scene.y + (at - start.here) @ start.rows)
             point = self.branch.zero_on(self._line(at, line), 0.0, guess, settled=kind == "wanted")
         return point if point is not None and np.linalg.norm(self._here() - at) < max(most, 0.02) else None

@@ -61,8 +61,8 @@ class ErrorEquation:
             U: Velocities of the particles in it [U_av], shape (N,).
 
         Returns:
-            Estimates of exact minus discrete relative velocities [U_av], shape (N-1,); NaN if the iterations diverge,
-            after which the error cannot be carried further.
+            Estimates of exact minus discrete velocities of the particles [U_av], shape (N,); NaN if the iterations
+            diverge, after which the error cannot be carried further.
         """
         scene, constraints, errors = newton.scene, newton.constraints, self.errors
         scheme = Scheme.bdf(past.t, t)
@@ -75,7 +75,7 @@ class ErrorEquation:
         enriched = self._on(newton)
         with newton.clock("assembly"):
             recovered = RecoveredSolution.of(enriched, x, star, constraints.V @ y)
-        corrected, remeshed = y.copy(), not errors.y and bool(errors.dU)
+        corrected, remeshed = y.copy(), not errors.y and bool(errors.U)
         if errors.y:
             corrected += self._guess(newton, scheme)
         for _ in range(_iterations(newton.matrix.contraction) if errors.y else FIRST_ITERATIONS):
@@ -88,20 +88,21 @@ class ErrorEquation:
         dh, dx, dy = h_c - h, x_c - x, corrected - y
         errors.push(t, dh, dx, dy)
         errors.t_y, errors.y = errors.t_y[:1], errors.y[:1]
-        dU = np.diff(velocities(scene.bodies, constraints.V @ (y + dy), h + dh) - U)
-        if not np.isfinite(dy).all() or np.abs(dU).max(initial=0.0) > USELESS:
-            return np.full(len(dU), np.nan)
+        change = velocities(scene.bodies, constraints.V @ (y + dy), h + dh) - U
+        if not np.isfinite(dy).all() or np.abs(np.diff(change)).max(initial=0.0) > USELESS:
+            return np.full(len(change), np.nan)
         if scene.material.modes:
-            # The stress of the run is balanced after a remeshing, which leaves its dU as it was, that of x_c is not.
-            # The dU that drives is forgotten as solvent and elastic stress exchange their loads, in a time xi De.
+            # The stress of the run is balanced after a remeshing, which leaves velocities as they were, that of x_c is
+            # not. The velocities that it drives are forgotten as solvent and elastic stress exchange their loads, in a
+            # time xi De.
             memory = scene.material.xi * scene.material.longest
             left = math.exp(-(t - past.t[0]) / memory) if memory > 0 else 0.0
             errors.imbalance = errors.imbalance * left
             if remeshed:
-                weights = extrapolation_weights(errors.t[1 : len(errors.dU) + 1], t)
-                errors.imbalance = dU - sum(w * old for w, old in zip(weights, errors.dU, strict=True))
-        errors.dU = [np.asarray(dU - errors.imbalance), *errors.dU[:1]]
-        return errors.dU[0]
+                weights = extrapolation_weights(errors.t[1 : len(errors.U) + 1], t)
+                errors.imbalance = change - sum(w * old for w, old in zip(weights, errors.U, strict=True))
+        errors.U = [np.asarray(change - errors.imbalance), *errors.U[:1]]
+        return errors.U[0]
 
     def _guess(self, newton: Newton, scheme: Scheme) -> Array:
         """First guess of the error: that of the last step, with velocities that keep the errors of all positions.

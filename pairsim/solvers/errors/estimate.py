@@ -8,10 +8,11 @@ z is the discrete adjoint (`pairsim.solvers.errors.adjoints`), recovered one deg
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pairsim.fem.diagnostics import Observation
 from pairsim.fem.meshes.size_field import CellIndicators
 from pairsim.fem.recovery.enriched_residual import EnrichedTests
 from pairsim.fem.recovery.enriched_scene import EnrichedScene
@@ -22,11 +23,11 @@ from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.end_effects import end_effects
 from pairsim.solvers.steady.scene import Steady
 
-# The half-width to quote is this times what the cells may have left. On half of the scenes of scripts/error_bars 1.5
-# covers 95 %; rounded up, since few of them are at De 2 (docs/explanation/error-estimate.md).
-SAFETY = 2.0
-# Scatter over the magnitude of the estimate above which the estimate has no certain sign. Of 117 errors 31 were above;
-# twice |dU_correction| and spread together were less than the error in 16 of these, and in none of the others.
+# Half-widths of what a correction leaves: this times the correction and its spread, or times the scatter, whichever is
+# larger. Determined on half of the scenes of scripts/error_bars (docs/explanation/error-estimate.md).
+OF_CORRECTION, OF_SCATTER = 1.0, 1.6
+OF_ENDS = 2.0  # what the ends may do over what they are found to do; chosen
+# Scatter over the magnitude of the estimate above which the estimate has no certain sign, and is not added.
 CANCELLING = 4.0
 
 
@@ -45,6 +46,8 @@ class ErrorEstimate:
             constitutive equation; 0 in a Newtonian liquid, (N-1,). Where stress or adjoint are not resolved the signs
             are random, and the estimate is no more than the remainder of a sum of this size.
         ends_dU: By how much the ends of the tube change every dU, (N-1,).
+        trusted: Whether the estimates of all dU, or of all forces, are more than what is left of contributions that
+            cancel.
         cells: What the cells have of `scatter_dU`; None unless it was asked for.
     """
 
@@ -56,6 +59,7 @@ class ErrorEstimate:
     spread_dU: Array
     scatter_dU: Array
     ends_dU: Array
+    trusted: bool
     cells: CellIndicators | None = None
 
     @property
@@ -65,28 +69,34 @@ class ErrorEstimate:
 
     @property
     def dU_error(self) -> Array:
-        """Half-width of the interval around dU that should hold the exact one, (N-1,)."""
-        return _half_width(self.dU, self.spread_dU, self.scatter_dU, self.ends_dU, self.newton_dU)
+        """Half-width of the interval around the corrected dU that should hold the exact one, (N-1,)."""
+        return self.cells_dU + self.ends_error + np.abs(self.newton_dU)
 
     @property
     def regular_dU(self) -> Array:
-        """What the signed estimate says of the cells' part of the error, without safety factor, (N-1,)."""
-        return np.asarray(np.abs(self.dU) + np.abs(self.spread_dU))
+        """What corrections leave of the cells' part of the error where cells resolve stress and adjoint, (N-1,)."""
+        return _regular(self.dU, self.spread_dU)
+
+    @property
+    def irregular_dU(self) -> Array:
+        """What is left where cells do not resolve them, (N-1,)."""
+        return OF_SCATTER * self.scatter_dU
 
     @property
     def cells_dU(self) -> Array:
-        """The cells' part of the error, without safety factor, (N-1,)."""
-        return np.maximum(self.regular_dU, self.scatter_dU)
+        """The cells' part of the half-width, (N-1,)."""
+        return np.maximum(self.regular_dU, self.irregular_dU)
 
     @property
     def ends_error(self) -> Array:
         """The part of `dU_error` that is due to the ends of the tube, (N-1,)."""
-        return SAFETY * self.ends_dU
+        return OF_ENDS * self.ends_dU
 
-    @property
-    def cancelling(self) -> np.ndarray:
-        """For which dU the estimate is no more than what is left of contributions that cancel, (N-1,) of bool."""
-        return np.asarray(self.scatter_dU > CANCELLING * np.abs(self.dU))
+    def corrected(self, discrete: Observation) -> Observation:
+        """A solution's quantities with the estimates of their errors added, if they are trusted."""
+        if not self.trusted:
+            return discrete
+        return replace(discrete, U=discrete.U + self.U, F=discrete.F + self.F, dp=discrete.dp + self.dp_plus)
 
 
 class ErrorEstimator:
@@ -122,16 +132,23 @@ class ErrorEstimator:
         changes = changes - tested.sums
         difference = np.eye(len(z))[1:count] - np.eye(len(z))[: count - 1]
         scatter = np.sqrt(np.diagonal(tested.stress_products))
+        scatter_dU = np.sqrt(np.einsum("ik,kl,il->i", difference, tested.stress_products, difference))
         F = slice(count, len(z) - 1)
+        moved = len(changes[F]) > 0
+        cancelling = (scatter[F] if moved else scatter_dU) > CANCELLING * np.abs(
+            changes[F] if moved else np.diff(changes[:count])
+        )
+        cells_F = np.maximum(_regular(changes[F], tested.changes[F]), OF_SCATTER * scatter[F])
         return ErrorEstimate(
             U=changes[:count],
             dp_plus=drop.value - scene.pressure_drop(steady.state()[1]) + float(changes[-1]),
             F=changes[F],
-            F_error=_half_width(changes[F], tested.changes[F], scatter[F], np.abs(ends[:, F]).max(axis=0), left[F]),
+            F_error=cells_F + OF_ENDS * np.abs(ends[:, F]).max(axis=0) + np.abs(left[F]),
             newton_dU=difference @ left,
             spread_dU=difference @ tested.changes,
-            scatter_dU=np.sqrt(np.einsum("ik,kl,il->i", difference, tested.stress_products, difference)),
+            scatter_dU=scatter_dU,
             ends_dU=np.abs(np.diff(ends[:, :count])).max(axis=0),
+            trusted=not cancelling.any(),
             cells=_indicators(self._enriched, tested, count) if self._cells else None,
         )
 
@@ -144,9 +161,9 @@ def _indicators(enriched: EnrichedScene[EnrichedTests], tested: WeightedResidual
     return CellIndicators(reference.geometry, reference.mirrored, corners(enriched), squares)
 
 
-def _half_width(change: Array, spread: Array, scatter: Array, ends: Array, newton: Array) -> Array:
-    """Half-widths of intervals, from the signed estimates and the four other terms of `ErrorEstimate`, (k,) each."""
-    return np.asarray(SAFETY * (np.maximum(np.abs(change) + np.abs(spread), scatter) + ends) + np.abs(newton))
+def _regular(change: Array, spread: Array) -> Array:
+    """What is left of signed estimates, with what another recovery changes them by, once they are added, (k,) each."""
+    return np.asarray(OF_CORRECTION * (np.abs(change) + np.abs(spread)))
 
 
 def _flow_rate_defect(steady: Steady, residual: Array) -> Array:

@@ -53,7 +53,7 @@ class NewtonOptions:
 
 
 # With the matrix of the last iterations the derivatives at the solution are computed, too.
-STEADY = NewtonOptions(tolerance=1e-9, matrix=MatrixPolicy(slow=0.05, far=0.3))
+STEADY = NewtonOptions(tolerance=1e-6, matrix=MatrixPolicy(slow=0.05, far=0.3))
 # In double precision the displacement does not depend on whether the matrix was used before, as in a resumed run.
 EXTENSION = NewtonOptions(single=False, matrix=MatrixPolicy(far=math.inf))
 # In time-dependent problems the matrix is reused for longer, which takes more iterations.

@@ -16,7 +16,7 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.scene import Steady
 from pairsim.solvers.steady.tangents import DIFFERENCE
 
-MOST_BORDERED = 12  # iterations; chosen
+MOST_BORDERED, TOLERANCE = 12, 1e-8  # iterations, and the last step relative to the fields; chosen
 # Newton step, relative to the fields, below which the factorised matrix is reused; chosen.
 FRESH_ABOVE = 1e-4
 
@@ -67,7 +67,7 @@ def solve_with(
         largest = max([v for k, v in sizes.items() if k != "m"] + [abs(step_tau)])
         if not np.isfinite(largest) or (count > 3 and largest > 2 * previous):
             break
-        if largest < 10 * steady.problem.newton.tolerance:
+        if largest < TOLERANCE:
             steady.apply(along(tau))
             if steady.distortion_of(*newton.state(y)) <= 0 or newton.overstretched(y):
                 break

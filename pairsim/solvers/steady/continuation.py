@@ -32,7 +32,7 @@ SMALLEST = 2e-3  # step, relative to the distance to the target, below which nat
 # Factor by which a parameter changes above which a solve begins with a new matrix, at the predicted state. That of the
 # last solution would contract by 0.14 where a distance changes by a fifth, one of the predicted state does by 0.01.
 FAR = 1.05
-EASY, HARD = 4, 8  # numbers of Newton iterations up to which the step is doubled, and from which it is halved
+EASY, HARD = 3, 6  # numbers of Newton iterations up to which the step is doubled, and from which it is halved
 MOST_RELAXED = 3  # consecutive steps by pseudo-time; without a limit they could approach a fold in ever smaller steps
 # By how much the end of a branch may differ from that on other meshes, as a part of the parameter followed, where it is
 # known on one mesh, and on several: the largest difference that was measured, and that at beta up to 0.5, rounded up

@@ -121,19 +121,19 @@ def adopted(scene: Steady, parameters: Parameters, scout: Steady) -> bool:
     return False
 
 
-def first_scene(problem: SteadyProblem, parameters: Parameters, scout: Steady | None) -> Steady:
-    """Create a scene at given parameters: from a solution on larger cells if one is given, at once, or from a scout.
+def first_scene(problem: SteadyProblem, parameters: Parameters) -> Steady:
+    """Create a scene at given parameters: at once, or from a solution on larger cells.
 
     Raises:
         NoSteadyState: No solution was found.
         MeshFailure: A mesh could not be generated.
     """
     ends: list[NoSteadyState] = []
-    scene = Steady(problem, parameters)
+    scene, scout = Steady(problem, parameters), None
     try:
-        if scout is None and at_once(scene):
+        if at_once(scene):
             return scene
-        scout = scout or _scout(problem, parameters, ends)
+        scout = _scout(problem, parameters, ends)
         found = scout is not None and adopted(scene, parameters, scout)
         if scout is not None:
             scene.take_over_costs(scout)

@@ -49,14 +49,14 @@ class Errors(History):
     """Estimated exact minus discrete values of the last steps.
 
     Attributes:
-        dU: Estimates of dU at the last steps, at most two, shape (N-1,) each [U_av].
-        imbalance: What imbalance of momentum after the last remeshing has in the dU of the error equation [U_av], shape
-            (N-1,).
-        start: Half-width of the error of dU in the state that the run started from [U_av], shape (N-1,); h, x and dU do
+        U: Estimates of the velocities of the particles at the last steps, at most two, shape (N,) each [U_av].
+        imbalance: What imbalance of momentum after the last remeshing has in the velocities of the error equation
+            [U_av], shape (N,).
+        start: Half-width of the error of dU in the state that the run started from [U_av], shape (N-1,); h, x and U do
             not contain it.
     """
 
-    dU: list[Array] = field(default_factory=list)
+    U: list[Array] = field(default_factory=list)
     imbalance: Array | float = 0.0
     start: Array | float = 0.0
 

@@ -26,7 +26,7 @@ class Step:
         x: Full vector, shape (n,).
         h: Positions of the material, shape (n_h,).
         velocity: Velocity of the material [U_av], shape (n_h,).
-        dU_correction: Estimated exact minus discrete dU [U_av], shape (N-1,); None if it is not estimated.
+        U_correction: Estimated exact minus discrete velocities [U_av], shape (N,); None if they are not estimated.
     """
 
     t: float
@@ -40,4 +40,4 @@ class Step:
     x: Array
     h: Array
     velocity: Array
-    dU_correction: Array | None
+    U_correction: Array | None

@@ -19,7 +19,7 @@ def settled(problem: Problem, gaps: tuple[float, ...]) -> Point:
         MeshFailure: A mesh could not be generated.
     """
     steady, parameters = steady_scene(problem, gaps)
-    branch = Branch(steady, parameters, mesh_error=False)
+    branch = Branch(steady, parameters)
     try:
         return branch.at(parameters)
     finally:

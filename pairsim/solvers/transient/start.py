@@ -128,7 +128,7 @@ def quasi_steady(problem: Problem, clock: Clock) -> Start:
         MeshFailure: A mesh could not be generated.
     """
     try:
-        steady = first_scene(*steady_scene(problem, problem.gaps), None)
+        steady = first_scene(*steady_scene(problem, problem.gaps))
     except NoSteadyState as failure:
         message = f"the run has no quasi-steady state to start from: {failure.message}"
         raise NoSteadyState(message, advice="start: rest") from failure

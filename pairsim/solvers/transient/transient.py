@@ -206,7 +206,7 @@ class Transient(TimeScene):
                         x=x,
                         h=h,
                         velocity=self.constraints.M @ y,
-                        dU_correction=correction,
+                        U_correction=correction,
                     )
                     continue
                 self.counts.rejected += 1
@@ -223,11 +223,11 @@ class Transient(TimeScene):
                     self._give_up(t, report, valid and distortion > 0, error)
 
     def _estimated(self, past: History, t: float, U_m: float, y: Array, U: Array) -> Array | None:
-        """Estimates of exact minus discrete dU after a step, NaN from where they diverge; None if not asked for."""
+        """Estimated exact minus discrete velocities after a step, NaN from where they diverge; None if not wanted."""
         if not self.problem.dU_error:
             return None
         if self._error is None:
-            return np.full(max(len(U) - 1, 0), np.nan)
+            return np.full(len(U), np.nan)
         found = self._error.advance(self.newton, past, t, U_m, y, U)
         if np.isnan(found).any():
             self._error = None
