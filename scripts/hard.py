@@ -60,10 +60,10 @@ def random_scenes() -> Iterator[dict[str, Any]]:
         scene = {"name": f"random-{number:02}-{law}", "liquid": law, **own}
         scene |= {
             "De": between(0.2, 5) if law != "newtonian" else 0,
-            "Ca_e": random.choice([0, 1, 1]) * between(0.01, 0.3),
+            "Ca_e": float(random.choice([0, 1, 1])) * between(0.01, 0.3),
         }
         scene |= {"beta": betas if random.random() < 0.25 else betas[0], "d": [between(0.03, 1)]}
-        yield scene | {"Ca_e": float(scene["Ca_e"]), "ends": "developed", "length": "auto"}
+        yield scene | {"ends": "developed", "length": "auto"}
 
 
 def row_of(case: Any) -> dict[str, Any]:

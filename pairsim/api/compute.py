@@ -16,6 +16,7 @@ import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that load
 from pairsim.api.cases import AnyCase, load
 from pairsim.api.results import CriticalResult, CurveResult, Result, RunResult, result_of
 from pairsim.commands import COMMANDS, Command
+from pairsim.config.quantities import seconds_of
 from pairsim.drivers.progress import Style, make_reporter, style_of
 from pairsim.drivers.session import Options
 from pairsim.runtime.errors import InputError
@@ -43,6 +44,7 @@ class Computation[R: Result]:
         overwrite: bool = False,
         progress: bool | Style = False,
         signals: bool = False,
+        budget: str | None = None,
         **more: Any,
     ) -> R:
         """Compute a case.
@@ -54,6 +56,7 @@ class Computation[R: Result]:
             progress: Show progress on stderr: True, or one of "bar", "lines" and "json".
             signals: End in order at SIGINT and SIGTERM, as the command line does. Without it no signal handler is
                 installed; a KeyboardInterrupt ends the computation, and what was computed until then is returned.
+            budget: Largest wall time, such as "10min"; what is known by then is kept.
             more: Keys to replace, as for `load`; and what the command alone has: `resume=True` of `run` continues from
                 the folder's checkpoint, or begins where there is none; `sensitivities=True` of `curve` adds the
                 derivatives of dU with respect to Ca_e, De and beta at fixed d.
@@ -72,7 +75,7 @@ class Computation[R: Result]:
             raise InputError(f"pairsim.{self.__name__}", "resume", True, allowed)
         overwrite = overwrite and not flags.get("resume")
         checked = load(case, kind=self.__name__, **more)
-        result: R = compute(self.command, checked, folder, overwrite, progress, signals, **flags)
+        result: R = compute(self.command, checked, folder, overwrite, progress, signals, seconds_of(budget), **flags)
         return result
 
 
@@ -91,6 +94,7 @@ def compute(
     overwrite: bool,
     progress: bool | Style,
     signals: bool,
+    budget: float | None = None,
     **flags: bool,
 ) -> Any:
     """Compute a case in a folder; if none is given, in a temporary folder whose files are read and removed.
@@ -99,13 +103,14 @@ def compute(
         command: The command.
         case: The case, checked.
         folder, overwrite, progress, signals: As for `Computation`.
+        budget: Largest wall time [s]; None for no limit.
         flags: What the command alone has.
 
     Returns:
         The result of the command.
     """
     reporter = make_reporter(style_of(progress))
-    options = Options(overwrite, reporter, command_line(), signals)
+    options = Options(overwrite, reporter, command_line(), signals, budget)
     directory = Path(tempfile.mkdtemp(prefix="pairsim-") if folder is None else folder)
     try:
         outcome = command.compute(case, directory, options, **flags)

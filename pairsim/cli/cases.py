@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 from pairsim.cli.options import (
+    Budget,
     CaseFile,
     DryRun,
     Output,
@@ -77,6 +78,7 @@ def _parameters(command: Command[Any]) -> list[Parameter]:
             each.name: (Annotated[bool, typer.Option(f"--{each.name}", help=each.help)], False)
             for each in command.flags
         },
+        "budget": (Budget, None),
         "dry_run": (DryRun, False),
         "progress": (Progress, "auto"),
         "quiet": (Quiet, False),
@@ -120,14 +122,16 @@ def _compute(command: Command[Any], given: dict[str, Any]) -> None:
             notes = (f"note: {note}" for note in checked.notes)
             typer.echo("\n".join([f"{directory}: {command.estimate(checked)}", *notes]))
         return
+    from pairsim.config.quantities import seconds_of
+
     with first_alone(lambda note: typer.echo(f"pairsim: note: {note}", err=True)):
         from pairsim.api.compute import compute
 
         shown: Style = "none" if given["quiet"] else given["progress"]
-        more = {flag.name: given[flag.name] for flag in command.flags}
+        more: dict[str, Any] = {flag.name: given[flag.name] for flag in command.flags}
         more |= {"resume": resume is not None} if command.resumable else {}
         with Signals(final=True):
-            result = compute(command, checked, directory, overwrite, shown, True, **more)
+            result = compute(command, checked, directory, overwrite, shown, True, seconds_of(given["budget"]), **more)
             _end(result, directory, shown)
 
 

@@ -63,6 +63,12 @@ Output = Annotated[
 DryRun = Annotated[
     bool, typer.Option("--dry-run", help="Check the case and estimate unknowns, time and memory; compute nothing.")
 ]
+Budget = Annotated[
+    str | None,
+    typer.Option(
+        help="Largest time, such as 10min; what is known by then is kept.", metavar="TIME", show_default=False
+    ),
+]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace the results in an existing folder.")]
 OverwriteFile = Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress and no answer, only the folder.")]

@@ -14,6 +14,7 @@ from pydantic_core import PydanticCustomError
 
 from pairsim.config.ranges import spelled_out
 from pairsim.physics.material import Dimension
+from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
     import pint
@@ -87,6 +88,20 @@ def si(text: Any, of: Dimension) -> float:
     if not LEAST <= value <= MOST:
         raise ValueError(f"must be from {LEAST:g} to {MOST:g} {of.unit}")
     return value
+
+
+def seconds_of(budget: str | None) -> float | None:
+    """A budget such as "10min" in seconds; None stays None.
+
+    Raises:
+        InputError: It is no time.
+    """
+    if budget is None:
+        return None
+    try:
+        return si(budget, Dimension("budget", "a time", "budget", "s", "10 min", lambda value, _: value))
+    except ValueError as error:
+        raise InputError("pairsim", "--budget", budget, str(error)) from None
 
 
 def in_one_unit(texts: Sequence[str]) -> tuple[list[float], str]:

@@ -66,6 +66,10 @@ class Reporter:
         part = min(done / self._total, 1.0)
         self.tell("progress", text, **self._titled, done=done, fraction=part, count=count, text=text)
 
+    def on_the_way(self, place: str) -> None:
+        """Show where a computation is that has no step or point to show yet."""
+        self.tell("way", f"on the way: {place}", **self._titled, text=place)
+
     def note(self, text: str) -> None:
         """Show what the user should know."""
         self.tell("note", f"{self._title}: note: {text}" if self._title else text, **self._titled, text=text)
@@ -95,6 +99,11 @@ class LineReporter(Reporter):
         self._begin = self._last = time.monotonic()
         self._part = 0.0
         super().start(title, goal, total)
+
+    def on_the_way(self, place: str) -> None:
+        if (now := time.monotonic()) - self._last >= LINE_EVERY:
+            self._last = now
+            super().on_the_way(place)
 
     def update(self, done: float, text: str, count: int) -> None:
         now = time.monotonic()
@@ -164,6 +173,9 @@ class BarReporter(Reporter):
     def update(self, done: float, text: str, count: int) -> None:
         self._progress.update(self._task, completed=done)
         self._live.update(self._view(text))
+
+    def on_the_way(self, place: str) -> None:
+        self._live.update(self._view(f"on the way: {place}"))
 
     def _view(self, state: str) -> Group:
         return Group(self._progress, Text(f"  {state}", style="dim", no_wrap=True, overflow="ellipsis"))

@@ -23,7 +23,7 @@ from pairsim.results.columns import (
     particle_endings,
     spread,
 )
-from pairsim.runtime.errors import NoSteadyState
+from pairsim.runtime.errors import BudgetSpent, NoSteadyState
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.parameters import Parameters
@@ -54,7 +54,7 @@ class Solutions:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, failure: BaseException | None, *_: object) -> None:
-        if isinstance(failure, NoSteadyState):
+        if isinstance(failure, (NoSteadyState, BudgetSpent)):
             self.way = failure.way
         if self._own or kind is not None:
             self._kept.close()

@@ -25,6 +25,7 @@ from pairsim.results.fields import frame
 from pairsim.results.output import plain
 from pairsim.runtime.errors import TooManySteps, WallTime
 from pairsim.runtime.signals import heed
+from pairsim.runtime.watch import within_budget
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.history import Counts
 from pairsim.solvers.stepping.step import Step
@@ -134,6 +135,7 @@ class _Run:
             if (outcome := end_of(case, step.t, gaps)) is not None:
                 return outcome, gaps
             heed()
+            within_budget()
             if limits.wall_time is not None and (passed := time.perf_counter() - self._begun) > limits.wall_time:
                 raise WallTime(f"{passed:.0f} s have passed", t=step.t, step=count, advice=ADVICE[WallTime])
             if count >= limits.max_steps:

@@ -27,6 +27,7 @@ from pairsim.runtime.child_process import DISK
 from pairsim.runtime.errors import BranchEnd, InputError, RunFailure, WriteFailure
 from pairsim.runtime.locks import sole_writer
 from pairsim.runtime.signals import Signals, Stopped
+from pairsim.runtime.watch import budget, told
 
 CHEAP = 50.0  # least time between checkpoints at convenient moments, over the wall time of writing one; chosen
 
@@ -40,12 +41,14 @@ class Options:
         reporter: Shows progress.
         command: The command line, for run.json and for the lock.
         signals: Whether SIGINT and SIGTERM end the computation in order; if not, the handlers are left unchanged.
+        budget: Largest wall time of the computation [s]; None for no limit.
     """
 
     overwrite: bool
     reporter: Reporter
     command: str
     signals: bool = False
+    budget: float | None = None
 
 
 def carry_out(
@@ -95,7 +98,7 @@ def carry_out(
         except OSError as error:
             raise write_failure(error, directory, "the same command") from error
         notes = [*notes, *(["no checkpoint: starting at t = 0"] if resume and earlier is None else [])]
-        with closing(solve(case, **more)) as computation:
+        with closing(solve(case, **more)) as computation, budget(options.budget), told(options.reporter.on_the_way):
             return Session(case, folder, options, notes, earlier, resumable=bool(appended)).carry_out(computation)
 
 

@@ -145,6 +145,17 @@ class WallTime(RunFailure):
     reason = "wall_time"
 
 
+class BudgetSpent(RunFailure):
+    """The time that the user has given to a command is over.
+
+    Attributes:
+        way: Solutions on the way to the first parameters.
+    """
+
+    reason = "budget"
+    way: Sequence[Any] = ()
+
+
 class TooManySteps(RunFailure):
     """The step limit of the case was reached."""
 

@@ -24,13 +24,14 @@ from pairsim.solvers.curves.curve import ROUNDING
 from pairsim.solvers.errors.estimate import OF_SCATTER, ErrorEstimator
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.steady.continuation import follow, where
-from pairsim.solvers.steady.first_solution import FEWEST_CELLS, SCOUT_TOLERANCE, started
+from pairsim.solvers.steady.continuation import follow, prepared, where
+from pairsim.solvers.steady.first_solution import FEWEST_CELLS, SCOUT_TOLERANCE, adopted
 from pairsim.solvers.steady.scene import Steady
 from pairsim.solvers.steady.snapshot import Snapshot
+from pairsim.solvers.steady.tangents import gap_tangents
 
 ROUNDS = 3
-HELPS = 0.8  # part of the error that a round may leave, or it was the last one at its distance; chosen
+HELPS = 0.9  # part of the error that a round may leave, or it was the last one at its distance; chosen
 # Part of the error allowed that a mesh is made for, and the part that the ends of the tube must leave to the cells.
 AIM, LEAST_ROOM = 0.8, 0.2
 # Order in the cell size of the signed part of the error in a Newtonian (chosen) and a viscoelastic liquid (measured:
@@ -54,9 +55,8 @@ def largest_dU(known: Steady, places: Sequence[tuple[float, ...]], enough: float
         places: The distances of the case.
         enough: Value beyond which no larger one is looked for [U_av].
 
-    Raises:
-        NoSteadyState: Coarse cells have no solution there.
-        MeshFailure: No coarse mesh could be made.
+    Returns:
+        The largest |dU| [U_av], 0 if no solution was found on coarse cells.
     """
     problem, parameters = known.problem, known.parameters
     here, wanted = parameters.gaps, {*places, parameters.gaps}
@@ -71,7 +71,9 @@ def largest_dU(known: Steady, places: Sequence[tuple[float, ...]], enough: float
     size = max(problem.mesh.max_size, SCALE_SIZE * min(problem.betas))
     cells = MeshSettings(Np=SCALE_CELLS, growth=SCALE_GROWTH, max_size=size, rows=problem.mesh.rows)
     rough = replace(problem.newton, tolerance=SCOUT_TOLERANCE)
-    scout = started(replace(problem, mesh=cells, newton=rough), parameters, known)
+    scout = _carried_over(replace(problem, mesh=cells, newton=rough), parameters, known)
+    if scout is None:
+        return 0.0
     try:
         start, found = scout.snapshot, _largest(scout)
         wider = sorted(gaps for gaps in wanted if gaps > here)
@@ -79,13 +81,33 @@ def largest_dU(known: Steady, places: Sequence[tuple[float, ...]], enough: float
         for side in (wider, narrower):
             with suppress(NoSteadyState, MeshFailure):  # soft particles at the narrowest distances
                 for gaps in side:
-                    if found < enough:
-                        follow(scout, replace(parameters, gaps=gaps))
-                        found = max(found, _largest(scout))
+                    if found >= enough or not _at_once(scout, replace(parameters, gaps=gaps)):
+                        break
+                    found = max(found, _largest(scout))
             scout.recall(start)
         return found
     finally:
         scout.close()
+
+
+def _carried_over(problem: SteadyProblem, parameters: Parameters, known: Steady) -> Steady | None:
+    """The scene on other cells; None where its solution does not follow at once, as the way to it may be long."""
+    scene: Steady | None = None
+    with suppress(NoSteadyState, MeshFailure):
+        scene = Steady(problem, parameters)
+        if adopted(scene, parameters, known):
+            return scene
+    if scene is not None:
+        scene.close()
+    return None
+
+
+def _at_once(scout: Steady, there: Parameters) -> bool:
+    """Solve at other distances in one step; whether that was found, since the way there may be long."""
+    scout.factor()
+    step = np.subtract(there.gaps, scout.parameters.gaps) @ gap_tangents(scout)
+    scout.forget()
+    return scout.solve(there, prepared(scout, there, scout.y + step)).converged
 
 
 def _largest(scout: Steady) -> float:
@@ -193,8 +215,7 @@ class AdaptiveBranch(Branch):
         error = float(point.estimate.dU_error.max())
         if error > self.allowed(point) and error > self._looked and not self._zeros_only:
             self._looked = error
-            with suppress(NoSteadyState, MeshFailure):
-                self.dU = max(self.dU, largest_dU(self.scene, self._places, error / self.wanted))
+            self.dU = max(self.dU, largest_dU(self.scene, self._places, error / self.wanted))
         # There is no dU that errors could be compared to: that of equal rigid spheres in Newtonian liquids is 0.
         return error > self.allowed(point) and (self._zeros_only or self.dU > ROUNDING)
 
@@ -257,9 +278,8 @@ class AdaptiveBranch(Branch):
 
     def _go_on(self, problem: SteadyProblem, parameters: Parameters) -> bool:
         """Carry the solution over to other cells; False, with the old ones kept, if that fails."""
-        try:
-            scene = started(problem, parameters, self.scene)
-        except (NoSteadyState, MeshFailure):
+        scene = _carried_over(problem, parameters, self.scene)
+        if scene is None:
             return False
         scene.take_over_costs(self.scene)
         self.scene.close()

@@ -15,7 +15,8 @@ import numpy as np
 
 from pairsim.fem.diagnostics import taylor_parameter
 from pairsim.runtime.arrays import Array
-from pairsim.runtime.errors import BranchEnd, MeshFailure, NoSteadyState
+from pairsim.runtime.errors import BranchEnd, BudgetSpent, MeshFailure, NoSteadyState
+from pairsim.runtime.watch import reached
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import LAST, end_after
 from pairsim.solvers.steady.guesses import place_undeformed
@@ -160,6 +161,7 @@ def follow(steady: Steady, target: Parameters) -> None:
         steady.factor()
         trail.append((tau, steady.snapshot))
         way.append(Passed.of(steady))
+        reached(where(steady.parameters))
         if replace(start, gaps=target.gaps) == target:
             tangent = np.subtract(target.gaps, start.gaps) @ gap_tangents(steady)
         else:
@@ -182,6 +184,9 @@ def follow(steady: Steady, target: Parameters) -> None:
                     break
             except MeshFailure as failure:
                 refused = str(failure)
+            except BudgetSpent as spent:
+                spent.way = [*spent.way, *way]
+                raise
             steady.recall(before)
             step /= 3
             if step < SMALLEST:

@@ -19,6 +19,7 @@ from pairsim.physics.pipe import PipeState
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.runtime.signals import heed
+from pairsim.runtime.watch import within_budget
 from pairsim.solvers.mesh_transfer import free_unknowns
 from pairsim.solvers.meshed_scene import MeshedScene
 from pairsim.solvers.nonlinear.convergence import Report
@@ -178,9 +179,11 @@ class Steady(ParametricScene):
 
         Raises:
             NoSteadyState: There is no developed flow of this liquid.
+            BudgetSpent: The time given to the computation is over.
             KeyboardInterrupt: A signal was received.
         """
         heed()
+        within_budget()
         h_star, self.factored = self.apply(parameters), None
         y, report = self.newton.solve(self.y if guess is None else guess, h_star, 1.0, 0.0)
         self.iterations += report.iterations

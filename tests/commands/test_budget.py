@@ -1,0 +1,47 @@
+"""`--budget`: a computation ends when its time is over, and keeps what is known by then."""
+
+from __future__ import annotations
+
+import pytest
+from support.commands import Pairsim
+
+import pairsim as api
+from pairsim.drivers.progress import Reporter
+from pairsim.runtime.watch import reached, told
+
+PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 3, "mesh": {"Np": 8}, "tol": 1}
+
+
+def test_a_curve_keeps_the_points_it_has_when_its_budget_is_spent() -> None:
+    result = api.curve(PAIR | {"d": {"start": 0.05, "stop": 0.8, "num": 500}}, budget="1.5 s")
+    assert (result.status, result.reason) == ("failed", "budget")
+    assert 1 <= len(result.table) < 500
+    assert "the budget of 2 s is spent; try a larger --budget" in result.message
+
+
+def test_what_is_passed_on_the_way_to_the_first_point_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    places: list[str] = []
+    monkeypatch.setattr(Reporter, "on_the_way", lambda _, place: places.append(place))
+    case = PAIR | {"De": 1, "Ca_e": 0.2, "d": [0.1], "mesh": {"Np": 16, "max_size": 0.07}}
+    result = api.curve(case, budget="0.5 s")
+    assert result.reason == "budget"
+    assert len(result.table) == 0
+    assert places
+    assert all(place.startswith("De = ") for place in places)
+
+
+def test_who_is_told_last_hears_where_a_computation_is() -> None:
+    outer: list[str] = []
+    inner: list[str] = []
+    with told(outer.append):
+        with told(inner.append):
+            reached("De = 0.5")
+        reached("De = 1")
+    reached("De = 2")
+    assert (outer, inner) == (["De = 1"], ["De = 0.5"])
+
+
+def test_a_budget_is_a_time(pairsim: Pairsim) -> None:
+    done = pairsim("curve", "none.yaml", "--budget", "5 um")
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
