@@ -151,7 +151,7 @@ def settings(output: Path) -> pd.DataFrame:
     lines = []
     for name, chosen in SETTINGS.items():
         line = {"accuracy": f"`{name}`"}
-        for kind, cells in (("newtonian", chosen.steady.newtonian), ("viscoelastic", chosen.steady.thinning)):
+        for kind, cells in (("newtonian", chosen.in_time.newtonian), ("viscoelastic", chosen.in_time.thinning)):
             table = curve_rows(output, kind == "viscoelastic")
             if len(table):
                 same = table["beta"].map(lambda beta, cells=cells: f"{cells.largest(beta):g}") == table["mesh.max_size"]
@@ -162,7 +162,7 @@ def settings(output: Path) -> pd.DataFrame:
             text = f"{measured} ({table['wall_time'].mean():.0f} s)" if len(table) else ""
             line[f"worst curve, % (mean time), {kind}"] = text
         line |= {
-            "the same in a liquid that hardens": size(chosen.steady.hardening),
+            "the same in a liquid that hardens": size(chosen.in_time.hardening),
             "`tol` of `time`": f"{chosen.time_tol:g}",
         }
         lines.append(line | {"`tol` of a curve": f"{chosen.curve_tol:g}"})

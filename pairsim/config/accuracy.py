@@ -127,7 +127,7 @@ SETTINGS: dict[str, Settings] = {
         curve_tol=1e-2,
     ),
     "1%": Settings(
-        ByLiquid(Cells(24, 0.2), Cells(20, 0.07, 0.3, 0.5, _GRADED), Cells(40, 0.05, 0.25, 0.5)),
+        ByLiquid(Cells(28, 0.2), Cells(20, 0.066, 0.3, 0.5, _GRADED), Cells(40, 0.05, 0.25, 0.5)),
         ByLiquid(Cells(40, 0.2), Cells(28, 0.05, 0.18, 0.5, _GRADED), Cells(64, 0.05, 0.25, 0.5)),
         s_jump=1.6,
         time_tol=3e-4,

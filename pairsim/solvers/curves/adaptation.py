@@ -43,7 +43,7 @@ LEAST_COMMON = 0.8
 # those of the case that are taken, and the scout's cells: number on a half-circle, growth, and largest size relative to
 # the smallest diameter. Chosen; of ten peaks (beta .2 to .6, De 0 to 2) the largest dU at the three distances was 83 to
 # 100 %.
-SCALE_DISTANCES, ENOUGH, MOST_PLACES = (0.4, 0.2, 0.1), 3, 3
+SCALE_DISTANCES, ENOUGH, MOST_PLACES = (0.4, 0.2, 0.1), 3, 9
 SCALE_CELLS, SCALE_GROWTH, SCALE_SIZE = 10, 0.3, 0.35
 
 

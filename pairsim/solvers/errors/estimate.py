@@ -23,9 +23,10 @@ from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.end_effects import end_effects
 from pairsim.solvers.steady.scene import Steady
 
-# Half-widths of what a correction leaves: this times the correction and its spread, or times the scatter, whichever is
-# larger. Determined on half of the scenes of scripts/error_bars (docs/explanation/error-estimate.md).
-OF_CORRECTION, OF_SCATTER = 1.0, 1.6
+# Half-widths of what a correction leaves: this times the correction and its spread, in a Newtonian and in a viscoelastic
+# liquid, or times the scatter, whichever is larger. Determined on half of the scenes of scripts/error_bars
+# (docs/explanation/error-estimate.md).
+OF_CORRECTION, OF_ELASTIC_CORRECTION, OF_SCATTER = 1.0, 0.75, 1.6
 OF_ENDS = 2.0  # what the ends may do over what they are found to do; chosen
 # Scatter over the magnitude of the estimate above which the estimate has no certain sign, and is not added.
 CANCELLING = 4.0
@@ -75,7 +76,7 @@ class ErrorEstimate:
     @property
     def regular_dU(self) -> Array:
         """What corrections leave of the cells' part of the error where cells resolve stress and adjoint, (N-1,)."""
-        return _regular(self.dU, self.spread_dU)
+        return _regular(self.dU, self.spread_dU, self.scatter_dU)
 
     @property
     def irregular_dU(self) -> Array:
@@ -138,7 +139,7 @@ class ErrorEstimator:
         cancelling = (scatter[F] if moved else scatter_dU) > CANCELLING * np.abs(
             changes[F] if moved else np.diff(changes[:count])
         )
-        cells_F = np.maximum(_regular(changes[F], tested.changes[F]), OF_SCATTER * scatter[F])
+        cells_F = np.maximum(_regular(changes[F], tested.changes[F], scatter[F]), OF_SCATTER * scatter[F])
         return ErrorEstimate(
             U=changes[:count],
             dp_plus=drop.value - scene.pressure_drop(steady.state()[1]) + float(changes[-1]),
@@ -161,9 +162,13 @@ def _indicators(enriched: EnrichedScene[EnrichedTests], tested: WeightedResidual
     return CellIndicators(reference.geometry, reference.mirrored, corners(enriched), squares)
 
 
-def _regular(change: Array, spread: Array) -> Array:
-    """What is left of signed estimates, with what another recovery changes them by, once they are added, (k,) each."""
-    return np.asarray(OF_CORRECTION * (np.abs(change) + np.abs(spread)))
+def _regular(change: Array, spread: Array, scatter: Array) -> Array:
+    """What is left of signed estimates, with what another recovery changes them by, once they are added, (k,) each.
+
+    Only viscoelastic liquids have a scatter.
+    """
+    factor = OF_ELASTIC_CORRECTION if scatter.any() else OF_CORRECTION
+    return np.asarray(factor * (np.abs(change) + np.abs(spread)))
 
 
 def _flow_rate_defect(steady: Steady, residual: Array) -> Array:
