@@ -123,7 +123,7 @@ def steady_estimate(case: SceneCase, points: int, factor: float = 1.0) -> Estima
         factor: Factor of the time of each.
     """
     size, polymer = unknowns(case), bool(case.liquid_model.modes)
-    each = 0.4e-6 * size**1.15 * (2 if polymer else 1) * factor
+    each = 0.46e-6 * size**1.15 * (2 if polymer else 1) * factor
     memory = memory_of(size, STEADY_BYTES, polymer)
     iterations = FIRST_POINT + NEXT_POINT * points + ERROR_ESTIMATE * (points + 1)
     return Estimate(round(size), START + iterations * each, memory)

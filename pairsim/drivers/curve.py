@@ -127,7 +127,7 @@ def _end(case: CurveCase, found: Solutions, frames: list[FieldFrame], warnings: 
     points, entries = found.points, dict[str, Any](points=len(found.points))
     if case.velocity is not None:
         warnings = [*warnings, *_large_force_errors(case, points)]
-    elif found.branch is not None and case.n > 1:
+    elif found.branch is not None and case.n > 1 and points:
         curves = interpolants(points) if case.common and len(points) > 1 else []
         size = max(abs(curve.peak.dU) for curve in curves) if len(points) >= ENOUGH and curves else found.branch.dU
         reported = adaptation_report(case, found.branch, points, [size] * len(points), f"the largest |dU| ({size:.3g})")

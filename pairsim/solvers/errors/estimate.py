@@ -23,8 +23,8 @@ from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.end_effects import end_effects
 from pairsim.solvers.steady.scene import Steady
 
-# Half-widths of what a correction leaves: this times the correction and its spread, in a Newtonian and in a viscoelastic
-# liquid, or times the scatter, whichever is larger. Determined on half of the scenes of scripts/error_bars
+# Half-widths of what a correction leaves: this times the correction and its spread, in a Newtonian and in a
+# viscoelastic liquid, or times the scatter, whichever is larger. Determined on half of the scenes of scripts/error_bars
 # (docs/explanation/error-estimate.md).
 OF_CORRECTION, OF_ELASTIC_CORRECTION, OF_SCATTER = 1.0, 0.75, 1.6
 OF_ENDS = 2.0  # what the ends may do over what they are found to do; chosen
