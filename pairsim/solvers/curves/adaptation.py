@@ -45,6 +45,7 @@ LEAST_COMMON = 0.8
 # 100 %.
 SCALE_DISTANCES, ENOUGH, MOST_PLACES = (0.4, 0.2, 0.1), 3, 9
 SCALE_CELLS, SCALE_GROWTH, SCALE_SIZE = 10, 0.3, 0.35
+STEP = 1.5  # largest ratio of distances in a step of it; chosen
 
 
 def largest_dU(known: Steady, places: Sequence[tuple[float, ...]], enough: float) -> float:
@@ -81,7 +82,7 @@ def largest_dU(known: Steady, places: Sequence[tuple[float, ...]], enough: float
         for side in (wider, narrower):
             with suppress(NoSteadyState, MeshFailure):  # soft particles at the narrowest distances
                 for gaps in side:
-                    if found >= enough or not _at_once(scout, replace(parameters, gaps=gaps)):
+                    if found >= enough or not _moved(scout, gaps):
                         break
                     found = max(found, _largest(scout))
             scout.recall(start)
@@ -102,12 +103,18 @@ def _carried_over(problem: SteadyProblem, parameters: Parameters, known: Steady)
     return None
 
 
-def _at_once(scout: Steady, there: Parameters) -> bool:
-    """Solve at other distances in one step; whether that was found, since the way there may be long."""
-    scout.factor()
-    step = np.subtract(there.gaps, scout.parameters.gaps) @ gap_tangents(scout)
-    scout.forget()
-    return scout.solve(there, prepared(scout, there, scout.y + step)).converged
+def _moved(scout: Steady, gaps: tuple[float, ...]) -> bool:
+    """Solve at other distances; False where a step on the way there fails, as finding a shorter one may take long."""
+    here = np.array(scout.parameters.gaps)
+    count = int(np.ceil(np.abs(np.log(np.divide(gaps, here))).max() / np.log(STEP)))
+    for part in np.arange(1, count + 1) / count:
+        there = replace(scout.parameters, gaps=tuple(map(float, here ** (1 - part) * np.array(gaps) ** part)))
+        scout.factor()
+        step = np.subtract(there.gaps, scout.parameters.gaps) @ gap_tangents(scout)
+        scout.forget()
+        if not scout.solve(there, prepared(scout, there, scout.y + step)).converged:
+            return False
+    return True
 
 
 def _largest(scout: Steady) -> float:
