@@ -33,6 +33,8 @@ SMALLEST = 2e-3  # step, relative to the distance to the target, below which nat
 # Factor by which a parameter changes above which a solve begins with a new matrix, at the predicted state. That of the
 # last solution would contract by 0.14 where a distance changes by a fifth, one of the predicted state does by 0.01.
 FAR = 1.05
+# What helps where continuation does not: a run needs no steady state, and says whether it comes near one.
+IN_TIME = "pairsim run from this distance, which shows whether a steady state is approached"
 EASY, HARD = 3, 6  # numbers of Newton iterations up to which the step is doubled, and from which it is halved
 MOST_RELAXED = 3  # consecutive steps by pseudo-time; without a limit they could approach a fold in ever smaller steps
 # By how much the end of a branch may differ from that on other meshes, as a part of the parameter followed, where it is
@@ -72,7 +74,7 @@ def begin(steady: Steady) -> None:
         report = relax(steady, steady.parameters)
     if not report.converged:
         message = f"no solution was found from undeformed spheres at {where(steady.parameters)}: {report.reason}"
-        raise NoSteadyState(message, advice="a larger mesh.Np")
+        raise NoSteadyState(message, advice=IN_TIME)
     if steady.distorted():
         new_mesh(steady)
 
@@ -94,7 +96,7 @@ def new_mesh(steady: Steady, *, afresh: bool = False) -> None:
         report = relax(steady, steady.parameters)
     if not report.converged:
         message = f"no solution was found after remeshing at {where(steady.parameters)}: {report.reason}"
-        raise NoSteadyState(message, advice="a larger mesh.Np")
+        raise NoSteadyState(message, advice=IN_TIME)
 
 
 def reach(steady: Steady, tangent: Array, rates: Array) -> float:
@@ -221,7 +223,7 @@ def _lost(
     steady.recall(trail[-1][1])
     if end is None:
         message = f"the continuation to {where(target)} stopped at {where(steady.parameters)}: {refused}"
-        return NoSteadyState(message, advice="a larger mesh.Np")
+        return NoSteadyState(message, advice=IN_TIME)
     there, off = _numbers(along(end.at)), _numbers(along(end.at + end.error))
     at = {name: (value, abs(off[name] - value)) for name, value in there.items()}
     return ended(end.kind, at, target, MESH_SPREAD)
@@ -264,7 +266,7 @@ def ended(kind: str, at: Mapping[str, tuple[float, float]], target: Parameters, 
     said, wanted = f"steady states end at {', '.join(places)}, {WHY[kind]}", _numbers(target)
     if all(abs(wanted.get(name, 0.0) - value) <= error for name, (value, error) in known.items()):
         message = f"{said}; whether they reach {where(target)} is not known"
-        failure = NoSteadyState(message, advice="a larger mesh.Np")
+        failure = NoSteadyState(message, advice=IN_TIME)
     else:
         failure = BranchEnd(f"{said}, and do not reach {where(target)}")
         failure.at = known

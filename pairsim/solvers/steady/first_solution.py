@@ -12,7 +12,16 @@ from dataclasses import replace
 from pairsim.runtime.errors import BranchEnd, MeshFailure, NoSteadyState
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.steady.continuation import SPREAD_OF_SEVERAL, begin, cold_start, ended, follow, prepared, where
+from pairsim.solvers.steady.continuation import (
+    IN_TIME,
+    SPREAD_OF_SEVERAL,
+    begin,
+    cold_start,
+    ended,
+    follow,
+    prepared,
+    where,
+)
 from pairsim.solvers.steady.guesses import adopt, place_undeformed
 from pairsim.solvers.steady.scene import Steady
 
@@ -168,7 +177,7 @@ def scouted(problem: SteadyProblem, parameters: Parameters) -> Steady:
         return scout
     if ends:
         raise agreed(ends, parameters)
-    raise NoSteadyState(f"no solution was found on coarse cells at {where(parameters)}", advice="a larger mesh.Np")
+    raise NoSteadyState(f"no solution was found on coarse cells at {where(parameters)}", advice=IN_TIME)
 
 
 def _scout(problem: SteadyProblem, parameters: Parameters, ends: list[NoSteadyState]) -> Steady | None:
