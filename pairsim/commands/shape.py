@@ -71,13 +71,13 @@ def solve(case: ShapeCase) -> Events:
     from pairsim.drivers.events import AtEnd, Begin, Progress, Row, Table
     from pairsim.drivers.outcome import Outcome
     from pairsim.drivers.problems import steady_problem
-    from pairsim.drivers.quasi_steady import Solutions, health_columns, point_row
+    from pairsim.drivers.quasi_steady import UNKNOWN, Solutions, health_columns, point_row
     from pairsim.solvers.parameters import Parameters
     from pairsim.solvers.steady.first_solution import coarser
 
     yield Begin(f"{len(case.series)} shapes", len(case.series), forms_of(case))
     own = [each.name if isinstance(each, Column) else each for each in COLUMNS]
-    yield Table("shape", [*own, *health_columns(case)])
+    yield Table("shape", [*own, *health_columns(case)], unknown=UNKNOWN)
     with Solutions(case) as found, Solutions(case) as coarse:
         yield AtEnd(lambda: found.last_events({"points": len(found.points)}))
         start = Parameters((), case.solid_models, case.liquid_model)

@@ -12,7 +12,7 @@ from pairsim.drivers import events
 from pairsim.drivers.adaptive import adaptation_report
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import steady_problem
-from pairsim.drivers.quasi_steady import Solutions, error_at, health_columns, point_row
+from pairsim.drivers.quasi_steady import UNKNOWN, Solutions, error_at, health_columns, point_row
 from pairsim.drivers.warnings import ErrorAt, large_errors
 from pairsim.results.columns import CRITICAL_COLUMNS
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
@@ -36,7 +36,7 @@ def solve(case: CriticalCase) -> events.Events:
     with Solutions(case) as found:
         zeros = _Zeros(found, None if region is None else region.name)
         yield events.AtEnd(zeros.end)
-        yield events.Table("critical", [*CRITICAL_COLUMNS, *health_columns(case)])
+        yield events.Table("critical", [*CRITICAL_COLUMNS, *health_columns(case)], unknown=UNKNOWN)
         failures: list[str] = []
         for line, start in lines:
             try:

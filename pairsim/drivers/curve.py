@@ -14,7 +14,7 @@ from pairsim.drivers import events
 from pairsim.drivers.adaptive import adaptation_report
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import solution_order, steady_problem
-from pairsim.drivers.quasi_steady import Solutions, health_columns, moving_errors, point_row
+from pairsim.drivers.quasi_steady import UNKNOWN, Solutions, health_columns, moving_errors, point_row
 from pairsim.drivers.warm_start import WarmStart
 from pairsim.drivers.warnings import ErrorAt, far_apart, large_errors
 from pairsim.results.columns import EQUILIBRIA_COLUMNS, curve_columns
@@ -49,7 +49,7 @@ def solve(case: CurveCase, *, sensitivities: bool = False, warm_start: WarmStart
         start = Parameters(places[0], case.solid_models, case.liquid_model)
         narrowest = min((d for place in places for d in place), default=np.inf)
         branch = found.begin(steady_problem(case, narrowest), start, places=places, sensitivities=sensitivities)
-        yield events.Table("curve", _columns(case, sensitivities), ascending=case.common)
+        yield events.Table("curve", _columns(case, sensitivities), ascending=case.common, unknown=UNKNOWN)
         for point, wanted in trace(branch, places, case.tol, case.max_points):
             points.append(point)
             if case.common:

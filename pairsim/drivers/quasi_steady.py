@@ -99,6 +99,10 @@ class Solutions:
         return Summary({**entries, **counts}, [*warnings, *common], phases)
 
 
+UNKNOWN = ("t_relax",)
+"""The columns of a quasi-steady solution that may be unknown: no mode that decays may have been found."""
+
+
 def health_columns(case: SceneCase) -> tuple[str, ...]:
     """Diagnostic columns in a table of quasi-steady solutions."""
     return CURVE_HEALTH + (POLYMER_HEALTH if case.liquid_model.modes else ())
@@ -122,7 +126,8 @@ def point_row(point: Point) -> dict[str, float]:
     for endings, values in ((gap_endings(o.U.size), by_gap), (particle_endings(o.U.size), by_particle)):
         row |= spread(endings, **{name: each for name, each in values.items() if each is not None and len(each)})
     row |= {"dp_plus_correction": estimate.dp_plus, "newton": point.newton, "meshes": point.meshes}
-    row |= {"corrected": estimate.trusted, "t_relax": point.t_relax, **observed(o), "distortion": point.distortion}
+    t_relax = point.t_relax if np.isfinite(point.t_relax) else np.nan
+    row |= {"corrected": estimate.trusted, "t_relax": t_relax, **observed(o), "distortion": point.distortion}
     return {name: float(value) for name, value in row.items()}
 
 

@@ -241,7 +241,7 @@ class Session:
     def _open(self, table: events.Table) -> None:
         path = self.folder.file(f"{table.name}.csv")
         if not table.appended:
-            self._tables[table.name] = TableWriter(path, table.columns, table.rows, table.ascending)
+            self._tables[table.name] = TableWriter(path, table.columns, table.rows, table.ascending, table.unknown)
             return
         rows = self.old.rows if self.old is not None else None
         self._tables[table.name] = SeriesWriter(path, table.columns, rows, table.unknown)

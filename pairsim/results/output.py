@@ -326,19 +326,22 @@ def table_line(columns: Sequence[str], row: Mapping[str, Any], unknown: Sequence
     return ",".join(entry if isinstance(entry, str) else repr(entry) for entry in entries.values())
 
 
-def write_table(path: Path, columns: Sequence[str], rows: Iterable[Mapping[str, Any] | str]) -> None:
+def write_table(
+    path: Path, columns: Sequence[str], rows: Iterable[Mapping[str, Any] | str], unknown: Sequence[str] = ()
+) -> None:
     """Write a CSV table atomically.
 
     Args:
         path: The file.
         columns: Names of the columns.
         rows: Values by column, or the text of `table_line`.
+        unknown: Columns whose values may be unknown, which is written as nan.
 
     Raises:
         ValueError: As for `table_line`; the old file is kept.
         OSError: The file cannot be written; the old file is kept.
     """
-    lines = [row if isinstance(row, str) else table_line(columns, row) for row in rows]
+    lines = [row if isinstance(row, str) else table_line(columns, row, unknown) for row in rows]
     write_text(path, "\n".join([",".join(columns), *lines]) + "\n")
 
 
@@ -350,18 +353,24 @@ class TableWriter:
         columns: Names of the columns.
         rows: Values by column.
         ascending: Whether rows are kept in ascending order of the first column.
+        unknown: Columns whose values may be unknown, which is written as nan.
     """
 
     def __init__(
-        self, path: Path, columns: Sequence[str], rows: Iterable[Mapping[str, Any]] = (), ascending: bool = False
+        self,
+        path: Path,
+        columns: Sequence[str],
+        rows: Iterable[Mapping[str, Any]] = (),
+        ascending: bool = False,
+        unknown: Sequence[str] = (),
     ) -> None:
-        self.path, self.columns, self.ascending = path, columns, ascending
-        self._lines = [(row[columns[0]], table_line(columns, row)) for row in rows]
+        self.path, self.columns, self.ascending, self.unknown = path, columns, ascending, unknown
+        self._lines = [(row[columns[0]], table_line(columns, row, unknown)) for row in rows]
         self._write()
 
     def row(self, values: Mapping[str, Any]) -> None:
         """Add a row."""
-        self._lines.append((values[self.columns[0]], table_line(self.columns, values)))
+        self._lines.append((values[self.columns[0]], table_line(self.columns, values, self.unknown)))
         if self.ascending:
             self._lines.sort(key=itemgetter(0))
         self._write()

@@ -316,6 +316,17 @@ def test_a_matrix_that_cannot_be_factored_ends_the_branch() -> None:
     solver.close()
 
 
+def test_an_estimate_that_is_no_number_ends_the_branch_and_no_decay_is_an_empty_column(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("pairsim.solvers.curves.branch.relaxation_time", lambda _: np.inf)
+    assert np.isnan(curve(particles=1, d=None)["t_relax"].item())
+    monkeypatch.setattr("pairsim.solvers.errors.estimate._flow_rate_defect", lambda _, residual: residual * np.nan)
+    result = pairsim.curve({**PAIR, "d": [0.1], "tol": 1})
+    assert (result.status, result.reason) == ("failed", "not_resolved")
+    assert "the estimate of the error is no number at Ca_e = 0.1, d = 0.1" in result.message
+
+
 def test_a_problem_remembers_its_narrowest_distance() -> None:
     """Outlines are cut for the narrowest distance of a curve, not for the first one."""
     made = case(d=(0.3,))

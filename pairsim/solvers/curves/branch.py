@@ -19,7 +19,7 @@ from pairsim.solvers.errors.estimate import ErrorEstimate, ErrorEstimator
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.bordered import solve_with
-from pairsim.solvers.steady.continuation import follow, new_mesh
+from pairsim.solvers.steady.continuation import IN_TIME, follow, new_mesh, where
 from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.steady.relaxation import relaxation_time
 from pairsim.solvers.steady.snapshot import Snapshot
@@ -150,7 +150,7 @@ class Branch:
         """The solution at given parameters.
 
         Raises:
-            NoSteadyState: The continuation did not reach the parameters.
+            NoSteadyState: The continuation did not reach the parameters, or the error there cannot be estimated.
         """
         before = self.scene.iterations
         self._nearest(parameters)
@@ -251,6 +251,8 @@ class Branch:
         slopes = np.diff(gap_tangents(scene).sum(axis=0)[scene.constraints.fields["U_p"]])
         discrete = scene.observe()
         estimate, t_relax = self._estimator.estimate(scene, adjoints), relaxation_time(scene)
+        if not np.isfinite(estimate.U).all():
+            raise NoSteadyState(f"the estimate of the error is no number at {where(scene.parameters)}", advice=IN_TIME)
         held, least = estimate.corrected(discrete), float(estimate.dU_error.min(initial=np.inf))
         return Point(
             scene.parameters,
