@@ -45,7 +45,7 @@ LEAST_COMMON = 0.8
 # 100 %.
 SCALE_DISTANCES, ENOUGH, MOST_PLACES = (0.4, 0.2, 0.1), 3, 9
 SCALE_CELLS, SCALE_GROWTH, SCALE_SIZE = 10, 0.3, 0.35
-STEP = 1.5  # largest ratio of distances in a step of it; chosen
+STEP = 1.6  # largest ratio of distances in a step of it; chosen
 
 
 def largest_dU(known: Steady, places: Sequence[tuple[float, ...]], enough: float) -> float:
@@ -186,9 +186,12 @@ class AdaptiveBranch(Branch):
             return super().at(parameters)
         return self._kept(lambda _: super(AdaptiveBranch, self).at(parameters))
 
-    def zero(self, left: float, right: float, guess: float) -> Point:
+    def zero(self, left: float, right: float, guess: float, correction: float = 0.0) -> Point:
         """A zero of dU as by `Branch.zero`, on a mesh that keeps the error of dU small where one was found."""
-        return self._kept(lambda last: super(AdaptiveBranch, self).zero(left, right, last.d if last else guess))
+        again = super().zero
+        return self._kept(
+            lambda last: again(left, right, *((last.d, float(last.correction[0])) if last else (guess, correction)))
+        )
 
     def improved(self, zero: Point) -> Point:
         """The present zero on a mesh that keeps the error of dU small where one was found."""

@@ -31,7 +31,7 @@ BESIDE = 1.05
 # and a known one is only needed where the present one is far away. Chosen.
 SPACING = 0.05
 # Part of the half-width of dU that may be left of it at a zero, and how often the correction there is found anew to get
-# below; chosen. The correction of the last zero is the first guess.
+# below; chosen.
 LEFT, MOST_CORRECTIONS = 0.1, 3
 
 
@@ -129,7 +129,7 @@ class Branch:
 
     def __init__(self, problem: SteadyProblem, parameters: Parameters, sensitivities: bool = False) -> None:
         self._sensitivities, self._estimator = sensitivities, ErrorEstimator()
-        self._at_zero = 0.0  # what was added to dU at the last zero
+        self._at_zero = 0.0  # what is added to dU at the last zero, or expected to be at the next one
         self.scene = first_scene(problem, parameters)
         self._known = [self.scene.snapshot]
 
@@ -159,13 +159,14 @@ class Branch:
             self._known.append(self.scene.snapshot)
         return self._read(before)
 
-    def zero(self, left: float, right: float, guess: float) -> Point:
+    def zero(self, left: float, right: float, guess: float, correction: float = 0.0) -> Point:
         """Solve for a distance between two others at which dU vanishes, with dU = 0 as additional equation.
 
         Args:
             left: Smaller distance.
             right: Larger distance.
             guess: First guess of the zero.
+            correction: First guess of what the estimate adds to dU there [U_av].
 
         Raises:
             NoSteadyState: No zero was found; the previous solutions are restored.
@@ -174,7 +175,7 @@ class Branch:
         before = scene.iterations
         here = scene.parameters
         along = partial(here.with_gap(left).towards, here.with_gap(right))
-        start = (guess - left) / (right - left)
+        start, self._at_zero = (guess - left) / (right - left), correction
         try:
             self._nearest(along(start))
             follow(scene, along(start))
@@ -204,7 +205,7 @@ class Branch:
         before, place, point = scene.iterations, tau, None
         for _ in range(MOST_CORRECTIONS):
             found, _ = solve_with(scene, along, place, y, scene.velocity_row(), 0.0, -self._at_zero)
-            if found is not None and settled:
+            if found is not None and settled and not scene.as_made:
                 found = self._settled(along, found)
             if found is None:
                 return None

@@ -86,6 +86,12 @@ class Steady(ParametricScene):
         """Number of meshes generated so far."""
         return self.meshed.made
 
+    @property
+    def as_made(self) -> bool:
+        """Whether the mesh is the one around spheres that is made for the present distances."""
+        reference = self.scene.reference
+        return not reference.deformed and reference.geometry.gaps == self.problem.nominal(self.parameters.gaps)
+
     def remesh(self, parameters: Parameters | None = None, y: Array | None = None, *, afresh: bool = False) -> None:
         """Remesh the liquid for a state, and interpolate the state to the new mesh as a first guess.
 
