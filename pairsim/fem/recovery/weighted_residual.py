@@ -23,6 +23,7 @@ class WeightedResidual:
 
     Attributes:
         sums: The residuals, (k,).
+        in_liquid: What the liquid has of them, (k,); the particles have the rest.
         changes: By how much another recovery of the pressures' weights changes them, (k,).
         stress_products: Sums over the cells of the products of what two functionals have of the constitutive equation
             there, (k, k). Where the weight of the stress is not resolved its contributions have random signs, and the
@@ -31,6 +32,7 @@ class WeightedResidual:
     """
 
     sums: Array
+    in_liquid: Array
     changes: Array
     stress_products: Array
     stress_by_cell: Array | None
@@ -51,16 +53,16 @@ class WeightedResidual:
         for at in (enriched.inlet, enriched.outlet):
             if "s" in added[0]:
                 added[0]["s"][at] = 0.0
-        sums, changes, stress = np.zeros(len(weights)), np.zeros(len(weights)), None
+        sums, changes, stress = list[Array](), np.zeros(len(weights)), None
         for phase, w, additions in zip(enriched.phases, own, added, strict=True):
             residual = phase.residual.assemble()
             tested = _by_cell(phase, residual, additions)
             others = _by_cell(phase, residual, phase.added(w, phase.residual.fields, NARROW))
-            sums += sum(each.sum(axis=1) for each in tested.values())
+            sums.append(np.sum([each.sum(axis=1) for each in tested.values()], axis=0))
             changes += sum(each.sum(axis=1) - tested[name].sum(axis=1) for name, each in others.items())
             stress = tested.get("s", stress)
         products = np.zeros((len(weights), len(weights))) if stress is None else stress @ stress.T
-        return WeightedResidual(sums, changes, products, stress)
+        return WeightedResidual(np.sum(sums, axis=0), sums[0], changes, products, stress)
 
 
 def _by_cell(
