@@ -7,7 +7,8 @@
 
 `load` checks a case, `units` makes one of an experiment; `run`, `curve`, `critical`, `shape` and `sweep` compute;
 `open` reads a folder of results, `plot` draws it, `report` puts it into one HTML file; `statements` judges what is said
-of results. They are imported when first used: `import pairsim` alone loads nothing.
+of results; `use_laws` makes laws of one's own known. They are imported when first used: `import pairsim` alone loads
+nothing.
 """
 
 import os as _os
@@ -34,6 +35,7 @@ if _TYPE_CHECKING:
     from pairsim.api.compute import curve as curve
     from pairsim.api.compute import run as run
     from pairsim.api.folders import open as open
+    from pairsim.api.laws import use_laws as use_laws
     from pairsim.api.pictures import plot as plot
     from pairsim.api.report import report as report
     from pairsim.api.results import CriticalResult as CriticalResult
@@ -48,6 +50,7 @@ _MODULES = {
     "cases": ("load",),
     "compute": ("run", "curve", "critical"),
     "folders": ("open",),
+    "laws": ("use_laws",),
     "pictures": ("plot",),
     "report": ("report",),
     "results": ("Result", "RunResult", "CurveResult", "CriticalResult"),

@@ -7,6 +7,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal, NoReturn, overload
 
+from pairsim.api.laws import with_blocks
 from pairsim.commands import COMMANDS
 from pairsim.config.case import Case, SceneCase
 from pairsim.config.curve_case import CriticalCase, CurveCase
@@ -39,7 +40,8 @@ def load(path_or_dict: AnyCase, *, kind: str = "run", **overrides: Any) -> Scene
         kind: The computation that the case is for: "run" (in time), "curve" (quasi-steady, over the distance) or
             "critical" (zeros of dU); or another command for one case.
         overrides: Keys to replace, such as `Ca_e=0.05`. Groups are merged: `mesh={"Np": 20}` only changes this key of
-            `mesh`. Dotted keys are written as `**{"mesh.Np": 20}`.
+            `mesh`. Dotted keys are written as `**{"mesh.Np": 20}`. `liquid` and `solid` may be laws of one's own, such
+            as `liquid=FeneCR(L2=20)`.
 
     Returns:
         The validated case with all defaults, immutable.
@@ -55,6 +57,7 @@ def load(path_or_dict: AnyCase, *, kind: str = "run", **overrides: Any) -> Scene
         raise InputError("pairsim.load", "kind", kind, f"must be {' or '.join(COMMANDS)}")
     data, source = content_of(path_or_dict)
     forget_numbers(data)
+    overrides = with_blocks(overrides)
 
     def refuse(key: str, value: Any, allowed: str) -> NoReturn:
         raise InputError(source, key, value, allowed)
@@ -82,7 +85,7 @@ def content_of(given: AnyCase) -> tuple[Section, str]:
         return section_of(given.model_dump(mode="json", exclude_unset=True)), "case"
     if isinstance(given, Mapping):
         try:
-            return section_of(plain(given)), "case"
+            return section_of(plain(with_blocks(given))), "case"
         except (TypeError, ValueError) as error:
             raise InputError("case", "", None, str(error)) from None
     if isinstance(given, str | PathLike):

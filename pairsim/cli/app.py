@@ -10,16 +10,19 @@ import gc
 import os
 import sys
 from functools import partial
+from itertools import islice
+from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
 from typer.core import TyperGroup
 
-from pairsim.cli import cases, first_steps, pictures, sweeps, tables
+from pairsim.cli import cases, first_steps, laws, pictures, sweeps, tables
 from pairsim.cli.on_demand import OnDemand
-from pairsim.cli.options import rank
+from pairsim.cli.options import path_option, rank
 from pairsim.cli.streams import discard_stdout, repair_streams
 from pairsim.commands import COMMANDS
+from pairsim.physics.own_laws import OPTION, name_file
 from pairsim.runtime.errors import (
     ENVIRONMENT,
     EnvironmentFailure,
@@ -40,13 +43,23 @@ def _units() -> typer.Typer:
 
 
 class _All(TyperGroup):
-    """All commands, first those whose options follow from the keys of a case."""
+    """All commands, first those whose options follow from the keys of a case; --laws may stand anywhere."""
 
     def __init__(self, **more: Any) -> None:
         super().__init__(**more)
         made = [OnDemand(f"pairsim.commands.{name}", partial(cases.of_record, name)) for name in COMMANDS]
         made.append(OnDemand("pairsim.cli.bench", _units))
         self.commands = {**{str(each.name): each for each in made}, **self.commands}
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        own, others = list[str](), list[str]()
+        rest = iter(args)
+        for word in rest:
+            if word == OPTION:
+                own += [word, *islice(rest, 1)]
+            else:
+                (own if word.startswith(f"{OPTION}=") else others).append(word)
+        return super().parse_args(ctx, [*own, *others])
 
 
 CODES: dict[type[PairsimError], int] = {InputError: 2, EnvironmentFailure: ENVIRONMENT, RunFailure: 3}
@@ -61,7 +74,7 @@ app = typer.Typer(
     help="Soft and rigid spheres on the axis of a tube: do they separate or collide, and how fast?",
     epilog="Example: pairsim run configs/quickstart.yaml",
 )
-for _part in (cases, sweeps, tables, first_steps, pictures):
+for _part in (cases, sweeps, tables, first_steps, laws, pictures):
     app.add_typer(_part.app)
 
 
@@ -77,8 +90,13 @@ def _common(
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and its commit.")
     ] = False,
+    laws: Annotated[
+        list[Path] | None,
+        path_option(OPTION, metavar="FILE", words="Python file with laws of your own; anywhere, may be repeated."),
+    ] = None,
 ) -> None:
-    pass
+    for file in laws or ():
+        name_file(file)
 
 
 @no_interrupt_lost()

@@ -10,6 +10,7 @@ from typing import Any
 
 from pairsim.config.case import SceneCase
 from pairsim.physics.declared import FLAT
+from pairsim.physics.own_laws import digest_of, file_of
 
 RUNS = Path("runs")
 LONGEST_SLUG = 100
@@ -35,7 +36,15 @@ def identity_of(case: SceneCase) -> dict[str, Any]:
         value = identity.get(key)
         if isinstance(value, list) and value and all(entry == value[0] for entry in value):
             identity[key] = value[0]
-    return identity
+    return identity | sources_of(case)
+
+
+def sources_of(case: SceneCase) -> dict[str, dict[str, str]]:
+    """The entry `laws` with the hash of the source of each law of a user's own in a case; empty without any."""
+    liquid = case.liquid_model
+    laws = {type(law) for law in (liquid.solvent, *liquid.modes, *filter(None, case.solid_models))}
+    found = {law.name: digest_of(file) for law in laws if (file := file_of(law)) is not None}
+    return {"laws": dict(sorted(found.items()))} if found else {}
 
 
 def key_of(command: str, identity: Mapping[str, Any]) -> str:

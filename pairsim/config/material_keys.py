@@ -14,6 +14,7 @@ from pairsim.physics import liquids, solids
 from pairsim.physics.declared import FLAT
 from pairsim.physics.liquids import ConformationLaw, Newtonian
 from pairsim.physics.material import Material, Parameter
+from pairsim.physics.own_laws import OPTION
 
 MOST_MODES = 8
 MODELS: dict[str, type[BaseModel]] = {}
@@ -81,7 +82,8 @@ def _named(laws: Iterable[str]) -> Any:
 
 
 def _words(names: list[str], more: str = "") -> str:
-    return f"{', '.join(names)}, or a group with law (one of these{more}) and its parameters"
+    group = f"or a group with law (one of these{more}) and its parameters"
+    return f"{', '.join(names)}, {group}; {OPTION} FILE adds laws of your own"
 
 
 def _of_modes(law: type[ConformationLaw]) -> type[BaseModel]:

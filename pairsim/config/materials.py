@@ -186,17 +186,27 @@ def resolved_materials(case: Mapping[str, Any], liquid: Liquid) -> dict[str, Any
         The keys `liquid`, `solid` and those of `FLAT`; None for one that is left out.
     """
     own = liquid_block(case)
-    flat = {name: own.get(name) if case.get(name) is None else case[name] for name in FLAT}
+    flat = {name: case.get(name) for name in FLAT} | {name: own[name] for name in _flat_in(own)}
     block = _short(case.get("liquid"))
     if liquid.modes:
         block = block or liquids.DEFAULT.name
         if own["law"] != MODES:
-            flat = {name: value for name, value in liquid.modes[0].numbers.items() if name in FLAT}
+            flat = {name: liquid.modes[0].numbers[name] for name in _flat_of(own["law"])}
     solid = case.get("solid")
     solid = [_short(each) for each in solid] if isinstance(solid, list | tuple) else _short(solid)
     if isinstance(solid, list) and solid and all(each == solid[0] for each in solid):
         solid = solid[0]
     return {**dict.fromkeys(FLAT), **flat, "liquid": block, "solid": None if solid == solids.DEFAULT.name else solid}
+
+
+def _flat_of(law: str) -> list[str]:
+    """The parameters of a law of a liquid that are keys of the case, too."""
+    return [name for name, each in liquids.LAWS[law].parameters().items() if each.flat] if law in liquids.LAWS else []
+
+
+def _flat_in(block: Mapping[str, Any]) -> list[str]:
+    """Those that a block gives itself."""
+    return [name for name in _flat_of(block["law"]) if name in block]
 
 
 def _short(value: Any) -> Any:
@@ -205,7 +215,7 @@ def _short(value: Any) -> Any:
         return value
     block = block_of(value, "")
     if block["law"] != MODES:
-        block = {key: entry for key, entry in block.items() if key not in FLAT}
+        block = {key: entry for key, entry in block.items() if key not in _flat_of(block["law"])}
     if "solvent" in block and (solvent := _short(block["solvent"])) != Newtonian.name:
         block["solvent"] = solvent
     else:

@@ -6,10 +6,12 @@ import platform
 import resource
 import sys
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from pairsim.physics.scales import Scales
@@ -90,6 +92,7 @@ class Record:
         command: The command line.
         before: Wall time before the run was resumed [s].
         scales: The units of length, velocity and stress in SI units, None without a `physical` block.
+        more: Entries that say what the case is.
     """
 
     def __init__(
@@ -99,8 +102,9 @@ class Record:
         command: str,
         before: float = 0.0,
         scales: Scales | None = None,
+        more: Mapping[str, Any] = MappingProxyType({}),
     ) -> None:
-        self._folder, self._kind, self._scales = folder, kind, scales
+        self._folder, self._kind, self._scales, self._more = folder, kind, scales, more
         self._command = command
         self._begin = time.perf_counter() - before
         self._started = time.strftime("%Y-%m-%dT%H:%M:%S%z")
@@ -134,6 +138,7 @@ class Record:
             "versions": _versions(),
             "wall_time": wall,
             "peak_memory": peak_memory(),
+            **self._more,
             **more,
         }
         if (scales := self._scales) is not None:

@@ -13,6 +13,7 @@ import numpy as np
 
 from pairsim.config.case import Case
 from pairsim.config.form_kinds import forms_of
+from pairsim.config.identity import sources_of
 from pairsim.drivers import events
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import problem_of
@@ -129,7 +130,13 @@ class _Run:
                 at_output = any(abs(step.t - t) <= 1e-9 * max(1.0, t) for t in wanted)
                 if at_output or count == 1 or passes_frame(case, step.t, step.dt):
                     yield from self._fields(transient)
-                state = transient.state, plain(case.resolved()), gaps, self.worst.narrowest, self._origin
+                state = (
+                    transient.state,
+                    plain(case.resolved() | sources_of(case)),
+                    gaps,
+                    self.worst.narrowest,
+                    self._origin,
+                )
                 yield events.Resumable(partial(Checkpoint, *state), case.output.checkpoint, convenient=at_output)
             yield events.Progress(step.t, _shown(step, count), count)
             if (outcome := end_of(case, step.t, gaps)) is not None:

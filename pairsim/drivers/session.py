@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.config.case import SceneCase
+from pairsim.config.identity import sources_of
 from pairsim.drivers import events
 from pairsim.drivers.outcome import Outcome, Record
 from pairsim.drivers.progress import Reporter
@@ -110,7 +111,7 @@ def _earlier(case: SceneCase, directory: Path, table: str) -> events.Earlier | N
     """
     found, path = load(directory), directory / table
     if found is not None:
-        check_same(found.case, plain(case.resolved()), str(directory / CHECKPOINT))
+        check_same(found.case, plain(case.resolved() | sources_of(case)), str(directory / CHECKPOINT))
         rows = {name: values[: found.rows] for name, values in read_series(path).items()}
         return events.Earlier(found, rows, read_record(directory).get("status") == "finished")
     kind = case.kind
@@ -148,7 +149,8 @@ class Session:
     ) -> None:
         self.case, self.folder, self.reporter = case, folder, options.reporter
         self.old = earlier.checkpoint if earlier is not None else None
-        self.record = Record(folder, case.kind, options.command, self.old.wall if self.old else 0.0, case.scales)
+        before = self.old.wall if self.old else 0.0
+        self.record = Record(folder, case.kind, options.command, before, case.scales, sources_of(case))
         self.resumable, self._complete = resumable, earlier is not None and earlier.finished
         self._begun = False
         self._notes, self._damage = notes, list[str]()

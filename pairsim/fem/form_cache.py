@@ -25,6 +25,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pairsim.fem.compilation.jit import JIT_OPTIONS, UNFINISHED, adopt_cache, cache, compiler, use_temporary_cache
+from pairsim.physics.declared import LAWS
+from pairsim.physics.own_laws import file_of
 from pairsim.runtime.child_process import FULL, Child, module_command
 from pairsim.runtime.errors import EnvironmentFailure
 from pairsim.runtime.signals import heed, received
@@ -48,7 +50,8 @@ def _digest() -> str:
             spec = importlib.util.find_spec(name)
             digest.update(str(spec and spec.origin).encode())
     fem = Path(__file__).parent
-    for file in sorted([*fem.rglob("*.py"), *fem.rglob("*.c"), *fem.with_name("physics").rglob("*.py")]):
+    own = {file for law in LAWS.values() if (file := file_of(law)) is not None}
+    for file in sorted([*fem.rglob("*.py"), *fem.rglob("*.c"), *fem.with_name("physics").rglob("*.py"), *own]):
         digest.update(file.read_bytes())
     return digest.hexdigest()[:16]
 

@@ -15,7 +15,9 @@ from pkgutil import iter_modules
 from string import Formatter
 from typing import Any, ClassVar, Self
 
+from pairsim.physics.own_laws import classes_in, file_of, load_all
 from pairsim.physics.scales import Scales
+from pairsim.runtime.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -136,14 +138,53 @@ class Material:
         return dataclasses.replace(self, **numbers)
 
 
+_KINDS: list[tuple[tuple[type[Material], ...], dict[str, Any]]] = []
+"""The kinds of laws, each with the dictionary of those that are known."""
+_OWN: list[type[Material]] = []
+_loading = False
+
+
 def laws_of(package: str, path: Iterable[str], kinds: tuple[type[Material], ...]) -> dict[str, Any]:
-    """The laws that the modules of a package define, by name: classes of the given kinds that have a name."""
-    found = {}
-    for entry in iter_modules(path):
-        for law in vars(import_module(f"{package}.{entry.name}")).values():
-            if isinstance(law, type) and issubclass(law, kinds) and "name" in vars(law):
-                found[law.name] = law
-    return found
+    """The laws that the modules of a package define, by name, and those that users bring.
+
+    Args:
+        package: Name of the package.
+        path: Its folders.
+        kinds: The classes of which they are.
+
+    Raises:
+        InputError: A law of a user's own cannot be used.
+    """
+    global _loading
+    modules = [import_module(f"{package}.{entry.name}") for entry in iter_modules(path)]
+    laws = {law.name: law for module in modules for law in classes_in(module) if issubclass(law, kinds)}
+    _KINDS.append((kinds, laws))
+    if not _loading:  # a file of laws imports the packages of all kinds
+        _loading = True
+        _OWN.extend(load_all())
+    for own in _OWN:
+        add_law(own)
+    return laws
+
+
+def add_law(law: type[Material]) -> None:
+    """Make a law of a user's own known.
+
+    Raises:
+        InputError: It does not say all of itself, or another law has its name.
+    """
+    own = file_of(law)
+    place = str(own or law.__module__)
+    if not (dataclasses.is_dataclass(law) and issubclass(law, Material)):
+        raise InputError(place, law.__name__, None, "must be a frozen dataclass, and a law of a liquid or a solid")
+    for said in ("label", "words"):
+        if not isinstance(getattr(law, said, None), str):
+            raise InputError(place, f"{law.__name__}.{said}", None, "must be a text")
+    for kinds, laws in _KINDS:
+        if issubclass(law, kinds):
+            other = laws.setdefault(law.name, law)
+            if other is not law and file_of(other) != own:
+                raise InputError(place, f"{law.__name__}.name", law.name, "is the name of another law")
 
 
 def apart(a: Mapping[str, float], b: Mapping[str, float]) -> float:

@@ -6,20 +6,19 @@ import ast
 import inspect
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-import ufl
-from scipy.integrate import quad, solve_ivp
+from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import pairsim
+from pairsim.drivers.check_law import checks
 from pairsim.physics import liquids, solids
-from pairsim.physics.conformation import IDENTITY, polymer_stress, relaxation
+from pairsim.physics.conformation import polymer_stress
+from pairsim.physics.homogeneous import extension, shear, stress_after
 from pairsim.physics.liquids import ConformationLaw, Liquid, ViscousLaw, single
 from pairsim.physics.liquids.carreau import Carreau
-from pairsim.physics.liquids.conformation import Invariants
 from pairsim.physics.liquids.fene_p import FeneP
 from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.newtonian import Newtonian
@@ -64,57 +63,16 @@ def test_no_other_file_names_a_law() -> None:
             assert type(law).__name__ not in names or file.parent == own.parent, file
 
 
-def values_of(expressions: tuple[Any, ...]) -> list[complex]:
-    """UFL expressions without fields, and numbers, as numbers."""
-    return [complex(ufl.as_ufl(each)(())) for each in expressions]
+QUICK = ("giesekus", "newtonian", "kelvin-voigt")
 
 
-@pytest.mark.parametrize("law", [*VISCOUS, *ELASTIC, *SOLIDS], ids=name_of)
-def test_a_law_says_the_same_to_arrays_and_to_forms(law: Material) -> None:
-    def said(number: Any) -> tuple[Any, ...]:
-        if isinstance(law, ViscousLaw):
-            return (law.viscosity(number(2.3)),)
-        if isinstance(law, ConformationLaw):
-            at = Invariants(number(7.0), number(30.0), number(2.3))
-            return (*law.relaxation(at), *law.stress(at))
-        assert isinstance(law, Solid)
-        return law.response(number(3.4), number(3.3))
-
-    arrays = [complex(np.ravel(each)[0]) for each in said(lambda x: np.array([x]))]
-    assert values_of(said(lambda x: ufl.as_ufl(x))) == pytest.approx(arrays, rel=1e-14)
-    assert [complex(each) for each in said(lambda x: x)] == pytest.approx(arrays, rel=1e-14)
-    shifted = [complex(np.ravel(each)[0]) for each in said(lambda x: np.array([x + 1e-30j * x]))]
-    assert np.real(shifted) == pytest.approx(np.real(arrays), rel=1e-14)
-
-
-def conformation_after(liquid: Liquid, L: np.ndarray, end: float) -> np.ndarray:
-    """The conformations of all modes in a homogeneous flow with grad u = L, components (zz, zr, rr, tt)."""
-    gamma2 = np.array([np.sum((L + L.T) ** 2) / 2])
-
-    def rate(_: float, flat: np.ndarray) -> np.ndarray:
-        changes = []
-        for i, law in enumerate(liquid.modes):
-            zz, zr, rr, tt = flat[4 * i : 4 * i + 4]
-            c = np.array([[zz, zr, 0], [zr, rr, 0], [0, 0, tt]])
-            stretched = L @ c + c @ L.T
-            relaxed = relaxation(liquid, law, flat[4 * i : 4 * i + 4, None], gamma2)[:, 0]
-            changes.append(stretched[[0, 0, 1, 2], [0, 1, 1, 2]] + relaxed)
-        return np.concatenate(changes)
-
-    start = np.tile(IDENTITY, len(liquid.modes))
-    return solve_ivp(rate, (0, end), start, "LSODA", rtol=1e-11, atol=1e-13).y[:, -1]
-
-
-def stress_after(liquid: Liquid, L: np.ndarray, end: float) -> np.ndarray:
-    return polymer_stress(liquid, conformation_after(liquid, L, end)[None])[0]
-
-
-def shear(rate: float) -> np.ndarray:
-    return np.array([[0, rate, 0], [0, 0, 0], [0, 0, 0.0]])
-
-
-def extension(rate: float) -> np.ndarray:
-    return np.diag([rate, -rate / 2, -rate / 2])
+@pytest.mark.parametrize(
+    "law",
+    [pytest.param(law, marks=() if law.name in QUICK else pytest.mark.slow) for law in (*VISCOUS, *ELASTIC, *SOLIDS)],
+    ids=name_of,
+)
+def test_every_law_fulfils_what_own_laws_are_checked_for(law: Material) -> None:
+    assert [check for check in checks(law) if not check.holds] == []
 
 
 def shear_stress(law: ConformationLaw, g: float) -> float:

@@ -1,10 +1,4 @@
-"""A soft sphere in unbounded uniaxial extension: exact at finite deformation, so it tests the coupled dynamics.
-
-Forms, constraints and time scheme are those of every run; only the velocity on the outer boundary, 20 radii away, is
-prescribed instead of a tube flow. The sphere becomes a spheroid of axial stretch l. With the stresslet of a spheroid
-whose surface moves linearly, l follows from dl/dt = l (K Ca - T)/(K - 3 + 3 eta_p), K = 7.5 X l^3, time in eta/G,
-with the elastic stress T = sigma_zz - sigma_rr in units of G, l^2 - 1/l of a neo-Hookean solid, and its viscosity.
-"""
+"""A soft sphere in unbounded uniaxial extension against its ordinary differential equation, and its fold."""
 
 from __future__ import annotations
 
@@ -13,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy import sparse
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 from support.references import reference
-from support.scenes import march
 
+from pairsim.drivers.sphere_in_extension import K, exact_stretches, stretches
 from pairsim.fem.algebra.constraints import Constraints
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics.solids import Solid, soft
@@ -28,11 +21,9 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import BranchEnd
 from pairsim.solvers.meshed_scene import MeshedScene
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.problems import Problem, SteadyProblem
+from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import begin, follow
 from pairsim.solvers.steady.scene import Steady
-from pairsim.solvers.stepping.step import Step
-from pairsim.solvers.stepping.step_size import StepControl
 
 START_UP = {0.5: 1.0727, 1: 1.1272, 2: 1.1980, 3: 1.2371, 5: 1.2707, 10: 1.2848}
 STEADY = {Ca: reference("extension", f"D Ca {Ca}") for Ca in (0.05, 0.1, 0.2)}
@@ -41,62 +32,21 @@ SOLIDS = [KelvinVoigt(0.1, eta=1.5), MooneyRivlin(0.1, c=0.5)]
 RELAXATION = {0.5: 1.21294, 1: 1.15119, 2: 1.07652, 3: 1.03894, 4: 1.01990}
 
 
-def stretches(solid: Solid, times: list[float], *, rate: float = 1.0, l_0: float = 1.0, Np: int = 20) -> list[float]:
-    """Axial stretch at the times t G/eta."""
-    Ca = solid.Ca_e
-    beta = 0.05  # the wall of the tube is 20 radii away, so are the ends
-    problem = Problem(
-        (beta,),
-        (solid,),
-        (),
-        1.0,
-        False,
-        MeshSettings(Np=Np),
-        StepControl(3e-4 * beta / 2, 1e-9, 5.0),  # velocities are of the order of radius times rate
-        0.01 * Ca,
-        boundary_velocity=lambda x: rate * x * [1.0, -0.5],
-        U_m=0.0,
-        start=lambda x: x * [l_0, l_0**-0.5],
-    )
-    landed = {round(t * Ca, 12) for t in times}
-
-    def stretch(step: Step) -> float:
-        D = step.observation.D[0]
-        return ((1 + D) / (1 - D)) ** (2 / 3)
-
-    steps = march(problem, [t * Ca for t in times])
-    return [stretch(s) for s in steps if round(s.t, 12) in landed]
-
-
-def K(stretch: float) -> float:
-    e = np.sqrt(1 - stretch**-3)
-    X = 8 / 15 * e**5 / ((3 - e**2) * np.log((1 + e) / (1 - e)) - 6 * e) if e > 1e-3 else 1.0
-    return float(7.5 * X * stretch**3)
-
-
 def steady_Ca(stretch: float) -> float:
     return (stretch**2 - 1 / stretch) / K(stretch)
 
 
-def exact(solid: Solid, times: list[float]) -> np.ndarray:
-    def rate(_: float, x: np.ndarray) -> list[float]:
-        zz, _, rr, _ = solid.stress((x[0] ** 2, 0.0, 1 / x[0], 1 / x[0]))
-        return [x[0] * (K(x[0]) - zz + rr) * solid.Ca_e / (K(x[0]) - 3 + 3 * (solid.viscosity or 0.0))]
-
-    return solve_ivp(rate, (0, max(times)), [1.0], t_eval=times, rtol=1e-9, atol=1e-10).y[0]
-
-
 def test_start_up_follows_the_exact_solution() -> None:
     assert stretches(NeoHookean(0.1), list(START_UP), Np=10) == pytest.approx(list(START_UP.values()), rel=1e-3)
-    assert exact(NeoHookean(0.1), list(START_UP)) == pytest.approx(list(START_UP.values()), rel=1e-4)
+    assert exact_stretches(NeoHookean(0.1), list(START_UP)) == pytest.approx(list(START_UP.values()), rel=1e-4)
 
 
 @pytest.mark.parametrize("solid", SOLIDS, ids=lambda solid: solid.name)
 def test_every_solid_follows_its_exact_solution(solid: Solid) -> None:
     times = [0.5, 2.0, 5.0, 10.0]
-    found, wanted = stretches(solid, times, Np=10), exact(solid, times)
+    found, wanted = stretches(solid, times, Np=10), exact_stretches(solid, times)
     assert found == pytest.approx(wanted, rel=1e-3)
-    assert wanted != pytest.approx(exact(NeoHookean(solid.Ca_e), times), rel=1e-2), "it is another law"
+    assert wanted != pytest.approx(exact_stretches(NeoHookean(solid.Ca_e), times), rel=1e-2), "it is another law"
 
 
 def test_a_viscous_solid_creeps_as_linear_viscoelasticity_says() -> None:
@@ -116,8 +66,8 @@ def test_below_the_fold_it_settles_and_past_it_it_goes_on() -> None:
     """Past l = 2.25 the poles are compressed below 2/3, where a neo-Hookean surface wrinkles: l stays below."""
     times = [2.0, 4.0, 5.0, 6.0]
     past, below = stretches(NeoHookean(0.36), times), stretches(NeoHookean(0.3), [*times, 10.0])
-    assert past == pytest.approx(exact(NeoHookean(0.36), times), rel=5e-3)
-    assert below == pytest.approx(exact(NeoHookean(0.3), [*times, 10.0]), rel=5e-3)
+    assert past == pytest.approx(exact_stretches(NeoHookean(0.36), times), rel=5e-3)
+    assert below == pytest.approx(exact_stretches(NeoHookean(0.3), [*times, 10.0]), rel=5e-3)
     end = brentq(lambda x: steady_Ca(x) - 0.3, 1.5, 4.0)
     assert below[-1] < end
     assert past[3] > end

@@ -1,0 +1,255 @@
+"""What a law must fulfil, and how far it is from it: `pairsim check-law`, and the tests of all laws that ship."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from pairsim.drivers.sphere_in_extension import exact_stretches, problem_in_extension, stretches
+from pairsim.fem.meshes.geometry import MeshSettings
+from pairsim.physics.conformation import IDENTITY, relaxation
+from pairsim.physics.homogeneous import conformation_after, extension, shear, stress_after
+from pairsim.physics.liquids import ConformationLaw, ViscousLaw, single
+from pairsim.physics.liquids.conformation import Invariants
+from pairsim.physics.material import Material
+from pairsim.physics.pipe import Pipe
+from pairsim.physics.solids import Solid
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import PairsimError
+from pairsim.solvers.problems import Problem
+from pairsim.solvers.stepping.step_size import StepControl
+from pairsim.solvers.transient.transient import Transient
+
+DE, XI, CA_E = 0.5, 0.09, 0.1  # at which liquids and solids are checked
+RATES = 0.2, 2.0, 10.0  # shear rates [U_av/D_c]
+TURN = 0.7  # angle by which frames are turned
+EXACT, SMALL, DISCRETE = 1e-10, 1e-5, 3e-3  # off by rounding, by differences, by cells and steps; chosen
+# What a law in the making may raise.
+WRONG = PairsimError, ArithmeticError, AttributeError, LookupError, NotImplementedError, TypeError, ValueError
+JACOBIAN = "the Jacobian is that of differences"
+TUBE = "the start-up in a tube is that of one dimension"
+SPHERE = "a sphere in uniaxial extension follows its differential equation"
+SCENES = JACOBIAN, TUBE, SPHERE  # statements that need a mesh, and that the others hold
+NOT_TRIED = "not tried, as another statement is wrong"
+Statement = tuple[str, float, Callable[[], float]]
+TIMES = 0.5, 2.0  # of the start-up of a sphere in extension [eta_0/G_p]
+
+
+@dataclass(frozen=True)
+class Check:
+    """A statement about a law.
+
+    Attributes:
+        says: The statement.
+        off: By how much it fails; not finite where it could not be checked.
+        allowed: Largest value of `off`.
+        why: Why it could not be checked.
+    """
+
+    says: str
+    off: float
+    allowed: float
+    why: str = ""
+
+    @property
+    def holds(self) -> bool:
+        """Whether the statement holds."""
+        return bool(self.off <= self.allowed)
+
+
+def sample(law: type[Material], given: Mapping[str, float]) -> Material:
+    """A law with given values of parameters, their defaults, or else values inside their ranges, near the lower end."""
+    values = {}
+    for name, p in law.parameters().items():
+        inside = p.least * 10 if p.least > 0 else min(p.most / 10, 1.0)
+        values[name] = given.get(name, p.default if p.default is not None else min(inside, p.most))
+    return law(CA_E, **values) if issubclass(law, Solid) else law(**values)
+
+
+def checks(law: Material) -> Iterator[Check]:
+    """Check a law, the fast statements first; those in a tube or around a sphere compile its forms."""
+    statements: dict[type[Material], Callable[[Any], Iterator[Statement]]]
+    statements = {ConformationLaw: _of_conformation, ViscousLaw: _of_viscosity, Solid: _of_solid}
+    (of_kind,) = (each for kind, each in statements.items() if isinstance(law, kind))
+    right = True
+    alike: Statement = "numbers, arrays, complex numbers and forms give the same", EXACT, lambda: _alike(law)
+    for says, allowed, off in (alike, *of_kind(law)):
+        check = _checked(says, allowed, off) if right or says not in SCENES else Check(says, np.inf, allowed, NOT_TRIED)
+        right = right and check.holds
+        yield check
+
+
+def _checked(says: str, allowed: float, off: Callable[[], float]) -> Check:
+    try:
+        with np.errstate(all="ignore"):
+            return Check(says, float(off()), allowed)
+    except (
+        PairsimError,
+        ArithmeticError,
+        AttributeError,
+        LookupError,
+        NotImplementedError,
+        TypeError,
+        ValueError,
+    ) as no:
+        return Check(says, np.inf, allowed, f"{type(no).__name__}: {no}")
+
+
+def _said(law: Material, number: Callable[[float], Any]) -> tuple[Any, ...]:
+    """All scalars of a law at some place."""
+    if isinstance(law, ViscousLaw):
+        return (law.viscosity(number(2.3)),)
+    if isinstance(law, ConformationLaw):
+        at = Invariants(number(3.7), number(5.9), number(2.3))
+        return (*law.relaxation(at), *law.stress(at))
+    assert isinstance(law, Solid)
+    return law.response(number(3.04), number(3.03))
+
+
+def _alike(law: Material) -> float:
+    """The largest relative difference of what a law says to different kinds of numbers."""
+    import ufl
+
+    plain = np.array([complex(each) for each in _said(law, lambda x: x)])
+    others = [
+        [complex(np.ravel(each)[0]) for each in _said(law, lambda x: np.array([x]))],
+        [complex(np.ravel(each)[0]).real for each in _said(law, lambda x: np.array([x + 1e-30j * x]))],
+        [complex(ufl.as_ufl(each)(())) for each in _said(law, lambda x: ufl.as_ufl(x))],
+    ]
+    return float(np.max(np.abs(np.array(others) - plain) / np.maximum(np.abs(plain), 1e-300)))
+
+
+def _turned(tensor: Array) -> Array:
+    """A tensor, (zz, zr, rr, tt), in a frame turned in the (z, r) plane."""
+    zz, zr, rr, tt = tensor
+    turned = _rotation()[:2, :2] @ np.array([[zz, zr], [zr, rr]]) @ _rotation()[:2, :2].T
+    return np.array([turned[0, 0], turned[0, 1], turned[1, 1], tt])
+
+
+def _rotation() -> Array:
+    c, s = np.cos(TURN), np.sin(TURN)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _of_conformation(law: ConformationLaw) -> Iterator[Statement]:
+    rest, liquid = Invariants(3.0, 3.0, 1e-12), single(law, DE, XI)
+
+    def unsteady(L: Array) -> float:
+        """What is left of the rate of change of c, in De and relative to c, where a flow should have become steady."""
+        c = conformation_after(liquid, L, 100 * DE)
+        zz, zr, rr, tt = c
+        tensor = np.array([[zz, zr, 0], [zr, rr, 0], [0, 0, tt]])
+        if not np.isfinite(c).all() or np.linalg.eigvalsh(tensor).min() <= 0:
+            return float(np.inf)
+        stretched = (L @ tensor + tensor @ L.T)[[0, 0, 1, 2], [0, 1, 1, 2]]
+        rate = stretched + relaxation(liquid, law, c[:, None], np.array([np.sum((L + L.T) ** 2) / 2]))[:, 0]
+        return float(DE * np.abs(rate).max() / np.abs(c).max())
+
+    def lost(L: Array) -> float:
+        """The work of the polymer's stress in steady flow, if it is negative, relative to the stress."""
+        tau = stress_after(liquid, L, 100 * DE)
+        D = (L + L.T) / 2
+        work = tau[0] * D[0, 0] + 2 * tau[1] * D[0, 1] + tau[2] * D[1, 1] + tau[3] * D[2, 2]
+        return float(max(-work, 0.0) / np.abs(tau).max())
+
+    def turned() -> float:
+        L, Q = shear(RATES[1]), _rotation()
+        found, wanted = stress_after(liquid, Q @ L @ Q.T, DE), _turned(stress_after(liquid, L, DE))
+        return float(np.abs(found - wanted).max() / np.abs(wanted).max())
+
+    def grows() -> float:
+        c = IDENTITY[:, None] * (1 + 1e-4)
+        return max(float(relaxation(liquid, law, c, np.array([1.0]))[0, 0]), 0.0)
+
+    flows = [shear(rate) for rate in RATES] + [extension(0.3 / DE)]
+    yield "at rest, c = I, nothing relaxes: g_0 + g_1 + g_2 = 0", EXACT, lambda: abs(sum(law.relaxation(rest)))
+    yield "De is the relaxation time: g_1 + 2 g_2 = 1 at rest", EXACT, lambda: abs(_order(law.relaxation(rest)) - 1)
+    yield "there is no stress at rest: h_0 + h_1 = 0", EXACT, lambda: abs(sum(law.stress(rest)))
+    yield "G is the modulus: h_1 = 1 at rest", EXACT, lambda: abs(law.stress(rest)[1] - 1)
+    yield "a swollen state relaxes", 0.0, grows
+    yield "shear and extension become steady, with a positive c", SMALL, lambda: max(map(unsteady, flows))
+    yield "steady flows cost work", 0.0, lambda: max(map(lost, flows))
+    yield "the stress turns with the frame", SMALL, turned
+    yield from _in_the_tube(law)
+
+
+def _order(g: tuple[Any, Any, Any]) -> float:
+    return float(g[1] + 2 * g[2])
+
+
+def _of_viscosity(law: ViscousLaw) -> Iterator[Statement]:
+    rates = np.logspace(-3, 3, 61)
+
+    def falls() -> float:
+        stress = rates * law.viscosity(rates**2)
+        return float(max(-np.diff(np.log(stress)).min(), 0.0)) if (stress > 0).all() else float(np.inf)
+
+    yield "the stress is positive, and grows with the shear rate", 0.0, falls
+    yield from _in_the_tube(law)
+
+
+def _of_solid(law: Solid) -> Iterator[Statement]:
+    def at_rest() -> float:
+        b1, b2 = law.response(3.0, 3.0)
+        return float(abs(b1 - b2 - 1))
+
+    def curl() -> float:
+        """d b_1/d I_2 + d b_2/d I_1, which is zero where both are derivatives of an energy."""
+        h, (I1, I2) = 1e-5, (3.04, 3.03)
+        by_2 = (law.response(I1, I2 + h)[0] - law.response(I1, I2 - h)[0]) / (2 * h)
+        by_1 = (law.response(I1 + h, I2)[1] - law.response(I1 - h, I2)[1]) / (2 * h)
+        return float(abs(by_2 + by_1))
+
+    def turned() -> float:
+        B = np.array([1.2, 0.1, 0.9, 1 / (1.2 * 0.9 - 0.01)])
+        zz, zr, rr, tt = _turned(B)
+        bb = B[0], B[1], B[2], B[3]
+        found, wanted = np.array(law.stress((zz, zr, rr, tt))), _turned(np.array(law.stress(bb)))
+        return float(np.abs(found - wanted).max() / np.abs(wanted).max())
+
+    def in_extension() -> float:
+        wanted = exact_stretches(law, TIMES)
+        return float(np.abs(np.array(stretches(law, TIMES, Np=10)) / wanted - 1).max())
+
+    yield "G_p is the shear modulus: b_1 - b_2 = 1 at rest", EXACT, at_rest
+    yield "the stress has an energy: db_1/dI_2 + db_2/dI_1 = 0", SMALL, curl
+    yield "the stress turns with the frame", EXACT, turned
+    yield JACOBIAN, SMALL, lambda: _jacobian(problem_in_extension(law, Np=8))
+    yield SPHERE, DISCRETE, in_extension
+
+
+def _in_the_tube(law: Material) -> Iterator[Statement]:
+    """A liquid in the tube without particles, from rest."""
+    liquid, control = single(law, DE, XI), StepControl(2e-3, 1e-8, 2.0)
+    tube = Problem((), (), (), 0.5, False, MeshSettings(max_size=0.1), control, 1e-3, liquid=liquid, t_end=DE)
+
+    def beside_one_dimension() -> float:
+        transient = Transient(replace(tube, U_m=0.0))
+        try:
+            *_, last = transient.steps(iter([DE]))
+        finally:
+            transient.close()
+        return float(abs(last.observation.dp / tube.length / Pipe(liquid).until(DE)(DE).gradient - 1))
+
+    yield JACOBIAN, SMALL, lambda: _jacobian(tube)
+    yield TUBE, DISCRETE, beside_one_dimension
+
+
+def _jacobian(problem: Problem) -> float:
+    """The largest relative difference of the Jacobian in a random direction from differences, over all fields."""
+    transient = Transient(problem)
+    newton, constraints = transient.newton, transient.constraints
+    random, step = np.random.default_rng(1), 1e-5
+    h, g = transient.history.h[0], 0.03
+    star = transient.scene.with_displacements(transient.history.x[0], h) if transient.scene.has_rates else None
+    y = newton.solve(transient._first_guess(), h, g, problem.U_m, star)[0]
+    y = y * (1 + 0.02 * random.standard_normal(constraints.size))
+    direction = random.standard_normal(constraints.size) * np.maximum(np.abs(y), 1e-3)
+    product = newton.jacobian_times(y, direction)
+    difference = (newton.residual_at(y + step * direction) - newton.residual_at(y - step * direction)) / (2 * step)
+    transient.close()
+    sizes = [(product[i], np.linalg.norm(product[i] - difference[i])) for i in constraints.fields.values()]
+    return max(float(off / max(np.linalg.norm(part), 1e-3)) for part, off in sizes)

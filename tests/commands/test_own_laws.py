@@ -1,0 +1,89 @@
+"""Laws that users bring: those of docs/tutorials/own-law.md, in files of their own."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from support.commands import Pairsim
+from support.inputs import ROOT
+
+PAGE = (ROOT / "docs" / "tutorials" / "own-law.md").read_text()
+LAWS = re.search(r'```python title="my_laws.py"\n(.*?)```', PAGE, re.DOTALL)[1]  # type: ignore[index]
+CASE = """\
+{beta: 0.4, De: 0.5, Ca_e: 0, d: [0.2], ends: developed, length: 4, mesh: {Np: 10}, tol: 1, max_points: 1,
+ liquid: {law: fene-cr, L2: 20}}
+"""
+SWEEP = f"{{command: curve, base: {CASE}, grid: {{beta: [0.4]}}}}"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "my_laws.py").write_text(LAWS)
+    (tmp_path / "case.yaml").write_text(CASE)
+    (tmp_path / "grid.yaml").write_text(SWEEP)
+    return tmp_path
+
+
+def test_results_are_those_of_one_source_of_a_law(pairsim_apart: Pairsim, folder: Path) -> None:
+    def sweep(output: str) -> str:
+        done = pairsim_apart("sweep", "grid.yaml", "-o", output, "--laws", "my_laws.py")
+        return str(done.stdout + done.stderr)
+
+    assert "1 of 1 cases finished" in sweep("first")
+    (record,) = (json.loads(path.read_text()) for path in (folder / "first").glob("curve-*/run.json"))
+    assert list(record["laws"]) == ["fene-cr"]
+    assert "0 to do" in sweep("first")
+    (folder / "my_laws.py").write_text(LAWS.replace("(self.L2 - 3)", "1.0 * (self.L2 - 3)"))
+    assert "a sweep of another grid" in sweep("first")
+
+
+def test_a_case_file_alone_runs_no_code(pairsim_apart: Pairsim, folder: Path) -> None:
+    done = pairsim_apart("curve", "case.yaml", "--dry-run")
+    assert done.returncode == 2
+    assert "--laws FILE adds laws of your own" in done.stderr
+    assert pairsim_apart("--laws", "my_laws.py", "curve", "case.yaml", "--dry-run").returncode == 0
+
+
+def test_check_law_tells_a_wrong_sign(pairsim_apart: Pairsim, folder: Path) -> None:
+    (folder / "my_laws.py").write_text(LAWS.replace("-self.spring(at), self.spring(at), 0.0", "-1.0, -1.0, 0.0"))
+    done = pairsim_apart("check-law", "my_laws.py:FeneCR", "L2=20")
+    assert done.returncode == 3
+    wrong = [line for line in done.stdout.splitlines() if line.startswith("WRONG")]
+    assert "De is the relaxation time" in wrong[1]
+    assert "not tried" in wrong[-1]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ((r".*", ""), "my_laws.py: must have a law"),
+        ((r"return self.Jm /", "return (self.Jm /"), r"my_laws.py:\d+: cannot be imported: SyntaxError"),
+        ((r"import dataclass\n", "import dataclasses\n"), r"my_laws.py:1: cannot be imported: ImportError"),
+        ((r'"fene-cr"', '"giesekus"'), "FeneCR.name: got 'giesekus'; is the name of another law"),
+        ((r'    words = "stiff.*\n', ""), "Gent.words: must be a text"),
+    ],
+)
+def test_mistakes_in_a_file_of_laws_are_told(
+    pairsim_apart: Pairsim, folder: Path, change: tuple[str, str], said: str
+) -> None:
+    (folder / "my_laws.py").write_text(re.sub(change[0], change[1], LAWS, flags=re.DOTALL if change[0] == ".*" else 0))
+    done = pairsim_apart("curve", "case.yaml", "--dry-run", "--laws", "my_laws.py")
+    assert done.returncode == 2
+    assert re.search(said, done.stderr), done.stderr
+
+
+def test_laws_are_objects_in_python(folder: Path) -> None:
+    program = (
+        "import pairsim\n"
+        "from my_laws import FeneCR, Gent\n"
+        "pairsim.use_laws(FeneCR, Gent)\n"
+        "case = pairsim.load({'beta': 0.4, 'De': 0.5, 'd0': 0.2}, liquid=FeneCR(L2=20), solid=Gent(0.1, Jm=2))\n"
+        "print(case.liquid_model.modes[0].L2, case.Ca_e, case.solid_models[1].Jm)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], cwd=folder, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["20.0", "0.1", "2.0"]
