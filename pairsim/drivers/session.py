@@ -28,7 +28,7 @@ from pairsim.runtime.child_process import DISK
 from pairsim.runtime.errors import BranchEnd, InputError, RunFailure, WriteFailure
 from pairsim.runtime.locks import sole_writer
 from pairsim.runtime.signals import Signals, Stopped
-from pairsim.runtime.watch import budget, told
+from pairsim.runtime.watch import arrived, budget, told
 
 CHEAP = 50.0  # least time between checkpoints at convenient moments, over the wall time of writing one; chosen
 
@@ -43,6 +43,7 @@ class Options:
         command: The command line, for run.json and for the lock.
         signals: Whether SIGINT and SIGTERM end the computation in order; if not, the handlers are left unchanged.
         budget: Largest wall time of the computation [s]; None for no limit.
+        patience: Largest wall time up to the first row [s], if there is no budget; None for no limit.
     """
 
     overwrite: bool
@@ -50,6 +51,7 @@ class Options:
     command: str
     signals: bool = False
     budget: float | None = None
+    patience: float | None = None
 
 
 def carry_out(
@@ -100,7 +102,9 @@ def carry_out(
             raise write_failure(error, directory, "the same command") from error
         notes = [*notes, *(["no checkpoint: starting at t = 0"] if resume and earlier is None else [])]
         with closing(solve(case, **more)) as computation, budget(options.budget), told(options.reporter.on_the_way):
-            return Session(case, folder, options, notes, earlier, resumable=bool(appended)).carry_out(computation)
+            session = Session(case, folder, options, notes, earlier, resumable=bool(appended))
+            with session.before_rows:
+                return session.carry_out(computation)
 
 
 def _earlier(case: SceneCase, directory: Path, table: str) -> events.Earlier | None:
@@ -136,6 +140,9 @@ class Session:
         notes: What the user is told at the beginning.
         earlier: What is resumed, None to start at the beginning.
         resumable: Whether the computation can be resumed once it has ended.
+
+    Attributes:
+        before_rows: Context that the first row ends.
     """
 
     def __init__(
@@ -153,6 +160,9 @@ class Session:
         self.record = Record(folder, case.kind, options.command, before, case.scales, sources_of(case))
         self.resumable, self._complete = resumable, earlier is not None and earlier.finished
         self._begun = False
+        self.before_rows = ExitStack()
+        if options.budget is None:
+            self.before_rows.enter_context(budget(options.patience, "nothing was found within {}"))
         self._notes, self._damage = notes, list[str]()
         self._t, self._step = (self.old.state.history.t[0], self.old.state.counts.steps) if self.old else (0.0, 0)
         self._tables: dict[str, SeriesWriter | TableWriter] = {}
@@ -231,6 +241,8 @@ class Session:
             case events.Table():
                 self._open(event)
             case events.Row(table, values):
+                self.before_rows.close()
+                arrived()
                 self._tables[table].row(values)
             case events.Frame(fields):
                 if not callable(fields):

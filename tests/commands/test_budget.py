@@ -26,7 +26,7 @@ def test_a_curve_keeps_the_points_it_has_when_its_budget_is_spent() -> None:
     result = api.curve(PAIR | {"d": {"start": 0.05, "stop": 0.8, "num": 500}}, budget="20 s")
     assert (result.status, result.reason) == ("failed", "budget")
     assert 1 <= len(result.table) < 500
-    assert "the budget of 20 s is spent; try a larger --budget" in result.message
+    assert "the budget of 20 s is spent, on the way at Ca_e = 0.1, d = 0." in result.message
 
 
 def test_what_is_passed_on_the_way_to_the_first_point_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -55,3 +55,14 @@ def test_a_budget_is_a_time(pairsim: Pairsim) -> None:
     done = pairsim("curve", "none.yaml", "--budget", "5 um")
     assert done.returncode == 2
     assert "Traceback" not in done.stderr
+
+
+def test_a_command_that_finds_nothing_ends_by_itself(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pairsim.api.compute.PATIENCE", 6.0)
+    monkeypatch.setattr("pairsim.api.compute.MULTIPLE", 0.0)
+    found = api.curve(PAIR | {"De": 1, "Ca_e": 0.2, "d": [0.1], "mesh": {"Np": 16, "max_size": 0.07}})
+    assert (found.status, found.reason) == ("failed", "budget")
+    assert "nothing was found within 6 s, on the way at De = " in found.message
+    monkeypatch.setattr("pairsim.api.compute.PATIENCE", 20.0)
+    many = api.curve(PAIR | {"Ca_e": 0.02, "d": {"start": 0.05, "stop": 0.8, "num": 20}})
+    assert many.status == "finished", "it ends nothing that has begun to have results"
