@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pairsim.cli.options import OfUnits, check_free, print_table, usable
+from pairsim.cli.options import OfUnits, check_free, path_option, print_table, usable
 from pairsim.commands import COMMANDS
 from pairsim.config.physical import QUANTITIES, Quantity
 from pairsim.physics import liquids, solids
@@ -97,6 +97,15 @@ def units(
         Path | None, typer.Option("-o", "--output", help="Write a case file to this path.", callback=usable)
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing case file.")] = False,
+    rheology: Annotated[
+        Path | None,
+        path_option(
+            "--rheology", words="CSV file of a flow curve: shear rate, viscosity, N1; the liquid is fitted to it."
+        ),
+    ] = None,
+    spectrum: Annotated[
+        Path | None, path_option("--spectrum", words="CSV file of moduli: angular frequency, G', G''; alike.")
+    ] = None,
     **given: Any,
 ) -> None:
     """Compute the dimensionless numbers and scales of an experiment; with -o also write a case file.
@@ -110,13 +119,20 @@ def units(
     from pairsim.inputs.case_files import parse_case
 
     check_free(output, overwrite)
+    fitted: Any = None
+    if rheology or spectrum:
+        picture = output and output.with_name(f"{output.stem}-fit.png")
+        check_free(picture, overwrite)
+        fitted, liquid = _fitted(rheology, spectrum, liquid, given, picture)
     if not COMMANDS[kind].distances:
         kinds = " or ".join(name for name, command in COMMANDS.items() if command.distances)
         raise InputError("pairsim units", "--kind", kind, f"must be {kinds}")
-    quantities = {key: _one(given[key]) for key in QUANTITIES if given[key]}
+    quantities = {key: _one(given[key]) for key in QUANTITIES if given[key]} | (fitted or {})
     if "end" in quantities and kind != "run":
         raise InputError("pairsim units", "--end", quantities["end"], f"must be left out with --kind {kind}")
-    written: dict[str, Any] = {"physical": quantities, **_laws(liquid, solid, given)}
+    written: dict[str, Any] = {"physical": quantities, **_laws(None if fitted else liquid, solid, given)}
+    if fitted:
+        written["liquid"] = liquid
     if len(given["particle"]) != 1:
         written["particles"] = len(given["particle"])
     if not given["modulus"] and not given["young"]:
@@ -137,6 +153,34 @@ def units(
     if output is not None:
         typer.echo(str(output))
         typer.echo(f"next: pairsim {kind} {output} --dry-run", err=True)
+
+
+def _fitted(
+    rheology: Path | None, spectrum: Path | None, law: str | None, given: Mapping[str, Any], picture: Path | None
+) -> tuple[dict[str, str], Any]:
+    """The quantities and the value of `liquid` that follow from files of a rheometer; says so, and draws the fit.
+
+    Raises:
+        InputError: A file cannot be used, or an option says what the fit says.
+    """
+    from pairsim.inputs.rheometer import keys_of, read_measured, sentences
+    from pairsim.physics.rheometry import fits
+    from pairsim.plots.rheometry import draw_fit
+
+    data = read_measured(rheology, spectrum)
+    found = fits(data, [law] if law else None)
+    if not found:
+        raise InputError("pairsim units", "--liquid", law, "must have fewer parameters than there are points")
+    quantities, liquid = keys_of(found[0])
+    if given_too := next((key for key in quantities if given.get(key)), None):
+        allowed = f"must be left out, as it is fitted: {quantities[given_too]}"
+        raise InputError("pairsim units", _option_of(given_too), given[given_too], allowed)
+    for sentence in sentences(found, data):
+        typer.echo(sentence)
+    if picture is not None:
+        draw_fit(found[0], data, picture)
+        typer.echo(f"fit: {picture}")
+    return quantities, liquid
 
 
 def _laws(liquid: str | None, solid: str | None, numbers: Mapping[str, Any]) -> dict[str, Any]:

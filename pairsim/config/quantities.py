@@ -69,6 +69,18 @@ def words_of(of: Dimension) -> str:
     return f"{of.kind} above 0 with its unit, such as {of.example}"
 
 
+def unit_in_si(unit: str, of: Dimension) -> float:
+    """A unit in the SI unit of a dimension.
+
+    Raises:
+        ValueError: It is none of this dimension.
+    """
+    try:
+        return float(_registry().Quantity(1.0, unit.replace(".", "*")).to(of.unit).magnitude)
+    except Exception:  # pint does not document which exceptions its parser raises
+        raise ValueError(f"must be a unit as {of.unit} is") from None
+
+
 def si(text: Any, of: Dimension) -> float:
     """Convert a quantity to its SI unit, that of its dimension.
 

@@ -6,6 +6,8 @@ see "Log-conformation" in docs/explanation/numerics.md.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from pairsim.physics.liquids import ConformationLaw, Liquid
@@ -74,7 +76,7 @@ def mode_stress(liquid: Liquid, law: ConformationLaw, c: Array) -> Array:
     return np.asarray(liquid.modulus(law) * (h1 * c + h0 * IDENTITY[:, None]))
 
 
-def relaxation(liquid: Liquid, law: ConformationLaw, c: Array, gamma2: Array) -> Array:
+def relaxation(liquid: Liquid, law: ConformationLaw, c: Any, gamma2: Array) -> Array:
     """Rate of change of the conformation of a mode by relaxation, -(g_0 I + g_1 c + g_2 c^2)/De, shape (4, n).
 
     Args:

@@ -1,0 +1,108 @@
+"""Liquids fitted to what a rheometer measures: known liquids come back from data with noise."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.commands import Pairsim
+
+from pairsim.inputs.rheometer import keys_of, read_measured, sentences
+from pairsim.physics.homogeneous import shear, stress_after
+from pairsim.physics.liquids import Liquid, Newtonian, single
+from pairsim.physics.liquids.carreau import Carreau
+from pairsim.physics.liquids.giesekus import Giesekus
+from pairsim.physics.liquids.ptt import ExponentialPTT
+from pairsim.physics.liquids.white_metzner import WhiteMetzner
+from pairsim.physics.rheometry import Fit, Measured, described, fits, moduli, steady_shear
+from pairsim.runtime.arrays import Array
+
+RATES = np.logspace(-2, 3, 26)
+NOISE = 0.02
+EXPERIMENT = ("--tube", "50um", "--particle", "20um", "--flow", "1ul/min", "--modulus", "5kPa")
+
+
+def noisy(values: Array, seed: int) -> Array:
+    return np.asarray(values * np.exp(NOISE * np.random.default_rng(seed).standard_normal(len(values))))
+
+
+def flow_curve(liquid: Liquid, eta_0: float, **more: Array) -> Measured:
+    viscosity, N1 = steady_shear(liquid, RATES)
+    normal = noisy(eta_0 * N1, 2) if liquid.modes else np.full(len(RATES), np.nan)
+    return Measured(RATES, noisy(eta_0 * viscosity, 1), normal, **more)
+
+
+def holds(fit: Fit, **numbers: float) -> bool:
+    return all(fit.numbers[name].least <= value <= fit.numbers[name].most for name, value in numbers.items())
+
+
+@pytest.mark.parametrize("law", [Giesekus(alpha=0.3), ExponentialPTT(epsilon=0.2), WhiteMetzner(n=0.5, Cu=1.0)])
+def test_steady_shear_is_that_of_the_differential_equation(law: Giesekus) -> None:
+    liquid, rate = single(law, 0.8, 0.1), 4.0
+    viscosity, N1 = steady_shear(liquid, np.array([40.0, rate]))
+    tau = stress_after(liquid, shear(rate), 60)
+    assert viscosity[1] == pytest.approx(0.1 + tau[1] / rate, rel=1e-7)
+    assert N1[1] == pytest.approx(tau[0] - tau[2], rel=1e-7)
+
+
+def test_a_carreau_liquid_comes_back() -> None:
+    data = flow_curve(Liquid(Carreau(n=0.45, Cu=0.8)), 0.7)
+    best, second, *_ = fits(data)
+    assert best.law is Carreau
+    assert holds(best, eta_0=0.7, n=0.45, Cu=0.8)
+    assert described(best, data)
+    assert not described(second, data)
+
+
+@pytest.mark.slow
+def test_a_liquid_of_three_modes_comes_back() -> None:
+    modes = tuple(Giesekus(alpha=0.3, time=t, weight=w) for t, w in ((1.0, 0.5), (0.1, 0.3), (0.01, 0.2)))
+    liquid, eta_0 = Liquid(Newtonian(), 0.05, 2.0, modes), 3.0
+    storage, loss = moduli(liquid, RATES)
+    more = {"frequency": RATES, "storage": noisy(eta_0 * storage, 3), "loss": noisy(eta_0 * loss, 4)}
+    data = flow_curve(liquid, eta_0, **more)
+    (best,) = fits(data, ["giesekus"])
+    assert len(best.liquid.modes) == 3
+    assert holds(best, eta_0=3.0, De=2.0, xi=0.05, ratio_1=0.1, ratio_2=0.1, weight_1=0.6, weight_2=0.4, alpha=0.3)
+    quantities, block = keys_of(best)
+    assert quantities.keys() == {"viscosity", "relaxation", "solvent"}
+    assert [mode["law"] for mode in block["modes"]] == ["giesekus"] * 3
+
+
+def test_a_curve_that_no_law_describes_is_told_to_be_one() -> None:
+    data = Measured(RATES, noisy(np.exp(np.sin(1.5 * np.log(RATES))), 1), np.full(len(RATES), np.nan))
+    found = fits(data)
+    assert "no law tried describes these data" in sentences(found, data)[-1]
+
+
+def test_a_file_becomes_a_case(pairsim: Pairsim, tmp_path: Path) -> None:
+    data = flow_curve(Liquid(Carreau(n=0.45, Cu=0.8)), 0.7)
+    rows = "".join(f"{rate:g},{1e3 * eta:g}\n" for rate, eta in zip(data.rate, data.viscosity, strict=True))
+    (tmp_path / "flow.csv").write_text(f"shear rate [1/s],viscosity [mPa.s]\n{rows}")
+    assert read_measured(tmp_path / "flow.csv", None).viscosity == pytest.approx(data.viscosity, rel=1e-5)
+    done = pairsim("units", "--rheology", "flow.csv", *EXPERIMENT, "-o", "case.yaml")
+    assert done.returncode == 0
+    assert "fit: Carreau-Yasuda: eta_0 [Pa.s] = 0.7" in done.stdout
+    assert (tmp_path / "case-fit.png").stat().st_size > 10_000
+    assert pairsim("run", "case.yaml", "--dry-run").returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "more", "said"),
+    [
+        ("rate,stress\n1,2\n", (), "must have columns of rate, viscosity; add viscosity"),
+        ("rate,viscosity\n1,2\n", (), "must have at least 5 rows"),
+        ("rate [Pa],viscosity\n1,2\n", (), "rate [Pa]: got 'Pa'; must be a unit as 1/s is"),
+        (None, (), "must be a CSV file"),
+        ("rate,viscosity\n" + "".join(f"{i},1\n" for i in range(1, 9)), ("--viscosity", "1Pa.s"), "must be left out"),
+    ],
+)
+def test_mistakes_in_files_are_told(
+    pairsim: Pairsim, tmp_path: Path, text: str | None, more: tuple[str, ...], said: str
+) -> None:
+    if text is not None:
+        (tmp_path / "flow.csv").write_text(text)
+    done = pairsim("units", "--rheology", "flow.csv", *EXPERIMENT, *more)
+    assert done.returncode == 2
+    assert said in done.stderr
