@@ -17,6 +17,7 @@ from pairsim.commands import COMMANDS
 from pairsim.runtime.errors import InputError
 
 app = typer.Typer()
+ENDED = "finished", "failed"  # shapes that were found are right, whether or not others were
 
 
 @app.command(
@@ -35,6 +36,10 @@ def table(
     tidy: Annotated[
         bool, typer.Option("--tidy", help="A row for each gap: t, gap (from upstream), d, dU and its error.")
     ] = False,
+    cytometry: Annotated[
+        bool,
+        typer.Option("--cytometry", help="Of a sweep of shape: a table of moduli for dclab's register_lut."),
+    ] = False,
     all_: Annotated[bool, typer.Option("--all", help="On a terminal: all rows, and columns of the numerics.")] = False,
     output: Annotated[Path | None, path_option("-o", "--output", words="CSV file to write (default: print).")] = None,
     overwrite: OverwriteFile = False,
@@ -46,10 +51,12 @@ def table(
     D_c/U_av) or, with --physical, um, s, um/s and Pa.
     """
     from pairsim.results.folders import kind_of
-    from pairsim.results.output import write_text
     from pairsim.results.tables import csv_text, screen_text, table_of
 
     check_free(output, overwrite)
+    if cytometry:
+        _print(_look_up_table(directory), output)
+        return
     if (kind := kind_of(directory)) not in COMMANDS:
         names = " or ".join(COMMANDS)
         raise InputError(str(directory), "", None, f"must be a folder of {names}, not of `pairsim {kind}`")
@@ -57,16 +64,33 @@ def table(
     if name is not None and name not in tables:
         raise InputError(str(directory), "", name, f"must be {' or '.join(tables)}, a table of `pairsim {kind}`")
     found = table_of(directory, name or tables[0], physical, tidy)
-    if output is not None:
-        try:
-            write_text(output, csv_text(found))
-        except OSError as error:
-            raise InputError(str(output), "-o", None, f"must be a writable file ({error.strerror})") from None
-        typer.echo(str(output))
-    elif sys.stdout.isatty():
+    if output is None and sys.stdout.isatty():
         typer.echo(screen_text(found, shutil.get_terminal_size().columns, all_))
     else:
-        typer.echo(csv_text(found), nl=False)
+        _print(csv_text(found), output)
+
+
+def _print(text: str, output: Path | None) -> None:
+    """Write a text to a file, or to stdout."""
+    from pairsim.results.output import write_text
+
+    if output is None:
+        typer.echo(text, nl=False)
+        return
+    try:
+        write_text(output, text)
+    except OSError as error:
+        raise InputError(str(output), "-o", None, f"must be a writable file ({error.strerror})") from None
+    typer.echo(str(output))
+
+
+def _look_up_table(directory: Path) -> str:
+    """The table of moduli of a folder of shapes, or of a sweep of them."""
+    from pairsim.results.cytometry import look_up_table
+    from pairsim.results.folders import read_record
+
+    found = [folder for folder in (directory, *sorted(directory.glob("*/"))) if (folder / "shape.csv").is_file()]
+    return look_up_table([each for each in found if read_record(each).get("status") in ENDED], directory.name)
 
 
 @app.command(

@@ -14,7 +14,7 @@ from pairsim.config.case_checks import check_scene
 from pairsim.config.cost import Estimate, steady_estimate
 from pairsim.config.curve_case import Values
 from pairsim.config.mistakes import Mistake, missing
-from pairsim.results.columns import Column
+from pairsim.results.columns import AREA, Column
 
 if TYPE_CHECKING:
     from pairsim.drivers.events import Events
@@ -22,7 +22,13 @@ if TYPE_CHECKING:
 
 COARSER = 2**0.5
 D_ERROR = Column("D_error", r"\epsilon_D", "|D - D on a mesh with cells 2^0.5 times larger|", "")
-COLUMNS = ("Ca_e", "D_1", D_ERROR, "U_1", "U_correction_1", "dp_plus", "dp_plus_correction", "newton")
+CONTOUR = (
+    Column("area", "A", "area of the meridional section", AREA),
+    Column("deformation", r"\mathrm{Def}", "1 - 2 sqrt(pi area)/perimeter of the meridional section", ""),
+    Column("area_hull", r"A_c", "area of the convex hull of the section", AREA),
+    Column("deformation_hull", r"\mathrm{Def}_c", "deformation of the convex hull, as cytometry measures it", ""),
+)
+COLUMNS = ("Ca_e", "D_1", D_ERROR, *CONTOUR, "U_1", "U_correction_1", "dp_plus", "dp_plus_correction", "newton")
 COARSE_TOO = 1.5  # factor of the time for also solving on a coarser mesh
 """The columns that shape.csv begins with."""
 
@@ -72,6 +78,7 @@ def solve(case: ShapeCase) -> Events:
     from pairsim.drivers.outcome import Outcome
     from pairsim.drivers.problems import steady_problem
     from pairsim.drivers.quasi_steady import UNKNOWN, Solutions, health_columns, point_row
+    from pairsim.fem.diagnostics import contour
     from pairsim.solvers.parameters import Parameters
     from pairsim.solvers.steady.first_solution import coarser
 
@@ -88,6 +95,9 @@ def solve(case: ShapeCase) -> Events:
             found.points.append(branch.at(place))
             row = point_row(found.points[-1]) | {"Ca_e": Ca_e}
             row["D_error"] = abs(point_row(beside.at(place))["D_1"] - row["D_1"])
+            scene = branch.scene
+            names = (each.name for each in CONTOUR)
+            row |= dict(zip(names, contour(scene.bodies[0].outline_points(scene.state()[0])), strict=True))
             yield Row("shape", row)
             yield Progress(count, f"Ca_e = {Ca_e:.4g}  D = {row['D_1']:.5f}  shape {count}", count)
     return Outcome("finished", "end", f"{len(case.series)} shapes")

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from pairsim.fem.algebra.constraints import Constraints
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh, jacobians
@@ -84,6 +85,33 @@ def taylor_parameter(outline: Array) -> float:
     z_min, z_max, r_max = extents(outline)
     length, width = z_max - z_min, 2 * r_max
     return (length - width) / (length + width)
+
+
+POINTS = np.linspace(-1, 1, 17)  # along an arc, where contours are measured as polygons
+
+
+def contour(outline: Array) -> tuple[float, float, float, float]:
+    """What a microscope sees of a particle, as deformability cytometry measures it.
+
+    Args:
+        outline: Nodes (z, r), ends and mid-points of the arcs alternating, shape (2 k + 1, 2) [D_c].
+
+    Returns:
+        Area of the meridional section [D_c^2] and deformation 1 - 2 sqrt(pi area)/perimeter, then both of its convex
+        hull, where the rear is dented.
+    """
+    left, middle, right = outline[:-2:2], outline[1::2], outline[2::2]
+    s = POINTS[:-1, None, None]
+    fine = np.concatenate([(middle + s * (right - left) / 2 + s**2 * ((left + right) / 2 - middle)), right[None]])
+    half = fine.transpose(1, 0, 2).reshape(-1, 2)
+    whole = np.concatenate([half, half[::-1] * [1.0, -1.0]])
+    hull = ConvexHull(whole)
+    z, r = whole.T
+    area = abs(np.sum(z * np.roll(r, -1) - np.roll(z, -1) * r)) / 2
+    perimeter = np.linalg.norm(whole - np.roll(whole, -1, axis=0), axis=1).sum()
+    found = [(area, perimeter), (hull.volume, hull.area)]  # in two dimensions scipy's volume is the area
+    (A, D), (A_hull, D_hull) = [(float(a), float(1 - 2 * np.sqrt(np.pi * a) / p)) for a, p in found]
+    return A, D, A_hull, D_hull
 
 
 def gaps(bodies: list[Body], h: Array) -> Array:

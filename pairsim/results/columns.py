@@ -38,6 +38,7 @@ class Column:
 RATE = r"U_{av}/D_c"
 TIME, VELOCITY, LENGTH, STRESS = r"D_c/U_{av}", r"U_{av}", r"D_c", r"\eta_0 U_{av}/D_c"
 FORCE = r"\eta_0 U_{av} D_c"
+AREA = r"D_c^2"
 # What the names of columns of every gap and every particle end with, and what they are of. Where a pair has a column of
 # its own, `_i` stands for the number in larger rows; `{_}` (in a subscript `{,}`) and `{of}` for either.
 GAPS = (("", "the pair"), ("_i", "particles i and i+1"))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pairsim.physics.scales import Scales
-from pairsim.results.columns import FORCE, LENGTH, RATE, STRESS, TIME, VELOCITY
+from pairsim.results.columns import AREA, FORCE, LENGTH, RATE, STRESS, TIME, VELOCITY
 from pairsim.runtime.errors import InputError
 
 UNITS: dict[str, tuple[str, str, Callable[[Scales], float]]] = {
@@ -17,6 +17,7 @@ UNITS: dict[str, tuple[str, str, Callable[[Scales], float]]] = {
     VELOCITY: ("U_av", "um/s", lambda scales: 1e6 * scales.velocity),
     STRESS: ("eta_0 U_av/D_c", "Pa", lambda scales: scales.stress),
     RATE: ("U_av/D_c", "1/s", lambda scales: 1 / scales.time),
+    AREA: ("D_c^2", "um^2", lambda scales: 1e12 * scales.length**2),
     FORCE: ("eta_0 U_av D_c", "nN", lambda scales: 1e9 * scales.stress * scales.length**2),
 }
 """For each unit of a column: its name, the physical unit, and the factor from the one to the other."""

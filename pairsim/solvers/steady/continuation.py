@@ -17,6 +17,7 @@ from pairsim.fem.diagnostics import taylor_parameter
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import BranchEnd, BudgetSpent, MeshFailure, NoSteadyState
 from pairsim.runtime.watch import reached
+from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import LAST, end_after
 from pairsim.solvers.steady.guesses import place_undeformed
@@ -62,14 +63,7 @@ def begin(steady: Steady) -> None:
     Raises:
         NoSteadyState: No solution was found.
     """
-    wanted = steady.parameters
-    # From the developed flow Newton's method does not find the flow of a thinning liquid through a narrow gap.
-    liquid = wanted.liquid
-    place_undeformed(steady, at_rest=not liquid.modes and not liquid.newtonian)
-    for factor in STIFFER if any(wanted.Ca_es) else (1.0,):
-        report = steady.solve(wanted.softer(factor))
-        if report.converged:
-            break
+    report = _from_spheres(steady)
     if not report.converged and steady.parameters.liquid.modes:
         report = relax(steady, steady.parameters)
     if not report.converged:
@@ -77,6 +71,22 @@ def begin(steady: Steady) -> None:
         raise NoSteadyState(message, advice=IN_TIME)
     if steady.distorted():
         new_mesh(steady)
+
+
+def _from_spheres(steady: Steady) -> Report:
+    """Solve at the present parameters, or for stiffer spheres, from undeformed ones."""
+    wanted, liquid = steady.parameters, steady.parameters.liquid
+    # The flow of a thinning liquid through a narrow gap is found from a liquid at rest, that past a large sphere on its
+    # own from the developed flow.
+    thinning = not liquid.modes and not liquid.newtonian
+    for at_rest in (True, False) if thinning else (False,):
+        place_undeformed(steady, at_rest=at_rest)
+        for factor in STIFFER if any(wanted.Ca_es) else (1.0,):
+            steady.forget()
+            report = steady.solve(wanted.softer(factor))
+            if report.converged:
+                return report
+    return report
 
 
 def new_mesh(steady: Steady, *, afresh: bool = False) -> None:

@@ -1,0 +1,67 @@
+"""Look-up tables for deformability cytometry, in the format that dclab registers (dclab.features.emodulus.load)."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterable
+from dataclasses import astuple
+from pathlib import Path
+
+import numpy as np
+
+from pairsim.results.folders import read_record
+from pairsim.results.output import read_series
+from pairsim.results.units import scales_of
+from pairsim.runtime.errors import InputError
+from pairsim.runtime.version import __version__
+
+# Width of the tube over that of a square channel that acts alike on a particle on the axis (Mietke et al., Biophys. J.
+# 109, 2023, 2015, supplement S3).
+SQUARE = 1.094
+HEAD = "area_um [um^2]\tdeform\temodulus [kPa]"
+
+
+def look_up_table(folders: Iterable[Path], name: str) -> str:
+    """Area and deformation of the convex hull, and Young's modulus 3 G_p, of all shapes in some folders.
+
+    Args:
+        folders: Folders of `pairsim shape`, in one tube, flow and liquid.
+        name: Identifier of the table.
+
+    Raises:
+        InputError: A folder has no `physical` block, or another tube, flow or liquid than the first one.
+    """
+    rows, first = [np.empty((0, 3))], None
+    for folder in folders:
+        record = read_record(folder)
+        scales, table = scales_of(record, str(folder)), read_series(folder / "shape.csv")
+        first = first or scales
+        if not np.allclose(astuple(scales), astuple(first)):
+            raise InputError(str(folder), "", None, "must have the tube, the flow and the liquid of the other shapes")
+        modulus = 3e-3 * scales.stress / np.asarray(table["Ca_e"])
+        area = 1e12 * scales.length**2 * np.asarray(table["area_hull"])
+        rows.append(np.column_stack([area, table["deformation_hull"], modulus]))
+    if first is None:
+        raise InputError(name, "--cytometry", None, "must have shapes: a folder of pairsim shape, or a sweep of it")
+    width = 1e6 * first.length / SQUARE
+    meta = {
+        "authors": "",
+        "channel_width": round(width, 6),
+        "channel_width_unit": "um",
+        "date": time.strftime("%Y-%m-%d"),
+        "dimensionality": "2Daxis",
+        "flow_rate": round(1e9 * first.velocity * np.pi / 4 * first.length**2, 9),
+        "flow_rate_unit": "uL/s",
+        "fluid_viscosity": round(1e3 * first.viscosity, 9),
+        "fluid_viscosity_unit": "mPa s",
+        "identifier": name,
+        "method": "FEM",
+        "model": "steady shapes without inertia; case files of pairsim have the laws",
+        "software": f"pairsim {__version__}",
+        "summary": "axisymmetric spheres on the axis of a tube 1.094 times as wide as the square channel",
+    }
+    lines = json.dumps(meta, indent=2).splitlines()
+    head = ["BEGIN METADATA", *lines, "END METADATA", "", HEAD]
+    body = ["\t".join(f"{value:.6e}" for value in row) for row in np.concatenate(rows)]
+    return "".join(f"# {line}".rstrip() + "\n" for line in head) + "".join(f"{line}\n" for line in body)
