@@ -56,7 +56,9 @@ def _check_laws(case: SceneCase) -> Iterator[Mistake]:
     law = block["law"]
     if is_viscous(keys):
         if case.De > 0:
-            yield Mistake("liquid", law, "must be a viscoelastic law at De > 0; this liquid has De: 0")
+            yield Mistake(
+                "liquid", law, "has no memory: leave out De (or physical.relaxation), or name a viscoelastic law"
+            )
     elif case.De == 0:
         if "solvent" in block:
             yield Mistake("De", case.De, "must be above 0 with a liquid.solvent; a liquid without elasticity has none")

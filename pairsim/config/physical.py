@@ -274,6 +274,9 @@ class Translation:
         if origin is None or mistake.value is None or self._physical is None:
             return mistake
         given = self._physical.given[origin.removeprefix(f"{BLOCK}.")]
+        sizes = mistake.value if isinstance(mistake.value, list | tuple) else [mistake.value]
+        if mistake.key.startswith("beta") and all(is_finite(each) for each in sizes) and max(sizes) >= 1:
+            return Mistake(origin, given, f"must be smaller than the tube of {self._physical.given['tube']}")
         return Mistake(origin, given, f"gives {mistake.key} = {shown(mistake.value)}, which {mistake.allowed}")
 
 

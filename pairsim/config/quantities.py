@@ -51,6 +51,8 @@ def _parsed(text: Any) -> tuple[float, pint.Unit]:
     if match is None:
         raise ValueError("is not a number with a unit")
     number, unit = match.groups()
+    if unit.endswith("Pas"):  # of which pint makes several Pa
+        raise ValueError(f"has the unit {unit}, which is written {unit[:-1]}.s")
     try:
         return float(number), _registry().parse_units(re.sub(r"(?<=[^\W\d_])[.·](?=[^\W\d_])", "*", unit))
     except Exception:  # pint does not document which exceptions its parser raises
@@ -88,6 +90,9 @@ def si(text: Any, of: Dimension) -> float:
         ValueError: It is not a positive quantity of this dimension; says what is wrong and what is allowed.
     """
     allowed = f"must be {words_of(of)}"
+    if isinstance(text, list | tuple):
+        modes = "; several relaxation times are modes, liquid: {law: modes, modes: [...]}"
+        raise ValueError(f"is a list; {allowed}{modes if of.key == 'relaxation' else ''}")
     try:
         number, unit = _parsed(text)
     except ValueError as error:

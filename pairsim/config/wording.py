@@ -14,11 +14,17 @@ from pairsim.config.material_keys import BLOCKS, LIQUIDS, MODELS
 from pairsim.config.materials import liquid_block
 from pairsim.config.mistakes import UNKNOWN, Mistake, missing
 from pairsim.config.physical import BLOCK
+from pairsim.config.quantities import QUANTITY
 from pairsim.runtime.text import as_typed
 
 Groups = dict[str, type[BaseModel]]
 MOST_READ = 1000  # mistakes of a file that are read
 CLOSE = 0.65  # least similarity (difflib) at which a key counts as a misspelling of another
+MEASURED = {"d0": "distance", "d": "distance", "beta": "particle", "Ca_e": "modulus", "De": "relaxation"}
+"""Keys of a case that a quantity in the `physical` block gives."""
+BEYOND = re.compile(r"inertia|reynolds|^re$|gravity|density|off_?(axis|set)|eccentric|lateral|channel|wall|square")
+"""Names of keys for what is not modelled."""
+MODELLED = "pairsim computes spheres on the axis of a round tube, without inertia and gravity (docs/explanation/limits.md)"
 DECIMAL = "; numbers are written as 90, 0.4 or 1e-3, without quotes"
 LIST = "a list, each entry "
 NEEDED = {"De": "the four numbers of a case are beta, De, Ca_e and d0"}
@@ -58,8 +64,10 @@ def meant(name: str, group: str, groups: Groups) -> str:
     order = [group, *(other for other in groups if other not in (group, BLOCK)), BLOCK]
     keys = sorted(dotted_keys(groups), key=lambda key: order.index(key.rpartition(".")[0]))
     leaves = {key.rpartition(".")[2].lower(): key for key in reversed(keys)}
-    close = difflib.get_close_matches(name.lower(), leaves, 1, CLOSE)
-    return leaves[close[0]] if close else ""
+    close = difflib.get_close_matches(name.lower(), leaves, 2, CLOSE)
+    # A quantity of another thing, such as bead_viscosity: either may be meant.
+    alike = [each for each in close if "_" in name and each.endswith(name.lower().rpartition("_")[2])]
+    return " or ".join(leaves[each] for each in (alike if len(alike) > 1 else close[:1]))
 
 
 def _unknown(key: str, value: Any, group: str, model: type[BaseModel], groups: Groups) -> Mistake:
@@ -69,6 +77,8 @@ def _unknown(key: str, value: Any, group: str, model: type[BaseModel], groups: G
         place, _, last = key.rpartition(".")
         hint = f"write it in its group, as {place}: {{{last}: {as_typed(value)}}}"
         return Mistake(key, value, f"{UNKNOWN}{hint}", meant=key)
+    if not group and BEYOND.search(name.lower()):
+        return Mistake(key, value, f"{UNKNOWN}{MODELLED}")
     if _first(key) not in BLOCKS and (hint := meant(name, group, groups)):
         return Mistake(key, value, f"{UNKNOWN}did you mean {hint}?", meant=hint)
     return Mistake(key, value, f"{UNKNOWN}allowed: {', '.join(model.model_fields)}")
@@ -112,6 +122,8 @@ def _mistake(problem: Any, groups: Groups, data: Mapping[str, Any]) -> Mistake:
             key, f"must be given in {group}" if group else NEEDED.get(key) or f"must be {allowed_in(model, name)}"
         )
     allowed = f"must be {allowed_in(model, _first(name), entry='[' in name)}"
+    if (measured := MEASURED.get(_first(key))) and isinstance(value, str) and QUANTITY.fullmatch(value):
+        return Mistake(key, value, f"{allowed}; with a unit it is physical.{measured}")
     odd = "number" in allowed and isinstance(value, str) and re.match(r"[-+.]?\d", value)  # 010, 1:30, 0x10, 0,4
     return Mistake(key, value, allowed + DECIMAL if odd else allowed)
 

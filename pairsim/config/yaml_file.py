@@ -252,7 +252,8 @@ def _problem(error: YAMLError, text: str) -> tuple[int | None, str]:
         character = printable(text[error.position])
         return text.count("\n", 0, error.position) + 1, f"the character {character} is not allowed"
     if isinstance(error, MarkedYAMLError):
-        return error.problem_mark.line + 1 if error.problem_mark else None, str(error.problem)
+        problem = "lines are indented by spaces, not by tabs" if "\\t" in str(error.problem) else str(error.problem)
+        return error.problem_mark.line + 1 if error.problem_mark else None, problem
     return None, str(error)
 
 

@@ -67,7 +67,7 @@ def parse_case[C: SceneCase](command: Command[C], data: Mapping[str, Any], sourc
     """
     translation = Translation(tuples(data), command.model.model_fields)
     case, wrong = _validated(command.model, translation.data)
-    if wrong and (other := file_of_another_command(data, command.name)) is not None:
+    if wrong and (other := file_of_another_command(data, command.name, bool(entry))) is not None:
         raise input_error([other], data, source, entry)
     mistakes = translation.mistakes + wrong
     if wrong and any(each.key.startswith((f"{BLOCK}.", "liquid")) for each in mistakes):  # which may need no De
@@ -109,8 +109,8 @@ def _first(key: str) -> str:
     return re.split(r"[.\[]", key)[0]
 
 
-def file_of_another_command(data: Mapping[str, Any], command: str) -> Mistake | None:
-    """A mistake if the keys of a file fit another command better, else None."""
+def file_of_another_command(data: Mapping[str, Any], command: str, in_grid: bool = False) -> Mistake | None:
+    """A mistake if the keys of a file, or of a case of a grid, fit another command better, else None."""
     unknown = {name: [key for key in data if key not in model.model_fields] for name, model in FILES.items()}
     least = min(map(len, unknown.values()))
     if len(unknown[command]) == least:
@@ -118,9 +118,9 @@ def file_of_another_command(data: Mapping[str, Any], command: str) -> Mistake | 
     fitting = [name for name, keys in unknown.items() if len(keys) == least]
     foreign = [key for key in unknown[command] if all(key not in unknown[name] for name in fitting)]
     others = " or ".join(f"`pairsim {name}`" for name in fitting)
-    return Mistake(
-        "", None, f"must be a file for `pairsim {command}`, but this is one for {others} (it has {', '.join(foreign)})"
-    )
+    one = f"this is one for {others} (it has {', '.join(foreign)})"
+    grid = f"; in a grid add command: {' or '.join(fitting)}" if in_grid else ""
+    return Mistake("", None, f"must be a file for `pairsim {command}`, but {one}{grid}")
 
 
 def wrong_keys(command: Command[Any], data: Mapping[str, Any], source: str, entry: str) -> InputError | None:

@@ -67,7 +67,7 @@ def test_the_hull_closes_the_dent_of_a_rear() -> None:
 
 @pytest.mark.slow
 def test_moduli_are_those_of_a_table_of_cytometry(pairsim: Pairsim, tmp_path: Path) -> None:
-    """A sphere in a power-law liquid, against the table HE-2D-FEM-22 of dclab (COMSOL), interpolated at three moduli."""
+    """A sphere in a power-law liquid, against the table HE-2D-FEM-22 of dclab (COMSOL) at three moduli."""
     case = {
         "command": "shape",
         "base": {
