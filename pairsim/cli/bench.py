@@ -97,6 +97,13 @@ def units(
         Path | None, typer.Option("-o", "--output", help="Write a case file to this path.", callback=usable)
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing case file.")] = False,
+    pressure: Annotated[
+        str | None,
+        typer.Option(metavar="QUANTITY", help="Pressure drop in place of --flow, such as 20kPa; with --over."),
+    ] = None,
+    over: Annotated[
+        str | None, typer.Option(metavar="QUANTITY", help="Length of tube over which it falls, such as 5cm.")
+    ] = None,
     rheology: Annotated[
         Path | None,
         path_option(
@@ -139,8 +146,15 @@ def units(
         written["Ca_e"] = 0
     if "distance" not in quantities:
         written |= COMMANDS[kind].distances
+
+    def case_at(velocity: str | None = None) -> Any:
+        block = DEFAULTS | quantities | ({"velocity": velocity} if velocity else {})
+        return parse_case(COMMANDS[kind], {**written, "physical": block}, "pairsim units")
+
     try:
-        case = parse_case(COMMANDS[kind], {**written, "physical": DEFAULTS | quantities}, "pairsim units")
+        if pressure is not None or over is not None:
+            quantities["velocity"] = _driven_by(pressure, over, given, case_at)
+        case = case_at()
     except InputError as error:
         raise _of_options(error) from None
     report = bench_report(case, quantities)
@@ -153,6 +167,29 @@ def units(
     if output is not None:
         typer.echo(str(output))
         typer.echo(f"next: pairsim {kind} {output} --dry-run", err=True)
+
+
+def _driven_by(pressure: str | None, over: str | None, given: Mapping[str, Any], case_at: Callable[..., Any]) -> str:
+    """The mean velocity that a pressure drives.
+
+    Raises:
+        InputError: One of both is missing, or the flow is given, too.
+    """
+    from pairsim.config.pressure import velocity_for
+
+    if pressure is None or over is None:
+        option, other = ("--over", "--pressure") if over is None else ("--pressure", "--over")
+        allowed = f"must be given with {other}, such as --pressure 20kPa --over 5cm"
+        raise InputError("pairsim units", option, None, allowed)
+    for key in ("flow_rate", "velocity"):
+        if given[key]:
+            raise InputError("pairsim units", _option_of(key), given[key], "must be left out with --pressure")
+    try:
+        return velocity_for(pressure, over, case_at)
+    except InputError:
+        raise
+    except ValueError as error:
+        raise InputError("pairsim units", "--pressure", f"{pressure} over {over}", str(error)) from None
 
 
 def _fitted(

@@ -9,6 +9,7 @@ from pairsim.config.case import Case, SceneCase
 from pairsim.config.checked_range import beyond_checked
 from pairsim.config.materials import declared_in, is_viscous
 from pairsim.physics.scales import Scales
+from pairsim.runtime.errors import RunFailure
 
 WATER = "1000 kg/m^3"
 DEFAULTS = {"density": WATER}
@@ -63,7 +64,7 @@ def bench_report(case: SceneCase, given: Mapping[str, Any]) -> BenchReport:
             ("Re", f"{Re:.3g}", "Reynolds number rho U_av D_c/eta_0"),
             ("Re beta^2", f"{particle_Re:.3g}", "Reynolds number of a particle"),
         ],
-        _scales(scales),
+        [*_scales(scales), *_at_the_wall(case, scales)],
         f"inertia {'is' if small else 'may not be'} negligible: Re = {Re:.2g}, {comparison}",
         list(_defaults(case, given)),
         [*beyond_checked(case), *_warnings(case, small)],
@@ -93,6 +94,22 @@ def _scales(scales: Scales) -> list[Row]:
         ("viscosity", f"{scales.viscosity:.4g} Pa s", "eta_0"),
         ("stress", f"{scales.stress:.4g} Pa", "eta_0 U_av/D_c"),
     ]
+
+
+def _at_the_wall(case: SceneCase, scales: Scales) -> Iterator[Row]:
+    """What the liquid without particles does at the wall; nothing where it has no steady flow."""
+    from pairsim.physics.pipe import Pipe
+
+    liquid = case.liquid_model
+    try:
+        flow = Pipe(liquid).steady()
+    except (RunFailure, ArithmeticError, ValueError):
+        return
+    yield "wall shear rate", f"{flow.wall_rate / scales.time:.4g} 1/s", "of the flow without particles"
+    if liquid.modes:
+        yield "Wi at the wall", f"{liquid.longest * flow.wall_rate:.4g}", "Weissenberg number lambda times this rate"
+    yield "wall stress", f"{flow.gradient / 4 * scales.stress:.4g} Pa", "shear stress there"
+    yield "pressure drop", f"{1e-5 * flow.gradient * scales.stress / scales.length:.4g} kPa/cm", "without particles"
 
 
 def _distances(case: SceneCase) -> tuple[str, str]:

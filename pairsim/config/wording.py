@@ -24,7 +24,9 @@ MEASURED = {"d0": "distance", "d": "distance", "beta": "particle", "Ca_e": "modu
 """Keys of a case that a quantity in the `physical` block gives."""
 BEYOND = re.compile(r"inertia|reynolds|^re$|gravity|density|off_?(axis|set)|eccentric|lateral|channel|wall|square")
 """Names of keys for what is not modelled."""
-MODELLED = "pairsim computes spheres on the axis of a round tube, without inertia and gravity (docs/explanation/limits.md)"
+MODELLED = (
+    "pairsim computes spheres on the axis of a round tube, without inertia and gravity (docs/explanation/limits.md)"
+)
 DECIMAL = "; numbers are written as 90, 0.4 or 1e-3, without quotes"
 LIST = "a list, each entry "
 NEEDED = {"De": "the four numbers of a case are beta, De, Ca_e and d0"}

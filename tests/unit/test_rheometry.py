@@ -106,3 +106,20 @@ def test_mistakes_in_files_are_told(
     done = pairsim("units", "--rheology", "flow.csv", *EXPERIMENT, *more)
     assert done.returncode == 2
     assert said in done.stderr
+
+
+def test_a_pressure_gives_the_mean_velocity(pairsim: Pairsim, tmp_path: Path) -> None:
+    """U = dp D^2/(32 eta L), and for a power law (dp D/(4 K L))^(1/n) D n/(2 (3 n + 1))."""
+    bead = ("--tube", "50um", "--particle", "20um", "--modulus", "1kPa", "--pressure", "20kPa", "--over", "5cm")
+    done = pairsim("units", *bead, "--viscosity", "50mPa.s", "-o", "case.yaml")
+    assert "velocity: 0.000625 m/s" in (tmp_path / "case.yaml").read_text()
+    assert "100 1/s" in done.stdout
+    assert "4 kPa/cm" in done.stdout
+    thinning = ("--liquid", "power-law", "--n", "0.5", "--consistency", "0.5Pa.s^0.5")
+    pairsim("units", *bead, *thinning, "-o", "case.yaml", "--overwrite")
+    text = next(line for line in (tmp_path / "case.yaml").read_text().splitlines() if "velocity" in line)
+    assert float(text.split()[1]) == pytest.approx((20e3 * 50e-6 / (4 * 0.5 * 0.05)) ** 2 * 50e-6 * 0.5 / 5, rel=1e-6)
+    for more, said in (((), "must be given with --over"), (("--pressure", "1kPa"), "must be left out")):
+        wrong = pairsim("units", *bead[:6], "--over", "5cm", "--viscosity", "1Pa.s", "--flow", "1ul/min", *more)
+        assert wrong.returncode == 2
+        assert said in wrong.stderr
