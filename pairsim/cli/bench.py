@@ -205,6 +205,8 @@ def _fitted(
     from pairsim.plots.rheometry import draw_fit
 
     data = read_measured(rheology, spectrum)
+    if len(data.frequency):
+        typer.echo("fit: laws of up to four modes, some half a minute", err=True)
     found = fits(data, [law] if law else None)
     if not found:
         raise InputError("pairsim units", "--liquid", law, "must have fewer parameters than there are points")

@@ -33,7 +33,7 @@ def test_version_is_that_of_the_package() -> None:
 def test_help_lists_every_command() -> None:
     result = CliRunner().invoke(app, ["--help"])
     assert result.exit_code == 0
-    assert len(COMMANDS) == 16
+    assert len(COMMANDS) == 17
     assert all(command in result.output for command in COMMANDS)
 
 

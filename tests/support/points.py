@@ -23,4 +23,5 @@ def made_point(d: float, dU: Any, slope: Any, error: float = 0.0) -> Any:
         slopes=slopes,
         slope_at_rest=float(slopes[0]),
         dU_errors=np.full(len(dUs), error),
+        correction=np.zeros(len(dUs)),
     )
