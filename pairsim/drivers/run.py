@@ -26,7 +26,7 @@ from pairsim.results.fields import frame
 from pairsim.results.output import plain
 from pairsim.runtime.errors import TooManySteps, WallTime
 from pairsim.runtime.signals import heed
-from pairsim.runtime.watch import within_budget
+from pairsim.runtime.watch import budget, within_budget
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.history import Counts
 from pairsim.solvers.stepping.step import Step
@@ -36,6 +36,7 @@ ADVICE = {
     WallTime: "a larger limits.wall_time, with --resume",
     TooManySteps: "a larger limits.max_steps, with --resume",
 }
+SETTLES = 10.0  # time for the settled state at the end of a run [s], at least: else what the run itself took; chosen
 
 
 def solve(case: Case, *, earlier: events.Earlier | None = None) -> events.Events:
@@ -104,7 +105,8 @@ class _Run:
         """Take all steps, and find what the particles do at the end."""
         outcome, gaps = yield from self._march(transient)
         transient.close()  # its memory serves the quasi-steady solution
-        with transient.clock("quasi-steady"):
+        longest = max(SETTLES, time.perf_counter() - self._begun)
+        with transient.clock("quasi-steady"), budget(longest, "it was not found within {}"):
             self._entries |= settled_entry(self.case, problem, gaps, outcome)
         if self.adaptation is not None and outcome.status == "finished":
             outcome = replace(outcome, message=outcome.message + outcome_of(self.worst)[1])
