@@ -159,7 +159,7 @@ def api() -> str:
     """Page with the public names of the package."""
     names = [f"pairsim.{name}" for name in pairsim.__all__ if callable(getattr(pairsim, name))]
     names += [f"pairsim.errors.{name}" for name in errors.__all__ if f"pairsim.{name}" not in names]
-    names.append("pairsim.api.compute.Computation")
+    names += ["pairsim.statements", "pairsim.api.compute.Computation"]
     names.sort(key=lambda name: (name.startswith("pairsim.errors"), name.rpartition(".")[2][0].isupper()))
     head = "# Python API\n\nPublic names of `pairsim`. [From Python](../how-to/python.md) shows how to use them.\n\n"
     return head + "\n\n".join(f"::: {name}" for name in names) + "\n"
