@@ -1,7 +1,7 @@
 """Laws that users bring: classes in files of their own, or in installed packages.
 
 `--laws FILE` and `pairsim.use_laws` put files into the environment variable PAIRSIM_LAWS, which child processes
-inherit; packages name laws as entry points in the group `pairsim.laws`. A case file alone never executes code.
+inherit; packages name laws as entry points in the groups `pairsim.liquids` and `pairsim.solids`. A case file alone never executes code.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 OWN = "PAIRSIM_LAWS"
 """Environment variable with the files, separated as those of PATH are."""
-GROUP = "pairsim.laws"
+GROUPS = "pairsim.liquids", "pairsim.solids"
 OPTION = "--laws"
 _SHIPPED = __name__.rpartition(".")[0]
 
@@ -56,11 +56,11 @@ def load_all() -> Iterator[type[Material]]:
         yield from load_file(file)
     from importlib.metadata import entry_points
 
-    for entry in entry_points(group=GROUP):
+    for entry in (entry for group in GROUPS for entry in entry_points(group=group)):
         try:
             law = entry.load()
         except Exception as error:
-            raise InputError(f"entry point {entry.name} of {GROUP}", "", entry.value, _why(error)) from error
+            raise InputError(f"entry point {entry.name} of {entry.group}", "", entry.value, _why(error)) from error
         yield law
 
 

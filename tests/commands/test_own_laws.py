@@ -87,3 +87,13 @@ def test_laws_are_objects_in_python(folder: Path) -> None:
     )
     done = subprocess.run([sys.executable, "-c", program], cwd=folder, capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["20.0", "0.1", "2.0"]
+
+
+def test_installed_packages_bring_laws(folder: Path) -> None:
+    about = folder / "my_laws-1.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: my-laws\nVersion: 1\n")
+    (about / "entry_points.txt").write_text("[pairsim.liquids]\nfene-cr = my_laws:FeneCR\n")
+    program = "import pairsim; print(pairsim.load('case.yaml', kind='curve').liquid_model.label)"
+    done = subprocess.run([sys.executable, "-c", program], cwd=folder, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "FENE-CR"
