@@ -1,7 +1,8 @@
 """Laws that users bring: classes in files of their own, or in installed packages.
 
 `--laws FILE` and `pairsim.use_laws` put files into the environment variable PAIRSIM_LAWS, which child processes
-inherit; packages name laws as entry points in the groups `pairsim.liquids` and `pairsim.solids`. A case file alone never executes code.
+inherit; packages name laws as entry points in the groups `pairsim.liquids` and `pairsim.solids`. A case file
+alone never executes code.
 """
 
 from __future__ import annotations
