@@ -52,7 +52,9 @@ def draw_fields(directory: Path, out: Path, page: Page, *, curve: bool, field: s
     count = frame_count(directory)
     if not count:
         if field is not None:
-            raise InputError("--field", "", field, f"must be left out: {directory} has no fields.xdmf")
+            key = "fields, a list of distances," if curve else "output: {fields: true}"
+            allowed = f"must be left out: {directory} has no fields.xdmf, which {key} in its case writes"
+            raise InputError("--field", "", field, allowed)
         return []
     shown = np.linspace(0, count - 1, min(count, MOST_VIEWS if curve else 2)).round()
     views = views_of([read_frame(directory, int(i)) for i in shown])
