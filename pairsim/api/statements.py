@@ -100,7 +100,8 @@ def of_sign(curve: CurveResult, sign: int, low: float = 0.0, high: float = inf, 
     Args:
         curve: The curve of a pair.
         sign: 1 or -1.
-        low, high: Least and largest distance [D_c].
+        low: Smallest distance [D_c].
+        high: Largest distance [D_c].
         least: Error of dU that is assumed at least [U_av], such as what a drawing does not show.
 
     Raises:
