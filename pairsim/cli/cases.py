@@ -144,12 +144,13 @@ def _end(result: Result, directory: Path, shown: Style) -> NoReturn:
 
     command, code = result.command, exit_code(result.status, result.reason)
     rows, least = rows_in(result.columns), command.draws_from
+    drawn = least is not None and (rows >= least or (directory / FIELDS_XDMF).exists())
+    if result.status == "finished" and drawn:
+        try:
+            result.plot(directory)
+        except InputError as error:
+            typer.echo(f"warning: no picture: {error}; pairsim plot {directory} draws it", err=True)
     if code == 0:
-        if least is not None and (rows >= least or (directory / FIELDS_XDMF).exists()):
-            try:
-                result.plot(directory)
-            except InputError as error:
-                typer.echo(f"warning: no picture: {error}; pairsim plot {directory} draws it", err=True)
         typer.echo(str(directory))
     if shown == "none" and code:
         typer.echo(result.message, err=True)

@@ -94,6 +94,15 @@ def _frame(d: float, scene: Steady) -> FieldFrame:
     return frame(moment, scene.h_star(scene.parameters), flow)
 
 
+def _last_shapes(scene: Steady) -> FieldFrame:
+    """The fields of the last solution on the way to parameters that were not reached."""
+    scene.reopen()
+    try:
+        return _frame(min(scene.parameters.gaps), scene)
+    finally:
+        scene.close()
+
+
 def _zeros(
     branch: Branch, points: list[Point], warnings: list[str]
 ) -> Generator[events.Event, None, Sequence[Equilibrium]]:
@@ -136,6 +145,8 @@ def _end(case: CurveCase, found: Solutions, frames: list[FieldFrame], warnings: 
         moved = moving_errors(case, points, size) if size > ROUNDING else []
         warnings = [*warnings, *missed, *moved, *(far_apart(case, curves, size) if size > ROUNDING else [])]
     yield from found.last_events(entries, warnings)
+    if found.last is not None and case.n > 1:
+        frames.append(_last_shapes(found.last))
     for each in sorted(frames, key=lambda each: each.t):
         yield events.Frame(each)
 

@@ -29,6 +29,7 @@ from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import Passed, where
+from pairsim.solvers.steady.scene import Steady
 
 
 class Solutions:
@@ -41,12 +42,14 @@ class Solutions:
     Attributes:
         points: The solutions that are results.
         way: The solutions on the way to the first parameters, where these were not reached.
+        last: The scene at the last of them, closed; None where all was solved.
         branch: The branch, None until `begin`.
     """
 
     def __init__(self, case: SceneCase, warm_start: WarmStart | None = None) -> None:
         self.case, self.points = case, list[Point]()
         self.way: Sequence[Passed] = ()
+        self.last: Steady | None = None
         self.branch: AdaptiveBranch | None = None
         self._own, self._kept = warm_start is None, warm_start or WarmStart()
 
@@ -56,6 +59,8 @@ class Solutions:
     def __exit__(self, kind: type[BaseException] | None, failure: BaseException | None, *_: object) -> None:
         if isinstance(failure, (NoSteadyState, BudgetSpent)):
             self.way = failure.way
+        if isinstance(failure, NoSteadyState):
+            self.last = failure.last
         if self._own or kind is not None:
             self._kept.close()
 

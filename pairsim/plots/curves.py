@@ -16,7 +16,7 @@ from pairsim.plots.lines import fine_distances, lines_of
 from pairsim.plots.overlay import draw_overlay
 from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED, Page
 from pairsim.results.columns import column
-from pairsim.results.output import read_series
+from pairsim.results.output import WAY, read_series
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
@@ -30,11 +30,14 @@ def draw_curve(directory: Path, out: Path, page: Page) -> list[Path]:
         page: What they are drawn for.
 
     Returns:
-        The files written; none for a single particle or places that differ in their gaps.
+        The files written; none for a single particle, places that differ in their gaps, or a branch that ends before
+        the first point.
 
     Raises:
         InputError: The folder is not that of a curve, or holds no point yet.
     """
+    if (directory / WAY).is_file() and not (directory / "curve.csv").is_file():
+        return []
     table = read_series(directory / "curve.csv")
     if not len(next(iter(table.values()))):
         raise InputError(str(directory / "curve.csv"), "", None, "has no points yet")

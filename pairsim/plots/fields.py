@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +15,7 @@ from pairsim.plots.labels import case_parts, read_case
 from pairsim.plots.sections import Layer, View, draw_view, layer_of, mark_view, sheet, views_of
 from pairsim.plots.style import Page, printing
 from pairsim.results.columns import LENGTH, TIME
+from pairsim.results.output import WAY, read_series
 from pairsim.results.xdmf import FieldFrame, read_frame, read_times
 from pairsim.runtime.errors import InputError
 
@@ -65,9 +67,21 @@ def draw_fields(directory: Path, out: Path, page: Page, *, curve: bool, field: s
         for place, axis in enumerate(axes):
             draw_view(axis, views[place], place, scaled)
             mark_view(axis, views[place], title_of(views[place].frame, curve))
-        small_print(figure, case_parts(read_case(directory / "case.yaml"), {"d0"} if curve else ()))
+        small_print(figure, _parts(directory, views, curve))
         written += page.save(figure, out, stem)
     return written
+
+
+def _parts(directory: Path, views: Sequence[View], curve: bool) -> list[str]:
+    """The parameters of the case, or of the last solution on the way to it where this is what is drawn."""
+    case, way = read_case(directory / "case.yaml"), directory / WAY
+    last = {name: values[-1] for name, values in read_series(way).items()} if way.is_file() else {}
+    d = min((value for name, value in last.items() if re.fullmatch(r"d(_\d+)?", name)), default=np.nan)
+    if not any(np.isclose(view.frame.t, d) for view in views):
+        return case_parts(case, {"d0"} if curve else ())
+    factor = last["Ca_e"] / softest if (softest := np.max(case["Ca_e"])) else 0.0
+    reached = {"De": float(last["De"]), "Ca_e": (factor * np.array(case["Ca_e"])).tolist()}
+    return ["the last steady state that was found", *case_parts(case | reached, {"d0"})]
 
 
 def pictures_of(directory: Path, views: Sequence[View], field: str | None) -> dict[str, list[Layer]]:

@@ -14,6 +14,7 @@ import numpy as np
 from pairsim.results.columns import LENGTH, VELOCITY, relative_velocities
 from pairsim.results.curve_table import peak_of, regions_of
 from pairsim.results.memory import forgotten_at
+from pairsim.results.output import WAY
 from pairsim.results.units import in_unit, scales_in, with_error
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.duration import duration
@@ -169,8 +170,9 @@ def advice(afterwards: str, status: str, reason: str, message: str, directory: P
         resumable: Whether the command goes on from a checkpoint.
     """
     if reason == BranchEnd.reason:
-        way = directory / "way.csv"
-        return f"Next: a smaller Ca_e or De{f'; {way} has the steady states on the way' if way.exists() else ''}."
+        way, drawn = directory / WAY, "and fields.png the last shapes" if (directory / "fields.png").exists() else ""
+        known = f"; {way} has the steady states on the way {drawn}".rstrip() if way.exists() else ""
+        return f"Next: a smaller Ca_e or De{known}."
     if status == "finished":
         return f"Next: {afterwards}."
     if reason in LIMITS:

@@ -26,7 +26,7 @@ from pairsim.runtime.locks import LOCK
 
 FORMAT = 1
 """Format number of a folder of results, in run.json. Earlier folders without the number have the same tables."""
-SERIES, CHECKPOINT, REPORT = "series.csv", "checkpoint.npz", "report.html"
+SERIES, WAY, CHECKPOINT, REPORT = "series.csv", "way.csv", "checkpoint.npz", "report.html"
 FIELDS_XDMF, FIELDS_LAST, FIELDS_H5 = "fields.xdmf", "fields_last.xdmf", "fields.h5"
 FRAMES = "fields"
 """Folder with a file for each frame of fields, while a command is at work."""

@@ -182,12 +182,14 @@ class NoSteadyState(RunFailure):
 
     Attributes:
         way: The solutions on the way to the parameters wanted, each a `Passed` of `solvers.steady.continuation`.
+        last: The scene at the last of them, a `Steady` of `solvers.steady.scene` that may be closed, or None.
         end: Where the branch ends on the mesh at hand, if that is seen: the parameters there, each with its error.
         kind: What ends it, "fold" or "wrinkles".
     """
 
     reason = "not_resolved"
     way: Sequence[Any] = ()
+    last: Any = None
     end: Mapping[str, tuple[float, float]] = MappingProxyType({})
     kind = ""
 

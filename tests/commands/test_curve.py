@@ -24,8 +24,10 @@ from pairsim.drivers.progress import Reporter
 from pairsim.drivers.session import Options
 from pairsim.drivers.warm_start import WarmStart
 from pairsim.inputs.case_files import read_case
+from pairsim.plots.meridional_section import outlines
 from pairsim.results.output import read_series
 from pairsim.results.tables import read_table
+from pairsim.results.xdmf import read_frame
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError, NoSteadyState
 from pairsim.solvers.curves.branch import Branch, Point
@@ -229,6 +231,13 @@ def test_the_end_of_steady_states_is_an_answer(tmp_path: Path, pairsim: Pairsim)
     way = read_table(tmp_path / "out" / "way.csv")
     assert way["Ca_e"].iloc[-1] < Ca_e + error
     assert way["Ca_e"].is_monotonic_increasing
+    last = read_frame(tmp_path / "out", 0)
+    assert last.t == pytest.approx(0.1)
+    for outline, D in zip(outlines(last), way[["D_T", "D_L"]].iloc[-1], strict=True):
+        z, r = np.ptp(outline[:, 0]), 2 * outline[:, 1].max()
+        assert (z - r) / (z + r) == pytest.approx(D, abs=2e-3)
+    assert (tmp_path / "out" / "fields.png").exists()
+    assert "fields.png the last shapes" in done.stderr
 
 
 def test_zeros_before_one_that_was_lost_are_written(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -203,7 +203,7 @@ def follow(steady: Steady, target: Parameters) -> None:
             step /= 3
             if step < SMALLEST:
                 lost = _lost(steady, along, trail, refused)
-                lost.way = way
+                lost.way, lost.last = way, steady
                 elastic, relaxed = bool(target.liquid.modes), relaxed + 1
                 if isinstance(lost, BranchEnd) or not elastic or relaxed > MOST_RELAXED:
                     raise lost

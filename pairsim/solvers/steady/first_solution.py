@@ -223,5 +223,5 @@ def agreed(ends: Sequence[NoSteadyState], target: Parameters) -> NoSteadyState:
         at[name] = (low + high) / 2, (high - low) / 2 + max(error for _, error in found)
     kinds = {each.kind for each in ends}
     failure = ended(last.kind if len(kinds) == 1 else "wrinkles", at, target, SPREAD_OF_SEVERAL)
-    failure.way = last.way
+    failure.way, failure.last = last.way, last.last
     return failure

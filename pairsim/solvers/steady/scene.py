@@ -153,6 +153,10 @@ class Steady(ParametricScene):
             self.meshed.put(snapshot.reference, snapshot.mesh)
         self.parameters, self.y = snapshot.parameters, snapshot.y
 
+    def reopen(self) -> None:
+        """Make the solvers of a closed scene again, on its mesh."""
+        self.meshed.put(self.scene.reference, self.scene.liquid.six_node_mesh)
+
     def carried_over(self, old: Scene, x: Array, h: Array, material: Array) -> Array:
         """Free unknowns of a solution interpolated from another mesh, shape (n_y,).
 
