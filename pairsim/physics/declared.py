@@ -7,9 +7,10 @@ from typing import NamedTuple
 from pairsim.physics import liquids, solids
 from pairsim.physics.liquids import Liquid, ViscousLaw
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
-from pairsim.physics.material import Dimension, Material, Parameter
+from pairsim.physics.material import Dimension, Material, Parameter, add_defined
 from pairsim.physics.solids import Solid
 
+add_defined()
 LAWS: dict[str, type[Material]] = {**liquids.LAWS, **solids.LAWS}
 """All laws by name."""
 

@@ -15,7 +15,7 @@ from pkgutil import iter_modules
 from string import Formatter
 from typing import Any, ClassVar, Self
 
-from pairsim.physics.own_laws import classes_in, file_of, load_all
+from pairsim.physics.own_laws import classes_in, file_of, load_all, name_file
 from pairsim.physics.scales import Scales
 from pairsim.runtime.errors import InputError
 
@@ -99,6 +99,10 @@ def parameter(
     return dataclasses.field(default=default, metadata=metadata, kw_only=True)
 
 
+_DEFINED: list[type[Material]] = []
+"""All classes with a name of a law, in the order of their definition."""
+
+
 @dataclass(frozen=True)
 class Material:
     """Base of all laws: a frozen dataclass whose fields are parameters.
@@ -117,6 +121,11 @@ class Material:
     label: ClassVar[str]
     words: ClassVar[str]
     default: ClassVar[bool] = False
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        if isinstance(vars(cls).get("name"), str):
+            _DEFINED.append(cls)
 
     @classmethod
     def parameters(cls) -> dict[str, Parameter]:
@@ -185,6 +194,18 @@ def add_law(law: type[Material]) -> None:
             other = laws.setdefault(law.name, law)
             if other is not law and file_of(other) != own:
                 raise InputError(place, f"{law.__name__}.name", law.name, "is the name of another law")
+
+
+def add_defined() -> None:
+    """Make the laws known that a program has imported from modules of its own, before cases are read.
+
+    Raises:
+        InputError: One of them cannot be used.
+    """
+    for law in _DEFINED:
+        if dataclasses.is_dataclass(law) and law.__module__ != "__main__" and (own := file_of(law)) is not None:
+            name_file(own)
+            add_law(law)
 
 
 def apart(a: Mapping[str, float], b: Mapping[str, float]) -> float:

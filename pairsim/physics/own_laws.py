@@ -116,9 +116,11 @@ def file_of(law: type[Material]) -> Path | None:
     if law.__module__.startswith(f"{_SHIPPED}."):
         return None
     try:
-        return Path(inspect.getfile(law)).resolve()
+        if law.__module__ != "__main__":  # which other processes would run again
+            return Path(inspect.getfile(law)).resolve()
     except (OSError, TypeError):
-        raise InputError(law.__name__, "", None, "must be defined in a file, which identifies its cases") from None
+        pass
+    raise InputError(law.__name__, "", None, "must be defined in a file of its own, which processes can import")
 
 
 def digest_of(file: Path) -> str:

@@ -81,12 +81,17 @@ def test_laws_are_objects_in_python(folder: Path) -> None:
     program = (
         "import pairsim\n"
         "from my_laws import FeneCR, Gent\n"
-        "pairsim.use_laws(FeneCR, Gent)\n"
         "case = pairsim.load({'beta': 0.4, 'De': 0.5, 'd0': 0.2}, liquid=FeneCR(L2=20), solid=Gent(0.1, Jm=2))\n"
         "print(case.liquid_model.modes[0].L2, case.Ca_e, case.solid_models[1].Jm)\n"
     )
     done = subprocess.run([sys.executable, "-c", program], cwd=folder, capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["20.0", "0.1", "2.0"]
+
+
+def test_a_law_of_the_program_itself_is_refused(folder: Path) -> None:
+    (folder / "program.py").write_text(f"{LAWS}\nimport pairsim\npairsim.load('case.yaml', liquid=FeneCR(L2=20))\n")
+    done = subprocess.run([sys.executable, "program.py"], cwd=folder, capture_output=True, text=True, check=False)
+    assert "FeneCR: must be defined in a file of its own" in done.stderr
 
 
 def test_installed_packages_bring_laws(folder: Path) -> None:
