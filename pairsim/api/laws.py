@@ -8,13 +8,12 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from pairsim.physics import liquids, solids
-from pairsim.physics.material import Material, add_law
+from pairsim.physics.material import Material
 from pairsim.physics.own_laws import file_of, load_file, name_file
 from pairsim.physics.solids import Solid
 from pairsim.runtime.errors import InputError
 
-KNOWN_BY_THEN = "pairsim.physics.declared"  # the module that lists the laws for case files
+DECLARED = "pairsim.physics.declared"  # the module that lists the laws for case files, once it is imported
 
 
 def use_laws(*laws: str | PathLike[str] | type[Material]) -> None:
@@ -32,10 +31,9 @@ def use_laws(*laws: str | PathLike[str] | type[Material]) -> None:
             continue
         name_file(file)
         for law in [each] if isinstance(each, type) else load_file(file):
-            if law.name not in {**liquids.LAWS, **solids.LAWS} and KNOWN_BY_THEN in sys.modules:
-                allowed = "must be known before the first case is read: call pairsim.use_laws at the beginning"
+            if DECLARED in sys.modules and law.name not in sys.modules[DECLARED].LAWS:
+                allowed = "must be known before the first case is read: import it, or call pairsim.use_laws, earlier"
                 raise InputError("pairsim.use_laws", law.__name__, None, allowed)
-            add_law(law)
 
 
 def with_blocks(keys: Mapping[str, Any]) -> dict[str, Any]:

@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pairsim.physics import liquids, solids
 from pairsim.physics.liquids import Liquid, ViscousLaw
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
-from pairsim.physics.material import Dimension, Material, Parameter, add_defined
+from pairsim.physics.material import Dimension, Material, Parameter
+from pairsim.physics.own_laws import file_of, own_laws
 from pairsim.physics.solids import Solid
+from pairsim.runtime.errors import InputError
 
-add_defined()
+
+def _add_own() -> None:
+    for law in own_laws():
+        laws: dict[str, Any] = solids.LAWS if issubclass(law, Solid) else liquids.LAWS
+        other = laws.setdefault(law.name, law)
+        if other is not law and file_of(other) != (own := file_of(law)):
+            raise InputError(str(own), f"{law.__name__}.name", law.name, "is the name of another law")
+
+
+_add_own()
 LAWS: dict[str, type[Material]] = {**liquids.LAWS, **solids.LAWS}
 """All laws by name."""
 

@@ -15,9 +15,7 @@ from pkgutil import iter_modules
 from string import Formatter
 from typing import Any, ClassVar, Self
 
-from pairsim.physics.own_laws import classes_in, file_of, load_all, name_file
 from pairsim.physics.scales import Scales
-from pairsim.runtime.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -99,8 +97,8 @@ def parameter(
     return dataclasses.field(default=default, metadata=metadata, kw_only=True)
 
 
-_DEFINED: list[type[Material]] = []
-"""All classes with a name of a law, in the order of their definition."""
+NAMED: list[type[Material]] = []
+"""All laws in the order of their definition: classes with a name, those that ship and those that users bring."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +123,7 @@ class Material:
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
         if isinstance(vars(cls).get("name"), str):
-            _DEFINED.append(cls)
+            NAMED.append(cls)
 
     @classmethod
     def parameters(cls) -> dict[str, Parameter]:
@@ -147,65 +145,11 @@ class Material:
         return dataclasses.replace(self, **numbers)
 
 
-_KINDS: list[tuple[tuple[type[Material], ...], dict[str, Any]]] = []
-"""The kinds of laws, each with the dictionary of those that are known."""
-_OWN: list[type[Material]] = []
-_loading = False
-
-
 def laws_of(package: str, path: Iterable[str], kinds: tuple[type[Material], ...]) -> dict[str, Any]:
-    """The laws that the modules of a package define, by name, and those that users bring.
-
-    Args:
-        package: Name of the package.
-        path: Its folders.
-        kinds: The classes of which they are.
-
-    Raises:
-        InputError: A law of a user's own cannot be used.
-    """
-    global _loading
-    modules = [import_module(f"{package}.{entry.name}") for entry in iter_modules(path)]
-    laws = {law.name: law for module in modules for law in classes_in(module) if issubclass(law, kinds)}
-    _KINDS.append((kinds, laws))
-    if not _loading:  # a file of laws imports the packages of all kinds
-        _loading = True
-        _OWN.extend(load_all())
-    for own in _OWN:
-        add_law(own)
-    return laws
-
-
-def add_law(law: type[Material]) -> None:
-    """Make a law of a user's own known.
-
-    Raises:
-        InputError: It does not say all of itself, or another law has its name.
-    """
-    own = file_of(law)
-    place = str(own or law.__module__)
-    if not (dataclasses.is_dataclass(law) and issubclass(law, Material)):
-        raise InputError(place, law.__name__, None, "must be a frozen dataclass, and a law of a liquid or a solid")
-    for said in ("label", "words"):
-        if not isinstance(getattr(law, said, None), str):
-            raise InputError(place, f"{law.__name__}.{said}", None, "must be a text")
-    for kinds, laws in _KINDS:
-        if issubclass(law, kinds):
-            other = laws.setdefault(law.name, law)
-            if other is not law and file_of(other) != own:
-                raise InputError(place, f"{law.__name__}.name", law.name, "is the name of another law")
-
-
-def add_defined() -> None:
-    """Make the laws known that a program has imported from modules of its own, before cases are read.
-
-    Raises:
-        InputError: One of them cannot be used.
-    """
-    for law in _DEFINED:
-        if dataclasses.is_dataclass(law) and law.__module__ != "__main__" and (own := file_of(law)) is not None:
-            name_file(own)
-            add_law(law)
+    """The laws of the given kinds that the modules of a package define, by name."""
+    for entry in iter_modules(path):
+        import_module(f"{package}.{entry.name}")
+    return {law.name: law for law in NAMED if issubclass(law, kinds) and law.__module__.startswith(f"{package}.")}
 
 
 def apart(a: Mapping[str, float], b: Mapping[str, float]) -> float:

@@ -16,18 +16,15 @@ from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_loader
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING
 
+from pairsim.physics.material import NAMED, Material
 from pairsim.runtime.errors import InputError
-
-if TYPE_CHECKING:
-    from pairsim.physics.material import Material
 
 OWN = "PAIRSIM_LAWS"
 """Environment variable with the files, separated as those of PATH are."""
 GROUPS = "pairsim.liquids", "pairsim.solids"
 OPTION = "--laws"
-_SHIPPED = __name__.rpartition(".")[0]
+_SHIPPED, MAIN = __name__.rpartition(".")[0], "__main__"
 
 
 def files() -> list[Path]:
@@ -47,22 +44,34 @@ def name_file(file: Path) -> None:
         os.environ[OWN] = os.pathsep.join(map(str, [*files(), whole]))
 
 
-def load_all() -> Iterator[type[Material]]:
-    """The laws in the named files and the installed packages.
+def own_laws() -> Iterator[type[Material]]:
+    """The laws in the named files, in the installed packages, and in modules that a program has imported.
 
     Raises:
-        InputError: A file or an entry point cannot be imported, or a file has no law.
+        InputError: A file or an entry point cannot be imported, or a law does not say all of itself.
     """
-    for file in files():
-        yield from load_file(file)
     from importlib.metadata import entry_points
 
+    for file in files():
+        load_file(file)
     for entry in (entry for group in GROUPS for entry in entry_points(group=group)):
         try:
-            law = entry.load()
+            entry.load()
         except Exception as error:
             raise InputError(f"entry point {entry.name} of {entry.group}", "", entry.value, _why(error)) from error
-        yield law
+    for law in NAMED:
+        if law.__module__ != MAIN and (own := file_of(law)) is not None:
+            _check(law, own)
+            name_file(own)
+            yield law
+
+
+def _check(law: type[Material], file: Path) -> None:
+    if "__dataclass_fields__" not in vars(law):
+        raise InputError(str(file), law.__name__, None, "must be decorated with @dataclass(frozen=True)")
+    for said in ("label", "words"):
+        if not isinstance(getattr(law, said, None), str):
+            raise InputError(str(file), f"{law.__name__}.{said}", None, "must be a text")
 
 
 def load_file(file: Path) -> list[type[Material]]:
@@ -71,17 +80,11 @@ def load_file(file: Path) -> list[type[Material]]:
     Raises:
         InputError: It cannot be imported, or has none.
     """
-    laws = list(classes_in(_imported(file.resolve())))
+    module = _imported(file.resolve()).__name__
+    laws = [law for law in NAMED if law.__module__ == module]
     if not laws:
         raise InputError(str(file), "", None, "must have a law: a class with a name (docs/tutorials/own-law.md)")
     return laws
-
-
-def classes_in(module: ModuleType) -> Iterator[type[Material]]:
-    """The laws that a module defines: classes that have a name of a law."""
-    for each in list(vars(module).values()):
-        if isinstance(each, type) and each.__module__ == module.__name__ and isinstance(vars(each).get("name"), str):
-            yield each
 
 
 def _imported(file: Path) -> ModuleType:
@@ -94,9 +97,8 @@ def _imported(file: Path) -> ModuleType:
         module = sys.modules[name] = module_from_spec(spec)
         try:
             loader.exec_module(module)
-        except InputError:
-            raise
         except Exception as error:
+            del sys.modules[name]  # a file that was mended is read again
             line = next((f.lineno for f in reversed(inspect.trace()) if f.filename == str(file)), None)
             line = error.lineno if isinstance(error, SyntaxError) else line
             raise InputError(str(file), "", None, _why(error), line=line) from error
@@ -116,7 +118,7 @@ def file_of(law: type[Material]) -> Path | None:
     if law.__module__.startswith(f"{_SHIPPED}."):
         return None
     try:
-        if law.__module__ != "__main__":  # which other processes would run again
+        if law.__module__ != MAIN:  # which other processes would run again
             return Path(inspect.getfile(law)).resolve()
     except (OSError, TypeError):
         pass

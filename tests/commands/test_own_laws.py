@@ -66,6 +66,7 @@ def test_check_law_tells_a_wrong_sign(pairsim_apart: Pairsim, folder: Path) -> N
         ((r"import dataclass\n", "import dataclasses\n"), r"my_laws.py:1: cannot be imported: ImportError"),
         ((r'"fene-cr"', '"giesekus"'), "FeneCR.name: got 'giesekus'; is the name of another law"),
         ((r'    words = "stiff.*\n', ""), "Gent.words: must be a text"),
+        ((r"@dataclass.frozen=True.\nclass Gent", "class Gent"), "Gent: must be decorated"),
     ],
 )
 def test_mistakes_in_a_file_of_laws_are_told(
