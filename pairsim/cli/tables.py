@@ -55,6 +55,8 @@ def table(
 
     check_free(output, overwrite)
     if cytometry:
+        if given := name or (physical and "--physical") or (tidy and "--tidy"):
+            raise InputError("pairsim table", given, None, "must be left out with --cytometry")
         _print(_look_up_table(directory), output)
         return
     if (kind := kind_of(directory)) not in COMMANDS:

@@ -9,7 +9,7 @@ from pairsim.config.case import Case, SceneCase
 from pairsim.config.checked_range import beyond_checked
 from pairsim.config.materials import declared_in, is_viscous
 from pairsim.physics.scales import Scales
-from pairsim.runtime.errors import RunFailure
+from pairsim.runtime.errors import NoSteadyState
 
 WATER = "1000 kg/m^3"
 DEFAULTS = {"density": WATER}
@@ -103,7 +103,7 @@ def _at_the_wall(case: SceneCase, scales: Scales) -> Iterator[Row]:
     liquid = case.liquid_model
     try:
         flow = Pipe(liquid).steady()
-    except (RunFailure, ArithmeticError, ValueError):
+    except NoSteadyState:
         return
     yield "wall shear rate", f"{flow.wall_rate / scales.time:.4g} 1/s", "of the flow without particles"
     if liquid.modes:

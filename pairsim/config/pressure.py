@@ -12,7 +12,7 @@ from pairsim.config.case import SceneCase
 from pairsim.config.quantities import LENGTH, si
 from pairsim.physics.material import Dimension
 from pairsim.physics.pipe import Pipe
-from pairsim.runtime.errors import InputError, RunFailure
+from pairsim.runtime.errors import InputError, NoSteadyState
 
 PRESSURE = Dimension("pressure", "a pressure", "pressure drop", "Pa", "20 kPa", lambda value, _: value)
 SLOWEST, FASTEST, COUNT = 1e-7, 10.0, 33  # mean velocities among which those that fit are looked for [m/s]; chosen
@@ -38,7 +38,7 @@ def velocity_for(pressure: str, over: str, case_at: Callable[[str], SceneCase]) 
             scales = case.scales
             assert scales is not None
             return math.log(Pipe(case.liquid_model).steady().gradient * scales.stress / scales.length / wanted)
-        except (RunFailure, ArithmeticError, ValueError):
+        except (InputError, NoSteadyState):
             return math.nan
 
     places = np.linspace(math.log(SLOWEST), math.log(FASTEST), COUNT)

@@ -91,8 +91,7 @@ def si(text: Any, of: Dimension) -> float:
     """
     allowed = f"must be {words_of(of)}"
     if isinstance(text, list | tuple):
-        modes = "; several relaxation times are modes, liquid: {law: modes, modes: [...]}"
-        raise ValueError(f"is a list; {allowed}{modes if of.key == 'relaxation' else ''}")
+        raise ValueError(f"is a list; {allowed}{of.if_several}")
     try:
         number, unit = _parsed(text)
     except ValueError as error:

@@ -13,16 +13,14 @@ from pydantic import BaseModel, ValidationError
 from pairsim.config.material_keys import BLOCKS, LIQUIDS, MODELS
 from pairsim.config.materials import liquid_block
 from pairsim.config.mistakes import UNKNOWN, Mistake, missing
-from pairsim.config.physical import BLOCK
+from pairsim.config.physical import BLOCK, stands_for
 from pairsim.config.quantities import QUANTITY
 from pairsim.runtime.text import as_typed
 
 Groups = dict[str, type[BaseModel]]
 MOST_READ = 1000  # mistakes of a file that are read
 CLOSE = 0.65  # least similarity (difflib) at which a key counts as a misspelling of another
-MEASURED = {"d0": "distance", "d": "distance", "beta": "particle", "Ca_e": "modulus", "De": "relaxation"}
-"""Keys of a case that a quantity in the `physical` block gives."""
-BEYOND = re.compile(r"inertia|reynolds|^re$|gravity|density|off_?(axis|set)|eccentric|lateral|channel|wall|square")
+BEYOND = re.compile(r"inertia|reynolds|^re$|gravity|off_?(axis|set)|eccentric|lateral|channel|wall|square")
 """Names of keys for what is not modelled."""
 MODELLED = (
     "pairsim computes spheres on the axis of a round tube, without inertia and gravity (docs/explanation/limits.md)"
@@ -79,10 +77,10 @@ def _unknown(key: str, value: Any, group: str, model: type[BaseModel], groups: G
         place, _, last = key.rpartition(".")
         hint = f"write it in its group, as {place}: {{{last}: {as_typed(value)}}}"
         return Mistake(key, value, f"{UNKNOWN}{hint}", meant=key)
-    if not group and BEYOND.search(name.lower()):
-        return Mistake(key, value, f"{UNKNOWN}{MODELLED}")
     if _first(key) not in BLOCKS and (hint := meant(name, group, groups)):
         return Mistake(key, value, f"{UNKNOWN}did you mean {hint}?", meant=hint)
+    if not group and BEYOND.search(name.lower()):
+        return Mistake(key, value, f"{UNKNOWN}{MODELLED}")
     return Mistake(key, value, f"{UNKNOWN}allowed: {', '.join(model.model_fields)}")
 
 
@@ -124,8 +122,10 @@ def _mistake(problem: Any, groups: Groups, data: Mapping[str, Any]) -> Mistake:
             key, f"must be given in {group}" if group else NEEDED.get(key) or f"must be {allowed_in(model, name)}"
         )
     allowed = f"must be {allowed_in(model, _first(name), entry='[' in name)}"
-    if (measured := MEASURED.get(_first(key))) and isinstance(value, str) and QUANTITY.fullmatch(value):
-        return Mistake(key, value, f"{allowed}; with a unit it is physical.{measured}")
+    if isinstance(value, str) and QUANTITY.fullmatch(value):
+        place = "d" if _first(key) == "d0" else re.sub(r"\[\d+\]$", "", key)
+        if measured := next((of.key for given, of in stands_for(data) if given == place), None):
+            return Mistake(key, value, f"{allowed}; with a unit it is {BLOCK}.{measured}")
     odd = "number" in allowed and isinstance(value, str) and re.match(r"[-+.]?\d", value)  # 010, 1:30, 0x10, 0,4
     return Mistake(key, value, allowed + DECIMAL if odd else allowed)
 

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from pairsim.fem.algebra.constraints import Constraints
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh, jacobians
@@ -100,6 +99,8 @@ def contour(outline: Array) -> tuple[float, float, float, float]:
         Area of the meridional section [D_c^2] and deformation 1 - 2 sqrt(pi area)/perimeter, then both of its convex
         hull, where the rear is dented.
     """
+    from scipy.spatial import ConvexHull  # of which runs and curves have no use
+
     left, middle, right = outline[:-2:2], outline[1::2], outline[2::2]
     s = POINTS[:-1, None, None]
     fine = np.concatenate([(middle + s * (right - left) / 2 + s**2 * ((left + right) / 2 - middle)), right[None]])

@@ -29,6 +29,7 @@ class Dimension:
         unit: Its SI unit, in which "{n}" stands for the parameter n of the law.
         example: A value with its unit, "{n}" in it as in `unit`.
         number: The parameter from the value in SI units and the scales.
+        if_several: What is added to the message of who gives a list, such as what to write instead.
     """
 
     key: str
@@ -37,6 +38,7 @@ class Dimension:
     unit: str
     example: str
     number: Callable[[float, Scales], float]
+    if_several: str = ""
 
     @property
     def of_unit(self) -> tuple[str, ...]:

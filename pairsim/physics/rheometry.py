@@ -8,20 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 
 import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 
-from pairsim.physics.conformation import IDENTITY, mode_stress, relaxation
-from pairsim.physics.liquids import LAWS, ConformationLaw, Liquid, Newtonian, ViscousLaw, single
+from pairsim.physics.homogeneous import moduli, steady_shear
+from pairsim.physics.liquids import LAWS, ConformationLaw, Liquid, Newtonian, ViscousLaw
 from pairsim.physics.material import Material, Parameter
 from pairsim.runtime.arrays import Array
 
 CONFIDENCE = 0.95
-# Weissenberg number from which steady flows are followed, largest step of its logarithm, and iterations; chosen.
-SLOW, STRIDE, MOST_ITERATIONS = 0.1, 0.8, 20
 MOST_MODES = 4
 LOGARITHMIC = 100.0  # ratio of the bounds of a parameter from which its logarithm is fitted; chosen
 FARTHEST = 1e-3, 1e3  # bounds of relaxation times over the inverse of the slowest and fastest rate; chosen
@@ -60,70 +57,6 @@ class Measured:
     def elastic(self) -> bool:
         """Whether the data show elasticity."""
         return any(name in ("N1", "storage") for name, _, _ in self.curves)
-
-
-def steady_shear(liquid: Liquid, rates: Array) -> tuple[Array, Array]:
-    """Viscosity and first normal stress difference over eta_0 in steady shear.
-
-    Args:
-        liquid: The liquid.
-        rates: Shear rates [U_av/D_c], (n,).
-
-    Returns:
-        Viscosity over eta_0, and N1 over eta_0 U_av/D_c, (n,) each.
-    """
-    viscosity = np.asarray(liquid.xi * liquid.solvent.viscosity(rates**2) * np.ones_like(rates), dtype=float)
-    N1 = np.zeros_like(rates)
-    for law in liquid.modes:
-        tau = mode_stress(liquid, law, _sheared(liquid, law, rates))
-        viscosity = viscosity + np.real(tau[1]) / rates
-        N1 = N1 + np.real(tau[0] - tau[2])
-    return viscosity, N1
-
-
-def _sheared(liquid: Liquid, law: ConformationLaw, rates: Array) -> Array:
-    """The conformation of a mode in steady shear, shape (4, n)."""
-    alone = replace(law, time=1.0, weight=1.0)
-    found = _alone_in_shear(alone, float(liquid.relaxation_time(law)), tuple(np.sort(rates).tolist()))
-    return found[:, np.argsort(np.argsort(rates))]
-
-
-@lru_cache(maxsize=64)
-def _alone_in_shear(law: ConformationLaw, time: float, rates: tuple[float, ...]) -> Array:
-    """The conformation of a lone mode at ascending shear rates, (4, n), by Newton's method along them."""
-    liquid, last = single(law, time), np.log(SLOW / time)
-    c, before, found = IDENTITY.copy(), IDENTITY.copy(), []
-    for rate in np.log(rates):
-        steps = max(int(np.ceil((rate - last) / STRIDE)), 1)
-        for log_rate in np.linspace(last, rate, steps + 1)[1:]:
-            c, before = _steady(liquid, law, 2 * c - before, float(np.exp(log_rate))), c
-        last = max(rate, last)
-        found.append(c)
-    return np.array(found).T
-
-
-def _steady(liquid: Liquid, law: ConformationLaw, c: Array, rate: float) -> Array:
-    """The steady conformation at a shear rate, shape (4,), from a guess; derivatives by complex steps."""
-    h, unit = 1e-30, np.concatenate([np.zeros((4, 1)), np.eye(4)], axis=1)
-    for _ in range(MOST_ITERATIONS):
-        at = c[:, None] + 1j * h * unit
-        stretched = np.array([2 * rate * at[1], rate * at[2], 0 * at[2], 0 * at[3]])
-        change = stretched + relaxation(liquid, law, at, np.full(5, rate**2))
-        step = np.linalg.solve(np.imag(change[:, 1:]) / h, -np.real(change[:, 0]))
-        c = c + step
-        if np.abs(step).max() <= 1e-9 * np.abs(c).max():
-            break
-    return c
-
-
-def moduli(liquid: Liquid, frequency: Array) -> tuple[Array, Array]:
-    """Storage and loss modulus over eta_0 U_av/D_c of small oscillations; the solvent has its viscosity at rest."""
-    storage, loss = np.zeros_like(frequency), liquid.xi * liquid.solvent.viscosity(1e-12) * frequency
-    for law in liquid.modes:
-        x = frequency * liquid.relaxation_time(law)
-        storage = storage + liquid.modulus(law) * x**2 / (1 + x**2)
-        loss = loss + liquid.modulus(law) * x / (1 + x**2)
-    return storage, loss
 
 
 @dataclass(frozen=True)

@@ -80,6 +80,7 @@ def test_equal_rigid_spheres_in_a_newtonian_liquid_keep_their_distance() -> None
     found = curve(Ca_e=0, d=places)
     assert found["wanted"].sum() == len(places)
     assert found["dU"].abs().max() < 1e-9
+    assert (found["dU"].abs() <= found["dU_error"]).all()
 
 
 def test_rounding_has_neither_zeros_nor_bends() -> None:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import itertools
 from typing import Any
 
-import numpy as np
 import pytest
 import ufl
 from mpi4py import MPI
 from support.scenes import soft_pair
 
 import pairsim
+from pairsim.drivers.check_law import jacobian_off
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.fem.phases import compiled_phase
 from pairsim.physics import solids
@@ -57,21 +57,7 @@ def problems() -> dict[str, Problem]:
 
 @pytest.mark.parametrize("name", problems())
 def test_jacobian_matches_differences(name: str) -> None:
-    transient = Transient(problems()[name])
-    newton, constraints = transient.newton, transient.constraints
-    rng = np.random.default_rng(1)
-    h, g, U_m = transient.history.h[0], 0.03, 1.7
-    star = transient.scene.with_displacements(transient.history.x[0], h) if transient.scene.has_rates else None
-    y = newton.solve(transient._first_guess(), h, g, U_m, star)[0]
-    y = y * (1 + 0.05 * rng.standard_normal(constraints.size))
-    direction = rng.standard_normal(constraints.size) * np.maximum(np.abs(y), 1e-3)
-    product = newton.jacobian_times(y, direction)
-    step = 1e-5
-    difference = (newton.residual_at(y + step * direction) - newton.residual_at(y - step * direction)) / (2 * step)
-    for field, index in constraints.fields.items():
-        scale = np.linalg.norm(product[index])
-        assert np.linalg.norm(product[index] - difference[index]) < 1e-6 * max(scale, 1e-3), field
-    transient.close()
+    assert jacobian_off(problems()[name]) < 1e-6
 
 
 def test_small_steps_share_a_matrix() -> None:

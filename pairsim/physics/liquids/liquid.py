@@ -11,6 +11,7 @@ from pairsim.physics.liquids.newtonian import Newtonian
 from pairsim.physics.liquids.viscous import ViscousLaw
 from pairsim.physics.material import Material, Parameter, a_time, a_viscosity
 
+SEVERAL_TIMES = "; several relaxation times are modes, liquid: {law: modes, modes: [...]}"
 COLD_DEBORAH = 0.01  # log c overflows from 0.02 in gaps of 0.02, from 0.05 at N_p 28
 
 
@@ -38,7 +39,9 @@ class Liquid:
             "Deborah number lambda U_av/D_c; 0 is a liquid without elasticity",
             1e-6,
             1e4,
-            dimension=a_time("relaxation", "relaxation time lambda; gives De = lambda U_av/D_c"),
+            dimension=replace(
+                a_time("relaxation", "relaxation time lambda; gives De = lambda U_av/D_c"), if_several=SEVERAL_TIMES
+            ),
         ),
         "xi": Parameter(
             r"\xi",
