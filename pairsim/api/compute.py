@@ -25,7 +25,7 @@ from pairsim.runtime.locks import command_line
 Folder = str | PathLike[str]
 # Time without any result after which a command ends where no budget is given: so many seconds, or times what was
 # announced. The longest proof that there is no steady state among fifty scenes took 200 s on a busy machine; chosen.
-PATIENCE, MULTIPLE = 240.0, 10.0
+PATIENCE, MULTIPLE = 240.0, 3.0
 
 
 class Computation[R: Result]:
@@ -113,8 +113,9 @@ def compute(
         The result of the command.
     """
     reporter = make_reporter(style_of(progress))
-    patience = max(PATIENCE, MULTIPLE * command.estimate(case).seconds)
-    options = Options(overwrite, reporter, command_line(), signals, budget, patience)
+    announced = command.estimate(case).seconds
+    patience = max(PATIENCE, MULTIPLE * announced)
+    options = Options(overwrite, reporter, command_line(), signals, budget, patience, announced)
     directory = Path(tempfile.mkdtemp(prefix="pairsim-") if folder is None else folder)
     try:
         outcome = command.compute(case, directory, options, **flags)

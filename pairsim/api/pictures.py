@@ -25,6 +25,7 @@ def plot(
     panels: str | None = None,
     field: str | None = None,
     animate: bool = False,
+    physical: bool | None = None,
 ) -> list[Path]:
     """Draw what a folder holds, or lay several runs or several curves over each other.
 
@@ -38,6 +39,7 @@ def plot(
         panels: Parameter whose values have a panel each, of a sweep or of several folders.
         field: Fields of a run or a curve to draw, separated by commas, or "all"; nothing else is drawn then.
         animate: Make a run's fields, or a curve's, an animation; nothing else is drawn then.
+        physical: Whether to draw in um, s, um/s and Pa; by default where all cases have a `physical` block.
 
     Returns:
         The files written.
@@ -51,9 +53,9 @@ def plot(
     if animate:
         from pairsim.plots import animation
 
-        page = Page.parse(formats or animation.default_movie(), width, MOVIES)
+        page = Page.parse(formats or animation.default_movie(), width, MOVIES, physical)
     else:
-        page = Page.parse(formats or "png", width, FORMATS)
+        page = Page.parse(formats or "png", width, FORMATS, physical)
     target = Path(out) if out is not None else places[0]
     if len(places) > 1:
         if out is None:

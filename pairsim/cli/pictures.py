@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -52,6 +52,14 @@ def plot(
     panels: Annotated[
         str | None, typer.Option(metavar="KEY", help="Such a parameter whose values have a panel each.")
     ] = None,
+    physical: Annotated[
+        bool | None,
+        typer.Option(
+            "--physical/--dimensionless",
+            help="In um, s, um/s and Pa, or in D_c and U_av (default: the former where the case has a physical block).",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Draw the results of run, curve, critical, sweep or study, or several runs or curves in one picture.
 
@@ -62,9 +70,8 @@ def plot(
     """
     from pairsim.api.pictures import plot
 
-    paths = plot(
-        *folders, out=output, formats=formats, width=width, group=group, panels=panels, field=field, animate=animate
-    )
+    look: dict[str, Any] = {"out": output, "formats": formats, "width": width, "physical": physical}
+    paths = plot(*folders, **look, group=group, panels=panels, field=field, animate=animate)
     for path in paths:
         typer.echo(str(path))
     if animate and formats is None and paths[0].suffix == ".gif":

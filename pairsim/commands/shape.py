@@ -116,11 +116,13 @@ def answer(tables: Tables, _: dict[str, Any]) -> list[str]:
 def draw(directory: Path, out: Path, page: Page) -> list[Path]:
     """D and U over Ca_e."""
     from pairsim.plots.axes import finish, small_print
-    from pairsim.plots.labels import axis_label, case_parts, read_case
+    from pairsim.plots.labels import case_parts, read_case
     from pairsim.plots.style import printing
+    from pairsim.plots.units import Units
     from pairsim.results.output import read_series
 
-    table = read_series(directory / "shape.csv")
+    units = Units.of(directory, page.physical)
+    table = units.table(read_series(directory / "shape.csv"))
 
     @printing()
     def drawn() -> list[Path]:
@@ -128,7 +130,7 @@ def draw(directory: Path, out: Path, page: Page) -> list[Path]:
         for axis, name in zip(axes, ("D_1", "U_1"), strict=True):
             error = table["D_error"] if name == "D_1" else None
             axis.errorbar(table["Ca_e"], table[name], yerr=error, marker="o", markersize=3)
-            finish(axis, axis_label(["Ca_e"]), axis_label([name]), [table[name]])
+            finish(axis, units.axis_label(["Ca_e"]), units.axis_label([name]), [table[name]])
         small_print(figure, case_parts(read_case(directory / "case.yaml"), {"Ca_e"}))
         return page.save(figure, out, "shape")
 

@@ -14,6 +14,7 @@ from pydantic import Field, ModelWrapValidatorHandler, create_model, model_valid
 from pairsim.config import values
 from pairsim.config.accuracy import DEFAULT, Accuracy, percent, settings_of
 from pairsim.config.default_end import default_end
+from pairsim.config.difficulty import beyond_tension
 from pairsim.config.groups import Keys, Limits, MeshOptions, OutputOptions, TimeOptions
 from pairsim.config.material_keys import material_fields
 from pairsim.config.materials import (
@@ -179,7 +180,8 @@ class SceneCase(_WithMaterials):
             idle = {f"liquid: {liquid_block(dict(self))['law']}": idle.pop("liquid"), **idle}
         keys = {why: [key for key in idle if idle[key] == why] for why in idle.values()}
         no_effect = [f"{', '.join(k)} {'has' if len(k) == 1 else 'have'} no effect: {why}" for why, k in keys.items()]
-        return [*no_effect, *beyond_steady_shapes(self.betas, self.Ca_es)]
+        tense = beyond_tension(self.liquid_model, self.betas, self.Ca_es)
+        return [*no_effect, *beyond_steady_shapes(self.betas, self.Ca_es), *tense]
 
     def _is_given(self, key: str) -> bool:
         """Whether a dotted key has another value than its default."""

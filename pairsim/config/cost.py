@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from pairsim.config.case import SceneCase
+from pairsim.config.difficulty import first_point_factor
 from pairsim.config.mistakes import Mistake
 from pairsim.runtime.duration import duration
 
@@ -27,7 +28,7 @@ RUN_BYTES, STEADY_BYTES = (4e3, 6e3), (6e3, 8e3)
 USUAL, GROWTH = 15e3, 0.1
 # Newton iterations of the continuation to the first point and to each further one, and what the estimate of the error
 # of a point costs, in Newton iterations: .3 to .6, and .5 to 1.5 on a new mesh.
-FIRST_POINT, NEXT_POINT, ERROR_ESTIMATE = 20, 8, 0.8
+FIRST_POINT, NEXT_POINT, ERROR_ESTIMATE = 20, 14, 0.8
 ERROR_TOO = 1.45  # factor of the time of a run for carrying its error along
 
 
@@ -125,5 +126,6 @@ def steady_estimate(case: SceneCase, points: int, factor: float = 1.0) -> Estima
     size, polymer = unknowns(case), bool(case.liquid_model.modes)
     each = 0.46e-6 * size**1.15 * (2 if polymer else 1) * factor
     memory = memory_of(size, STEADY_BYTES, polymer)
-    iterations = FIRST_POINT + NEXT_POINT * points + ERROR_ESTIMATE * (points + 1)
+    first = FIRST_POINT * first_point_factor(case.liquid_model, case.betas, case.Ca_es)
+    iterations = first + NEXT_POINT * points + ERROR_ESTIMATE * (points + 1)
     return Estimate(round(size), START + iterations * each, memory)

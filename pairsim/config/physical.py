@@ -58,9 +58,9 @@ class Quantity(NamedTuple):
         return (kind, Field(description=words)) if self.key == "tube" else (kind | None, Field(None, description=words))
 
 
-def _measured(key: str, kind: str, words: str, unit: str, example: str) -> Quantity:
+def _measured(key: str, kind: str, words: str, unit: str, example: str, symbol: str) -> Quantity:
     """A quantity that sets a scale, and is no number of the case."""
-    return Quantity(Dimension(key, kind, words, unit, example, lambda value, _: value))
+    return Quantity(Dimension(key, kind, words, unit, example, lambda value, _: value, symbol))
 
 
 # An incompressible material has E = 3 G_p.
@@ -69,21 +69,29 @@ YOUNG = replace(
     key="young",
     words="Young's modulus E = 3 G_p, in place of modulus",
     example="15 kPa",
+    symbol="E",
     number=lambda E, scales: 3 * scales.stress / E,
 )
 DISTANCE = a_length(
-    "distance", "distance between the facing surfaces; gives d0 of a run, d of curve and critical", "5 um"
+    "distance", "distance between the facing surfaces; gives d0 of a run, d of curve and critical", "5 um", "d"
 )
 DENSITY = _measured(
-    "density", "a density", "density of the liquid, only used for the Reynolds number", "kg/m^3", "1000 kg/m^3"
+    "density", "a density", "density of the liquid, only used for the Reynolds number", "kg/m^3", "1000 kg/m^3", r"\rho"
 )
 EXPERIMENT = (
-    Quantity(a_length("tube", "inner diameter of the tube D_c")),
+    Quantity(a_length("tube", "inner diameter of the tube D_c", symbol="D_c")),
     _measured(
-        "flow_rate", "a flow rate", "flow rate Q; gives the mean velocity U_av = 4 Q/(pi D_c^2)", "m^3/s", "1 ul/min"
+        "flow_rate",
+        "a flow rate",
+        "flow rate Q; gives the mean velocity U_av = 4 Q/(pi D_c^2)",
+        "m^3/s",
+        "1 ul/min",
+        "Q",
     ),
-    _measured("velocity", "a velocity", "mean velocity of the liquid U_av, in place of flow_rate", "m/s", "5 mm/s"),
-    Quantity(a_length("particle", "diameter D_p; gives beta = D_p/D_c", "20 um"), "beta", many=True),
+    _measured(
+        "velocity", "a velocity", "mean velocity of the liquid U_av, in place of flow_rate", "m/s", "5 mm/s", "U_{av}"
+    ),
+    Quantity(a_length("particle", "diameter D_p; gives beta = D_p/D_c", "20 um", "D_p"), "beta", many=True),
     Quantity(MODULUS, "Ca_e", many=True),
     Quantity(YOUNG, "Ca_e", many=True),
     DENSITY,

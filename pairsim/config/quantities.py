@@ -26,9 +26,9 @@ MOST_DISTANCES = 10_000
 RANGE_OF_LENGTHS = "{start: 5 um, stop: 40 um, num: 9}"
 
 
-def a_length(key: str, words: str, example: str = "50 um") -> Dimension:
+def a_length(key: str, words: str, example: str = "50 um", symbol: str = "") -> Dimension:
     """The dimension of a length, whose number is the length over D_c."""
-    return Dimension(key, "a length", words, "m", example, lambda value, scales: value / scales.length)
+    return Dimension(key, "a length", words, "m", example, lambda value, scales: value / scales.length, symbol)
 
 
 LENGTH = a_length("length", "length")

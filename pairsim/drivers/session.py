@@ -25,6 +25,7 @@ from pairsim.results.fields_writer import FieldsWriter, gather_frames
 from pairsim.results.folders import kind_of, read_record
 from pairsim.results.output import CHECKPOINT, RunFolder, SeriesWriter, TableWriter, plain, read_series
 from pairsim.runtime.child_process import DISK
+from pairsim.runtime.duration import duration
 from pairsim.runtime.errors import BranchEnd, InputError, RunFailure, WriteFailure
 from pairsim.runtime.locks import sole_writer
 from pairsim.runtime.signals import Signals, Stopped
@@ -44,6 +45,7 @@ class Options:
         signals: Whether SIGINT and SIGTERM end the computation in order; if not, the handlers are left unchanged.
         budget: Largest wall time of the computation [s]; None for no limit.
         patience: Largest wall time up to the first row [s], if there is no budget; None for no limit.
+        announced: Estimated wall time [s], None where there is no estimate.
     """
 
     overwrite: bool
@@ -52,6 +54,7 @@ class Options:
     signals: bool = False
     budget: float | None = None
     patience: float | None = None
+    announced: float | None = None
 
 
 def carry_out(
@@ -101,9 +104,9 @@ def carry_out(
         except OSError as error:
             raise write_failure(error, directory, "the same command") from error
         notes = [*notes, *(["no checkpoint: starting at t = 0"] if resume and earlier is None else [])]
-        with closing(solve(case, **more)) as computation, budget(options.budget), told(options.reporter.on_the_way):
+        with closing(solve(case, **more)) as computation, budget(options.budget):
             session = Session(case, folder, options, notes, earlier, resumable=bool(appended))
-            with session.before_rows:
+            with session.before_rows, told(session.on_the_way):
                 return session.carry_out(computation)
 
 
@@ -159,7 +162,7 @@ class Session:
         before = self.old.wall if self.old else 0.0
         self.record = Record(folder, case.kind, options.command, before, case.scales, sources_of(case))
         self.resumable, self._complete = resumable, earlier is not None and earlier.finished
-        self._begun = False
+        self._begun, self._start, self._options = False, time.monotonic(), options
         self.before_rows = ExitStack()
         if options.budget is None:
             self.before_rows.enter_context(budget(options.patience, "nothing was found within {}"))
@@ -172,6 +175,14 @@ class Session:
         self._stopped_at_once = False
         self._latest: Checkpoint | None = None  # not written yet
         self._saved, self._cost = -float("inf"), 0.0
+
+    def on_the_way(self, place: str) -> None:
+        """Show where a computation is that has no result yet, for how long, and how long that may go on."""
+        passed, announced = time.monotonic() - self._start, self._options.announced
+        most = self._options.budget or self._options.patience
+        late = announced is not None and passed > announced
+        limit = f", {duration(announced or 0.0)} were announced, ends at {duration(most)}" if late and most else ""
+        self.reporter.on_the_way(f"{place} ({duration(passed)}{limit})")
 
     def carry_out(self, computation: events.Events) -> Outcome:
         """Carry out a computation to its end; see the function."""

@@ -29,6 +29,7 @@ class Dimension:
         unit: Its SI unit, in which "{n}" stands for the parameter n of the law.
         example: A value with its unit, "{n}" in it as in `unit`.
         number: The parameter from the value in SI units and the scales.
+        symbol: Its symbol (TeX), "" if it has none.
         if_several: What is added to the message of who gives a list, such as what to write instead.
     """
 
@@ -38,6 +39,7 @@ class Dimension:
     unit: str
     example: str
     number: Callable[[float, Scales], float]
+    symbol: str = ""
     if_several: str = ""
 
     @property
@@ -46,14 +48,14 @@ class Dimension:
         return tuple(name for _, name, _, _ in Formatter().parse(self.unit) if name)
 
 
-def a_time(key: str, words: str) -> Dimension:
+def a_time(key: str, words: str, symbol: str = "") -> Dimension:
     """The dimension of a time, whose number is the time over D_c/U_av."""
-    return Dimension(key, "a time", words, "s", "2 ms", lambda value, scales: value / scales.time)
+    return Dimension(key, "a time", words, "s", "2 ms", lambda value, scales: value / scales.time, symbol)
 
 
-def a_viscosity(key: str, words: str, example: str = "1 mPa.s") -> Dimension:
+def a_viscosity(key: str, words: str, example: str = "1 mPa.s", symbol: str = "") -> Dimension:
     """The dimension of a viscosity, whose number is the viscosity over eta_0."""
-    return Dimension(key, "a viscosity", words, "Pa*s", example, lambda value, scales: value / scales.viscosity)
+    return Dimension(key, "a viscosity", words, "Pa*s", example, lambda value, scales: value / scales.viscosity, symbol)
 
 
 @dataclass(frozen=True)

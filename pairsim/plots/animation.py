@@ -10,11 +10,11 @@ from pathlib import Path
 import matplotlib as mpl
 
 from pairsim.plots.axes import small_print
-from pairsim.plots.fields import frame_count, pictures_of, title_of
+from pairsim.plots.fields import frame_count, pictures_of
 from pairsim.plots.labels import case_parts, read_case
 from pairsim.plots.sections import Layer, View, draw_view, mark_view, sheet, views_of
 from pairsim.plots.style import Page, picture_file, printing
-from pairsim.results.columns import LENGTH
+from pairsim.plots.units import Units
 from pairsim.results.output import make_folder
 from pairsim.results.xdmf import read_frame
 from pairsim.runtime.errors import InputError
@@ -64,7 +64,8 @@ def animate(directory: Path, out: Path, page: Page, *, curve: bool, field: str |
     if count < 2:
         allowed = f"must be left out: {directory} has {'one frame' if count else 'no frame'} of fields"
         raise InputError("--animate", "", None, allowed)
-    views = views_of([read_frame(directory, i) for i in range(count)])
+    units = Units.of(directory, page.physical)
+    views = views_of([read_frame(directory, i) for i in range(count)], units, curve)
     parts = case_parts(read_case(directory / "case.yaml"), {"d0"} if curve else ())
     make_folder(out)
     written = []
@@ -89,6 +90,6 @@ def _write(
             for place, view in enumerate(views):
                 axis.clear()
                 draw_view(axis, view, place, scaled)
-                mark_view(axis, view, title_of(view.frame, curve))
-                axis.set_xlabel(rf"$z\ [{LENGTH}]$")
+                mark_view(axis, view)
+                axis.set_xlabel(view.label("z"))
                 writer.grab_frame()

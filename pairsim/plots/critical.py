@@ -13,10 +13,12 @@ from matplotlib.lines import Line2D
 
 from pairsim.plots.axes import finish, key, small_print, spread
 from pairsim.plots.encoding import Encoding
-from pairsim.plots.labels import axis_label, case_parts, read_case
+from pairsim.plots.labels import case_parts, read_case
 from pairsim.plots.lines import draw_zero, zero_notes
 from pairsim.plots.style import Page, printing
+from pairsim.plots.units import Units
 from pairsim.results.answer import Zero
+from pairsim.results.columns import LENGTH
 from pairsim.results.folders import rows_of
 from pairsim.runtime.errors import InputError
 
@@ -49,8 +51,10 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
     if not case.get("along") or not rows:
         return []
     name = next(iter(case["along"]))
+    units = Units.of(directory, page.physical)
     for row in rows:
-        row |= {column: float(row[column]) for column in (name, OTHER[name], "d_cr")}
+        row |= {column: float(row[column]) for column in (name, OTHER[name])}
+        row |= {column: float(row[column]) * units.factor(LENGTH) for column in ("d_cr", "d_error") if row.get(column)}
     encoding = Encoding.of(rows, [OTHER[name]])
     figure, (axis,) = page.panels(1, height=82, extra=0)
     axis.margins(y=0.15)
@@ -62,7 +66,7 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
     for row in rows:
         _draw_row(axis, name, row, encoding.look(row)["color"])
     axis.set_ylim(seen)  # the error of a distance grows without bound towards a fold
-    finish(axis, axis_label([name]), axis_label(["d_cr"]), [np.array([row["d_cr"] for row in rows])])
+    finish(axis, units.axis_label([name]), units.axis_label(["d_cr"]), [np.array([row["d_cr"] for row in rows])])
     encoding.bar(figure, [axis])
     look: dict[str, Any] = {"linestyle": "", "markersize": 5, "color": "0.2"}
     known = {row["kind"] for row in rows}

@@ -11,10 +11,11 @@ import scipy
 from matplotlib.axes import Axes
 
 from pairsim.plots.axes import finish, spread
-from pairsim.plots.labels import axis_label, case_parts, read_case
+from pairsim.plots.labels import case_parts, read_case
 from pairsim.plots.lines import fine_distances, lines_of
 from pairsim.plots.overlay import draw_overlay
 from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED, Page
+from pairsim.plots.units import Units
 from pairsim.results.columns import column
 from pairsim.results.output import WAY, read_series
 from pairsim.runtime.arrays import Array
@@ -38,17 +39,18 @@ def draw_curve(directory: Path, out: Path, page: Page) -> list[Path]:
     """
     if (directory / WAY).is_file() and not (directory / "curve.csv").is_file():
         return []
-    table = read_series(directory / "curve.csv")
+    units = Units.of(directory, page.physical)
+    table = units.table(read_series(directory / "curve.csv"))
     if not len(next(iter(table.values()))):
         raise InputError(str(directory / "curve.csv"), "", None, "has no points yet")
-    lines = lines_of(directory, {}, curve=True)
+    lines = lines_of(directory, {}, units, curve=True)
     if not lines:
         return []
-    shapes = partial(_draw_shapes, table=table, d=lines[0].d)
+    shapes = partial(_draw_shapes, table=table, d=lines[0].d, units=units)
     return draw_overlay(lines, [], case_parts(read_case(directory / "case.yaml")), out, page, "curve", beside=shapes)
 
 
-def _draw_shapes(axis: Axes, table: Mapping[str, Array], d: str) -> None:
+def _draw_shapes(axis: Axes, table: Mapping[str, Array], d: str, units: Units) -> None:
     """The Taylor parameters: smooth lines over log d, which do not overshoot, through their points."""
     points, shapes = table[d], [name for name in table if name.startswith("D_")]
     fine, many = fine_distances(points), len(shapes) > len(COLOURS)
@@ -67,5 +69,5 @@ def _draw_shapes(axis: Axes, table: Mapping[str, Array], d: str) -> None:
             markevery=np.searchsorted(fine, points).tolist(),
         )
     spread(axis, "x", table[d])
-    finish(axis, axis_label([d]), axis_label(shapes), [table[name] for name in shapes])
+    finish(axis, units.axis_label([d]), units.axis_label(shapes), [table[name] for name in shapes])
     axis.legend()

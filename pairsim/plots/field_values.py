@@ -22,14 +22,16 @@ class Field:
     """A field that can be drawn.
 
     Attributes:
-        label: Symbol and unit (TeX), for the colour bar.
+        symbol: Its symbol (TeX).
+        unit: Its unit in fields.xdmf.
         values: At the nodes (n,), from a frame.
         liquid: The field of fields.xdmf without which the liquid stays blank.
         solid: The same of the particles; "": they have no such field.
         diverging: Whether colours are centred on zero.
     """
 
-    label: str
+    symbol: str
+    unit: str
     values: Callable[[FieldFrame], Array]
     liquid: str
     solid: str = ""
@@ -74,17 +76,15 @@ def _stored(name: str) -> Callable[[FieldFrame], Array]:
 
 
 FIELDS: dict[str, Field] = {
-    "velocity": Field(rf"$u_z\ [{VELOCITY}]$", _axial(), "velocity", "tau_s", diverging=False),
-    "streamlines": Field(rf"$u_z - U\ [{VELOCITY}]$", _axial(particle_velocity), "velocity"),
-    "tr_c": Field(r"$\mathrm{tr}\,c\ [-]$", _stored("tr_c"), "tr_c", diverging=False),
-    "N1": Field(rf"$\tau_{{zz}} - \tau_{{rr}}\ [{STRESS}]$", _stress(np.array([1, 0, -1, 0])), "tau_p", "tau_s"),
-    "tau_zz": Field(rf"$\tau_{{zz}}\ [{STRESS}]$", _stress(np.array([1, 0, 0, 0])), "tau_p", "tau_s"),
-    "pressure": Field(rf"$p\ [{STRESS}]$", _stored("pressure"), "pressure", diverging=False),
-    "velocity_extra": Field(rf"$u_z - u_{{z\infty}}\ [{VELOCITY}]$", _axial(_without_particles), "velocity"),
-    "tau_zz_extra": Field(
-        rf"$\tau_{{zz}} - \tau_{{zz\infty}}\ [{STRESS}]$", _stored("tau_p_zz_extra"), "tau_p_zz_extra"
-    ),
-    "pressure_extra": Field(rf"$p - p_\infty\ [{STRESS}]$", _stored("pressure_extra"), "pressure_extra"),
+    "velocity": Field(r"u_z", VELOCITY, _axial(), "velocity", "tau_s", diverging=False),
+    "streamlines": Field(r"u_z - U", VELOCITY, _axial(particle_velocity), "velocity"),
+    "tr_c": Field(r"\mathrm{tr}\,c", "", _stored("tr_c"), "tr_c", diverging=False),
+    "N1": Field(r"\tau_{zz} - \tau_{rr}", STRESS, _stress(np.array([1, 0, -1, 0])), "tau_p", "tau_s"),
+    "tau_zz": Field(r"\tau_{zz}", STRESS, _stress(np.array([1, 0, 0, 0])), "tau_p", "tau_s"),
+    "pressure": Field(r"p", STRESS, _stored("pressure"), "pressure", diverging=False),
+    "velocity_extra": Field(r"u_z - u_{z\infty}", VELOCITY, _axial(_without_particles), "velocity"),
+    "tau_zz_extra": Field(r"\tau_{zz} - \tau_{zz\infty}", STRESS, _stored("tau_p_zz_extra"), "tau_p_zz_extra"),
+    "pressure_extra": Field(r"p - p_\infty", STRESS, _stored("pressure_extra"), "pressure_extra"),
 }
 """The fields by the names that `pairsim plot --field` takes."""
 

@@ -14,9 +14,9 @@ from pairsim.plots.field_values import FIELDS, chosen_fields
 from pairsim.plots.labels import case_parts, read_case
 from pairsim.plots.sections import Layer, View, draw_view, layer_of, mark_view, sheet, views_of
 from pairsim.plots.style import Page, printing
-from pairsim.results.columns import LENGTH, TIME
+from pairsim.plots.units import Units
 from pairsim.results.output import WAY, read_series
-from pairsim.results.xdmf import FieldFrame, read_frame, read_times
+from pairsim.results.xdmf import read_frame, read_times
 from pairsim.runtime.errors import InputError
 
 MOST_VIEWS = 4
@@ -25,11 +25,6 @@ MOST_VIEWS = 4
 def frame_count(directory: Path) -> int:
     """Frames of fields.xdmf, 0 without the file."""
     return len(read_times(directory))
-
-
-def title_of(frame: FieldFrame, curve: bool) -> str:
-    """The time of a frame of a run, or the distance of one of a curve."""
-    return rf"$d = {frame.t:.4g}\ {LENGTH}$" if curve else rf"$t = {frame.t:.4g}\ {TIME}$"
 
 
 @printing()
@@ -59,14 +54,15 @@ def draw_fields(directory: Path, out: Path, page: Page, *, curve: bool, field: s
             raise InputError("--field", "", field, allowed)
         return []
     shown = np.linspace(0, count - 1, min(count, MOST_VIEWS if curve else 2)).round()
-    views = views_of([read_frame(directory, int(i)) for i in shown])
+    units = Units.of(directory, page.physical)
+    views = views_of([read_frame(directory, int(i)) for i in shown], units, curve)
     first = 0 if curve else len(views) // 2
     written: list[Path] = []
     for stem, layers in pictures_of(directory, views, field).items():
         figure, axes, scaled = sheet(page, views, layers, len(views), first)
         for place, axis in enumerate(axes):
             draw_view(axis, views[place], place, scaled)
-            mark_view(axis, views[place], title_of(views[place].frame, curve))
+            mark_view(axis, views[place])
         small_print(figure, _parts(directory, views, curve))
         written += page.save(figure, out, stem)
     return written

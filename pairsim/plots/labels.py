@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.config.materials import declared_in, is_viscous, liquid_block, liquid_of, solid_blocks
-from pairsim.config.physical import BLOCK
+from pairsim.config.physical import BLOCK, QUANTITIES
 from pairsim.config.quantities import in_one_unit
 from pairsim.config.yaml_file import read_yaml
 from pairsim.physics import declared
 from pairsim.physics.declared import LAWS
-from pairsim.results.columns import column
 
 SYMBOLS = {"beta": r"\beta", "d0": "d_0", "mesh.Np": "N_p", **declared.SYMBOLS}
+SYMBOLS |= {f"{BLOCK}.{name}": each.dimension.symbol for name, each in QUANTITIES.items()}
 
 
 def read_case(file: Path) -> dict[str, Any]:
@@ -78,6 +78,8 @@ def equation(key: str, value: Any) -> str:
     if key in ("liquid", "solid"):
         return shown(value)
     name = _symbol(key)
+    if key.startswith(BLOCK) and (known := measured([value])) is not None:
+        return f"{symbol(key)} = {known[0][0]:.4g} {known[1]}"
     return f"${name} = {shown(value)}$" if name else f"{_words(key)} = {shown(value)}"
 
 
@@ -127,13 +129,6 @@ def _liquid_label(case: Mapping[str, Any]) -> str:
     if block.keys() & {"modes", "solvent"}:
         return liquid_of({"xi": 1.0, **case, "De": 1.0}).label
     return shown(block["law"])
-
-
-def axis_label(names: list[str], more: str = "") -> str:
-    """Axis label of some columns, which share their unit, with more words between symbols and unit."""
-    entries = [column(name) for name in names]
-    symbols = ", ".join(f"${entry.symbol}$" for entry in entries[:3]) + (", ..." if len(entries) > 3 else "")
-    return f"{symbols}{more}  [${entries[0].unit or '-'}$]"
 
 
 def parameter_label(key: str, unit: str = "") -> str:

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from pairsim.plots.units import Units
 from pairsim.results.answer import Zero, zeros_in
 from pairsim.results.columns import error_column, relative_velocities
 from pairsim.results.curve_table import curve_of
@@ -32,6 +33,7 @@ class Line:
         parameters: Of its case, by key; `gap` counts the gaps of three particles or more.
         table: Columns of series.csv or curve.csv.
         y: The column that is drawn.
+        units: Of the columns.
         curve: Whether it is a master curve and not a run.
         zeros: Distances at which dU of a curve is zero.
         failed: Whether the case failed at its last row.
@@ -40,6 +42,7 @@ class Line:
     parameters: Mapping[str, Any]
     table: Mapping[str, Array]
     y: str
+    units: Units
     curve: bool
     zeros: tuple[Zero, ...] = ()
     failed: bool = False
@@ -84,28 +87,31 @@ def fine_distances(points: Array) -> Array:
     return np.union1d(points, between[(between > points[0]) & (between < points[-1])])
 
 
-def lines_of(directory: Path, parameters: Mapping[str, Any], *, curve: bool, failed: bool = False) -> list[Line]:
+def lines_of(
+    directory: Path, parameters: Mapping[str, Any], units: Units, *, curve: bool, failed: bool = False
+) -> list[Line]:
     """The lines of a folder, one a gap, or that of U or dp where there is no gap; none before the first row.
 
     Args:
         directory: Folder of a run or a curve.
         parameters: Of its case.
+        units: What it is drawn in.
         curve: Whether it is a curve. One over distances that differ from gap to gap has no line.
         failed: Whether the case failed.
 
     Raises:
         InputError: The table cannot be read.
     """
-    table = read_series(directory / ("curve.csv" if curve else "series.csv"))
+    table = units.table(read_series(directory / ("curve.csv" if curve else "series.csv")))
     rows = len(next(iter(table.values())))
     relative = relative_velocities(table)
     if not rows or (curve and not (relative and f"slope{relative[0].removeprefix('dU')}" in table)):
         return []
     columns = relative or [name for name in table if name == "U" or name.startswith("U_")] or ["dp"]
-    zeros = tuple(zeros_in(read_columns(directory / "equilibria.csv"))) if curve else ()
+    zeros = units.zeros(zeros_in(read_columns(directory / "equilibria.csv"))) if curve else ()
     many = len(columns) > 1
     return [
-        Line({**parameters, "gap": i} if many else parameters, table, name, curve, zeros, failed)
+        Line({**parameters, "gap": i} if many else parameters, table, name, units, curve, zeros, failed)
         for i, name in enumerate(columns, 1)
     ]
 

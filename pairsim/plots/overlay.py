@@ -14,9 +14,10 @@ from matplotlib.axes import Axes
 from pairsim.physics.declared import FLAT
 from pairsim.plots.axes import finish, key, leave_out_spikes, small_print, spread
 from pairsim.plots.encoding import Encoding
-from pairsim.plots.labels import axis_label, case_parts, equation, hashable, read_case, symbol
+from pairsim.plots.labels import case_parts, equation, hashable, read_case, symbol
 from pairsim.plots.lines import BAND, TOGETHER, Line, draw_line, lines_of, notes
 from pairsim.plots.style import Page, printing
+from pairsim.plots.units import Units
 from pairsim.results.columns import column
 from pairsim.results.folders import kind_of
 from pairsim.runtime.errors import InputError
@@ -87,8 +88,11 @@ def overlay(
         cases, keys = [case | {FOLDER: name} for case, name in zip(cases, names, strict=True)], [FOLDER]
     lines: list[Line] = []
     curve = kinds[folders[0]] == "curve"
-    for folder, case in zip(folders, cases, strict=True):
-        found = lines_of(folder, case, curve=curve)
+    drawn = [Units.of(folder, page.physical) for folder in folders]
+    if any(units.scales is None for units in drawn):
+        drawn = [Units()] * len(folders)
+    for folder, case, units in zip(folders, cases, drawn, strict=True):
+        found = lines_of(folder, case, units, curve=curve)
         if not found:
             raise InputError(str(folder), "", None, "has no line to draw: no rows yet, or no curve over one distance")
         lines += found
@@ -164,7 +168,8 @@ def _draw_panel(axis: Axes, lines: Sequence[Line], encoding: Encoding, value: Ha
     for line in inside:
         draw_line(axis, line, x, encoding.look(line.parameters) | {"band": band}, y)
     over, names = ([*dict.fromkeys(line.column(each) for line in lines)] for each in (x, y))
-    finish(axis, axis_label(over), axis_label(names), [line.table[line.column(y)] for line in lines])
+    units = lines[0].units
+    finish(axis, units.axis_label(over), units.axis_label(names), [line.table[line.column(y)] for line in lines])
     if lines[0].curve:
         spread(axis, "x", [float(v) for line in lines for v in line.table[line.d]])
     elif y == "y":
@@ -202,7 +207,7 @@ def _draw_differences(axis: Axes, differences: Sequence[Line], encoding: Encodin
     key, line = _reference(encoding), differences[0]
     entry, over = column(line.y), line.column(x)
     compared = f"${entry.symbol} - {entry.symbol}$({equation(key, encoding.values[key][0])})"
-    label = f"{compared}  [${entry.unit or '-'}$]"
+    label = f"{compared}  [{line.units.name(entry.unit)}]"
     if x == "d":
         spread(axis, "x", line.table[over])
-    finish(axis, axis_label([over]), label, [each.table[each.y] for each in differences])
+    finish(axis, line.units.axis_label([over]), label, [each.table[each.y] for each in differences])

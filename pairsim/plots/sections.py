@@ -21,11 +21,12 @@ from scipy.interpolate import LinearNDInterpolator
 from pairsim.plots.field_values import Field, particle_velocity
 from pairsim.plots.meridional_section import outlines, tessellate
 from pairsim.plots.style import DIVERGING, GREY, SEQUENTIAL, Page
-from pairsim.results.columns import LENGTH
+from pairsim.plots.units import Units
+from pairsim.results.columns import LENGTH, TIME
 from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.arrays import Array
 
-LEAST_HALF = 0.75  # half the length of tube that is seen, at least
+LEAST_HALF = 1.5  # half the length of tube that is seen over its radius, at least
 OUTLIERS = 0.995  # part of the values that a scale covers: stresses peak at the poles
 STEEP = 30.0  # ratio of the values of a positive field from which its scale is logarithmic
 GRID = 361, 91  # points along the tube and across half of it, for streamlines
@@ -43,12 +44,26 @@ class View:
         window: z from and to, r from and to.
         particles: Their closed outlines.
         wall: Radius of the tube.
+        units: Of what is drawn; the coordinates are in them.
+        curve: Whether it is one of a curve and not of a run.
     """
 
     frame: FieldFrame
     window: tuple[float, float, float, float]
     particles: tuple[Array, ...]
     wall: float
+    units: Units
+    curve: bool
+
+    def label(self, coordinate: str) -> str:
+        """The label of an axis."""
+        return f"${coordinate}$  [{self.units.name(LENGTH)}]"
+
+    @property
+    def title(self) -> str:
+        """The time of a frame of a run, or the distance of one of a curve."""
+        unit = LENGTH if self.curve else TIME
+        return f"${'d' if self.curve else 't'} = {self.frame.t * self.units.factor(unit):.4g}$ {self.units.name(unit)}"
 
     def seen(self, solid: bool) -> NDArray[np.bool_]:
         """The cells of the liquid or of the particles in the window."""
@@ -85,31 +100,32 @@ class Layer:
                 yield solid, chosen
 
 
-def views_of(frames: Sequence[FieldFrame]) -> list[View]:
+def views_of(frames: Sequence[FieldFrame], units: Units, curve: bool) -> list[View]:
     """Windows of one length, each centred on the particles of its frame."""
+    frames = list(map(units.frame, frames))
     arcs = [outlines(frame) for frame in frames]
     ranges = []
     for frame, lines in zip(frames, arcs, strict=True):
         z = np.concatenate([line[:, 0] for line in lines]) if lines else np.array([frame.points[:, 0].mean()])
-        margin = max((float(np.ptp(line[:, 0])) for line in lines), default=1.0)
+        margin = max((float(np.ptp(line[:, 0])) for line in lines), default=2 * float(frame.points[:, 1].max()))
         ranges.append((float(z.min()) - margin, float(z.max()) + margin))
-    half = max(LEAST_HALF, *((high - low) / 2 for low, high in ranges))
+    half = max(LEAST_HALF * float(frames[0].points[:, 1].max()), *((high - low) / 2 for low, high in ranges))
     views = []
     for frame, lines, (low, high) in zip(frames, arcs, ranges, strict=True):
         wall = float(frame.points[:, 1].max())
         window = ((low + high) / 2 - half, (low + high) / 2 + half, -1.04 * wall, 1.04 * wall)
         closed = tuple(np.vstack([line, (line * [1, -1])[::-1]]) for line in lines)
-        views.append(View(frame, window, closed, wall))
+        views.append(View(frame, window, closed, wall, units, curve))
     return views
 
 
 def layer_of(name: str, field: Field, views: Sequence[View]) -> Layer:
     """A field as a layer, in the liquid and, where they have it, in the particles."""
     data = views[-1].frame.point_data
-    values = [field.values(view.frame) for view in views]
-    return Layer(
-        values, field.label, field.liquid in data, field.solid in data, field.diverging, lines=name == "streamlines"
-    )
+    units = views[0].units
+    values = [field.values(view.frame) * units.factor(field.unit) for view in views]
+    label = f"${field.symbol}$  [{units.name(field.unit)}]"
+    return Layer(values, label, field.liquid in data, field.solid in data, field.diverging, lines=name == "streamlines")
 
 
 def scale_of(layer: Layer, views: Sequence[View]) -> ScalarMappable:
@@ -154,15 +170,15 @@ def draw_view(axis: Axes, view: View, place: int, layers: Sequence[tuple[Layer, 
         axis.plot(view.window[:2], [r, r], color="black", linestyle="-", linewidth=0.9, zorder=3)
     if any(layer.sides != (1, -1) for layer, _ in layers):
         axis.axhline(0, color="black", linestyle="-", linewidth=0.4, zorder=1.5)
-    axis.set(xlim=view.window[:2], ylim=view.window[2:], aspect="equal", ylabel=rf"$r\ [{LENGTH}]$")
+    axis.set(xlim=view.window[:2], ylim=view.window[2:], aspect="equal", ylabel=view.label("r"))
     axis.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
-    axis.set_yticks([-0.5, 0.0, 0.5])
+    axis.set_yticks([-view.wall, 0.0, view.wall])
     axis.grid(visible=False)
 
 
-def mark_view(axis: Axes, view: View, title: str) -> None:
+def mark_view(axis: Axes, view: View) -> None:
     """A title, which way the liquid flows, which particle is which: T, L of a pair, else numbers from upstream."""
-    axis.set_title(title)
+    axis.set_title(view.title)
     halo = [withStroke(linewidth=1.6, foreground="white")]
     place = (0.015, 0.955)
     axis.text(
@@ -220,7 +236,7 @@ def sheet(
     axes = [figure.add_subplot(rows, columns, i + 1) for i in range(count)]
     scaled = [(layer, scale_of(replace(layer, values=layer.values[first:]), views[first:])) for layer in layers]
     for axis in axes[-columns:]:
-        axis.set_xlabel(rf"$z\ [{LENGTH}]$")
+        axis.set_xlabel(views[0].label("z"))
     for place, (layer, scale) in reversed(list(enumerate(scaled))):  # the last one is the uppermost
         add_bar(figure, axes[place % columns :: columns] if len(layers) > 1 else axes, layer, scale)
     return figure, axes, scaled

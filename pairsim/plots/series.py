@@ -12,11 +12,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from pairsim.plots.axes import finish, key, leave_out_spikes, small_print, widen
-from pairsim.plots.labels import axis_label, case_parts, read_case
+from pairsim.plots.labels import case_parts, read_case
 from pairsim.plots.lines import BAND, fill
 from pairsim.plots.space_time import draw_space_time
 from pairsim.plots.style import COLOURS, LINES, Page, printing
-from pairsim.results.columns import column, error_column, relative_velocities
+from pairsim.plots.units import Units
+from pairsim.results.columns import TIME, VELOCITY, column, error_column, relative_velocities
 from pairsim.results.folders import read_record
 from pairsim.results.output import SERIES, read_series
 from pairsim.results.run_answer import Settled, start_up
@@ -44,32 +45,33 @@ def draw_series(directory: Path, out: Path, page: Page) -> list[Path]:
     """
     if not (directory / SERIES).is_file():
         raise InputError(str(directory), "", None, f"is not the folder of a run that has begun: it has no {SERIES}")
-    series = read_series(directory / SERIES)
+    units = Units.of(directory, page.physical)
+    series = units.table(read_series(directory / SERIES))
     if "t" not in series or not len(series["t"]):
         raise InputError(str(directory / SERIES), "", None, "has no rows yet; wait for the first step")
     quantities = {name: [each for each in series if each.rpartition("_")[0] == name or each == name] for name in "dUD"}
     relative = relative_velocities(series)
     record = read_record(directory)
-    starting = min(start_up(record), float(series["t"][-1]))
+    starting = min(start_up(record) * units.factor(TIME), float(series["t"][-1]))
     if len(relative) > MOST_LINES:
         notes: list[Any] = []
-        figure = draw_space_time(page, series, [quantities["d"], relative, quantities["D"]])
+        figure = draw_space_time(page, series, [quantities["d"], relative, quantities["D"]], units)
     else:
         notes = [Patch(color=START_UP, label="start-up")] if starting else []
         over_t = [quantities["d"], relative or quantities["U"] or ["dp"], quantities["D"]]
         panels = [(["t"], names) for names in over_t if names] + [(quantities["d"], relative)] * bool(relative)
         figure, axes = page.panels(len(panels), height=48)
         for axis, (against, names) in zip(axes, panels, strict=True):
-            _draw_panel(axis, series, against, names, starting)
+            _draw_panel(axis, series, against, names, starting, units)
         if relative:
-            notes += _draw_settled(axes[-1], series, *panels[-1], record)
+            notes += _draw_settled(axes[-1], series, *panels[-1], record, units.factor(VELOCITY))
     key(figure, notes)
     small_print(figure, case_parts(read_case(directory / "case.yaml")))
     return page.save(figure, out, "series")
 
 
 def _draw_panel(
-    axis: Axes, series: Mapping[str, Array], against: Sequence[str], names: Sequence[str], starting: float
+    axis: Axes, series: Mapping[str, Array], against: Sequence[str], names: Sequence[str], starting: float, units: Units
 ) -> None:
     """Columns over t, or each over a column of its own, with the start-up marked."""
     starts = int(np.count_nonzero(series["t"] < starting)) + 1
@@ -86,7 +88,7 @@ def _draw_panel(
             axis.plot(series[x][:starts], series[name][:starts], color=START_UP, **wide)
     if over_t and starting:
         axis.axvspan(0.0, starting, color=START_UP, linewidth=0, zorder=0.1)
-    finish(axis, axis_label([*against]), axis_label([*names]), [series[name] for name in names])
+    finish(axis, units.axis_label([*against]), units.axis_label([*names]), [series[name] for name in names])
     widen(axis, "x", [series[x] for x in against])
     leave_out_spikes(axis, [(series["t"], series[name]) for name in names])
     if len(names) > 1:
@@ -94,12 +96,17 @@ def _draw_panel(
 
 
 def _draw_settled(
-    axis: Axes, series: Mapping[str, Array], d: Sequence[str], dU: Sequence[str], record: Mapping[str, Any]
+    axis: Axes,
+    series: Mapping[str, Array],
+    d: Sequence[str],
+    dU: Sequence[str],
+    record: Mapping[str, Any],
+    velocity: float,
 ) -> list[Line2D]:
-    """Quasi-steady motion at the last distances, where it is known, and its entry of the legend."""
+    """Quasi-steady motion at the last distances, times a velocity, where it is known, and its entry of the legend."""
     known = [(i, settled) for i in range(len(dU)) if (settled := Settled.of(record, i)) is not None]
     look: dict[str, Any] = {"marker": "o", "markerfacecolor": "white", "linestyle": "", "zorder": 3}
     for i, settled in known:
         bar: dict[str, Any] = {"elinewidth": 0.8, "capsize": 2, "color": COLOURS[i]}
-        axis.errorbar(series[d[i]][-1:], [settled.dU], [settled.error], **look, **bar)
+        axis.errorbar(series[d[i]][-1:], [settled.dU * velocity], [settled.error * velocity], **look, **bar)
     return [Line2D([], [], color=COLOURS[0], label="quasi-steady motion at the last distance", **look)] if known else []

@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from pairsim.plots.labels import axis_label
 from pairsim.plots.style import DIVERGING, SEQUENTIAL, Page
+from pairsim.plots.units import Units
 from pairsim.results.columns import column
 from pairsim.runtime.arrays import Array
 
@@ -18,18 +18,21 @@ OUTLIERS = 0.01  # part of the values at either end that a scale does not cover
 EVEN = 400  # times
 
 
-def draw_space_time(page: Page, series: Mapping[str, Array], quantities: Sequence[Sequence[str]]) -> Figure:
+def draw_space_time(
+    page: Page, series: Mapping[str, Array], quantities: Sequence[Sequence[str]], drawn: Units
+) -> Figure:
     """The distances, how they have changed, relative velocities and D, a panel each.
 
     Args:
         page: What it is drawn for.
         series: Columns of series.csv.
         quantities: Columns of each quantity, the distances first.
+        drawn: The units of the columns.
     """
     times = np.linspace(series["t"][0], series["t"][-1], EVEN)
     rows = [np.array([np.interp(times, series["t"], series[name]) for name in names]) for names in quantities]
     symbols = [column(names[0]).symbol.replace("_{1}", "_i") for names in quantities]
-    units = [axis_label([names[0]]).partition("  ")[2] for names in quantities]
+    units = [drawn.axis_label([names[0]]).partition("  ")[2] for names in quantities]
     first = rows[0] - np.array([[series[name][0]] for name in quantities[0]])
     panels = [(rows[0], f"${symbols[0]}$  {units[0]}"), (first, f"${symbols[0]} - {symbols[0]}(0)$  {units[0]}")]
     panels += [(each, f"${name}$  {unit}") for each, name, unit in zip(rows[1:], symbols[1:], units[1:], strict=True)]
@@ -43,7 +46,7 @@ def draw_space_time(page: Page, series: Mapping[str, Array], quantities: Sequenc
         numbers = np.arange(1, len(values) + 1)
         mesh = axis.pcolormesh(times, numbers, values, shading="nearest", rasterized=True, **look)
         figure.colorbar(mesh, ax=axis, label=label, aspect=25, extend="both", ticks=MaxNLocator(5))
-        axis.set(xlabel=axis_label(["t"]), ylabel="particle" if label.startswith("$D") else "gap, from upstream")
+        axis.set(xlabel=drawn.axis_label(["t"]), ylabel="particle" if label.startswith("$D") else "gap, from upstream")
         axis.yaxis.set_major_locator(MaxNLocator(6, integer=True))
         axis.grid(visible=False)
     return figure

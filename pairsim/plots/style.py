@@ -69,20 +69,28 @@ class Page:
         formats: Kinds of files.
         width: Width in mm.
         dpi: Pixels by inch, of PNG and of what is made of pixels in PDF and SVG.
+        physical: Whether pictures are in units of the experiment; None where the case has a `physical` block.
     """
 
     formats: tuple[str, ...] = ("png",)
     width: float = 170.0
     dpi: float = 300.0
+    physical: bool | None = None
 
     @staticmethod
-    def parse(formats: str | Sequence[str] = "png", width: str | float = 170.0, known: Sequence[str] = FORMATS) -> Page:
+    def parse(
+        formats: str | Sequence[str] = "png",
+        width: str | float = 170.0,
+        known: Sequence[str] = FORMATS,
+        physical: bool | None = None,
+    ) -> Page:
         """A page from words.
 
         Args:
             formats: Kinds of files, separated by commas if they are one text.
             width: mm as a number, or text such as "85mm".
             known: What `formats` may be.
+            physical: As the attribute.
 
         Raises:
             InputError: A format is unknown, or the width is not between `LEAST_WIDTH` and `MOST_WIDTH`.
@@ -97,7 +105,7 @@ class Page:
         if not LEAST_WIDTH <= size <= MOST_WIDTH:
             allowed = f"must be {LEAST_WIDTH:g}mm to {MOST_WIDTH:g}mm, such as 85mm (a column) or 170mm (a page)"
             raise InputError("--width", "", width, allowed)
-        return Page(tuple(name for name in known if name in chosen), size)
+        return Page(tuple(name for name in known if name in chosen), size, physical=physical)
 
     @property
     def narrow(self) -> bool:

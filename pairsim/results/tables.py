@@ -11,7 +11,7 @@ import pandas as pd
 from pairsim.physics.scales import Scales
 from pairsim.results.columns import WHOLE, column
 from pairsim.results.folders import valid_record
-from pairsim.results.units import UNITS, scales_of
+from pairsim.results.units import UNITS, scales_of, unit_of
 from pairsim.runtime.errors import InputError
 
 INNER = re.compile(r"m|newton|wanted|mesh|meshes|distortion|volume_error|stretch|s_jump|ends_error.*|\w*_correction.*")
@@ -52,16 +52,9 @@ def whole_numbers(table: pd.DataFrame) -> pd.DataFrame:
 
 def with_units(table: pd.DataFrame, physical: bool = False) -> pd.DataFrame:
     """The table with `attrs["units"]`: the unit of each column by its name, "" for pure numbers."""
-    known = {name: UNITS.get(_unit(name), ("", "")) for name in map(str, table.columns)}
+    known = {name: UNITS.get(unit_of(name), ("", "")) for name in map(str, table.columns)}
     table.attrs["units"] = {name: unit[physical] for name, unit in known.items()}
     return table
-
-
-def _unit(name: str) -> str:
-    try:
-        return column(name).unit
-    except KeyError:  # of another table
-        return ""
 
 
 def in_units(table: pd.DataFrame, scales: Scales) -> pd.DataFrame:
@@ -70,7 +63,7 @@ def in_units(table: pd.DataFrame, scales: Scales) -> pd.DataFrame:
     Raises:
         ValueError: A column that has a unit has something else than numbers.
     """
-    units = {str(name): _unit(str(name)) for name in table.columns}
+    units = {str(name): unit_of(str(name)) for name in table.columns}
     factors = {name: UNITS[unit][2](scales) for name, unit in units.items() if unit in UNITS}
     return with_units(table.assign(**{name: table[name].astype(float) * each for name, each in factors.items()}), True)
 

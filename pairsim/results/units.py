@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pairsim.physics.scales import Scales
-from pairsim.results.columns import AREA, FORCE, LENGTH, RATE, STRESS, TIME, VELOCITY
+from pairsim.results.columns import AREA, FORCE, LENGTH, RATE, STRESS, TIME, VELOCITY, column
 from pairsim.runtime.errors import InputError
 
 UNITS: dict[str, tuple[str, str, Callable[[Scales], float]]] = {
@@ -21,6 +21,14 @@ UNITS: dict[str, tuple[str, str, Callable[[Scales], float]]] = {
     FORCE: ("eta_0 U_av D_c", "nN", lambda scales: 1e9 * scales.stress * scales.length**2),
 }
 """For each unit of a column: its name, the physical unit, and the factor from the one to the other."""
+
+
+def unit_of(name: str) -> str:
+    """The unit of a column of pairsim; "" of others and of pure numbers."""
+    try:
+        return column(name).unit
+    except KeyError:  # of another table
+        return ""
 
 
 def scales_in(record: Mapping[str, Any]) -> Scales | None:

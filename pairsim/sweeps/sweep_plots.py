@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,11 +16,13 @@ from matplotlib.lines import Line2D
 from pairsim.config.physical import BLOCK
 from pairsim.plots.axes import finish, key, small_print, spread
 from pairsim.plots.encoding import Encoding
-from pairsim.plots.labels import axis_label, case_parts, hashable, measured, parameter_label, read_case
+from pairsim.plots.labels import case_parts, hashable, measured, parameter_label, read_case
 from pairsim.plots.lines import Line, draw_zero, lines_of, zero_notes
 from pairsim.plots.overlay import draw_overlay, flat
 from pairsim.plots.style import COLOURS, Page, printing
+from pairsim.plots.units import Units
 from pairsim.results.answer import Zero
+from pairsim.results.columns import column
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.ledger import read_sweep
 
@@ -42,7 +44,8 @@ class _Sweep:
     """A sweep's ledger and what the pictures need of it.
 
     Attributes:
-        varying: Keys that vary.
+        varying: Keys that vary, without those that follow from others.
+        drawn: The units of each case, by its folder.
         numbers: Values of each case, by those keys that are numbers or quantities of one unit; and the units.
         quantity: Column that is drawn.
         group, panels: Keys that choose colours and panels, None where they were not chosen.
@@ -52,11 +55,21 @@ class _Sweep:
     command: str
     cases: Sequence[dict[str, Any]]
     varying: Sequence[str]
+    drawn: Mapping[str, Units]
     numbers: Mapping[str, Sequence[float]]
     units: Mapping[str, str]
     quantity: str
     group: str | None
     panels: str | None
+
+    def zeros(self, case: Mapping[str, Any]) -> tuple[Zero, ...]:
+        """The zeros of dU of a case, as they are drawn."""
+        return self.drawn[case["folder"]].zeros(_zeros(case))
+
+    @property
+    def units_of_all(self) -> Units:
+        """Those of the first case: what the axes are labelled with."""
+        return self.drawn[self.cases[0]["folder"]]
 
     @property
     def parts(self) -> list[str]:
@@ -94,7 +107,8 @@ def plot_sweep(
     Raises:
         InputError: The folder is not that of a sweep, has nothing to draw, or `group` or `panels` does not vary.
     """
-    sweep, target, page = _read(directory, group, panels), out or directory, page or Page()
+    page, target = page or Page(), out or directory
+    sweep = _read(directory, group, panels, page.physical)
     written: list[Path] = []
     if sweep.command in ("run", "curve"):
         written += _draw_lines(sweep, target, page)
@@ -108,18 +122,35 @@ def plot_sweep(
     return written
 
 
-def _read(directory: Path, group: str | None, panels: str | None) -> _Sweep:
+def _read(directory: Path, group: str | None, panels: str | None, physical: bool | None) -> _Sweep:
     content = read_sweep(directory)
     cases = [case for case in content["cases"] if case["status"] in ("finished", "failed", "timeout")]
     if not any(case["status"] == "finished" for case in cases):
         raise InputError(str(directory), "", None, "has no finished case yet; pairsim status shows how it stands")
-    varying: list[str] = content["varying"]
+    varying = _independent(content["varying"], cases, {group, panels})
+    drawn = {case["folder"]: Units.of(directory / case["folder"], physical) for case in cases}
+    if any(units.scales is None for units in drawn.values()):
+        drawn = dict.fromkeys(drawn, Units())
     Encoding.of([case["parameters"] for case in cases], varying, group, panels)  # refuses keys that do not vary
     known = {name: measured([case["parameters"].get(name) for case in cases]) for name in varying}
     found = {name: pair for name, pair in known.items() if pair is not None and len(set(pair[0])) > 1}
     numbers = {name: values for name, (values, _) in found.items()}
     units = {name: unit for name, (_, unit) in found.items()}
-    return _Sweep(directory, content["command"], cases, varying, numbers, units, quantity_of(cases), group, panels)
+    kind, quantity = content["command"], quantity_of(cases)
+    return _Sweep(directory, kind, cases, varying, drawn, numbers, units, quantity, group, panels)
+
+
+def _independent(
+    varying: Sequence[str], cases: Sequence[Mapping[str, Any]], chosen: Collection[str | None]
+) -> list[str]:
+    """The keys that vary, without numbers that follow from varying quantities of an experiment, unless chosen."""
+    quantities = [key for key in varying if key.startswith(BLOCK)]
+
+    def kinds(*keys: str) -> int:
+        return len({tuple(hashable(case["parameters"].get(key)) for key in keys) for case in cases})
+
+    follows = {key for key in varying if key not in quantities and kinds(*quantities, key) == kinds(*quantities)}
+    return [key for key in varying if key in chosen or not (quantities and key in follows)]
 
 
 def quantity_of(cases: Sequence[Mapping[str, Any]]) -> str:
@@ -134,9 +165,9 @@ def _draw_lines(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
     lines: list[Line] = []
     curve = sweep.command == "curve"
     for case in sweep.cases:
-        failed = case["status"] != "finished"
+        failed, units = case["status"] != "finished", sweep.drawn[case["folder"]]
         try:
-            lines += lines_of(sweep.directory / case["folder"], case["parameters"], curve=curve, failed=failed)
+            lines += lines_of(sweep.directory / case["folder"], case["parameters"], units, curve=curve, failed=failed)
         except InputError:
             continue  # a case that failed before its first row has nothing to show
     if not lines:
@@ -158,7 +189,8 @@ def _draw_parameters(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
     encoding = Encoding.of([case["parameters"] for case in sweep.cases], others, group, panels)
     figure, places = encoding.grid(page, 66)
     run = sweep.command == "run"
-    label = axis_label([sweep.quantity], " at the end") if run else axis_label(["d_cr"])
+    named = sweep.units_of_all.axis_label
+    label = named([sweep.quantity], " at the end") if run else named(["d_cr"])
     for axis, value in places:
         pairs = zip(sweep.numbers[name], sweep.cases, strict=True)
         inside = [(x, case) for x, case in pairs if encoding.inside(case["parameters"], value)]
@@ -166,7 +198,7 @@ def _draw_parameters(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
         spread(axis, "x", sweep.numbers[name])
         finish(axis, parameter_label(name, sweep.units[name]), label, [np.array(drawn)])
     encoding.bar(figure, [axis for axis, _ in places])
-    notes = [] if run else zero_notes([zero for case in sweep.cases for zero in _zeros(case)])
+    notes = [] if run else zero_notes([zero for case in sweep.cases for zero in sweep.zeros(case)])
     key(figure, [*encoding.handles(lines=run, points=True), *notes])
     small_print(figure, [*sweep.parts, *(f"all values of {each}" for each in encoding.untold)])
     return page.save(figure, out, "sweep_parameters" if run else "sweep_zeros")
@@ -181,7 +213,8 @@ def _draw_ends(
     for x, case in cases:
         if case["status"] == "finished" and sweep.quantity in case["values"]:
             rest = tuple((k, hashable(v)) for k, v in case["parameters"].items() if k != name)
-            lines[rest].append((x, case["values"][sweep.quantity]))
+            factor = sweep.drawn[case["folder"]].factor(column(sweep.quantity).unit)
+            lines[rest].append((x, factor * case["values"][sweep.quantity]))
             looks[rest] = encoding.look(case["parameters"])
     for rest, points in lines.items():
         axis.plot(*zip(*sorted(points), strict=True), markersize=3, **looks[rest])
@@ -196,14 +229,14 @@ def _zeros(case: Mapping[str, Any]) -> list[Zero]:
 
 
 def _draw_zeros(
-    axis: Axes, _: _Sweep, __: str, cases: Sequence[tuple[float, dict[str, Any]]], encoding: Encoding
+    axis: Axes, sweep: _Sweep, _: str, cases: Sequence[tuple[float, dict[str, Any]]], encoding: Encoding
 ) -> list[float]:
     """The zeros of dU, which are returned, with their errors, filled where they are stable."""
     for x, case in cases:
         look = encoding.look(case["parameters"])
-        for zero in _zeros(case):
+        for zero in sweep.zeros(case):
             draw_zero(axis, x, zero.d, zero, look["color"], look["marker"].replace(".", "o"), yerr=zero.error)
-    return [zero.d for _, case in cases for zero in _zeros(case)]
+    return [zero.d for _, case in cases for zero in sweep.zeros(case)]
 
 
 def outcome(case: Mapping[str, Any], quantity: str) -> str:

@@ -28,6 +28,7 @@ from pairsim.plots.meridional_section import outlines, tessellate
 from pairsim.plots.overlay import varying_keys
 from pairsim.plots.sections import _streamlines, views_of
 from pairsim.plots.style import GREY, MM, Page
+from pairsim.plots.units import Units
 from pairsim.results.output import FIELD_NAMES
 from pairsim.runtime.errors import InputError
 
@@ -155,12 +156,12 @@ def test_curve_is_drawn_as_its_interpolant_with_the_error_estimate_where_there_i
     d = np.array([0.1, 0.2, 0.4])
     table = {"d": d, "dU": np.log(d) ** 3, "slope": 3 * np.log(d) ** 2 / d}
     table |= {"mesh_error": np.full(3, 2.0), "dU_error": np.ones(3)}
-    places, curve, error = Line({}, table, "dU", True).smooth()
+    places, curve, error = Line({}, table, "dU", Units(), True).smooth()
     assert curve == pytest.approx(np.log(places) ** 3, rel=1e-12), "a cubic in log d is met exactly"
     assert error is not None
     assert error == pytest.approx(np.ones(len(places)), rel=1e-12)
     del table["dU_error"]
-    _, _, error = Line({}, table, "dU", True).smooth()
+    _, _, error = Line({}, table, "dU", Units(), True).smooth()
     assert error is not None
     assert error == pytest.approx(np.full(len(places), 2.0), rel=1e-12)
 
@@ -170,7 +171,7 @@ def test_run_is_drawn_with_the_band_of_its_error() -> None:
     table = {"t": t, "d": t / 10, "dU": t**2, "dU_error": t / 10}
     for shown, bands in ((table, 1), ({name: table[name] for name in ("t", "d", "dU")}, 0)):
         figure, axis = plt.subplots()
-        line = Line({}, shown, "dU", False)
+        line = Line({}, shown, "dU", Units(), False)
         draw_line(axis, line, "t", {"color": "C0", "linestyle": "-", "marker": "o", "band": BAND})
         assert len(axis.collections) == len(notes([line])) == bands
         if bands:
@@ -200,6 +201,29 @@ def test_nothing_overlaps_and_every_axis_has_a_label_with_a_unit(
             bar = axis.get_label() == "<colorbar>"
             named = [label for label in labels if "[$" in label or r"\ [" in label]
             assert len(named) == 2 - (bar or panels_below), labels
+
+
+def test_pictures_are_in_the_units_of_the_experiment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a tube of 50 um and 8 mm/s: t in s, d in um, velocities in um/s; curves as their points and their zeros."""
+    scales = {"length": 50e-6, "time": 6.25e-3, "velocity": 8e-3, "stress": 160.0}
+    run, curve = make_run(tmp_path / "run", *CASES["pair"]), make_curve(tmp_path / "curve", 0.1)
+    for folder in (run, curve):
+        (folder / "run.json").write_text(json.dumps({"kind": folder.name, "status": "finished", "scales": scales}))
+    with drawn_figures(monkeypatch) as figures:
+        for physical in (None, False):
+            for folder in (run, curve):
+                plot(folder, out=tmp_path / "out", physical=physical)
+    in_units, plain = figures[: len(figures) // 2], figures[len(figures) // 2 :]
+    labels = [axis.get_xlabel() for figure in in_units for axis in figure.axes]
+    assert {"$t$  [s]", "$d$  [µm]", "$z$  [µm]"} <= set(labels)
+    assert not any("D_c" in label or "U_{av}" in label for label in labels)
+    factors = {"$t$  [s]": 6.25e-3, "$d$  [µm]": 50.0, "$z$  [µm]": 50.0}
+    for figure, other in zip(in_units, plain, strict=True):
+        for axis, same in zip(figure.axes, other.axes, strict=True):
+            if (factor := factors.get(axis.get_xlabel())) is not None:
+                assert axis.get_xlim() == pytest.approx(np.array(same.get_xlim()) * factor, rel=1e-6)
+                if "µm/s" in axis.get_ylabel():
+                    assert axis.get_ylim() == pytest.approx(np.array(same.get_ylim()) * 8e3, rel=1e-6)
 
 
 def test_files_are_fit_for_print(tmp_path: Path) -> None:
@@ -347,12 +371,12 @@ def test_quantities_of_an_experiment_are_numbers_in_the_unit_of_the_first() -> N
     times = [{"physical.relaxation": value} for value in ("10 ms", "2 ms", "0.5 ms")]
     handles = Encoding.of(times, ["physical.relaxation"]).handles()
     assert [handle.get_label() for handle in handles] == [
-        "relaxation = 0.5 ms", "relaxation = 2 ms", "relaxation = 10 ms",
+        r"$\lambda$ = 0.5 ms", r"$\lambda$ = 2 ms", r"$\lambda$ = 10 ms",
     ]  # fmt: skip
 
 
 def test_streamlines_end_before_the_particles() -> None:
-    view = views_of([scene(0.1, PAIR, rays=16)])[0]
+    view = views_of([scene(0.1, PAIR, rays=16)], Units(), curve=False)[0]
     axis = Figure().subplots()
     _streamlines(axis, view)
     drawn = np.vstack([path.vertices for lines in axis.collections for path in lines.get_paths() if len(path.vertices)])

@@ -32,7 +32,7 @@ class Carreau(ViscousLaw):
         0.0,
         1.0,
         default=0.0,
-        dimension=a_viscosity("viscosity_inf", "viscosity at large shear rates"),
+        dimension=a_viscosity("viscosity_inf", "viscosity at large shear rates", symbol=r"\eta_\infty"),
     )
 
     def viscosity(self, gamma2: Any) -> Any:

@@ -40,7 +40,8 @@ class Liquid:
             1e-6,
             1e4,
             dimension=replace(
-                a_time("relaxation", "relaxation time lambda; gives De = lambda U_av/D_c"), if_several=SEVERAL_TIMES
+                a_time("relaxation", "relaxation time lambda; gives De = lambda U_av/D_c", r"\lambda"),
+                if_several=SEVERAL_TIMES,
             ),
         ),
         "xi": Parameter(
@@ -49,7 +50,9 @@ class Liquid:
             1e-4,
             1.0,
             default=0.09,
-            dimension=a_viscosity("solvent", "viscosity of the solvent eta_s; gives xi = eta_s/eta_0"),
+            dimension=a_viscosity(
+                "solvent", "viscosity of the solvent eta_s; gives xi = eta_s/eta_0", symbol=r"\eta_s"
+            ),
         ),
     }
 

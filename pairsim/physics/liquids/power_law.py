@@ -23,6 +23,7 @@ class PowerLaw(ViscousLaw):
         "Pa*s^{n}",
         "0.5 Pa.s^{n}",
         lambda K, _: K,
+        "K",
     )
 
     n: Any = parameter("n", "flow index", 0.2, 2.0)

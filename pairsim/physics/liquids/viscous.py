@@ -21,6 +21,7 @@ ZERO_SHEAR = Dimension(
     "Pa*s",
     "1 Pa.s",
     lambda eta, _: eta,
+    r"\eta_0",
 )
 
 

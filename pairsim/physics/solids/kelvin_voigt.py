@@ -22,7 +22,7 @@ class KelvinVoigt(NeoHookean):
         "viscosity of the solid over eta_0",
         0.0,
         1e4,
-        dimension=a_viscosity("particle_viscosity", "viscosity of the particles", "2 Pa.s"),
+        dimension=a_viscosity("particle_viscosity", "viscosity of the particles", "2 Pa.s", r"\eta_p"),
     )
 
     @property

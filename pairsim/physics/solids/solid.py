@@ -20,6 +20,7 @@ MODULUS = Dimension(
     "Pa",
     "5 kPa",
     lambda G_p, scales: scales.stress / G_p,
+    "G_p",
 )
 
 
