@@ -115,7 +115,8 @@ def compute(
     reporter = make_reporter(style_of(progress))
     announced = command.estimate(case).seconds
     patience = max(PATIENCE, MULTIPLE * announced)
-    options = Options(overwrite, reporter, command_line(), signals, budget, patience, announced)
+    title = "" if folder is None else Path(folder).resolve().name
+    options = Options(overwrite, reporter, command_line(), signals, budget, patience, announced, title)
     directory = Path(tempfile.mkdtemp(prefix="pairsim-") if folder is None else folder)
     try:
         outcome = command.compute(case, directory, options, **flags)

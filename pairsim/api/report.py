@@ -162,6 +162,9 @@ def _of_sweep(result: SweepResult) -> Content:
     counts = ", ".join(f"{count} {status}" for status, count in result.record["counts"].items() if count)
     ways = Counter(outcome(case, quantity_of(ended)) for case in ended).most_common()
     outcomes = ", ".join(f"{way} in {count}" for way, count in ways)
+    table, settings = result.table, {"status", "reason", *result.record["parameters"]}
+    alike = [name for name in table if name in settings and len(table) > 1 and table[name].map(str).nunique() == 1]
+    same = {f"{name} {_shown(table[name].iloc[0])}": name for name in alike}
     warnings: dict[str, list[str]] = {}
     for case in result.cases:
         for warning in case.warnings:
@@ -171,8 +174,9 @@ def _of_sweep(result: SweepResult) -> Content:
         [
             f"{len(cases)} cases of pairsim {result.record['command']}: {counts}.",
             *([f"Outcomes: {outcomes}."] if ways else []),
+            *([f"The same in all: {', '.join(same)}."] if same else []),
         ],
-        result.table,
+        table.drop(columns=list(same.values())),
         "results.csv",
         result.record,
         "grid.yaml",
@@ -271,7 +275,9 @@ def _shown(value: Any) -> str:
         return str(value).lower()
     if isinstance(value, list | tuple):
         return ", ".join(map(_shown, value))
-    if not isinstance(value, dict | str) and pd.isna(value):
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} {_shown(entry)}" for key, entry in value.items())
+    if not isinstance(value, str) and pd.isna(value):
         return ""
     return f"{value:.5g}" if isinstance(value, float) else str(value)
 

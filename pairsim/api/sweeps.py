@@ -51,6 +51,21 @@ class SweepResult:
         header, rows = rows_of(self.record)
         return whole_numbers(pd.DataFrame(rows, columns=header))
 
+    def frame(self, name: str | None = None, *, physical: bool = False, tidy: bool = False) -> pd.DataFrame:
+        """The tables of all cases as one, with the keys that vary as its first columns.
+
+        Args:
+            name: Name of the table without .csv, such as "equilibria"; the main one of the command by default.
+            physical: Whether to convert to micrometres, seconds and pascals.
+            tidy: Whether to make a row for each gap.
+
+        Raises:
+            InputError: No case has such a table, or `physical` is set and a case has no `physical` block.
+        """
+        from pairsim.sweeps.tables import table_of_all
+
+        return table_of_all(self.folder, name, physical, tidy)
+
     @cached_property
     def cases(self) -> list[Result]:
         """Results of the cases that have ended, in the order of `table`."""

@@ -116,7 +116,7 @@ def _compute(command: Command[Any], given: dict[str, Any]) -> None:
             raise typer.BadParameter("must be given, or else --resume DIR", param_hint="CASE")
         case = resume / "case.yaml"
     checked = read_case(command, case, tuple(given["set_"] or ()))
-    directory = resume or output or default_folder(command.name, checked)
+    directory = resume or output or default_folder(command.name, checked, case.stem)
     if given["dry_run"]:
         if rank() == 0:
             notes = (f"note: {note}" for note in checked.notes)

@@ -57,7 +57,7 @@ Output = Annotated[
     path_option(
         "-o",
         "--output",
-        words="Folder for the results (default: runs/<name>; without a name runs/<parameters>-<hash>).",
+        words="Folder for the results (default: runs/<name>; without a name runs/<file>-<hash>).",
     ),
 ]
 DryRun = Annotated[

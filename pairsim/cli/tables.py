@@ -22,10 +22,10 @@ ENDED = "finished", "failed"  # shapes that were found are right, whether or not
 
 @app.command(
     epilog="Examples: pairsim table runs/quickstart | pairsim table runs/case --physical -o series.csv | "
-    "pairsim table runs/curve equilibria | pairsim table runs/train --tidy"
+    "pairsim table runs/curve equilibria | pairsim table runs/train --tidy | pairsim table runs/sweep equilibria"
 )
 def table(
-    directory: Annotated[Path, path_argument(f"Folder of {', '.join(COMMANDS)}.")],
+    directory: Annotated[Path, path_argument(f"Folder of {', '.join(COMMANDS)} or sweep.")],
     name: Annotated[
         str | None,
         typer.Argument(help="A table of the folder, such as equilibria (default: its main one).", show_default=False),
@@ -48,7 +48,8 @@ def table(
 
     On a terminal with five digits and the main columns; into a file or a pipe as
     CSV with all columns and digits. Units are those of pairsim (D_c, U_av,
-    D_c/U_av) or, with --physical, um, s, um/s and Pa.
+    D_c/U_av) or, with --physical, um, s, um/s and Pa. Of a sweep, the tables of all
+    cases, one below the other, with the parameters that vary.
     """
     from pairsim.results.folders import kind_of
     from pairsim.results.tables import csv_text, screen_text, table_of
@@ -59,13 +60,18 @@ def table(
             raise InputError("pairsim table", given, None, "must be left out with --cytometry")
         _print(_look_up_table(directory), output)
         return
-    if (kind := kind_of(directory)) not in COMMANDS:
+    if (kind := kind_of(directory)) == "sweep":
+        from pairsim.sweeps.tables import table_of_all
+
+        found = table_of_all(directory, name, physical, tidy)
+    elif kind in COMMANDS:
+        tables = COMMANDS[kind].tables
+        if name is not None and name not in tables:
+            raise InputError(str(directory), "", name, f"must be {' or '.join(tables)}, a table of `pairsim {kind}`")
+        found = table_of(directory, name or tables[0], physical, tidy)
+    else:
         names = " or ".join(COMMANDS)
-        raise InputError(str(directory), "", None, f"must be a folder of {names}, not of `pairsim {kind}`")
-    tables = COMMANDS[kind].tables
-    if name is not None and name not in tables:
-        raise InputError(str(directory), "", name, f"must be {' or '.join(tables)}, a table of `pairsim {kind}`")
-    found = table_of(directory, name or tables[0], physical, tidy)
+        raise InputError(str(directory), "", None, f"must be a folder of {names} or sweep, not of `pairsim {kind}`")
     if output is None and sys.stdout.isatty():
         typer.echo(screen_text(found, shutil.get_terminal_size().columns, all_))
     else:

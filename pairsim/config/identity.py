@@ -58,6 +58,12 @@ def folder_name(slug: str, key: str) -> str:
     return f"{slug[:LONGEST_SLUG]}-{key[:SHOWN]}"
 
 
-def default_folder(command: str, case: SceneCase) -> Path:
-    """Default folder for the results: `runs/<name>`, or `runs/<parameters>-<hash>` for a case without a name."""
-    return RUNS / (case.name or folder_name(case.slug, key_of(command, identity_of(case))))
+def default_folder(command: str, case: SceneCase, file: str = "") -> Path:
+    """Default folder for the results: `runs/<name>`, or `runs/<file>-<hash>` for a case without a name.
+
+    Args:
+        command: Name of the command.
+        case: The case.
+        file: Name of its file without the ending; the parameters of the case in place of none.
+    """
+    return RUNS / (case.name or folder_name(file or case.slug, key_of(command, identity_of(case))))

@@ -46,6 +46,7 @@ class Options:
         budget: Largest wall time of the computation [s]; None for no limit.
         patience: Largest wall time up to the first row [s], if there is no budget; None for no limit.
         announced: Estimated wall time [s], None where there is no estimate.
+        title: What progress is headed with; the name or the parameters of the case by default.
     """
 
     overwrite: bool
@@ -55,6 +56,7 @@ class Options:
     budget: float | None = None
     patience: float | None = None
     announced: float | None = None
+    title: str = ""
 
 
 def carry_out(
@@ -229,7 +231,7 @@ class Session:
         match event:
             case events.Begin():
                 self._begun = True
-                self.reporter.start(self.case.name or self.case.slug, event.goal, event.total)
+                self.reporter.start(self.case.name or self._options.title or self.case.slug, event.goal, event.total)
                 for note in (*self._notes, *self._damage):
                     self.reporter.note(note)
                 ensure_compiled(event.forms, self.reporter.note)

@@ -39,6 +39,12 @@ def shown(value: Any) -> str:
     return f"{value:.4g}" if isinstance(value, float) else plain_text(str(value))
 
 
+def tex_number(value: float) -> str:
+    """A number with four digits (TeX)."""
+    digits, _, power = f"{value:.4g}".partition("e")
+    return rf"{digits}\times 10^{{{int(power)}}}" if power else digits
+
+
 def hashable(value: Any) -> Hashable:
     """A value of a parameter as a key of a mapping."""
     if isinstance(value, list):
@@ -80,7 +86,8 @@ def equation(key: str, value: Any) -> str:
     name = _symbol(key)
     if key.startswith(BLOCK) and (known := measured([value])) is not None:
         return f"{symbol(key)} = {known[0][0]:.4g} {known[1]}"
-    return f"${name} = {shown(value)}$" if name else f"{_words(key)} = {shown(value)}"
+    unit = r"\ D_c" if key == "d0" else ""
+    return f"${name} = {shown(value)}{unit}$" if name else f"{_words(key)} = {shown(value)}"
 
 
 def case_parts(case: Mapping[str, Any], leave_out: Collection[str] = ()) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -19,6 +20,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import LinearNDInterpolator
 
 from pairsim.plots.field_values import Field, particle_velocity
+from pairsim.plots.labels import tex_number
 from pairsim.plots.meridional_section import outlines, tessellate
 from pairsim.plots.style import DIVERGING, GREY, SEQUENTIAL, Page
 from pairsim.plots.units import Units
@@ -32,7 +34,8 @@ STEEP = 30.0  # ratio of the values of a positive field from which its scale is 
 GRID = 361, 91  # points along the tube and across half of it, for streamlines
 INWARD, OUTWARD = 7, 9  # streamlines that go with the particles or faster, and slower
 LONG = 3.0  # ratio of length to height from which views lie below each other
-BAR = 13.0  # height of a colour bar with its labels [mm]
+# Heights of a colour bar, of the labels below an axis, of a title, and of the small print [mm].
+BAR, LABELS, TITLE, PRINT = 2.5, 9.5, 10.0, 5.0
 
 
 @dataclass(frozen=True)
@@ -63,7 +66,8 @@ class View:
     def title(self) -> str:
         """The time of a frame of a run, or the distance of one of a curve."""
         unit = LENGTH if self.curve else TIME
-        return f"${'d' if self.curve else 't'} = {self.frame.t * self.units.factor(unit):.4g}$ {self.units.name(unit)}"
+        value = tex_number(self.frame.t * self.units.factor(unit))
+        return f"${'d' if self.curve else 't'} = {value}$ {self.units.name(unit)}"
 
     def seen(self, solid: bool) -> NDArray[np.bool_]:
         """The cells of the liquid or of the particles in the window."""
@@ -219,7 +223,7 @@ def _streamlines(axis: Axes, view: View) -> None:
 def sheet(
     page: Page, views: Sequence[View], layers: Sequence[Layer], count: int, first: int = 0
 ) -> tuple[Figure, list[Axes], list[tuple[Layer, ScalarMappable]]]:
-    """A figure with panels for views, two in a row where there is room, and the colour bars of all layers.
+    """A figure with panels for views, two in a row where there is room, and below them the colour bars of all layers.
 
     Args:
         page: What it is drawn for.
@@ -230,24 +234,29 @@ def sheet(
     """
     z_min, z_max, r_min, r_max = views[0].window
     columns = 1 if page.narrow or count == 1 or z_max - z_min > LONG * (r_max - r_min) else 2
-    rows = -(-count // columns)
-    height = (page.width / columns - 12) * (r_max - r_min) / (z_max - z_min) + 6.5
-    figure = page.figure(height * rows + BAR * -(-len(layers) // columns) + 14)
-    axes = [figure.add_subplot(rows, columns, i + 1) for i in range(count)]
+    rows, abreast = -(-count // columns), 1 if page.narrow else len(layers)
+    inner = (page.width / columns - 15) * (r_max - r_min) / (z_max - z_min)
+    bars = len(layers) // abreast
+    figure = page.figure((inner + TITLE) * rows + (BAR + LABELS) * bars + LABELS + PRINT)
+    across = math.lcm(columns, abreast)
+    grid = figure.add_gridspec(rows + bars, across, height_ratios=[inner] * rows + [BAR] * bars)
+    wide, each = across // columns, across // abreast
+    axes = [figure.add_subplot(grid[i // columns, i % columns * wide : (i % columns + 1) * wide]) for i in range(count)]
     scaled = [(layer, scale_of(replace(layer, values=layer.values[first:]), views[first:])) for layer in layers]
     for axis in axes[-columns:]:
         axis.set_xlabel(views[0].label("z"))
-    for place, (layer, scale) in reversed(list(enumerate(scaled))):  # the last one is the uppermost
-        add_bar(figure, axes[place % columns :: columns] if len(layers) > 1 else axes, layer, scale)
+    for i, (layer, scale) in enumerate(scaled):
+        place = grid[rows + i // abreast, i % abreast * each : (i % abreast + 1) * each]
+        add_bar(figure, figure.add_subplot(place), layer, scale)
     return figure, axes, scaled
 
 
-def add_bar(figure: Figure, axes: Sequence[Axes], layer: Layer, scale: ScalarMappable) -> None:
-    """A colour bar below the views, with few ticks."""
-    look: dict[str, Any] = {"location": "bottom", "aspect": 40, "shrink": 0.9, "pad": 0.02}
-    look |= {"label": layer.label, "extend": "both" if layer.diverging else "max"}
+def add_bar(figure: Figure, axis: Axes, layer: Layer, scale: ScalarMappable) -> None:
+    """A colour bar in a panel of its own, with few ticks."""
+    look: dict[str, Any] = {"orientation": "horizontal", "label": layer.label, "cax": axis}
+    look |= {"extend": "both" if layer.diverging else "max"}
     if isinstance(scale.norm, LogNorm):
         look |= {"ticks": LogLocator(subs=(1, 2, 5)), "format": StrMethodFormatter("{x:g}")}
-        figure.colorbar(scale, ax=list(axes), **look).minorticks_off()
+        figure.colorbar(scale, **look).minorticks_off()
     else:
-        figure.colorbar(scale, ax=list(axes), ticks=MaxNLocator(6), **look)
+        figure.colorbar(scale, ticks=MaxNLocator(5), **look)

@@ -22,6 +22,7 @@ from pairsim.runtime.errors import BranchEnd
 from pairsim.solvers.curves.interpolant import Region
 
 Table = Mapping[str, Array]
+MOST_SHAPES = 4  # that are all told
 FAR = 1.2  # ratio of distances from which on it is told where a start is forgotten; chosen
 
 
@@ -143,7 +144,13 @@ def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list
 
 def shapes_in(table: Table, row: int, when: str) -> list[str]:
     """The Taylor parameters in a row."""
-    shapes = ", ".join(f"{name} = {table[name][row]:.3g}" for name in table if name.startswith("D_"))
+    values = {name: float(table[name][row]) for name in table if name.startswith("D_")}
+    said = [f"{name} = {values[name]:.3g}" for name in sorted(values, key=lambda name: values[name])]
+    shapes = (
+        f"from {said[0]} to {said[-1]}"
+        if len(said) > MOST_SHAPES
+        else ", ".join(f"{name} = {value:.3g}" for name, value in values.items())
+    )
     return [f"Taylor parameters{f' {when}' if when else ''}: {shapes}."] if shapes else []
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +15,7 @@ from pairsim.results.units import UNITS, in_unit, scales_in, with_error
 from pairsim.runtime.arrays import Array
 
 SETTLED = "settled"  # entry of run.json
+MOST_GAPS = 3  # that have a sentence each
 NOTHING = 1e-9  # |dU| of particles that keep their distance [U_av]; chosen
 
 
@@ -87,8 +88,8 @@ def answer_of_run(series: Table, record: Mapping[str, Any]) -> list[str]:
         record: run.json.
     """
     gaps = [name for name in series if name == "d" or name.startswith("d_")]
-    lines, scales = [], scales_in(record)
-    for i, name in enumerate(gaps):
+    lines, scales = _train(series, gaps, record) if len(gaps) > MOST_GAPS else [], scales_in(record)
+    for i, name in enumerate(gaps if len(gaps) <= MOST_GAPS else []):
         ending = name.removeprefix("d")
         who = "The pair" if len(gaps) == 1 else f"Gap {ending.removeprefix('_')}"
         column = error_column(series, ending)
@@ -105,6 +106,31 @@ def answer_of_run(series: Table, record: Mapping[str, Any]) -> list[str]:
         velocities = ", ".join(f"{name} = {series[name][-1]:.6g}" for name in series if name.startswith("U_"))
         lines.append(f"At t = {series['t'][-1]:.4g}: {velocities or f'dp = {series["dp"][-1]:.6g}'}.")
     return [*lines, *shapes_in(series, -1, "at the end")]
+
+
+def _train(series: Table, gaps: Sequence[str], record: Mapping[str, Any]) -> list[str]:
+    """What the gaps of many particles do: how many separate and come closer, their mean, and the extreme ones."""
+    signs = []
+    for i, name in enumerate(gaps):
+        ending, settled = name.removeprefix("d"), Settled.of(record, i)
+        column = error_column(series, ending)
+        error = float(series[column][-1]) if column is not None else None
+        signs.append(_sign(settled.dU, settled.error) if settled else _sign(float(series[f"dU{ending}"][-1]), error))
+    words = {1: "separating", -1: "coming closer", 0: "not decided (their intervals of dU hold both signs)"}
+    counted = ", ".join(f"{signs.count(sign)} {what}" for sign, what in words.items() if sign in signs)
+    first, last = (np.array([series[name][at] for name in gaps]) for at in (0, -1))
+    scales, (low, high) = scales_in(record), (int(np.argmin(last)), int(np.argmax(last)))
+
+    def said(d: float) -> str:
+        return f"{d:.5g}" if scales is None else f"{d * UNITS[LENGTH][2](scales):.5g} um"
+
+    return [
+        *([f"Gap {low + 1} collides."] if record.get("reason") == "contact" else []),
+        f"Of {len(gaps)} gaps at t = {series['t'][-1]:.4g}: {counted}.",
+        f"Their mean went from {said(first.mean())} to {said(last.mean())}, their standard deviation from "
+        f"{said(first.std())} to {said(last.std())}; the smallest is gap {low + 1}, {said(last[low])}, the largest gap "
+        f"{high + 1}, {said(last[high])}.",
+    ]
 
 
 def _motion(

@@ -167,9 +167,9 @@ def test_default_folders_of_different_cases_differ(tmp_path: Path) -> None:
     assert len(set(folders)) == len(folders)
     assert len({case.slug for case in cases}) == 2
     assert default_folder("run", read_case(COMMANDS["run"], tmp_path / "case.yaml", ("d0=[0.1]",))) == folders[0]
-    assert default_folder("run", read_case(COMMANDS["run"], tmp_path / "case.yaml", ("name=mine",))) == Path(
-        "runs/mine"
-    )
+    named = read_case(COMMANDS["run"], tmp_path / "case.yaml", ("name=mine",))
+    assert default_folder("run", named, "case") == Path("runs/mine")
+    assert default_folder("run", cases[0], "case").name == f"case-{folders[0].name.rpartition('-')[2]}"
 
 
 def test_a_sweep_finds_its_folders_by_the_same_hash(tmp_path: Path) -> None:

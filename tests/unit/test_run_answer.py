@@ -100,3 +100,15 @@ def test_every_gap_of_three_particles_has_its_line(snapshot: SnapshotAssertion) 
     record = settled(1e-2, 1e-4)
     record[SETTLED] |= {"dU": [1e-2, 1e-2], "dU_error": [1e-4, 1e-4]}
     assert answer_of_run(table, record) == snapshot
+
+
+def test_many_gaps_are_counted_and_their_mean_is_told() -> None:
+    d, dU = [0.1, 0.2, 0.2, 0.3, 0.2], [-1e-2, 1e-2, 1e-2, 0.0, 1e-2]
+    table = {"t": np.array([0.0, 10.0])}
+    table |= {f"d_{i}": np.array([0.2, end]) for i, end in enumerate(d, 1)}
+    table |= {f"dU_{i}": np.array([0.0, value]) for i, value in enumerate(dU, 1)}
+    counted, spread = answer_of_run(table, {"reason": "contact"})[1:]
+    assert answer_of_run(table, {"reason": "contact"})[0] == "Gap 1 collides."
+    assert counted.startswith("Of 5 gaps at t = 10: 3 separating, 1 coming closer, 1 not decided")
+    assert spread.startswith(f"Their mean went from 0.2 to 0.2, their standard deviation from 0 to {np.std(d):.5g};")
+    assert spread.endswith("the smallest is gap 1, 0.1, the largest gap 4, 0.3.")

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
+from support.pictures import drawn_figures
+from support.result_folders import make_curve
 
+from pairsim.api.pictures import plot
 from pairsim.physics.scales import Scales
 from pairsim.results.tables import csv_text, in_units, read_table, readable, screen_text, table_of
 from pairsim.runtime.errors import InputError
+from pairsim.sweeps.tables import table_of_all
 
 TRAIN = "t,d_1,d_2,U_1,U_2,U_3,dU_1,dU_2,m,newton,dU_error_1,dU_error_2\n" + "\n".join(
     ["0.5,0.1,0.2,1.8,1.9,1.7,0.1,-0.2,1e-15,3,0.01,0.02", "1,0.15,0.1,1.8,1.9,1.7,0.123456789,-0.2,1e-15,2,0.01,nan"]
@@ -62,3 +67,52 @@ def test_forces_have_a_unit_of_the_laboratory(tmp_path: Path) -> None:
     table = in_units(read_table(tmp_path / "curve.csv"), SCALES)
     assert table.attrs["units"] == {"U_1": "um/s", "F_1": "nN"}
     assert table["F_1"][0] == pytest.approx(2 * 0.85 * 10e-3 * 50e-6 * 1e9)
+
+
+def make_sweep(folder: Path, times: dict[str, float]) -> Path:
+    """A sweep of curves over the relaxation time, with De that follows from it, in a tube of 50 um."""
+    cases = []
+    for i, (time, De) in enumerate(times.items()):
+        curve = make_curve(folder / f"curve-{i}", 0.1, De)
+        scales = {"length": 50e-6, "time": 5e-3, "velocity": 10e-3, "stress": 170.0}
+        (curve / "run.json").write_text(json.dumps({"kind": "curve", "status": "finished", "scales": scales}))
+        values = {"zeros": [0.2], "stable": [False], "dU_peak": 0.1}
+        case = {"folder": curve.name, "status": "finished", "reason": "end", "attempts": 1, "values": values}
+        cases.append(case | {"parameters": {"physical.relaxation": time, "De": De, "beta": 0.4}})
+    varying = ["physical.relaxation", "De"]
+    content = {
+        "command": "curve",
+        "name": "s",
+        "updated": 0,
+        "varying": varying,
+        "parameters": [*varying, "beta"],
+        "cases": cases,
+    }
+    (folder / "sweep.json").write_text(json.dumps(content))
+    return folder
+
+
+def test_the_tables_of_a_sweep_are_one_below_the_other(tmp_path: Path) -> None:
+    sweep = make_sweep(tmp_path, {"1 ms": 0.2, "2 ms": 0.4})
+    zeros = table_of_all(sweep, "equilibria", physical=True)
+    assert list(zeros.columns[:3]) == ["physical.relaxation", "De", "d"]
+    assert zeros[["physical.relaxation", "De", "d"]].to_numpy().tolist() == [["1 ms", 0.2, 10.0], ["2 ms", 0.4, 10.0]]
+    assert zeros.attrs["units"]["d"] == "um"
+    curves = table_of_all(sweep, None, physical=False)
+    assert curves["physical.relaxation"].tolist() == 5 * ["1 ms"] + 5 * ["2 ms"]
+    with pytest.raises(InputError, match="must be curve or equilibria"):
+        table_of_all(sweep, "series", physical=False)
+
+
+def test_a_sweep_over_a_quantity_is_drawn_over_it_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """De, which follows from the relaxation time, has no place in the legend, and no map."""
+    sweep = make_sweep(tmp_path / "sweep", {"1 ms": 0.2, "2 ms": 0.4, "4 ms": 0.8})
+    with drawn_figures(monkeypatch) as figures:
+        files = plot(sweep, out=tmp_path / "out")
+    assert [file.stem for file in files] == ["sweep_curves", "sweep_zeros"]
+    curves, zeros = figures
+    labels = [text.get_text() for text in curves.legends[0].get_texts()]
+    assert labels[:3] == [rf"$\lambda$ = {time} ms" for time in (1, 2, 4)]
+    assert not any(r"\mathrm{De}" in label for label in labels)
+    assert zeros.axes[0].get_xlabel() == r"$\lambda$  [ms]"
+    assert zeros.axes[0].get_ylabel() == "$d_{cr}$  [µm]"

@@ -1,0 +1,50 @@
+"""The tables of all cases of a sweep as one: a row a step, point or zero, with the parameters that vary."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+
+from pairsim.commands import COMMANDS
+from pairsim.results.tables import table_of
+from pairsim.runtime.errors import InputError
+from pairsim.sweeps.ledger import read_sweep
+
+
+def table_of_all(directory: Path, name: str | None, physical: bool, by_gap: bool = False) -> pd.DataFrame:
+    """A table of all cases that have it, one below the other.
+
+    Args:
+        directory: Folder of a sweep.
+        name: Name of the table without .csv, such as "equilibria"; None for the main one of the command.
+        physical: Whether to convert to micrometres, seconds and pascals.
+        by_gap: Whether to make it tidy.
+
+    Returns:
+        The keys that vary in the sweep, each case's values repeated, then the columns of the table.
+
+    Raises:
+        InputError: The command has no such table, no case has it yet, or `physical` is set and a case has no
+            `physical` block.
+    """
+    content = read_sweep(directory)
+    tables, varying = COMMANDS[content["command"]].tables, content["varying"]
+    name = name or tables[0]
+    if name not in tables:
+        allowed = f"must be {' or '.join(tables)}, a table of `pairsim {content['command']}`"
+        raise InputError(str(directory), "", name, allowed)
+    parts = []
+    for case in content["cases"]:
+        folder = directory / case["folder"]
+        if (folder / f"{name}.csv").is_file():
+            part = table_of(folder, name, physical, by_gap)
+            for place, key in enumerate(key for key in varying if key not in part):
+                part.insert(place, key, [case["parameters"].get(key)] * len(part))
+            parts.append(part)
+    if not parts:
+        raise InputError(str(directory), "", None, f"has no case with {name}.csv yet")
+    units = parts[0].attrs["units"]
+    found = pd.concat(parts, ignore_index=True)
+    found.attrs["units"] = {key: units.get(key, "") for key in found}
+    return found
