@@ -84,8 +84,8 @@ def _law_of(what: str, laws: Mapping[str, Any]) -> Any:
 
 @app.command(
     epilog="Examples: pairsim units --tube 50um --particle 20um --flow 1ul/min --modulus 5kPa --viscosity 1Pa.s "
-    "--relaxation 2ms -o case.yaml | pairsim units --liquid power-law --n 0.6 --consistency 0.5Pa.s^0.6 --tube 50um "
-    "--particle 20um --flow 1ul/min --modulus 5kPa"
+    "--relaxation 2ms --liquid giesekus -o case.yaml | pairsim units --liquid power-law --n 0.6 "
+    "--consistency 0.5Pa.s^0.6 --tube 50um --particle 20um --flow 1ul/min --modulus 5kPa"
 )
 @_with_quantities
 def units(
@@ -134,6 +134,10 @@ def units(
     if not COMMANDS[kind].distances:
         kinds = " or ".join(name for name, command in COMMANDS.items() if command.distances)
         raise InputError("pairsim units", "--kind", kind, f"must be {kinds}")
+    if given["relaxation"] and liquid is None and fitted is None:
+        elastic = ", ".join(name for name, law in liquids.LAWS.items() if issubclass(law, liquids.ConformationLaw))
+        allowed = f"must be given with --relaxation: {elastic}; --rheology FILE finds the one that fits a flow curve"
+        raise InputError("pairsim units", "--liquid", None, allowed)
     quantities = {key: _one(given[key]) for key in QUANTITIES if given[key]} | (fitted or {})
     if "end" in quantities and kind != "run":
         raise InputError("pairsim units", "--end", quantities["end"], f"must be left out with --kind {kind}")

@@ -74,6 +74,14 @@ Budget = Annotated[
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace the results in an existing folder.")]
 OverwriteFile = Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")]
+Physical = Annotated[
+    bool | None,
+    typer.Option(
+        "--physical/--dimensionless",
+        help="In um, s, um/s and Pa, or in D_c and U_av (default: the former where the case has a physical block).",
+        show_default=False,
+    ),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress and no answer, only the folder.")]
 Progress = Annotated[
     Literal["auto", "bar", "lines", "json"],

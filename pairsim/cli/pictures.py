@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from pairsim.cli.options import Folder, path_argument, path_option
+from pairsim.cli.options import Folder, Physical, path_argument, path_option
 
 app = typer.Typer(rich_markup_mode="rich")
 
@@ -52,14 +52,7 @@ def plot(
     panels: Annotated[
         str | None, typer.Option(metavar="KEY", help="Such a parameter whose values have a panel each.")
     ] = None,
-    physical: Annotated[
-        bool | None,
-        typer.Option(
-            "--physical/--dimensionless",
-            help="In um, s, um/s and Pa, or in D_c and U_av (default: the former where the case has a physical block).",
-            show_default=False,
-        ),
-    ] = None,
+    physical: Physical = None,
 ) -> None:
     """Draw the results of run, curve, critical, sweep or study, or several runs or curves in one picture.
 

@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from pairsim.cli.options import OverwriteFile, check_free, path_argument, path_option
+from pairsim.cli.options import OverwriteFile, Physical, check_free, path_argument, path_option
 from pairsim.commands import COMMANDS
 from pairsim.runtime.errors import InputError
 
@@ -21,7 +21,7 @@ ENDED = "finished", "failed"  # shapes that were found are right, whether or not
 
 
 @app.command(
-    epilog="Examples: pairsim table runs/quickstart | pairsim table runs/case --physical -o series.csv | "
+    epilog="Examples: pairsim table runs/quickstart | pairsim table runs/case --dimensionless -o series.csv | "
     "pairsim table runs/curve equilibria | pairsim table runs/train --tidy | pairsim table runs/sweep equilibria"
 )
 def table(
@@ -30,9 +30,7 @@ def table(
         str | None,
         typer.Argument(help="A table of the folder, such as equilibria (default: its main one).", show_default=False),
     ] = None,
-    physical: Annotated[
-        bool, typer.Option("--physical", help="Convert to um, s, um/s and Pa; the case must have a physical block.")
-    ] = False,
+    physical: Physical = None,
     tidy: Annotated[
         bool, typer.Option("--tidy", help="A row for each gap: t, gap (from upstream), d, dU and its error.")
     ] = False,
@@ -47,8 +45,8 @@ def table(
     """Print a table of results, with the unit of each column in the header.
 
     On a terminal with five digits and the main columns; into a file or a pipe as
-    CSV with all columns and digits. Units are those of pairsim (D_c, U_av,
-    D_c/U_av) or, with --physical, um, s, um/s and Pa. Of a sweep, the tables of all
+    CSV with all columns and digits. Units are um, s, um/s and Pa where the case has
+    a physical block, else D_c, U_av and D_c/U_av. Of a sweep, the tables of all
     cases, one below the other, with the parameters that vary.
     """
     from pairsim.results.folders import kind_of
@@ -56,7 +54,7 @@ def table(
 
     check_free(output, overwrite)
     if cytometry:
-        if given := name or (physical and "--physical") or (tidy and "--tidy"):
+        if given := name or (physical is not None and "--physical") or (tidy and "--tidy"):
             raise InputError("pairsim table", given, None, "must be left out with --cytometry")
         _print(_look_up_table(directory), output)
         return

@@ -104,9 +104,9 @@ class RunWarnings:
     @property
     def warnings(self) -> list[str]:
         """Warnings about the results."""
-        stress, narrow = unresolved_stress(self.case, self.s_jump), narrow_gap(*self.narrowest)
+        stress, narrow = unresolved_stress(self.case, self.s_jump), narrow_gap(self.case, *self.narrowest)
         steps, ends = long_steps(self.case, self.steps.part), near_ends(self.case, self.widest)
         # Where dU is nothing but errors, as for equal rigid particles, a part of it means nothing.
         part = self.largest / self.steps.peak if self.steps.peak > LEAST else 0.0
-        error = [*large_run_error(self.case, part), *unknown_run_error(self.lost)]
+        error = [*large_run_error(self.case, part), *unknown_run_error(self.case, self.lost)]
         return [*beyond_checked(self.case), *coarse_mesh(self.case), *steps, *error, *stress, *narrow, *ends]

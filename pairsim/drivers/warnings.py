@@ -19,6 +19,7 @@ NEAR_ENDS = {"developed": 0.5, "periodic": 0.65}
 # Relative length as above, and the largest error measured below it with either kind of ends [% of the largest |dU|].
 ENDS_ERRORS = ((0.33, 44), (0.5, 7), (0.65, 2))
 COARSEST = "5%"
+FINER, SHORTER = 1.5, 4.0  # what sizes of cells and tolerances are divided by in advice; chosen
 
 
 def above(value: float, limit: float) -> str:
@@ -39,6 +40,12 @@ def coarse_mesh(case: SceneCase) -> list[str]:
     ]
 
 
+def _finer(case: SceneCase) -> str:
+    """A finer mesh as options of the command line."""
+    sizes = {"Np": round(FINER * case.mesh.Np), "max_size": f"{case.mesh.max_size / FINER:.2g}"}
+    return f"a finer mesh ({' '.join(f'--set mesh.{name}={size}' for name, size in sizes.items())})"
+
+
 def long_steps(case: Case, part: float) -> list[str]:
     """Warn of time steps whose estimated error exceeds `accuracy`.
 
@@ -48,10 +55,11 @@ def long_steps(case: Case, part: float) -> list[str]:
     """
     if part <= case.error_wanted:
         return []
-    key = "time.tol or time.first_step" if case.time.fixed_step is None else "time.fixed_step"
+    key = "tol" if case.time.fixed_step is None else "fixed_step"
+    smaller = f"--set time.{key}={getattr(case.time, key) / SHORTER:.2g}"
     return [
         f"time steps may cause an error of {above(100 * part, 100 * case.error_wanted)} % of the largest |dU|, more "
-        f"than accuracy: {case.accuracy}; reduce {key}"
+        f"than accuracy: {case.accuracy}; use shorter steps ({smaller})"
     ]
 
 
@@ -68,18 +76,17 @@ def large_run_error(case: Case, part: float) -> list[str]:
     if case.adapts:
         return [f"accuracy: {case.accuracy} was not kept: dU_error is up to {percent} % of the largest |dU|"]
     return [
-        f"dU_error is up to {percent} % of the largest |dU|, more than accuracy: {case.accuracy}; use a finer "
-        "mesh (mesh.Np, mesh.max_size) or a smaller time.tol"
+        f"dU_error is up to {percent} % of the largest |dU|, more than accuracy: {case.accuracy}; use "
+        f"{_finer(case)} or shorter steps (--set time.tol={case.time.tol / SHORTER:.2g})"
     ]
 
 
-def unknown_run_error(lost: float) -> list[str]:
+def unknown_run_error(case: Case, lost: float) -> list[str]:
     """Warn of a run whose error is unknown from the time `lost` on; infinite where it is known throughout."""
     if lost == np.inf:
         return []
     return [
-        f"the estimate of the error diverged at t = {lost:.4g}: dU_error is not known from there on; use a finer mesh "
-        "(mesh.Np, mesh.max_size)"
+        f"the estimate of the error diverged at t = {lost:.4g}: dU_error is not known from there on; use {_finer(case)}"
     ]
 
 
@@ -91,7 +98,7 @@ def unresolved_stress(case: SceneCase, s_jump: float) -> list[str]:
     return [
         f"s = log c changes by {above(s_jump, allowed)} within one cell: the polymer stress is not resolved there. "
         f"Above {allowed:g}, the error of dU may exceed {case.accuracy} of its largest value "
-        "(docs/how-to/accuracy.md); compare with a finer mesh (mesh.Np near the particles, mesh.max_size elsewhere)"
+        f"(docs/how-to/accuracy.md); compare with {_finer(case)}"
     ]
 
 
@@ -110,6 +117,11 @@ class ErrorAt:
     ends: float
 
 
+def _longer(case: SceneCase) -> str:
+    """A longer tube as an option of the command line."""
+    return f"a longer tube (--set length={1.5 * case.tube_length:.3g})"
+
+
 def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorAt]) -> list[str]:
     """Warn of estimated errors that exceed `accuracy`.
 
@@ -123,7 +135,7 @@ def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorA
     worst = max(errors, key=lambda each: each.relative, default=None)
     if worst is None or worst.relative <= allowed:
         return []
-    advice = "a larger length" if worst.ends > worst.relative / 2 else "a finer mesh (mesh.Np, mesh.max_size)"
+    advice = _longer(case) if worst.ends > worst.relative / 2 else _finer(case)
     return [
         f"{error} is {above(100 * worst.relative, 100 * allowed)} % of {size} at {worst.where}, more than "
         f"accuracy: {case.accuracy}; use {advice}"
@@ -165,19 +177,22 @@ def far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float) 
         return []
     part = f"{100 * errors[worst]:.2g} %" if np.isfinite(errors[worst]) else "any part"
     where = f"between d = {d[worst]:.4g} and {d[worst + 1]:.4g}"
-    advice = "a finer mesh (mesh.Np, mesh.max_size)"
-    if len(d) >= case.max_points or case.tol > case.error_wanted:
-        advice = "a larger max_points" if len(d) >= case.max_points else "a smaller tol"
+    advice = _finer(case)
+    if len(d) >= case.max_points:
+        advice = f"more points (--set max_points={2 * case.max_points})"
+    elif case.tol > case.error_wanted:
+        advice = f"points nearer to each other (--set tol={case.error_wanted:g})"
     return [
         f"{where} the interpolated dU may be off by {part} of its largest value, more than accuracy: {case.accuracy}; "
         f"use {advice}"
     ]
 
 
-def narrow_gap(gap: float, arc: float) -> list[str]:
+def narrow_gap(case: Case, gap: float, arc: float) -> list[str]:
     """Warn of a gap that is too narrow for the arcs of the outlines beside it.
 
     Args:
+        case: The case.
         gap: The gap [D_c].
         arc: Length of the longest arc beside it [D_c].
     """
@@ -185,7 +200,8 @@ def narrow_gap(gap: float, arc: float) -> list[str]:
         return []
     return [
         f"the arcs beside a gap of {gap:.3g} are {arc / gap:.2g} times as long as the gap (their length is set by d0): "
-        "dU there is accurate to a few percent only; use a larger mesh.Np, or pairsim curve at that d"
+        f"dU there is accurate to a few percent only; use shorter ones "
+        f"(--set mesh.Np={round(FINER * case.mesh.Np)}), or pairsim curve at that d"
     ]
 
 
@@ -208,4 +224,4 @@ def near_ends(case: SceneCase, span: float) -> list[str]:
     if case.liquid_model.modes:
         off = next(error for below, error in ENDS_ERRORS if left < below * case.margin)
         message += f", by up to {off} % of the largest |dU| in the tubes measured"
-    return [f"{message}; use a larger length, or limits.max_gap in a run"]
+    return [f"{message}; use {_longer(case)}, or limits.max_gap in a run"]

@@ -10,8 +10,8 @@ import pandas as pd
 
 from pairsim.physics.scales import Scales
 from pairsim.results.columns import WHOLE, column
-from pairsim.results.folders import valid_record
-from pairsim.results.units import UNITS, scales_of, unit_of
+from pairsim.results.folders import read_record, valid_record
+from pairsim.results.units import UNITS, scales_in, scales_of, unit_of
 from pairsim.runtime.errors import InputError
 
 INNER = re.compile(r"m|newton|wanted|mesh|meshes|distortion|volume_error|stretch|s_jump|ends_error.*|\w*_correction.*")
@@ -86,13 +86,13 @@ def tidy(table: pd.DataFrame) -> pd.DataFrame:
     return with_units(pd.concat(parts).sort_index(kind="stable", ignore_index=True))
 
 
-def table_of(directory: Path, name: str, physical: bool, by_gap: bool = False) -> pd.DataFrame:
+def table_of(directory: Path, name: str, physical: bool | None, by_gap: bool = False) -> pd.DataFrame:
     """A table of a folder.
 
     Args:
         directory: Folder of a command for one case.
         name: Name of the table, without .csv.
-        physical: Whether to convert to micrometres, seconds and pascals.
+        physical: Whether to convert to micrometres, seconds and pascals; None if the case has a `physical` block.
         by_gap: Whether to make it tidy.
 
     Raises:
@@ -100,6 +100,7 @@ def table_of(directory: Path, name: str, physical: bool, by_gap: bool = False) -
     """
     path = directory / f"{name}.csv"
     scales = scales_of(valid_record(directory), str(directory)) if physical else None
+    scales = scales_in(read_record(directory)) if physical is None else scales
     table = read_table(path)
     if not len(table.columns):
         raise InputError(str(path), "", None, "cannot be read: it is missing or empty")

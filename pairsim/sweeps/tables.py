@@ -7,18 +7,20 @@ from pathlib import Path
 import pandas as pd
 
 from pairsim.commands import COMMANDS
+from pairsim.results.folders import read_record
 from pairsim.results.tables import table_of
+from pairsim.results.units import scales_in
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.ledger import read_sweep
 
 
-def table_of_all(directory: Path, name: str | None, physical: bool, by_gap: bool = False) -> pd.DataFrame:
+def table_of_all(directory: Path, name: str | None, physical: bool | None, by_gap: bool = False) -> pd.DataFrame:
     """A table of all cases that have it, one below the other.
 
     Args:
         directory: Folder of a sweep.
         name: Name of the table without .csv, such as "equilibria"; None for the main one of the command.
-        physical: Whether to convert to micrometres, seconds and pascals.
+        physical: Whether to convert to micrometres, seconds and pascals; None if all cases have a `physical` block.
         by_gap: Whether to make it tidy.
 
     Returns:
@@ -34,14 +36,15 @@ def table_of_all(directory: Path, name: str | None, physical: bool, by_gap: bool
     if name not in tables:
         allowed = f"must be {' or '.join(tables)}, a table of `pairsim {content['command']}`"
         raise InputError(str(directory), "", name, allowed)
+    cases = [case for case in content["cases"] if (directory / case["folder"] / f"{name}.csv").is_file()]
+    if physical is None:
+        physical = all(scales_in(read_record(directory / case["folder"])) for case in cases)
     parts = []
-    for case in content["cases"]:
-        folder = directory / case["folder"]
-        if (folder / f"{name}.csv").is_file():
-            part = table_of(folder, name, physical, by_gap)
-            for place, key in enumerate(key for key in varying if key not in part):
-                part.insert(place, key, [case["parameters"].get(key)] * len(part))
-            parts.append(part)
+    for case in cases:
+        part = table_of(directory / case["folder"], name, physical, by_gap)
+        for place, key in enumerate(key for key in varying if key not in part):
+            part.insert(place, key, [case["parameters"].get(key)] * len(part))
+        parts.append(part)
     if not parts:
         raise InputError(str(directory), "", None, f"has no case with {name}.csv yet")
     units = parts[0].attrs["units"]

@@ -41,11 +41,11 @@ def test_run_and_curve_in_units(tmp_path: Path, pairsim: Pairsim) -> None:
         **{"stress": pytest.approx(50), "units": "m, s, m/s, Pa"},
     }
 
-    plain, converted = (header_and_rows(pairsim("table", "run", *more).stdout) for more in ([], ["--physical"]))
+    plain, converted = (header_and_rows(pairsim("table", "run", *more).stdout) for more in (["--dimensionless"], []))
     assert plain[0][:5] == ["t [D_c/U_av]", "d [D_c]", "U_L [U_av]", "U_T [U_av]", "dU [U_av]"]
     assert converted[0][:8] == ["t [s]", "d [um]", "U_L [um/s]", "U_T [um/s]", "dU [um/s]", "D_L", "D_T", "dp [Pa]"]
     assert converted[1][:, :8] == pytest.approx(plain[1][:, :8] * [0.2, 1e3, 5e3, 5e3, 5e3, 1, 1, 50])
-    assert pairsim("table", "curve", "equilibria", "--physical", "-o", "zeros.csv").returncode == 0
+    assert pairsim("table", "curve", "equilibria", "-o", "zeros.csv").returncode == 0
     assert (tmp_path / "zeros.csv").read_text().startswith("d [um],stable,slope [1/s],peak")
 
     way = pairsim("travel", "curve", "--from", "110um", "--to", "0.15")

@@ -134,7 +134,7 @@ def test_products_of_units_as_they_are_written(text: str) -> None:
     assert si(text, ZERO_SHEAR) == pytest.approx(1.0)
 
 
-EXAMPLES = re.findall(r"^pairsim units .*viscosity \S+(?: --relaxation \S+)?$", PAGE, re.MULTILINE)
+EXAMPLES = re.findall(r"^pairsim units .*viscosity \S+(?: --relaxation \S+ --liquid \S+)?$", PAGE, re.MULTILINE)
 BY_HAND = re.findall(r"^\| [a-z][^|]*((?:\| [\d.e-]+ ){6})\|$", PAGE, re.MULTILINE)
 
 
@@ -164,9 +164,28 @@ def test_units_prints_the_defaults_used() -> None:
     taken = re.findall("default used: (.*)", shown)
     words = ("liquid is Newtonian", "particles are rigid", "d0 = 0.1", "end time: 2", "density: 1000 kg/m^3")
     assert all(word in default for word, default in zip(words, taken, strict=True))
-    given = ["--relaxation", "2ms", "--modulus", "5kPa", "--distance", "5um", "--end", "1s", "--density", "1g/ml"]
+    given = [
+        "--relaxation",
+        "2ms",
+        "--liquid",
+        "giesekus",
+        "--modulus",
+        "5kPa",
+        "--distance",
+        "5um",
+        "--end",
+        "1s",
+        "--density",
+        "1g/ml",
+    ]
     shown = CliRunner().invoke(app, [*UNITS, "--flow", "1ul/min", *given, "--solvent", "0.1Pa.s"]).output
-    assert re.findall("default used: (.*)", shown) == ["liquid: giesekus with alpha = 0.2"]
+    assert re.findall("default used: (.*)", shown) == ["alpha = 0.2"]
+
+
+def test_units_asks_for_the_law_of_an_elastic_liquid() -> None:
+    asked = CliRunner().invoke(app, [*UNITS, "--flow", "1ul/min", "--relaxation", "2ms"])
+    assert isinstance(asked.exception, InputError)
+    assert "--liquid: must be given with --relaxation: fene-p, giesekus" in str(asked.exception)
 
 
 @pytest.mark.parametrize(
@@ -175,7 +194,10 @@ def test_units_prints_the_defaults_used() -> None:
         (["--flow", "1ul/min", "--modulus", "5kPa"], ()),
         (["--flow", "1ul/min", "--modulus", "1kPa"], ()),
         (["--flow", "1ul/min"], ("only inertia",)),
-        (["--flow", "1ul/min", "--relaxation", "0.2s"], ("is above 5, the largest at which dU was compared",)),
+        (
+            ["--flow", "1ul/min", "--relaxation", "0.2s", "--liquid", "giesekus"],
+            ("is above 5, the largest at which dU was compared",),
+        ),
         (["--flow", "1ml/min", "--modulus", "5MPa"], ("inertia may change",)),
     ],
 )

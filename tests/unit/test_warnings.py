@@ -42,7 +42,7 @@ def test_warnings_name_what_is_wrong_where_and_what_helps(snapshot: SnapshotAsse
         "few arcs": coarse_mesh(case(mesh={"Np": 12})),
         "few arcs in a liquid that hardens": coarse_mesh(case(De=0.5, liquid="oldroyd-b", mesh={"Np": 20})),
         "large cells": coarse_mesh(case(De=1, mesh={"max_size": 0.2})),
-        "narrow gap": narrow_gap(0.005, 0.0118),
+        "narrow gap": narrow_gap(pair, 0.005, 0.0118),
         "unresolved stress": unresolved_stress(case(De=1), 1.7),
         "error": told(SMALL, LARGE),
         "error a little above what is wanted": told(ErrorAt(0.010001, "d = 0.1", 0.0)),
@@ -60,7 +60,7 @@ def test_meshes_that_were_measured_give_no_warning() -> None:
     for keys in ({}, {"accuracy": "5%"}, {"De": 1, "accuracy": "5%"}, {"De": 0.5, "mesh": {"Np": 20}}):
         assert not coarse_mesh(case(**keys)), keys
     assert not coarse_mesh(case(De=0.5, liquid="oldroyd-b", accuracy="5%"))
-    assert not narrow_gap(0.02, 0.0118)
+    assert not narrow_gap(case(), 0.02, 0.0118)
 
 
 def test_unresolved_stress_gives_a_warning_by_accuracy() -> None:
