@@ -247,7 +247,7 @@ def sheet(
         axis.set_xlabel(views[0].label("z"))
     for i, (layer, scale) in enumerate(scaled):
         place = grid[rows + i // abreast, i % abreast * each : (i % abreast + 1) * each]
-        add_bar(figure, figure.add_subplot(place), layer, scale)
+        add_bar(figure, figure.add_subplot(place, label="<colorbar>"), layer, scale)
     return figure, axes, scaled
 
 

@@ -74,7 +74,9 @@ def test_error_to_quote_above_the_requested_accuracy_gives_a_warning() -> None:
 def test_estimated_error_above_the_requested_accuracy_gives_a_warning() -> None:
     assert not long_steps(parse_case(COMMANDS["run"], KEYS, ""), 0.009)
     (warning,) = long_steps(parse_case(COMMANDS["run"], KEYS | {"time": {"fixed_step": 0.1}}, ""), 0.24)
-    assert "24 % of the largest |dU|, more than accuracy: 1%; reduce time.fixed_step" in warning
+    assert (
+        "24 % of the largest |dU|, more than accuracy: 1%; use shorter steps (--set time.fixed_step=0.025)" in warning
+    )
     assert not long_steps(parse_case(COMMANDS["run"], KEYS | {"accuracy": "5%"}, ""), 0.04)
     assert "time.tol" in long_steps(parse_case(COMMANDS["run"], KEYS | {"accuracy": "5%"}, ""), 0.06)[0]
 
