@@ -103,9 +103,10 @@ def small_print(figure: Figure, parts: Sequence[str]) -> None:
 
 
 def key(figure: Figure, handles: Sequence[Any]) -> Legend | None:
-    """A legend above the panels, in as many columns as there is room for."""
+    """A legend above the panels, read row by row, in as many columns as there is room for."""
     for columns in range(min(len(handles), 6), 0, -1):
-        legend = figure.legend(handles=list(handles), loc="outside upper center", ncols=columns)
+        ordered = [handle for column in range(columns) for handle in handles[column::columns]]
+        legend = figure.legend(handles=ordered, loc="outside upper center", ncols=columns)
         if columns == 1 or legend.get_window_extent().width <= 0.98 * figure.bbox.width:
             return legend
         legend.remove()

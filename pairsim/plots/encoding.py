@@ -12,6 +12,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator, StrMethodFormatter
 
 from pairsim.plots.axes import WIDE
 from pairsim.plots.labels import equation, hashable, measured, parameter_label, symbol
@@ -19,6 +20,7 @@ from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED, Page
 from pairsim.runtime.errors import InputError
 
 MOST_PANELS = 6
+MOST_LINES = 12  # in one panel, where another key may have panels
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,9 @@ class Encoding:
     def of(
         cases: Sequence[Mapping[str, Any]], keys: Sequence[str], group: str | None = None, panels: str | None = None
     ) -> Encoding:
-        """Share the keys out: the first one chooses colours.
+        """Share the keys out: the one with the most values chooses colours, the first of several.
+
+        Where lines would be many in one panel, the next one has panels, else styles.
 
         Args:
             cases: The parameters of each case.
@@ -60,8 +64,10 @@ class Encoding:
             raise InputError("--panels", "", panels, "must be another parameter than that of --group")
         values = {key: _values([case.get(key) for case in cases]) for key in keys}
         rest = [key for key in keys if len(values[key]) > 1]
-        first = group or next((key for key in rest if key != panels), "")
+        first = group or max((key for key in rest if key != panels), key=lambda key: len(values[key]), default="")
         others = sorted((key for key in rest if key != first), key=lambda key: len(values[key]))
+        if panels is None and len(cases) > MOST_LINES and len(others) == 1 and len(values[others[0]]) <= MOST_PANELS:
+            (panels,) = others
         line = next((key for key in others if len(values[key]) <= len(LINES) and key != panels), "")
         panel = panels or next((key for key in others if key != line and len(values[key]) <= MOST_PANELS), "")
         untold = tuple(key for key in others if key not in (line, panel))
@@ -136,6 +142,9 @@ class Encoding:
             numbers, unit, scale = self._scale()
             label = parameter_label(self.colour, unit) if unit else symbol(self.colour)
             bar = figure.colorbar(scale, ax=axes, label=label, aspect=30)
+            if isinstance(scale.norm, LogNorm):
+                bar.set_ticks(LogLocator(subs=(1, 2, 5)), format=StrMethodFormatter("{x:g}"))
+                bar.minorticks_off()
             if measured(self.values[self.colour]) is None:
                 bar.set_ticks(numbers, labels=[str(value) for value in self.values[self.colour]])
 

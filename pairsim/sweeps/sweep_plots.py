@@ -102,7 +102,8 @@ def plot_sweep(
     Returns:
         The files written: of runs `sweep_series` (every case against t and d), of curves `sweep_curves` (all of them);
         where a parameter is a number, `sweep_parameters` of runs (the last dU) or `sweep_zeros` of curves and critical
-        distances (the zeros of dU) over the one with the most values; and `sweep_map` where two have at least three.
+        distances (the zeros of dU) over the one with the most values; and `sweep_map` where two have at least
+        three and cases end in different ways.
 
     Raises:
         InputError: The folder is not that of a sweep, has nothing to draw, or `group` or `panels` does not vary.
@@ -115,7 +116,7 @@ def plot_sweep(
     if sweep.numbers and (sweep.command == "run" or any(map(_zeros, sweep.cases))):
         written += _draw_parameters(sweep, target, page)
     wide = [name for name, values in sweep.numbers.items() if len(set(values)) >= OF_MAP]
-    if len(wide) > 1:
+    if len(wide) > 1 and len({outcome(case, sweep.quantity) for case in sweep.cases}) > 1:
         written += _draw_map(sweep, wide, target, page)
     if not written:
         raise InputError(str(directory), "", None, "has no zero of dU to draw over a number that varies")
