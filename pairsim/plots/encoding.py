@@ -141,10 +141,11 @@ class Encoding:
         if self._many:
             numbers, unit, scale = self._scale()
             label = parameter_label(self.colour, unit) if unit else symbol(self.colour)
-            bar = figure.colorbar(scale, ax=axes, label=label, aspect=30)
-            if isinstance(scale.norm, LogNorm):
-                bar.set_ticks(LogLocator(subs=(1, 2, 5)), format=StrMethodFormatter("{x:g}"))
-                bar.minorticks_off()
+            plain: dict[str, Any] = {"ticks": LogLocator(subs=(1, 2, 5)), "format": StrMethodFormatter("{x:g}")}
+            bar = figure.colorbar(
+                scale, ax=axes, label=label, aspect=30, **(plain if isinstance(scale.norm, LogNorm) else {})
+            )
+            bar.minorticks_off()
             if measured(self.values[self.colour]) is None:
                 bar.set_ticks(numbers, labels=[str(value) for value in self.values[self.colour]])
 
