@@ -27,6 +27,8 @@ app = typer.Typer(add_completion=False)
 PURE = [name for name, each in PARAMETERS.items() if each.parameter.dimension is None]
 """Parameters of laws that are pure numbers."""
 REQUIRED = ("tube", "particle")
+ENDS = {"ends": "developed", "length": "auto"}
+"""What a case is given that says nothing of the ends of its tube."""
 NAMES = {"flow_rate": "--flow"}
 """Options that are not named after their key."""
 HELP = {
@@ -121,8 +123,8 @@ def units(
     inertia is negligible, a warning if no steady shape is expected, and each
     default used.
     """
+    from pairsim.config.bench_file import case_text
     from pairsim.config.bench_report import DEFAULTS, bench_report
-    from pairsim.config.yaml_file import yaml_text
     from pairsim.inputs.case_files import parse_case
 
     check_free(output, overwrite)
@@ -150,6 +152,7 @@ def units(
         written["Ca_e"] = 0
     if "distance" not in quantities:
         written |= COMMANDS[kind].distances
+    written |= ENDS
 
     def case_at(velocity: str | None = None) -> Any:
         block = DEFAULTS | quantities | ({"velocity": velocity} if velocity else {})
@@ -163,8 +166,7 @@ def units(
         raise _of_options(error) from None
     report = bench_report(case, quantities)
     if output is not None:  # before the output, which a closed pipe may cut short
-        body = yaml_text(written, blocks=True)
-        _write(output, "".join(f"# {line}\n" for line in _comments(report, kind)) + body)
+        _write(output, case_text({"name": output.stem} | written, case, _comments(report, kind)))
     _show(report)
     for note in case.notes:
         typer.echo(f"note: {note}")
@@ -265,9 +267,12 @@ def _of_options(error: InputError) -> InputError:
 
     def options(text: str) -> str:
         for name, each in PARAMETERS.items():
-            if each.parameter.dimension is not None:
+            if each.parameter.dimension is None:
+                text = re.sub(rf"^{name}$", f"--{name}", text)
+            else:
                 text = re.sub(rf"^(?:liquid|solid)\.{name}$", f"physical.{each.parameter.dimension.key}", text)
         text = re.sub(r"physical\.(\w+)", lambda key: _option_of(key[1]), text)
+        text = re.sub(r"\bwith (liquid|solid): ", r"with --\1 ", text)
         return re.sub(r"\b(?:liquid|solid)\.(\w+)", r"--\1", text)
 
     found = [InputError(m.file, options(m.key), m.value, options(m.allowed)) for m in error.mistakes]

@@ -15,6 +15,8 @@ from pairsim.results.folders import rows_of
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.study_file import TABLE
 
+ALIKE = 0.15  # relative distance of points of which one has the words of both, if they are the same
+
 
 @printing()
 def plot_study(directory: Path, out: Path | None = None, page: Page | None = None) -> list[Path]:
@@ -47,13 +49,20 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
     for row in points:
         series[_label(row, of_time) or "as in the file"].append(row)
     handles: list[Any] = []
+    written: list[tuple[str, tuple[float, float]]] = []
     for i, (label, rows) in enumerate(series.items()):
         x, y = ([float(row[name]) for row in rows] for name in ("wall_time", "error"))
         look: dict[str, Any] = {"marker": MARKERS[i % len(MARKERS)], "color": COLOURS[i % len(COLOURS)]}
         handles += axes.plot(x, y, label=label, markersize=4.5, linestyle="", **look)
         for row, place in zip(rows, zip(x, y, strict=True), strict=True):
+            near = [
+                words for words, at in written if all(abs(b / a - 1) < ALIKE for a, b in zip(place, at, strict=True))
+            ]
+            written.append((_label(row, others), place))
+            if written[-1][0] in near:
+                continue
             axes.annotate(
-                _label(row, others),
+                written[-1][0],
                 place,
                 (4, -9 if i % 2 else 3),
                 textcoords="offset points",

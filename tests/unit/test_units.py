@@ -232,6 +232,8 @@ def test_units_writes_a_case_of_each_command(
     case = read_case(COMMANDS[kind], path)
     found = case.d0 if kind == "run" else case.d
     assert (np.min(found), np.max(found)) == pytest.approx(distances)
+    assert (case.name, case.ends, case.length) == ("case", "developed", "auto")
+    assert re.search(r"^  tube: 50um +# inner diameter of the tube D_c$", path.read_text(), re.MULTILINE)
 
 
 def test_units_writes_a_case_only_when_asked_and_replaces_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
