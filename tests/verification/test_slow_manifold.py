@@ -81,6 +81,14 @@ def test_nothing_is_added_where_the_distance_stands_still() -> None:
     assert zero.slope_at_rest != float(zero.slopes[0])
 
 
+def test_dU_of_a_pair_without_a_slow_manifold_is_known_by_its_sign() -> None:
+    """It is between that at held distance and none; runs from .004 and .008 pass d = .02 with .0165 and .0168."""
+    found = point(Ca_e=0.15, d=(0.02,), mesh={"Np": 20})
+    assert found.t_relax * float(found.held_dUs[0]) / float(found.motion.stretch[0]) > 0.02
+    assert 0 < found.dU_errors[0] < found.dU
+    assert found.dU == pytest.approx(0.0166, abs=float(found.dU_errors[0]))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("keys", [{"De": 1.0, "Ca_e": 0, "d": (0.2,)}, {"De": 0.5, "beta": (0.4, 0.3), "Ca_e": 0}])
 def test_dU_does_not_depend_on_the_velocity_of_the_mesh(keys: Any, monkeypatch: pytest.MonkeyPatch) -> None:

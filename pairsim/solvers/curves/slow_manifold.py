@@ -34,6 +34,7 @@ from pairsim.solvers.steady.tangents import gap_tangents
 # the largest relative rate at which distance or dU change (measured in 25 scenes: 0.04 to 4.6), and the part of the
 # other errors of dU below which this bound is taken instead of the term (chosen).
 BOUND, PART = 4.0, 0.1
+MOST = 0.5  # part of dU that depends on the start where there is no slow manifold (measured in eight scenes: .15)
 STEP = 1e-2  # of differences along the motion, relative to the smallest distance; chosen
 PROBE = 1e-6  # least dU at which the first order is evaluated [U_av]; chosen
 
@@ -82,8 +83,8 @@ def slow_motion(steady: Steady, dU: Array, adjoints: Adjoints, t_relax: float, e
     if scale != 1.0:
         return replace(still, U=first / scale if scale else 0 * first)
     slopes = np.diff(tangents[:, fields], axis=1)  # of every dU (columns) by every distance (rows)
-    rate = max(float(np.abs(rates / steady.parameters.gaps).max()), float(np.abs(rates @ slopes).max()) / fastest)
-    passed = t_relax * rate
+    covered = t_relax * float(np.abs(rates / steady.parameters.gaps).max())
+    passed = max(covered, t_relax * float(np.abs(rates @ slopes).max()) / fastest)
     bound = BOUND * passed * max(passed * fastest, float(np.abs(np.diff(first)).max()))
     if bound <= PART * error:
         return replace(still, U=first, remainder=np.full(count, bound))
@@ -91,8 +92,10 @@ def slow_motion(steady: Steady, dU: Array, adjoints: Adjoints, t_relax: float, e
     sizes = np.abs(np.diff(first)), np.abs(np.diff(second))
     if sizes[1].max() < sizes[0].max():
         return replace(still, U=first + second, remainder=sizes[1])
-    # Without a slow manifold near, dU depends on the start, by no more than all that moving changes by its dimension.
-    most = max(float(sizes[0].max()), passed * fastest)
+    # Without a slow manifold near, no pair is as fast as this one, whose gap would open within its memory, and dU
+    # depends on the start.
+    first /= max(covered, 1.0)
+    most = max(float(np.abs(np.diff(first)).max()), MOST * min(passed, 1.0) * fastest)
     return replace(still, U=first, remainder=np.minimum(sizes[1], most))
 
 

@@ -57,7 +57,8 @@ def solve_with(
                 break
         a = newton.linear_solve(newton.residual_at(y))
         b = newton.linear_solve((ends[0] - ends[1]) / (2 * DIFFERENCE))
-        step_tau = float((value - row @ y - row_tau * tau + row @ a) / (row_tau - row @ b))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            step_tau = float((value - row @ y - row_tau * tau + row @ a) / (row_tau - row @ b))
         if not np.isfinite(step_tau):
             break
         step = -a - b * step_tau
