@@ -19,6 +19,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
+from pairsim.plots.axes import by_rows
 from pairsim.plots.style import COLOURS, LINES, MARKERS, MM, PRINT, Page
 from pairsim.results.columns import column
 
@@ -131,9 +132,10 @@ def draw_lines(canvas: Canvas, axes: Sequence[Axes], panels: Sequence[Panel], re
         if alike and len(panel.y) == 1:
             handles |= {handle.get_label(): handle for handle in drawn}
         elif drawn:
-            axis.legend(handles=drawn, ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0))
+            axis.legend(handles=by_rows(drawn, 2), ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0))
     if handles:
-        canvas.legend(handles=list(handles.values()), loc="outside upper center", ncols=min(len(handles), 4))
+        columns = min(len(handles), 4)
+        canvas.legend(handles=by_rows(list(handles.values()), columns), loc="outside upper center", ncols=columns)
 
 
 def look(place: int, style: int = 0) -> dict[str, Any]:

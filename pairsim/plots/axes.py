@@ -102,11 +102,15 @@ def small_print(figure: Figure, parts: Sequence[str]) -> None:
         figure.supxlabel(text, x=0.015, ha="left", fontsize=SMALL, color="0.25", linespacing=1.3)
 
 
+def by_rows(handles: Sequence[Any], columns: int) -> list[Any]:
+    """Entries of a legend in the order in which matplotlib, which fills columns, shows them row by row."""
+    return [handle for column in range(columns) for handle in handles[column::columns]]
+
+
 def key(figure: Figure, handles: Sequence[Any]) -> Legend | None:
     """A legend above the panels, read row by row, in as many columns as there is room for."""
     for columns in range(min(len(handles), 6), 0, -1):
-        ordered = [handle for column in range(columns) for handle in handles[column::columns]]
-        legend = figure.legend(handles=ordered, loc="outside upper center", ncols=columns)
+        legend = figure.legend(handles=by_rows(handles, columns), loc="outside upper center", ncols=columns)
         if columns == 1 or legend.get_window_extent().width <= 0.98 * figure.bbox.width:
             return legend
         legend.remove()
