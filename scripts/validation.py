@@ -34,6 +34,7 @@ TITLES = {
     "pyoomph": "Soft pairs against pyoomph",
     "balances": "Balances on written fields",
     "giesekus-pairs": "Rigid pairs in Giesekus liquids",
+    "thinning": "Spheres in power-law liquids",
 }
 """Subjects in the order of the book: their pages, results and modules have these names."""
 PLUS_MINUS, SPACE = "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}", "\N{NO-BREAK SPACE}"

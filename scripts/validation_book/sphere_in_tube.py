@@ -28,7 +28,6 @@ from validation_book.comparisons import (
     Setting,
     against,
     reference,
-    references,
     rows_of,
     text_table,
 )
@@ -37,7 +36,6 @@ CASE = CONFIGS / "sphere-in-tube.yaml"
 BETA = 0.5
 RADIUS = BETA / 2  # [D_c]: De_b = lambda U/a is De over this
 UNIT = 3 * pi * BETA  # 6 pi eta_0 a U
-PUBLISHED = "sphere in tube, Oldroyd-B"
 PLACES = (0.3, 0.6, 0.9, 1.2, 1.5, 1.8, 2.1, 2.4, 2.7, 3.0, 3.3, 3.6)  # De_b
 # Meshes of `accuracy`, with the last De_b that is asked for. On the finest one steps get ever smaller near 2.35.
 LAST = {"5%": PLACES[-1], "1%": PLACES[-1], "0.1%": 2.1}
@@ -101,54 +99,36 @@ def compute(setting: Setting) -> Found:
         found = {
             name: along({"accuracy": name}, [place for place in PLACES if place <= last]) for name, last in LAST.items()
         }
-    *_, finest = found.values()
-    published = {
-        float(key.removeprefix("K De_b ")): value for key, value in references()["groups"][PUBLISHED]["values"].items()
-    }
-    rows += [
-        against(
-            reference(PUBLISHED, f"K De_b {place:g}"),
-            f"Oldroyd-B, De_b {place:g}",
-            "K",
-            point["K"],
-            3e-3 if setting.quick else 1e-3 if place < 1.5 else 5e-3,
-            error=point["error"],
-            headline=place in (0.3, 0.6, 0.9, 1.2),
-        )
-        for place, point in finest.points.items()
-        if place in published
-    ]
-    picture(setting, found, published)
-    return Found(rows, tables(found, published), {"ends": ends(found)})
+    picture(setting, found)
+    return Found(rows, tables(found), {"ends": ends(found)})
 
 
-def tables(found: dict[str, Line], published: dict[float, float]) -> dict[str, Any]:
+def tables(found: dict[str, Line]) -> dict[str, Any]:
     """K on all meshes, how well values agree, and the stress on the finest mesh that has a solution."""
-    head = ["De_b", *(f"{name}, {line.unknowns:,} unknowns" for name, line in found.items()), "published"]
+    head = ["De_b", *(f"{name}, {line.unknowns:,} unknowns" for name, line in found.items())]
     lines, stress = [], []
     for place in PLACES:
         there = {name: line.points[place] for name, line in found.items() if place in line.points}
         if not there:
             break
         cells = [with_error(there[name]["K"], there[name]["error"]) if name in there else "" for name in found]
-        lines.append([f"{place:g}", *(cell.replace("+-", "±") for cell in cells), f"{published.get(place, '')}"])
+        lines.append([f"{place:g}", *(cell.replace("+-", "±") for cell in cells)])
         name, last = list(there.items())[-1]
         wake = f"{last['c_max']:.3g} at {last['z']:.3f}, {last['r']:.3f}"
         stress.append([f"{place:g}", name, f"{last['s_jump']:.2g}", wake])
-    parts = {"meshes": text_table(head, lines), "agreement": agreement(found, published)}
+    parts = {"meshes": text_table(head, lines), "agreement": agreement(found)}
     return parts | {"stress": text_table(["De_b", "mesh", "`s_jump`", "largest tr **c**, at z, r"], stress)}
 
 
-def agreement(found: dict[str, Line], published: dict[float, float]) -> dict[str, Any]:
-    """How far K of the finest mesh is from that of the next coarser and from the published value, in percent."""
+def agreement(found: dict[str, Line]) -> dict[str, Any]:
+    """How far K of the finest mesh is from that of the next coarser one, in percent."""
     rows = []
     before, finest = [Line({}, 0.0, True, 0), *found.values()][-2:]
     for place, point in finest.points.items():
-        K, other = point["K"], before.points.get(place, {}).get("K")
-        cells = [f"{place:g}", f"{100 * point['error'] / K:.2g}"]
-        cells += ["" if each is None else f"{100 * (K - each) / K:+.2g}" for each in (other, published.get(place))]
-        rows.append(cells)
-    return text_table(["De_b", "half-width, % of K", "minus the next coarser mesh, %", "minus published, %"], rows)
+        if place in before.points:
+            parts = point["error"], point["K"] - before.points[place]["K"]
+            rows.append([f"{place:g}", *(f"{100 * part / point['K']:.2g}" for part in parts)])
+    return text_table(["De_b", "half-width, % of K", "minus the next coarser mesh, %"], rows)
 
 
 def ends(found: dict[str, Line]) -> str:
@@ -160,13 +140,12 @@ def ends(found: dict[str, Line]) -> str:
     return f"The continuation reached {', '.join(parts)}."
 
 
-def picture(setting: Setting, found: dict[str, Line], published: dict[float, float]) -> None:
+def picture(setting: Setting, found: dict[str, Line]) -> None:
     """K against De_b."""
     figure, axis = pyplot.subplots(figsize=(5, 3.6))
     for (name, line), marker in zip(found.items(), "sdo", strict=False):
         K, errors = ([point[key] for point in line.points.values()] for key in ("K", "error"))
         axis.errorbar(list(line.points), K, errors, marker=marker, ms=4, capsize=2, label=f"mesh of {name}")
-    axis.plot(list(published), list(published.values()), "kx", ms=7, label="Lunsmann et al.")
     axis.set(xlabel=r"$\mathrm{De}_b = \lambda U/a$", ylabel=r"$K = F/(6\pi\eta_0 a U)$")
     axis.legend()
     figure.tight_layout()

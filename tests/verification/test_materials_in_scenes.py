@@ -111,7 +111,7 @@ def ritz(n: float, orders: tuple[int, ...] = (1, 3), count: int = 8) -> float:
 
 @pytest.mark.parametrize("n", first_alone(0.6, 0.8))
 def test_drag_far_from_the_wall_tends_to_that_of_an_unbounded_liquid(n: float) -> None:
-    """Published values for n = .8 and .6, 1.24 and 1.38, are 1.5 and 3 % below (see docs/explanation/decisions.md)."""
+    """Published values for n = .8 and .6, 1.24 and 1.38, are 1.5 and 3 % below (see docs/validation/thinning.md)."""
     unbounded = ritz(n)
     assert unbounded == pytest.approx({0.8: 1.2579, 0.6: 1.4288}[n], rel=5e-4)
     wide = {"length": 5, "mesh": {"Np": 40, "max_size": 0.1, "growth": 0.1}}
