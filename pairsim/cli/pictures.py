@@ -67,6 +67,8 @@ def plot(
     paths = plot(*folders, **look, group=group, panels=panels, field=field, animate=animate)
     for path in paths:
         typer.echo(str(path))
+    if not paths:
+        typer.echo("note: nothing to draw: the folder holds no line of values", err=True)
     if animate and formats is None and paths[0].suffix == ".gif":
         typer.echo("note: a GIF, as no ffmpeg was found; MP4 needs it: pip install imageio-ffmpeg", err=True)
 

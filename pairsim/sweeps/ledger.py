@@ -20,6 +20,7 @@ from pairsim.commands.command import Value
 from pairsim.results.folders import read_record
 from pairsim.results.output import plain, write_text
 from pairsim.runtime.errors import InputError
+from pairsim.runtime.version import __version__
 from pairsim.sweeps.case import SweepCase
 from pairsim.sweeps.grid import Grid
 from pairsim.sweeps.options import Shard
@@ -98,8 +99,10 @@ class Ledger:
             InputError: The folder belongs to another grid.
         """
         ledgers = read_ledgers(self.directory)
-        if any(content.get("grid") != self.grid.key for content in ledgers):
-            allowed = "must be a folder for this grid, but has a sweep of another grid"
+        for made in (content.get("versions", {}) for content in ledgers if content.get("grid") != self.grid.key):
+            version = made.get("pairsim", __version__)
+            older = f" by pairsim {version}, whose cases are other ones" if version != __version__ else ""
+            allowed = f"must be a folder for this grid, but has a sweep{older or ' of another grid'}"
             raise InputError(str(self.directory), "-o", None, allowed)
         known, command = _latest(ledgers), self.grid.command
         for case in self.cases:

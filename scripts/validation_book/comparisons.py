@@ -88,7 +88,7 @@ class Comparison:
     @property
     def good(self) -> bool:
         """Whether the difference is as small as allowed."""
-        return abs(self.difference) <= self.allowed * (abs(self.exact) or 1.0)
+        return bool(abs(self.difference) <= self.allowed * (abs(self.exact) or 1.0))
 
 
 def against(known: Reference, what: str, quantity: str, value: float, allowed: float, **more: Any) -> Comparison:

@@ -36,12 +36,12 @@ def compute(setting: Setting) -> Found:
 
 
 def slope(beta: float, d: float) -> tuple[Comparison, list[str]]:
-    """dU/Ca_e for Ca_e to 0 of a pair, from two small ones, with the estimated corrections added."""
+    """dU/Ca_e for Ca_e to 0 of a pair, from two small ones."""
     known = reference("soft", f"S beta {beta:g} d {d:g}")
     slopes, errors = [], []
     for Ca in CAPILLARIES:
         (found,) = rows_of(pairsim.curve(PAIR, beta=beta, d=[d], Ca_e=Ca))
-        slopes.append((found["dU"] + found["dU_correction"]) / Ca)
+        slopes.append(found["dU"] / Ca)
         errors.append(found["dU_error"] / Ca)
     limit = 2 * slopes[1] - slopes[0]
     headline = (beta, d) == PAIRS[0]
