@@ -89,6 +89,14 @@ def test_critical_distances_follow_the_zero_of_the_curve(tmp_path: Path) -> None
     assert picture.stat().st_size > 10_000
 
 
+def test_one_critical_distance_is_no_picture_and_plot_says_so(pairsim: Pairsim, tmp_path: Path) -> None:
+    (tmp_path / "case.yaml").write_text("{beta: 0.4, De: 0, Ca_e: 0, d: [0.1, 0.3], mesh: {Np: 8}}")
+    pairsim("critical", "case.yaml", "-o", "out")
+    done = pairsim("plot", "out")
+    assert (done.returncode, done.stdout) == (0, "")
+    assert "nothing to draw" in done.stderr
+
+
 @pytest.mark.slow
 def test_critical_follows_lines_over_De_with_their_errors() -> None:
     """Two lines over De: the softer pair has the smaller distance, as in Fig. 11."""

@@ -110,6 +110,16 @@ def test_another_grid_is_refused(swept: Path) -> None:
     assert "Traceback" not in other.stderr
 
 
+def test_a_sweep_of_another_version_is_named(pairsim: Pairsim, tmp_path: Path) -> None:
+    (tmp_path / "grid.yaml").write_text(THREE)
+    (tmp_path / "out").mkdir()
+    earlier = {"grid": "of then", "versions": {"pairsim": "0.1.0"}, "updated": 0, "cases": []}
+    (tmp_path / "out" / "sweep.json").write_text(json.dumps(earlier))
+    done = pairsim("sweep", "grid.yaml", "-o", "out")
+    assert done.returncode == 2
+    assert "has a sweep by pairsim 0.1.0" in done.stderr
+
+
 def test_folder_that_is_no_sweep_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "grid.yaml").write_text(THREE)
     (tmp_path / "out").mkdir()
