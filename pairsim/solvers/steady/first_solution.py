@@ -165,21 +165,6 @@ def first_scene(problem: SteadyProblem, parameters: Parameters) -> Steady:
     return other
 
 
-def scouted(problem: SteadyProblem, parameters: Parameters) -> Steady:
-    """The scene on larger cells, at a rough solution.
-
-    Raises:
-        NoSteadyState: It was not found.
-    """
-    ends: list[NoSteadyState] = []
-    scout = _scout(problem, parameters, ends)
-    if scout is not None:
-        return scout
-    if ends:
-        raise agreed(ends, parameters)
-    raise NoSteadyState(f"no solution was found on coarse cells at {where(parameters)}", advice=IN_TIME)
-
-
 def _scout(problem: SteadyProblem, parameters: Parameters, ends: list[NoSteadyState]) -> Steady | None:
     """The scene on larger cells, at a rough solution; None where it is not needed or was not found.
 
