@@ -13,14 +13,12 @@ from pairsim.runtime.errors import BranchEnd, MeshFailure, NoSteadyState
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import (
-    IN_TIME,
     SPREAD_OF_SEVERAL,
     begin,
     cold_start,
     ended,
     follow,
     prepared,
-    where,
 )
 from pairsim.solvers.steady.guesses import adopt, place_undeformed
 from pairsim.solvers.steady.scene import Steady
