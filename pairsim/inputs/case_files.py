@@ -109,6 +109,9 @@ def _first(key: str) -> str:
     return re.split(r"[.\[]", key)[0]
 
 
+DISTANCES = {"run": "d0: 0.1", "curve": "d: {start: 0.02, stop: 0.8, num: 9}", "critical": "d: [0.02, 0.8]"}
+
+
 def file_of_another_command(data: Mapping[str, Any], command: str, in_grid: bool = False) -> Mistake | None:
     """A mistake if the keys of a file, or of a case of a grid, fit another command better, else None."""
     unknown = {name: [key for key in data if key not in model.model_fields] for name, model in FILES.items()}
@@ -120,7 +123,8 @@ def file_of_another_command(data: Mapping[str, Any], command: str, in_grid: bool
     others = " or ".join(f"`pairsim {name}`" for name in fitting)
     one = f"this is one for {others} (it has {', '.join(foreign)})"
     grid = f"; in a grid add command: {' or '.join(fitting)}" if in_grid else ""
-    return Mistake("", None, f"must be a file for `pairsim {command}`, but {one}{grid}")
+    instead = f"; in its place {DISTANCES[command]}" if {"d", "d0"} & {*foreign} and command in DISTANCES else ""
+    return Mistake("", None, f"must be a file for `pairsim {command}`, but {one}{instead}{grid}")
 
 
 def wrong_keys(command: Command[Any], data: Mapping[str, Any], source: str, entry: str) -> InputError | None:
