@@ -94,7 +94,7 @@ class RunWarnings:
         if not self.case.estimates_error:
             return {}
         corrections = np.array([row[f"dU_correction{gap}"] for gap in gaps])
-        error = self.errors.add(t, mesh, dU, corrections, self.steps.largest)
+        error = self.errors.add(t, mesh, dU, corrections, self.steps.largest, row.get("s_jump", 0.0))
         if np.isnan(error).any():
             self.lost = min(self.lost, t)
         elif t > SET_IN:

@@ -50,3 +50,9 @@ def test_error_of_the_start_is_forgotten_and_its_first_estimates_do_not_count() 
     error.start = np.array([1e-4])
     found = [error.add(float(at), 0, np.zeros(1), np.array([1e-3 * (at < 0.1)]), 0.0)[0] for at in t]
     assert found == pytest.approx([1e-3 + 1e-4 * np.exp(-t[0]), *1e-4 * np.exp(-t[1:])], rel=1e-9)
+
+
+def test_intervals_widen_where_cells_do_not_resolve_the_stress() -> None:
+    """A change of log c of 2.2 within a cell is twice what was resolved: the estimate counts eight times."""
+    found = [RunError(2.0).add(1.0, 0, np.zeros(1), np.array([1e-5]), 1e-6, s_jump)[0] for s_jump in (0.5, 1.1, 2.2)]
+    assert found == pytest.approx([2.1e-5, 2.1e-5, 1.61e-4])

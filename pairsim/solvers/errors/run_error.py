@@ -9,13 +9,16 @@ from pairsim.solvers.errors.time_error import SET_IN
 from pairsim.solvers.stepping.step_size import extrapolation_weights
 
 KNOWN = 3  # accepted values from which dU is extrapolated over a remeshing
+# Largest change of log c within a cell up to which estimates held in six runs (above it errors were up to 1.9 times the
+# interval), and the power of it by which intervals widen: what cells of degree 2 leave is of third order.
+RESOLVED, WIDER = 1.1, 3
 
 
 class RunError:
     """Half-width of the interval around dU that should hold the exact one, with four terms.
 
     1. |dU_correction| plus the largest one so far: the estimate has an error of its own, which does not vanish where
-       the estimate changes its sign.
+       the estimate changes its sign. Where cells do not resolve the stress, more.
     2. The error by the time steps.
     3. What remeshings have left, which no residual sees, as the stress is interpolated to another mesh. The exact dU is
        continuous in time, and so is dU + dU_correction but for errors, since it depends little on the mesh: what this
@@ -43,7 +46,7 @@ class RunError:
         self._largest: Array | float = 0.0
         self._jumps: Array | float = 0.0
 
-    def add(self, t: float, mesh: int, dU: Array, correction: Array, steps: float) -> Array:
+    def add(self, t: float, mesh: int, dU: Array, correction: Array, steps: float, s_jump: float = 0) -> Array:
         """The half-width after an accepted step [U_av], shape (N-1,).
 
         Args:
@@ -52,6 +55,7 @@ class RunError:
             dU: Relative velocities [U_av], shape (N-1,).
             correction: Estimates of exact minus discrete dU [U_av], shape (N-1,).
             steps: Error of dU by the time steps so far [U_av].
+            s_jump: Largest change of log c within a cell.
         """
         corrected = dU + correction
         if self._times:
@@ -66,4 +70,5 @@ class RunError:
             self._largest = np.maximum(self._largest, np.abs(correction))
         self._times, self._values = [t, *self._times[: KNOWN - 1]], [corrected, *self._values[: KNOWN - 1]]
         start = self.start * np.exp(-t / self._memory)
-        return np.asarray(np.abs(correction) + self._largest + steps + self._jumps + start)
+        wider = max(1.0, s_jump / RESOLVED) ** WIDER
+        return np.asarray(wider * (np.abs(correction) + self._largest) + steps + self._jumps + start)
