@@ -60,7 +60,7 @@ FINE_RUNS = {
 }
 FINE = ("fine 1", "fine 2")
 PEAK_AT = [0.03, 0.1, 0.3, 0.8]
-"""Distances at which the largest dU of a scene's curve is looked for, on its coarsest mesh."""
+"""Distances at which, with its own, the largest dU of a scene's curve is looked for, on its coarsest mesh."""
 TIMES = 10
 """Times at which runs are judged."""
 KNOWN, NEGLIGIBLE, COVERED = 0.2, 2e-4, 0.95
@@ -78,7 +78,8 @@ def scene_cases(name: str, scene: dict[str, Any]) -> Iterator[dict[str, Any]]:
         point = SHARED | scene | {"mesh": cells, "d": [scene["d"]], "max_points": 1}
         yield {"name": f"{name}+{kind}".replace(" ", "."), **point}
         if kind == "coarse":
-            yield {"name": f"{name}+peak", **point, "d": PEAK_AT, "max_points": 4, "tol": 1}
+            places = sorted({*PEAK_AT, scene["d"]})
+            yield {"name": f"{name}+peak", **point, "d": places, "max_points": len(places), "tol": 1}
 
 
 def run_cases(name: str, case: dict[str, Any]) -> Iterator[dict[str, Any]]:
@@ -91,16 +92,23 @@ def run_cases(name: str, case: dict[str, Any]) -> Iterator[dict[str, Any]]:
         yield {"name": f"{name}+{kind}".replace(" ", "."), **same, **settings}
 
 
-def sorted_out(output: Path, scenes: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Case]]]:
+def sorted_out(output: Path, scenes: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
     """Finished cases by scene and discretisation, of scenes whose truth is there."""
     found: dict[str, dict[str, Case]] = {}
     for case in Cases(output.parent, []).of(output.name):
         scene, _, kind = case.folder.name.rpartition("-")[0].partition("+")
         found.setdefault(scene, {})[kind.replace(".", " ")] = case
-    yield from ((name, found[name]) for name in scenes if set(FINE) <= found.get(name, {}).keys())
+    for name in (name for name in scenes if set(FINE) <= found.get(name, {}).keys()):
+        same = (found.get(other, {}).get("peak") for other in scenes if alone(scenes[other]) == alone(scenes[name]))
+        yield name, {"peak": next(filter(None, same), None)} | found[name]
 
 
-def scene_errors(name: str, kinds: dict[str, Case]) -> Iterator[dict[str, Any]]:
+def alone(scene: Mapping[str, Any]) -> dict[str, Any]:
+    """A scene without its distance; scenes that differ in that alone may share the curve of the peak."""
+    return {key: value for key, value in scene.items() if key != "d"}
+
+
+def scene_errors(name: str, kinds: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """The error of every gap on every mesh, and what is said of it."""
     for gap in range(1, kinds["fine 1"].parameters["particles"]):
         end = "" if kinds["fine 1"].parameters["particles"] == 2 else f"_{gap}"
@@ -115,7 +123,7 @@ def scene_errors(name: str, kinds: dict[str, Case]) -> Iterator[dict[str, Any]]:
             yield {"scene": name, "kind": kind, "at": gap, **row, **truth, "cancels": cancels}
 
 
-def run_errors(name: str, kinds: dict[str, Case]) -> Iterator[dict[str, Any]]:
+def run_errors(name: str, kinds: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """The error at every time of a run, and what is said of it."""
     times = kinds["fine 1"].parameters["output.times"]
     at = {

@@ -39,8 +39,8 @@ def solved(keys: dict[str, object], **mesh: float) -> tuple[Observation, ErrorEs
     """What is read off the solution, and the estimate of its errors."""
     scene = scene_of(keys, **mesh)
     scene.factor()
-    estimate = ErrorEstimator().estimate(scene, Adjoints.of(scene))
     observation = scene.observe()
+    estimate = ErrorEstimator().estimate(scene, Adjoints.of(scene), observation)
     scene.close()
     return observation, estimate
 
@@ -162,3 +162,14 @@ def test_scatter_of_an_unresolved_stress() -> None:
     error = 1.072e-3 - found.dU[0]
     assert abs(estimate.dU[0]) + abs(estimate.spread_dU[0]) < 0.7 * error
     assert error < estimate.dU_error[0] < 10 * error
+
+
+@pytest.mark.slow
+def test_intervals_widen_where_cells_do_not_resolve_the_stress() -> None:
+    """An exponential PTT liquid at De 2; the truth is that of cells of .03 and .025 (scripts/error_bars)."""
+    pair = {"beta": 0.4, "De": 2, "Ca_e": 0, "liquid": "ptt-exp", "epsilon": 0.25, "d": (0.2,)}
+    found, estimate = solved(pair, Np=14, max_size=0.1, grading=1.0)
+    dU, error = float(estimate.corrected(found).dU[0]), float(estimate.dU_error[0])
+    assert found.conformation is not None
+    assert found.conformation.s_jump > 1.5
+    assert error / estimate.widening < abs(dU - 4.1386e-3) < error

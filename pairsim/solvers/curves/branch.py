@@ -251,7 +251,7 @@ class Branch:
         adjoints = Adjoints.of(scene)
         slopes = np.diff(gap_tangents(scene).sum(axis=0)[scene.constraints.fields["U_p"]])
         discrete = scene.observe()
-        estimate, t_relax = self._estimator.estimate(scene, adjoints), relaxation_time(scene)
+        estimate, t_relax = self._estimator.estimate(scene, adjoints, discrete), relaxation_time(scene)
         if not np.isfinite(estimate.U).all():
             raise NoSteadyState(f"the estimate of the error is no number at {where(scene.parameters)}", advice=IN_TIME)
         held, least = estimate.corrected(discrete), float(estimate.dU_error.min(initial=np.inf))

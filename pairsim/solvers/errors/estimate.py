@@ -21,6 +21,7 @@ from pairsim.physics.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.end_effects import end_effects
+from pairsim.solvers.errors.resolution import widening_at
 from pairsim.solvers.steady.scene import Steady
 
 # Half-widths of what a correction leaves: this times the correction and its spread, in a Newtonian and in a
@@ -55,6 +56,7 @@ class ErrorEstimate:
             constitutive equation; 0 in a Newtonian liquid, (N-1,). Where stress or adjoint are not resolved the signs
             are random, and the estimate is no more than the remainder of a sum of this size.
         ends_dU: By how much the ends of the tube change every dU, (N-1,).
+        widening: Factor of the cells' part of the half-widths where they do not resolve the stress of a polymer.
         trusted: Whether the estimates of all dU, or of all forces, are more than what is left of contributions that
             cancel.
         cells: What the cells have of `scatter_dU`; None unless it was asked for.
@@ -69,6 +71,7 @@ class ErrorEstimate:
     cancelled_dU: Array
     scatter_dU: Array
     ends_dU: Array
+    widening: float
     trusted: bool
     cells: CellIndicators | None = None
 
@@ -95,7 +98,7 @@ class ErrorEstimate:
     @property
     def cells_dU(self) -> Array:
         """The cells' part of the half-width, (N-1,)."""
-        return np.maximum(self.regular_dU, self.irregular_dU)
+        return self.widening * np.maximum(self.regular_dU, self.irregular_dU)
 
     @property
     def ends_error(self) -> Array:
@@ -120,12 +123,13 @@ class ErrorEstimator:
         self._cells = cells
         self._enriched: EnrichedScene[EnrichedTests] | None = None
 
-    def estimate(self, steady: Steady, adjoints: Adjoints) -> ErrorEstimate:
+    def estimate(self, steady: Steady, adjoints: Adjoints, discrete: Observation) -> ErrorEstimate:
         """The estimate at a solution: one assembly of the enriched residual.
 
         Args:
             steady: The solution.
             adjoints: Its adjoints.
+            discrete: Its quantities.
         """
         scene, constraints = steady.scene, steady.constraints
         with steady.clock("jit"):
@@ -149,7 +153,8 @@ class ErrorEstimator:
             changes[F] if moved else np.diff(changes[:count])
         )
         regular_F = _regular(changes[F], tested.changes[F], scatter[F], _cancelled(tested)[F])
-        cells_F = np.maximum(regular_F, OF_SCATTER * scatter[F])
+        wider = widening_at(discrete)
+        cells_F = wider * np.maximum(regular_F, OF_SCATTER * scatter[F])
         return ErrorEstimate(
             U=changes[:count],
             dp_plus=drop.value - scene.pressure_drop(steady.state()[1]) + float(changes[-1]),
@@ -160,6 +165,7 @@ class ErrorEstimator:
             cancelled_dU=_cancelled(tested, difference),
             scatter_dU=scatter_dU,
             ends_dU=np.abs(np.diff(ends[:, :count])).max(axis=0),
+            widening=wider,
             trusted=not cancelling.any(),
             cells=_indicators(self._enriched, tested, count) if self._cells else None,
         )

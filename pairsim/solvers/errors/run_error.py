@@ -5,13 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from pairsim.runtime.arrays import Array
+from pairsim.solvers.errors.resolution import OF_RUNS, widening
 from pairsim.solvers.errors.time_error import SET_IN
 from pairsim.solvers.stepping.step_size import extrapolation_weights
 
 KNOWN = 3  # accepted values from which dU is extrapolated over a remeshing
-# Largest change of log c within a cell up to which estimates held in six runs (above it errors were up to 1.9 times the
-# interval), and the power of it by which intervals widen: what cells of degree 2 leave is of third order.
-RESOLVED, WIDER = 1.1, 3
 
 
 class RunError:
@@ -70,5 +68,5 @@ class RunError:
             self._largest = np.maximum(self._largest, np.abs(correction))
         self._times, self._values = [t, *self._times[: KNOWN - 1]], [corrected, *self._values[: KNOWN - 1]]
         start = self.start * np.exp(-t / self._memory)
-        wider = max(1.0, s_jump / RESOLVED) ** WIDER
-        return np.asarray(wider * (np.abs(correction) + self._largest) + steps + self._jumps + start)
+        cells = widening(s_jump, OF_RUNS) * (np.abs(correction) + self._largest)
+        return np.asarray(cells + steps + self._jumps + start)

@@ -59,7 +59,7 @@ class Flow:
         U, error = y[constraints.fields["U_p"]], np.zeros(max(len(steady.bodies) - 1, 0))
         if dU_error:
             steady.factor()
-            error = ErrorEstimator().estimate(steady, Adjoints.of(steady)).dU_error
+            error = ErrorEstimator().estimate(steady, Adjoints.of(steady), steady.observe()).dU_error
         return Flow(nodal, constraints.V @ y, scalars, U, error)
 
     def unknowns(self, scene: Scene, constraints: Constraints) -> Array:
