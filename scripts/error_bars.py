@@ -92,7 +92,7 @@ def run_cases(name: str, case: dict[str, Any]) -> Iterator[dict[str, Any]]:
         yield {"name": f"{name}+{kind}".replace(" ", "."), **same, **settings}
 
 
-def sorted_out(output: Path, scenes: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+def sorted_out(output: Path, scenes: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Case]]]:
     """Finished cases by scene and discretisation, of scenes whose truth is there."""
     found: dict[str, dict[str, Case]] = {}
     for case in Cases(output.parent, []).of(output.name):
@@ -100,7 +100,7 @@ def sorted_out(output: Path, scenes: Mapping[str, Any]) -> Iterator[tuple[str, d
         found.setdefault(scene, {})[kind.replace(".", " ")] = case
     for name in (name for name in scenes if set(FINE) <= found.get(name, {}).keys()):
         same = (found.get(other, {}).get("peak") for other in scenes if alone(scenes[other]) == alone(scenes[name]))
-        yield name, {"peak": next(filter(None, same), None)} | found[name]
+        yield name, {"peak": peak} | found[name] if (peak := next(filter(None, same), None)) else found[name]
 
 
 def alone(scene: Mapping[str, Any]) -> dict[str, Any]:
@@ -108,7 +108,7 @@ def alone(scene: Mapping[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in scene.items() if key != "d"}
 
 
-def scene_errors(name: str, kinds: dict[str, Any]) -> Iterator[dict[str, Any]]:
+def scene_errors(name: str, kinds: dict[str, Case]) -> Iterator[dict[str, Any]]:
     """The error of every gap on every mesh, and what is said of it."""
     for gap in range(1, kinds["fine 1"].parameters["particles"]):
         end = "" if kinds["fine 1"].parameters["particles"] == 2 else f"_{gap}"
@@ -123,7 +123,7 @@ def scene_errors(name: str, kinds: dict[str, Any]) -> Iterator[dict[str, Any]]:
             yield {"scene": name, "kind": kind, "at": gap, **row, **truth, "cancels": cancels}
 
 
-def run_errors(name: str, kinds: dict[str, Any]) -> Iterator[dict[str, Any]]:
+def run_errors(name: str, kinds: dict[str, Case]) -> Iterator[dict[str, Any]]:
     """The error at every time of a run, and what is said of it."""
     times = kinds["fine 1"].parameters["output.times"]
     at = {
