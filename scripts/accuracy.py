@@ -89,6 +89,7 @@ def rows(output: Path, study: str) -> pd.DataFrame:
     """
     path = output / study / "study.csv"
     table = pd.read_csv(path, dtype=KEYS) if path.is_file() else pd.DataFrame(columns=[*KEYS, "reference", "error"])
+    table = table.reindex(columns=list(dict.fromkeys([*table.columns, *KEYS])))
     grades = table.reindex(columns=["mesh.grading", "mesh.row_grading"]).astype(float)
     table["equal"], table["adapted"] = (grades == 1).any(axis=1), ~table["accuracy"].isin(list(SETTINGS))
     table["graded"] = ~table["equal"] & ~table["adapted"]
