@@ -354,9 +354,6 @@ def blocks() -> dict[str, str]:
     """What stands between the marks of the page, from the stored tables; not all of them are shown."""
     stored = pages.stored("accuracy")
     text = {"made": pages.prose(stored.pop("made")["made"].iloc[0])}
-    # Curves have been adapted in another way since these were computed (docs/explanation/decisions.md).
-    promised = stored["promises"]
-    stored["promises"] = promised[promised["study"].str.startswith("run-")]
     made = {name: pages.markdown(table) for name, table in stored.items()}
     return text | made | {"curves": made["curves-newtonian"] + "\n" + made["curves-viscoelastic"]}
 

@@ -110,6 +110,7 @@ def _first(key: str) -> str:
 
 
 DISTANCES = {"run": "d0: 0.1", "curve": "d: {start: 0.02, stop: 0.8, num: 9}", "critical": "d: [0.02, 0.8]"}
+"""How each command has the distances, as an example."""
 
 
 def file_of_another_command(data: Mapping[str, Any], command: str, in_grid: bool = False) -> Mistake | None:

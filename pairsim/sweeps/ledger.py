@@ -99,10 +99,12 @@ class Ledger:
             InputError: The folder belongs to another grid.
         """
         ledgers = read_ledgers(self.directory)
-        for made in (content.get("versions", {}) for content in ledgers if content.get("grid") != self.grid.key):
-            version = made.get("pairsim", __version__)
-            older = f" by pairsim {version}, whose cases are other ones" if version != __version__ else ""
-            allowed = f"must be a folder for this grid, but has a sweep{older or ' of another grid'}"
+        others = [content for content in ledgers if content.get("grid") != self.grid.key]
+        if others:
+            version = others[0].get("versions", {}).get("pairsim", __version__)
+            same = version == __version__
+            whose = "of another grid" if same else f"by pairsim {version}, which gives cases other keys or defaults"
+            allowed = f"must be a folder for this grid, but has a sweep {whose}"
             raise InputError(str(self.directory), "-o", None, allowed)
         known, command = _latest(ledgers), self.grid.command
         for case in self.cases:

@@ -37,7 +37,7 @@ BETA = 0.5
 RADIUS = BETA / 2  # [D_c]: De_b = lambda U/a is De over this
 UNIT = 3 * pi * BETA  # 6 pi eta_0 a U
 PLACES = (0.3, 0.6, 0.9, 1.2, 1.5, 1.8, 2.1, 2.4, 2.7, 3.0, 3.3, 3.6)  # De_b
-# Meshes of `accuracy`, with the last De_b that is asked for. On the finest one steps get ever smaller near 2.35.
+# Meshes of `accuracy`, with the last De_b that is asked for; on an earlier one for 0.1% steps shrank near 2.35.
 LAST = {"5%": PLACES[-1], "1%": PLACES[-1], "0.1%": 2.1}
 QUICK: Keys = {"mesh": {"Np": 14, "max_size": 0.12}}
 type Points = dict[float, dict[str, float]]

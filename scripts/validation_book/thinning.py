@@ -44,7 +44,7 @@ def compute(setting: Setting) -> Found:
             key = f"beta {beta:g}, Ca_e {row['Ca_e']:g}"
             known = reference("cytometry", key)
             own = {"table": "cytometry", "headline": key == "beta 0.5, Ca_e 0.1"}
-            rows.append(against(known, key, "deformation", row["deformation_hull"], 0.02, **own))
+            rows.append(against(known, key, "deformation", row["deformation_hull"], 0.015, **own))
     head = ["n", *(f"X, mesh of {name}" for name in MESHES), "X, unbounded (upper bound)"]
     return Found(rows, {"drag": text_table(head, lines)})
 

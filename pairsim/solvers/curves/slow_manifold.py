@@ -11,7 +11,8 @@ velocities:
 
 where ' is the derivative along the motion. Y0'' and Y1' follow from differences of the residual along the tangent and
 the factors in hand. The terms fall off by the part of the distance that the pair moves while it remembers. The second
-is added where it is smaller than the first, and its size is the estimate of what remains.
+is added where it is smaller than the first, and its size is the estimate of what remains. Elsewhere no slow manifold is
+near: the first term is that at rates of at most d/t_relax, and what remains is at most half of dU.
 """
 
 from __future__ import annotations
@@ -92,8 +93,8 @@ def slow_motion(steady: Steady, dU: Array, adjoints: Adjoints, t_relax: float, e
     sizes = np.abs(np.diff(first)), np.abs(np.diff(second))
     if sizes[1].max() < sizes[0].max():
         return replace(still, U=first + second, remainder=sizes[1])
-    # Without a slow manifold near, no pair is as fast as this one, whose gap would open within its memory, and dU
-    # depends on the start.
+    # Without a slow manifold near, dU depends on the start. The rates of the held state, at which a gap would open by
+    # more than itself while the pair remembers, are those of no pair.
     first /= max(covered, 1.0)
     most = max(float(np.abs(np.diff(first)).max()), MOST * min(passed, 1.0) * fastest)
     return replace(still, U=first, remainder=np.minimum(sizes[1], most))

@@ -1,4 +1,4 @@
-"""How much wider intervals are where cells do not resolve the stress of a polymer, of which no estimate sees enough."""
+"""How much wider intervals are where cells do not resolve the stress of a polymer, which estimates see only in part."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from pairsim.fem.diagnostics import Observation
 
-# Largest change of log c within a cell up to which estimates held. Above it errors were up to 1.4 times the interval in
-# 73 quasi-steady solutions, and 1.9 times in runs, which have no scatter. It widens by these powers of the change
-# (determined on half of the scenes of scripts/error_bars, and on six runs).
+# Largest change of log c within a cell up to which estimates held, and the powers of it by which intervals widen above,
+# where errors were up to 1.4 times the interval in 73 quasi-steady solutions, and 1.9 times in six runs, whose estimate
+# has no scatter. They were read off these (scripts/error_bars); two further runs, which were not used, all hold.
 RESOLVED, OF_POINTS, OF_RUNS = 1.1, 1, 3
 
 

@@ -16,7 +16,7 @@ class RunError:
     """Half-width of the interval around dU that should hold the exact one, with four terms.
 
     1. |dU_correction| plus the largest one so far: the estimate has an error of its own, which does not vanish where
-       the estimate changes its sign. Where cells do not resolve the stress, more.
+       the estimate changes its sign. Both count more where cells do not resolve the stress.
     2. The error by the time steps.
     3. What remeshings have left, which no residual sees, as the stress is interpolated to another mesh. The exact dU is
        continuous in time, and so is dU + dU_correction but for errors, since it depends little on the mesh: what this
@@ -44,7 +44,7 @@ class RunError:
         self._largest: Array | float = 0.0
         self._jumps: Array | float = 0.0
 
-    def add(self, t: float, mesh: int, dU: Array, correction: Array, steps: float, s_jump: float = 0) -> Array:
+    def add(self, t: float, mesh: int, dU: Array, correction: Array, steps: float, s_jump: float = 0.0) -> Array:
         """The half-width after an accepted step [U_av], shape (N-1,).
 
         Args:
@@ -53,7 +53,7 @@ class RunError:
             dU: Relative velocities [U_av], shape (N-1,).
             correction: Estimates of exact minus discrete dU [U_av], shape (N-1,).
             steps: Error of dU by the time steps so far [U_av].
-            s_jump: Largest change of log c within a cell.
+            s_jump: Largest change of log c within a cell; 0 in a Newtonian liquid.
         """
         corrected = dU + correction
         if self._times:
