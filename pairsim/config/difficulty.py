@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 WALL_RATE = 8.0  # shear rate at the wall of Poiseuille flow [U_av/D_c]
 PASSAGE = 3.0  # time in the extension beside a particle, whose rate is about 1/(1 - beta) [D_c/U_av]
 # The time of a point is that of a liquid at rest times exp(STRETCHED log(tr c/3)) after this extension; median of the
-# fifty, of which 74 % were within a factor of 2 (30 % without it) and the worst was off by 4.6 (77).
+# fifty, beside other work, when 74 % were within a factor of 2 (30 % without it); alone most take half as long (52 %).
 STRETCHED, MOST = 0.35, 40.0
 # Tension of the polymer at the wall, times beta, over the modulus from which steady states end before: one of nineteen
 # points above it had a steady state, of the nineteen soft ones below it eighteen (the fifty, and ten of another seed).
