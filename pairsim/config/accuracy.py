@@ -120,22 +120,22 @@ class Settings:
 _GRADED = 2.0
 SETTINGS: dict[str, Settings] = {
     "5%": Settings(
-        ByLiquid(Cells(20, 0.2), Cells(18, 0.12, 0.5, 0.5, _GRADED), Cells(24, 0.06, 0.3, 0.5)),
-        ByLiquid(Cells(20, 0.2), Cells(20, 0.1, 0.35, 0.5, _GRADED), Cells(28, 0.05, 0.25, 0.5)),
+        ByLiquid(Cells(20, 0.2, rows=2.0), Cells(18, 0.12, 0.5, 0.5, _GRADED), Cells(24, 0.06, 0.3, 0.5)),
+        ByLiquid(Cells(20, 0.2, rows=2.0), Cells(20, 0.1, 0.35, 0.5, _GRADED), Cells(28, 0.05, 0.25, 0.5)),
         s_jump=2.0,
         time_tol=1e-3,
         curve_tol=1e-2,
     ),
     "1%": Settings(
-        ByLiquid(Cells(28, 0.2), Cells(20, 0.066, 0.3, 0.5, _GRADED), Cells(40, 0.05, 0.25, 0.5)),
-        ByLiquid(Cells(40, 0.2), Cells(28, 0.05, 0.18, 0.5, _GRADED), Cells(64, 0.05, 0.25, 0.5)),
+        ByLiquid(Cells(28, 0.2, rows=2.0), Cells(20, 0.066, 0.3, 0.5, _GRADED), Cells(40, 0.05, 0.25, 0.5)),
+        ByLiquid(Cells(40, 0.2, rows=2.0), Cells(28, 0.05, 0.18, 0.5, _GRADED), Cells(64, 0.05, 0.25, 0.5)),
         s_jump=1.6,
         time_tol=3e-4,
         curve_tol=2e-3,
     ),
     "0.1%": Settings(
-        ByLiquid(Cells(40, 0.2), Cells(36, 0.038, 0.15, 0.5, _GRADED), Cells(64, 0.04, 0.2, 0.5)),
-        ByLiquid(Cells(56, 0.14), Cells(80, 0.025, 0.125, 0.5, _GRADED), Cells(80, 0.025, 0.125, 0.5)),
+        ByLiquid(Cells(40, 0.2, rows=2.0), Cells(36, 0.038, 0.15, 0.5, _GRADED), Cells(64, 0.04, 0.2, 0.5)),
+        ByLiquid(Cells(56, 0.14, rows=2.0), Cells(80, 0.025, 0.125, 0.5, _GRADED), Cells(80, 0.025, 0.125, 0.5)),
         s_jump=1.0,
         time_tol=5e-5,
         curve_tol=5e-4,

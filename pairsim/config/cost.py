@@ -78,7 +78,7 @@ def liquid_cells(case: SceneCase) -> float:
         away = (i + 0.5) * step / 2
         if 0 < case.mesh.rows < away:  # rows of rectangles, two triangles each
             across = min(coarse, fine + case.mesh.growth * case.mesh.rows)
-            along = max(across, min(0.5, across + case.mesh.growth * (away - case.mesh.rows)))
+            along = max(across, min(2.5 * min(case.betas), across + case.mesh.growth * (away - case.mesh.rows)))
             cells += step * 0.5 / (across * along) * 2
         else:
             size = min(coarse, fine + case.mesh.growth * away)

@@ -63,7 +63,7 @@ class MeshOptions(Keys):
     rows: values.Rows = Field(
         USUAL.in_time.thinning.rows,
         description="distance from the particles beyond which cells lie in rows along the tube [D_c] (default: by "
-        "accuracy; 0, no rows, in a liquid without a memory and without particles)",
+        "accuracy; 0, no rows, without particles)",
     )
     row_grading: values.Grading = Field(
         1.0,

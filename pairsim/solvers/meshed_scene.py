@@ -14,7 +14,7 @@ import numpy as np
 
 from pairsim.fem import diagnostics
 from pairsim.fem.algebra.constraints import Constraints
-from pairsim.fem.algebra.scene_constraints import extension_constraints
+from pairsim.fem.algebra.mesh_extension import MeshExtension
 from pairsim.fem.meshes.cell_sizes import make_outlines
 from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Outline, Reference
 from pairsim.fem.meshes.meshing import liquid_mesh, particle_meshes
@@ -26,10 +26,8 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.errors import MeshFailure
 from pairsim.solvers.mesh_transfer import carry_liquid
-from pairsim.solvers.nonlinear.newton import EXTENSION, Newton
+from pairsim.solvers.nonlinear.newton import Newton
 from pairsim.solvers.problems import SceneProblem
-
-ROUNDING = 1e-13  # displacement [D_c] that positions have by rounding alone
 
 
 def cut_particles(
@@ -95,7 +93,7 @@ class MeshedScene:
         self.problem, self.outlines, self.clock = problem, tuple(outlines), clock
         self._liquid, self._steady, self._constrain = liquid, steady, constrain
         self._newton: Newton | None = None
-        self._extension: Newton | None = None
+        self._extension: MeshExtension | None = None
         self.made = 0
         with clock("jit"):
             self.bodies = make_bodies(solids, outlines, insides)
@@ -181,15 +179,9 @@ class MeshedScene:
         Returns:
             Free unknowns of the mesh displacement, and the full vector with zeros elsewhere.
         """
-        constraints = self._extension.constraints if self._extension else extension_constraints(self.scene)
-        zero = np.zeros(constraints.size)
-        at_interfaces = constraints.expand(zero, h)
-        if np.abs(at_interfaces).max() < ROUNDING:  # the distances are those for which the mesh was made
-            return zero, at_interfaces
         if self._extension is None:
-            self._extension = Newton(self.scene, constraints, EXTENSION, clock=self.clock)
-        eta, _ = self._extension.solve(zero, h, 1.0, 0.0)
-        return eta, self._extension.state(eta)[1]
+            self._extension = MeshExtension(self.scene)
+        return self._extension(h)
 
     def displaced(self, h: Array) -> Array:
         """Full vector with the displacement of the mesh for material positions h, and zeros elsewhere, shape (n,)."""
@@ -211,9 +203,8 @@ class MeshedScene:
 
     def close(self) -> None:
         """Free the memory of the solvers."""
-        for solver in (self._newton, self._extension):
-            if solver is not None:
-                solver.destroy()
+        if self._newton is not None:
+            self._newton.destroy()
         self._newton = self._extension = None
 
 

@@ -57,6 +57,7 @@ def test_a_budget_is_a_time(pairsim: Pairsim) -> None:
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 def test_a_command_that_finds_nothing_ends_by_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pairsim.api.compute.PATIENCE", 6.0)
     monkeypatch.setattr("pairsim.api.compute.MULTIPLE", 0.0)

@@ -113,7 +113,7 @@ CASE_FILES: dict[str, Wrong] = {
         "run",
     ),
     "viscosity for a consistency": (BENCH + "liquid: {law: power-law, n: 0.6}\n", "run"),
-    "mesh too large for memory": (RUN + "mesh: {max_size: 0.001, growth: 0.01}\n", "run"),
+    "mesh too large for memory": (RUN + "mesh: {max_size: 0.0003, growth: 0.01}\n", "run"),
     "name that leaves the folder": (RUN + "name: ..\n", "run"),
     "case of another command": (CURVE, "run"),
     "grid": (SWEEP, "run"),

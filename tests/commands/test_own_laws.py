@@ -29,6 +29,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 def test_results_are_those_of_one_source_of_a_law(pairsim_apart: Pairsim, folder: Path) -> None:
     def sweep(output: str) -> str:
         done = pairsim_apart("sweep", "grid.yaml", "-o", output, "--laws", "my_laws.py")

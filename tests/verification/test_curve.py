@@ -168,7 +168,7 @@ def test_slopes_are_differences_along_the_curve(viscoelastic: Branch) -> None:
 def test_a_new_mesh_on_the_way_changes_little(viscoelastic: Branch) -> None:
     """A step that asks for a new mesh is solved on it; going back finds the old solution."""
     scene = viscoelastic.scene
-    before, held, meshes = scene.snapshot, viscoelastic.at(scene.parameters).held_dUs, scene.meshes
+    before, held, meshes = scene.snapshot, viscoelastic.at(scene.parameters).discrete.dU, scene.meshes
     value = float(held[0])
     follow(scene, scene.parameters.with_gap(0.2))
     assert scene.meshes > meshes

@@ -134,19 +134,19 @@ def test_parts_of_liquid_and_particles_that_cancel_count() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("ends", "most"), [("developed", 4), ("periodic", 60)])
-def test_ends_of_a_short_tube(ends: str, most: float) -> None:
+@pytest.mark.parametrize("ends", ["developed", "periodic"])
+def test_ends_of_a_short_tube(ends: str) -> None:
     """The part of the error that is due to the ends, against the change of dU in a tube longer by 4.
 
-    With periodic ends what enters again upstream and what is missing downstream cancel in this tube.
+    What enters upstream and what is missing downstream cancel in part, by more or less on other cells.
     """
     found = {}
     for length in (3.3, 7.3):
         keys = {"beta": 0.4, "De": 0.5, "Ca_e": 0, "d": (0.5,), "ends": ends, "length": length}
-        found[length] = solved(keys, Np=10, max_size=0.15, rows=0.5)
+        found[length] = solved(keys, Np=10, max_size=0.1, rows=0.5)
     (short, estimate), (long, later) = found[3.3], found[7.3]
     change = abs((long.dU + later.dU - short.dU - estimate.dU)[0])
-    assert 0.5 < estimate.ends_dU[0] / change < most
+    assert 0.5 < estimate.ends_dU[0] / change < 10
     assert later.ends_dU[0] < 0.05 * estimate.ends_dU[0]
     assert estimate.dU_error[0] > estimate.ends_error[0] > change
 

@@ -43,7 +43,7 @@ def drag(n: float, beta: float, **keys: Any) -> tuple[float, float]:
 def test_equal_rigid_spheres_keep_their_distance(n: float) -> None:
     """The stress is odd in the velocity, and the pair is its own mirror image."""
     found = row(**PAIR, Ca_e=0, liquid=power_law(n))
-    assert abs(found["dU"]) < 1e-12
+    assert abs(found["dU"]) < 1e-10
     assert 1 < found["U_L"] < 2 * (3 * n + 1) / (2 * n + 2)
 
 
@@ -165,7 +165,7 @@ def test_a_run_with_viscous_particles_forgets_its_start_within_t_relax() -> None
 @pytest.mark.slow
 def test_a_run_goes_on_without_an_error_where_its_estimate_diverges(tmp_path: Path) -> None:
     keys = {"beta": 0.4, "De": 0, "Ca_e": 0.15, "solid": {"law": "mooney-rivlin", "c": 0.5}, "d0": 0.1, "length": 5}
-    steps = {"ends": "developed", "mesh": {"Np": 20}, "time": {"end": 2.6}, "output": {"fields": False}}
+    steps = {"ends": "developed", "mesh": {"Np": 20, "rows": 0}, "time": {"end": 2.6}, "output": {"fields": False}}
     run = pairsim.run({**keys, **steps, "dU_error": True}, folder=tmp_path / "run").check()
     known = run.table["dU_error"].notna()
     assert known.iloc[0]

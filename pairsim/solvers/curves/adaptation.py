@@ -25,7 +25,7 @@ from pairsim.solvers.errors.estimate import OF_SCATTER, ErrorEstimator
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import follow, prepared, where
-from pairsim.solvers.steady.first_solution import FEWEST_CELLS, SCOUT_TOLERANCE, adopted
+from pairsim.solvers.steady.first_solution import FEWEST_CELLS, adopted
 from pairsim.solvers.steady.scene import Steady
 from pairsim.solvers.steady.snapshot import Snapshot
 from pairsim.solvers.steady.tangents import gap_tangents
@@ -39,11 +39,10 @@ AIM, LEAST_ROOM = 0.8, 0.2
 ORDER, ELASTIC_ORDER, FACTORS = 3.0, 4.5, (1.15, 1.6)
 # Least factor of the cells that contribute nothing to the scatter, in a second or third round; chosen.
 LEAST_COMMON = 0.8
-# Distances of the scout that gives the size of dU where the case itself has few distances [D_c], the largest number of
-# those of the case that are taken, and the scout's cells: number on a half-circle, growth, and largest size relative to
-# the smallest diameter. Chosen; of ten peaks (beta .2 to .6, De 0 to 2) the largest dU at the three distances was 83 to
-# 100 %.
-SCALE_DISTANCES, ENOUGH, MOST_PLACES = (0.4, 0.2, 0.1), 3, 9
+# Distances of the scout that gives the size of dU [D_c], or those of the case that are nearest where it has enough, and
+# the scout's cells: number on a half-circle, growth, and largest size relative to the smallest diameter. Chosen; of ten
+# peaks (beta .2 to .6, De 0 to 2) the largest dU at the three distances was 83 to 100 %.
+SCALE_DISTANCES, ENOUGH = (0.4, 0.2, 0.1), 3
 SCALE_CELLS, SCALE_GROWTH, SCALE_SIZE = 10, 0.3, 0.35
 STEP = 1.6  # largest ratio of distances in a step of it; chosen
 
@@ -66,13 +65,11 @@ def largest_dU(known: Steady, places: Sequence[tuple[float, ...]], enough: float
         others = {tuple(d for _ in here) for d in SCALE_DISTANCES}
         room = problem.length - sum(problem.betas) - max(map(sum, wanted))
         wanted |= {o for o in others if sum(o) - max(map(sum, wanted)) < room / 4}
-    elif len(wanted) > MOST_PLACES:
-        ordered = sorted(wanted)
-        wanted = {ordered[i] for i in np.linspace(0, len(ordered) - 1, MOST_PLACES).round().astype(int)}
+    else:
+        wanted = {min(wanted, key=lambda gaps: abs(np.log(sum(gaps) / len(gaps) / d))) for d in SCALE_DISTANCES}
     size = max(problem.mesh.max_size, SCALE_SIZE * min(problem.betas))
     cells = MeshSettings(Np=SCALE_CELLS, growth=SCALE_GROWTH, max_size=size, rows=problem.mesh.rows)
-    rough = replace(problem.newton, tolerance=SCOUT_TOLERANCE)
-    scout = _carried_over(replace(problem, mesh=cells, newton=rough), parameters, known)
+    scout = _carried_over(replace(problem, mesh=cells), parameters, known)
     if scout is None:
         return 0.0
     try:

@@ -25,7 +25,7 @@ import numpy as np
 from pairsim.fem.diagnostics import centres
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.errors.adjoints import Adjoints
-from pairsim.solvers.nonlinear.factors import ACCURATE
+from pairsim.solvers.nonlinear.factors import LAST
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.motion import moving_residual
 from pairsim.solvers.steady.scene import Steady
@@ -131,7 +131,7 @@ def _second(
         stretch: Derivatives of the distances between centres by those between surfaces, shape (N-1, N-1).
     """
     y, here = steady.y, steady.parameters
-    solve = partial(steady.newton.linear_solve, tolerance=ACCURATE)
+    solve = partial(steady.newton.linear_solve, tolerance=LAST)
     fields, tangents = steady.constraints.fields["U_p"], gap_tangents(steady)
     speed = float(np.abs(rates).max())
     along = rates / speed

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.nonlinear.factors import ACCURATE
+from pairsim.solvers.nonlinear.factors import ADJOINT
 from pairsim.solvers.steady.pressure_drop import InnerDrop
 from pairsim.solvers.steady.scene import Steady
 
@@ -38,5 +38,5 @@ class Adjoints:
         rows = np.zeros((len(own) + 1, steady.constraints.size))
         rows[np.arange(len(own)), own] = 1.0
         rows[-1] = drop.row
-        solutions = steady.newton.linear_solve(rows, transposed=True, tolerance=ACCURATE)
+        solutions = steady.newton.linear_solve(rows, transposed=True, tolerance=ADJOINT)
         return Adjoints(solutions, solutions[: len(fields["U_p"])], drop)

@@ -18,8 +18,7 @@ class MatrixPolicy:
     Attributes:
         slow: Rate of contraction above which the matrix is not reused.
         other_step: Largest relative change of g = gamma dt for which the matrix is reused in another step.
-        far: Norm of a step, relative to the fields, above which even a matrix from the same iteration is replaced;
-            infinite for linear equations.
+        far: Norm of a step, relative to the fields, above which even a matrix from the same iteration is replaced.
         near: Rate of contraction up to which the factors serve to solve linear systems with the matrix at the solution:
             six refinements then reach 1e-10 of the right-hand side.
         unproven_rate: Smallest rate of contraction that is assumed before one was observed in the present solve.

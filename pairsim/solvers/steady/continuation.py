@@ -36,7 +36,7 @@ SMALLEST = 2e-3  # step, relative to the distance to the target, below which nat
 FAR = 1.05
 # What helps where continuation does not: a run needs no steady state, and says whether it comes near one.
 IN_TIME = "pairsim run from this distance, which shows whether a steady state is approached"
-EASY, HARD = 3, 6  # numbers of Newton iterations up to which the step is doubled, and from which it is halved
+EASY, HARD = 2, 5  # numbers of Newton iterations up to which the step is doubled, and from which it is halved
 MOST_RELAXED = 3  # consecutive steps by pseudo-time; without a limit they could approach a fold in ever smaller steps
 # By how much the end of a branch may differ from that on other meshes, as a part of the parameter followed, where it is
 # known on one mesh, and on several: the largest difference that was measured, and that at beta up to 0.5, rounded up

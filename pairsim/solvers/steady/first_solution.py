@@ -27,8 +27,8 @@ from pairsim.solvers.steady.scene import Steady
 COARSER = 2**0.5
 FEWEST_CELLS = 4  # on a half-circle; chosen
 # The continuation to the first parameters takes many solutions that are not reported. It is done on cells larger by
-# this factor, with at least SCOUT_CELLS cells on a half-circle, and not solved better than its cells are; all chosen.
-SCOUT, SCOUT_CELLS, SCOUT_TOLERANCE = 2.0, 8, 1e-4
+# this factor, with at least SCOUT_CELLS cells on a half-circle; chosen.
+SCOUT, SCOUT_CELLS = 2.0, 8
 # Product of diameter and Ca_e from which particles are nearly too soft; steady shapes end near 0.064 in a Newtonian
 # liquid (docs/explanation/decisions.md).
 SOFT = 0.05
@@ -176,10 +176,9 @@ def _scout(problem: SteadyProblem, parameters: Parameters, ends: list[NoSteadySt
     """
     if cold_start(parameters) == parameters:
         return None
-    rough = replace(problem, newton=replace(problem.newton, tolerance=SCOUT_TOLERANCE))
     for factor in (SCOUT, FINER_SCOUT):
         try:
-            return walked(coarser(rough, factor, SCOUT_CELLS), parameters)
+            return walked(coarser(problem, factor, SCOUT_CELLS), parameters)
         except MeshFailure:
             pass
         except NoSteadyState as failure:

@@ -58,7 +58,6 @@ class Flow:
         scalars = {name: y[constraints.fields[name]] for name in SCALARS if name in constraints.fields}
         U, error = y[constraints.fields["U_p"]], np.zeros(max(len(steady.bodies) - 1, 0))
         if dU_error:
-            steady.factor()
             error = ErrorEstimator().estimate(steady, Adjoints.of(steady), steady.observe()).dU_error
         return Flow(nodal, constraints.V @ y, scalars, U, error)
 
@@ -133,6 +132,7 @@ def quasi_steady(problem: Problem, clock: Clock) -> Start:
         message = f"the run has no quasi-steady state to start from: {failure.message}"
         raise NoSteadyState(message, advice="start: rest") from failure
     try:
+        steady.factor()
         h, x = steady.state()
         scene = steady.scene
         insides = tuple(None if body.phase is None else body.phase.six_node_mesh for body in steady.bodies)

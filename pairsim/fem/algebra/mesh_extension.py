@@ -1,0 +1,60 @@
+"""Extension of the displacement of the particles into the mesh of the liquid, on its own."""
+
+from __future__ import annotations
+
+import basix
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from pairsim.fem.algebra.scene_constraints import extension_constraints
+from pairsim.fem.meshes.six_node_mesh import shape_gradients
+from pairsim.fem.phases.compiled_phase import QUADRATURE_DEGREE
+from pairsim.fem.scene import Scene
+from pairsim.runtime.arrays import Array
+
+ROUNDING = 1e-13  # displacement [D_c] that positions have by rounding alone
+
+
+class MeshExtension:
+    """The equations of `pairsim.physics.forms.mesh_motion` for given positions of the material.
+
+    Args:
+        scene: A scene whose mesh moves.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene, self._constraints = scene, extension_constraints(scene)
+        self._stiffness: sparse.csr_matrix | None = None
+
+    def __call__(self, h: Array) -> tuple[Array, Array]:
+        """Free unknowns of the displacement for material positions h, and the full vector with zeros elsewhere."""
+        constraints = self._constraints
+        zero = np.zeros(constraints.size)
+        at_interfaces = constraints.expand(zero, h)
+        if np.abs(at_interfaces).max() < ROUNDING:  # the distances are those for which the mesh was made
+            return zero, at_interfaces
+        if self._stiffness is None:
+            self._stiffness = sparse.csr_matrix(constraints.T @ _stiffness(self._scene))
+            self._factors = splu(sparse.csc_matrix(self._stiffness @ constraints.N))
+        eta = self._factors.solve(-self._stiffness @ at_interfaces)
+        return eta, constraints.expand(eta, h)
+
+
+def _stiffness(scene: Scene) -> sparse.csr_matrix:
+    """The matrix of the extension in the numbering of the full vector, shape (n, n)."""
+    mesh, liquid = scene.liquid.six_node_mesh, scene.liquid
+    points, weights = basix.make_quadrature(basix.CellType.triangle, QUADRATURE_DEGREE)
+    local = shape_gradients(points)
+    dx = np.einsum("qak,mai->mqik", local, mesh.points[mesh.cells])
+    gradients = np.einsum("qak,mqki->mqai", local, np.linalg.inv(dx))
+    # The stiffness 1/|det dX| cancels the determinant of the integral.
+    flat = gradients.reshape(len(mesh.cells), len(points), 12)
+    both = (flat.transpose(0, 2, 1) @ (weights[:, None] * flat)).reshape(-1, 6, 2, 6, 2)
+    # 2 e : e' + div div' of the displacement a i and the test function b j.
+    cells = both + both.transpose(0, 1, 4, 3, 2)
+    cells += both.trace(axis1=2, axis2=4)[:, :, None, :, None] * np.eye(2)[:, None, :]
+    index = np.stack([liquid.index("eta", mesh.cells, c) for c in range(2)], axis=2).reshape(len(mesh.cells), 12)
+    row, column = np.repeat(index, 12, axis=1).ravel(), np.tile(index, (1, 12)).ravel()
+    shape = (scene.size, scene.size)
+    return sparse.csr_matrix(sparse.coo_matrix((cells.reshape(len(mesh.cells), 144).ravel(), (row, column)), shape))
