@@ -1,13 +1,13 @@
 """Measures wall time against error: the tables and the picture of docs/explanation/accuracy.md.
 
-usage: scripts/accuracy [-o runs/accuracy] [--only WORD] [--hard DIR] [--peers CSV] [--table] [--page]
+usage: scripts/accuracy [-o runs/accuracy] [--only WORD] [--hard DIR] [--table] [--page]
 
 Runs every study of configs/accuracy in one process after the other, so that wall times are comparable (about an hour
 and a half); some steps of the discretisation of the paper (fixed steps of 7.5e-4 on 1e4 triangles) with a new matrix in
 every Newton iteration; and the runs of configs/accuracy/moving, beside which curves are judged. The same command
 goes on after any kind of end. Then the tables for which there are results are stored in docs/results/accuracy, and the
-page is written from what is stored: with --page without anything else. --table computes nothing. --hard and --peers add
-the results of scripts/hard and scripts/peers.
+page is written from what is stored: with --page without anything else. --table computes nothing. --hard adds the
+results of scripts/hard. The comparison of codes is stored by scripts/peers/codes.py.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from book.computing import CONFIGS, DOCS, made, pairsim, parser_of
 from matplotlib import pyplot
 
 import pairsim as api
-from pairsim.config.accuracy import SETTINGS, Liquid
+from pairsim.config.accuracy import SETTINGS
 from pairsim.results.output import write_text
 
 STUDIES = {path.stem: yaml.safe_load(path.read_text()) for path in sorted((CONFIGS / "accuracy").glob("*.yaml"))}
@@ -41,7 +41,6 @@ SCENES = {
     "De2-rigid": "De 2, rigid",
     "De1-gap0.02": "De 1, soft, gap .02",
 }
-PHASES = ("mesh", "jit", "symbolic", "assembly", "factorisation", "solve", "other")
 # Steps with a new matrix in every iteration, and how many of them, the last ones, are evaluated; chosen.
 PLAIN_STEPS, PLAIN_COUNTED = 20, 5
 MESH = ["mesh.Np", "mesh.max_size"]
@@ -258,78 +257,6 @@ def beside(table: pd.DataFrame, error: float, whole: tuple[float, float]) -> str
     return f"{row['wall_time']:.3g} s{spread} at {percent(row['part'])} %: {parts}"
 
 
-def profile(output: Path) -> pd.DataFrame:
-    """Wall time of runs and curves with default settings by phase of the computation."""
-    lines = []
-    kinds: dict[str, Liquid] = {"newtonian": "newtonian", "De1": "thinning"}
-    for scene, kind in kinds.items():
-        for what, count in (("run", "steps"), ("curve", "points")):
-            chosen, table = SETTINGS["1%"], rows(output, f"{what}-{scene}")
-            cells = chosen.mesh(kind, [0.4], what == "run")
-            same = (table["mesh.Np"] == str(cells["Np"])) & (table["mesh.max_size"] == f"{cells['max_size']:g}")
-            table = table[same & table["graded"] & table["time.fixed_step"].isna()]
-            if what == "run" and len(table):
-                table = table[table["time.tol"].astype(float) == chosen.time_tol]
-            for _, row in table.iterrows():
-                n, seconds = row[count], row["wall_time"]
-                line = {"part": f"{what}-{scene}, one of its {count}", "unknowns": f"{row['unknowns']:.0f}"}
-                line |= {"s": f"{seconds / n:.3f}", "Newton iterations": f"{row['newton_iterations'] / n:.1f}"}
-                line["factorisations"] = f"{row['factorisations'] / n:.2f}"
-                lines.append(line | {f"{each}, %": f"{100 * row[f'wall_{each}'] / seconds:.0f}" for each in PHASES})
-    return pd.DataFrame(lines)
-
-
-def growth(output: Path) -> pd.DataFrame:
-    """Cost of a point by the number of unknowns: of each factorisation, and by Newton iteration of all else."""
-    parts = []
-    for name in (name for name in STUDIES if name.startswith("growth-")):
-        table = rows(output, name)
-        if table.empty:
-            continue
-        n = table["newton_iterations"]
-        found = pd.DataFrame({"unknowns": table["unknowns"], "assembly, s": table["wall_assembly"] / n})
-        found["numeric factorisation, s"] = table["wall_factorisation"] / table["factorisations"]
-        found["solve, s"] = table["wall_solve"] / n
-        slopes = {key: np.polyfit(np.log(found["unknowns"]), np.log(found[key]), 1)[0] for key in found.columns[1:]}
-        text = found.map("{:.3f}".format).assign(unknowns=found["unknowns"].map("{:.0f}".format))
-        exponents = {"unknowns": "exponent"} | {key: f"{slope:.2f}" for key, slope in slopes.items()}
-        both = pd.concat([text, pd.DataFrame([exponents])])
-        both.insert(0, "liquid", name.removeprefix("growth-"))
-        parts.append(both)
-    return pd.concat(parts) if parts else pd.DataFrame()
-
-
-def peers(path: Path | None, output: Path) -> pd.DataFrame:
-    """The Newtonian pair in pyoomph and in pairsim: times and errors of a point and of a transient to t = 1."""
-    point, run = (rows(output, f"{kind}-newtonian") for kind in ("point", "run"))
-    if path is None or point.empty or run.empty:
-        return pd.DataFrame()
-    exact = [float(table.loc[table["reference"], "dU"].iloc[0]) for table in (point, run)]
-    theirs = pd.read_csv(path)
-    spread = theirs.groupby(["cells", "tol", "t"])["wall"].agg(np.ptp).rename("wall_time_spread")
-    theirs = theirs.groupby(["cells", "tol", "t"]).median().rename(columns={"wall": "wall_time"}).join(spread)
-    lines = []
-    theirs = theirs.reset_index()
-    for _, row in theirs[theirs["t"] == 1].iterrows():
-        for _, alone in theirs[(theirs["t"] == 0) & (theirs["cells"] == row["cells"])].iterrows():
-            name = f"pyoomph, {row['cells']:g} cells, tol {row['tol']:g}"
-            lines.append([name, *peer(alone, exact[0]), *peer(row, exact[1])])
-    for _, row in point[point["graded"] & ~point["reference"]].iterrows():
-        same = run[run["graded"] & ~run["reference"] & run["time.fixed_step"].isna()]
-        same = same[(same[MESH] == row[MESH]).all(axis=1)]
-        if len(same):
-            finest = same.iloc[int(same["time.tol"].astype(float).argmin())]
-            name = f"pairsim, {row['mesh.Np']} cells, tol {finest['time.tol']}"
-            lines.append([name, *peer(row, exact[0]), *peer(finest, exact[1])])
-    head = ["code", "unknowns of a point", "point, s (spread)", "error, %", "unknowns", "to t = 1, s (spread)"]
-    return pd.DataFrame(lines, columns=[*head, "error of dU(1), %"])
-
-
-def peer(row: Any, exact: float) -> list[str]:
-    """Unknowns, wall time [s] and error of dU [%]."""
-    return [f"{row['unknowns']:.0f}", wall(row), percent(abs(row["dU"] / exact - 1))]
-
-
 def moving(output: Path) -> pd.DataFrame:
     """dU of curves at the distances that runs have reached, where the pair moves and where it is held."""
     lines = []
@@ -363,7 +290,6 @@ def main() -> int:
     parser = parser_of("accuracy", __doc__, "runs/accuracy")
     parser.add_argument("--only", default="", metavar="WORD", help="only studies whose name contains WORD; no page")
     parser.add_argument("--hard", type=Path, help="output folder of scripts/hard")
-    parser.add_argument("--peers", type=Path, help="table written by a script in scripts/peers")
     parser.add_argument("--page", action="store_true", help="write the page from what is stored")
     arguments = parser.parse_args()
     output: Path = arguments.output
@@ -375,8 +301,8 @@ def main() -> int:
     if not arguments.page:
         times = [path.stat().st_mtime for path in output.glob("*/study.csv")]
         found = {"made": pd.DataFrame({"made": [made(times)]})} if times else {}
-        found |= dict(curves(output)) | {"settings": settings(output), "peers": peers(arguments.peers, output)}
-        found |= {each.__name__: each(output) for each in (promises, scenes, profile, growth, moving)}
+        found |= dict(curves(output)) | {"settings": settings(output)}
+        found |= {each.__name__: each(output) for each in (promises, scenes, moving)}
         if arguments.hard:
             found["hard"] = pd.read_csv(arguments.hard / "hard.csv", dtype=str, keep_default_na=False)
         pages.save("accuracy", found)
