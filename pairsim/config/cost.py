@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pairsim.config.case import SceneCase
 from pairsim.config.difficulty import first_point_factor
 from pairsim.config.mistakes import Mistake
+from pairsim.fem.meshes.columns import LONGEST
 from pairsim.runtime.duration import duration
 
 STRIPS = 200  # slices of the tube over which the number of cells is summed
@@ -78,7 +79,7 @@ def liquid_cells(case: SceneCase) -> float:
         away = (i + 0.5) * step / 2
         if 0 < case.mesh.rows < away:  # rows of rectangles, two triangles each
             across = min(coarse, fine + case.mesh.growth * case.mesh.rows)
-            along = max(across, min(2.5 * min(case.betas), across + case.mesh.growth * (away - case.mesh.rows)))
+            along = max(across, min(LONGEST * min(case.betas), across + case.mesh.growth * (away - case.mesh.rows)))
             cells += step * 0.5 / (across * along) * 2
         else:
             size = min(coarse, fine + case.mesh.growth * away)

@@ -243,7 +243,7 @@ def test_the_end_of_steady_states_is_an_answer(tmp_path: Path, pairsim: Pairsim)
     assert last.t == pytest.approx(0.1)
     for outline, D in zip(outlines(last), way[["D_T", "D_L"]].iloc[-1], strict=True):
         z, r = np.ptp(outline[:, 0]), 2 * outline[:, 1].max()
-        assert (z - r) / (z + r) == pytest.approx(D, abs=1e-2)  # nodes of eight cells
+        assert (z - r) / (z + r) == pytest.approx(D, abs=2e-3)
     assert (tmp_path / "out" / "fields.png").exists()
     assert "fields.png the last shapes" in done.stderr
 

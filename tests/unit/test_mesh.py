@@ -12,6 +12,7 @@ from pairsim.commands import COMMANDS
 from pairsim.config.cost import liquid_cells
 from pairsim.fem.meshes import cell_sizes
 from pairsim.fem.meshes.cell_sizes import Distances, make_outlines
+from pairsim.fem.meshes.columns import LONGEST
 from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Reference
 from pairsim.fem.meshes.meshing import liquid_mesh
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
@@ -88,7 +89,7 @@ def test_rows_keep_their_width_and_lengthen_with_the_distance() -> None:
         lengths = np.unique(np.round(np.sort(np.ptp(z, axis=1)), 9))
         assert lengths[0] == pytest.approx(0.5 / 9, rel=0.15)
         away_from_the_first = np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
-        assert lengths == pytest.approx(np.minimum(lengths[0] + 0.15 * away_from_the_first, 2.5 * 0.3), rel=0.01)
+        assert lengths == pytest.approx(np.minimum(lengths[0] + 0.15 * away_from_the_first, LONGEST * 0.3), rel=0.01)
 
 
 @pytest.mark.parametrize("betas", [(0.4, 0.4), (0.4, 0.3)])

@@ -297,6 +297,15 @@ def test_a_bad_mesh_at_one_place_does_not_excuse_the_others() -> None:
     assert sum(p.d < 0.05 for p in found) == 2, "there the mesh is worse than the bend"
 
 
+def test_the_mesh_of_a_solution_is_that_of_its_extension_alone(viscoelastic: Branch) -> None:
+    """Assembled in numpy, and from the form in UFL."""
+    scene = viscoelastic.scene
+    scene.factor()
+    eta = scene.y[scene.constraints.fields["eta"]]
+    assert np.abs(eta).max() > 1e-3
+    assert scene.meshed.extend(scene.state()[0])[0] == pytest.approx(eta, abs=1e-12)
+
+
 @pytest.mark.slow
 def test_the_softest_shapes_end_and_the_message_has_the_place() -> None:
     """Two spheres of beta .4 at d .1 have no steady shape beyond a Ca_e near .16, which depends on the mesh."""

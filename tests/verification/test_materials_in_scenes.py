@@ -41,7 +41,7 @@ def drag(n: float, beta: float, **keys: Any) -> tuple[float, float]:
 
 @pytest.mark.parametrize("n", first_alone(0.4, 0.8, 0.6, 0.3))
 def test_equal_rigid_spheres_keep_their_distance(n: float) -> None:
-    """The stress is odd in the velocity, and the pair is its own mirror image."""
+    """The stress is odd in the velocity, and the pair is its own mirror image; Newton's method leaves 2e-11."""
     found = row(**PAIR, Ca_e=0, liquid=power_law(n))
     assert abs(found["dU"]) < 1e-10
     assert 1 < found["U_L"] < 2 * (3 * n + 1) / (2 * n + 2)

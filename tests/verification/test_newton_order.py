@@ -70,7 +70,7 @@ def test_newton_converges_quadratically_in_time(name: str) -> None:
     finally:
         transient.close()
     assert len(orders) >= 2, orders
-    assert min(orders) > 1.7, orders
+    assert min(orders) > 1.8, orders
 
 
 @pytest.mark.parametrize("liquid", LIQUIDS.values(), ids=LIQUIDS.keys())
@@ -90,4 +90,5 @@ def test_newton_converges_quadratically_on_a_curve(liquid: Liquid) -> None:
     finally:
         steady.close()
     assert len(orders) >= 2, orders
-    assert min(orders) > 1.7, orders
+    # The viscosity of a power law bends sharply where the liquid is nearly at rest.
+    assert min(orders) > (1.7 if liquid == LIQUIDS["power-law"] else 1.8), orders

@@ -21,29 +21,6 @@ _RISING = (((0, 0), (2, 0), (2, 2), (1, 0), (2, 1), (1, 1)), ((0, 0), (2, 2), (0
 _FALLING = (((0, 0), (2, 0), (0, 2), (1, 0), (1, 1), (0, 1)), ((2, 0), (2, 2), (0, 2), (2, 1), (1, 2), (1, 1)))
 
 
-def stations(begin: float, end: float, first: float, growth: float, longest: float) -> Array:
-    """Axial positions of the boundaries between columns of cells.
-
-    Args:
-        begin: Axial position of the first boundary.
-        end: Axial position of the last boundary.
-        first: Length of the first column.
-        growth: Growth of the column length per unit distance.
-        longest: Largest length of a column.
-
-    Returns:
-        At least two positions, ascending. All lengths are scaled by the same factor to fill the interval.
-    """
-    places = [0.0]
-    while places[-1] < end - begin:
-        places.append(places[-1] + min(first + growth * places[-1], longest))
-    if len(places) > 2 and places[-1] - (end - begin) > (places[-1] - places[-2]) / 2:
-        places.pop()
-    z = begin + np.array(places) * (end - begin) / places[-1]
-    z[-1] = end  # without rounding error
-    return np.asarray(z)
-
-
 def extruded(mesh: SixNodeMesh, z: Array) -> SixNodeMesh:
     """Extend a mesh beyond its straight downstream end by structured cells.
 

@@ -18,7 +18,8 @@ from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
 from pairsim.fem.meshes.cell_sizes import liquid_size
-from pairsim.fem.meshes.extruded_cells import extruded, graded_ends, stations
+from pairsim.fem.meshes.columns import LONGEST, stations
+from pairsim.fem.meshes.extruded_cells import extruded, graded_ends
 from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Outline, Reference
 from pairsim.fem.meshes.six_node_mesh import MIRRORED_CELL, SixNodeMesh, jacobians, nodes_at, shape_gradients
 from pairsim.physics.scales import TUBE_RADIUS
@@ -29,9 +30,6 @@ from pairsim.runtime.signals import callback
 SHORT_ROWS = 0.2  # length of a stretch of rows below which unstructured cells are used instead [D_c]; chosen
 # Ratio of the Jacobians of curved and straight cells below which nodes near a curved boundary are moved too; chosen.
 STRAIGHT_ENOUGH = 0.3
-# Largest length of a column of cells along the tube, relative to the smallest diameter: the dU of smaller particles is
-# a smaller part of the velocities, so that less of an error is left to the tube (docs/explanation/decisions.md).
-LONGEST_COLUMN = 2.5
 
 
 def liquid_mesh(reference: Reference, settings: MeshSettings) -> SixNodeMesh:
@@ -82,8 +80,8 @@ def liquid_mesh(reference: Reference, settings: MeshSettings) -> SixNodeMesh:
         gmsh.model.geo.addPlaneSurface([gmsh.model.geo.addCurveLoop([*curve, outlet, wall, inlet])])
 
     def rows(mesh: SixNodeMesh, begin: float) -> SixNodeMesh:
-        longest = LONGEST_COLUMN * min(reference.geometry.betas)
-        return extruded(mesh, stations(begin, half, TUBE_RADIUS / end_cells, settings.growth, longest))
+        longest = LONGEST * min(reference.geometry.betas)
+        return extruded(mesh, np.array(stations(begin, half, TUBE_RADIUS / end_cells, settings.growth, longest)))
 
     mesh = _run_gmsh(build, size, pieces)
     if settings.row_grading != 1.0:

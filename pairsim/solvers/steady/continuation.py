@@ -203,6 +203,8 @@ def follow(steady: Steady, target: Parameters) -> None:
             step /= 3
             if step < SMALLEST:
                 lost = _lost(steady, along, trail, refused)
+                if steady.parameters != way[-1].parameters:  # a solution nearer to the end was found
+                    way.append(Passed.of(steady))
                 lost.way, lost.last = way, steady
                 elastic, relaxed = bool(target.liquid.modes), relaxed + 1
                 if isinstance(lost, BranchEnd) or not elastic or relaxed > MOST_RELAXED:
