@@ -67,7 +67,7 @@ def test_a_limit_is_not_crept_up_to_through_pseudo_time(monkeypatch: pytest.Monk
     scene: Any = Limited()
     monkeypatch.setattr(continuation, "relax", relaxed)
     monkeypatch.setattr(continuation, "tangent_along", lambda *_: np.zeros(1))
-    monkeypatch.setattr(continuation.Passed, "of", lambda scene: scene.parameters)
+    monkeypatch.setattr(continuation.Passed, "of", lambda scene: scene.snapshot)
     with pytest.raises(NoSteadyState, match=r"continuation to De = 1 stopped at De = 0\.4\d*: the steps grow"):
         follow(scene, at(1.0))
     assert 0 < scene.relaxations < 10
