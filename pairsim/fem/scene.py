@@ -219,6 +219,7 @@ class Scene:
         self.F = np.arange(first, first + (len(self.bodies) if velocity is not None else 0))
         self.size = first + len(self.F)
         self.h_size = sum(body.size for body in self.bodies)
+        self._at_ends: tuple[PipeState, list[Array]] | None = None  # the last flow at the ends, and its profiles there
 
     @property
     def material(self) -> Liquid:
@@ -242,16 +243,22 @@ class Scene:
 
     def prescribe(self, x: Array, nodes: Indices, flow: PipeState) -> None:
         """Set u and the s of all modes at nodes of the liquid to those of a developed flow, in the full vector x."""
-        liquid = self.liquid
-        u, *s = flow.profiles(liquid.six_node_mesh.points[nodes, 1])
-        x[liquid.index("u", nodes, 0)] = u
+        self._set_profiles(x, nodes, flow.profiles(self.liquid.six_node_mesh.points[nodes, 1]))
+
+    def _set_profiles(self, x: Array, nodes: Indices, profiles: Array) -> None:
+        u, *s = profiles
+        x[self.liquid.index("u", nodes, 0)] = u
         for c, values in enumerate(s):
-            x[liquid.index("s", nodes, c)] = values
+            x[self.liquid.index("s", nodes, c)] = values
 
     def prescribe_ends(self, x: Array, flow: PipeState) -> None:
         """Set u and s at the ends of the liquid to those of a developed flow, in the full vector x."""
-        for nodes in (self.nodes.inlet, self.nodes.outlet):
-            self.prescribe(x, nodes, flow)
+        ends = self.nodes.inlet, self.nodes.outlet
+        if self._at_ends is None or self._at_ends[0] is not flow:
+            points = self.liquid.six_node_mesh.points
+            self._at_ends = flow, [flow.profiles(points[nodes, 1]) for nodes in ends]
+        for nodes, profiles in zip(ends, self._at_ends[1], strict=True):
+            self._set_profiles(x, nodes, profiles)
 
     def at_rest_between(self, flow: PipeState) -> Array:
         """Full vector of a developed flow at the ends, which decreases linearly to rest at the undeformed particles."""

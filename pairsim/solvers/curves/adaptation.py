@@ -183,12 +183,10 @@ class AdaptiveBranch(Branch):
             return super().at(parameters)
         return self._kept(lambda _: super(AdaptiveBranch, self).at(parameters))
 
-    def zero(self, left: float, right: float, guess: float, correction: float = 0.0) -> Point:
+    def zero(self, left: float, right: float, guess: float) -> Point:
         """A zero of dU as by `Branch.zero`, on a mesh that keeps the error of dU small where one was found."""
         again = super().zero
-        return self._kept(
-            lambda last: again(left, right, *((last.d, float(last.correction[0])) if last else (guess, correction)))
-        )
+        return self._kept(lambda last: again(left, right, last.d if last else guess))
 
     def improved(self, zero: Point) -> Point:
         """The present zero on a mesh that keeps the error of dU small where one was found."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -32,7 +31,7 @@ BESIDE = 1.05
 SPACING = 0.05
 # Part of the half-width of dU that may be left of it at a zero, and how often the correction there is found anew to get
 # below; chosen.
-LEFT, MOST_CORRECTIONS = 0.1, 3
+LEFT, MOST_CORRECTIONS = 0.1, 4
 
 
 @dataclass(frozen=True)
@@ -159,33 +158,32 @@ class Branch:
             self._known.append(self.scene.snapshot)
         return self._read(before)
 
-    def zero(self, left: float, right: float, guess: float, correction: float = 0.0) -> Point:
-        """Solve for a distance between two others at which dU vanishes, with dU = 0 as additional equation.
+    def zero(self, left: float, right: float, guess: float) -> Point:
+        """The solution at a distance between two others at which dU vanishes, by Newton's method with the slope of dU.
 
         Args:
             left: Smaller distance.
             right: Larger distance.
             guess: First guess of the zero.
-            correction: First guess of what the estimate adds to dU there [U_av].
 
         Raises:
             NoSteadyState: No zero was found; the previous solutions are restored.
         """
         scene, old = self.scene, self.scene.snapshot
-        before = scene.iterations
-        here = scene.parameters
-        along = partial(here.with_gap(left).towards, here.with_gap(right))
-        start, self._at_zero = (guess - left) / (right - left), correction
+        before, parameters, d = scene.iterations, scene.parameters, guess
         try:
-            self._nearest(along(start))
-            follow(scene, along(start))
-            point = self.zero_on(along, start, scene.y, settled=True)
-            if point is None or not left / BESIDE < point.d < right * BESIDE:
-                raise NoSteadyState(f"the zero of dU near d = {guess:.5g} was not found")
+            for _ in range(MOST_CORRECTIONS):
+                point = Branch.at(self, parameters.with_gap(d))
+                left_over = float(point.held_dUs[0])
+                if abs(left_over) <= LEFT * point.estimate.dU_error[0]:
+                    return replace(point, newton=scene.iterations - before)
+                d -= left_over / float(point.slopes[0])
+                if not left / BESIDE < d < right * BESIDE:
+                    break
+            raise NoSteadyState(f"the zero of dU near d = {guess:.5g} was not found")
         except (NoSteadyState, MeshFailure):
             self.recall(old)
             raise
-        return replace(point, newton=scene.iterations - before)
 
     def improved(self, zero: Point) -> Point:
         """The present zero on a mesh that keeps its error small; without adaptation the zero itself."""

@@ -165,9 +165,7 @@ def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Jump | None:
     """
     for _ in range(HALVINGS):
         with suppress(NoSteadyState, MeshFailure):
-            guess = _guess(a, b)
-            correction = np.interp(np.log(guess), np.log([a.d, b.d]), [a.correction[0], b.correction[0]])
-            return Zero(branch.zero(a.d, b.d, guess, float(correction)), branch.scene.snapshot)
+            return Zero(branch.zero(a.d, b.d, _guess(a, b)), branch.scene.snapshot)
         if any(abs(point.dU) < point.dU_errors[0] for point in (a, b)):
             return None
         point = branch.at(a.parameters.with_gap(float(np.sqrt(a.d * b.d))))

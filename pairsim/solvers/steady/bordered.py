@@ -55,8 +55,7 @@ def solve_with(
             steady.factorisations += 1
             if not newton.factor_at(y):
                 break
-        a = newton.linear_solve(newton.residual_at(y))
-        b = newton.linear_solve((ends[0] - ends[1]) / (2 * DIFFERENCE))
+        a, b = newton.linear_solve(np.array([newton.residual_at(y), (ends[0] - ends[1]) / (2 * DIFFERENCE)]))
         with np.errstate(divide="ignore", invalid="ignore"):
             step_tau = float((value - row @ y - row_tau * tau + row @ a) / (row_tau - row @ b))
         if not np.isfinite(step_tau):
