@@ -161,11 +161,8 @@ def settings(output: Path) -> pd.DataFrame:
             line[f"Np, max_size and rows of `mesh`, {kind}"] = size(cells)
             text = f"{measured} ({table['wall_time'].mean():.0f} s)" if len(table) else ""
             line[f"worst curve, % (mean time), {kind}"] = text
-        line |= {
-            "the same in a liquid that hardens": size(chosen.in_time.hardening),
-            "`tol` of `time`": f"{chosen.time_tol:g}",
-        }
-        lines.append(line | {"`tol` of a curve": f"{chosen.curve_tol:g}"})
+        hard = {"the same in a liquid that hardens": size(chosen.in_time.hardening)}
+        lines.append(line | hard | {"`tol` of `time`": f"{chosen.time_tol:g}"})
     return pd.DataFrame(lines)
 
 

@@ -16,7 +16,7 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import BeforeValidator, Field
 
 LEAST_PERCENT, MOST_PERCENT = 0.01, 20.0
-MOST_TOLERANCE = 0.1  # of tolerances extrapolated beyond the levels
+MOST_TOLERANCE = 0.1  # of a tolerance extrapolated beyond the levels
 
 
 def percentage(value: Any) -> str:
@@ -96,14 +96,12 @@ class Settings:
         in_time: Cells of runs.
         s_jump: Change of log c within a cell above which larger errors of dU were measured.
         time_tol: Tolerance of a run: local error of the velocities [U_av] that a BDF2 step of the same size would have.
-        curve_tol: Allowed interpolation error between the points of a curve, relative to its peak.
     """
 
     steady: ByLiquid
     in_time: ByLiquid
     s_jump: float
     time_tol: float
-    curve_tol: float
 
     def mesh(self, liquid: Liquid, betas: Iterable[float], in_time: bool = False) -> dict[str, Any]:
         """The keys of `mesh` for particles with these diameters [D_c], of runs in time or of quasi-steady solutions."""
@@ -124,21 +122,18 @@ SETTINGS: dict[str, Settings] = {
         ByLiquid(Cells(20, 0.2, rows=2.0), Cells(20, 0.1, 0.35, 0.5, _GRADED), Cells(28, 0.05, 0.25, 0.5)),
         s_jump=2.0,
         time_tol=1e-3,
-        curve_tol=1e-2,
     ),
     "1%": Settings(
         ByLiquid(Cells(28, 0.2, rows=2.0), Cells(20, 0.066, 0.3, 0.5, _GRADED), Cells(40, 0.05, 0.25, 0.5)),
         ByLiquid(Cells(40, 0.2, rows=2.0), Cells(28, 0.05, 0.18, 0.5, _GRADED), Cells(64, 0.05, 0.25, 0.5)),
         s_jump=1.6,
         time_tol=3e-4,
-        curve_tol=2e-3,
     ),
     "0.1%": Settings(
         ByLiquid(Cells(40, 0.2, rows=2.0), Cells(36, 0.038, 0.15, 0.5, _GRADED), Cells(64, 0.04, 0.2, 0.5)),
         ByLiquid(Cells(56, 0.14, rows=2.0), Cells(80, 0.025, 0.125, 0.5, _GRADED), Cells(80, 0.025, 0.125, 0.5)),
         s_jump=1.0,
         time_tol=5e-5,
-        curve_tol=5e-4,
     ),
 }
 DEFAULT = "1%"
@@ -177,5 +172,4 @@ def settings_of(accuracy: str) -> Settings:
         by_liquid(a.in_time, b.in_time),
         s_jump=power(a.s_jump, b.s_jump, inside),
         time_tol=min(power(a.time_tol, b.time_tol, part), MOST_TOLERANCE),
-        curve_tol=min(power(a.curve_tol, b.curve_tol, part), MOST_TOLERANCE),
     )

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
-from pairsim.config.accuracy import DEFAULT, SETTINGS, settings_of
+from pairsim.config.accuracy import DEFAULT, percent
 from pairsim.config.case import SceneCase
 from pairsim.config.case_checks import check_scene
 from pairsim.config.materials import is_viscous
@@ -78,9 +78,9 @@ class CurveCase(SceneCase):
         "gap), or a range; a curve has points at other distances, too, no more than a factor of 1.8 apart",
     )
     tol: CurveTolerance = Field(
-        SETTINGS[DEFAULT].curve_tol,
-        description="points are added until the interpolation error of dU is below this fraction of the largest |dU|, "
-        "or below dU_error (default: by accuracy)",
+        percent(DEFAULT) / 100,
+        description="points are added until the half-width of the interval of dU between them is below this fraction "
+        "of the largest |dU|, or below twice that at the points (default: accuracy)",
     )
     max_points: Whole = Field(200, ge=1, le=MOST_VALUES, description="no points are added once the curve has this many")
     fields: tuple[Distance, ...] = Field(
@@ -98,7 +98,7 @@ class CurveCase(SceneCase):
     )
 
     def _chosen(self) -> dict[str, Any]:
-        return super()._chosen() | {"tol": settings_of(self.accuracy).curve_tol}
+        return super()._chosen() | {"tol": self.error_wanted}
 
     @property
     def places(self) -> list[tuple[float, ...]]:

@@ -85,16 +85,17 @@ def interpolants(points: Sequence[Point]) -> list[CurveInterpolant]:
 def _unresolved(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
     """Neighbouring points between which a point should be added.
 
-    The interpolation error of some gap exceeds both `tol` times the largest |dU| and dU_errors.
+    The half-width between them exceeds both `tol` times the largest |dU| and twice that at the points, for some gap.
     """
     if len(points) < 2:
         return []
     wanted = max(tol * max(float(np.abs(p.dUs).max()) for p in points), ROUNDING)
     errors = np.array([curve.errors for curve in interpolants(points)]).T
+    known = [np.maximum(a.dU_errors, b.dU_errors) for a, b in pairwise(points)]
     return [
         (a, b)
-        for a, b, error in zip(points, points[1:], errors, strict=False)
-        if np.any(error > np.maximum(wanted, np.maximum(a.dU_errors, b.dU_errors)))
+        for (a, b), error, at_points in zip(pairwise(points), errors, known, strict=True)
+        if np.any(error > np.maximum(wanted - at_points, at_points))
         and (np.log(b.d / a.d) > CLOSE or np.isinf(error).any())
     ]
 
@@ -104,14 +105,14 @@ def trace(
 ) -> Iterator[tuple[Point, bool]]:
     """Compute a curve at given distances, and add others if all gaps of each point are equal.
 
-    Points are added until no neighbours are more than a factor `WIDEST` apart, and the interpolation error between them
-    is small enough or hidden by the errors at the points.
+    Points are added until no neighbours are more than a factor `WIDEST` apart, and the interval of dU between them is
+    narrow enough, or no more than twice as wide as that at the points.
 
     Args:
         branch: The branch, at any solution.
         places: Requested distances of each point, in the order in which they are solved; ascending or descending if all
             gaps of each point are equal.
-        tol: Interpolation error of dU, relative to the largest |dU|.
+        tol: Half-width of dU between the points, relative to the largest |dU|.
         max_points: Largest number of points, unless more are requested.
 
     Yields:
