@@ -1,12 +1,12 @@
-"""Mutation test: finds small changes of the physics, the constraints and the time scheme that the quick tests miss.
+"""Mutation test: finds small changes of the physics, the constraints and the time scheme that the tests miss.
 
-usage: scripts/mutation [-n 150] [--seed 1] [-o runs/mutation] [--limit 900] [--only WORD] [--tiers unit verification]
+usage: scripts/mutation [-n 150] [--seed 1] [-o runs/mutation] [--limit 3600] [--only WORD] [--tiers unit verification]
 
 Draws random positions in the modules of TARGETS, changes one at a time with an operator of cosmic-ray (a number by one,
-+ to -, < to <=, ...) and runs the tests of `scripts/test --quick` until one fails. This happens in a copy of the
-checkout in OUTPUT, with its own cache of compiled forms, so that results belong to the code of the first command
-with this output. The same command goes on after any kind of end, and a larger -n extends the sample; several commands
-with other outputs and seeds may run at once. Appends to results.jsonl, whose survivors have their diff.
++ to -, < to <=, ...) and runs the tests of `scripts/test` until one fails. This happens in a copy of the checkout in
+OUTPUT, with its own cache of compiled forms, so that results belong to the code of the first command with this output.
+The same command goes on after any kind of end, and a larger -n extends the sample; several commands with other outputs
+and seeds may run at once. Appends to results.jsonl, whose survivors have their diff.
 
 Exit code 0: no mutant survived; 1: some survived; 2: the tests fail without any change.
 """
@@ -184,7 +184,7 @@ def outcome(tree: Path, module: str, tiers: list[str], limit: float) -> tuple[st
                 if stamp.stat().st_nlink == 1:
                     stamp.unlink()
         now = [file for file in files if file.startswith("tests/commands/") == commands]
-        options = ["-x", "-q", "-p", "no:cacheprovider", "--tb=line", "-m", "not slow and not long"]
+        options = ["-x", "-q", "-p", "no:cacheprovider", "--tb=line", "-m", "not long"]
         code, output = python(tree, "-m", "pytest", *options, *now, limit=limit) if now else (0, output)
         if code not in (0, 5):  # 5: no tests were selected
             return ("timeout" if code in (124, 137) else "killed"), output
@@ -197,7 +197,7 @@ def main() -> int:
     parser.add_argument("-n", type=int, default=150, help="number of mutants")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("-o", "--output", type=Path, default=Path("runs/mutation"))
-    parser.add_argument("--limit", type=float, default=900.0, help="time limit of the tests of a mutant [s]")
+    parser.add_argument("--limit", type=float, default=3600.0, help="time limit of the tests of a mutant [s]")
     parser.add_argument("--only", default="", metavar="WORD", help="only modules whose path contains WORD")
     parser.add_argument("--tiers", nargs="+", default=TIERS, choices=TIERS, help="folders of tests")
     arguments = parser.parse_args()

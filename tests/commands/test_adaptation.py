@@ -84,6 +84,7 @@ def test_a_run_says_what_it_could_not_keep(monkeypatch: pytest.MonkeyPatch) -> N
     assert result.record["adaptation"]["reached"] > 0.01
 
 
+@pytest.mark.slow
 def test_a_run_with_a_given_mesh_is_not_adapted() -> None:
     result = pairsim.run(PAIR | RUN | {"dU_error": False, "time": {"end": 0.01}})
     assert "adaptation" not in result.record

@@ -100,6 +100,7 @@ def stopped(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     return case, base / "whole", base / "cut"
 
 
+@pytest.mark.slow
 def test_the_continued_series_equals_the_uninterrupted_one(stopped: tuple[Case, Path, Path]) -> None:
     _, whole, cut = stopped
     assert_same(whole, cut)
@@ -205,6 +206,7 @@ def test_run_can_be_resumed_from_every_step(tmp_path: Path) -> None:
             again.close()
 
 
+@pytest.mark.slow
 def test_run_can_be_resumed_with_a_later_end(tmp_path: Path) -> None:
     run(soft(time={"end": 0.008, "first_step": 0.001}), tmp_path / "run")
     first = (tmp_path / "run" / "series.csv").read_text()
@@ -322,6 +324,7 @@ def test_a_full_disk_is_a_typed_failure(
     assert (record["status"], record["reason"]) == ("failed", "write_failed")
 
 
+@pytest.mark.slow
 def test_run_that_fills_the_disk_with_fields_can_be_resumed(tmp_path: Path) -> None:
     """A full disk is simulated by a limit on file sizes, which fields.xdmf exceeds before all frames are written."""
     case = soft(output={"every": 0.001, "checkpoint": 1000})

@@ -61,6 +61,7 @@ def test_nothing_heavy_is_imported_too_early(arguments: list[str], tmp_path: Pat
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("distances", "unused"),
     [("[0.1]", ("matplotlib", *FOR_FEW)), ("[0.1, 0.11]", FOR_FEW)],
@@ -114,6 +115,7 @@ def test_progress_as_json_is_json_in_every_line(pairsim: Pairsim, tmp_path: Path
     assert "The pair is still starting up" in lines[-1]["text"]
 
 
+@pytest.mark.slow
 def test_a_command_ends_with_its_answer_and_a_quiet_one_with_its_folder(pairsim: Pairsim, tmp_path: Path) -> None:
     case = "{beta: 0.4, De: 0, Ca_e: 0.1, d: [0.1], ends: developed, length: 3, mesh: {Np: 8}}"
     (tmp_path / "case.yaml").write_text(case)

@@ -41,6 +41,7 @@ GIESEKUS |= {"d": [0.3], "fields": [0.3]}
 Fields = dict[str, Array]
 
 
+@pytest.mark.slow
 def test_curve_command(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(CURVE + "fields: [0.1]\n")
     done = pairsim("curve", "case.yaml", "-o", "out", "--sensitivities")
@@ -118,6 +119,7 @@ def cold() -> Fields:
     return fields_of(pairsim.curve(GIESEKUS))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", [{"Ca_e": 0.005}, {"De": 0.25}])
 def test_a_curve_that_starts_from_its_neighbour_has_the_stresses_of_its_own_parameters(
     first: dict[str, float], cold: Fields, tmp_path: Path
@@ -248,6 +250,7 @@ def test_the_end_of_steady_states_is_an_answer(tmp_path: Path, pairsim: Pairsim)
     assert "fields.png the last shapes" in done.stderr
 
 
+@pytest.mark.slow
 def test_zeros_before_one_that_was_lost_are_written(monkeypatch: pytest.MonkeyPatch) -> None:
     def zeros(branch: Branch, points: list[Point]) -> Iterator[Zero]:
         yield Zero(points[1], branch.scene.snapshot)

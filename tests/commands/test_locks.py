@@ -71,6 +71,7 @@ def test_second_curve_is_refused(tmp_path: Path, pairsim: Pairsim) -> None:
         refused(pairsim("curve", "curve.yaml", "-o", "out", "--overwrite", "-q"), first)
 
 
+@pytest.mark.slow
 def test_lock_of_a_killed_run_is_released(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(ENDLESS)
     out = tmp_path / "out"

@@ -43,6 +43,7 @@ def test_results_are_those_of_one_source_of_a_law(pairsim_apart: Pairsim, folder
     assert "a sweep of another grid" in sweep("first")
 
 
+@pytest.mark.slow
 def test_a_case_file_alone_runs_no_code(pairsim_apart: Pairsim, folder: Path) -> None:
     done = pairsim_apart("curve", "case.yaml", "--dry-run")
     assert done.returncode == 2
@@ -50,6 +51,7 @@ def test_a_case_file_alone_runs_no_code(pairsim_apart: Pairsim, folder: Path) ->
     assert pairsim_apart("--laws", "my_laws.py", "curve", "case.yaml", "--dry-run").returncode == 0
 
 
+@pytest.mark.slow
 def test_check_law_tells_a_wrong_sign(pairsim_apart: Pairsim, folder: Path) -> None:
     (folder / "my_laws.py").write_text(LAWS.replace("-self.spring(at), self.spring(at), 0.0", "-1.0, -1.0, 0.0"))
     done = pairsim_apart("check-law", "my_laws.py:FeneCR", "L2=20")

@@ -101,6 +101,7 @@ def test_report_of_an_experiment_is_in_its_units(tmp_path: Path) -> None:
     assert "d µm dU µm/s" in words
 
 
+@pytest.mark.slow
 def test_report_of_a_run_shows_fields_and_leaves_rows_of_long_tables_out(tmp_path: Path) -> None:
     folder = make_run(tmp_path / "run", 2, [scene(0.5, PAIR)], rows=5000)
     page = report(folder).read_text(encoding="utf-8")
@@ -111,6 +112,7 @@ def test_report_of_a_run_shows_fields_and_leaves_rows_of_long_tables_out(tmp_pat
     assert f"{5000 - len(times)} rows are left out" in " ".join(text_of(page).split())
 
 
+@pytest.mark.slow
 def test_report_of_a_sweep_counts_groups_warnings_and_names_failures(tmp_path: Path) -> None:
     page = report(a_sweep(tmp_path / "sweep")).read_text(encoding="utf-8")
     words = " ".join(text_of(page).split())

@@ -39,6 +39,7 @@ def soft_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "out"
 
 
+@pytest.mark.slow
 def test_series_begins_with_the_promised_columns(soft_run: Path) -> None:
     with (soft_run / "series.csv").open() as file:
         header, *rows = list(csv.reader(file))
@@ -113,6 +114,7 @@ def test_pressure_less_that_without_particles_drops_by_dp_plus(soft_run: Path) -
     assert ends[0] - ends[1] == pytest.approx(series["dp_plus"][-1], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_frames_are_written_at_steps_as_they_come(tmp_path: Path, pairsim: Pairsim) -> None:
     """About as many as asked for, spread over the run, without a step that is there for them."""
     (tmp_path / "case.yaml").write_text(
@@ -273,6 +275,7 @@ def test_sigterm_during_the_ordering_of_a_matrix_does_no_harm() -> None:
     assert int(done.stdout) >= 20
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "first",
     ["pairsim.sweeps.case_worker, pairsim.drivers.curve", "pairsim.api.compute"],

@@ -30,6 +30,7 @@ def test_run_and_curve_give_one_answer() -> None:
     assert curve["dU"][0] > curve["dU_error"][0]
 
 
+@pytest.mark.slow
 def test_a_soft_pair_that_starts_steady_has_no_start_up() -> None:
     keys = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "mesh": {"Np": 12}, "time": {"end": 0.2}}
     assert pairsim.run(keys, **FEW).answer.startswith("The pair is still starting up: ")
@@ -58,6 +59,7 @@ def test_a_run_is_finished_without_its_quasi_steady_solution(stopped: bool, monk
     assert f"Whether the start-up has decayed is not known: {why}." in result.answer
 
 
+@pytest.mark.slow
 def test_without_a_quasi_steady_state_a_run_cannot_start_from_it() -> None:
     result = pairsim.run({**SOFT, "Ca_e": 1, "start": "steady"}, **FEW)
     assert (result.status, result.reason) == ("failed", "not_resolved")

@@ -370,6 +370,7 @@ def test_pictures_of_critical_distances_show_the_zeros(tmp_path: Path) -> None:
         plot_sweep(tmp_path)
 
 
+@pytest.mark.slow
 def test_shipped_sweep_runs(tmp_path: Path, pairsim: Pairsim) -> None:
     shutil.copy(ROOT / "configs" / "sweep.yaml", tmp_path)
     done = pairsim("sweep", "sweep.yaml", "--limit", "1", "--set", "time.end=0.01")

@@ -27,6 +27,7 @@ def test_long_steps_are_reported(setting: dict[str, float], warned: bool, capfd:
     assert ("time steps may cause" in capfd.readouterr().err) == warned
 
 
+@pytest.mark.slow
 def test_long_steps_before_a_stop_are_reported_after_it(tmp_path: Path) -> None:
     long_steps = PAIR | {"time": {"fixed_step": 0.1, "end": 0.8}}
     whole = pairsim.run(long_steps)

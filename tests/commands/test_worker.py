@@ -25,7 +25,7 @@ from pairsim.sweeps.grid import read_grid
 from pairsim.sweeps.sweep import _compile_forms
 from pairsim.sweeps.worker import CaseWorker, Result
 
-CURVES = "command: curve\n" + TINY.replace("Ca_e: 0, ", "d: [0.1, 0.3], tol: 1, ").replace(", time: {end: 0.01}", "")
+CURVES = "command: curve\n" + TINY.replace("Ca_e: 0, ", "d: [0.1, 0.15], tol: 1, ").replace(", time: {end: 0.01}", "")
 """The base of grids of curves that take a second or two."""
 
 

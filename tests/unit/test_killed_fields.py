@@ -101,6 +101,7 @@ def frames_in(folder: Path, count: int, gathered: bool = False) -> Path:
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gathered", [False, True])
 def test_no_frame_is_lost_at_any_operation_of_a_resumed_writer(gathered: bool, tmp_path: Path) -> None:
     """It removes two frames that came after the checkpoint, and writes one of them again."""
@@ -117,6 +118,7 @@ def test_no_frame_is_lost_at_any_operation_of_a_resumed_writer(gathered: bool, t
     assert operation > 10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gathered", [0, 2])
 def test_no_frame_is_lost_at_any_operation_of_gathering(gathered: int, tmp_path: Path) -> None:
     """Of all frames, or of two that came after the others had been gathered."""

@@ -204,6 +204,7 @@ def test_nothing_overlaps_and_every_axis_has_a_label_with_a_unit(
             assert len(named) == 2 - (bar or panels_below), labels
 
 
+@pytest.mark.slow
 def test_pictures_are_in_the_units_of_the_experiment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a tube of 50 um and 8 mm/s: t in s, d in um, velocities in um/s; curves as their points and their zeros."""
     scales = {"length": 50e-6, "time": 6.25e-3, "velocity": 8e-3, "stress": 160.0}
@@ -227,6 +228,7 @@ def test_pictures_are_in_the_units_of_the_experiment(tmp_path: Path, monkeypatch
                     assert axis.get_ylim() == pytest.approx(np.array(same.get_ylim()) * 8e3, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_files_are_fit_for_print(tmp_path: Path) -> None:
     """Fonts are embedded as TrueType, the width is that of a column, and the same picture is the same file."""
     folder = make_curve(tmp_path / "curve", 0.1)

@@ -27,6 +27,7 @@ def adaptive(wanted: float, zeros_only: bool = False, **keys: object) -> tuple[A
     return AdaptiveBranch(problem, first, wanted=wanted, places=case.places, zeros_only=zeros_only), first
 
 
+@pytest.mark.slow
 def test_a_newtonian_error_is_kept_by_smaller_cells() -> None:
     truth, wanted = 6.7851e-3, 2e-3  # N_p 80 (docs/explanation/error-estimate.md)
     branch, first = adaptive(wanted, De=0, Ca_e=0.1, d=[0.1], mesh={"Np": 12})

@@ -7,6 +7,7 @@ import pytest
 import pairsim
 
 
+@pytest.mark.slow
 def test_small_soft_spheres_have_a_stable_critical_distance() -> None:
     """.0554 at N_p 40 (docs/explanation/decisions.md)."""
     case = {"beta": 0.2, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 3, "mesh": {"Np": 16}}

@@ -74,6 +74,7 @@ def test_nearly_rigid_pairs_have_the_exact_slope(beta: float, d: float, slope: f
     assert found["dU"].item() / 1e-4 == pytest.approx(slope, rel=3e-3)
 
 
+@pytest.mark.slow
 def test_equal_rigid_spheres_in_a_newtonian_liquid_keep_their_distance() -> None:
     """At any distance: meshes exist for some of them only, and are squeezed by up to a fifth."""
     places = [0.4, 0.318, 0.2006, 0.1265, 0.1, 0.0798, 0.0317, 0.02]
@@ -145,6 +146,7 @@ def test_sensitivities_are_differences_of_neighbouring_solutions(viscoelastic: B
     _solved(viscoelastic, here)
 
 
+@pytest.mark.slow
 def test_sensitivity_to_beta_is_the_difference_of_other_spheres() -> None:
     """On meshes of their own: nothing here knows that a diameter can be multiplied."""
     found = pairsim.curve(case(mesh={"Np": 20}), sensitivities=True).check().table["by_beta"].item()

@@ -36,11 +36,13 @@ def steady_Ca(stretch: float) -> float:
     return (stretch**2 - 1 / stretch) / K(stretch)
 
 
+@pytest.mark.slow
 def test_start_up_follows_the_exact_solution() -> None:
     assert stretches(NeoHookean(0.1), list(START_UP), Np=10) == pytest.approx(list(START_UP.values()), rel=1e-3)
     assert exact_stretches(NeoHookean(0.1), list(START_UP)) == pytest.approx(list(START_UP.values()), rel=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solid", SOLIDS, ids=lambda solid: solid.name)
 def test_every_solid_follows_its_exact_solution(solid: Solid) -> None:
     times = [0.5, 2.0, 5.0, 10.0]
@@ -49,6 +51,7 @@ def test_every_solid_follows_its_exact_solution(solid: Solid) -> None:
     assert wanted != pytest.approx(exact_stretches(NeoHookean(solid.Ca_e), times), rel=1e-2), "it is another law"
 
 
+@pytest.mark.slow
 def test_a_viscous_solid_creeps_as_linear_viscoelasticity_says() -> None:
     """Strain 5/2 Ca_e [1 - exp(-2 t/(3 + 2 eta_p))], t in eta_0/G_p; what is left is of second order in Ca_e."""
     eta, times = 2.0, np.array([1.0, 3.0, 10.0])
@@ -56,6 +59,7 @@ def test_a_viscous_solid_creeps_as_linear_viscoelasticity_says() -> None:
     assert 2 * found[0] - found[1] == pytest.approx(2.5 * (1 - np.exp(-2 * times / (3 + 2 * eta))), rel=2e-3)
 
 
+@pytest.mark.slow
 def test_relaxation_without_flow_follows_the_exact_solution() -> None:
     found = stretches(NeoHookean(0.1), list(RELAXATION), rate=0.0, l_0=1.3, Np=10)
     assert found == pytest.approx(list(RELAXATION.values()), rel=1e-3)

@@ -47,6 +47,7 @@ def test_equal_rigid_spheres_keep_their_distance(n: float) -> None:
     assert 1 < found["U_L"] < 2 * (3 * n + 1) / (2 * n + 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("n", "d", "Ca_e"), [(0.6, 0.05, 0), (0.5, 0.02, 0.05)])
 def test_near_pairs_in_thinning_liquids_are_found(n: float, d: float, Ca_e: float) -> None:
     """From the developed flow Newton's method fails in these gaps."""
@@ -109,6 +110,7 @@ def ritz(n: float, orders: tuple[int, ...] = (1, 3), count: int = 8) -> float:
     return total / (3 * np.pi * 2 ** (2 - n))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", first_alone(0.6, 0.8))
 def test_drag_far_from_the_wall_tends_to_that_of_an_unbounded_liquid(n: float) -> None:
     """Published values for n = .8 and .6, 1.24 and 1.38, are 1.5 and 3 % below (see docs/validation/thinning.md)."""
@@ -145,6 +147,7 @@ def test_runs_in_a_strongly_thinning_liquid_start_from_rest(n: float) -> None:
     assert run.record["rejected_steps"] <= 2
 
 
+@pytest.mark.slow
 def test_t_relax_of_viscous_particles_does_not_depend_on_the_mesh() -> None:
     keys = {**PAIR, "Ca_e": 0.1, "De": 0, "solid": {"law": "kelvin-voigt", "eta": 20.0}}
     coarse, fine = (row(**{**keys, "mesh": {"Np": Np}}) for Np in (12, 20))

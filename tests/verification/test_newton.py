@@ -95,6 +95,7 @@ def test_first_step_from_rest_converges(keys: dict[str, object]) -> None:
     assert begun(1, **keys).table["newton"].item() <= 5
 
 
+@pytest.mark.slow
 def test_a_step_that_fails_with_an_earlier_matrix_is_solved_with_its_own() -> None:
     """The third step begins with the matrix of the second one, with which its steps grow."""
     record = begun(3, d0=0.02).record

@@ -28,11 +28,13 @@ def test_reversibility_each_rigid_sphere_is_as_fast_ahead_as_behind() -> None:
     assert behind["U_L"] == pytest.approx(ahead["U_T"], rel=1e-5)
 
 
+@pytest.mark.slow
 def test_reversibility_does_not_hold_for_soft_spheres() -> None:
     behind, ahead = point(Ca_e=[0.1, 0]), point(Ca_e=[0, 0.1])
     assert abs(behind["dU"] + ahead["dU"]) > 5 * (behind["dU_error"] + ahead["dU_error"])
 
 
+@pytest.mark.slow
 def test_translation_the_length_of_tube_on_either_side_does_not_matter() -> None:
     soft = [point(Ca_e=0.1, length=length) for length in (4, 6)]
     assert abs(soft[0]["dU"] - soft[1]["dU"]) < soft[0]["dU_error"] + soft[1]["dU_error"]
@@ -56,6 +58,7 @@ def test_the_same_volume_flows_through_every_cross_section() -> None:
         assert simpson(2 * np.pi * r * u_z, x=r) == pytest.approx(np.pi / 4, rel=2e-3), z
 
 
+@pytest.mark.slow
 def test_soft_particles_keep_their_volume() -> None:
     keys = {name: value for name, value in SCENE.items() if name not in ("d",)}
     series = pairsim.run(keys | {"Ca_e": 0.15, "d0": 0.2, "time": {"end": 0.5}, "output": {"fields": False}}).table
@@ -63,6 +66,7 @@ def test_soft_particles_keep_their_volume() -> None:
     assert series["volume_error"].max() < 1e-6
 
 
+@pytest.mark.slow
 def test_dU_converges_with_the_third_power_of_the_mesh_size() -> None:
     """Of cells that are all halved, the second halving changes dU by at most a seventh of what the first one does."""
     meshes = [{"Np": Np, "max_size": 2 / Np} for Np in (8, 16, 32)]
@@ -70,11 +74,13 @@ def test_dU_converges_with_the_third_power_of_the_mesh_size() -> None:
     assert abs(dU[2] - dU[1]) < abs(dU[1] - dU[0]) / 7
 
 
+@pytest.mark.slow
 def test_a_far_pair_is_two_single_particles() -> None:
     far, single = point(Ca_e=0.1, d=[2.0], length=7), point(Ca_e=0.1, particles=1, d=None)
     assert far["U_L"] == pytest.approx(single["U_1"], abs=1e-4)
 
 
+@pytest.mark.slow
 def test_dU_of_equal_soft_spheres_is_odd_in_their_softness() -> None:
     """The mirror image of a pair in the reversed flow is the pair with -Ca_e: dU = a Ca_e + b Ca_e^3 + ..."""
     dU = [point(Ca_e=Ca_e)["dU_held"] / Ca_e for Ca_e in (1e-3, 2e-3, 4e-3)]
@@ -82,6 +88,7 @@ def test_dU_of_equal_soft_spheres_is_odd_in_their_softness() -> None:
     assert (dU[2] - dU[1]) / (dU[1] - dU[0]) == pytest.approx(4, rel=0.05)
 
 
+@pytest.mark.slow
 def test_elasticity_of_the_liquid_acts_on_rigid_pairs_in_proportion_to_the_polymer() -> None:
     dU = [point(De=0.3, xi=1 - polymer)["dU_held"] / polymer for polymer in (1e-3, 2e-3)]
     assert dU[1] == pytest.approx(dU[0], rel=0.02)
@@ -129,6 +136,7 @@ def test_a_neo_hookean_solid_is_a_mooney_rivlin_solid_without_the_second_invaria
     assert one["dU"] == pytest.approx(other["dU"], rel=EXACT)
 
 
+@pytest.mark.slow
 def test_a_viscous_solid_has_the_shape_of_an_elastic_one_at_rest_and_takes_longer_to_it() -> None:
     elastic, inviscid, viscous = (
         point(Ca_e=0.1, **({} if eta is None else {"solid": {"law": "kelvin-voigt", "eta": eta}}))
@@ -143,6 +151,7 @@ def test_a_viscous_solid_has_the_shape_of_an_elastic_one_at_rest_and_takes_longe
     assert abs(viscous["dU"] - viscous["dU_held"]) > 2 * abs(elastic["dU"] - elastic["dU_held"])
 
 
+@pytest.mark.slow
 def test_shape_and_velocity_depend_on_viscosity_over_modulus_alone() -> None:
     """A case in units: twice the viscosity and twice the modulus are the same beads in the same flow."""
     tube = {"tube": "50 um", "particle": "20 um", "velocity": "10 mm/s", "distance": "10 um"}
@@ -154,6 +163,7 @@ def test_shape_and_velocity_depend_on_viscosity_over_modulus_alone() -> None:
     assert rows[0]["dU"] == rows[1]["dU"]
 
 
+@pytest.mark.slow
 def test_a_run_from_rest_ends_on_the_quasi_steady_curve() -> None:
     """Once shapes have relaxed, dU(t) is that of the curve at the same distance, and not that at held distance."""
     pair = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 5, "mesh": {"Np": 24}}
@@ -165,6 +175,7 @@ def test_a_run_from_rest_ends_on_the_quasi_steady_curve() -> None:
     assert abs(moving - curve["dU"]) < 0.1 * abs(curve["dU"] - curve["dU_held"])
 
 
+@pytest.mark.slow
 def test_held_and_moving_pairs_have_the_same_signs_and_zeros() -> None:
     found = pairsim.curve(SCENE | {"beta": 0.2, "Ca_e": 0.1, "d": {"start": 0.03, "stop": 0.2, "num": 5}})
     moving, held = found.table["dU"], found.table["dU_held"]
@@ -172,6 +183,7 @@ def test_held_and_moving_pairs_have_the_same_signs_and_zeros() -> None:
     assert (np.sign(moving) == np.sign(held)).all()
 
 
+@pytest.mark.slow
 def test_a_larger_particle_is_slower_and_takes_more_pressure() -> None:
     rows = [point(beta=beta) for beta in (0.2, 0.3, 0.4, 0.5)]
     assert (np.diff([row["U_L"] for row in rows]) < 0).all()

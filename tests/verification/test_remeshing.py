@@ -137,6 +137,7 @@ def test_stress_is_balanced_at_the_velocities_of_the_surfaces() -> None:
         transient.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("before", ["resumed", "after a rejected step"])
 def test_viscous_particles_keep_their_velocity_over_a_remeshing(before: str) -> None:
     """The stress that is balanced on the new mesh contains that of the particles, whatever was assembled before."""

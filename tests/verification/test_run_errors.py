@@ -96,6 +96,7 @@ def compared(coarse: list[Step], finer: list[Step]) -> tuple[np.ndarray, np.ndar
     return errors, np.array([np.diff(step.U_correction)[0] for step in coarse if step.U_correction is not None])
 
 
+@pytest.mark.slow
 def test_error_of_a_soft_pair(soft: list[Step]) -> None:
     """The estimate follows the error through its changes of sign, against cells that leave a twentieth of it."""
     errors, estimates = compared(soft, steps_of(SOFT, 0.02, 0.3, Np=32))
@@ -104,6 +105,7 @@ def test_error_of_a_soft_pair(soft: list[Step]) -> None:
     assert 0.7 < (errors @ estimates) / (errors @ errors) < 1.6
 
 
+@pytest.mark.slow
 def test_errors_of_the_past_are_carried_like_a_difference_of_two_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without a defect, an error of stress and distance at t = 0 grows as a run that starts with it departs."""
 

@@ -78,6 +78,7 @@ def test_ten_relaxation_times_after_rest_the_start_is_forgotten(keys: dict[str, 
         assert abs(last.dU - point.dUs + point.correction) < point.dU_errors, start
 
 
+@pytest.mark.slow
 def test_a_single_particle_and_the_tube_alone_start_as_they_go_on() -> None:
     law = {"De": 0.5, "start": "steady", "mesh": {"Np": 12, "max_size": 0.15}}
     U = [float(step.observation.U[0]) for step in steps_of({"particles": 1, "beta": 0.4, "Ca_e": 0.1, **law}, 0.1)]

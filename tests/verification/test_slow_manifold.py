@@ -81,6 +81,7 @@ def test_nothing_is_added_where_the_distance_stands_still() -> None:
     assert zero.slope_at_rest != float(zero.slopes[0])
 
 
+@pytest.mark.slow
 def test_dU_of_a_pair_without_a_slow_manifold_is_known_by_its_sign() -> None:
     """It is between that at held distance and none; runs from .004 and .008 pass d = .02 with .0165 and .0168."""
     found = point(Ca_e=0.15, d=(0.02,), mesh={"Np": 20})

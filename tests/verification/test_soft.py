@@ -102,6 +102,7 @@ def test_softness_gives_a_dip_and_then_a_separation_that_grows_with_it() -> None
     assert late[0] > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("Np", "end", "jump"), [(20, 1.6, 1e-2), pytest.param(40, 5.0, 2e-3, marks=pytest.mark.long)])
 def test_remeshing_leaves_no_jump(Np: int, end: float, jump: float) -> None:
     """dU on the new mesh continues the parabola through the three steps before it."""

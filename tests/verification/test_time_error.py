@@ -24,6 +24,7 @@ def steps(result: pairsim.RunResult) -> list[float]:
     return list(np.diff(result.check().table["t"], prepend=0.0))
 
 
+@pytest.mark.slow
 def test_fixed_step_is_kept_from_the_first_one_on() -> None:
     coarse, fine = fixed(0.1, 0.5), fixed(0.01, 0.5)
     assert steps(coarse) == pytest.approx([0.1] * 5)
