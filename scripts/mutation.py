@@ -137,12 +137,13 @@ def copied(output: Path) -> tuple[Path, Path]:
     if not original.exists():
         words = ["git", "-C", str(ROOT), "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
         for name in subprocess.run(words, check=True, capture_output=True, text=True).stdout.split("\0"):
-            if name and (ROOT / name).is_file():
+            if name and os.path.lexists(ROOT / name):
                 (output / "copy" / name).parent.mkdir(parents=True, exist_ok=True)
-                shutil.copy2(ROOT / name, output / "copy" / name)
+                shutil.copy2(ROOT / name, output / "copy" / name, follow_symlinks=False)
         shutil.copytree(Path(str(JIT_OPTIONS["cache_dir"])).parent, output / "warm", dirs_exist_ok=True)
         (output / "copy").rename(original)
-    shutil.copytree(original, tree, dirs_exist_ok=True)
+    shutil.rmtree(tree, ignore_errors=True)
+    shutil.copytree(original, tree, symlinks=True)
     return original, tree
 
 

@@ -193,12 +193,12 @@ def blocks() -> dict[str, str]:
     """What stands between the marks of the page, from the stored tables."""
     tables = pages.stored("paper")
     found, cost = tables["statements"], tables["effort"]
-    counts = found["verdict"].value_counts(sort=False)
+    counts = found["verdict"].value_counts().reindex(["holds", "does not hold", "within error"], fill_value=0)
     no = found[found["verdict"] != "holds"].rename(columns={"the paper says": "statement", **CHECKS})
     no["figure"], cost["figure"] = no["figure"].map(title), cost["figure"].map(title)
     return {
         "made": pages.prose(tables["made"]["made"].iloc[0]),
-        "counts": f"{len(found)} statements: {', '.join(f'{n} {verdict}' for verdict, n in counts.items())}.\n",
+        "counts": "{} hold, {} do not, {} are within error.\n".format(*counts),
         "differences": pages.markdown(no[["statement", "figure", "verdict", *CHECKS.values()]]),
         "effort": pages.markdown(cost),
         "markers": pages.markdown(marker_summary(tables["markers"])),

@@ -93,7 +93,7 @@ def headlines(results: dict[str, Found]) -> str:
     for name, found in results.items():
         lines.append({"": f"**[{TITLES[name]}]({name}.md)**"})
         for row in (row for row in found.comparisons if row.headline):
-            lines.append(cells(row) | {"source": row.source if row.source in references()["sources"] else "see page"})
+            lines.append(cells(row) | {"source": row.source if row.source in references()["sources"] else ""})
     return markdown(pd.DataFrame(lines, columns=[*HEAD, "source"]).fillna(""))
 
 
