@@ -76,6 +76,22 @@ def test_no_point_is_added_for_the_noise_of_meshes() -> None:
     assert len(traced(stub, places, 2e-3, 200)) == len(places)
 
 
+@pytest.mark.parametrize("part", [0.2, 0.45, 2.0])
+@pytest.mark.parametrize("tol", [2e-3, 1e-2, 2e-2])
+def test_points_are_added_until_the_half_width_between_them_is_small(part: float, tol: float) -> None:
+    """It is that of the points and of the interpolation together: `tol` of the largest |dU|, or twice the points'."""
+
+    def at(parameters: Parameters) -> Any:
+        x = float(np.log(parameters.gaps[0]))
+        slope = 2 / np.cosh(2 * x + 4.5) ** 2
+        return made_point(parameters.gaps[0], np.tanh(2 * x + 4.5), slope / parameters.gaps[0], error=part * tol)
+
+    stub: Any = SimpleNamespace(scene=SimpleNamespace(parameters=Parameters((0.8,), soft(0.1, 0.1))), at=at)
+    places = [(float(d),) for d in np.geomspace(0.8, 0.02, 8)]
+    (curve,) = interpolants(traced(stub, places, tol, 200))
+    assert curve.half_widths(np.sqrt(curve.d[1:] * curve.d[:-1])).max() <= max(1.0, 2 * part) * tol
+
+
 def test_a_jump_between_meshes_is_not_chased() -> None:
     """At a jump larger than the errors tell, points are added down to a tenth of the distance, not beyond."""
 
