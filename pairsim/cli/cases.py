@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 app = typer.Typer(rich_markup_mode="rich")
 CODES = {
     False: """Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
-system at fault (pairsim doctor), 130 interrupted.""",
+system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.""",
     True: """Exit codes: 0 finished (also at contact or max_gap), 2 wrong input, 3
 computation failed, 4 installation or system at fault (pairsim doctor), 130
 interrupted.""",
