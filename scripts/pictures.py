@@ -16,6 +16,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -64,16 +65,24 @@ def judged() -> pd.DataFrame:
 
 
 def make(command: str) -> None:
-    """Run a command; for a case file run and draw it, and take its pictures."""
+    """Run a command; for a case file run and draw it, or a tutorial by its test, and take their pictures."""
     program, *words = shlex.split(command)
-    if program != "pairsim":
-        subprocess.run([str(ROOT / program), *words], cwd=ROOT, check=True)
-        return
     with tempfile.TemporaryDirectory() as folder:
+        if program.endswith(".md"):
+            name = Path(program).stem
+            test = f"tests/commands/test_tutorials.py::test_tutorial[{name}]"
+            options = ["-q", "-n", "0", f"--basetemp={folder}/out"]
+            subprocess.run([sys.executable, "-m", "pytest", test, *options], cwd=ROOT, check=True)
+            (picture,) = Path(folder, "out").glob(f"*/{words[0]}")
+            shutil.copy(picture, DOCS / "images" / f"{name}.png")
+            return
+        if program != "pairsim":
+            subprocess.run([str(ROOT / program), *words], cwd=ROOT, check=True)
+            return
         for line in (("run", ROOT / words[0], "-o", f"{folder}/out"), ("plot", f"{folder}/out")):
             pairsim(*line)
         for path in Path(folder, "out").glob("*.png"):
-            path.replace(DOCS / "images" / f"{Path(words[0]).stem}-{path.name}")
+            shutil.copy(path, DOCS / "images" / f"{Path(words[0]).stem}-{path.name}")
 
 
 def main() -> int:
@@ -84,7 +93,7 @@ def main() -> int:
     parser.add_argument("--make", action="store_true", help="make those that are stale")
     arguments = parser.parse_args()
     found = judged()
-    named = found.index.str.contains(arguments.word, regex=False) & ~found["make"].str.startswith("docs/")
+    named = found.index.str.contains(arguments.word, regex=False)
     chosen = found[named & (found["is"] == "stale")]
     if arguments.make:
         for command in dict.fromkeys(chosen["make"]):
