@@ -73,8 +73,7 @@ def make(command: str) -> None:
             test = f"tests/commands/test_tutorials.py::test_tutorial[{name}]"
             options = ["-q", "-n", "0", f"--basetemp={folder}/out"]
             subprocess.run([sys.executable, "-m", "pytest", test, *options], cwd=ROOT, check=True)
-            (picture,) = Path(folder, "out").glob(f"*/{words[0]}")
-            shutil.copy(picture, DOCS / "images" / f"{name}.png")
+            shutil.copy(next(Path(folder, "out").glob(f"*/{words[0]}")), DOCS / "images" / f"{name}.png")
             return
         if program != "pairsim":
             subprocess.run([str(ROOT / program), *words], cwd=ROOT, check=True)
