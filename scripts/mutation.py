@@ -220,7 +220,7 @@ def main() -> int:
         found, output = outcome(tree, mutant.file, arguments.tiers, arguments.limit)
         (tree / mutant.file).write_text(source, encoding="utf-8")
         by = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - |$)", output, re.MULTILINE)
-        said = by[1] if by else output.strip()[-200:]
+        said = by[1] if by else "" if found == "survived" else output.strip()[-200:]
         diff = list(difflib.unified_diff(source.splitlines(), changed.splitlines(), lineterm="", n=1))
         entry = {"mutant": asdict(mutant), "outcome": found, "by": said, "diff": diff if found == "survived" else []}
         with results.open("a", encoding="utf-8") as file:
