@@ -29,8 +29,7 @@ BESIDE = 1.05
 # Logarithm of the ratio of parameters between known solutions. Closer ones are not kept: a solution takes much memory,
 # and a known one is only needed where the present one is far away. Chosen.
 SPACING = 0.05
-# Part of the half-width of dU that may be left of it at a zero, and how often the correction there is found anew to get
-# below; chosen.
+# Part of the half-width of dU that may be left of it at a zero, and how many solutions are made to get below; chosen.
 LEFT, MOST_CORRECTIONS = 0.1, 4
 
 

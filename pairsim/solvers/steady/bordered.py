@@ -1,7 +1,7 @@
 """Bordered systems: a quasi-steady scene with one additional equation and one parameter as additional unknown.
 
-The additional equation is dU = 0 for zeros, or an arc length condition (Keller 1977); see "Bordered systems" in
-docs/explanation/numerics.md.
+The additional equation is dU = 0 for critical distances, or an arc length condition (Keller 1977); see "Zeros and
+bordered systems" in docs/explanation/numerics.md.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ def solve_with(
 ) -> tuple[float | None, int]:
     """Solve for y and the coordinate tau on a line of parameters, with the equation row . y + row_tau tau = value.
 
-    The bordered matrix is not assembled: each iteration takes two solves with the factors of the scene's own matrix.
+    The bordered matrix is not assembled: each iteration solves for two right-hand sides with the factors of the scene's
+    own matrix.
 
     Args:
         steady: The scene. On success it is left at the solution, otherwise at its previous parameters.
