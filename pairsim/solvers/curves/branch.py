@@ -201,7 +201,7 @@ class Branch:
         scene = self.scene
         before, place, point = scene.iterations, tau, None
         for _ in range(MOST_CORRECTIONS):
-            found, _ = solve_with(scene, along, place, y, scene.velocity_row(), 0.0, -self._at_zero)
+            found = solve_with(scene, along, place, y, scene.velocity_row(), -self._at_zero)
             if found is not None and settled and not scene.as_made:
                 found = self._settled(along, found)
             if found is None:
@@ -227,7 +227,7 @@ class Branch:
             again = wanted in made
             made.add(wanted)
             scene.remesh(afresh=True)
-            place, _ = solve_with(scene, along, found, scene.y, scene.velocity_row(), 0.0, -self._at_zero)
+            place = solve_with(scene, along, found, scene.y, scene.velocity_row(), -self._at_zero)
             if place is None or again:
                 return place
             found, last = place, wanted

@@ -1,7 +1,7 @@
 """Bordered systems: a quasi-steady scene with one additional equation and one parameter as additional unknown.
 
-The additional equation is dU = 0 for critical distances, or an arc length condition (Keller 1977); see "Zeros and
-bordered systems" in docs/explanation/numerics.md.
+The additional equation is that for dU at a critical distance; see "Zeros and bordered systems" in
+docs/explanation/numerics.md.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ FRESH_ABOVE = 1e-4
 
 
 def solve_with(
-    steady: Steady, along: Callable[[float], Parameters], tau: float, y: Array, row: Array, row_tau: float, value: float
-) -> tuple[float | None, int]:
-    """Solve for y and the coordinate tau on a line of parameters, with the equation row . y + row_tau tau = value.
+    steady: Steady, along: Callable[[float], Parameters], tau: float, y: Array, row: Array, value: float
+) -> float | None:
+    """Solve for y and the coordinate tau on a line of parameters, with the equation row . y = value.
 
     The bordered matrix is not assembled: each iteration solves for two right-hand sides with the factors of the scene's
     own matrix.
@@ -35,11 +35,10 @@ def solve_with(
         tau: First guess of tau.
         y: First guess of the unknowns, shape (n_y,).
         row: Coefficients of y in the additional equation, shape (n_y,).
-        row_tau: Coefficient of tau in the additional equation.
         value: Right-hand side of the additional equation.
 
     Returns:
-        The solution tau, or None if the iteration did not converge, and the number of iterations.
+        The solution tau, or None if the iteration did not converge.
     """
     newton = steady.newton
     heed()
@@ -58,7 +57,7 @@ def solve_with(
                 break
         a, b = newton.linear_solve(np.array([newton.residual_at(y), (ends[0] - ends[1]) / (2 * DIFFERENCE)]))
         with np.errstate(divide="ignore", invalid="ignore"):
-            step_tau = float((value - row @ y - row_tau * tau + row @ a) / (row_tau - row @ b))
+            step_tau = float((row @ y - value - row @ a) / (row @ b))
         if not np.isfinite(step_tau):
             break
         step = -a - b * step_tau
@@ -73,8 +72,8 @@ def solve_with(
             if steady.distortion_of(*newton.state(y)) <= 0 or newton.overstretched(y):
                 break
             steady.y, steady.parameters = y, along(tau)
-            return tau, count
+            return tau
         previous = largest
     steady.apply(steady.parameters)
     newton.forget()
-    return None, count
+    return None
