@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import sysconfig
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import basix.ufl
-import ffcx.naming
-import ffcx.options
 import numpy as np
 import ufl
 from numpy.typing import NDArray
 
-from pairsim.fem.compilation.jit import JIT_OPTIONS, in_cache
+from pairsim.fem.phases.compiled_form import CompiledForm, compiled
 from pairsim.physics.forms import constitutive, continuity, extra_stress, mesh_motion
 from pairsim.physics.forms.momentum import momentum
 from pairsim.physics.kinematics import Expr, Kinematics
@@ -85,8 +81,8 @@ class CompiledPhase:
     kind: tuple[str | bool, ...]
     fields: tuple[FieldSpec, ...]
     element: basix.ufl._ElementBase
-    residual: Any
-    jacobian: Any
+    residual: CompiledForm
+    jacobian: CompiledForm
     field_of_dof: Indices
     coupled: NDArray[np.bool_]
     x: ufl.Coefficient
@@ -120,9 +116,11 @@ def split(function: Any, fields: tuple[FieldSpec, ...]) -> dict[str, Expr]:
     return dict(zip((f.name for f in fields), ufl.split(function), strict=True))
 
 
-def components(space: Any, i: int, field: FieldSpec) -> list[Any]:
-    """Scalar subspaces of field i of a mixed space."""
-    return [space.sub(i).sub(c) for c in range(field.components)] if field.components > 1 else [space.sub(i)]
+def dofs_of(space: Any, i: int, field: FieldSpec) -> list[Indices]:
+    """Degrees of freedom of each component of field i of a mixed space, (cells, nodes)."""
+    part = space._cpp_object.sub([i])
+    parts = [part.sub([c]) for c in range(field.components)] if field.components > 1 else [part]
+    return [part.dofmap.map() for part in parts]
 
 
 def _blocks(
@@ -140,32 +138,12 @@ def _blocks(
     random = np.random.default_rng(0)
     form = create(space, lambda: random.uniform(0.2, 0.8))
     dense = fem.assemble_matrix(form).to_dense()
-    blocks = [np.ravel([part.dofmap.list[0] for part in components(space, i, f)]) for i, f in enumerate(fields)]
+    blocks = [np.ravel([dofs[0] for dofs in dofs_of(space, i, f)]) for i, f in enumerate(fields)]
     field_of_dof = np.empty(element.dim, dtype=np.int64)
     for number, dofs in enumerate(blocks):
         # Degrees of freedom of the only cell are numbered as those of the space, not necessarily in the cell's order.
         field_of_dof[np.isin(space.dofmap.list[0], dofs)] = number
     return field_of_dof, np.array([[bool(np.any(dense[np.ix_(i, j)] != 0)) for j in blocks] for i in blocks])
-
-
-def compiled(form: ufl.Form) -> Any:
-    """A form compiled by FFCx, from the cache if it is there.
-
-    Each form has its folder in the cache, named by a hash of all that determines FFCx's own name of the module. FFCx
-    therefore finds the module, or compiles it where no other process looks for it.
-
-    Raises:
-        OSError: The cache cannot be written to.
-        VerificationError: The compiler failed; of cffi.
-    """
-    options = {name: value for name, value in dolfinx.jit.get_options(JIT_OPTIONS).items() if name != "cache_dir"}
-    python = sysconfig.get_config_vars("CFLAGS", "SOABI")
-    name = ffcx.naming.compute_signature([form], str((options, ffcx.options.get_options(), python)))
-
-    def load(folder: Path) -> Any:
-        return fem.compile_form(MPI.COMM_SELF, form, jit_options={**options, "cache_dir": str(folder)})
-
-    return load(in_cache(f"form-{name}", load))
 
 
 _COMPILED: dict[tuple[str | bool, ...], CompiledPhase] = {}
@@ -204,7 +182,7 @@ def _compile(
         for function in functions.values():
             function.x.array[:] = [value() for _ in function.x.array]
         values = {c: fem.Constant(space.mesh, value()) for c in constants.values()}
-        return fem.create_form(compiled_jacobian, [space, space], space.mesh, {}, functions, values)
+        return compiled_jacobian.on([space, space], functions, values)
 
     field_of_dof, coupled = _blocks(element, fields, on_one_cell)
     _COMPILED[kind] = CompiledPhase(

@@ -10,14 +10,13 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import basix.ufl
 import numpy as np
 from numpy.typing import NDArray
 
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
-from pairsim.fem.phases.compiled_phase import OF_TIME, CompiledPhase, components
+from pairsim.fem.phases.compiled_phase import OF_TIME, CompiledPhase, dofs_of
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Array, Indices
@@ -80,12 +79,8 @@ class Phase[M: (Liquid, Solid)]:
         constant_map = {compiled.constants[k]: self.constants[k] for k in self.constants}
 
         functions = {compiled.x: self.x, compiled.star: self.star}
-
-        def create(form: Any, spaces: int) -> Any:
-            return fem.create_form(form, [self.space] * spaces, self.mesh, {}, functions, constant_map)
-
-        self._residual = create(compiled.residual, 1)
-        self._jacobian = create(compiled.jacobian, 2)
+        self._residual = compiled.residual.on([self.space], functions, constant_map)
+        self._jacobian = compiled.jacobian.on([self.space, self.space], functions, constant_map)
         self._vector = np.zeros(len(self.x.x.array))
 
     def become(self, material: M) -> None:
@@ -126,8 +121,7 @@ class Phase[M: (Liquid, Solid)]:
         node = self.mesh.geometry.input_global_indices[self.mesh.geometry.dofmap]
         canonical = np.full(len(self.x.x.array), -1, dtype=np.int64)
         for i, f in enumerate(self.compiled.fields):
-            for c, part in enumerate(components(self.space, i, f)):
-                dofs = part.dofmap.list
+            for c, dofs in enumerate(dofs_of(self.space, i, f)):
                 canonical[dofs] = self.index(f.name, node[:, : dofs.shape[1]], c)
         return canonical
 
@@ -158,10 +152,8 @@ class Phase[M: (Liquid, Solid)]:
         dofs = self.canonical[self.space.dofmap.list].astype(np.int32)
         local = self.compiled.field_of_dof
         coupled = self.compiled.coupled[np.ix_(local, local)]
-        form, ffi = self.compiled.jacobian.ufcx_form, self.compiled.jacobian.module.ffi
-        kernel = form.form_integrals[0].tabulate_tensor_float64
         return CellJacobian(
-            ctypes.c_void_p(int(ffi.cast("uintptr_t", kernel))),
+            ctypes.c_void_p(self.compiled.jacobian.kernel),
             dofs,
             np.concatenate([[0], np.cumsum(coupled.sum(axis=1))]).astype(np.int32),
             np.nonzero(coupled)[1].astype(np.int32),

@@ -18,13 +18,13 @@ import basix.ufl
 import numpy as np
 import ufl
 
+from pairsim.fem.phases.compiled_form import CompiledForm, compiled
 from pairsim.fem.phases.compiled_phase import (
     QUADRATURE_DEGREE,
     CompiledPhase,
     FieldSpec,
     Terms,
-    compiled,
-    components,
+    dofs_of,
     split,
 )
 from pairsim.fem.phases.phase import Phase
@@ -61,7 +61,7 @@ class EnrichedForm:
 
     fields: tuple[FieldSpec, ...]
     element: basix.ufl._ElementBase
-    residual: Any
+    residual: CompiledForm
     x: ufl.Coefficient
     star: ufl.Coefficient
 
@@ -117,13 +117,10 @@ class EnrichedResidual:
         functions = {form.x: self._x, form.star: self._star}
         constants = {phase.compiled.constants[k]: constant for k, constant in phase.constants.items()}
         tests = phase.space if own else space
-        self._form = fem.create_form(form.residual, [tests], phase.mesh, {}, functions, constants)
+        self._form = form.residual.on([tests], functions, constants)
         self._vector = np.zeros(tests.dofmap.index_map.size_local * tests.dofmap.index_map_bs)
         self.cells: Indices = np.asarray(phase.mesh.topology.original_cell_index)
-        self._dofs = {
-            f.name: np.stack([part.dofmap.list for part in components(space, i, f)], axis=2)
-            for i, f in enumerate(form.fields)
-        }
+        self._dofs = {f.name: np.stack(dofs_of(space, i, f), axis=2) for i, f in enumerate(form.fields)}
 
     def _assembled(self) -> Array:
         self._vector[:] = 0.0
