@@ -5,7 +5,7 @@ from __future__ import annotations
 from pairsim.config.case import SceneCase
 from pairsim.config.materials import slowest_of
 
-MOST_DE = 5.0  # docs/explanation/limits.md
+MOST_DE = 2.0  # docs/explanation/limits.md
 
 
 def beyond_checked(case: SceneCase) -> list[str]:

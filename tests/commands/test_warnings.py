@@ -14,7 +14,9 @@ from pairsim.commands import COMMANDS
 from pairsim.config.checked_range import beyond_checked
 from pairsim.inputs.case_files import parse_case
 
-every_computation = pytest.mark.parametrize(
+@pytest.mark.slow
+@pytest.mark.parametrize("ends", ["developed", "periodic"])
+@pytest.mark.parametrize(
     ("compute", "place"),
     [
         (pairsim.run, {"d0": 0.5, "time": {"end": 0.002}, "output": {"fields": False}}),
@@ -23,28 +25,14 @@ every_computation = pytest.mark.parametrize(
     ],
     ids=["run", "curve", "critical"],
 )
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("ends", ["developed", "periodic"])
-@every_computation
-def test_every_computation_tells_of_a_short_tube(
-    compute: Callable[..., pairsim.Result], place: dict[str, Any], ends: str
+def test_every_computation_tells_of_a_short_tube_and_of_a_De_above_all_that_were_checked(
+    compute: Callable[..., pairsim.Result], place: dict[str, Any], ends: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """With 2.4 D_c dU is 16 % (developed ends) and 44 % (periodic ends) off at De 2."""
-    mesh = {"Np": 8, "max_size": 0.25, "rows": 0.5}
-    result = compute({"beta": 0.4, "De": 2, "Ca_e": 0, "ends": ends, "length": 2.4, "mesh": mesh}, **place).check()
-    assert sum("the ends affect dU" in warning for warning in result.warnings) == 1
-
-
-@pytest.mark.slow
-@every_computation
-def test_every_computation_tells_of_a_liquid_above_all_that_were_checked(
-    compute: Callable[..., pairsim.Result], place: dict[str, Any]
-) -> None:
-    mesh = {"Np": 8, "max_size": 0.25, "rows": 0.5}
-    result = compute({"beta": 0.4, "De": 6, "Ca_e": 0, "ends": "developed", "length": 4, "mesh": mesh}, **place)
-    assert sum("De = 6 is above 5" in warning for warning in result.warnings) == 1
+    monkeypatch.setattr("pairsim.config.checked_range.MOST_DE", 0.01)
+    pair = {"beta": 0.4, "De": 0.02, "Ca_e": 0, "length": 2.4, "mesh": {"Np": 8, "max_size": 0.25}}
+    warnings = compute(pair, ends=ends, **place).warnings
+    assert sum("the ends affect dU" in warning for warning in warnings) == 1
+    assert sum("De = 0.02 is above 0.01" in warning for warning in warnings) == 1
 
 
 def test_largest_De_of_all_critical_distances_counts() -> None:
