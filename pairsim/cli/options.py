@@ -67,7 +67,7 @@ Budget = Annotated[
     str | None,
     typer.Option(
         help="Largest time, such as 10min; what is known by then is kept. Without it a command that has found nothing "
-        "ends after 4 min, or ten times what --dry-run announces.",
+        "ends after 4 min, or three times what --dry-run announces.",
         metavar="TIME",
         show_default=False,
     ),
