@@ -30,7 +30,7 @@ from book.computing import CONFIGS, DOCS, made, pairsim, parser_of
 from matplotlib import pyplot
 
 import pairsim as api
-from pairsim.config.accuracy import SETTINGS
+from pairsim.config.accuracy import SETTINGS, Cells
 from pairsim.results.output import write_text
 
 STUDIES = {path.stem: yaml.safe_load(path.read_text()) for path in sorted((CONFIGS / "accuracy").glob("*.yaml"))}
@@ -43,8 +43,9 @@ SCENES = {
 }
 # Steps with a new matrix in every iteration, and how many of them, the last ones, are evaluated; chosen.
 PLAIN_STEPS, PLAIN_COUNTED = 20, 5
-MESH = ["mesh.Np", "mesh.max_size"]
-KEYS = dict.fromkeys([*MESH, "accuracy", "time.tol", "ends"], str)
+TEXT = dict.fromkeys(["mesh.Np", "mesh.max_size", "accuracy"], str)
+NUMBERS = ["mesh.grading", "mesh.row_grading", "time.fixed_step", "error", "relative_error", "wall_time_spread"]
+"""Columns that not every study.csv has."""
 
 
 def compute(output: Path, only: str) -> None:
@@ -80,150 +81,121 @@ def plain(study: dict[str, Any]) -> list[float]:
     return seconds[-PLAIN_COUNTED:]
 
 
-def rows(output: Path, study: str) -> pd.DataFrame:
-    """The rows of study.csv, empty without it, with what tells them apart.
+def all_rows(output: Path) -> pd.DataFrame:
+    """The rows of all studies that have results, with keys of their scenes and what tells meshes apart.
 
-    `equal`: whether arcs or cells across the tube are equal where `accuracy` grades them; `adapted`: whether the
-    accuracy is kept by adaptation; `graded`: neither.
+    `equal`: arcs or cells across the tube are equal where `accuracy` grades them; `adapted`: the accuracy is kept by
+    adaptation; `graded`: neither.
     """
-    path = output / study / "study.csv"
-    table = pd.read_csv(path, dtype=KEYS) if path.is_file() else pd.DataFrame(columns=[*KEYS, "reference", "error"])
-    table = table.reindex(columns=list(dict.fromkeys([*table.columns, *KEYS])))
-    grades = table.reindex(columns=["mesh.grading", "mesh.row_grading"]).astype(float)
-    table["equal"], table["adapted"] = (grades == 1).any(axis=1), ~table["accuracy"].isin(list(SETTINGS))
-    table["graded"] = ~table["equal"] & ~table["adapted"]
-    extra = ["time.fixed_step", "wall_time_spread", "relative_error", "wall_time"]
-    return table.reindex(columns=list(dict.fromkeys([*table.columns, *extra])))
+    found = [pd.DataFrame(columns=["study", "scene", "beta", "De", "reference", *TEXT, *NUMBERS])]
+    for name, study in STUDIES.items():
+        if (path := output / name / "study.csv").is_file():
+            scene = {key: study["base"][key] for key in ("beta", "De", "Ca_e")}
+            label = ", ".join(map(str, scene.values()))
+            found.append(pd.read_csv(path, dtype=TEXT).assign(study=name, scene=label, **scene))
+    table = pd.concat(found, ignore_index=True).astype(dict.fromkeys(NUMBERS, float))
+    equal, adapted = (table[["mesh.grading", "mesh.row_grading"]] == 1).any(axis=1), ~table["accuracy"].isin(SETTINGS)
+    return table.assign(equal=equal, adapted=adapted, graded=~equal & ~adapted, reference=table["reference"].eq(True))
 
 
-def short(value: float) -> str:
-    """A number with two significant digits, or as an integer from 100 on; empty for NaN."""
-    return "" if math.isnan(value) else f"{value:.0f}" if value >= 100 else f"{value:.2g}"
+def number(value: float, digits: int = 2, spread: float = 0.0) -> str:
+    """A number with so many digits, as an integer from 100 on, and its spread if there is one; empty for NaN."""
+    text = "" if math.isnan(value) else f"{value:.0f}" if value >= 100 else f"{value:.{digits}g}"
+    return f"{text} ({spread:.2g})" if spread > 0 else text
 
 
 def percent(value: float) -> str:
     """A part in percent."""
-    return "" if math.isnan(value) else f"{100 * value:.2g}"
+    return number(100 * value)
 
 
-def wall(row: Any, digits: str = ".2g") -> str:
-    """The wall time of a row, with its spread where it was repeated."""
-    spread = row["wall_time_spread"]
-    seconds = (
-        f"{row['wall_time']:.0f}" if row["wall_time"] >= 100 and digits == ".2g" else f"{row['wall_time']:{digits}}"
-    )
-    return seconds + (f" ({spread:.1g})" if spread > 0 else "")
-
-
-def curve_rows(output: Path, elastic: bool) -> pd.DataFrame:
-    """The graded rows of the curves in Newtonian or in viscoelastic liquids, with the names of their scenes."""
-    found = []
-    for name, study in STUDIES.items():
-        place, table = study["base"], rows(output, name)
-        if name.startswith("curve-") and (place["De"] > 0) == elastic and len(table):
-            scene = f"beta {place['beta']}, De {place['De']}, Ca_e {place['Ca_e']}"
-            found.append(table[table["graded"]].assign(study=name, scene=scene, beta=place["beta"]))
-    return pd.concat(found) if found else pd.DataFrame()
-
-
-def curves(output: Path) -> Iterator[tuple[str, pd.DataFrame]]:
-    """Errors of all master curves on all meshes but the finest, and their times."""
-    for kind in ("newtonian", "viscoelastic"):
-        table = curve_rows(output, kind == "viscoelastic")
-        if table.empty:
+def curves(table: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame]]:
+    """Errors of all master curves on all graded meshes but the finest, and their times."""
+    for kind, of_kind in (("newtonian", table["De"] == 0), ("viscoelastic", table["De"] > 0)):
+        here = table[of_kind & table["graded"] & table["study"].str.startswith("curve-")].copy()
+        if here.empty:
             continue
-        keys = table[MESH].drop_duplicates()
-        order = sorted(keys.itertuples(index=False), key=lambda mesh: (int(mesh[0]), -float(mesh[1])))[:-1]
-        table["mesh"] = table["mesh.Np"] + ", " + table["mesh.max_size"]
-        names = [f"{Np}, {size}" for Np, size in order]
-        table["cell"] = table["relative_error"].map(percent).where(~table["reference"], "reference")
-        cells = table.pivot_table(index="scene", columns="mesh", values="cell", aggfunc="first", sort=False)
-        by_mesh = table[table["wall_time"].notna()].groupby("mesh")
-        cells.loc["seconds, mean"] = by_mesh["wall_time"].mean().map("{:.1f}".format)
-        if (table["wall_time_spread"] > 0).any():
-            cells.loc["largest spread of repeated ones"] = by_mesh["wall_time_spread"].max().map("{:.1f}".format)
-        cells.index.name = "% of the curve's peak"
-        yield f"curves-{kind}", cells.reindex(columns=names).fillna("").reset_index()
+        here["mesh"] = here["mesh.Np"] + ", " + here["mesh.max_size"]
+        here["cell"] = here["relative_error"].map(percent).where(~here["reference"], "reference")
+        cells = here.pivot_table(index="scene", columns="mesh", values="cell", aggfunc="first", sort=False)
+        by_mesh = here[here["wall_time"].notna()].groupby("mesh")
+        cells.loc["mean s"] = by_mesh["wall_time"].mean().map("{:.1f}".format)
+        if (here["wall_time_spread"] > 0).any():
+            cells.iloc[-1] += by_mesh["wall_time_spread"].max().map(" ({:.1f})".format)
+        cells.index.name = "beta, De, Ca_e"
+        order = sorted(cells.columns, key=lambda mesh: (int(mesh.split(", ")[0]), -float(mesh.split(", ")[1])))[:-1]
+        yield f"curves-{kind}", cells[order].fillna("").reset_index()
 
 
-def settings(output: Path) -> pd.DataFrame:
-    """Settings of each level of `accuracy`, with the largest error that was measured and the mean time."""
-    lines = []
+def settings(table: pd.DataFrame) -> pd.DataFrame:
+    """Cells of runs by `accuracy`, with the largest error of a curve on them that was measured and the mean time."""
+    lines, curves = [], table[table["study"].str.startswith("curve-") & table["graded"] & table["wall_time"].notna()]
     for name, chosen in SETTINGS.items():
-        line = {"accuracy": f"`{name}`"}
-        for kind, cells in (("newtonian", chosen.in_time.newtonian), ("viscoelastic", chosen.in_time.thinning)):
-            table = curve_rows(output, kind == "viscoelastic")
-            if len(table):
-                same = table["beta"].map(lambda beta, cells=cells: f"{cells.largest(beta):g}") == table["mesh.max_size"]
-                table = table[(table["mesh.Np"] == str(cells.Np)) & same & table["wall_time"].notna()]
-            worst = table.loc[~table["reference"], "relative_error"].max() if len(table) else math.nan
-            measured = "the reference itself" if math.isnan(worst) else percent(worst)
-            line[f"Np, max_size and rows of `mesh`, {kind}"] = size(cells)
-            text = f"{measured} ({table['wall_time'].mean():.0f} s)" if len(table) else ""
-            line[f"worst curve, % (mean time), {kind}"] = text
-        hard = {"the same in a liquid that hardens": size(chosen.in_time.hardening)}
-        lines.append(line | hard | {"`tol` of `time`": f"{chosen.time_tol:g}"})
+        line, cells = {"`accuracy`": f"`{name}`"}, chosen.in_time
+        for kind, own, of_kind in (
+            ("Newtonian", cells.newtonian, curves["De"] == 0),
+            ("viscoelastic", cells.thinning, curves["De"] > 0),
+        ):
+            same = curves["beta"].map(lambda beta, own=own: f"{own.largest(beta):g}") == curves["mesh.max_size"]
+            here = curves[of_kind & same & (curves["mesh.Np"] == str(own.Np))]
+            worst = percent(here.loc[~here["reference"], "relative_error"].max()) or "reference"
+            line[kind] = size(own)
+            line[f"{kind}: worst curve, % (mean s)"] = f"{worst} ({here['wall_time'].mean():.0f})" if len(here) else ""
+        lines.append(line | {"hardening": size(cells.hardening), "`time.tol`": f"{chosen.time_tol:g}"})
     return pd.DataFrame(lines)
 
 
-def size(cells: Any) -> str:
-    """Np, max_size and rows of a mesh, as text."""
-    bound = f" (no more than {cells.per_beta:g} beta)" if cells.per_beta < math.inf else ""
+def size(cells: Cells) -> str:
+    """Np, max_size with its bound, and rows of a mesh, as text."""
+    bound = f" ({cells.per_beta:g} beta)" if cells.per_beta < math.inf else ""
     return f"{cells.Np}, {cells.max_size:g}{bound}, {cells.rows:g}"
 
 
-def promises(output: Path) -> pd.DataFrame:
+def promises(table: pd.DataFrame) -> pd.DataFrame:
     """What `accuracy: X%` reached, beside the fewest unknowns of fixed cells for the same error.
 
     Single points are left out: the errors of their studies are parts of their own dU, not of the largest |dU|.
     """
+    table = table[~table["study"].str.startswith("point-") & ~table["reference"]]
+    table = table[table["error"].notna() & table["time.fixed_step"].isna()]
     lines = []
-    for name in (name for name in STUDIES if name.startswith(("curve-", "run-"))):
-        table = rows(output, name)
-        table = table[(table["reference"] == False) & table["error"].notna() & table["time.fixed_step"].isna()]  # noqa: E712
-        for _, row in table[table["adapted"]].iterrows():
-            line = {"study": name, "wanted": row["accuracy"], "unknowns": str(int(row["unknowns"]))}
-            line |= {"s": f"{row['wall_time']:.3g}", "error, %": percent(row["relative_error"])}
-            for title in ("graded", "equal"):
-                fixed = table[table[title] & ~table["adapted"]]
-                good = fixed[fixed["error"] <= row["error"]].nsmallest(1, "unknowns")
-                found = [f"{int(r['unknowns'])}, {r['wall_time']:.3g}" for _, r in good.iterrows()]
-                line[f"{title} cells: unknowns, s"] = found[0] if found else "none" if len(fixed) else ""
-            lines.append(line)
+    for _, row in table[table["adapted"]].iterrows():
+        line = {"study": row["study"], "wanted": row["accuracy"], "error, %": percent(row["relative_error"])}
+        line["unknowns, s"] = f"{row['unknowns']:.0f}, {number(row['wall_time'], 3)}"
+        for kind in ("graded", "equal"):
+            fixed = table[table[kind] & ~table["adapted"] & (table["study"] == row["study"])]
+            good = fixed[fixed["error"] <= row["error"]].nsmallest(1, "unknowns")
+            found = [f"{unknowns:.0f}, {number(s, 3)}" for unknowns, s in good[["unknowns", "wall_time"]].to_numpy()]
+            line[f"{kind} cells: unknowns, s"] = found[0] if found else "none" if len(fixed) else ""
+        lines.append(line)
     return pd.DataFrame(lines)
 
 
-def scenes(output: Path) -> pd.DataFrame:
+def scenes(table: pd.DataFrame, output: Path) -> pd.DataFrame:
     """Cost relative to the discretisation of the paper, and the picture of error against wall time."""
-    known = {}
-    for scene in SCENES:
-        run, point = rows(output, f"run-{scene}"), rows(output, f"point-{scene}")
-        if run["time.fixed_step"].notna().any() and len(point) and (output / f"plain-{scene}.json").is_file():
-            known[scene] = run, point, json.loads((output / f"plain-{scene}.json").read_text())
-    if not known:
+    plain_steps = {scene: output / f"plain-{scene}.json" for scene in SCENES}
+    needed = {f"{kind}-{scene}" for kind in ("run", "point") for scene in SCENES}
+    if not needed <= set(table["study"]) or not all(path.is_file() for path in plain_steps.values()):
         return pd.DataFrame()
-    columns = min(len(known), 2)
-    size = -(-len(known) // columns)
-    figure, axes = pyplot.subplots(size, columns, figsize=(5 * columns, 3.75 * size), squeeze=False)
+    figure, axes = pyplot.subplots(2, 2, figsize=(10, 7.5))
     lines = []
-    for (scene, (run, point, plain_steps)), axis in zip(known.items(), axes.flat, strict=False):
+    for (scene, title), axis in zip(SCENES.items(), axes.flat, strict=True):
+        run, point = (table[table["study"] == f"{kind}-{scene}"] for kind in ("run", "point"))
         paper = run[run["time.fixed_step"].notna()].iloc[0]
-        own = run[run["time.fixed_step"].isna() & (run["error"] > 0)]
-        point = point[point["error"] > 0]
+        own, point = run[run["time.fixed_step"].isna() & (run["error"] > 0)], point[point["error"] > 0]
         # Both errors are relative to the largest |dU| of the transient, since dU at d_0 may be much smaller.
-        largest = float((own["error"] / own["relative_error"]).iloc[0])
-        own, point = own.assign(part=own["error"] / largest), point.assign(part=point["error"] / largest)
-        step = float(np.median(plain_steps))
-        whole = step * paper["steps"], float(paper["wall_time"])
-        draw(axis, SCENES[scene], own, point, whole, float(paper["relative_error"]))
-        line = {"scene": SCENES[scene], "unknowns": str(int(paper["unknowns"])), "steps": str(int(paper["steps"]))}
-        line["iterations, factorisations"] = f"{int(paper['newton_iterations'])}, {int(paper['factorisations'])}"
+        largest = (own["error"] / own["relative_error"]).iloc[0]
+        own, point = (each.assign(part=each["error"] / largest) for each in (own, point))
+        steps = json.loads(plain_steps[scene].read_text())
+        whole, error = (np.median(steps) * paper["steps"], paper["wall_time"]), paper["relative_error"]
+        draw(axis, title, own, point, whole, error)
+        line = {"scene": title, "unknowns": f"{paper['unknowns']:.0f}", "steps": f"{paper['steps']:.0f}"}
+        line["iterations, factorisations"] = f"{paper['newton_iterations']:.0f}, {paper['factorisations']:.0f}"
         line["s, factorisation reused"] = f"{paper['wall_time']:.0f}"
-        spread = max(plain_steps) - min(plain_steps)
-        line["one factorisation per step: s each (spread), s in all"] = f"{step:.2f} ({spread:.2f}), {whole[0]:.0f}"
-        line["error, %"] = percent(paper["relative_error"])
-        line["our transient"] = beside(own, paper["relative_error"], whole)
-        lines.append(line | {"our quasi-steady point": beside(point, paper["relative_error"], whole)})
+        each = f"{np.median(steps):.2f} ({max(steps) - min(steps):.2f})"
+        line |= {"one factorisation per step: s each (spread), s in all": f"{each}, {whole[0]:.0f}"}
+        line |= {"error, %": percent(error), "our transient": beside(own, error, whole)}
+        lines.append(line | {"our point": beside(point, error, whole)})
     handles = axes.flat[0].get_legend_handles_labels()
     figure.legend(*handles, loc="lower center", ncol=3, frameon=False, fontsize="small")
     figure.tight_layout(rect=(0, 0.06, 1, 1))
@@ -249,9 +221,8 @@ def beside(table: pd.DataFrame, error: float, whole: tuple[float, float]) -> str
     """The fastest row whose error is no larger, or else the most accurate one, with its cost relative to `whole`."""
     good = table[table["part"] <= error]
     row = (good.nsmallest(1, "wall_time") if len(good) else table.nsmallest(1, "part")).iloc[0]
-    spread = f" (spread {short(row['wall_time_spread'])})" if row["wall_time_spread"] > 0 else ""
     parts = ", ".join(f"1/{seconds / row['wall_time']:.0f}" for seconds in whole)
-    return f"{row['wall_time']:.3g} s{spread} at {percent(row['part'])} %: {parts}"
+    return f"{number(row['wall_time'], 3, row['wall_time_spread'])} s, {percent(row['part'])} %: {parts}"
 
 
 def moving(output: Path) -> pd.DataFrame:
@@ -275,11 +246,19 @@ def moving(output: Path) -> pd.DataFrame:
 
 
 def blocks() -> dict[str, str]:
-    """What stands between the marks of the page, from the stored tables; not all of them are shown."""
+    """What stands between the marks of the page, from the stored tables; not all that is stored is shown."""
     stored = pages.stored("accuracy")
-    text = {"made": pages.prose(stored.pop("made")["made"].iloc[0])}
-    made = {name: pages.markdown(table) for name, table in stored.items()}
-    return text | made | {"curves": made["curves-newtonian"] + "\n" + made["curves-viscoelastic"]}
+    both = (pages.markdown(stored[f"curves-{kind}"]) for kind in ("newtonian", "viscoelastic"))
+    codes, met = stored["codes"], stored["promises"]
+    codes["what, tol"] = codes["what"].where(codes["tol"] == "0", codes["what"] + ", " + codes["tol"])
+    codes["cell"] = codes["seconds"] + ", " + codes["error, %"]
+    met["cell"] = met["error, %"] + ": " + met["unknowns, s"] + " (" + met["graded cells: unknowns, s"] + ")"
+    shown = {name: stored[name] for name in ("settings", "scenes")}
+    shown["codes"] = codes.pivot(index=["what, tol", "cells"], columns="code", values="cell").fillna("").reset_index()
+    by_study = met.pivot(index="study", columns="wanted", values="cell").iloc[:, ::-1]
+    shown["promises"] = by_study.fillna("").reset_index()
+    text = {"made": pages.prose(stored["made"]["made"].iloc[0]), "curves": "\n".join(both)}
+    return text | {name: pages.markdown(table) for name, table in shown.items()}
 
 
 def main() -> int:
@@ -296,10 +275,11 @@ def main() -> int:
         if arguments.only:
             return 0
     if not arguments.page:
-        times = [path.stat().st_mtime for path in output.glob("*/study.csv")]
+        times, table = [path.stat().st_mtime for path in output.glob("*/study.csv")], all_rows(output)
         found = {"made": pd.DataFrame({"made": [made(times)]})} if times else {}
-        found |= dict(curves(output)) | {"settings": settings(output)}
-        found |= {each.__name__: each(output) for each in (promises, scenes, moving)}
+        if len(table):
+            found |= dict(curves(table)) | {"settings": settings(table), "promises": promises(table)}
+        found |= {"scenes": scenes(table, output), "moving": moving(output)}
         if arguments.hard:
             found["hard"] = pd.read_csv(arguments.hard / "hard.csv", dtype=str, keep_default_na=False)
         pages.save("accuracy", found)

@@ -1,1 +1,1 @@
-"""Subjects of the validation book, docs/validation: each computes its comparisons, which the pages show."""
+"""Pages of the validation book, docs/validation: what is computed in other ways than as cases, by page."""

@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from support.inputs import ROOT, STUDY, examples
 
 from pairsim.config.yaml_file import read_yaml
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.convergence import extrapolated, observed_order, pareto
-from pairsim.sweeps.grid import grid_from
+from pairsim.sweeps.grid import grid_from, read_grid
 from pairsim.sweeps.study import sampled, study_rows
 from pairsim.sweeps.study_file import Study, read_study
 
@@ -174,15 +175,24 @@ def test_shipped_study_is_valid() -> None:
     assert len(read_study(path, read_yaml(path)).cases) == 9
 
 
-def test_hard_cases_are_valid_and_all_different(tmp_path: Path) -> None:
-    files = sorted((ROOT / "configs" / "hard").glob("*.yaml"))
-    assert len(files) >= 40
-    for command in ("run", "curve"):
-        own = [str(path) for path in files if path.name.startswith(f"{command}-")]
-        grid = grid_from(tmp_path / "grid.yaml", {"command": command, "cases": own})
-        assert len(grid.cases) == len(own)
-        files = [path for path in files if str(path) not in own]
-    assert not files
+def test_hard_cases_are_valid_and_all_different() -> None:
+    files = {path.stem: path for path in (ROOT / "configs" / "hard").glob("*.yaml")}
+    counts = {name: len(read_grid(path).cases) for name, path in files.items()}
+    assert counts == {name: len(read_yaml(path)["cases"]) for name, path in files.items()}
+    assert counts.keys() == {"run", "curve", "random"}
+    assert sum(counts.values()) == 120
+
+
+@pytest.mark.parametrize(("kind", "count"), [("scenes", 286), ("runs", 32)])
+def test_scenes_of_error_bars_are_valid(kind: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "scripts"))
+    import error_bars
+
+    path = ROOT / "configs" / "error_bars" / f"{kind}.yaml"
+    content = yaml.safe_load(path.read_text())
+    scenes, meshes = content.pop("scenes"), content.pop("meshes")
+    cases = [case for name, scene in scenes.items() for case in error_bars.cases(name, scene, meshes)]
+    assert len(grid_from(path, content | {"cases": cases}).cases) == count
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "configs" / "accuracy").glob("*.yaml")), ids=lambda path: path.stem)
