@@ -1,4 +1,4 @@
-"""Balances of mass, force and energy on written fields, without pairsim: numpy and meshio alone.
+"""Balances of mass, force and energy on written fields, without pairsim: numpy, scipy and meshio alone.
 
 usage: field_balances.py FOLDER
 
@@ -16,166 +16,145 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import meshio
 import numpy as np
 import yaml
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.stats import beta
 
 type Array = np.ndarray[Any, Any]
 
-# Gauss points of degree 7 on the triangle by collapsed coordinates.
-LINE, WEIGHT = np.polynomial.legendre.leggauss(5)
 SLICES = 9  # slices of tube whose flow rates are compared
+SIDES = ((0, 1, 3), (1, 2, 4), (2, 0, 5))  # nodes of the sides of a six-node triangle: both ends and the middle
+COMPONENTS = {"zz": [(0, 0)], "zr": [(0, 1), (1, 0)], "rr": [(1, 1)], "tt": [(2, 2)]}  # of the stresses in the file
 
 
-def points() -> tuple[Array, Array]:
-    """Points (q, 2) and weights (q,) of quadrature on the reference triangle."""
-    s, w = (LINE + 1) / 2, WEIGHT / 2
-    x, y = np.meshgrid(s, s, indexing="ij")
-    return np.column_stack([(x * (1 - y)).ravel(), y.ravel()]), (np.outer(w, w) * (1 - y)).ravel()
+class Extent(NamedTuple):
+    """Least z, largest z and largest r of a particle."""
+
+    start: float
+    stop: float
+    width: float
 
 
-def shapes(at: Array) -> tuple[Array, Array]:
-    """Quadratic shape functions (q, 6) and their derivatives (q, 6, 2); corners first, then the sides 01, 12, 20."""
-    x, y = at.T
-    z, zero, one = 1 - x - y, np.zeros_like(x), np.ones_like(x)
-    values = [z * (2 * z - 1), x * (2 * x - 1), y * (2 * y - 1), 4 * x * z, 4 * x * y, 4 * y * z]
-    by_x = [1 - 4 * z, 4 * x - 1, zero, 4 * (z - x), 4 * y, -4 * y]
-    by_y = [1 - 4 * z, zero, 4 * y - 1, -4 * x, 4 * x, 4 * (z - y)]
-    return np.stack(values, 1), np.stack([np.stack(by_x, 1), np.stack(by_y, 1)], 2) * one[:, None, None]
+def element() -> tuple[Array, Array, Array]:
+    """The six-node triangle: shape functions (6, q), their derivatives (6, 2, q) and weights (q,) of quadrature.
+
+    The points are those of Gauss on a square that is collapsed onto the triangle.
+    """
+    line, weight = np.polynomial.legendre.leggauss(5)
+    s, t = np.meshgrid((line + 1) / 2, (line + 1) / 2)
+    a = np.stack([1 - t - s * (1 - t), s * (1 - t), t]).reshape(3, -1)  # barycentric coordinates
+    da = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])[..., None]
+    b, db = np.roll(a, -1, axis=0), np.roll(da, -1, axis=0)  # those of the next corner
+    N, dN = [a * (2 * a - 1), 4 * a * b], [(4 * a - 1)[:, None] * da, 4 * (a[:, None] * db + b[:, None] * da)]
+    return np.concatenate(N), np.concatenate(dN), (np.outer(weight, weight) * (1 - t)).ravel() / 4
 
 
-class Fields:
-    """Fields of one phase at the points of quadrature.
+class Phase:
+    """Fields of the liquid or of one particle at the points of quadrature; components by z, r and the hoop.
 
     Attributes:
         z, r: Places, (cells, q).
         volume: Weights of integrals over the volume, (cells, q).
-        u: Velocity, (cells, q, 2).
-        L: Its gradient with the hoop rate, components zz, zr, rz, rr, tt, (cells, q, 5).
-        p: Pressure, (cells, q).
+        u_z: Velocity along the tube, (cells, q).
+        grad_u: Gradient of the velocity, (3, 3, cells, q).
+        sigma: Stress -p I + solvent (grad u + grad u^T) + tau, (3, 3, cells, q).
     """
 
-    def __init__(self, position: Array, cells: Array, data: dict[str, Array]) -> None:
-        at, weight = points()
-        N, dN = shapes(at)
-        x = position[:, :2][cells]
-        self.z, self.r = (np.einsum("qa,ma->mq", N, x[..., k]) for k in (0, 1))
-        J = np.einsum("qak,mai->mqik", dN, x)
+    def __init__(self, cells: Array, data: dict[str, Array], solvent: float) -> None:
+        N, dN, weight = element()
+
+        def at_points(name: str) -> Array:
+            return np.einsum("aq,ma...->...mq", N, data[name][cells])
+
+        self.z, self.r, _ = at_points("position")
+        self.u_z, u_r, _ = at_points("velocity")
+        J = np.einsum("ajq,mai->mqij", dN, data["position"][cells, :2])
         self.volume = 2 * np.pi * self.r * np.abs(np.linalg.det(J)) * weight
-        gradient = np.einsum("qak,mqki->mqai", dN, np.linalg.inv(J))
-        velocity = data["velocity"][:, :2][cells]
-        self.u = np.einsum("qa,mai->mqi", N, velocity)
-        L = np.einsum("mqak,mai->mqik", gradient, velocity)
-        self.L = np.stack([L[..., 0, 0], L[..., 0, 1], L[..., 1, 0], L[..., 1, 1], self.u[..., 1] / self.r], axis=-1)
-        self.p = np.einsum("qa,ma->mq", N, data["pressure"][cells])
-        self._N, self._cells, self._data = N, cells, data
+        self.grad_u = np.zeros((3, 3, *self.z.shape))
+        self.grad_u[:2, :2] = np.einsum("akq,mqkj,mai->ijmq", dN, np.linalg.inv(J), data["velocity"][cells, :2])
+        self.grad_u[2, 2] = u_r / self.r
+        self.sigma = solvent * (self.grad_u + self.grad_u.swapaxes(0, 1))
+        self.sigma -= np.multiply.outer(np.eye(3), at_points("pressure"))
+        for component, places in COMPONENTS.items():
+            for name in {f"tau_p_{component}", f"tau_s_{component}"} & data.keys():  # of polymer and elastic solid
+                for place in places:
+                    self.sigma[place] += at_points(name)
 
-    def nodal(self, name: str) -> Array:
-        """A stress with components zz, zr, rr, tt at the points, (cells, q, 4); zero if it was not written."""
-        if f"{name}_zz" not in self._data:
-            return np.zeros((*self.p.shape, 4))
-        values = [
-            np.einsum("qa,ma->mq", self._N, self._data[f"{name}_{k}"][self._cells]) for k in ("zz", "zr", "rr", "tt")
-        ]
-        return np.stack(values, axis=-1)
-
-    def power(self, sigma: Array) -> float:
-        """int sigma : grad u for a stress with components zz, zr, rr, tt."""
-        zz, zr, rz, rr, tt = np.moveaxis(self.L, -1, 0)
-        density = sigma[..., 0] * zz + sigma[..., 1] * (zr + rz) + sigma[..., 2] * rr + sigma[..., 3] * tt
-        return float(np.sum(self.volume * density))
+    def power(self) -> float:
+        """int sigma : grad u."""
+        return float(np.einsum("mq,ijmq,ijmq", self.volume, self.sigma, self.grad_u))
 
 
-def total_stress(phase: Fields, solvent: float) -> Array:
-    """-p I + solvent (grad u + grad u^T) + tau, components zz, zr, rr, tt."""
-    zz, zr, rz, rr, tt = np.moveaxis(phase.L, -1, 0)
-    rates = np.stack([2 * zz, zr + rz, 2 * rr, 2 * tt], axis=-1)
-    isotropic = np.array([1.0, 0.0, 1.0, 1.0])
-    return solvent * rates + phase.nodal("tau_p") + phase.nodal("tau_s") - phase.p[..., None] * isotropic
+def step(start: float, stop: float) -> Any:
+    """A distribution whose cdf rises from 0 to 1 between two places, with three derivatives."""
+    return beta(4, 4, loc=start, scale=stop - start)
 
 
-def step(x: Array) -> tuple[Array, Array]:
-    """A function that rises smoothly from 0 at 0 to 1 at 1, with three derivatives, and its derivative."""
-    t = np.clip(x, 0.0, 1.0)
-    return t**4 * (35 - 84 * t + 70 * t**2 - 20 * t**3), 140 * t**3 * (1 - t) ** 3
+def particles_in(position: Array, liquid: Array) -> list[Extent]:
+    """Extents of the particles, from upstream: of the connected parts of the liquid's boundary inside the tube."""
+    sides = liquid[:, SIDES].reshape(-1, 3)
+    z, r, _ = position[sides[:, 2]].T
+    inside = (r > 1e-6) & (r < 0.5 - 1e-6) & (z > position[:, 0].min() + 1e-6) & (z < position[:, 0].max() - 1e-6)
+    outer = np.bincount(sides[:, 2])[sides[:, 2]] == 1  # sides of one cell alone
+    surface = sides[inside & outer]
+    joined = coo_array((np.ones(len(surface)), surface[:, :2].T), shape=(len(position), len(position)))
+    part = connected_components(joined, directed=False)[1][surface[:, 0]]
+    outlines = [position[surface[part == k]] for k in np.unique(part)]
+    return sorted(Extent(float(x[..., 0].min()), float(x[..., 0].max()), float(x[..., 1].max())) for x in outlines)
 
 
-def outlines(position: Array, cells: Array, soft: list[Array]) -> list[tuple[float, float, float]]:
-    """Extents (least z, largest z, largest r) of the particles from upstream."""
-    if soft:
-        found = [position[np.unique(each)] for each in soft]
-    else:
-        sides = np.sort(np.concatenate([cells[:, [0, 1]], cells[:, [1, 2]], cells[:, [2, 0]]]), axis=1)
-        unique, count = np.unique(sides, axis=0, return_counts=True)
-        edge = unique[count == 1]
-        middle = position[edge].mean(axis=1)
-        ends = position[:, 0].min() + 1e-6, position[:, 0].max() - 1e-6
-        inside = (
-            (middle[:, 1] > 1e-6) & (middle[:, 1] < 0.5 - 1e-6) & (middle[:, 0] > ends[0]) & (middle[:, 0] < ends[1])
-        )
-        nodes = position[np.unique(edge[inside])]
-        nodes = nodes[np.argsort(nodes[:, 0])]
-        on_axis = nodes[nodes[:, 1] < 1e-9][:, 0].reshape(-1, 2)
-        found = [nodes[(nodes[:, 0] >= a - 1e-9) & (nodes[:, 0] <= b + 1e-9)] for a, b in on_axis]
-    return sorted((float(x[:, 0].min()), float(x[:, 0].max()), float(x[:, 1].max())) for x in found)
-
-
-def forces(liquid: Fields, sigma: Array, extents: list[tuple[float, float, float]]) -> list[float]:
-    """The force from outside along the tube on every particle."""
+def forces(liquid: Phase, particles: list[Extent]) -> list[float]:
+    """The force from outside along the tube on every particle, with v = rise(z) (1 - fall(z)) (1 - sink(r))."""
+    z, r = liquid.z, liquid.r
+    upstream = [max(particles[0].start - 1.0, z.min() + 0.1), *(each.stop for each in particles[:-1])]
+    downstream = [*(each.start for each in particles[1:]), min(particles[-1].stop + 1.0, z.max() - 0.1)]
     result = []
-    length = liquid.z.min(), liquid.z.max()
-    for k, (start, stop, width) in enumerate(extents):
-        before = extents[k - 1][1] if k else max(start - 1.0, length[0] + 0.1)
-        after = extents[k + 1][0] if k + 1 < len(extents) else min(stop + 1.0, length[1] - 0.1)
-        rise, rising = step((liquid.z - before) / (start - before))
-        fall, falling = step((liquid.z - stop) / (after - stop))
-        across, sinking = step((liquid.r - width) / (0.49 - width))
-        by_z = (rising / (start - before) * (1 - fall) - rise * falling / (after - stop)) * (1 - across)
-        by_r = -rise * (1 - fall) * sinking / (0.49 - width)
-        result.append(float(np.sum(liquid.volume * (sigma[..., 0] * by_z + sigma[..., 1] * by_r))))
+    for start, particle, stop in zip(upstream, particles, downstream, strict=True):
+        rise, fall, sink = step(start, particle.start), step(particle.stop, stop), step(particle.width, 0.49)
+        by_z = (rise.pdf(z) * fall.sf(z) - rise.cdf(z) * fall.pdf(z)) * sink.sf(r)
+        by_r = -rise.cdf(z) * fall.sf(z) * sink.pdf(r)
+        result.append(float(np.sum(liquid.volume * (liquid.sigma[0, 0] * by_z + liquid.sigma[0, 1] * by_r))))
     return result
 
 
-def flow_rates(phases: list[Fields]) -> list[float]:
+def flow_rates(phases: list[Phase]) -> list[float]:
     """Flow rates through slices of tube, each averaged with a smooth weight."""
-    start, stop = min(p.z.min() for p in phases), max(p.z.max() for p in phases)
-    width = (stop - start) / SLICES
-    rates = []
-    for k in range(SLICES):
-        weighted = [np.sum(p.volume * p.u[..., 0] * step((p.z - start - k * width) / width)[1]) / width for p in phases]
-        rates.append(float(sum(weighted)))
-    return rates
+    ends = np.linspace(min(p.z.min() for p in phases), max(p.z.max() for p in phases), SLICES + 1)
+    weights = [step(start, stop) for start, stop in pairwise(ends)]
+    return [float(sum(np.sum(p.volume * p.u_z * weight.pdf(p.z)) for p in phases)) for weight in weights]
 
 
-def frame(position: Array, cells: Array, region: Array, data: dict[str, Array], case: dict[str, Any]) -> dict[str, Any]:
-    """The balances of one frame."""
-    each = [cells[region == k] for k in range(int(region.max()) + 1)]
-    liquid, *particles = (Fields(position, part, data) for part in each)
-    sigma = total_stress(liquid, case["xi"] if case["De"] else 1.0)
-    solid = [total_stress(p, 0.0) for p in particles]
+def balances(cells: Array, region: Array, data: dict[str, Array], solvent: float) -> dict[str, Any]:
+    """The balances of one frame; region 0 is the liquid, the others are soft particles."""
+    liquid = Phase(cells[region == 0], data, solvent)
+    soft = [Phase(cells[region == k], data, 0.0) for k in np.unique(region)[1:]]
     return {
-        "flow_rates": flow_rates([liquid, *particles]),
-        "volumes": [float(p.volume.sum()) for p in particles],
-        "forces": forces(liquid, sigma, outlines(position, each[0], each[1:])),
-        "liquid_power": liquid.power(sigma),
-        "particles_power": sum(p.power(s) for p, s in zip(particles, solid, strict=True)),
+        "flow_rates": flow_rates([liquid, *soft]),
+        "volumes": [float(p.volume.sum()) for p in soft],
+        "forces": forces(liquid, particles_in(data["position"], cells[region == 0])),
+        "liquid_power": liquid.power(),
+        "particles_power": sum(p.power() for p in soft),
     }
 
 
-def read(folder: Path, use: Callable[..., dict[str, Any]]) -> list[dict[str, Any]]:
-    """Apply a function to every frame."""
-    case, found = yaml.safe_load((folder / "case.yaml").read_text()), []
+def main(folder: Path) -> None:
+    """Print the balances of every frame."""
+    case, frames = yaml.safe_load((folder / "case.yaml").read_text()), []
+    solvent = case["xi"] if case["De"] else 1.0
     with meshio.xdmf.TimeSeriesReader(folder / "fields.xdmf") as file:
-        _, cells = file.read_points_cells()
+        _, (cells,) = file.read_points_cells()
         for k in range(file.num_steps):
             t, data, by_cell = file.read_data(k)
-            found.append({"t": t} | use(data["position"], cells[0].data, by_cell["region"][0], data, case))
-    return found
+            frames.append({"t": t} | balances(cells.data, by_cell["region"][0], data, solvent))
+    print(json.dumps(frames))
 
 
 if __name__ == "__main__":
-    print(json.dumps(read(Path(sys.argv[1]), frame)))
+    main(Path(sys.argv[1]))

@@ -15,17 +15,17 @@ from __future__ import annotations
 
 import argparse
 import hashlib
-import shlex
-import shutil
+import os
 import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import yaml
-from book.computing import DOCS, ROOT, pairsim
+from book.computing import DOCS, ROOT
 
 from pairsim.results.output import write_text
 
@@ -40,48 +40,29 @@ def state(paths: Sequence[str], commit: str = "HEAD") -> str:
     return hashlib.sha256("\n".join(each for each in lines if "statements" not in each).encode()).hexdigest()[:12]
 
 
-def pictures() -> Iterator[tuple[str, str, list[str]]]:
-    """Every picture with its command and its files; of several rules the first counts."""
-    seen = set()
+def pictures() -> Iterator[tuple[str, str, str]]:
+    """Every picture with its command and the state of its files; of several rules the first counts."""
     for pattern, rule in yaml.safe_load(RULES.read_text()).items():
         for path in sorted(ROOT.glob(pattern)):
-            name = str(path.relative_to(ROOT))
-            if name not in seen:
-                seen.add(name)
-                shows = [each.format(stem=path.stem) for each in rule["shows"]]
-                yield name, rule["make"].format(stem=path.stem), shows
+            shows = [each.format(stem=path.stem) for each in rule["shows"]]
+            yield str(path.relative_to(ROOT)), rule["make"].format(stem=path.stem), state(shows)
 
 
 def judged() -> pd.DataFrame:
     """All pictures with their state now and when they were made, and what follows."""
-    made = pd.read_csv(MADE, index_col="picture") if MADE.is_file() else pd.DataFrame(columns=["shows", "numerics"])
-    rows = []
-    for name, make, shows in pictures():
-        now = state(shows), state(NUMERICS)
-        then = tuple(made.loc[name, ["shows", "numerics"]]) if name in made.index else ("", "")
-        word = "stale" if now[0] != then[0] else "old" if now[1] != then[1] else "made at this commit"
-        rows.append({"picture": name, "is": word, "make": make, "shows": now[0], "numerics": now[1], "then": then})
-    return pd.DataFrame(rows).set_index("picture")
+    found = pd.DataFrame(pictures(), columns=["picture", "make", "shows"]).drop_duplicates("picture")
+    found = found.assign(numerics=state(NUMERICS)).set_index("picture")
+    found = found.join(pd.read_csv(MADE, index_col="picture", dtype=str).add_suffix("_then"))
+    conditions = [found["shows"] != found["shows_then"], found["numerics"] != found["numerics_then"]]
+    return found.assign(verdict=np.select(conditions, ["stale", "old"], "made at this commit"))
 
 
 def make(command: str) -> None:
-    """Run a command; for a case file run and draw it, or a tutorial by its test, and take their pictures."""
-    program, *words = shlex.split(command)
+    """Run a command of pictures.yaml in a shell, in which `python` and `pairsim` are those of this Python."""
     with tempfile.TemporaryDirectory() as folder:
-        if program.endswith(".md"):
-            name = Path(program).stem
-            test = f"tests/commands/test_tutorials.py::test_tutorial[{name}]"
-            options = ["-q", "-n", "0", f"--basetemp={folder}/out"]
-            subprocess.run([sys.executable, "-m", "pytest", test, *options], cwd=ROOT, check=True)
-            shutil.copy(next(Path(folder, "out").glob(f"*/{words[0]}")), DOCS / "images" / f"{name}.png")
-            return
-        if program != "pairsim":
-            subprocess.run([str(ROOT / program), *words], cwd=ROOT, check=True)
-            return
-        for line in (("run", ROOT / words[0], "-o", f"{folder}/out"), ("plot", f"{folder}/out")):
-            pairsim(*line)
-        for path in Path(folder, "out").glob("*.png"):
-            shutil.copy(path, DOCS / "images" / f"{Path(words[0]).stem}-{path.name}")
+        path = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
+        environment = os.environ | {"FOLDER": folder, "PATH": path, "OMP_NUM_THREADS": "1"}
+        subprocess.run(command, shell=True, cwd=ROOT, env=environment, check=True)
 
 
 def main() -> int:
@@ -92,18 +73,18 @@ def main() -> int:
     parser.add_argument("--make", action="store_true", help="make those that are stale")
     arguments = parser.parse_args()
     found = judged()
-    named = found.index.str.contains(arguments.word, regex=False)
-    chosen = found[named & (found["is"] == "stale")]
+    chosen = found[found.index.str.contains(arguments.word, regex=False) & (found["verdict"] == "stale")]
     if arguments.make:
-        for command in dict.fromkeys(chosen["make"]):
+        for command in chosen["make"].unique():
             make(command)
-        found.loc[found["make"].isin(chosen["make"]), "is"] = "made at this commit"
-        kept = found["is"] != "made at this commit"
-        found.loc[kept, ["shows", "numerics"]] = found.loc[kept, "then"].tolist()
-        write_text(MADE, found[["shows", "numerics"]].to_csv())
+        fresh = found["make"].isin(chosen["make"])
+        found.loc[fresh, "verdict"] = "made at this commit"
+        found.loc[fresh, ["shows_then", "numerics_then"]] = found.loc[fresh, ["shows", "numerics"]].to_numpy()
+        made = found[["shows_then", "numerics_then"]].set_axis(["shows", "numerics"], axis=1)
+        write_text(MADE, made.to_csv())
     for name, row in found.iterrows():
-        print(f"{row['is']:20} {name}  ({row['make']})")
-    return int((found["is"] == "stale").any())
+        print(f"{row['verdict']:20} {name}  ({row['make']})")
+    return int((found["verdict"] == "stale").any())
 
 
 if __name__ == "__main__":

@@ -16,7 +16,6 @@ Prints every point with ok or FAILED, and what is left to do by hand. Exit codes
 from __future__ import annotations
 
 import argparse
-import os
 import re
 import shutil
 import subprocess
@@ -25,6 +24,8 @@ import tarfile
 import tempfile
 import time
 import zipfile
+from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 
 import yaml
@@ -35,32 +36,16 @@ from pairsim.runtime.version import __version__
 
 ROOT = Path(__file__).resolve().parent.parent
 DIST = ROOT / "dist"
-IN_WHEEL = ("py.typed", "commit.txt", "api/templates/report.html.j2", "config/examples/run.yaml")
-IN_SDIST = (
-    *("README.md", "CHANGELOG.md", "CITATION.cff", "LICENSE", "Dockerfile", "environment.yml", "pixi.toml"),
-    *("configs/sweep.yaml", "docs/index.md", "scripts/pairsim", "tests/conftest.py"),
-)
+SDIST, WHEEL = DIST / f"pairsim-{__version__}.tar.gz", DIST / f"pairsim-{__version__}-py3-none-any.whl"
+NOT_IN_SDIST = (".gitignore", ".gitattributes", ".dockerignore")  # of the files that git tracks
 FIRST_STEPS = (
-    ("--version",),
-    ("init", "beads"),
-    ("run", "beads.yaml", "--set", "time.end=0.05", "-q"),
-    ("plot", "runs/beads"),
-    ("report", "runs/beads"),
+    *("--version", "init beads", "run beads.yaml --set time.end=0.05 -q"),
+    *("plot runs/beads", "report runs/beads"),
 )
 """Commands that must work where the wheel is installed; the names are those of the files they make."""
 
-
-class Checklist:
-    """Prints points as they are checked, and remembers those that failed."""
-
-    def __init__(self) -> None:
-        self.failed: list[str] = []
-
-    def check(self, point: str, fault: str) -> None:
-        """Print a point; it has failed if there is a fault."""
-        print(f"FAILED  {point}: {fault}" if fault else f"ok      {point}", flush=True)
-        if fault:
-            self.failed.append(point)
+type Points = Iterator[tuple[str, str]]
+"""Points of the checklist, each with its fault, which is empty if all is well."""
 
 
 def git(*words: str) -> str:
@@ -68,101 +53,92 @@ def git(*words: str) -> str:
     return subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
 
 
-def section(changelog: str, title: str) -> tuple[str, str] | None:
-    """Rest of the title line and text of a section of CHANGELOG.md, None if there is none."""
-    found = re.search(rf"^## \[{re.escape(title)}\](.*)\n((?:(?!## ).*\n?)*)", changelog, re.MULTILINE)
-    return (found[1].strip(" -"), found[2].strip()) if found else None
-
-
-def check_texts(points: Checklist) -> None:
-    """Check version and date in CHANGELOG.md and CITATION.cff, and that the version is new."""
-    exists = git("tag", "--list", f"v{__version__}")
-    points.check(f"version {__version__} is new", f"there is a tag {exists}" if exists else "")
-    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
-    date, text = section(changelog, __version__) or ("", "")
-    dated = re.fullmatch(r"\d{4}-\d\d-\d\d", date) and text
-    points.check("CHANGELOG.md describes it", "" if dated else f"needs ## [{__version__}] - YYYY-MM-DD and what is new")
-    unreleased = section(changelog, "Unreleased")
-    fault = "the section is missing" if unreleased is None else "entries are left" if unreleased[1] else ""
-    points.check("CHANGELOG.md has an empty [Unreleased]", fault)
-    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
-    cited = (str(citation.get("version")), str(citation.get("date-released")))
-    wrong = "" if cited == (__version__, date) else f"has {cited[0]} of {cited[1]}, not {__version__} of {date}"
-    points.check("CITATION.cff has version and date", wrong)
-
-
-def build(points: Checklist, work: Path) -> Path | None:
-    """Build sdist and wheel from the last commit; returns the wheel, or None if that fails."""
-    source = work / "source"
-    source.mkdir()
-    archive = work / "source.tar"
-    git("archive", "--output", str(archive), "HEAD")
-    with tarfile.open(archive) as packed:
-        packed.extractall(source, filter="tar")
-    shutil.rmtree(DIST, ignore_errors=True)
-    command = [sys.executable, "-m", "build", "--outdir", str(DIST), str(source)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    built = sorted(DIST.glob("*"))
-    fault = "" if done.returncode == 0 else (done.stdout + done.stderr).strip().splitlines()[-1]
-    points.check(f"built {', '.join(path.name for path in built)}", fault)
-    if fault:
-        return None
-    sdist, wheel = DIST / f"pairsim-{__version__}.tar.gz", DIST / f"pairsim-{__version__}-py3-none-any.whl"
-    with tarfile.open(sdist) as packed:
-        names = {name.partition("/")[2] for name in packed.getnames()}
-    lacking = [name for name in IN_SDIST if name not in names]
-    points.check("the sdist has examples, tests and documentation", f"not {', '.join(lacking)}" if lacking else "")
-    with zipfile.ZipFile(wheel) as zipped:
-        wanted = [*IN_WHEEL, *(f"configs/{name}.yaml" for name in shipped_examples())]
-        lacking = [name for name in wanted if f"pairsim/{name}" not in zipped.namelist()]
-        commit = zipped.read("pairsim/commit.txt").decode().strip()
-    points.check("the wheel has its examples", f"not {', '.join(lacking)}" if lacking else "")
-    right = bool(commit) and git("rev-parse", "HEAD").startswith(commit)
-    points.check("the wheel knows its commit", "" if right else f"has {commit}")
-    return wheel
-
-
-def try_wheel(points: Checklist, wheel: Path, work: Path) -> None:
-    """Install the wheel in a clean environment, and do what a new user does."""
-    home, folder = work / "environment", work / "elsewhere"
-    folder.mkdir()
+def tried(*command: str | Path, cwd: Path) -> tuple[str, str]:
+    """Output of a command without PYTHONPATH, and its fault, if it fails."""
     environment = {name: value for name, value in clean_environment().items() if name != "PYTHONPATH"}
+    done = subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True, check=False)
+    fault = f"exit code {done.returncode}: {(done.stderr.strip() or done.stdout.strip())[-300:]}"
+    return done.stdout.strip(), fault if done.returncode else ""
+
+
+def tree() -> Points:
+    """The tree is that of the last commit, and names a new version everywhere."""
+    changed = git("status", "--porcelain").splitlines()
+    yield "nothing is uncommitted", f"{len(changed)} files" if changed else ""
+    exists = git("tag", "--list", f"v{__version__}")
+    yield f"version {__version__} is new", f"there is a tag {exists}" if exists else ""
+    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    sections = dict(re.findall(r"^## \[(.+?)\](.*?)(?=^## |\Z)", changelog, re.MULTILINE | re.DOTALL))
+    described = re.fullmatch(r" - (\d{4}-\d\d-\d\d)\n.*\S.*", sections.get(__version__, ""), re.DOTALL)
+    fault = "" if described else f"needs ## [{__version__}] - YYYY-MM-DD and what is new"
+    yield "CHANGELOG.md describes it", fault
+    fault = "entries are left" if sections.get("Unreleased", "").strip() else ""
+    yield "CHANGELOG.md has an empty [Unreleased]", fault if "Unreleased" in sections else "the section is missing"
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    cited = f"{citation['version']} of {citation['date-released']}"
+    expected = f"{__version__} of {described[1]}" if described else __version__
+    yield "CITATION.cff has version and date", "" if cited == expected else f"has {cited}, not {expected}"
+
+
+def tests() -> Points:
+    passed = subprocess.run([ROOT / "scripts" / "test"], check=False).returncode == 0
+    yield "scripts/test passes", "" if passed else "see above"
+
+
+def archives(work: Path) -> Points:
+    """Sdist and wheel are built from the last commit, and whole."""
+    git("archive", "--output", str(work / "source.tar"), "HEAD")
+    shutil.unpack_archive(work / "source.tar", work / "source", filter="tar")
+    shutil.rmtree(DIST, ignore_errors=True)
+    _, fault = tried(sys.executable, "-m", "build", "--outdir", DIST, work / "source", cwd=work)
+    yield f"built {', '.join(path.name for path in sorted(DIST.glob('*')))}", fault
+    if fault:
+        return
+    with tarfile.open(SDIST) as packed:
+        names = {name.partition("/")[2] for name in packed.getnames()}
+    lacking = set(git("ls-tree", "-r", "--name-only", "HEAD").splitlines()) - names - set(NOT_IN_SDIST)
+    yield "the sdist has all files of the project", f"not {', '.join(sorted(lacking))}" if lacking else ""
+    with zipfile.ZipFile(WHEEL) as zipped:
+        examples = {f"pairsim/configs/{name}.yaml" for name in shipped_examples()}
+        lacking = {"pairsim/py.typed", *examples} - set(zipped.namelist())
+        commit = zipped.read("pairsim/commit.txt").decode().strip()
+    yield "the wheel has its examples", f"not {', '.join(sorted(lacking))}" if lacking else ""
+    right = bool(commit) and git("rev-parse", "HEAD").startswith(commit)
+    yield "the wheel knows its commit", "" if right else f"has {commit}"
+
+
+def installed(work: Path) -> Points:
+    """The wheel can be installed in a clean environment, and does there what a new user does."""
+    if not WHEEL.exists():
+        return
+    programs, folder = work / "environment" / "bin", work / "elsewhere"
+    folder.mkdir()
+    subprocess.run([sys.executable, "-m", "venv", work / "environment"], check=True)
     begin = time.monotonic()
-    subprocess.run([sys.executable, "-m", "venv", str(home)], check=True)
-    install = [str(home / "bin" / "python"), "-m", "pip", "install", "--quiet", f"{wheel}[fenicsx]"]
-    done = subprocess.run(install, env=environment, capture_output=True, text=True, check=False)
-    fault = "" if done.returncode == 0 else done.stderr.strip().splitlines()[-1]
-    points.check(f"pip install {wheel.name}[fenicsx] in {time.monotonic() - begin:.0f} s", fault)
-    for words in FIRST_STEPS if not fault else ():
+    _, fault = tried(programs / "python", "-m", "pip", "install", "--quiet", f"{WHEEL}[fenicsx]", cwd=folder)
+    yield f"pip install {WHEEL.name}[fenicsx] in {time.monotonic() - begin:.0f} s", fault
+    for words in () if fault else FIRST_STEPS:
         begin = time.monotonic()
-        command = [str(home / "bin" / "pairsim"), *words]
-        done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
-        said = done.stdout.strip().splitlines() or [""]
-        fault = "" if done.returncode == 0 else f"exit code {done.returncode}: {done.stderr.strip()[-300:]}"
-        files = [line for line in said if "/" in line and not (folder / line).exists()]
-        fault = fault or (f"there is no {files[0]}" if files else "")
-        seconds = time.monotonic() - begin
-        points.check(f"pairsim {' '.join(words)} in {seconds:.0f} s: {', '.join(said)}", fault)
+        output, fault = tried(programs / "pairsim", *words.split(), cwd=folder)
+        lines = output.splitlines()
+        lacking = [line for line in lines if "/" in line and not (folder / line).exists()]
+        point = f"pairsim {words} in {time.monotonic() - begin:.0f} s: {', '.join(lines)}"
+        yield point, fault or (f"there is no {lacking[0]}" if lacking else "")
 
 
 def main() -> int:
-    """Returns the exit code."""
     form = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(prog="release", description=__doc__, formatter_class=form)
     parser.add_argument("--without-tests", action="store_true", help="leave scripts/test out")
     without_tests = parser.parse_args().without_tests
-    points = Checklist()
-    changed = git("status", "--porcelain").splitlines()
-    points.check("nothing is uncommitted", f"{len(changed)} files" if changed else "")
-    check_texts(points)
-    if not without_tests:
-        passed = subprocess.run([str(ROOT / "scripts" / "test")], env=os.environ, check=False).returncode == 0
-        points.check("scripts/test passes", "" if passed else "see above")
-    with tempfile.TemporaryDirectory(prefix="pairsim-release-") as work:
-        if (wheel := build(points, Path(work))) is not None:
-            try_wheel(points, wheel, Path(work))
-    if points.failed:
-        print(f"{len(points.failed)} points have failed", file=sys.stderr)
+    failed = 0
+    with tempfile.TemporaryDirectory(prefix="pairsim-release-") as folder:
+        work = Path(folder)
+        for point, fault in chain(tree(), () if without_tests else tests(), archives(work), installed(work)):
+            print(f"FAILED  {point}: {fault}" if fault else f"ok      {point}", flush=True)
+            failed += bool(fault)
+    if failed:
+        print(f"{failed} points have failed", file=sys.stderr)
         return 1
     print(f"By hand: git tag -a v{__version__} -m 'pairsim {__version__}', push it, and upload what is in {DIST}.")
     return 0

@@ -25,7 +25,7 @@ SHOWN = ("index", "tutorials/first-pair", "explanation/physics", "reference/case
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The built site; internal links and anchors are checked by mkdocs."""
     folder = tmp_path_factory.mktemp("site")
-    quiet = {"NO_MKDOCS_2_WARNING": "1", "DISABLE_MKDOCS_2_WARNING": "true", "PYTHONPATH": str(ROOT)}
+    quiet = {"NO_MKDOCS_2_WARNING": "1", "PYTHONPATH": str(ROOT)}
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)]
     done = subprocess.run(command, cwd=ROOT, env=os.environ | quiet, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
