@@ -71,19 +71,25 @@ def test_force_on_a_moved_sphere_is_written_answered_and_swept(tmp_path: Path, p
 
 
 @pytest.mark.slow
-def test_critical_distances_follow_the_zero_of_the_curve(tmp_path: Path) -> None:
-    """At De .5, beta .4 there is an unstable distance, smaller for larger Ca_e; it is the zero of a curve there."""
+def test_critical_distances_follow_the_zeros_of_curves_along_lines(tmp_path: Path) -> None:
+    """At beta .4 there is an unstable distance, smaller for larger Ca_e, as in Fig. 11."""
     mesh = {"Np": 8, "max_size": 0.1}  # 0.1 is that of `accuracy: 5%`: no warning of it
     pair = {"beta": 0.4, "De": 0.5, "Ca_e": 0.1, "ends": "developed", "length": 3.0, "mesh": mesh}
-    critical = pairsim.critical(pair, along={"Ca_e": [0.05, 0.1]}, d=[0.22, 0.28], folder=tmp_path / "out").check()
+    asked = {"along": {"De": [0.4, 0.5]}, "lines": {"Ca_e": [0.05, 0.1]}, "d": [0.22, 0.28]}
+    critical = pairsim.critical(pair, **asked, folder=tmp_path / "out").check()
     rows = critical.table[critical.table["kind"] == "wanted"]
-    assert rows["Ca_e"].tolist() == pytest.approx([0.05, 0.1])
-    assert rows["stable"].tolist() == [False, False]
-    assert rows["d_cr"].iloc[1] < rows["d_cr"].iloc[0]
+    assert sorted(zip(rows["Ca_e"], rows["De"], strict=True)) == [(c, d) for c in (0.05, 0.1) for d in (0.4, 0.5)]
+    assert rows["branch"].nunique() == 2
+    assert not rows["stable"].any()
+    assert rows["d_error"].to_numpy() == pytest.approx((rows["dU_error"] / rows["slope"].abs()).to_numpy(), rel=1e-6)
+    found = rows.set_index(["Ca_e", "De"])
+    for De in (0.4, 0.5):
+        assert found.loc[(0.1, De), "d_cr"] < found.loc[(0.05, De), "d_cr"]
     zeros = pairsim.curve(pair, d={"start": 0.22, "stop": 0.28, "num": 3}, tol=1e-3).check().zeros
-    assert zeros["d"].tolist() == pytest.approx([rows["d_cr"].iloc[1]], abs=float(rows["d_error"].iloc[1]))
+    d_cr, d_error = found.loc[(0.1, 0.5), ["d_cr", "d_error"]]
+    assert zeros["d"].tolist() == pytest.approx([d_cr], abs=float(d_error))
     assert zeros["stable"].tolist() == [False]
-    assert critical.ends[0]["reason"] == "range"
+    assert {end["reason"] for end in critical.ends} == {"range"}
     assert not any("not resolved" in warning for warning in critical.warnings)
     assert any("was not kept" in warning for warning in critical.warnings)
     (picture,) = critical.plot(tmp_path)
@@ -96,21 +102,6 @@ def test_one_critical_distance_is_no_picture_and_plot_says_so(pairsim: Pairsim, 
     done = pairsim("plot", "out")
     assert (done.returncode, done.stdout) == (0, "")
     assert "nothing to draw" in done.stderr
-
-
-@pytest.mark.slow
-def test_critical_follows_lines_over_De_with_their_errors() -> None:
-    """Two lines over De: the softer pair has the smaller distance, as in Fig. 11."""
-    pair = {"beta": 0.4, "De": 0.5, "Ca_e": 0.1, "ends": "developed", "length": 3, "mesh": {"Np": 8, "max_size": 0.15}}
-    found = pairsim.critical(pair, along={"De": [0.4, 0.5]}, lines={"Ca_e": [0.02, 0.05]}, d=[0.2, 0.3]).check().table
-    rows = found[found["kind"] == "wanted"]
-    assert sorted(zip(rows["Ca_e"], rows["De"], strict=True)) == [(c, d) for c in (0.02, 0.05) for d in (0.4, 0.5)]
-    by_place = rows.set_index(["Ca_e", "De"])["d_cr"]
-    for De in (0.4, 0.5):
-        assert by_place[0.05, De] < by_place[0.02, De]
-    assert rows["branch"].nunique() == 2
-    assert rows["d_error"].to_numpy() == pytest.approx((rows["dU_error"] / rows["slope"].abs()).to_numpy(), rel=1e-6)
-    assert (rows["d_error"] > 0).all()
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ import pytest
 import pairsim
 
 SMALL = {"ends": "developed", "mesh": {"Np": 8, "max_size": 0.3}, "output": {"fields": False}}
-PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.2, "length": 2.4, "time": {"end": 1e-3}, "limits": {"max_steps": 5}}
+PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.2, "length": 2.4, "time": {"end": 1e-3}, "limits": {"max_steps": 3}}
 EXTREMES: dict[str, dict[str, Any]] = {
     "almost Newtonian": {"De": 1e-6, "xi": 0.5},
     "De 1e4": {"De": 1e4},

@@ -16,7 +16,7 @@ from pairsim.results.output import read_series
 @pytest.mark.slow
 def test_quasi_steady_is_compared_with_the_transient(tmp_path: Path, pairsim: Pairsim) -> None:
     text = """
-base: {beta: 0.4, De: 0, Ca_e: 0.02, d0: 0.1, ends: developed, length: 3, mesh: {Np: 12}, time: {end: 1}, tol: 1}
+base: {beta: 0.4, De: 0, Ca_e: 0.02, d0: 0.1, ends: developed, length: 3, mesh: {Np: 12}, time: {end: 0.7}, tol: 1}
 over: d
 at: 0.1005
 discretisations: [{command: run, dU_error: true}, {command: curve}, {command: curve, mesh.Np: 8}]

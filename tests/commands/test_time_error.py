@@ -9,7 +9,7 @@ import pytest
 
 import pairsim
 
-PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": "auto", "mesh": {"Np": 12}}
+PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": 3, "mesh": {"Np": 8}}
 PAIR |= {"output": {"fields": False}}
 
 

@@ -14,6 +14,7 @@ from pairsim.commands import COMMANDS
 from pairsim.config.checked_range import beyond_checked
 from pairsim.inputs.case_files import parse_case
 
+
 @pytest.mark.slow
 @pytest.mark.parametrize("ends", ["developed", "periodic"])
 @pytest.mark.parametrize(
@@ -39,7 +40,7 @@ def test_largest_De_of_all_critical_distances_counts() -> None:
     asked = {"beta": 0.4, "De": 0.5, "Ca_e": 0.01, "d": [0.1, 0.5], "along": {"De": [0.5, 8]}}
     (warning,) = beyond_checked(parse_case(COMMANDS["critical"], asked, "test"))
     assert "De = 8" in warning
-    assert not beyond_checked(parse_case(COMMANDS["critical"], {**asked, "along": {"De": [0.5, 5]}}, "test"))
+    assert not beyond_checked(parse_case(COMMANDS["critical"], {**asked, "along": {"De": [0.5, 2]}}, "test"))
 
 
 def test_pair_that_outgrows_its_tube_ends_typed() -> None:

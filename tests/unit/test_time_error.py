@@ -41,6 +41,16 @@ def test_estimate_is_what_bdf_leaves_of_a_polynomial(order: int) -> None:
     assert estimate(t, t**order, order) == pytest.approx(SAFETY * largest / (order + 1), rel=1e-9)
 
 
+@pytest.mark.parametrize(("power", "longest", "factor"), [(1, 0, 3), (3, 2, 3), (3, 3, 1)])
+def test_errors_of_the_first_three_steps_count_three_times(power: int, longest: int, factor: float) -> None:
+    """Orders rise with the steps; t^k has the derivatives that count, and one step is much longer than all others."""
+    t = np.cumsum(np.where(np.arange(4) == longest, 0.48, 0.01))
+    order = min(longest + 1, ORDER)
+    old = np.concatenate([[0.0], t])[longest + 1 - order : longest + 1]
+    left = np.prod(t[longest] - old) / (order + 1)
+    assert estimate(t, t**power) == pytest.approx(SAFETY * factor * left / t[-1] ** power, rel=1e-9)
+
+
 def test_estimate_ignores_jumps_at_remeshings_and_the_first_moment() -> None:
     t = np.arange(1, 40) * 0.02
     smooth = np.cos(t)

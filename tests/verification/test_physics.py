@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -13,7 +15,7 @@ import pairsim
 SCENE: dict[str, Any] = {
     "beta": 0.4, "De": 0, "Ca_e": 0, "d": [0.2], "ends": "developed", "length": 4, "mesh": {"Np": 14, "max_size": 0.15},
 }  # fmt: skip
-EXACT = 1e-9
+EXACT = 1e-8
 """Relative difference of two solutions of the same equations, by the tolerance of Newton's method."""
 
 
@@ -126,9 +128,15 @@ QUICK = ("power law that does not thin", "one mode twice")
 )
 def test_laws_become_one_another_at_the_ends_of_their_parameters(name: str) -> None:
     one, other, difference = ALIKE[name]
-    a, b = (point(**{"De": 0.3, "Ca_e": 0.1, **keys}) for keys in (one, other))
+    a, b = (coarse_point(json.dumps(keys)) for keys in (one, other))
     for name in ("dU", "dU_held", "U_L", "D_L", "dp_plus"):
         assert a[name] == pytest.approx(b[name], rel=difference, abs=1e-12), name
+
+
+@cache
+def coarse_point(keys: str) -> dict[str, float]:
+    """A soft pair on few cells with some keys, as JSON; most laws have the same limit."""
+    return point(**{"De": 0.3, "Ca_e": 0.1, "mesh": {"Np": 8, "max_size": 0.25}} | json.loads(keys))
 
 
 def test_a_neo_hookean_solid_is_a_mooney_rivlin_solid_without_the_second_invariant() -> None:

@@ -65,7 +65,7 @@ def test_first_dU_is_that_of_the_curve(keys: dict[str, Any], ends: str) -> None:
     [
         pytest.param(SOFT, id="soft"),
         pytest.param(BOTH, id="soft in a viscoelastic liquid", marks=pytest.mark.long),
-        pytest.param(ELASTIC, id="rigid"),
+        pytest.param({**ELASTIC, "mesh": {"Np": 8, "max_size": 0.2}}, id="rigid"),
     ],
 )
 def test_ten_relaxation_times_after_rest_the_start_is_forgotten(keys: dict[str, Any]) -> None:
