@@ -22,6 +22,7 @@ def _a_second_a_solve(monkeypatch: pytest.MonkeyPatch) -> None:
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 3, "mesh": {"Np": 8}, "tol": 1}
 
 
+@pytest.mark.slow
 def test_a_curve_keeps_the_points_it_has_when_its_budget_is_spent() -> None:
     result = api.curve(PAIR | {"d": {"start": 0.05, "stop": 0.8, "num": 500}}, budget="20 s")
     assert (result.status, result.reason) == ("failed", "budget")

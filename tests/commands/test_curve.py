@@ -126,6 +126,7 @@ def test_a_curve_that_starts_from_its_neighbour_has_the_stresses_of_its_own_para
     assert_same_fields(fields_of(pairsim.open(tmp_path / "warm")), cold)
 
 
+@pytest.mark.slow
 def test_a_curve_whose_first_place_is_walked_to_has_the_stresses_of_that_place(
     cold: Fields, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -16,7 +16,7 @@ CASE: dict[str, Any] = {"physical": {**EXPERIMENT, "flow_rate": "0.5ul/min"}, "a
 FEW = {"ends": "developed", "length": "auto", "output": {"fields": False}}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_run_and_curve_give_one_answer() -> None:
     """De 1.7: the run comes closer by 2 % of the distance before it separates."""
     whole = pairsim.run(CASE, **FEW, d0=0.1)

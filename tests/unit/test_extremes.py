@@ -37,7 +37,7 @@ def outcome(command: str, data: Tree) -> str:
 def test_a_case_is_ready_with_an_estimate_or_refused_for_a_reason(command: str) -> None:
     codes: Counter[str] = Counter()
 
-    @settings(derandomize=True, database=None, deadline=None, max_examples=100, suppress_health_check=list(HealthCheck))
+    @settings(derandomize=True, database=None, deadline=None, max_examples=50, suppress_health_check=list(HealthCheck))
     @given(changed(command, CASES[command]))
     def each(data: Tree) -> None:
         codes[outcome(command, data)] += 1

@@ -86,7 +86,7 @@ def begun(steps: int, **keys: object) -> pairsim.RunResult:
 @pytest.mark.parametrize(
     "keys",
     [
-        pytest.param({"d0": 0.005}, id="narrow gap"),
+        pytest.param({"d0": 0.005}, id="narrow gap", marks=pytest.mark.slow),
         pytest.param({"beta": 0.6, "Ca_e": 0.05, "d0": 0.1, "ends": "developed"}, id="developed ends"),
     ],
 )

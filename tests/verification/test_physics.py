@@ -120,7 +120,7 @@ ALIKE: dict[str, tuple[dict[str, Any], dict[str, Any], float]] = {
 }
 
 
-QUICK = ("power law that does not thin", "one mode twice")
+QUICK = ("power law that does not thin",)
 
 
 @pytest.mark.parametrize(

@@ -42,6 +42,7 @@ def slope(Np: int) -> float:
     return float(series["dU"].iloc[-1]) / Ca
 
 
+@pytest.mark.slow
 def test_nearly_rigid_pair_separates_as_first_order_theory() -> None:
     """The quasi-steady dU does so at other beta and d, too (test_curve.py)."""
     assert slope(28) == pytest.approx(SLOPE, rel=5e-3)

@@ -46,7 +46,10 @@ def test_work_of_quasi_steady_points(
 
 @pytest.mark.parametrize(
     ("De", "end", "attempts", "iterations", "factorisations"),
-    [pytest.param(0, 0.2, 50, 141, 12, id="Newtonian"), pytest.param(1, 0.02, 47, 248, 15, id="De 1")],
+    [
+        pytest.param(0, 0.2, 50, 141, 12, id="Newtonian"),
+        pytest.param(1, 0.02, 47, 248, 15, id="De 1", marks=pytest.mark.slow),
+    ],
 )
 def test_work_of_runs(De: float, end: float, attempts: int, iterations: int, factorisations: int) -> None:
     case = parse_case(COMMANDS["run"], {**PAIR, "De": De, "Ca_e": 0.1, "d0": 0.1, "time": {"end": end}}, "test")
