@@ -247,6 +247,7 @@ def test_open_gives_the_results_again(empty: Path) -> None:
     opened = pairsim.open("out")
     assert isinstance(opened, pairsim.RunResult)
     pd.testing.assert_frame_equal(opened.table, computed.table)
+    assert opened.folder == computed.folder == Path("out")
     assert opened.case == computed.case == pairsim.load(RUN, length=3.0)
     assert (opened.status, opened.reason, opened.record["kind"], opened.record["format"]) == (
         "finished",

@@ -225,6 +225,14 @@ def short(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
+def test_a_folder_is_enough_to_resume(short: Path, tmp_path: Path, pairsim: Pairsim) -> None:
+    shutil.copytree(short, tmp_path / "run")
+    done = pairsim("run", "--resume", "run", "--set", "limits.max_steps=100")
+    assert (done.returncode, done.stdout.strip()) == (0, "run"), done.stderr
+    assert read_series(tmp_path / "run" / "series.csv")["t"][-1] == pytest.approx(0.02)
+
+
 @pytest.mark.parametrize(
     ("changes", "key", "values"),
     [

@@ -82,6 +82,7 @@ def test_critical_distances_follow_the_zeros_of_curves_along_lines(tmp_path: Pat
     assert rows["branch"].nunique() == 2
     assert not rows["stable"].any()
     assert rows["d_error"].to_numpy() == pytest.approx((rows["dU_error"] / rows["slope"].abs()).to_numpy(), rel=1e-6)
+    assert (rows["d_error"] > 0).all()
     found = rows.set_index(["Ca_e", "De"])
     for De in (0.4, 0.5):
         assert found.loc[(0.1, De), "d_cr"] < found.loc[(0.05, De), "d_cr"]

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.commands import Pairsim
-from support.fuzz import CASES, schema_of
+from support.fuzz import CASES, numbers
 from syrupy.assertion import SnapshotAssertion
 
 from pairsim.commands import COMMANDS
@@ -141,6 +141,40 @@ CASE_FILES: dict[str, Wrong] = {
         "cases:\n  - {Ca_e: 1}\n  - 7\n  - nowhere.yaml\nexclude:\n  - {}\n  - {De: {min: low}}\n",
         "sweep",
     ),
+    "entry of values to follow": (CRITICAL.replace("0.1]", "-1]"), "critical"),
+    "value to follow out of range": (CRITICAL.replace("{Ca_e: [0.05, 0.1]}", "{De: [1e-300]}"), "critical"),
+    "true for a number": (RUN.replace("0.1\nd0", "true\nd0"), "run"),
+    "number between 0 and the least": (RUN.replace("De: 0", "De: 1e-30"), "run"),
+    "step beyond the end": (RUN + "time: {end: 1.0e-4}\n", "run"),
+    "unknown key beside inconsistent ones": (RUN + "kappa: 2\nlength: 1\n", "run"),
+    "velocity in a run": (RUN + "velocity: 1\n", "run"),
+    "fields without distances": (CURVE.replace("d: [0.1", "fields: [0.1"), "curve"),
+    "liquid at rest": (CURVE.replace("Ca_e: 0.1", "Ca_e: 0") + "velocity: 0\nflow: 0\n", "curve"),
+    "half a flow": (CURVE + "flow: 0.5\n", "curve"),
+    "case of critical": (CRITICAL, "run"),
+    "case of run": (RUN, "curve"),
+    "study given to sweep": (STUDY, "sweep"),
+    "case given to sweep": (RUN, "sweep"),
+    "study without discretisations": (STUDY.partition("disc")[0] + "at: 1\n", "study"),
+    "wrong value in cases": (SWEEP + "cases: [{d0: 0.1, Ca_e: -1}]\n", "sweep"),
+    "no values": (SWEEP.replace("[0.1, 0.2]", "[]"), "sweep"),
+    "endless range": (SWEEP.replace("[0.1, 0.2]", "{start: 1, stop: .inf, num: 3}"), "sweep"),
+    "too many values": (SWEEP + "".join(f"  k{i}: {{start: 1, stop: 2, num: 100000}}\n" for i in range(20)), "sweep"),
+    "study over something else": (STUDY + "at: 1\nover: x\n", "study"),
+    "number out of range by its quantity": (BENCH.replace("5 um}", "1 nm}"), "run"),
+    "flow rate and velocity": (BENCH.replace("}", ", velocity: 1 mm/s}"), "run"),
+    "quantity beyond all limits": (BENCH.replace("50 um", "1e300 m"), "run"),
+    "broken unit": (BENCH.replace("50 um", "5 um**"), "run"),
+    "largest step below the first": (RUN + "time: {max_step: 1e-5}\n", "run"),
+    "too many outputs": (RUN + "output: {every: 1e-9}\n", "run"),
+    "distances of another number of gaps": (RUN.replace("d0: 0.1", "d0: [0.1, 0.2]"), "run"),
+    "largest gap below the first": (RUN + "limits: {max_gap: 0.05}\n", "run"),
+    "no solvent": (RUN.replace("De: 0", "De: 1\nxi: 0"), "run"),
+    "missing De": (RUN.replace("De: 0\n", ""), "run"),
+    "fraction of a particle": (RUN + "particles: 1.5\n", "run"),
+    "text for true": (RUN + "output: {fields: 'yes'}\n", "run"),
+    "unknown ends": (RUN + "ends: open\n", "run"),
+    "accuracy without a percent sign": (RUN + "accuracy: 0.5\n", "run"),
     "study of a sweep": (STUDY + "command: sweep\n", "study"),
     "study of curves without distances": ("command: curve\n" + STUDY.replace(", d0: 0.1", ""), "study"),
     "study of one discretisation": (STUDY.rpartition("  - ")[0] + "at: 1\n", "study"),
@@ -170,6 +204,11 @@ YAML_FILES: dict[str, Wrong] = {
     "control characters": (RUN + '"a\\nb\\e[31mc": 1\n', "run"),
     "400 digits": (RUN.replace("0.4", "4" * 400), "run"),
     "many keys": (RUN + "".join(f"key{i}: 1\n" for i in range(100)), "run"),
+    "long value": (RUN.replace("0.4", "x" * 1_000_000), "run"),
+    "long key": (RUN + "? " + "x" * 100_000 + "\n: 1\n", "run"),
+    "long list": (RUN.replace("0.4", f"[{'2, ' * 500}]"), "run"),
+    "long name": (RUN + f"name: {'\N{CJK UNIFIED IDEOGRAPH-6F22}' * 100}\n", "run"),
+    "long name of a sweep": (f"name: {'\N{CJK UNIFIED IDEOGRAPH-6F22}' * 100}\n" + SWEEP, "sweep"),
     "case outside of the folder": (SWEEP + "cases: [/etc/passwd]\n", "sweep"),
 }
 LINES: dict[str, str] = {
@@ -192,6 +231,13 @@ LINES: dict[str, str] = {
     "unknown example": "init --example quadruplet",
     "name of no file": "init ../x",
     "file that exists": "init case",
+    "mesh of another format": "mesh case.yaml -o mesh.stl",
+    "picture of a file": "plot case.yaml",
+    "picture of the folder above": "plot .",
+    "case into a missing folder": (
+        "units --tube 50um --particle 20um --viscosity 1Pa.s --flow 1ul/min -o nowhere/case.yaml"
+    ),
+    "path that is not UTF-8": "run case.yaml --dry-run -o \udcff",
     "unknown shard": "sweep grid.yaml --shard 3/2",
     "unknown scheduler": "sweep grid.yaml --emit pbs",
     "unknown time": "sweep grid.yaml --walltime soon",
@@ -246,10 +292,11 @@ def test_message_on_a_command_line(name: str, folder: Path, pairsim: Pairsim, sn
     assert message(folder, pairsim, RUN, LINES[name]) == snapshot
 
 
-def numbers(command: str) -> list[tuple[str, float, float]]:
-    """Keys of the top level that are one number, with their limits."""
-    keys = schema_of(command)["properties"].items()
-    return [(key, each["minimum"], each["maximum"]) for key, each in keys if {"minimum", "maximum"} <= each.keys()]
+@pytest.mark.parametrize("words", [["run"], ["run", "a", "b"], ["fly"], ["run", "a", "--fast"]])
+def test_usage_errors_end_with_2(words: list[str], pairsim: Pairsim) -> None:
+    done = pairsim(*words)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("Usage: ")
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -263,9 +310,9 @@ def test_every_number_has_limits_and_is_named_with_them(command: str, tmp_path: 
     def each(key: tuple[str, float, float], excess: float, above: bool) -> None:
         name, least, most = key
         value = most + excess if above else least - excess
-        path.write_text(yaml_text(CASES[command] | {name: value}))
+        path.write_text(yaml_text(CASES[command]))
         with pytest.raises(InputError) as caught:
-            read_case(COMMANDS[command], path)
+            read_case(COMMANDS[command], path, (f"{name}={value!r}",))
         assert any(each.key == name and each.value == value for each in caught.value.mistakes)
 
     each()

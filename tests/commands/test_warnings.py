@@ -31,7 +31,7 @@ def test_every_computation_tells_of_a_short_tube_and_of_a_De_above_all_that_were
 ) -> None:
     monkeypatch.setattr("pairsim.config.checked_range.MOST_DE", 0.01)
     pair = {"beta": 0.4, "De": 0.02, "Ca_e": 0, "length": 2.4, "mesh": {"Np": 8, "max_size": 0.25}}
-    warnings = compute(pair, ends=ends, **place).warnings
+    warnings = compute(pair, ends=ends, **place).check().warnings
     assert sum("the ends affect dU" in warning for warning in warnings) == 1
     assert sum("De = 0.02 is above 0.01" in warning for warning in warnings) == 1
 

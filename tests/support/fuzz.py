@@ -90,6 +90,18 @@ def schema_of(command: str) -> Tree:
     return json.loads(json_schema(command))
 
 
+def numbers(command: str) -> list[tuple[str, float, float]]:
+    """Keys whose values are numbers, or may be, with their limits; those of groups are dotted."""
+    schema = schema_of(command)
+    refs = {
+        f"{name}.": each["$ref"].rpartition("/")[2] for name, each in schema["properties"].items() if "$ref" in each
+    }
+    parts = {"": schema} | {at: schema["$defs"][name] for at, name in refs.items()}
+    keys = [(at + name, each) for at, part in parts.items() for name, each in part["properties"].items()]
+    known = [(key, value) for key, each in keys for value in (each, *each.get("anyOf", ()))]
+    return [(key, value["minimum"], value["maximum"]) for key, value in known if {"minimum", "maximum"} <= value.keys()]
+
+
 def allowed(schema: Tree, definitions: Tree) -> st.SearchStrategy[Any]:
     """Values that a JSON schema allows; texts with a pattern or a format of their own are not always among them."""
     if "$ref" in schema:

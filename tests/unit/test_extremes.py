@@ -10,7 +10,7 @@ from collections import Counter
 
 import pytest
 from hypothesis import HealthCheck, given, settings
-from support.fuzz import CASES, Tree, changed
+from support.fuzz import CASES, Tree, changed, numbers
 
 from pairsim.commands import COMMANDS
 from pairsim.runtime.duration import duration
@@ -45,3 +45,10 @@ def test_a_case_is_ready_with_an_estimate_or_refused_for_a_reason(command: str) 
     each()
     assert codes["ready"] > 0
     assert codes["refused"] > 0
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_limit_is_ready_or_refused(command: str) -> None:
+    for key, value in ((key, value) for key, *limits in numbers(command) for value in limits):
+        group, _, name = key.rpartition(".")
+        outcome(command, CASES[command] | ({group: {name: value}} if group else {name: value}))

@@ -77,6 +77,10 @@ def test_schema_lists_every_kind_of_file(command: str) -> None:
         assert key in shown
         assert allowed
         assert meaning
+    keys, schema = {row[0] for row in schema_rows(command)}, schema_of(command)
+    groups = {name: each["$ref"].rpartition("/")[2] for name, each in schema["properties"].items() if "$ref" in each}
+    assert {f"{name}.{key}" for name, of in groups.items() for key in schema["$defs"][of]["properties"]} <= keys
+    assert schema["properties"].keys() == {key.partition(".")[0] for key in keys}
 
 
 @pytest.mark.parametrize("path", sorted(CONFIGS.glob("*.yaml")), ids=lambda path: path.stem)

@@ -137,6 +137,7 @@ def test_perturbations_vanish_without_particles() -> None:
     fields = frame(step, step.h, flow).point_data
     transient.close()
     assert np.ptp(flow.p) > 0.5
+    assert fields["tr_c"].max() == pytest.approx((flow.c[:, [0, 2, 3]].sum(axis=1)).max(), rel=1e-2)
     assert np.ptp(fields["pressure_extra"]) < 0.02 * np.ptp(flow.p)
     assert np.abs(fields["tau_p_zz_extra"]).max() < 0.01 * np.abs(polymer_stress(liquid, flow.c)).max()
 
