@@ -13,7 +13,7 @@ from pairsim.fem.meshes.size_field import AdaptedSizes
 from pairsim.inputs.case_files import parse_case
 from pairsim.solvers.curves import adaptation
 from pairsim.solvers.curves.adaptation import ROUNDS, AdaptiveBranch, largest_dU
-from pairsim.solvers.curves.branch import Branch
+from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.parameters import Parameters
 
 TUBE = {"beta": 0.4, "d": [0.4], "ends": "developed", "length": "auto"}
@@ -97,6 +97,24 @@ def test_what_cannot_be_kept_ends_with_the_error_reached(monkeypatch: pytest.Mon
     point = branch.at(first)
     assert point.dU_errors[0] > 1e-7 * branch.dU
     assert branch.scene.constraints.size > 2 * before
+    branch.close()
+
+
+def test_a_finer_mesh_with_a_larger_error_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As near the softest shapes, where fine cells resolve wrinkles."""
+    branch, first = adaptive(1e-7, De=0, Ca_e=0.1, d=[0.1], mesh={"Np": 6})
+    coarse, own = branch.scene.constraints.size, Branch.at
+
+    def worse_on_finer_cells(self: Branch, parameters: Parameters) -> Point:
+        point = own(self, parameters)
+        widening = 1.0 if self.scene.constraints.size < 1.5 * coarse else 1e3
+        return replace(point, estimate=replace(point.estimate, widening=widening))
+
+    monkeypatch.setattr(Branch, "at", worse_on_finer_cells)
+    point = branch.at(first)
+    assert branch.scene.constraints.size < 1.1 * coarse
+    assert point.estimate.widening == 1.0
+    assert max(branch.rounds.values()) == ROUNDS
     branch.close()
 
 

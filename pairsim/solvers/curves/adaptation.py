@@ -227,12 +227,20 @@ class AdaptiveBranch(Branch):
     def _kept(self, solve: Callable[[Point | None], Point]) -> Point:
         """Solve for a point, and again on finer meshes while its error is too large."""
         before, point = self.scene.iterations, solve(None)
-        while self._too_large(point) and self._refine(point):
-            error = float(point.estimate.dU_error.max())
+        while self._too_large(point):
+            coarser, fields, error = self.problem, dict(self._fields), float(point.estimate.dU_error.max())
+            if not self._refine(point):
+                break
             with suppress(NoSteadyState, MeshFailure):
                 point = solve(point)
-            if float(point.estimate.dU_error.max()) > HELPS * error:
+            finer_error = float(point.estimate.dU_error.max())
+            if finer_error > HELPS * error:
                 self.rounds[self._nominal(point)] = ROUNDS
+            if finer_error > error and self._go_on(coarser, point.parameters):
+                # Near the softest shapes the finer mesh may be close to wrinkles that the coarser one does not resolve.
+                self._fields = fields
+                with suppress(NoSteadyState, MeshFailure):
+                    point = solve(point)
         self.unknowns[self._nominal(point)] = self.scene.constraints.size
         return replace(point, newton=self.scene.iterations - before)
 
