@@ -29,10 +29,10 @@ from typing import Any
 import pandas as pd
 import yaml
 from book import pages
-from book.cases import Cases, NotComputed, first
-from book.computing import CONFIGS, DOCS, made, pairsim, parser_of
+from book.cases import Cases, NotComputed
+from book.computing import CONFIGS, DOCS, FAILED, made, pairsim, parser_of
 from paper_pictures import WIDTHS, Panel, draw
-from paper_statements import NOT_COMPUTED, judged, markers
+from paper_statements import NOT_COMPUTED, judged, transients
 
 from pairsim.plots.style import Page
 from pairsim.results.output import write_text
@@ -42,12 +42,13 @@ FIGURES: dict[str, dict[str, Any]] = {
     path.parent.name: yaml.safe_load(path.read_text()) for path in sorted(FOLDER.glob("*/figure.yaml"))
 }
 """Descriptions by name, such as fig07: caption, panels, `also` (what statements look at besides), `quick`."""
+PANELS = {name: [Panel(**each) for each in figure["panels"]] for name, figure in FIGURES.items()}
 STATEMENTS: list[tuple[str, dict[str, str]]] = [
     (path.parent.name, each)
     for path in sorted(FOLDER.glob("*/statements.yaml"))
     for each in yaml.safe_load(path.read_text())
 ]
-"""Figures and what the paper says of them (`says`), how it is judged (`check`), and how by runs (`in_time`)."""
+"""Figures and what the paper says of them, with the expressions that judge it; see paper_statements.py."""
 CHECKS = {"finer": "finer meshes", "periodic": "periodic ends", "transients": "in time"}
 """Folders with computations that check what does not hold."""
 KNOWN = [*FIGURES, *CHECKS]
@@ -62,42 +63,37 @@ def computations(names: Iterable[str]) -> list[str]:
     return [f"{path.parent.name}/{path.stem}" for path in files]
 
 
-def panels(name: str) -> list[Panel]:
-    """The panels of a figure."""
-    return [Panel(**each) for each in FIGURES[name]["panels"]]
-
-
 def needed(names: Iterable[str]) -> list[str]:
     """Computations of figures and checks, and those that their pictures and statements look at, each once."""
     found = []
     for name in names:
         found += computations([name])
         if name in FIGURES:
-            found += [each for panel in panels(name) for each in (*panel.of, *panel.markers)]
+            found += [each for panel in PANELS[name] for each in (*panel.of, *panel.markers)]
             found += FIGURES[name].get("also", [])
     return list(dict.fromkeys(found))
 
 
 def words(name: str, quick: bool) -> list[str]:
     """The command of a computation, and what `--quick` replaces in its cases."""
-    content = yaml.safe_load((FOLDER / f"{name}.yaml").read_text())
+    path = FOLDER / f"{name}.yaml"
+    content = yaml.safe_load(path.read_text())
     if "beta" in content:
-        return ["mesh", str(FOLDER / f"{name}.yaml")]
-    own = FIGURES.get(name.partition("/")[0], {}).get("quick", {}).get(name)
+        return ["mesh", str(path)]
     usual = yaml.safe_load((FOLDER / "quick.yaml").read_text())[content.get("command", "run")]
-    settings = (usual if own is None else own) if quick else {}
+    settings = FIGURES.get(path.parent.name, {}).get("quick", {}).get(name, usual) if quick else {}
     pairs = [word for key, value in settings.items() for word in ("--set", f"{key}={json.dumps(value)}")]
-    return ["sweep", str(FOLDER / f"{name}.yaml"), *pairs]
+    return ["sweep", str(path), *pairs]
 
 
 def compute(name: str, output: Path, quick: bool, *options: str) -> int:
     """Compute what is not there yet of a computation."""
     command, *rest = words(name, quick)
-    if command == "mesh":
-        target = output / f"{name}.vtu"
-        target.parent.mkdir(parents=True, exist_ok=True)
-        return 0 if target.is_file() else pairsim(command, *rest, "-o", target)
-    return pairsim(command, *rest, "-o", output / name, *options)
+    if command == "sweep":
+        return pairsim(command, *rest, "-o", output / name, *options)
+    target = output / f"{name}.vtu"
+    target.parent.mkdir(parents=True, exist_ok=True)
+    return 0 if target.is_file() or "--dry-run" in options else pairsim(command, *rest, "-o", target)
 
 
 def statement_table(output: Path) -> pd.DataFrame:
@@ -110,7 +106,7 @@ def statement_table(output: Path) -> pd.DataFrame:
         verdict, numbers = judged(each["check"], whole)
         row = {"figure": figure, "the paper says": each["says"], "verdict": verdict, "our figures": numbers}
         for name, cases in others.items() if verdict != "holds" else ():
-            expression = each.get("in_time") if name == "transients" else each["check"]
+            expression = each.get("in_time") if name == "transients" else each.get("again", each["check"])
             found, numbers = judged(expression, cases) if expression else (NOT_COMPUTED, "")
             row |= {name: found, f"{name}: figures": numbers} if found != NOT_COMPUTED else {}
         rows.append(row)
@@ -118,75 +114,55 @@ def statement_table(output: Path) -> pd.DataFrame:
 
 
 def effort(output: Path) -> pd.DataFrame:
-    """Cases, seconds, points or steps, and errors of every figure with computations of its own."""
+    """Seconds and errors of every figure with computations of its own."""
     rows, cases = [], Cases(output, computations(KNOWN))
     for name in KNOWN:
-        sweeps = {each: cases.sweep(each) for each in computations([name])}
-        ended = [case for each, sweep in sweeps.items() if sweep for case in cases.of(each)]
-        total = sum(len(sweep.record["cases"]) for sweep in sweeps.values() if sweep)
-        if not ended:
-            continue
-        curves = [case for case in ended if case.kind == "curve"]
-        errors = [curve.table[["dU_error", "ends_error"]].max() / curve.peak for curve in curves]
-        worst = pd.DataFrame(errors).max() if errors else {"dU_error": "", "ends_error": ""}
-        rows.append(
-            {
-                "figure": name,
-                "own cases finished": f"{len(ended)} of {total}",
-                "accuracy": ", ".join(sorted({str(case.parameters["accuracy"]) for case in ended})),
-                "s of one core": f"{sum(float(case.result.record.get('wall_time') or 0) for case in ended):.0f}",
-                "points or steps": str(sum(len(case.table) for case in ended)),
-                "largest dU_error, % of the peak": percent(worst["dU_error"]),
-                "ends_error, % of the peak": percent(worst["ends_error"]),
-            }
-        )
-    return pd.DataFrame(rows)
-
-
-def percent(value: float | str) -> str:
-    """A part in percent; empty stays empty."""
-    return value if isinstance(value, str) else f"{100 * value:.2g}"
-
-
-def marker_table(output: Path) -> pd.DataFrame:
-    """All transients beside the curves of their cases."""
-    rows = []
-    for run, curve in markers(Cases(output, computations(FIGURES)), least=0):
-        keys = {name: f"{first(run.parameters[key]):g}" for name, key in MARKED.items()}
-        d, value = run.last("d"), float(curve.at("dU", run.last("d")))
-        rest = run.last("dU") - value
-        row = keys | {"t": f"{run.last('t'):g}", "d": f"{d:.4f}", "dU of the transient": f"{run.last('dU'):.4e}"}
-        row |= {"dU of the curve": f"{value:.4e}", "difference, % of the peak": f"{100 * rest / curve.peak:.2f}"}
-        rows.append(row | {"difference in intervals": f"{rest / curve.dU(d)[1]:.1f}"})
+        sweeps = [(each, sweep) for each in computations([name]) if (sweep := cases.sweep(each))]
+        ended = [case for each, _ in sweeps for case in cases.of(each)]
+        total = sum(len(sweep.record["cases"]) for _, sweep in sweeps)
+        errors = [case.table["dU_error"].max() / case.peak for case in ended if case.kind == "curve"]
+        row = {
+            "figure": name,
+            "own cases finished": f"{len(ended)} of {total}" if len(ended) < total else "",
+            "s of one core": f"{sum(float(case.result.record.get('wall_time') or 0) for case in ended):.0f}",
+            "largest dU_error, % of the peak": f"{100 * max(errors):.2g}" if errors else "",
+        }
+        rows += [row] if ended else []
     return pd.DataFrame(rows)
 
 
 def marker_summary(table: pd.DataFrame) -> pd.DataFrame:
-    """How many transients there are by beta and De, and how far they end from the curves."""
-    off = [name for name in table.columns if name.startswith("difference")]
-    values = table.assign(**{name: table[name].astype(float).abs() for name in off}).sort_values(["beta", "De"])
-    grouped = values.groupby(["beta", "De"], sort=False)
-    worst = grouped[off].max().rename(columns=lambda name: f"largest {name}")
-    return worst.assign(transients=grouped.size()).reset_index()
+    """How far transients end from the curves, at most, by beta and De."""
+    values = table[["beta", "De", "dU off", "intervals off"]].astype(float).abs()
+    worst = values.groupby(["beta", "De"]).max()
+    cells = worst["dU off"].map("{:.2%}".format) + worst["intervals off"].map(" ({:.1f})".format)
+    return cells.unstack().fillna("").rename(columns="De {:g}".format).reset_index()
 
 
-MARKED = {"beta": "beta", "De": "De", "Ca_e": "Ca_e", "d_0": "d0"}
+def again(row: pd.Series) -> str:
+    """What other computations say of a statement: "the same" as its verdict, and which of them do not."""
+    verdicts = row[list(CHECKS)].replace({row["verdict"]: "the same", "": "not judged"})
+    if verdicts.nunique() == 1:
+        return verdicts.iloc[0]
+    others = [f"{words}: {verdicts[name]}" for name, words in CHECKS.items() if verdicts[name] != "the same"]
+    return "; ".join(["the same"] * (len(others) < len(CHECKS)) + others)
 
 
-def title(name: str) -> str:
-    """Fig. 7 of fig07, linked to its section; what a folder of checks is for."""
-    return CHECKS.get(name) or f"[Fig. {name.removeprefix('fig').lstrip('0')}](#{name})"
+def noted(table: pd.DataFrame) -> pd.Series:
+    """Statements, with their verdicts if these are others than that they hold."""
+    notes = table["verdict"].map(lambda verdict: f" **({verdict})**" if verdict not in ("holds", "") else "")
+    return table["the paper says"] + notes
 
 
 def section(name: str, found: pd.DataFrame) -> str:
     """Heading, picture and statements of a figure."""
+    own = found[found["figure"] == name]
+    numbers = own["our figures"].mask(own["our figures"] == own["our figures"].shift(), "as above")
+    table = pd.DataFrame({"the paper says": noted(own), "our figures": numbers})
     number = name.removeprefix("fig").lstrip("0")
-    own = found.loc[found["figure"] == name, ["the paper says", "verdict", "our figures"]]
-    own["verdict"] = own["verdict"].replace("does not hold", "**does not hold**")
     parts = [f"### Fig. {number} {{#{name}}}", pages.prose(f"*{FIGURES[name]['caption']}.*").strip()]
-    if (IMAGES / f"{name}.png").is_file():
-        parts.append(f"![Fig. {number}](images/paper/{name}.png)")
-    return "\n\n".join([*parts, pages.markdown(own)] if len(own) else [*parts, ""])
+    parts += [f"![Fig. {number}](images/paper/{name}.png)"] * (IMAGES / f"{name}.png").is_file()
+    return "\n\n".join([*parts, pages.markdown(table) if len(table) else ""])
 
 
 def blocks() -> dict[str, str]:
@@ -194,50 +170,42 @@ def blocks() -> dict[str, str]:
     tables = pages.stored("paper")
     found, cost = tables["statements"], tables["effort"]
     counts = found["verdict"].value_counts().reindex(["holds", "does not hold", "within error"], fill_value=0)
-    no = found[found["verdict"] != "holds"].rename(columns={"the paper says": "statement", **CHECKS})
-    no["figure"], cost["figure"] = no["figure"].map(title), cost["figure"].map(title)
+    no = found[found["verdict"] != "holds"]
+    no = no.assign(**{"statement": noted(no.replace("does not hold", "")), "judged again": no.apply(again, axis=1)})
+    for table in (no, cost):
+        table["figure"] = table["figure"].replace(CHECKS).replace(r"fig0?(\d+)", r"[Fig. \1](#\g<0>)", regex=True)
     return {
         "made": pages.prose(tables["made"]["made"].iloc[0]),
-        "counts": "{} hold, {} do not, {} are within error.\n".format(*counts),
-        "differences": pages.markdown(no[["statement", "figure", "verdict", *CHECKS.values()]]),
-        "effort": pages.markdown(cost),
+        "counts": "{} hold, {} do not, {} are within error; those without a note below hold.\n".format(*counts),
+        "differences": pages.markdown(no[["statement", "figure", "judged again"]]),
+        "effort": pages.markdown(cost.loc[:, (cost != "").any()]),
         "markers": pages.markdown(marker_summary(tables["markers"])),
         "figures": "\n".join(section(name, found) for name in FIGURES),
     }
 
 
 def store(output: Path, quick: bool) -> None:
-    """Store the tables of the page, and draw its pictures; of what was not computed now the stored results stay."""
-    cases = Cases(output, computations(KNOWN))
+    """Store the tables of the page; of what was not computed now the stored results stay."""
+    cases, found = Cases(output, computations(KNOWN)), statement_table(output)
+    tables = {"statements": found[found["verdict"] != NOT_COMPUTED], "effort": effort(output)}
+    with suppress(NotComputed):
+        tables["markers"] = transients(cases).map("{:.5g}".format)
+    keys = {"statements": ["figure", "the paper says"], "effort": ["figure"]}
+    pages.save("paper", tables, keys | {"markers": ["beta", "De", "Ca_e", "d_0", "t"]})
     times = [sweep.record["updated"] for name in cases.names if (sweep := cases.sweep(name))]
     how = " With `--quick`, whose coarse meshes prove nothing." if quick else ""
-    found = statement_table(output)
-    found = found[found["verdict"] != NOT_COMPUTED]
-    kept = {"statements": ["figure", "the paper says"], "effort": ["figure"], "markers": [*MARKED, "t"]}
-    pages.save("paper", {"statements": found, "effort": effort(output), "markers": marker_table(output)}, kept)
     pages.save("paper", {"made": pd.DataFrame({"made": [made(times) + how]})})
-    for name in FIGURES:
-        with suppress(NotComputed):
-            draw(panels(name), cases, Page(("png",), 170.0, 130.0), IMAGES, name)
 
 
-def present(names: Iterable[str], output: Path) -> list[str]:
-    """Draw figures and judge their statements; returns the names of figures without results."""
+def pictures(names: Iterable[str], output: Path, folder: Path, page: Page, end: str = "") -> list[str]:
+    """Draw figures; returns the names of those without results."""
     missing, cases = [], Cases(output, computations(FIGURES))
     for name in (name for name in names if name in FIGURES):
         try:
-            for width in WIDTHS:
-                written = draw(
-                    panels(name), cases, Page(("png", "pdf"), width), output / "pictures", f"{name}-{width}mm"
-                )
-                print(*written, sep="\n")
+            print(*draw(PANELS[name], cases, page, folder, name + end), sep="\n")
         except NotComputed as lacking:
             missing.append(name)
             print(f"{name} has no picture yet: {lacking}", file=sys.stderr)
-    found = statement_table(output)
-    write_text(output / "statements.md", pages.markdown(found))
-    for row in found[found["figure"].isin(names)].itertuples(index=False):
-        print(f"{row[2]:14} {row[0]}  {row[1]}  ({row[3]})")
     return missing
 
 
@@ -257,13 +225,19 @@ def main() -> int:
     codes = [0]
     for name in needed(wanted) if not arguments.table else ():
         print(name, flush=True)
-        if not (arguments.dry_run and words(name, quick)[0] == "mesh"):
-            codes.append(compute(name, output, quick, *options))
+        codes.append(compute(name, output, quick, *options))
     if wanted and not arguments.dry_run:
         output.mkdir(parents=True, exist_ok=True)
-        codes += [3 for _ in present(wanted, output)]
+        for width in WIDTHS:
+            missing = pictures(wanted, output, output / "pictures", Page(("png", "pdf"), width), f"-{width}mm")
+            codes += [FAILED] * len(missing)
+        found = statement_table(output)
+        write_text(output / "statements.md", pages.markdown(found))
+        for row in found[found["figure"].isin(wanted)].itertuples(index=False):
+            print(f"{row[2]:14} {row[0]}  {row[1]}  ({row[3]})")
     if arguments.page and wanted:
         store(output, quick)
+        pictures(wanted, output, IMAGES, Page(("png",), 170.0, 130.0))
     if arguments.page:
         pages.write(PAGE, blocks())
     return max(codes)

@@ -2,40 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import chain, product
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import meshio
 import numpy as np
-from book.cases import Case, Cases, NotComputed, first
-from book.fields import outlines, quarters, regions
+from book.cases import Case, Cases, NotComputed
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
-from matplotlib.figure import Figure as Canvas
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
-from matplotlib.tri import Triangulation
+from paper_statements import distances
 
-from pairsim.plots.axes import by_rows
-from pairsim.plots.style import COLOURS, LINES, MARKERS, MM, PRINT, Page
+from pairsim.plots.axes import by_rows, finish, key
+from pairsim.plots.field_values import FIELDS
+from pairsim.plots.labels import equation
+from pairsim.plots.lines import BAND, fill, fine_distances
+from pairsim.plots.meridional_section import outlines
+from pairsim.plots.sections import draw_view, layer_of, scale_of, sheet, views_of
+from pairsim.plots.style import COLOURS, LINES, MARKERS, NARROW, Page, printing
+from pairsim.plots.units import Units
 from pairsim.results.columns import column
 
 WIDTHS = (85, 170)
 """Widths of the pictures: one and two columns of a journal [mm]."""
-NAMES = {"time.tol": r"\mathrm{tol}", "accuracy": r"\mathrm{accuracy}", "mesh.Np": "N_p", "beta": r"\beta"}
-NAMES |= {"De": r"\mathrm{De}", "Ca_e": r"\mathrm{Ca}_e"}
-FIELDS = {
-    "tau_zz": ("tau_s_zz", r"$\tau_{zz}\ [G_p]$"),
-    "tau_zz_extra": ("tau_p_zz_extra", r"$\tau_{zz} - \tau_{zz}^0\ [\eta_0 U_{av}/D_c]$"),
-    "pressure_extra": ("pressure_extra", r"$p - p^0\ [\eta_0 U_{av}/D_c]$"),
-}
-"""Fields by name: the array, and its label."""
-AXES = (r"$z\ [D_c]$", r"$r\ [D_c]$")
+HEIGHTS = {"shapes": 0.44, "mesh": 0.32}
+"""Heights of panels over their widths; 56 mm for others."""
+AXES = {"curves": "d", "runs": "t", "critical": "Ca_e"}
+"""The column that lines are drawn over."""
+LABELS = (r"$z\ [D_c]$", r"$r\ [D_c]$")
+LETTERS = "abcdefgh"
 MARGIN = 0.06  # around the particles, where the liquid is not of interest [D_c]
-TICKS: dict[str, Any] = {"nbins": 6, "steps": [1, 2, 5, 10]}  # intervals of an axis, at most, and their lengths
 
 
 @dataclass(frozen=True)
@@ -51,8 +51,8 @@ class Panel:
         y: Columns, or the name of a field.
         d: Distance of the fields [D_c]; 0: the last time of a run.
         window: Ranges of both axes: x from and to, y from and to.
-        in_G_p: Whether the field is that in the particles, in units of G_p; else it is that in the liquid.
-        own_scale: Whether a field has colours of its own, not those of the other panels.
+        in_G_p: Whether the field is that in the particles, in units of G_p and with colours of its own; else it is
+            that in the liquid, with the same colours in all panels.
     """
 
     kind: str
@@ -64,157 +64,94 @@ class Panel:
     d: float = 0.0
     window: Sequence[float] = ()
     in_G_p: bool = False
-    own_scale: bool = False
 
     def cases(self, results: Cases) -> list[Case]:
         """What is drawn, in ascending order of `by`."""
-        found = [case for name in self.of for case in results.of(name, self.where)]
+        found = [case for name in (*self.of, *self.markers) for case in results.of(name, self.where)]
         if not found:
             raise NotComputed(" ".join(self.of))
-        return sorted(found, key=self.value) if self.by else found
-
-    def value(self, case: Case) -> Any:
-        """The value of `by`."""
-        return first(case.parameters.get(self.by))
-
-    @property
-    def title(self) -> str:
-        """What all of its cases have."""
-        return ", ".join(equation(key, value) for key, value in self.where.items() if not isinstance(value, list))
+        return sorted(found, key=lambda case: case.parameters[self.by]) if self.by else found
 
 
-def equation(key: str, value: Any) -> str:
-    """A parameter with its value."""
-    shown = f"{value:g}" if isinstance(value, int | float) else str(value).replace("%", r"\%")
-    return rf"${NAMES[key]} = {shown}$"
-
-
-def symbol(names: Sequence[str], unit: bool = True) -> str:
-    """Columns on an axis, with their unit."""
-    entries = [column(name) for name in names]
-    text = ", ".join(f"${entry.symbol}$" for entry in entries)
-    return f"{text}  [${entries[0].unit or '-'}$]" if unit else text
-
-
+@printing()
 def draw(panels: Sequence[Panel], results: Cases, page: Page, folder: Path, name: str) -> list[Path]:
     """Draw a figure and write its files.
 
     Raises:
         NotComputed: One of its panels has nothing to show.
     """
-    with mpl.rc_context(PRINT):
-        columns = 1 if page.narrow or panels[0].kind in ("shapes", "mesh") else min(2, len(panels))
-        rows = -(-len(panels) // columns)
-        height = {"shapes": 0.44, "mesh": 0.32, "fields": 0.62}.get(panels[0].kind, 0.0) * page.width / columns
-        canvas = Canvas(figsize=(page.width * MM, (rows * (height or 56) + 16) * MM), layout="constrained")
-        axes = list(canvas.subplots(rows, columns, squeeze=False).flat)
-        for unused in axes[len(panels) :]:
-            unused.remove()
-        if panels[0].kind == "fields":
-            draw_fields(canvas, axes, panels, results)
+    kind = panels[0].kind
+    if kind == "fields":
+        figure, axes = draw_fields(panels, results, page)
+    else:
+        width = page.width if len(panels) > 1 else min(page.width, NARROW)
+        columns = 1 if kind in HEIGHTS else min(2, len(panels))
+        figure, axes = page.panels(len(panels), HEIGHTS.get(kind, 0) * width or 56, 16, columns)
+        draw_one = draw_mesh if kind == "mesh" else draw_lines
+        legends = [draw_one(axis, panel, results) for axis, panel in zip(axes, panels, strict=True)]
+        if len({(panel.by, *panel.y) for panel in panels}) == 1:
+            key(figure, list({handle.get_label(): handle for handle in chain(*legends)}.values()))
         else:
-            draw_lines(canvas, axes, panels, results)
-        for letter, axis, panel in zip("abcdefgh", axes, panels, strict=False):
-            if len(panels) > 1:
-                axis.set_title(f"({letter})  {panel.title}", loc="left")
-            if panel.window:
-                axis.set(xlim=panel.window[:2], ylim=panel.window[2:])
-            axis.xaxis.set_major_locator(MaxNLocator(**TICKS))
-        return page.save(canvas, folder, name)
+            for axis, handles in zip(axes, legends, strict=True):
+                axis.legend(handles=by_rows(handles, 2), ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0))
+    for letter, axis, panel in zip(LETTERS, axes, panels, strict=False):
+        if len(panels) > 1:
+            words = [equation(key, value) for key, value in panel.where.items() if not isinstance(value, list)]
+            axis.set_title(f"({letter})  {', '.join(words)}", loc="left")
+        if panel.window:
+            axis.set(xlim=panel.window[:2], ylim=panel.window[2:])
+    return page.save(figure, folder, name)
 
 
-def draw_lines(canvas: Canvas, axes: Sequence[Axes], panels: Sequence[Panel], results: Cases) -> None:
-    """Panels of lines; a key for all of them where they show the same, else one each."""
-    handles: dict[Any, Line2D] = {}
-    alike = len({(panel.by, len(panel.y) > 1) for panel in panels}) == 1
-    for axis, panel in zip(axes, panels, strict=False):
-        drawn = PANELS[panel.kind](axis, panel, results)
-        if alike and len(panel.y) == 1:
-            handles |= {handle.get_label(): handle for handle in drawn}
-        elif drawn:
-            axis.legend(handles=by_rows(drawn, 2), ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0))
-    if handles:
-        columns = min(len(handles), 4)
-        canvas.legend(handles=by_rows(list(handles.values()), columns), loc="outside upper center", ncols=columns)
-
-
-def look(place: int, style: int = 0) -> dict[str, Any]:
-    """Colour and style of a line, and the face of its marker."""
-    return {"color": COLOURS[place % len(COLOURS)], "linestyle": LINES[style % 4], "markerfacecolor": "white"}
-
-
-def places(cases: Sequence[Case], panel: Panel) -> dict[Any, int]:
-    """Numbers of the values of `by`."""
-    return {value: number for number, value in enumerate(dict.fromkeys(map(panel.value, cases)))}
-
-
-def draw_table(axis: Axes, panel: Panel, results: Cases) -> list[Line2D]:
-    """Columns of curves over the distance, with their bands, or of runs over the time."""
-    cases = [case for case in panel.cases(results) if len(case.table) > 1]
-    place, x = places(cases, panel), "d" if panel.kind == "curves" else "t"
-    handles: dict[str, Line2D] = {}
-    for case in cases:
-        for number, name in enumerate(panel.y):
-            by_column = len(panel.y) > 1 and len(place) == 1
-            own = look(number if by_column else place[panel.value(case)], number if len(panel.y) > 1 else 0)
-            at, values = case.column(x), case.column(name)
-            if panel.kind == "curves":
-                at = np.clip(np.geomspace(at[0], at[-1], 300), at[0], at[-1])
-                if name == "dU":
-                    values, error = case.result.curve(at)
-                    axis.fill_between(at, values - error, values + error, color=own["color"], alpha=0.25, lw=0)
-                else:
-                    values = case.at(name, at)
-            axis.plot(at, values, color=own["color"], linestyle=own["linestyle"])
-            words = [] if len(panel.y) == 1 else [symbol([name], unit=False)]
-            words += [] if by_column else [equation(panel.by, panel.value(case))]
-            marker = MARKERS[number if by_column else place[panel.value(case)]] if panel.markers else ""
-            handles[", ".join(words)] = Line2D([], [], marker=marker, label=", ".join(words), **own)
-            same = {panel.by: panel.value(case)} if panel.by else {}
-            for run in (run for each in panel.markers for run in results.of(each, panel.where | same)):
-                axis.plot(run.last("d"), run.last(name), marker, **own, zorder=4)
-    axis.set(xlabel=symbol([x]), ylabel=symbol(panel.y))
-    axis.axhline(0, color="0.72", lw=0.6, zorder=0)
-    return list(handles.values())
-
-
-def draw_critical(axis: Axes, panel: Panel, results: Cases) -> list[Line2D]:
-    """Critical distances over Ca_e, with the zeros of rigid pairs at Ca_e = 0."""
-    cases = panel.cases(results)
-    place, handles = places(cases, panel), {}
-    for case in cases:
-        number = place[panel.value(case)]
-        own = look(number) | {"marker": MARKERS[number]}
-        handles[number] = Line2D([], [], label=equation(panel.by, panel.value(case)), **own)
-        if case.kind == "curve":
-            axis.plot(0, case.zero(stable=False)[0], **own, clip_on=False, zorder=5)
-            continue
-        for _, branch in case.table.groupby("branch"):
-            axis.plot(branch["Ca_e"], branch["d_cr"], color=own["color"])
-        wanted = case.table[case.table["kind"] == "wanted"]
-        axis.errorbar(wanted["Ca_e"], wanted["d_cr"], yerr=wanted["d_error"], **own | {"linestyle": ""})
-    axis.set(xlabel=r"$\mathrm{Ca}_e$", ylabel=symbol(["d_cr"]))
-    axis.set_xlim(left=0)
-    axis.set_ylim(bottom=0)
-    return list(handles.values())
-
-
-def draw_shapes(axis: Axes, panel: Panel, results: Cases) -> list[Line2D]:
-    """Outlines over each other, about the middle of the particles."""
-    cases = panel.cases(results)
-    place, handles = places(cases, panel), {}
-    for case in cases:
-        number = place[panel.value(case)]
-        own = look(number, number)
-        handles[number] = Line2D([], [], label=equation(panel.by, panel.value(case)), **own)
-        fields = case.result.fields(panel.d or case.result.times[-1])
-        lines = outlines(fields)
-        middle = (lines[0][:, 0].min() + lines[-1][:, 0].max()) / 2
+def pieces(panel: Panel, case: Case, name: str) -> Iterator[tuple[Any, Any, Any, bool]]:
+    """What is drawn of a case: abscissas, ordinates, the half-widths of their intervals or None, whether as markers."""
+    if panel.kind == "shapes":
+        lines = outlines(case.frame(panel.d))
+        middle = (lines[0][0, 0] + lines[-1][-1, 0]) / 2
         for line in lines:
             z, r = np.vstack([line, (line * [1, -1])[::-1]]).T
-            axis.plot(z - middle, r, lw=0.8, **own)
-    axis.set(aspect="equal", xlabel=AXES[0], ylabel=AXES[1])
-    return list(handles.values())
+            yield z - middle, r, None, False
+    elif panel.kind == "runs":
+        yield case.table["t"], case.table[name], None, False
+    elif case.kind == "run":  # a transient beside the curves
+        yield case.last("d"), case.last(name), None, True
+    elif case.kind == "critical":
+        for _, branch in case.table.groupby("branch"):
+            yield branch["Ca_e"], branch["d_cr"], None, False
+        wanted = case.table[case.table["kind"] == "wanted"]
+        yield wanted["Ca_e"], wanted["d_cr"], wanted["d_error"], True
+    elif panel.kind == "critical":  # the curve of a rigid pair
+        yield 0, distances([case])[0][0], None, True
+    elif len(case.d) > 1:
+        d = fine_distances(case.d)
+        values, error = case.result.curve(d) if name == "dU" else (case.at(name, d), None)
+        yield d, values, error, False
+
+
+def draw_lines(axis: Axes, panel: Panel, results: Cases) -> list[Line2D]:
+    """Lines and markers of a panel, with a look for each value of `by` and each column; returns its legend."""
+    cases, handles = panel.cases(results), []
+    values = dict.fromkeys(case.parameters[panel.by] for case in cases)
+    for number, (value, name) in enumerate(product(values, panel.y)):
+        line: dict[str, Any] = {"color": COLOURS[number % len(COLOURS)], "linestyle": LINES[number % len(LINES)]}
+        marker = line | {"marker": MARKERS[number], "markerfacecolor": "white"}
+        for case in (case for case in cases if case.parameters[panel.by] == value):
+            for x, y, error, as_markers in pieces(panel, case, name):
+                if as_markers:
+                    axis.errorbar(x, y, yerr=error, zorder=4, **marker | {"linestyle": ""})
+                    continue
+                axis.plot(x, y, **line)
+                if error is not None:
+                    fill(axis, x, y, error, line | {"band": BAND})
+        words = [f"${column(name).symbol}$"] * (len(panel.y) > 1) + [equation(panel.by, value)] * (len(values) > 1)
+        marked = panel.markers or panel.kind == "critical"
+        handles.append(Line2D([], [], label=", ".join(words), **marker if marked else line))
+    if panel.kind == "shapes":
+        axis.set(aspect="equal", xlabel=LABELS[0], ylabel=LABELS[1])
+    else:
+        drawn = [np.asarray(line.get_ydata()) for line in axis.get_lines()]
+        finish(axis, Units().axis_label([AXES[panel.kind]]), Units().axis_label([*panel.y]), drawn)
+    return handles
 
 
 def draw_mesh(axis: Axes, panel: Panel, results: Cases) -> list[Line2D]:
@@ -228,45 +165,28 @@ def draw_mesh(axis: Axes, panel: Panel, results: Cases) -> list[Line2D]:
     for part, face in ((region == 0, "white"), (region > 0, COLOURS[1])):
         axis.add_collection(PolyCollection(outline[part], facecolor=face, edgecolor="0.3", linewidth=0.25))
     reach = float(np.abs(outline[region > 0, :, 0]).max()) + 0.2
-    axis.set(xlim=(-reach, reach), ylim=(0, 0.5), aspect="equal", xlabel=AXES[0], ylabel=AXES[1])
+    axis.set(xlim=(-reach, reach), ylim=(0, 0.5), aspect="equal", xlabel=LABELS[0], ylabel=LABELS[1])
     axis.grid(visible=False)
     return []
 
 
-def draw_fields(canvas: Canvas, axes: Sequence[Axes], panels: Sequence[Panel], results: Cases) -> None:
-    """A field of several cases around the particles, with the same colours or a scale for each."""
-    shown = []
-    for panel in panels:
-        case = panel.cases(results)[0]
-        grid = case.result.fields(panel.d)
-        liquid, *particles = regions(grid)
-        name, label = FIELDS[panel.y[0]]
-        values = grid.point_data[name] * (first(case.parameters["Ca_e"]) if panel.in_G_p else 1.0)
-        cells = np.vstack(particles) if panel.in_G_p else liquid
-        nodes = grid.points[np.unique(np.vstack(particles))]
-        half = np.ptp(nodes[:, 0]) / 2 + (MARGIN if panel.in_G_p else 0.3)
-        middle = (nodes[:, 0].min() + nodes[:, 0].max()) / 2
-        near = np.abs(grid.points[np.unique(cells), 0] - middle) < half
-        shown.append((grid, cells, values, middle, half, np.abs(values[np.unique(cells)][near]).max(), label))
-    for axis, panel, (grid, cells, values, middle, half, own, label) in zip(axes, panels, shown, strict=True):
-        top = own if panel.own_scale else max(each[5] for each in shown)
-        z, r = grid.points[:, 0] - middle, grid.points[:, 1]
-        look: Any = {"shading": "gouraud", "cmap": "RdBu_r", "vmin": -top, "vmax": top, "rasterized": True}
-        for side in (1, -1):  # both halves of the section
-            image = axis.tripcolor(Triangulation(z, side * r, quarters(cells)), values, **look)
-            for line in outlines(grid):
-                axis.plot(line[:, 0] - middle, side * line[:, 1], color="0.2", lw=0.6)
-        reach = float(max(line[:, 1].max() for line in outlines(grid))) + MARGIN if panel.in_G_p else 0.5
-        axis.set(aspect="equal", xlim=(-half, half), ylim=(-reach, reach), xlabel=AXES[0], ylabel=AXES[1])
-        if panel.own_scale or panel is panels[-1]:
-            where = axis if panel.own_scale else list(axes)
-            canvas.colorbar(image, ax=where, location="bottom", label=label, aspect=40, shrink=0.6)
-
-
-PANELS: dict[str, Any] = {
-    "curves": draw_table,
-    "runs": draw_table,
-    "critical": draw_critical,
-    "shapes": draw_shapes,
-    "mesh": draw_mesh,
-}
+def draw_fields(panels: Sequence[Panel], results: Cases, page: Page) -> tuple[Figure, list[Axes]]:
+    """A field of several cases around the particles."""
+    cases, (name, *_), own = [panel.cases(results)[0] for panel in panels], panels[0].y, panels[0].in_G_p
+    views = views_of([case.frame(panel.d) for case, panel in zip(cases, panels, strict=True)], Units(), curve=True)
+    layers = [layer_of(name, FIELDS[name], views)]
+    if own:
+        values = [case.parameters["Ca_e"] * each for case, each in zip(cases, layers[0].values, strict=True)]
+        layer = replace(layers[0], values=values, liquid=False)
+        labels = [rf"({letter})  ${FIELDS[name].symbol}\ [G_p]$" for letter in LETTERS[: len(views)]]
+        layers = [replace(layer, label=label) for label in labels]
+        points = [np.vstack(view.particles) for view in views]
+        windows: Any = [np.stack([each.min(axis=0) - MARGIN, each.max(axis=0) + MARGIN]).T.ravel() for each in points]
+        views = [replace(view, window=window) for view, window in zip(views, windows, strict=True)]
+    figure, axes, scaled = sheet(page, views, layers, len(views))
+    for place, (axis, view) in enumerate(zip(axes, views, strict=True)):
+        if own:
+            scaled[place][1].set_norm(scale_of(replace(layer, values=[layer.values[place]]), [view]).norm)
+        draw_view(axis, view, place, [scaled[place if own else 0]])
+        axis.set(ylim=view.window[2:], yticks=[-0.2, 0, 0.2] if own else [-0.5, 0, 0.5])
+    return figure, axes

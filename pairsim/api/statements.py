@@ -2,7 +2,7 @@
 
     curve = pairsim.curve("case.yaml", d=[0.05, 0.1, 0.2, 0.4])
     repels = statements.of_sign(curve, +1, low=0.1)
-    repels.verdict, repels.numbers        # ("holds", "dU from d = 0.1 to 0.4: at least 1.2e-04 ± 2e-06")
+    repels.verdict, repels.numbers        # ("holds", "least dU from d = 0.1 to 0.4: 1.2e-04 ± 2e-06 at 0.4")
 
 A value is a number with the half-width of its interval. A statement is a list of margins: by how much something is as
 stated, negative if it is not.
@@ -82,6 +82,12 @@ def below(values: Sequence[Value], limit: float, name: str = "", form: str = ".3
     return Judged(tuple((limit - abs(value), error) for value, error in values), text)
 
 
+def above(values: Sequence[Value], limit: float, name: str = "", form: str = ".3g") -> Judged:
+    """All values are above a limit."""
+    text = f"{name} {listed((value for value, _ in values), form)}" if name else ""
+    return Judged(tuple((value - limit, error) for value, error in values), text)
+
+
 def alike(values: Sequence[Value], within: float, name: str = "") -> Judged:
     """All values lie in a range of this width."""
     low, high = min(values), max(values)
@@ -111,16 +117,26 @@ def of_sign(curve: CurveResult, sign: int, low: float = 0.0, high: float = inf, 
     columns = (table[name].tolist() for name in ("dU", "dU_error", "d"))
     points = [(sign * dU, max(error, least), d) for dU, error, d in zip(*columns, strict=True)]
     margin, error, d = min(points)
-    extent = f"{table['d'].min():g} to {table['d'].max():g}"
-    word = "at least" if sign > 0 else "at most"
-    text = f"dU from d = {extent}: {word} {sign * margin:.1e} ± {error:.0e} (d = {d:.3g})"
+    extent = f"{table['d'].min():.3g} to {table['d'].max():.3g}"
+    text = f"{'least' if sign > 0 else 'largest'} dU from d = {extent}: {sign * margin:.1e} ± {error:.0e} at {d:.3g}"
     return Judged(tuple((value, error) for value, error, _ in points), text)
 
 
 def each[T](items: Iterable[T], judge: Callable[[T], Judged], label: Callable[[T], str] | None = None) -> Judged:
-    """A statement about each of several items, whose labels stand before their numbers."""
-    found = Judged(())
-    for item in items:
-        one = judge(item)
-        found &= Judged(one.margins, f"{label(item)}: {one.numbers}" if label else one.numbers)
-    return found
+    """A statement about each of several items.
+
+    Args:
+        items: The items.
+        judge: The statement about one of them.
+        label: What stands before the numbers of an item; their name, if it ends with a colon and is that of all items,
+            is then written once, before the first label.
+    """
+    known = list(items)
+    found = [judge(item) for item in known]
+    texts, start = [one.numbers for one in found], ""
+    if label is not None and any(labels := [label(item) for item in known]):
+        names = {text.rpartition(": ")[0] for text in texts}
+        if len(names) == 1:
+            texts, start = [text.rpartition(": ")[2] for text in texts], "".join(f"{name}, " for name in names if name)
+        texts = [f"{name}: {text}" if name else text for name, text in zip(labels, texts, strict=True)]
+    return Judged(tuple(margin for one in found for margin in one.margins), start + "; ".join(filter(None, texts)))

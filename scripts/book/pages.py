@@ -18,7 +18,7 @@ from pairsim.results.output import write_text
 
 RESULTS = DOCS / "results"
 WIDTH = 100  # of lines of prose
-MARKED = re.compile(r"(?<=<!-- )(?P<name>[\w-]+)( -->\n).*?(?=<!-- end of (?P=name) -->)", re.DOTALL)
+MARKED = re.compile(r"(<!-- (?P<name>[\w-]+) -->\n)(?P<inside>.*?)(?=<!-- end of (?P=name) -->)", re.DOTALL)
 
 
 def markdown(table: pd.DataFrame) -> str:
@@ -40,11 +40,7 @@ def marks(page: str) -> set[str]:
 
 def filled(page: str, blocks: Mapping[str, str]) -> str:
     """The page with every block between its marks; marks without a block keep what they have."""
-    return MARKED.sub(lambda match: f"{match['name']}{match[2]}{blocks.get(match['name']) or _inside(match)}", page)
-
-
-def _inside(match: re.Match[str]) -> str:
-    return match[0].split(match[2], 1)[1]
+    return MARKED.sub(lambda match: match[1] + (blocks.get(match["name"]) or match["inside"]), page)
 
 
 def save(page: str, tables: Mapping[str, pd.DataFrame], keys: Mapping[str, list[str]] | None = None) -> None:
@@ -58,12 +54,9 @@ def save(page: str, tables: Mapping[str, pd.DataFrame], keys: Mapping[str, list[
     (RESULTS / page).mkdir(parents=True, exist_ok=True)
     known = stored(page)
     for name, table in tables.items():
-        if keys and name in known and name in keys:
-            same = keys[name]
-            order = {row: place for place, row in enumerate(known[name][same].itertuples(index=False, name=None))}
-            both = pd.concat([known[name], table]).fillna("").drop_duplicates(same, keep="last")
-            places = [order.get(row, len(order)) for row in both[same].itertuples(index=False, name=None)]
-            table = both.iloc[sorted(range(len(both)), key=places.__getitem__)]
+        if name in known and (same := (keys or {}).get(name)):
+            both = pd.concat([known[name], table]).fillna("").set_index(same)
+            table = both[~both.index.duplicated(keep="last")].loc[both.index.unique()].reset_index()
         if len(table):
             write_text(RESULTS / page / f"{name}.csv", table.to_csv(index=False))
 

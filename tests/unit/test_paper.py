@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import itertools
+import re
 import subprocess
 import sys
 from collections import Counter
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 from support.inputs import ROOT
 
@@ -19,8 +22,8 @@ from pairsim.sweeps.grid import Grid, read_grid
 sys.path.append(str(ROOT / "scripts"))  # the modules of a script lie beside it
 
 import paper
-from book import cases, fields, pages
-from paper_statements import judged
+from book import cases, pages
+from paper_statements import deviations, judged
 
 GRIDS = [name for name in paper.computations(paper.FIGURES) if not name.startswith("fig02/")]
 CHECKED = paper.computations(paper.CHECKS)
@@ -70,19 +73,48 @@ def test_a_figure_that_is_unknown_is_named(capsys: pytest.CaptureFixture[str], m
     assert "fig99" in capsys.readouterr().err
 
 
+@pytest.mark.slow
+def test_what_is_to_do_is_listed(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["paper", "fig14", "--quick", "--dry-run", "-o", str(tmp_path / "results")])
+    assert paper.main() == 0
+    said = re.findall(r"^(?:fig.*|\d+ cases)", capfd.readouterr().out, re.MULTILINE)
+    assert said == ["fig14/curves", "2 cases", "fig09/curves", "20 cases"]
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize("statement", [each for _, each in paper.STATEMENTS], ids=lambda each: str(each["says"]))
 def test_statements_without_results_are_not_computed(statement: dict[str, str], tmp_path: Path) -> None:
     """Which shows that their expressions are valid, as far as their first result."""
     nothing = cases.Cases(tmp_path, paper.computations(paper.KNOWN))
-    for key in ("check", "in_time"):
-        assert judged(statement.get(key, statement["check"]), nothing)[0] == "not computed"
+    assert statement.keys() <= {"says", "check", "again", "in_time"}
+    for key in statement.keys() - {"says"}:
+        assert judged(statement[key], nothing)[0] == "not computed"
 
 
-def test_parameters_are_matched() -> None:
-    case = {"beta": [0.4, 0.4], "De": 1, "Ca_e": 0.1, "accuracy": "1%"}
-    assert cases.matches(case, {"beta": 0.4, "De": [0.5, 1.0], "accuracy": "1%"})
-    assert not cases.matches(case, {"Ca_e": 0.15})
-    assert not cases.matches({**case, "beta": [0.4, 0.2]}, {"beta": 0.4})
+def test_parameters_are_matched(tmp_path: Path) -> None:
+    def case(beta: list[float]) -> cases.Case:
+        (tmp_path / "case.yaml").write_text(f"{{beta: {beta}, De: 1, accuracy: 1%, mesh: {{Np: 28}}}}")
+        return cases.Case(SimpleNamespace(folder=tmp_path, kind="curve"))
+
+    wanted = {"beta": 0.4, "De": [0.5, 1.0], "mesh.Np": 28, "accuracy": "1%"}
+    assert cases.matches(case([0.4, 0.4]).parameters, wanted)
+    assert not cases.matches(case([0.4, 0.2]).parameters, wanted)
+    assert not cases.matches(case([0.4, 0.4]).parameters, wanted | {"De": 2})
+    assert len(list(cases.grouped([case([0.4, 0.4])], {"beta": 0.4, "De": 1}))) == 1
+    with pytest.raises(cases.NotComputed, match=r"0\.5"):
+        list(cases.grouped([case([0.4, 0.4])], {"De": [1, 0.5]}))
+
+
+def test_verdicts_of_other_computations_are_named_where_they_differ() -> None:
+    def again(finer: str, periodic: str, in_time: str) -> str:
+        return paper.again(pd.Series({"verdict": "holds", "finer": finer, "periodic": periodic, "transients": in_time}))
+
+    assert again("holds", "holds", "holds") == "the same"
+    assert again("holds", "holds", "") == "the same; in time: not judged"
+    assert again("holds", "within error", "holds") == "the same; periodic ends: within error"
+    assert again("", "", "") == "not judged"
 
 
 def test_page_is_that_of_the_stored_results() -> None:
@@ -104,6 +136,6 @@ def test_two_small_figures_from_end_to_end(tmp_path: Path) -> None:
     pictures = {path.name for path in (tmp_path / "pictures").iterdir()}
     ends = ("85mm.pdf", "85mm.png", "170mm.pdf", "170mm.png")
     assert pictures == {f"{name}-{end}" for name in ("fig02", "fig04") for end in ends}
-    (off,) = {len(fields.deviations(case.result.fields(0.1))) for case in cases.Cases(tmp_path, []).of("fig04/runs")}
+    (off,) = {len(deviations(case.frame(0.1))) for case in cases.Cases(tmp_path, []).of("fig04/runs")}
     assert off == 1
     assert "| the paper says |" in (tmp_path / "statements.md").read_text()

@@ -30,6 +30,7 @@ def test_margins() -> None:
     assert statements.falling(values).margins == ((-1.0, 0.5), (-2.0, 0.75))
     assert statements.alike(values, within=5.0).margins == ((2.0, 0.25),)
     assert statements.below([(-3.0, 0.1)], limit=4.0).margins == ((1.0, 0.1),)
+    assert statements.above(values, limit=0.5).margins == ((0.5, 0.0), (1.5, 0.5), (3.5, 0.25))
     assert statements.negative(values).margins[0] == (-1.0, 0.0)
     assert statements.ratio((4.0, 0.4), (2.0, 0.0)) == (2.0, pytest.approx(0.2))
 
@@ -39,8 +40,21 @@ def test_statements_are_joined_with_their_numbers() -> None:
     assert (both.verdict, both.numbers) == ("holds", "at 1: x 1; at 2: x 2")
 
 
+def test_a_name_that_all_items_have_is_written_once() -> None:
+    def numbers(names: dict[float, str], label: str = "at {:g}") -> str:
+        items = statements.each(names, lambda x: statements.positive([(x, 0.1)], names[x]), label.format)
+        return items.numbers
+
+    assert numbers({1.0: "x:", 2.0: "x:"}) == "x, at 1: 1; at 2: 2"
+    assert numbers({1.0: "x:", 2.0: "y:"}) == "at 1: x: 1; at 2: y: 2"
+    assert numbers({1.0: "x:"}, label="") == "x: 1"
+    assert statements.each([], lambda x: statements.positive([(x, 0.1)]), str).numbers == ""
+
+
 @pytest.mark.slow
 def test_sign_of_a_curve() -> None:
     curve = pairsim.curve(PAIR, d=[0.05, 0.1, 0.4], max_points=3)
-    assert statements.of_sign(curve, 1, high=0.2).verdict == "holds"
+    repels = statements.of_sign(curve, 1, high=0.2)
+    assert repels.verdict == "holds"
+    assert repels.numbers.startswith("least dU from d = 0.05 to 0.1: ")
     assert statements.of_sign(curve, -1, low=0.05, high=0.1).verdict == "does not hold"
