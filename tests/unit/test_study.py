@@ -175,6 +175,7 @@ def test_shipped_study_is_valid() -> None:
     assert len(read_study(path, read_yaml(path)).cases) == 9
 
 
+@pytest.mark.slow
 def test_hard_cases_are_valid_and_all_different() -> None:
     files = {path.stem: path for path in (ROOT / "configs" / "hard").glob("*.yaml")}
     counts = {name: len(read_grid(path).cases) for name, path in files.items()}
