@@ -25,7 +25,7 @@ import numpy as np
 import pandas as pd
 import yaml
 from book import pages
-from book.cases import Cases, first
+from book.cases import Cases
 from book.computing import CONFIGS, DOCS, made, pairsim, parser_of
 from matplotlib import pyplot
 
@@ -229,13 +229,13 @@ def moving(output: Path) -> pd.DataFrame:
     """dU of curves at the distances that runs have reached, where the pair moves and where it is held."""
     lines = []
     for run in Cases(output, []).of("moving"):
-        keys = {key: first(run.parameters[key]) for key in ("beta", "De", "Ca_e")}
+        keys = {key: run.parameters[key] for key in ("beta", "De", "Ca_e")}
         same = keys | {"ends": "developed", "length": "auto", "mesh": {"Np": 28}, "tol": 1}
         d, dU, error = (run.last(name) for name in ("d", "dU", "dU_error"))
         table = api.curve(same, d=sorted({d, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5})).check().table
         point = table.iloc[int((table["d"] - d).abs().argmin())]
         peak = table.loc[table["d"] >= min(d, 0.05), "dU"].abs().max()
-        line = {key: f"{value:g}" for key, value in keys.items()} | {"d_0": f"{first(run.parameters['d0']):g}"}
+        line = {key: f"{value:g}" for key, value in keys.items()} | {"d_0": f"{run.parameters['d0']:g}"}
         line |= {"t": f"{run.last('t'):g}", "d": f"{d:.4f}", "t_relax": f"{point['t_relax']:.2g}"}
         line |= {"dU of the run": f"{dU:.4e}", "its dU_error": f"{error:.1e}", "dU": f"{point['dU']:.4e}"}
         line |= {"dU_error": f"{point['dU_error']:.1e}", "dU_held": f"{point['dU_held']:.4e}"}

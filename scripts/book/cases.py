@@ -132,8 +132,3 @@ def matches(case: Mapping[Any, Any], where: Mapping[str, Any]) -> bool:
 def listed(value: Any) -> Sequence[Any]:
     """A list of one for a single value."""
     return value if isinstance(value, list | tuple) else [value]
-
-
-def first(value: Any) -> Any:
-    """The first of a list, or the single value."""
-    return listed(value)[0]

@@ -4,8 +4,8 @@ A mode with relaxation time De (in units of D_c/U_av) and modulus G obeys
 
     De (upper-convected derivative of c) = -(g_0 I + g_1 c + g_2 c^2),    tau = G (h_0 I + h_1 c),
 
-with scalars g_k of the invariants of c and the shear rate, and h_k of the invariants of c. By the theorem of Cayley and
-Hamilton every isotropic law is of this form. G = (1 - xi) weight/De.
+with scalars g_k of the invariants of c and the shear rate, h_k of the invariants of c, and G = (1 - xi) weight/De. By
+the theorem of Cayley and Hamilton every isotropic relaxation is of this form, and every isotropic stress without c^2.
 """
 
 from __future__ import annotations

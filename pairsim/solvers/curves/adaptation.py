@@ -225,7 +225,7 @@ class AdaptiveBranch(Branch):
         return error > self.allowed(point) and (self._zeros_only or self.dU > ROUNDING)
 
     def _kept(self, solve: Callable[[Point | None], Point]) -> Point:
-        """Solve for a point, and again on finer meshes while its error is too large."""
+        """Solve for a point, and again on finer meshes while its error is too large and becomes smaller."""
         before, point = self.scene.iterations, solve(None)
         while self._too_large(point):
             coarser, fields, error = self.problem, dict(self._fields), float(point.estimate.dU_error.max())
