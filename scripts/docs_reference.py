@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from functools import cache
 from itertools import chain
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import typer
@@ -17,8 +18,8 @@ import pairsim
 from pairsim.cli.app import app
 from pairsim.commands import COMMANDS
 from pairsim.config import yaml_file
-from pairsim.config.example import example_of
-from pairsim.inputs.case_files import FILES, parse_case
+from pairsim.config.example import write_example
+from pairsim.inputs.case_files import FILES, read_case
 from pairsim.inputs.schema import schema_rows
 from pairsim.results import columns as tables
 from pairsim.results.columns import Column, column
@@ -61,7 +62,8 @@ def table_of_columns(*groups: Iterable[str | Column]) -> str:
 def in_sweeps(name: str) -> str:
     """Columns of results.csv for a sweep of a command over a pair, as text."""
     command, shown = COMMANDS[name], COMMANDS[name].in_sweeps
-    columns = shown.columns(parse_case(command, example_of(name), ""))
+    with TemporaryDirectory() as folder:
+        columns = shown.columns(read_case(command, write_example(name, name, Path(folder))))
     return ", ".join(code(entry) for entry in (*shown.parameters, *columns, *shown.last))
 
 

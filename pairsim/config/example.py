@@ -6,18 +6,8 @@ import re
 from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 from pairsim.runtime.errors import InputError
-
-
-def example_of(kind: str) -> dict[str, Any]:
-    """The keys of the commented example of a command."""
-    import yaml
-
-    text = files("pairsim.config").joinpath("examples", f"{kind}.yaml").read_text(encoding="utf-8")
-    found: dict[str, Any] = yaml.safe_load(text.format(name=kind, file=f"{kind}.yaml"))
-    return found
 
 
 def write_example(kind: str, name: str, directory: Path) -> Path:

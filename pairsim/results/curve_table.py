@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import scipy
@@ -32,10 +32,10 @@ def curve_of(table: Mapping[str, Array], gap: str = "") -> CurveInterpolant | No
     return CurveInterpolant(table[f"d{gap}"], dU, differentiated, slope, errors)
 
 
-def stretch_at(table: Mapping[str, Array], x: Array | float) -> Array:
-    """Derivative of the distance between the centres by d, at x = log d; 1 in tables that do not have it."""
+def stretch_of(table: Mapping[str, Array]) -> Callable[[Array | float], Array]:
+    """Derivative of the distance between the centres by d, as a function of log d; 1 in tables that do not have it."""
     points = np.log(table["d"])
-    return np.asarray(scipy.interpolate.PchipInterpolator(points, table.get("stretch", np.ones_like(points)))(x))
+    return scipy.interpolate.PchipInterpolator(points, table.get("stretch", np.ones_like(points)))
 
 
 def peak_of(table: Mapping[str, Array], gap: str = "") -> Peak:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import scipy
 
-from pairsim.results.curve_table import curve_of, stretch_at
+from pairsim.results.curve_table import curve_of, stretch_of
 from pairsim.runtime.arrays import Array
 
 FORGOTTEN = 3.0  # decay times after which a start is forgotten; chosen: exp(-3) = .05
@@ -33,7 +33,7 @@ def forgotten_at(table: Mapping[str, Array], start: float) -> float | None:
     way, speed = (each[: STEPS if (speed > 0).all() else int(np.argmin(speed > 0))] for each in (way, speed))
     x = np.log(way)
     with np.errstate(divide="ignore"):
-        rate = stretch_at(table, x) * way / speed / np.interp(x, np.log(curve.d), t_relax)
+        rate = stretch_of(table)(x) * way / speed / np.interp(x, np.log(curve.d), t_relax)
     passed = np.abs(scipy.integrate.cumulative_trapezoid(rate, x, initial=0.0))
     if len(way) and passed[-1] >= FORGOTTEN:
         return float(way[int(np.argmax(passed >= FORGOTTEN))])

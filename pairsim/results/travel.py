@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,10 +15,8 @@ from pairsim.config.quantities import LENGTH as A_LENGTH
 from pairsim.config.quantities import si
 from pairsim.physics.scales import Scales
 from pairsim.results.columns import TIME
-from pairsim.results.curve_table import curve_of, stretch_at
-from pairsim.results.folders import read_record
+from pairsim.results.curve_table import curve_of, stretch_of
 from pairsim.results.memory import forgotten_at
-from pairsim.results.output import read_series
 from pairsim.results.units import in_unit, scales_in, scales_of, with_error
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
@@ -94,11 +92,11 @@ def travel(
     if curve is None:
         raise InputError(source, "", None, "must be the curve of a pair with at least two points")
     record = record or {}
-    first, last = _End("--from", start, record, source), _End("--to", stop, record, source)
-    start, stop = first.on(curve), last.on(curve)
-    low, high = sorted((start, stop))
-    if why := _obstacle(curve, start, stop):
+    first, last = (_end(option, d, curve, record, source) for option, d in (("--from", start), ("--to", stop)))
+    low, high = sorted((first.d, last.d))
+    if why := _obstacle(curve, first.d, last.d):
         raise last.refusal(why)
+    stretch = stretch_of(table)
     mean = scipy.interpolate.PchipInterpolator(np.log(curve.d), (table["U_L"] + table["U_T"]) / 2)
     places = np.log([low, *curve.d[(low < curve.d) & (curve.d < high)], high])
 
@@ -107,7 +105,7 @@ def travel(
 
         def rate(x: float) -> float:
             d = np.exp(x)
-            return float(velocity(x) * stretch_at(table, x) * d / (abs(curve.values(d)) + part * curve.half_widths(d)))
+            return float(velocity(x) * stretch(x) * d / (abs(curve.values(d)) + part * curve.half_widths(d)))
 
         return sum(scipy.integrate.quad(rate, a, b, epsrel=TOLERANCE, epsabs=0)[0] for a, b in pairwise(places))
 
@@ -116,8 +114,8 @@ def travel(
         return value, max(value - least, most - value)
 
     (time, time_error), (length, length_error) = with_half_width(lambda x: 1.0), with_half_width(mean)
-    known = forgotten_at(table, start)
-    return Travel(start, stop, time, length, time_error, length_error, known, scales_in(record))
+    known = forgotten_at(table, first.d)
+    return Travel(first.d, last.d, time, length, time_error, length_error, known, scales_in(record))
 
 
 def _obstacle(curve: CurveInterpolant, start: float, stop: float) -> str:
@@ -137,51 +135,40 @@ def _obstacle(curve: CurveInterpolant, start: float, stop: float) -> str:
     return f"must be reached without a distance at which dU may vanish, as at {unsure[0]:.4g}" if unsure.size else ""
 
 
+@dataclass(frozen=True)
 class _End:
-    """One of the two distances, as it was given.
+    """One of the two distances: its option, what was given, as a number where it is one, and what that is [D_c]."""
 
-    Args:
-        option: Its option.
-        given: A number of tube diameters, as a text or not, or a length with a unit.
-        record: run.json, with the scales of the case.
-        source: Name of the folder for messages.
-
-    Raises:
-        InputError: It is neither, or the case has no `physical` block to convert a length.
-    """
-
-    def __init__(self, option: str, given: float | str, record: Mapping[str, Any], source: str) -> None:
-        self._option, self._given, self._source = option, given, source
-        self._has_unit = False
-        try:
-            self._d = float(given)
-            self._given = self._d
-        except ValueError:
-            try:
-                length = si(str(given), A_LENGTH)
-            except ValueError as error:
-                raise InputError(source, option, given, f"{error}, or a number of tube diameters") from None
-            self._d, self._has_unit = length / scales_of(record, source).length, True
+    option: str
+    given: float | str
+    d: float
+    source: str
 
     def refusal(self, allowed: str) -> InputError:
         """The error that names it as it was given."""
-        gives = f"gives d = {self._d:g}, which " if self._has_unit else ""
-        return InputError(self._source, self._option, self._given, gives + allowed)
-
-    def on(self, curve: CurveInterpolant) -> float:
-        """The distance, or the end of the curve where it differs from it by rounding.
-
-        Raises:
-            InputError: It is outside the curve.
-        """
-        for end in (float(curve.d[0]), float(curve.d[-1])):
-            if abs(self._d - end) < SAME * end:
-                return end
-        if not curve.d[0] <= self._d <= curve.d[-1]:
-            raise self.refusal(f"must be between {curve.d[0]:g} and {curve.d[-1]:g}, the ends of the curve")
-        return self._d
+        gives = f"gives d = {self.d:g}, which " if isinstance(self.given, str) else ""
+        return InputError(self.source, self.option, self.given, gives + allowed)
 
 
-def travel_in(directory: Path, start: float | str, stop: float | str) -> Travel:
-    """As `travel`, for the curve in a folder."""
-    return travel(read_series(directory / "curve.csv"), start, stop, str(directory), read_record(directory))
+def _length(option: str, given: str, source: str) -> float:
+    try:
+        return si(given, A_LENGTH)
+    except ValueError as error:
+        raise InputError(source, option, given, f"{error}, or a number of tube diameters") from None
+
+
+def _end(option: str, given: float | str, curve: CurveInterpolant, record: Mapping[str, Any], source: str) -> _End:
+    """A distance on the curve, which is an end of the curve where it differs from it by rounding.
+
+    Raises:
+        InputError: It is neither a number nor a length, the case has no units, or it is outside the curve.
+    """
+    with suppress(ValueError):
+        given = float(given)
+    d = given if isinstance(given, float) else _length(option, given, source) / scales_of(record, source).length
+    least, largest = float(curve.d[0]), float(curve.d[-1])
+    d = next((end for end in (least, largest) if abs(d - end) < SAME * end), d)
+    end = _End(option, given, d, source)
+    if not least <= d <= largest:
+        raise end.refusal(f"must be between {least:g} and {largest:g}, the ends of the curve")
+    return end
