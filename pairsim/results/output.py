@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from pairsim.config.yaml_file import yaml_text
 from pairsim.runtime.errors import InputError
-from pairsim.runtime.locks import LOCK
+from pairsim.runtime.locks import LOCK_FILES
 
 FORMAT = 1
 """Format number of a folder of results, in run.json. Earlier folders without the number have the same tables."""
@@ -166,7 +166,7 @@ class RunFolder:
         try:
             if folder.exists() and not folder.is_dir():
                 raise refuse("must be a folder, but is a file")
-            present = [file for file in folder.iterdir() if file.name != LOCK] if folder.is_dir() else []
+            present = [file for file in folder.iterdir() if file.name not in LOCK_FILES] if folder.is_dir() else []
             if present and not overwrite:
                 raise refuse("must be a new or empty folder, unless --overwrite replaces the results in it")
             folder.mkdir(parents=True, exist_ok=True)

@@ -16,10 +16,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterable
 from pathlib import Path
-
-from pairsim.runtime.locks import FolderLock, handed_over
 
 GRACE = 20.0  # seconds from SIGTERM to SIGKILL; chosen, long enough for one time step and its checkpoint
 KEPT = 32_768  # last bytes of a child's stderr that are kept
@@ -88,22 +85,20 @@ class Child:
 
     Args:
         argv: The command and its arguments.
-        locks: Locks of the folders that the command writes into; the child inherits them.
 
     Raises:
         OSError: The command cannot be started.
     """
 
-    def __init__(self, argv: list[str], locks: Iterable[FolderLock] = ()) -> None:
-        parent, held = os.getpid(), list(locks)
+    def __init__(self, argv: list[str]) -> None:
+        parent = os.getpid()
         self.began = time.monotonic()
         self._process = subprocess.Popen(
             argv,
-            env=clean_environment() | handed_over(held),
+            env=clean_environment(),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
-            pass_fds=[lock.file for lock in held if lock.file >= 0],
             process_group=0,
             preexec_fn=lambda: _die_with(parent),
         )

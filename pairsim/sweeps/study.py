@@ -6,7 +6,7 @@ The discretisations are the cases of sweeps; this module makes study.csv from th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from itertools import pairwise
 from pathlib import Path
 from statistics import median
@@ -22,6 +22,7 @@ from pairsim.results.folders import read_record
 from pairsim.results.output import read_series, write_text
 from pairsim.results.tables import read_table
 from pairsim.runtime.arrays import Array
+from pairsim.runtime.collective import collectively
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import command_line, sole_writer
 from pairsim.solvers.curves.convergence import extrapolated, observed_order, pareto
@@ -228,7 +229,8 @@ def run_study(
     Raises:
         InputError: The folder belongs to another study, or another command is writing to it.
     """
-    with sole_writer(directory, command_line(), comm):
+    with ExitStack() as held:
+        collectively(comm, lambda: held.enter_context(sole_writer(directory, command_line())))
         folders = [directory / f"sweep-{i + 1}" for i in range(max(study.repeat))]
         worst, shown = 0, ""
         sweeps = [(folder, *sweep) for i, folder in enumerate(folders) for sweep in study.repetition(i).items()]

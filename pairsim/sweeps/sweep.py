@@ -25,7 +25,7 @@ from pairsim.results.output import plain, write_text
 from pairsim.runtime.child_process import DISK, TOO_LARGE
 from pairsim.runtime.collective import collectively
 from pairsim.runtime.errors import ENVIRONMENT, EnvironmentFailure, InputError
-from pairsim.runtime.locks import FolderLock, command_line
+from pairsim.runtime.locks import command_line, sole_writer
 from pairsim.runtime.signals import Signals
 from pairsim.runtime.slurm import job_end
 from pairsim.runtime.version import __version__
@@ -73,8 +73,8 @@ def run_sweep(
 
         def begin() -> _Root:
             _usable(directory)
-            lock = FolderLock(directory, command_line(), options.shard.tag if options.shard else "")
-            held.callback(lock.release)
+            if options.shard is None:
+                held.enter_context(sole_writer(directory, command_line()))
             return _Root(grid, directory, options, comm, reporter, signals)
 
         try:

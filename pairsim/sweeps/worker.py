@@ -1,7 +1,7 @@
 """A worker of a sweep: computes cases in child processes.
 
 Short cases, and neighbouring curves, are computed one after another by one child process (`case_worker`); if it dies or
-has become large, a new one computes the rest. The folder of a case is locked until it has ended.
+has become large, a new one computes the rest, which locks the folder of the case meanwhile.
 """
 
 from __future__ import annotations
@@ -20,8 +20,7 @@ from pairsim.config.yaml_file import yaml_text
 from pairsim.results.folders import read_record
 from pairsim.results.output import CHECKPOINT, plain, write_text
 from pairsim.runtime.child_process import DISK, GRACE, Child, module_command
-from pairsim.runtime.errors import InputError
-from pairsim.runtime.locks import FolderLock, command_line
+from pairsim.runtime.locks import is_locked
 from pairsim.sweeps.case import SweepCase
 from pairsim.sweeps.verdict import judge
 
@@ -67,7 +66,6 @@ class CaseWorker:
         self._child: Child | None = None
         self._first = ""  # folder of the child's first case
         self._left = 0  # number of cases that the child has yet to finish, including the current one
-        self._locks: dict[str, FolderLock] = {}
         self._stopped, self._resumed = "", False
         self._begun = 0.0
 
@@ -82,11 +80,9 @@ class CaseWorker:
             self._child.ask_to_stop()
 
     def close(self) -> None:
-        """Kill the running case and release all locks, if an exception ends the sweep."""
+        """Kill the running case, if an exception ends the sweep."""
         if self._child is not None:
             self._child.kill()
-        for lock in self._locks.values():
-            lock.release()
 
     def poll(self) -> Result | None:
         """Poll the child process, start the next case if it is due, and return the result of an ended case or None."""
@@ -101,7 +97,7 @@ class CaseWorker:
     def _begin(self, case: SweepCase) -> Result | None:
         if self._stopped:
             return self._end(case, "pending", "interrupted", "not started")
-        if not self._locked(case):
+        if is_locked(self._folder(case)):
             return None
         if self._finished(case):  # by another sweep in the same folder
             record = self._record(case)
@@ -146,15 +142,6 @@ class CaseWorker:
         """Wall time of the current case [s]."""
         return time.monotonic() - self._begun if self._begun else 0.0
 
-    def _locked(self, case: SweepCase) -> bool:
-        """Lock the folder of a case; returns False while another process holds the lock."""
-        if case.folder not in self._locks:
-            try:
-                self._locks[case.folder] = FolderLock(self._folder(case), command_line(), patience=0.0)
-            except InputError:
-                return False
-        return True
-
     def _folder(self, case: SweepCase) -> Path:
         return self.directory / case.folder
 
@@ -172,13 +159,14 @@ class CaseWorker:
         self._resumed = resume and self._has_checkpoint(case)
         together = [case]
         for other in () if self._resumed else self._unit[1:]:
-            if not self._locked(other) or self._finished(other):
+            if is_locked(self._folder(other)) or self._finished(other):
                 break
             if other.resume and self._has_checkpoint(other):
                 break
             together.append(other)
         (self.directory / CASES).mkdir(exist_ok=True)
         for each in together:
+            self._folder(each).mkdir(exist_ok=True)
             for name in [STDERR] if self._resumed else [STDERR, CHECKPOINT, "run.json"]:
                 (self._folder(each) / name).unlink(missing_ok=True)
             write_text(self._case_file(each), yaml_text(plain(each.resolved)))
@@ -190,8 +178,7 @@ class CaseWorker:
             arguments = ["pairsim", name, "--resume", folder, "-q"]
         else:
             arguments = ["pairsim", name, case_file, "-o", folder, "--overwrite", "-q"]
-        locks = [self._locks[each.folder] for each in together]
-        self._child = Child(module_command(*arguments), locks)
+        self._child = Child(module_command(*arguments))
         self._first, self._left, self._begun = case.folder, len(together), time.monotonic()
         import_module("pairsim.results.tables")  # pandas, which takes half a second: while the child computes
 
@@ -204,8 +191,6 @@ class CaseWorker:
             values, warnings = self.command.values(self._folder(case)), self._record(case).get("warnings", ())
         if status in ("failed", "timeout"):
             values["wall_time"] = seconds  # run.json stops before the failure
-        if case.folder in self._locks:
-            self._locks.pop(case.folder).release()
         self._begun = time.monotonic() if self._child is not None else 0.0
         self._unit.pop(0)
         return Result(case.folder, status, reason, message, seconds, values, list(warnings))

@@ -25,9 +25,7 @@ from pairsim import sweep as swept_into
 from pairsim.cli.app import app
 from pairsim.runtime.child_process import descendants, module_command
 from pairsim.runtime.errors import InputError
-from pairsim.runtime.locks import LOCK, FolderLock
 from pairsim.sweeps.grid import read_grid
-from pairsim.sweeps.options import Shard
 from pairsim.sweeps.sweep_plots import plot_sweep
 
 THREE = TINY + "grid: {d0: [0.1, 0.2], beta: [0.4, 0.3]}\nexclude: [{d0: 0.1, beta: 0.3}]\n"
@@ -126,16 +124,6 @@ def test_folder_that_is_no_sweep_is_left_alone(tmp_path: Path) -> None:
     done = subprocess.run(command(), cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["thesis.tex"]
-
-
-def test_sweep_beside_a_shard_of_itself_says_so_and_leaves(tmp_path: Path) -> None:
-    (tmp_path / "grid.yaml").write_text(THREE)
-    lock = FolderLock(tmp_path, "pairsim sweep", Shard(1, 2).tag)
-    result = CliRunner().invoke(app, ["sweep", str(tmp_path / "grid.yaml"), "-o", str(tmp_path), "-q"])
-    assert isinstance(result.exception, InputError)
-    assert f"another command is at work in this folder (process {os.getpid()} on " in str(result.exception)
-    assert {path.name for path in tmp_path.iterdir()} == {"grid.yaml", f"{LOCK}-1-of-2"}
-    lock.release()
 
 
 @pytest.mark.slow
