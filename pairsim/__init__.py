@@ -34,6 +34,7 @@ if _TYPE_CHECKING:
     from pairsim.api.compute import critical as critical
     from pairsim.api.compute import curve as curve
     from pairsim.api.compute import run as run
+    from pairsim.api.compute import shape as shape
     from pairsim.api.folders import open as open
     from pairsim.api.laws import use_laws as use_laws
     from pairsim.api.pictures import plot as plot
@@ -48,7 +49,7 @@ if _TYPE_CHECKING:
 
 _MODULES = {
     "cases": ("load",),
-    "compute": ("run", "curve", "critical"),
+    "compute": ("run", "curve", "critical", "shape"),
     "folders": ("open",),
     "laws": ("use_laws",),
     "pictures": ("plot",),
@@ -65,21 +66,15 @@ __all__ = sorted((*_HERE, *(_name for _names in _MODULES.values() for _name in _
 
 
 def __getattr__(name: str) -> _Any:
-    """Import a name of the interface when it is first used; every command is a function."""
-    missing = AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    if name.startswith("_"):
-        raise missing
+    """Import a name of the interface when it is first used."""
+    module = next((module for module, names in _MODULES.items() if name in names), None)
+    if module is None:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     with _no_interrupt_lost():
-        if module := next((module for module, names in _MODULES.items() if name in names), None):
-            found = _import_module(f"pairsim.api.{module}")
-            value = getattr(found, name, found)
-        elif name in _import_module("pairsim.commands").COMMANDS:
-            value = _import_module("pairsim.api.compute").Computation(name)
-        else:
-            raise missing
-    globals()[name] = value
+        found = _import_module(f"pairsim.api.{module}")
+    value = globals()[name] = getattr(found, name, found)
     return value
 
 
 def __dir__() -> list[str]:
-    return sorted({*__all__, *_import_module("pairsim.commands").COMMANDS})
+    return __all__

@@ -70,7 +70,6 @@ def in_sweeps(name: str) -> str:
 def command_line() -> str:
     """All commands with their arguments and options."""
     command: Any = typer.main.get_command(app)
-    command.commands = {name: getattr(each, "whole", each) for name, each in command.commands.items()}
     text = get_docs_for_click(obj=command, ctx=typer.Context(command), name="pairsim", title="Command line")
     return re.sub(r"`[^`]*`|<", lambda found: "&lt;" if found[0] == "<" else found[0], text)  # code is left as it is
 

@@ -55,6 +55,8 @@ def load(path_or_dict: AnyCase, *, kind: str = "run", **overrides: Any) -> Scene
     """
     if kind not in COMMANDS:
         raise InputError("pairsim.load", "kind", kind, f"must be {' or '.join(COMMANDS)}")
+    if isinstance(path_or_dict, SceneCase) and path_or_dict.kind == kind and not overrides:
+        return path_or_dict  # valid already
     data, source = content_of(path_or_dict)
     forget_numbers(data)
     overrides = with_blocks(overrides)

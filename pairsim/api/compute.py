@@ -33,11 +33,12 @@ class Computation[R: Result]:
 
     Args:
         name: Name of the command.
+        about: What it computes, in a sentence.
     """
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, about: str) -> None:
         self.command = COMMANDS[name]
-        self.__name__, self.__doc__ = name, f"{self.command.about}\n\n{cleandoc(str(Computation.__call__.__doc__))}"
+        self.__name__, self.__doc__ = name, f"{about}\n\n{cleandoc(str(Computation.__call__.__doc__))}"
 
     def __call__(
         self,
@@ -56,7 +57,7 @@ class Computation[R: Result]:
             case: Path of a case file, a dict of its keys, or a case from `load`.
             folder: Where the files of the command go. None: no files are kept.
             overwrite: Replace earlier results in the folder.
-            progress: Show progress on stderr: True, or one of "bar", "lines" and "json".
+            progress: Show progress on stderr: True, "bar" or "lines".
             signals: End in order at SIGINT and SIGTERM, as the command line does. Without it no signal handler is
                 installed; a KeyboardInterrupt ends the computation, and what was computed until then is returned.
             budget: Largest wall time, such as "10min"; what is known by then is kept.
@@ -71,7 +72,7 @@ class Computation[R: Result]:
             InputError: The case or the folder cannot be used.
             WriteFailure: The first files of the folder or the last run.json cannot be written.
         """
-        own = {flag.name for flag in self.command.flags} | ({"resume"} if self.command.resumable else set())
+        own = (*self.command.flags, *(("resume",) if self.command.resumable else ()))
         flags = {name: more.pop(name, False) for name in own}
         if flags.get("resume") and folder is None:
             allowed = "must be left out without a folder, which has the checkpoint"
@@ -82,12 +83,16 @@ class Computation[R: Result]:
         return result
 
 
-run: Computation[RunResult] = Computation("run")
+run: Computation[RunResult] = Computation("run", "Compute a case in time.")
 """Compute a case in time: `run(case, folder=...)`, with the arguments of a `Computation`."""
-curve: Computation[CurveResult] = Computation("curve")
+curve: Computation[CurveResult] = Computation("curve", "Compute the quasi-steady master curve dU(d) and its zeros.")
 """Compute the quasi-steady master curve dU(d) of a case, which has `d` in place of `d0`, and its zeros."""
-critical: Computation[CriticalResult] = Computation("critical")
+critical: Computation[CriticalResult] = Computation(
+    "critical", "Find the distances at which dU = 0, and follow them over a parameter."
+)
 """Find the distances at which dU = 0, and follow them over Ca_e or De, which the case has under `along`."""
+shape: Computation[Result] = Computation("shape", "Compute the steady shape of one particle over Ca_e.")
+"""Compute the steady shape of one particle over the values of Ca_e that the case has under `along`."""
 
 
 def compute(
@@ -122,7 +127,7 @@ def compute(
         outcome = command.compute(case, directory, options, **flags)
         result = result_of(command, directory, asdict(outcome))
         if style_of(progress) != "none":
-            reporter.answer(result.answer, result.status, result.warnings)
+            reporter.say(result.answer)
         return result if folder is not None else result.in_memory()
     finally:
         if folder is None:

@@ -138,7 +138,7 @@ def sweep(
         grid: Path of a grid file, or a dict of its keys: base, grid, zip, cases, exclude, command.
         folder: Folder of the sweep; made, or continued.
         workers: Cases that are computed at the same time, without mpirun.
-        progress: Show progress on stderr: True, or one of "bar", "lines" and "json".
+        progress: Show progress on stderr: True, "bar" or "lines".
         signals: End in order at SIGINT and SIGTERM, as the command line does. Without it no signal handler is
             installed; a KeyboardInterrupt stops the running cases, and the same call continues later.
         only_failed: Repeat the cases that failed or timed out, and nothing else.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -22,10 +23,11 @@ class Units:
     Attributes:
         case: The case, to be given to `run` or another function.
         report: Numbers, scales, whether inertia is negligible, defaults used and warnings.
+        written: The keys of the case that were given or follow from what was.
     """
 
-    def __init__(self, case: SceneCase, report: BenchReport) -> None:
-        self.case, self.report = case, report
+    def __init__(self, case: SceneCase, report: BenchReport, written: Mapping[str, Any]) -> None:
+        self.case, self.report, self.written = case, report, written
 
     @cached_property
     def table(self) -> pd.DataFrame:
@@ -75,4 +77,4 @@ def units(*, kind: str = "run", **given: Any) -> Units:
     if "distance" not in quantities and kind in COMMANDS:
         written = {**COMMANDS[kind].distances, **written}
     case = load({**written, "physical": DEFAULTS | quantities}, kind=kind)
-    return Units(case, bench_report(case, quantities))
+    return Units(case, bench_report(case, quantities), {"physical": quantities, **written})

@@ -5,11 +5,7 @@ Large libraries are imported inside the commands, so that --help and input error
 
 from __future__ import annotations
 
-import atexit
-import gc
-import os
 import sys
-from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
@@ -17,11 +13,8 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from pairsim.cli import cases, first_steps, laws, pictures, sweeps, tables
-from pairsim.cli.on_demand import OnDemand
+from pairsim.cli import bench, cases, first_steps, laws, pictures, sweeps, tables
 from pairsim.cli.options import path_option, rank
-from pairsim.cli.streams import discard_stdout, repair_streams
-from pairsim.commands import COMMANDS
 from pairsim.physics.own_laws import OPTION, name_file
 from pairsim.runtime.errors import (
     ENVIRONMENT,
@@ -36,20 +29,8 @@ from pairsim.runtime.signals import no_interrupt_lost
 from pairsim.runtime.version import __version__, commit
 
 
-def _units() -> typer.Typer:
-    from pairsim.cli import bench
-
-    return bench.app
-
-
 class _All(TyperGroup):
-    """All commands, first those whose options follow from the keys of a case; --laws may stand anywhere."""
-
-    def __init__(self, **more: Any) -> None:
-        super().__init__(**more)
-        made = [OnDemand(f"pairsim.commands.{name}", partial(cases.of_record, name)) for name in COMMANDS]
-        made.append(OnDemand("pairsim.cli.bench", _units))
-        self.commands = {**{str(each.name): each for each in made}, **self.commands}
+    """All commands; --laws may stand anywhere."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         own, others = list[str](), list[str]()
@@ -64,8 +45,6 @@ class _All(TyperGroup):
 
 CODES: dict[type[PairsimError], int] = {InputError: 2, EnvironmentFailure: ENVIRONMENT, RunFailure: 3}
 """Exit codes of errors, the special ones first."""
-ALLOCATIONS = 50_000
-"""Objects between two searches for cyclic garbage: a fifth of a short command went into searching imported modules."""
 app = typer.Typer(
     cls=_All,
     no_args_is_help=True,
@@ -74,7 +53,7 @@ app = typer.Typer(
     help="Soft and rigid spheres on the axis of a tube: do they separate or collide, and how fast?",
     epilog="Example: pairsim run configs/quickstart.yaml",
 )
-for _part in (cases, sweeps, tables, first_steps, laws, pictures):
+for _part in (cases, bench, sweeps, tables, first_steps, laws, pictures):
     app.add_typer(_part.app)
 
 
@@ -102,14 +81,6 @@ def _common(
 @no_interrupt_lost()
 def main() -> NoReturn:
     """Entry point: every `PairsimError` is printed as one message, without a traceback, and sets the exit code."""
-    repair_streams()
-    gc.set_threshold(ALLOCATIONS)
-    atexit.register(gc.freeze)  # or else Python searches all that it holds when it ends
-    try:
-        os.getcwd()
-    except OSError:
-        _complain(EnvironmentFailure("the current folder has been removed", advice="cd to another one"))
-        sys.exit(ENVIRONMENT)
     try:
         app(standalone_mode=True)
     except PairsimError as error:
@@ -120,7 +91,6 @@ def main() -> NoReturn:
     except OSError as error:
         named = error.filename or "standard output"
         _complain(EnvironmentFailure(f"{named} cannot be used ({error.strerror or error})"))
-        discard_stdout()
         abort_others(ENVIRONMENT)
         sys.exit(ENVIRONMENT)
     except Exception:

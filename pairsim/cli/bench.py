@@ -7,81 +7,29 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from inspect import Parameter, signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pairsim.cli.options import OfUnits, check_free, path_option, print_table, usable
-from pairsim.commands import COMMANDS
-from pairsim.config.physical import QUANTITIES, Quantity
-from pairsim.physics import liquids, solids
-from pairsim.physics.declared import FLAT, PARAMETERS
+from pairsim.cli.options import OfUnits, Settings, check_free, path_option, print_table, usable
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
+    from pairsim.api.units import Units
     from pairsim.config.bench_report import BenchReport
 
-app = typer.Typer(add_completion=False)
-PURE = [name for name, each in PARAMETERS.items() if each.parameter.dimension is None]
-"""Parameters of laws that are pure numbers."""
-REQUIRED = ("tube", "particle")
+app = typer.Typer()
 ENDS = {"ends": "developed", "length": "auto"}
 """What a case is given that says nothing of the ends of its tube."""
-NAMES = {"flow_rate": "--flow"}
-"""Options that are not named after their key."""
-HELP = {
-    "velocity": "mean velocity of the liquid, in place of --flow",
-    "particle": "diameter of the particles (repeat for one value each, from upstream)",
-    "modulus": "shear modulus G_p of the particles (default: rigid; repeat for one value each)",
-    "young": "Young's modulus E = 3 G_p, in place of --modulus",
-    "density": "density of the liquid (default: that of water)",
-    "distance": "distance between the surfaces (repeat for one value each gap; with --kind curve, for its distances; "
-    "with --kind critical, for the least and the largest one)",
-    "end": "end time of the run (default: by De and Ca_e)",
-}
-"""What options do that the words of their key do not say."""
 
 
-def _option_of(key: str) -> str:
-    return NAMES.get(key, f"--{key.replace('_', '-')}")
+def _quantity(words: str, *names: str) -> Any:
+    return typer.Option(*names, metavar="QUANTITY", help=words, show_default=False)
 
 
-def _sentence(words: str) -> str:
-    return words[0].upper() + words[1:]
-
-
-def _of_quantity(each: Quantity) -> Parameter:
-    """The option of a key of the `physical` block."""
-    of = each.dimension
-    example = of.example.format(**dict.fromkeys(of.of_unit, 0.6)).replace(" ", "")
-    words = f"{_sentence(HELP.get(each.key, of.words))}; example: {example}."
-    option = typer.Option(_option_of(each.key), metavar="QUANTITY", help=words, show_default=False)
-    kind: Any = list[str] if each.many or each.gives == "d" else str
-    if each.key in REQUIRED:
-        return Parameter(each.key, Parameter.KEYWORD_ONLY, annotation=Annotated[kind, option])
-    return Parameter(each.key, Parameter.KEYWORD_ONLY, default=None, annotation=Annotated[kind | None, option])
-
-
-def _of_number(name: str) -> Parameter:
-    """The option of a parameter of a law that is a pure number."""
-    words = f"{_sentence(PARAMETERS[name].parameter.words)}."
-    kind = Annotated[float | None, typer.Option(f"--{name}", metavar="NUMBER", help=words)]
-    return Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=kind)
-
-
-def _with_quantities(function: Callable[..., None]) -> Callable[..., None]:
-    """Replace `**given` by an option for each quantity, and one for each pure number of the laws."""
-    own = [each for each in signature(function, eval_str=True).parameters.values() if each.name != "given"]
-    parameters = [*map(_of_quantity, QUANTITIES.values()), *map(_of_number, PURE), *own]
-    function.__signature__ = signature(function).replace(parameters=parameters)  # type: ignore[attr-defined]
-    function.__annotations__ = {each.name: each.annotation for each in parameters}
-    return function
-
-
-def _law_of(what: str, laws: Mapping[str, Any]) -> Any:
-    return typer.Option(metavar="LAW", help=f"Law of the {what}: {', '.join(laws)}.", show_default=False)
+def _number(name: str, words: str) -> Any:
+    return typer.Option(f"--{name}", metavar="NUMBER", help=words)
 
 
 @app.command(
@@ -89,23 +37,82 @@ def _law_of(what: str, laws: Mapping[str, Any]) -> Any:
     "--relaxation 2ms --liquid giesekus -o case.yaml | pairsim units --liquid power-law --n 0.6 "
     "--consistency 0.5Pa.s^0.6 --tube 50um --particle 20um --flow 1ul/min --modulus 5kPa"
 )
-@_with_quantities
 def units(
     *,
-    liquid: Annotated[str | None, _law_of("liquid", liquids.LAWS)] = None,
-    solid: Annotated[str | None, _law_of("particles", solids.LAWS)] = None,
-    kind: Annotated[OfUnits, typer.Option("--kind", help="The command that the case file is for.")] = "run",
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Write a case file to this path.", callback=usable)
-    ] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing case file.")] = False,
-    pressure: Annotated[
+    tube: Annotated[str, _quantity("Inner diameter of the tube D_c; example: 50um.")],
+    flow: Annotated[
         str | None,
-        typer.Option(metavar="QUANTITY", help="Pressure drop in place of --flow, such as 20kPa; with --over."),
+        _quantity("Flow rate Q; gives the mean velocity U_av = 4 Q/(pi D_c^2); example: 1ul/min."),
     ] = None,
-    over: Annotated[
-        str | None, typer.Option(metavar="QUANTITY", help="Length of tube over which it falls, such as 5cm.")
+    velocity: Annotated[
+        str | None, _quantity("Mean velocity of the liquid, in place of --flow; example: 5mm/s.")
     ] = None,
+    pressure: Annotated[str | None, _quantity("Pressure drop in place of --flow, such as 20kPa; with --over.")] = None,
+    over: Annotated[str | None, _quantity("Length of tube over which it falls, such as 5cm.")] = None,
+    particle: Annotated[
+        list[str],
+        _quantity("Diameter of the particles (repeat for one value each, from upstream); example: 20um."),
+    ],
+    modulus: Annotated[
+        list[str] | None,
+        _quantity("Shear modulus G_p of the particles (default: rigid; repeat for one value each); example: 5kPa."),
+    ] = None,
+    young: Annotated[
+        list[str] | None, _quantity("Young's modulus E = 3 G_p, in place of --modulus; example: 15kPa.")
+    ] = None,
+    density: Annotated[
+        str | None, _quantity("Density of the liquid (default: that of water); example: 1000kg/m^3.")
+    ] = None,
+    distance: Annotated[
+        list[str] | None,
+        _quantity(
+            "Distance between the surfaces (repeat for one value each gap; with --kind curve, for its distances; "
+            "with --kind critical, for the least and the largest one); example: 5um."
+        ),
+    ] = None,
+    end: Annotated[str | None, _quantity("End time of the run (default: by De and Ca_e); example: 2ms.")] = None,
+    liquid: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LAW",
+            help="Law of the liquid: newtonian, carreau, fene-p, giesekus, oldroyd-b, power-law, ptt-linear, ptt-exp, "
+            "white-metzner, or one of your own.",
+            show_default=False,
+        ),
+    ] = None,
+    viscosity: Annotated[
+        str | None,
+        _quantity("Zero-shear viscosity of the liquid eta_0, including that of the solvent; example: 1Pa.s."),
+    ] = None,
+    consistency: Annotated[
+        str | None,
+        _quantity("Consistency K of the liquid; gives eta_0 = K (U_av/D_c)^(n - 1); example: 0.5Pa.s^0.6."),
+    ] = None,
+    relaxation: Annotated[
+        str | None, _quantity("Relaxation time lambda; gives De = lambda U_av/D_c; example: 2ms.")
+    ] = None,
+    solvent: Annotated[
+        str | None, _quantity("Viscosity of the solvent eta_s; gives xi = eta_s/eta_0; example: 1mPa.s.")
+    ] = None,
+    time_constant: Annotated[
+        str | None, _quantity("Time constant of thinning, the inverse of the rate where it begins; example: 2ms.")
+    ] = None,
+    viscosity_inf: Annotated[str | None, _quantity("Viscosity at large shear rates; example: 1mPa.s.")] = None,
+    n: Annotated[float | None, _number("n", "Flow index of the thinning part.")] = None,
+    a: Annotated[float | None, _number("a", "Exponent of the transition; 2 is the law of Carreau.")] = None,
+    L2: Annotated[float | None, _number("L2", "Largest trace of the conformation tensor.")] = None,
+    alpha: Annotated[float | None, _number("alpha", "Mobility of the Giesekus liquid.")] = None,
+    epsilon: Annotated[float | None, _number("epsilon", "Extensional parameter of the PTT liquids.")] = None,
+    solid: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LAW",
+            help="Law of the particles: neo-hookean, kelvin-voigt, mooney-rivlin, or one of your own.",
+            show_default=False,
+        ),
+    ] = None,
+    particle_viscosity: Annotated[str | None, _quantity("Viscosity of the particles; example: 2Pa.s.")] = None,
+    c: Annotated[float | None, _number("c", "Part of the second invariant in the shear modulus.")] = None,
     rheology: Annotated[
         Path | None,
         path_option(
@@ -115,7 +122,12 @@ def units(
     spectrum: Annotated[
         Path | None, path_option("--spectrum", words="CSV file of moduli: angular frequency, G', G''; alike.")
     ] = None,
-    **given: Any,
+    kind: Annotated[OfUnits, typer.Option("--kind", help="The command that the case file is for.")] = "run",
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Write a case file to this path.", callback=usable)
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing case file.")] = False,
+    set_: Settings = None,
 ) -> None:
     """Compute the dimensionless numbers and scales of an experiment; with -o also write a case file.
 
@@ -123,59 +135,72 @@ def units(
     inertia is negligible, a warning if no steady shape is expected, and each
     default used.
     """
+    from pairsim.api.units import units as units_of
     from pairsim.config.bench_file import case_text
-    from pairsim.config.bench_report import DEFAULTS, bench_report
-    from pairsim.inputs.case_files import parse_case
+    from pairsim.config.merging import section_of
+    from pairsim.config.yaml_file import apply_settings
+    from pairsim.physics import liquids
+    from pairsim.results.output import plain
 
     check_free(output, overwrite)
-    fitted: Any = None
+    quantities: dict[str, Any] = {
+        **{"tube": tube, "flow_rate": flow, "velocity": velocity, "particle": particle, "modulus": modulus},
+        **{"young": young, "density": density, "distance": distance, "end": end, "viscosity": viscosity},
+        **{"consistency": consistency, "relaxation": relaxation, "solvent": solvent, "time_constant": time_constant},
+        **{"viscosity_inf": viscosity_inf, "particle_viscosity": particle_viscosity},
+    }
+    quantities = {
+        key: value[0] if isinstance(value, list) and len(value) == 1 else value
+        for key, value in quantities.items()
+        if value
+    }
+    laws: dict[str, Any]
     if rheology or spectrum:
         picture = output and output.with_name(f"{output.stem}-fit.png")
         check_free(picture, overwrite)
-        fitted, liquid = _fitted(rheology, spectrum, liquid, given, picture)
-    if not COMMANDS[kind].distances:
-        kinds = " or ".join(name for name, command in COMMANDS.items() if command.distances)
-        raise InputError("pairsim units", "--kind", kind, f"must be {kinds}")
-    if given["relaxation"] and liquid is None and fitted is None:
-        elastic = ", ".join(name for name, law in liquids.LAWS.items() if issubclass(law, liquids.ConformationLaw))
-        allowed = f"must be given with --relaxation: {elastic}; --rheology FILE finds the one that fits a flow curve"
-        raise InputError("pairsim units", "--liquid", None, allowed)
-    quantities = {key: _one(given[key]) for key in QUANTITIES if given[key]} | (fitted or {})
-    if "end" in quantities and kind != "run":
-        raise InputError("pairsim units", "--end", quantities["end"], f"must be left out with --kind {kind}")
-    written: dict[str, Any] = {"physical": quantities, **_laws(None if fitted else liquid, solid, given)}
-    if fitted:
-        written["liquid"] = liquid
-    if len(given["particle"]) != 1:
-        written["particles"] = len(given["particle"])
-    if not given["modulus"] and not given["young"]:
-        written["Ca_e"] = 0
-    if "distance" not in quantities:
-        written |= COMMANDS[kind].distances
-    written |= ENDS
+        fitted, found = _fitted(rheology, spectrum, liquid, quantities, picture)
+        quantities |= fitted
+        laws = {"liquid": found} | _laws(None, solid, {"c": c})
+    else:
+        laws = _laws(liquid, solid, {"n": n, "a": a, "L2": L2, "alpha": alpha, "epsilon": epsilon, "c": c})
+        if relaxation and liquid is None:
+            elastic = ", ".join(name for name, law in liquids.LAWS.items() if issubclass(law, liquids.ConformationLaw))
+            allowed = (
+                f"must be given with --relaxation: {elastic}; --rheology FILE finds the one that fits a flow curve"
+            )
+            raise InputError("pairsim units", "--liquid", None, allowed)
+    if end and kind != "run":
+        raise InputError("pairsim units", "--end", end, f"must be left out with --kind {kind}")
+    section = section_of(quantities | laws | ENDS)
+    apply_settings(section, tuple(set_ or ()))
+    given = {
+        key: value["law"] if isinstance(value, dict) and len(value) == 1 else value
+        for key, value in plain(section).items()
+    }
 
-    def case_at(velocity: str | None = None) -> Any:
-        block = DEFAULTS | quantities | ({"velocity": velocity} if velocity else {})
-        return parse_case(COMMANDS[kind], {**written, "physical": block}, "pairsim units")
+    given |= given.pop("physical", {})  # of --set
+
+    def units_at(**more: str) -> Units:
+        return units_of(kind=kind, **given, **more)
 
     try:
         if pressure is not None or over is not None:
-            quantities["velocity"] = _driven_by(pressure, over, given, case_at)
-        case = case_at()
+            given["velocity"] = _driven_by(pressure, over, quantities, units_at)
+        result = units_at()
     except InputError as error:
         raise _of_options(error) from None
-    report = bench_report(case, quantities)
     if output is not None:  # before the output, which a closed pipe may cut short
-        _write(output, case_text({"name": output.stem} | written, case, _comments(report, kind)))
-    _show(report)
-    for note in case.notes:
+        head = _comments(result.report, kind)
+        _write(output, case_text({"name": output.stem, **result.written}, result.case, head))
+    _show(result.report)
+    for note in result.case.notes:
         typer.echo(f"note: {note}")
     if output is not None:
         typer.echo(str(output))
         typer.echo(f"next: pairsim {kind} {output} --dry-run", err=True)
 
 
-def _driven_by(pressure: str | None, over: str | None, given: Mapping[str, Any], case_at: Callable[..., Any]) -> str:
+def _driven_by(pressure: str | None, over: str | None, given: Mapping[str, Any], units_at: Callable[..., Units]) -> str:
     """The mean velocity that a pressure drives.
 
     Raises:
@@ -188,10 +213,10 @@ def _driven_by(pressure: str | None, over: str | None, given: Mapping[str, Any],
         allowed = f"must be given with {other}, such as --pressure 20kPa --over 5cm"
         raise InputError("pairsim units", option, None, allowed)
     for key in ("flow_rate", "velocity"):
-        if given[key]:
+        if key in given:
             raise InputError("pairsim units", _option_of(key), given[key], "must be left out with --pressure")
     try:
-        return velocity_for(pressure, over, case_at)
+        return velocity_for(pressure, over, lambda velocity: units_at(velocity=velocity).case)
     except InputError:
         raise
     except ValueError as error:
@@ -228,23 +253,26 @@ def _fitted(
     return quantities, liquid
 
 
-def _laws(liquid: str | None, solid: str | None, numbers: Mapping[str, Any]) -> dict[str, Any]:
-    """The keys of the laws and of their pure numbers in a case."""
+def _laws(liquid: str | None, solid: str | None, numbers: Mapping[str, float | None]) -> dict[str, Any]:
+    """The blocks of the laws of a case, each with its pure numbers.
+
+    Raises:
+        InputError: A number belongs to another law.
+    """
+    from pairsim.physics import liquids
+    from pairsim.physics.declared import PARAMETERS
+
     blocks: dict[str, dict[str, Any]] = {"liquid": {"law": liquid}, "solid": {"law": solid}}
-    flat = {name: numbers[name] for name in FLAT if numbers[name] is not None}
-    for name in PURE:
-        if name in FLAT or (value := numbers[name]) is None:
+    for name, value in numbers.items():
+        if value is None:
             continue
         laws = PARAMETERS[name].laws
-        place = next((place for place, block in blocks.items() if block["law"] in laws), None)
-        if place is None:
-            raise InputError("pairsim units", f"--{name}", value, f"must be left out, or be given with {_either(laws)}")
-        blocks[place][name] = value
-    return flat | {key: block if len(block) > 1 else block["law"] for key, block in blocks.items() if block["law"]}
-
-
-def _either(laws: list[str]) -> str:
-    return " or ".join(f"--{'liquid' if law in liquids.LAWS else 'solid'} {law}" for law in laws)
+        block = next((block for block in blocks.values() if block["law"] in laws), None)
+        if block is None:
+            either = " or ".join(f"--{'liquid' if law in liquids.LAWS else 'solid'} {law}" for law in laws)
+            raise InputError("pairsim units", f"--{name}", value, f"must be left out, or be given with {either}")
+        block[name] = value
+    return {key: block for key, block in blocks.items() if block["law"]}
 
 
 def _write(output: Path, text: str) -> None:
@@ -257,13 +285,13 @@ def _write(output: Path, text: str) -> None:
         raise InputError(str(output), "-o", None, f"must be a writable file ({error.strerror})") from None
 
 
-def _one(values: Any) -> Any:
-    """A single value in place of a list of one."""
-    return values[0] if isinstance(values, list) and len(values) == 1 else values
+def _option_of(key: str) -> str:
+    return "--flow" if key == "flow_rate" else f"--{key.replace('_', '-')}"
 
 
 def _of_options(error: InputError) -> InputError:
     """The same error with options of `pairsim units` in place of keys of the `physical` block."""
+    from pairsim.physics.declared import PARAMETERS
 
     def options(text: str) -> str:
         for name, each in PARAMETERS.items():
@@ -275,7 +303,7 @@ def _of_options(error: InputError) -> InputError:
         text = re.sub(r"\bwith (liquid|solid): ", r"with --\1 ", text)
         return re.sub(r"\b(?:liquid|solid)\.(\w+)", r"--\1", text)
 
-    found = [InputError(m.file, options(m.key), m.value, options(m.allowed)) for m in error.mistakes]
+    found = [InputError("pairsim units", options(m.key), m.value, options(m.allowed)) for m in error.mistakes]
     return InputError.of_all(found)
 
 

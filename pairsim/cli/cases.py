@@ -1,14 +1,12 @@
-"""The commands for one case, made from their records.
+"""The commands for one case: `run`, `curve`, `critical`, `shape`, and `mesh`.
 
-Large libraries are imported inside the commands, so that --help and input errors are printed at once.
+Large libraries are imported inside the functions, so that --help and input errors are printed at once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from inspect import Parameter, Signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
@@ -27,111 +25,176 @@ from pairsim.cli.options import (
     path_option,
     rank,
 )
-from pairsim.commands import COMMANDS
 from pairsim.runtime.errors import InputError
-from pairsim.runtime.launcher import first_alone
-from pairsim.runtime.signals import Signals
 
 if TYPE_CHECKING:
     from pairsim.api.results import Result
-    from pairsim.commands.command import Command
     from pairsim.drivers.progress import Style
 
 app = typer.Typer(rich_markup_mode="rich")
-CODES = {
-    False: """Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
-system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.""",
-    True: """Exit codes: 0 finished (also at contact or max_gap), 2 wrong input, 3
-computation failed, 4 installation or system at fault (pairsim doctor), 130
-interrupted.""",
-}
-"""The last paragraph of the help, by whether the command is one in time."""
-MaybeCaseFile = Annotated[Path | None, path_argument("Case file (YAML); pairsim schema lists its keys.")]
-Resume = Annotated[
-    Path | None,
-    path_option(
-        "--resume",
-        metavar="DIR",
-        words="Continue the run in this folder from its checkpoint. "
-        "A case file or --set may change name, time.end, limits and output.",
-    ),
-]
 
 
-def of_record(name: str) -> typer.Typer:
-    """The command of a record."""
-    command = COMMANDS[name]
-    alone = typer.Typer(rich_markup_mode="rich", add_completion=False)
-    alone.command(name, epilog=f"Examples: {command.examples}")(_function(command))
-    return alone
+@app.command(
+    epilog="Examples: pairsim run configs/quickstart.yaml | pairsim run case.yaml -o out --set Ca_e=0.05 | "
+    "pairsim run --resume out --set time.end=4"
+)
+def run(
+    case: Annotated[Path | None, path_argument("Case file (YAML); pairsim schema lists its keys.")] = None,
+    output: Output = None,
+    overwrite: Overwrite = False,
+    resume: Annotated[
+        Path | None,
+        path_option(
+            "--resume",
+            metavar="DIR",
+            words="Continue the run in this folder from its checkpoint. "
+            "A case file or --set may change name, time.end, limits and output.",
+        ),
+    ] = None,
+    budget: Budget = None,
+    dry_run: DryRun = False,
+    progress: Progress = "auto",
+    quiet: Quiet = False,
+    set_: Settings = None,
+) -> None:
+    """Compute one case in time.
 
+    Writes series.csv, fields.xdmf, case.yaml, run.json and checkpoint.npz.
+    Lengths are in tube diameters D_c, velocities in the mean velocity U_av, times
+    in D_c/U_av.
 
-def _parameters(command: Command[Any]) -> list[Parameter]:
-    """The arguments and options of a command, in the order of its help."""
-    resumable = command.resumable
-    found: dict[str, tuple[Any, Any]] = {
-        "case": (MaybeCaseFile, None) if resumable else (CaseFile, Parameter.empty),
-        "output": (Output, None),
-        "overwrite": (Overwrite, False),
-        **({"resume": (Resume, None)} if resumable else {}),
-        **{
-            each.name: (Annotated[bool, typer.Option(f"--{each.name}", help=each.help)], False)
-            for each in command.flags
-        },
-        "budget": (Budget, None),
-        "dry_run": (DryRun, False),
-        "progress": (Progress, "auto"),
-        "quiet": (Quiet, False),
-        "set_": (Settings, None),
-    }
-    return [
-        Parameter(name, Parameter.KEYWORD_ONLY, annotation=each[0], default=each[1]) for name, each in found.items()
-    ]
-
-
-def _function(command: Command[Any]) -> Callable[..., None]:
-    """What a command does on the command line."""
-
-    def function(**given: Any) -> None:
-        _compute(command, given)
-
-    parameters = _parameters(command)
-    function.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
-    function.__annotations__ = {each.name: each.annotation for each in parameters}
-    function.__doc__ = f"{command.about}\n\n{CODES[command.resumable]}"
-    return function
-
-
-def _compute(command: Command[Any], given: dict[str, Any]) -> None:
-    """Check a case, and show its cost or compute it."""
-    from pairsim.config.identity import default_folder
-    from pairsim.inputs.case_files import read_case
-
-    case, output, overwrite, resume = given["case"], given["output"], given["overwrite"], given.get("resume")
+    Exit codes: 0 finished (also at contact or max_gap), 2 wrong input, 3
+    computation failed, 4 installation or system at fault (pairsim doctor), 130
+    interrupted.
+    """
     if resume is not None and (overwrite or output is not None):
         option, allowed = "--overwrite" if overwrite else "-o", "must be left out with --resume, which gives the folder"
-        raise InputError(f"pairsim {command.name}", option, None, allowed)
-    if case is None:
-        if resume is None:
-            raise typer.BadParameter("must be given, or else --resume DIR", param_hint="CASE")
-        case = resume / "case.yaml"
-    checked = read_case(command, case, tuple(given["set_"] or ()))
-    directory = resume or output or default_folder(command.name, checked, case.stem)
-    if given["dry_run"]:
+        raise InputError("pairsim run", option, None, allowed)
+    if case is None and resume is None:
+        raise typer.BadParameter("must be given, or else --resume DIR", param_hint="CASE")
+    file, folder = case or Path(resume or "", "case.yaml"), resume or output
+    flags = {"resume": resume is not None}
+    _compute("run", file, folder, overwrite, budget, dry_run, "none" if quiet else progress, set_, flags)
+
+
+@app.command(
+    epilog="Examples: pairsim curve configs/curve.yaml | pairsim curve case.yaml -o out --sensitivities "
+    "--set 'd={start: 0.02, stop: 1, num: 12}'"
+)
+def curve(
+    case: CaseFile,
+    output: Output = None,
+    overwrite: Overwrite = False,
+    sensitivities: Annotated[
+        bool,
+        typer.Option("--sensitivities", help="Add the derivatives of dU with respect to Ca_e, De and beta at fixed d."),
+    ] = False,
+    budget: Budget = None,
+    dry_run: DryRun = False,
+    progress: Progress = "auto",
+    quiet: Quiet = False,
+    set_: Settings = None,
+) -> None:
+    """Compute the quasi-steady master curve dU(d) and its zeros.
+
+    The case file has d (distances in tube diameters D_c: a list, or {start, stop,
+    num, spacing}) in place of d0. Writes curve.csv (dU in U_av), equilibria.csv,
+    curve.png of two points or more, case.yaml and run.json.
+
+    Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
+    system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
+    """
+    flags = {"sensitivities": sensitivities}
+    _compute("curve", case, output, overwrite, budget, dry_run, "none" if quiet else progress, set_, flags)
+
+
+@app.command(
+    epilog="Examples: pairsim critical configs/critical.yaml | "
+    "pairsim critical case.yaml --set 'along={Ca_e: [0.02, 0.05, 0.1]}'"
+)
+def critical(
+    case: CaseFile,
+    output: Output = None,
+    overwrite: Overwrite = False,
+    budget: Budget = None,
+    dry_run: DryRun = False,
+    progress: Progress = "auto",
+    quiet: Quiet = False,
+    set_: Settings = None,
+) -> None:
+    r"""Find the distances at which dU = 0, and follow them over a parameter.
+
+    The case file has along: {Ca_e: ...} or {De: ...} with values or {start, stop,
+    num, spacing}, optionally lines: with values of the other parameter, and d:
+    \[least, largest], the range of distances in tube diameters D_c. Writes
+    critical.csv, critical.png, case.yaml and run.json.
+
+    Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
+    system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
+    """
+    _compute("critical", case, output, overwrite, budget, dry_run, "none" if quiet else progress, set_, {})
+
+
+@app.command(
+    epilog="Examples: pairsim shape case.yaml | "
+    "pairsim shape case.yaml -o out --set 'along={start: 0.01, stop: 0.2, num: 8}'"
+)
+def shape(
+    case: CaseFile,
+    output: Output = None,
+    overwrite: Overwrite = False,
+    budget: Budget = None,
+    dry_run: DryRun = False,
+    progress: Progress = "auto",
+    quiet: Quiet = False,
+    set_: Settings = None,
+) -> None:
+    """Compute the steady shape of one particle over Ca_e.
+
+    The case file has particles: 1, and along: values of Ca_e (a list, or {start,
+    stop, num, spacing}). Writes shape.csv (Taylor's D with its error, U in U_av),
+    shape.png, case.yaml and run.json.
+
+    Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
+    system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
+    """
+    _compute("shape", case, output, overwrite, budget, dry_run, "none" if quiet else progress, set_, {})
+
+
+def _compute(
+    name: str,
+    file: Path,
+    folder: Path | None,
+    overwrite: bool,
+    budget: str | None,
+    dry_run: bool,
+    shown: Style,
+    settings: list[str] | None,
+    flags: dict[str, bool],
+) -> None:
+    """Check a case, and show its cost, or compute it by the function of the Python interface."""
+    from pairsim.commands import COMMANDS
+    from pairsim.config.identity import default_folder
+    from pairsim.inputs.case_files import read_case
+    from pairsim.runtime.launcher import first_alone
+    from pairsim.runtime.signals import Signals
+
+    command = COMMANDS[name]
+    case = read_case(command, file, tuple(settings or ()))
+    directory = folder or default_folder(name, case, file.stem)
+    if dry_run:
         if rank() == 0:
-            notes = (f"note: {note}" for note in checked.notes)
-            typer.echo("\n".join([f"{directory}: {command.estimate(checked)}", *notes]))
+            notes = (f"note: {note}" for note in case.notes)
+            typer.echo("\n".join([f"{directory}: {command.estimate(case)}", *notes]))
         return
-    from pairsim.config.quantities import seconds_of
-
     with first_alone(lambda note: typer.echo(f"pairsim: note: {note}", err=True)):
-        from pairsim.api.compute import compute
+        from pairsim.api import compute
 
-        shown: Style = "none" if given["quiet"] else given["progress"]
-        more: dict[str, Any] = {flag.name: given[flag.name] for flag in command.flags}
-        more |= {"resume": resume is not None} if command.resumable else {}
         with Signals(final=True):
-            result = compute(command, checked, directory, overwrite, shown, True, seconds_of(given["budget"]), **more)
+            question = getattr(compute, name)
+            result = question(
+                case, folder=directory, overwrite=overwrite, progress=shown, signals=True, budget=budget, **flags
+            )
             _end(result, directory, shown)
 
 
@@ -154,35 +217,33 @@ def _end(result: Result, directory: Path, shown: Style) -> NoReturn:
         typer.echo(str(directory))
     if shown == "none" and code:
         typer.echo(result.message, err=True)
-    elif shown not in ("none", "json") and directory.is_dir():
+    elif shown != "none" and directory.is_dir():
         afterwards = command.afterwards(directory, rows > 1 and "dU" in result.columns)
         ended = result.status, result.reason, result.message
         typer.echo(advice(afterwards, *ended, directory, command.resumable), err=True)
     raise typer.Exit(code)
 
 
-@app.command(epilog="Example: pairsim mesh configs/quickstart.yaml -o meshes/pair.msh --png meshes/pair.png")
+@app.command(epilog="Example: pairsim mesh configs/quickstart.yaml -o meshes/pair.msh")
 def mesh(
     case: CaseFile,
     output: Annotated[Path, path_option("-o", "--output", words="Mesh file: .msh (gmsh), .vtu or .xdmf.")],
-    png: Annotated[Path | None, path_option("--png", words="Picture of the mesh around the particles.")] = None,
     overwrite: OverwriteFile = False,
     set_: Settings = None,
 ) -> None:
     """Write the mesh with which a run of a case begins.
 
-    Lengths are in tube diameters D_c. Prints the numbers of cells, nodes and
-    arcs.
+    Lengths are in tube diameters D_c. Prints the numbers of cells and nodes.
     """
+    from pairsim.commands import COMMANDS
     from pairsim.inputs.case_files import read_case
 
     checked = read_case(COMMANDS["run"], case, tuple(set_ or ()))
     check_free(output, overwrite)
-    check_free(png, overwrite, "--png")
     if output.suffix not in (".msh", ".vtu", ".xdmf"):
         raise InputError(str(output), "-o", output.suffix, "must be a name ending in .msh, .vtu or .xdmf")
 
     from pairsim.drivers.mesh import write_mesh
 
-    for name, count in write_mesh(checked, output, png).items():
+    for name, count in write_mesh(checked, output).items():
         typer.echo(f"{name}: {count}")

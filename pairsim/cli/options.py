@@ -5,11 +5,10 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
-from pairsim.commands import COMMANDS
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.launcher import launched
 from pairsim.runtime.names import wrong_in
@@ -37,15 +36,9 @@ def path_option(*names: str, words: str, **more: Any) -> Any:
     return typer.Option(*names, help=words, show_default=False, callback=usable, **more)
 
 
-# Words that arguments take: mypy cannot know them.
-if TYPE_CHECKING:
-    OfUnits = str
-    OfExamples = str
-    OfFiles = str
-else:
-    OfUnits = Literal[tuple(COMMANDS)]
-    OfExamples = Literal[(*COMMANDS, "sweep")]
-    OfFiles = Literal[(*COMMANDS, "sweep", "study")]
+OfUnits = Literal["run", "curve", "critical"]
+OfExamples = Literal["run", "curve", "critical", "shape", "sweep"]
+OfFiles = Literal["run", "curve", "critical", "shape", "sweep", "study"]
 CaseFile = Annotated[Path, path_argument("Case file (YAML); pairsim schema lists its keys.")]
 Folder = Annotated[Path, path_argument("Folder of results.", metavar="DIR")]
 Settings = Annotated[
@@ -84,8 +77,8 @@ Physical = Annotated[
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress and no answer, only the folder.")]
 Progress = Annotated[
-    Literal["auto", "bar", "lines", "json"],
-    typer.Option(help="Progress on stderr: a live bar, lines, or a JSON object a line; auto: a bar on a terminal."),
+    Literal["auto", "bar", "lines"],
+    typer.Option(help="Progress on stderr: a live bar, or lines; auto: a bar on a terminal."),
 ]
 
 

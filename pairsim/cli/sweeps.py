@@ -5,7 +5,6 @@ Large libraries are imported inside the commands, so that --help and input error
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from dataclasses import Field, fields
 from inspect import Parameter, signature
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
 
 app = typer.Typer()
 
-CLEAR = "\x1b[2J\x1b[H"  # clears a terminal
 Output = Annotated[
     Path | None, typer.Option("-o", "--output", help="Folder for the results (default: runs/<name>).", callback=usable)
 ]
@@ -170,19 +168,14 @@ def study(
     _compute(run_study, checked, directory, Options(**given, cold=True), progress, quiet)
 
 
-@app.command(epilog="Examples: pairsim status runs/sweep | pairsim status out --watch | pairsim status runs/quickstart")
-def status(
-    directory: Annotated[Path, _path("Folder of results.")],
-    watch: Annotated[bool, typer.Option("--watch", help="Repeat every two seconds until the command ends.")] = False,
-) -> None:
+@app.command(epilog="Examples: pairsim status runs/sweep | pairsim status runs/quickstart")
+def status(directory: Annotated[Path, _path("Folder of results.")]) -> None:
     """Show the status of a folder of results.
 
     sweep, study: number of cases by status, rate, time left, and the reasons of
     failures. run, curve, critical: whether it is running or how it ended, wall
     time in s, and warnings.
     """
-    import time
-
     from rich.console import Group
 
     from pairsim.results.folders import kind_of
@@ -191,18 +184,10 @@ def status(
     from pairsim.sweeps.ledger import read_sweep
     from pairsim.sweeps.progress import status_view
 
-    kind = kind_of(directory)
-    while True:
-        working = is_locked(directory)
-        if kind in ("sweep", "study"):
-            inner = sorted(path.parent for path in directory.glob("*/sweep.json"))
-            sweeps = [directory] if kind == "sweep" else inner
-            view = Group(*(status_view(read_sweep(sweep), working) for sweep in sweeps))
-        else:
-            view = standing_view(directory, working)
-        if watch and sys.stdout.isatty():
-            typer.echo(CLEAR, nl=False)
-        print_table(view)
-        if not watch or not working:
-            return
-        time.sleep(2)
+    kind, working = kind_of(directory), is_locked(directory)
+    if kind in ("sweep", "study"):
+        inner = sorted(path.parent for path in directory.glob("*/sweep.json"))
+        sweeps = [directory] if kind == "sweep" else inner
+        print_table(Group(*(status_view(read_sweep(sweep), working) for sweep in sweeps)))
+    else:
+        print_table(standing_view(directory, working))

@@ -27,19 +27,6 @@ Tables = Mapping[str, Mapping[str, Any]]
 """Tables of a folder by name, each its columns as arrays by name; one that is not there has none."""
 
 
-@dataclass(frozen=True)
-class Flag:
-    """An option of a command that is off by default.
-
-    Attributes:
-        name: The option without its dashes, and the keyword in Python.
-        help: What it does.
-    """
-
-    name: str
-    help: str
-
-
 def last_row(tables: Tables) -> dict[str, Value]:
     """The number of rows of the main table, and the values of the last one."""
     columns = next(iter(tables.values()))
@@ -89,8 +76,6 @@ class Command[C: SceneCase]:
         estimate: Estimates the cost of a case.
         solve: Its computation, a generator of the events in `drivers/events.py`: takes the case, the flags as keywords,
             `warm_start` where its cases have `neighbours`, and `earlier` where it is `resumable`.
-        about: Its help on the command line: a sentence, then what the case file has and what is written.
-        examples: How it is used, separated by "|".
         tables: Names of its tables without .csv, the main one first.
         columns: The first columns of its main table, in its reference; those that no other command has are described.
         answer: Says in words what the tables and run.json hold, where the main table has a row.
@@ -102,7 +87,7 @@ class Command[C: SceneCase]:
         afterwards: What may come next, for a folder and whether it has a relative velocity at several places.
         distances: Distances of a case of `pairsim units` that has none [D_c]; empty where it makes no such cases.
         frames: What its fields are written at: "t", "d", or "" where it writes none.
-        flags: Options of its own.
+        flags: Keywords of its computation that are off by default.
         resumable: Whether it goes on from a checkpoint; the main table is then an appended one.
         draws_from: Rows of its main table from which on its pictures are drawn when it ends; None where they are not.
     """
@@ -111,8 +96,6 @@ class Command[C: SceneCase]:
     check: Callable[[C], Iterator[Mistake]]
     estimate: Callable[[C], Estimate]
     solve: Callable[..., Events]
-    about: str
-    examples: str
     tables: tuple[str, ...]
     answer: Callable[[Tables, dict[str, Any]], list[str]]
     in_sweeps: InSweeps[C]
@@ -123,7 +106,7 @@ class Command[C: SceneCase]:
     nothing: str = "No point was solved."
     columns: tuple[str | Column, ...] = ()
     frames: str = ""
-    flags: tuple[Flag, ...] = ()
+    flags: tuple[str, ...] = ()
     resumable: bool = False
     draws_from: int | None = 1
 

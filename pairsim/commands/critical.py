@@ -56,14 +56,6 @@ COMMAND = Command(
     check=check_critical,
     estimate=estimate,
     solve=solve,
-    about=r"""Find the distances at which dU = 0, and follow them over a parameter.
-
-The case file has along: {Ca_e: ...} or {De: ...} with values or {start, stop,
-num, spacing}, optionally lines: with values of the other parameter, and d:
-\[least, largest], the range of distances in tube diameters D_c. Writes
-critical.csv, critical.png, case.yaml and run.json.""",
-    examples="pairsim critical configs/critical.yaml | "
-    "pairsim critical case.yaml --set 'along={Ca_e: [0.02, 0.05, 0.1]}'",
     tables=("critical", "way"),
     answer=answer,
     nothing="No critical distance was found in the given range: dU keeps its sign.",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pairsim.commands.command import Command, Flag, InSweeps, Tables, Value, rows_in
+from pairsim.commands.command import Command, InSweeps, Tables, Value, rows_in
 from pairsim.config.cost import Estimate, steady_estimate
 from pairsim.config.curve_case import CurveCase, check_curve
 from pairsim.results.columns import FORCES, gap_endings, relative_velocities
@@ -85,13 +85,6 @@ COMMAND = Command(
     check=check_curve,
     estimate=estimate,
     solve=solve,
-    about="""Compute the quasi-steady master curve dU(d) and its zeros.
-
-The case file has d (distances in tube diameters D_c: a list, or {start, stop,
-num, spacing}) in place of d0. Writes curve.csv (dU in U_av), equilibria.csv,
-curve.png of two points or more, case.yaml and run.json.""",
-    examples="pairsim curve configs/curve.yaml | pairsim curve case.yaml -o out --sensitivities "
-    "--set 'd={start: 0.02, stop: 1, num: 12}'",
     tables=("curve", "equilibria", "way"),
     answer=answer,
     in_sweeps=InSweeps(result_columns, read, neighbours=("De", "Ca_e")),
@@ -105,5 +98,5 @@ curve.png of two points or more, case.yaml and run.json.""",
     distances={"d": {"start": 0.02, "stop": 0.8, "num": 9}},
     frames="d",
     draws_from=2,  # one point is no line, and matplotlib takes as long as a point
-    flags=(Flag("sensitivities", "Add the derivatives of dU with respect to Ca_e, De and beta at fixed d."),),
+    flags=("sensitivities",),
 )

@@ -62,13 +62,6 @@ COMMAND = Command(
     check=check_together,
     estimate=estimate,
     solve=solve,
-    about="""Compute one case in time.
-
-Writes series.csv, fields.xdmf, case.yaml, run.json and checkpoint.npz.
-Lengths are in tube diameters D_c, velocities in the mean velocity U_av, times
-in D_c/U_av.""",
-    examples="pairsim run configs/quickstart.yaml | pairsim run case.yaml -o out --set Ca_e=0.05 | "
-    "pairsim run --resume out --set time.end=4",
     tables=("series",),
     answer=answer,
     nothing="No step was completed.",

@@ -142,12 +142,6 @@ COMMAND = Command(
     check=check,
     estimate=estimate,
     solve=solve,
-    about="""Compute the steady shape of one particle over Ca_e.
-
-The case file has particles: 1, and along: values of Ca_e (a list, or {start,
-stop, num, spacing}). Writes shape.csv (Taylor's D with its error, U in U_av),
-shape.png, case.yaml and run.json.""",
-    examples="pairsim shape case.yaml | pairsim shape case.yaml -o out --set 'along={start: 0.01, stop: 0.2, num: 8}'",
     tables=("shape", "way"),
     columns=COLUMNS,
     answer=answer,

@@ -39,18 +39,16 @@ class SweepProgress:
         """Begin with so many cases to do."""
         self._begin, cases = time.monotonic(), len(self.ledger.entries)
         line = f"{cases} cases, {todo} to do, {self.workers} at once"
-        self.reporter.tell("start", line, cases=cases, todo=todo, workers=self.workers)
+        self.reporter.say(line)
 
     def case(self, entry: Entry) -> None:
         """Tell that a case has ended."""
         self._ended += entry.status != "pending"
         if self.reporter.silent:  # what follows goes through all cases
             return
-        counts, (left, pace) = self.ledger.counts, self._pace()
+        counts, pace = self.ledger.counts, self._pace()
         ended = sum(counts[status] for status in ENDED)
-        line = f"[{ended}/{len(self.ledger.entries)}] {_headline(entry)}" + (f"  ({pace})" if pace else "")
-        news = {key: getattr(entry, key) for key in ("folder", "status", "reason", "message", "warnings", "values")}
-        self.reporter.tell("case", line, **news, counts=counts, seconds_left=left)
+        self.reporter.say(f"[{ended}/{len(self.ledger.entries)}] {_headline(entry)}" + (f"  ({pace})" if pace else ""))
 
     def tick(self, running: Mapping[int, Sequence[str]]) -> None:
         """Show the counts, the pace, and the case that each worker computes, now and then."""
@@ -63,7 +61,7 @@ class SweepProgress:
         for rank, folders in sorted(running.items()):
             table.add_row(Text(f"worker {rank}", style="dim"), Text(folders[0]))
         bar = ProgressBar(total=sum(counts.values()), completed=sum(counts[status] for status in ENDED), width=40)
-        return Group(bar, _counts(counts, "  "), Text(self._pace()[1], style="dim"), table)
+        return Group(bar, _counts(counts, "  "), Text(self._pace(), style="dim"), table)
 
     def finish(self, text: str) -> None:
         """End with the warnings of all cases, and a line."""
@@ -72,10 +70,10 @@ class SweepProgress:
             self.reporter.note(f"warning: {warning}")
         self.reporter.finish(text)
 
-    def _pace(self) -> tuple[float | None, str]:
-        """The time left [s], None if unknown; and rate and time left in words."""
+    def _pace(self) -> str:
+        """Rate and time left in words."""
         left = time_left(self.ledger.rows, self.workers)
-        return left, pace_in_words(self._ended, time.monotonic() - self._begin, left)
+        return pace_in_words(self._ended, time.monotonic() - self._begin, left)
 
 
 def time_left(cases: Sequence[Mapping[str, Any]], workers: int) -> float | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import re
 import subprocess
 import sys
@@ -17,9 +16,23 @@ from typer.testing import CliRunner
 import pairsim as package
 from pairsim.cli.app import app
 from pairsim.drivers.progress import BarReporter
+from pairsim.runtime.child_process import module_command
 
 COMMANDS = sorted(get_command(app).commands)  # type: ignore[attr-defined]
-HEAVY = ("dolfinx", "gmsh", "matplotlib", "mpi4py", "numpy", "petsc4py", "pyvista", "scipy", "ufl")
+HEAVY = (
+    "dolfinx",
+    "gmsh",
+    "h5py",
+    "matplotlib",
+    "mpi4py",
+    "numpy",
+    "pandas",
+    "petsc4py",
+    "pint",
+    "pyvista",
+    "scipy",
+    "ufl",
+)
 FOR_FEW = ("h5py", "matplotlib.animation", "matplotlib.pyplot", "pandas", "pint", "pyvista", "seaborn")
 """What few commands need, and a curve does not."""
 
@@ -86,12 +99,13 @@ def _imported(arguments: list[str], watched: tuple[str, ...], folder: Path) -> t
     return done.returncode, done.stderr.splitlines()[-1].split()[1:]
 
 
-def test_the_list_of_commands_needs_no_model_of_a_case() -> None:
-    """They are a third of a second of imports, which --help and completion do without."""
-    code = "import sys; import pairsim.cli.app as cli; cli.app(['--help'], standalone_mode=False); "
-    code += "print('pydantic' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "False"
+def test_a_reader_that_ends_early_is_no_error(tmp_path: Path) -> None:
+    command = " ".join(module_command("pairsim", "schema"))
+    for redirection in ("| head -n 1", "2>&1 | head -n 1"):
+        done = subprocess.run(
+            ["bash", "-c", f"{command} {redirection}"], cwd=tmp_path, capture_output=True, text=True, check=False
+        )
+        assert (len(done.stdout.splitlines()), done.stderr) == (1, "")
 
 
 @pytest.mark.parametrize("name", ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"])
@@ -101,18 +115,6 @@ def test_threads_are_pinned_unless_chosen(name: str, wanted: str | None) -> None
     code = f"import os, pairsim; print(os.environ[{name!r}])"
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == (wanted or "1")
-
-
-def test_progress_as_json_is_json_in_every_line(pairsim: Pairsim, tmp_path: Path) -> None:
-    case = "{beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1, ends: developed, length: 3, mesh: {Np: 8}, time: {end: 0.002}}"
-    (tmp_path / "case.yaml").write_text(case)
-    done = pairsim("run", "case.yaml", "-o", "out", "--progress", "json")
-    assert done.stdout == "out\n"
-    lines = [json.loads(line) for line in done.stderr.splitlines()]
-    assert [lines[0]["event"], lines[-1]["event"]] == ["start", "answer"]
-    assert {"fraction", "seconds", "text"} <= next(line for line in lines if line["event"] == "progress").keys()
-    assert "mesh.Np = 8 is coarser" in lines[-1]["warnings"][0]
-    assert "The pair is still starting up" in lines[-1]["text"]
 
 
 @pytest.mark.slow

@@ -11,7 +11,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import meshio
 import pytest
 from support.commands import Pairsim
 from support.inputs import TINY
@@ -32,53 +31,6 @@ FULL = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 def refuse(*_: object, **__: object) -> None:
     raise FULL
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("redirection", "code"), [("2>/dev/full", 0), ("2>&-", 0), (">&-", 0), (">/dev/full", 4), ("<&- >&- 2>&-", 0)]
-)
-def test_a_closed_or_full_stream_costs_no_result(redirection: str, code: int, tmp_path: Path) -> None:
-    (tmp_path / "case.yaml").write_text(TUBE)
-    command = " ".join(module_command("pairsim", "run", "case.yaml", "-o", "out"))
-    done = subprocess.run(["bash", "-c", f"{command} {redirection}"], cwd=tmp_path, capture_output=True, check=False)
-    assert done.returncode == code
-    assert b"Traceback" not in done.stderr
-    assert ("standard output cannot be used" in done.stderr.decode()) == bool(code)
-    assert read_record(tmp_path / "out")["status"] == "finished"
-
-
-def test_a_current_folder_that_was_removed_is_a_sentence(tmp_path: Path) -> None:
-    (tmp_path / "gone").mkdir()
-    command = " ".join(module_command("pairsim", "schema"))
-    done = subprocess.run(
-        ["bash", "-c", f"cd gone; rmdir ../gone; {command}"], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 4
-    assert done.stderr.splitlines()[-1].startswith("pairsim: environment: the current folder has been removed")
-    assert "Traceback" not in done.stderr
-
-
-@pytest.mark.parametrize("part", ["mesh", "picture"])
-def test_mesh_that_cannot_be_written_leaves_nothing(
-    part: str, tmp_path: Path, pairsim: Pairsim, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "case.yaml").write_text(PAIR)
-    if part == "mesh":
-        monkeypatch.setattr(meshio.Mesh, "write", refuse)
-    else:
-        monkeypatch.setattr("matplotlib.figure.Figure.savefig", refuse)
-    done = pairsim("mesh", "case.yaml", "-o", "m/m.msh", "--png", "m/m.png")
-    assert done.returncode == 3
-    assert "cannot be written (No space left on device)" in done.stderr
-    assert [path.name for path in (tmp_path / "m").iterdir()] == (["m.msh"] if part == "picture" else [])
-
-
-def test_mesh_as_xdmf_is_one_file(tmp_path: Path, pairsim: Pairsim) -> None:
-    (tmp_path / "case.yaml").write_text(PAIR)
-    assert pairsim("mesh", "case.yaml", "-o", "m/m.xdmf").returncode == 0
-    assert [path.name for path in (tmp_path / "m").iterdir()] == ["m.xdmf"]
-    assert "triangle6" in meshio.read(tmp_path / "m" / "m.xdmf").cells_dict
 
 
 @pytest.mark.slow
