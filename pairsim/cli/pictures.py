@@ -75,7 +75,7 @@ def plot(
 
 @app.command(epilog="Examples: pairsim report runs/quickstart | pairsim report runs/sweep")
 def report(directory: Folder) -> None:
-    """Write DIR/report.html: the answer, pictures, a table that sorts and filters, failures, warnings and provenance.
+    """Write DIR/report.html: answer, warnings, pictures, table and provenance on one page.
 
     One file that needs no network, to send around; of run, curve, critical, sweep or study, finished or not. It is
     replaced where it exists.

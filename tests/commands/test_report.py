@@ -1,4 +1,4 @@
-"""report.html: what it says of every kind of folder, that it is one file, and what a browser makes of it."""
+"""report.html: what it says of every kind of folder, and that it is one file."""
 
 from __future__ import annotations
 
@@ -8,10 +8,8 @@ from html import unescape
 from pathlib import Path
 
 import pytest
-from support.browser import chromium, rendered, screenshot
 from support.commands import Pairsim
 from support.field_samples import PAIR, scene
-from support.pictures import colours
 from support.result_folders import make_curve, make_run
 
 from pairsim.api.report import report
@@ -55,16 +53,13 @@ def a_sweep(folder: Path) -> Path:
 
 def text_of(page: str) -> str:
     """What is read, without pictures and tags."""
-    return unescape(re.sub(r"<(style|script).*?</\1>|<[^>]*>", " ", page, flags=re.DOTALL))
+    return " ".join(unescape(re.sub(r"<style.*?</style>|<[^>]*>", " ", page, flags=re.DOTALL)).split())
 
 
-def table_of(page: str) -> list[dict[str, str]]:
-    """The rows of the table that are seen, in their order."""
-    (table,) = re.findall(r'<table id="results">.*?</table>', page, flags=re.DOTALL)
-    names = re.findall(r'data-name="([^"]*)"', table)
-    rows = re.findall(r"<tr([^>]*)>(.*?)</tr>", table.partition("<tbody>")[2], flags=re.DOTALL)
-    cells = [re.findall(r"<td[^>]*>(.*?)</td>", row) for attributes, row in rows if "hidden" not in attributes]
-    return [dict(zip(names, (unescape(re.sub("<[^>]*>", "", cell)) for cell in row), strict=True)) for row in cells]
+def rows_of(page: str) -> list[list[str]]:
+    """The cells of the table."""
+    rows = re.findall(r"<tr>(.*?)</tr>", page.partition("<tbody>")[2], flags=re.DOTALL)
+    return [[unescape(cell) for cell in re.findall(r"<td>(.*?)</td>", row)] for row in rows]
 
 
 def test_report_of_a_curve_is_one_file_with_everything(tmp_path: Path) -> None:
@@ -72,17 +67,16 @@ def test_report_of_a_curve_is_one_file_with_everything(tmp_path: Path) -> None:
     path = report(folder)
     assert path == folder / "report.html"
     page = path.read_text(encoding="utf-8")
-    assert "The pair comes closer between d = 0.05 and 0.2" in page
     words = text_of(page)
-    for part in ("a <b>", "a < b & c", "pairsim 1.2.3", "1 min 15 s", "pairsim curve case.yaml", "beta: 0.4"):
+    answer = "The pair comes closer between d = 0.05 and 0.2"
+    for part in (answer, "a <b>", "a < b & c", "pairsim 1.2.3", "1 min 15 s", "pairsim curve case.yaml", "beta: 0.4"):
         assert part in words, part
     assert "<b>" not in page
-    loaded = re.findall(r'(?:src|srcset)="([^"]*)"|url\(([^)]*)\)|@import', page)
+    assert "<script" not in page
+    loaded = re.findall(r'(?:src|srcset|href)="([^"]*)"|url\(([^)]*)\)|@import', page)
     assert loaded
     assert all(link.startswith("data:image/") for link, _ in loaded)
-    assert set(re.findall(r'href="([^"]*)"', page)) == {"curve.csv", "case.yaml"}, "files beside it"
-    assert "default-src 'none'" in page
-    assert len(table_of(page)) == 5
+    assert [row[0] for row in rows_of(page)] == ["0.05", "0.1", "0.2", "0.4", "0.6"]
     RunFolder.create(folder, overwrite=True)
     assert not path.exists()
 
@@ -90,37 +84,32 @@ def test_report_of_a_curve_is_one_file_with_everything(tmp_path: Path) -> None:
 def test_report_of_an_experiment_is_in_its_units(tmp_path: Path) -> None:
     scales = {"length": 50e-6, "velocity": 10e-3, "time": 5e-3, "stress": 170.0}
     folder = a_curve(tmp_path / "beads", scales=scales)
-    case = folder / "case.yaml"
-    case.write_text(case.read_text() + "physical: {tube: 50um, flow_rate: 1 ul/min}\n")
-    words = " ".join(text_of(report(folder).read_text(encoding="utf-8")).split())
-    top = words.partition("Pictures")[0]
-    for part in ("tube 50µm", "flow rate 1 µl/min", "beta 0.4", "In physical units: ", " ± "):
-        assert part in top, part
-    assert "+-" not in top
-    assert [row["d"] for row in table_of((folder / "report.html").read_text())] == ["2.5", "5", "10", "20", "30"]
-    assert "d µm dU µm/s" in words
+    page = report(folder).read_text(encoding="utf-8")
+    words = text_of(page)
+    assert "In physical units: " in words
+    assert " ± " in words
+    assert "d [um] dU [um/s]" in words
+    assert [row[0] for row in rows_of(page)] == ["2.5", "5", "10", "20", "30"]
 
 
 @pytest.mark.slow
 def test_report_of_a_run_shows_fields_and_leaves_rows_of_long_tables_out(tmp_path: Path) -> None:
     folder = make_run(tmp_path / "run", 2, [scene(0.5, PAIR)], rows=5000)
     page = report(folder).read_text(encoding="utf-8")
-    assert re.findall(r"<figcaption>(\w+)", page) == ["Velocities", "What", "Streamlines"]
-    times = [float(row["t"]) for row in table_of(page)]
-    assert 1000 < len(times) <= 2001
-    assert (times[0], times[-1]) == (0.1, 1.0)
-    assert f"{5000 - len(times)} rows are left out" in " ".join(text_of(page).split())
+    assert re.findall(r"<figcaption>(\w+)", page) == ["Velocities", "What"]
+    assert "series.csv, every 10th row" in text_of(page)
+    times = [float(row[0]) for row in rows_of(page)]
+    assert (len(times), times[-1]) == (500, 1.0)
 
 
 @pytest.mark.slow
-def test_report_of_a_sweep_counts_groups_warnings_and_names_failures(tmp_path: Path) -> None:
+def test_report_of_a_sweep_counts_and_names_failures_and_warnings(tmp_path: Path) -> None:
     page = report(a_sweep(tmp_path / "sweep")).read_text(encoding="utf-8")
-    words = " ".join(text_of(page).split())
-    assert "3 cases of pairsim curve: 2 finished, 1 failed." in words
-    assert "a zero of dU in 2" in words
-    assert "coarse 3 cases c0 c1 c2" in words
-    assert "newton no <steady> state" in words
-    assert [row["zeros"] for row in table_of(page)] == ["", "0.2", "0.2"]
+    words = text_of(page)
+    assert "1 failed, 2 finished" in words
+    assert "c0: no <steady> state" in words
+    assert "c2: coarse" in words
+    assert len(rows_of(page)) == 3
 
 
 @pytest.mark.parametrize(
@@ -129,9 +118,8 @@ def test_report_of_a_sweep_counts_groups_warnings_and_names_failures(tmp_path: P
         ({"kind": "run", "status": "running"}, ["interrupted", "has no rows yet"]),
         (
             {"kind": "run", "status": "failed", "reason": "newton", "message": "it <diverged>"},
-            ["it <diverged>", "newton"],
+            ["Failed: it <diverged>"],
         ),
-        ({"kind": "critical", "status": "failed", "reason": "fold", "message": "none"}, ["fold", "has no rows yet"]),
     ],
 )
 def test_folders_that_are_not_finished_have_a_report(
@@ -139,7 +127,6 @@ def test_folders_that_are_not_finished_have_a_report(
 ) -> None:
     (tmp_path / "run.json").write_text(json.dumps(record))
     words = text_of(report(tmp_path).read_text(encoding="utf-8"))
-    assert "No picture" in words
     for part in expected:
         assert part in words, part
 
@@ -155,29 +142,3 @@ def test_command_says_where_the_file_is_and_what_a_wrong_folder_is(tmp_path: Pat
     (tmp_path / "empty").mkdir()
     with pytest.raises(InputError, match="is empty"):
         report(tmp_path / "empty")
-
-
-@pytest.mark.slow
-def test_a_browser_sorts_and_filters(tmp_path: Path) -> None:
-    chromium()
-    path = report(a_curve(tmp_path / "curve"))
-    assert [row["d"] for row in table_of(rendered(path))] == ["0.05", "0.1", "0.2", "0.4", "0.6"]
-    page = rendered(path, "sort=-dU&filter=d%3E0.1+dU%3C%3D0.07")
-    assert [row["d"] for row in table_of(page)] == ["0.4", "0.2"]
-    assert "2 of 5 rows" in text_of(page)
-    assert re.findall(r'data-name="(\w+)" aria-sort="descending"', page) == ["dU"]
-    page = rendered(report(a_sweep(tmp_path / "sweep")), "sort=dU_peak&filter=status%3Dfinished")
-    assert [row["folder"] for row in table_of(page)] == ["c1", "c2"]
-    page = rendered(tmp_path / "sweep" / "report.html", "sort=dU_peak")
-    assert [row["folder"] for row in table_of(page)] == ["c1", "c2", "c0"], "empty cells come last"
-    page = rendered(tmp_path / "sweep" / "report.html", "filter=NEWTON")
-    assert [row["folder"] for row in table_of(page)] == ["c0"], "words, in capitals or not"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("width", [1280, 400])
-def test_a_browser_draws_it(tmp_path: Path, width: int) -> None:
-    chromium()
-    path = report(make_run(tmp_path / "run", 2, [scene(0.1, PAIR)]))
-    screenshot(path, tmp_path / "shot.png", width, 2600)
-    assert colours(tmp_path / "shot.png") > 500, "pictures are shown"

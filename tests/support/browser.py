@@ -30,13 +30,3 @@ def screenshot(page: Path, picture: Path, width: int = 1280, height: int = 1000)
     """Draw a page from disk, without any network."""
     picture.unlink(missing_ok=True)
     _browse(page.resolve().as_uri(), f"--window-size={width},{height}", f"--screenshot={picture}")
-
-
-def rendered(page: Path, fragment: str = "") -> str:
-    """HTML of a page from disk after its scripts have run.
-
-    Args:
-        page: The file.
-        fragment: What follows # in the address.
-    """
-    return _browse(f"{page.resolve().as_uri()}#{fragment}", "--dump-dom")
