@@ -20,7 +20,6 @@ from pairsim import errors as errors
 from pairsim.runtime.errors import InputError as InputError
 from pairsim.runtime.errors import PairsimError as PairsimError
 from pairsim.runtime.errors import RunFailure as RunFailure
-from pairsim.runtime.signals import no_interrupt_lost as _no_interrupt_lost
 from pairsim.runtime.version import __version__ as __version__
 
 # One thread a process: MPI is how pairsim uses more cores, and BLAS threads under it only fight each other.
@@ -70,8 +69,7 @@ def __getattr__(name: str) -> _Any:
     module = next((module for module, names in _MODULES.items() if name in names), None)
     if module is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    with _no_interrupt_lost():
-        found = _import_module(f"pairsim.api.{module}")
+    found = _import_module(f"pairsim.api.{module}")
     value = globals()[name] = getattr(found, name, found)
     return value
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
+from contextlib import nullcontext
 from dataclasses import asdict
 from inspect import cleandoc
 from os import PathLike
@@ -21,6 +22,7 @@ from pairsim.drivers.progress import Style, make_reporter, style_of
 from pairsim.drivers.session import Options
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import command_line
+from pairsim.runtime.signals import Signals
 
 Folder = str | PathLike[str]
 # Time without any result after which a command ends where no budget is given: so many seconds, or times what was
@@ -47,7 +49,7 @@ class Computation[R: Result]:
         folder: Folder | None = None,
         overwrite: bool = False,
         progress: bool | Style = False,
-        signals: bool = False,
+        signals: bool | Signals = False,
         budget: str | None = None,
         **more: Any,
     ) -> R:
@@ -58,7 +60,8 @@ class Computation[R: Result]:
             folder: Where the files of the command go. None: no files are kept.
             overwrite: Replace earlier results in the folder.
             progress: Show progress on stderr: True, "bar" or "lines".
-            signals: End in order at SIGINT and SIGTERM, as the command line does. Without it no signal handler is
+            signals: End in order at SIGINT, SIGTERM and SIGHUP, as the command line does: True, or a
+                `pairsim.runtime.signals.Signals` that the caller has entered. Without it no signal handler is
                 installed; a KeyboardInterrupt ends the computation, and what was computed until then is returned.
             budget: Largest wall time, such as "10min"; what is known by then is kept.
             more: Keys to replace, as for `load`; and what the command alone has: `resume=True` of `run` continues from
@@ -79,7 +82,9 @@ class Computation[R: Result]:
             raise InputError(f"pairsim.{self.__name__}", "resume", True, allowed)
         overwrite = overwrite and not flags.get("resume")
         checked = load(case, kind=self.__name__, **more)
-        result: R = compute(self.command, checked, folder, overwrite, progress, signals, seconds_of(budget), **flags)
+        seconds = seconds_of(budget)
+        with Signals() if signals is True else nullcontext(signals or None) as caught:
+            result: R = compute(self.command, checked, folder, overwrite, progress, caught, seconds, **flags)
         return result
 
 
@@ -101,7 +106,7 @@ def compute(
     folder: Folder | None,
     overwrite: bool,
     progress: bool | Style,
-    signals: bool,
+    signals: Signals | None,
     budget: float | None = None,
     **flags: bool,
 ) -> Any:
@@ -110,7 +115,8 @@ def compute(
     Args:
         command: The command.
         case: The case, checked.
-        folder, overwrite, progress, signals: As for `Computation`.
+        folder, overwrite, progress: As for `Computation`.
+        signals: The signals that end it in order, caught by the caller.
         budget: Largest wall time [s]; None for no limit.
         flags: What the command alone has.
 

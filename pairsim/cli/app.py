@@ -25,7 +25,6 @@ from pairsim.runtime.errors import (
     abort_others,
     unexpected,
 )
-from pairsim.runtime.signals import no_interrupt_lost
 from pairsim.runtime.version import __version__, commit
 
 
@@ -78,7 +77,6 @@ def _common(
         name_file(file)
 
 
-@no_interrupt_lost()
 def main() -> NoReturn:
     """Entry point: every `PairsimError` is printed as one message, without a traceback, and sets the exit code."""
     try:

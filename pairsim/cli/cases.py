@@ -190,10 +190,10 @@ def _compute(
     with first_alone(lambda note: typer.echo(f"pairsim: note: {note}", err=True)):
         from pairsim.api import compute
 
-        with Signals(final=True):
+        with Signals(final=True) as signals:
             question = getattr(compute, name)
             result = question(
-                case, folder=directory, overwrite=overwrite, progress=shown, signals=True, budget=budget, **flags
+                case, folder=directory, overwrite=overwrite, progress=shown, signals=signals, budget=budget, **flags
             )
             _end(result, directory, shown)
 

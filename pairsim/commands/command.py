@@ -74,8 +74,8 @@ class Command[C: SceneCase]:
         model: Keys of its case file; `model.kind` is the name of the command.
         check: Yields the mistakes in which keys do not go together.
         estimate: Estimates the cost of a case.
-        solve: Its computation, a generator of the events in `drivers/events.py`: takes the case, the flags as keywords,
-            `warm_start` where its cases have `neighbours`, and `earlier` where it is `resumable`.
+        solve: Its computation, a generator of the events in `drivers/events.py`: takes the case, and as keywords its
+            `monitor`, the flags, `warm_start` where its cases have `neighbours`, and `earlier` where it is `resumable`.
         tables: Names of its tables without .csv, the main one first.
         columns: The first columns of its main table, in its reference; those that no other command has are described.
         answer: Says in words what the tables and run.json hold, where the main table has a row.

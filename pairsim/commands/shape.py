@@ -19,6 +19,7 @@ from pairsim.results.columns import AREA, Column
 if TYPE_CHECKING:
     from pairsim.drivers.events import Events
     from pairsim.plots.style import Page
+    from pairsim.runtime.monitor import Monitor
 
 COARSER = 2**0.5
 D_ERROR = Column("D_error", r"\epsilon_D", "|D - D on a mesh with cells 2^0.5 times larger|", "")
@@ -71,7 +72,7 @@ def estimate(case: ShapeCase) -> Estimate:
     return steady_estimate(case, len(case.series), COARSE_TOO)
 
 
-def solve(case: ShapeCase) -> Events:
+def solve(case: ShapeCase, *, monitor: Monitor) -> Events:
     """Solve the shapes in ascending Ca_e."""
     from pairsim.config.form_kinds import forms_of
     from pairsim.drivers.events import AtEnd, Begin, Progress, Row, Table
@@ -87,11 +88,11 @@ def solve(case: ShapeCase) -> Events:
     yield Table("shape", [*own, *health_columns(case)], unknown=UNKNOWN)
     with Solutions(case) as found, Solutions(case) as coarse:
         yield AtEnd(lambda: found.last_events({"points": len(found.points)}))
-        start = Parameters((), case.solid_models, case.liquid_model)
+        problem, start = steady_problem(case, 1.0, monitor), Parameters((), case.solid_models, case.liquid_model)
         for count, Ca_e in enumerate(case.series, 1):
             place = start.with_Ca_e(Ca_e)
-            branch = found.branch or found.begin(steady_problem(case, 1.0), place)
-            beside = coarse.branch or coarse.begin(coarser(steady_problem(case, 1.0), COARSER), place)
+            branch = found.branch or found.begin(problem, place)
+            beside = coarse.branch or coarse.begin(coarser(problem, COARSER), place)
             found.points.append(branch.at(place))
             row = point_row(found.points[-1]) | {"Ca_e": Ca_e}
             row["D_error"] = abs(point_row(beside.at(place))["D_1"] - row["D_1"])

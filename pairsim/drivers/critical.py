@@ -16,6 +16,7 @@ from pairsim.drivers.quasi_steady import UNKNOWN, Solutions, error_at, health_co
 from pairsim.drivers.warnings import ErrorAt, large_errors
 from pairsim.results.columns import CRITICAL_COLUMNS
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.curves.branch import Point
 from pairsim.solvers.curves.critical import Finding, find_all, follow_all
 from pairsim.solvers.curves.curve import Jump
@@ -26,8 +27,13 @@ Line = dict[str, float]
 """The parameter of a line of critical distances and its value; empty without `lines`."""
 
 
-def solve(case: CriticalCase) -> events.Events:
-    """Find the critical distances of every line, and follow them over the parameter of the case."""
+def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
+    """Find the critical distances of every line, and follow them over the parameter of the case.
+
+    Args:
+        case: The validated case.
+        monitor: Ends the computation.
+    """
     least, most = case.d
     region = _region(case)
     lines = list(_lines(case, region))
@@ -41,7 +47,8 @@ def solve(case: CriticalCase) -> events.Events:
         for line, start in lines:
             try:
                 # Meshes are adapted to the zeros asked for, not to those between them.
-                branch = found.branch or found.begin(steady_problem(case, least), start, zeros_only=True)
+                problem = steady_problem(case, least, monitor)
+                branch = found.branch or found.begin(problem, start, zeros_only=True)
                 branch.at(start)
                 of_line = find_all(branch, least, most) if region is None else follow_all(branch, region)
                 yield from zeros.take(of_line, line)

@@ -21,6 +21,7 @@ from pairsim.results.columns import EQUILIBRIA_COLUMNS, curve_columns
 from pairsim.results.fields import SteadyMoment, frame
 from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.errors import RunFailure
+from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.curves.adaptation import ENOUGH
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import ROUNDING, Equilibrium, Zero, equilibria, find_zeros, interpolants, trace
@@ -32,11 +33,14 @@ from pairsim.solvers.steady.scene import Steady
 WORDS = {True: "true", False: "false"}
 
 
-def solve(case: CurveCase, *, sensitivities: bool = False, warm_start: WarmStart | None = None) -> events.Events:
+def solve(
+    case: CurveCase, *, monitor: Monitor, sensitivities: bool = False, warm_start: WarmStart | None = None
+) -> events.Events:
     """Compute a master curve and, for a pair, its zeros.
 
     Args:
         case: The validated case.
+        monitor: Ends the computation.
         sensitivities: Compute the derivatives of dU with respect to Ca_e, De and beta, too.
         warm_start: Solutions of the previous curve to start from; keeps those of this curve. The caller closes it.
     """
@@ -48,7 +52,8 @@ def solve(case: CurveCase, *, sensitivities: bool = False, warm_start: WarmStart
         yield events.AtEnd(partial(_end, case, found, frames, warnings))
         start = Parameters(places[0], case.solid_models, case.liquid_model)
         narrowest = min((d for place in places for d in place), default=np.inf)
-        branch = found.begin(steady_problem(case, narrowest), start, places=places, sensitivities=sensitivities)
+        problem = steady_problem(case, narrowest, monitor)
+        branch = found.begin(problem, start, places=places, sensitivities=sensitivities)
         yield events.Table("curve", _columns(case, sensitivities), ascending=case.common, unknown=UNKNOWN)
         for point, wanted in trace(branch, places, case.tol, case.max_points):
             points.append(point)

@@ -6,6 +6,7 @@ from pairsim.config.case import Case, SceneCase
 from pairsim.config.curve_case import CurveCase
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.fem.scene import at_rest, poiseuille
+from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.problems import Problem, SteadyProblem
 from pairsim.solvers.stepping.step_size import StepControl
 
@@ -17,8 +18,8 @@ def mesh_settings(case: SceneCase) -> MeshSettings:
     return MeshSettings(**case.mesh.model_dump(exclude={"adapt"}))
 
 
-def problem_of(case: Case) -> Problem:
-    """The problem of a run in time."""
+def problem_of(case: Case, monitor: Monitor | None = None) -> Problem:
+    """The problem of a run in time, with the monitor of its computation."""
     time_options = case.time
     largest = max(case.betas, default=0.0)
     return Problem(
@@ -35,15 +36,17 @@ def problem_of(case: Case) -> Problem:
         dU_error=case.estimates_error,
         from_steady=case.start == "steady",
         U_m=2 * (1 - 2 / 3 * largest**2),  # Faxen's law without wall corrections
+        monitor=monitor or Monitor(),
     )
 
 
-def steady_problem(case: SceneCase, narrowest: float) -> SteadyProblem:
+def steady_problem(case: SceneCase, narrowest: float, monitor: Monitor | None = None) -> SteadyProblem:
     """The quasi-steady problem of a case: all that is constant along a curve.
 
     Args:
         case: The validated case.
         narrowest: Smallest distance on the curve [D_c], which sets the cells.
+        monitor: That of the computation.
     """
     settings, (flow, velocity) = mesh_settings(case), case.driven
     return SteadyProblem(
@@ -55,6 +58,7 @@ def steady_problem(case: SceneCase, narrowest: float) -> SteadyProblem:
         flow,
         velocity,
         narrowest=narrowest,
+        monitor=monitor or Monitor(),
     )
 
 

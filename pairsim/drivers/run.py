@@ -25,8 +25,7 @@ from pairsim.results.columns import HEALTH, POLYMER_HEALTH, error_columns, serie
 from pairsim.results.fields import frame
 from pairsim.results.output import plain
 from pairsim.runtime.errors import TooManySteps, WallTime
-from pairsim.runtime.signals import heed
-from pairsim.runtime.watch import budget, within_budget
+from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.history import Counts
 from pairsim.solvers.stepping.step import Step
@@ -39,9 +38,9 @@ ADVICE = {
 SETTLES = 10.0  # time for the settled state at the end of a run [s], at least: else what the run itself took; chosen
 
 
-def solve(case: Case, *, earlier: events.Earlier | None = None) -> events.Events:
+def solve(case: Case, *, monitor: Monitor, earlier: events.Earlier | None = None) -> events.Events:
     """Integrate a case in time, from its start or from where an earlier run has stopped."""
-    return _Run(case, earlier).computation()
+    return _Run(case, monitor, earlier).computation()
 
 
 class _Run:
@@ -49,11 +48,12 @@ class _Run:
 
     Args:
         case: The case.
+        monitor: Ends the computation.
         earlier: What it resumes, None to start at t = 0.
     """
 
-    def __init__(self, case: Case, earlier: events.Earlier | None) -> None:
-        self.case, self.earlier = case, earlier
+    def __init__(self, case: Case, monitor: Monitor, earlier: events.Earlier | None) -> None:
+        self.case, self.monitor, self.earlier = case, monitor, earlier
         self.old = old = earlier.checkpoint if earlier is not None else None
         self.worst = RunWarnings(case)
         if earlier is not None:
@@ -79,7 +79,7 @@ class _Run:
         if old is not None:
             yield events.Note(f"resuming from t = {old.state.history.t[0]:g} (step {old.state.counts.steps})")
         yield events.AtEnd(self._end)
-        problem = problem_of(case)
+        problem = problem_of(case, self.monitor)
         if case.adapts:
             yield events.Note(f"a coarse run first: it tells which cells accuracy: {case.accuracy} needs")
             self.adaptation = RunAdaptation.begin(case, problem, lambda *at: end_of(case, *at) is not None)
@@ -98,7 +98,8 @@ class _Run:
             return ended
         yield begin
         yield events.AtEnd(self._end)
-        self._entries |= settled_entry(self.case, problem_of(self.case), self.earlier.checkpoint.gaps, ended)
+        problem = problem_of(self.case, self.monitor)
+        self._entries |= settled_entry(self.case, problem, self.earlier.checkpoint.gaps, ended)
         return ended
 
     def _integrate(self, transient: Transient, problem: Problem) -> events.Events:
@@ -106,7 +107,8 @@ class _Run:
         outcome, gaps = yield from self._march(transient)
         transient.close()  # its memory serves the quasi-steady solution
         longest = max(SETTLES, time.perf_counter() - self._begun)
-        with transient.clock("quasi-steady"), budget(longest, "it was not found within {}"):
+        problem = replace(problem, monitor=self.monitor.within(longest, "it was not found within {}"))
+        with transient.clock("quasi-steady"):
             self._entries |= settled_entry(self.case, problem, gaps, outcome)
         if self.adaptation is not None and outcome.status == "finished":
             outcome = replace(outcome, message=outcome.message + outcome_of(self.worst)[1])
@@ -143,8 +145,7 @@ class _Run:
             yield events.Progress(step.t, _shown(step, count), count)
             if (outcome := end_of(case, step.t, gaps)) is not None:
                 return outcome, gaps
-            heed()
-            within_budget()
+            self.monitor.check()
             if limits.wall_time is not None and (passed := time.perf_counter() - self._begun) > limits.wall_time:
                 raise WallTime(f"{passed:.0f} s have passed", t=step.t, step=count, advice=ADVICE[WallTime])
             if count >= limits.max_steps:

@@ -12,7 +12,6 @@ from pairsim.config.case import Case
 from pairsim.drivers.run_warnings import RunWarnings, row_of
 from pairsim.drivers.warnings import above
 from pairsim.runtime.errors import RunFailure
-from pairsim.runtime.signals import heed
 from pairsim.solvers.errors.time_error import LEAST
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.transient.transient import Transient
@@ -73,7 +72,7 @@ class RunAdaptation:
                 seen.errors.start = transient.state.start_error
                 unknowns = transient.constraints.size
                 for step in transient.steps(iter([case.time.end])):
-                    heed()
+                    problem.monitor.check_signals()
                     seen.take(row_of(step))
                     t = step.t
                     if ended(t, step.observation.d.tolist()):

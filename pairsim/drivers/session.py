@@ -19,7 +19,7 @@ from pairsim.config.identity import sources_of
 from pairsim.drivers import events
 from pairsim.drivers.outcome import Outcome, Record
 from pairsim.drivers.progress import Reporter
-from pairsim.fem.form_cache import ensure_compiled
+from pairsim.fem.form_cache import compile_apart
 from pairsim.results.checkpoint import Checkpoint, check_same, load
 from pairsim.results.fields_writer import FieldsWriter, gather_frames
 from pairsim.results.folders import kind_of, read_record
@@ -28,8 +28,8 @@ from pairsim.runtime.child_process import DISK
 from pairsim.runtime.duration import duration
 from pairsim.runtime.errors import BranchEnd, InputError, RunFailure, WriteFailure
 from pairsim.runtime.locks import sole_writer
+from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import Signals, Stopped
-from pairsim.runtime.watch import arrived, budget, told
 
 CHEAP = 50.0  # least time between checkpoints at convenient moments, over the wall time of writing one; chosen
 
@@ -42,7 +42,7 @@ class Options:
         overwrite: Whether existing results may be replaced.
         reporter: Shows progress.
         command: The command line, for run.json and for the lock.
-        signals: Whether SIGINT and SIGTERM end the computation in order; if not, the handlers are left unchanged.
+        signals: The signals that end the computation in order, caught by the caller.
         budget: Largest wall time of the computation [s]; None for no limit.
         patience: Largest wall time up to the first row [s], if there is no budget; None for no limit.
         announced: Estimated wall time [s], None where there is no estimate.
@@ -52,7 +52,7 @@ class Options:
     overwrite: bool
     reporter: Reporter
     command: str
-    signals: bool = False
+    signals: Signals | None = None
     budget: float | None = None
     patience: float | None = None
     announced: float | None = None
@@ -74,10 +74,10 @@ def carry_out(
     """Compute a case and write the results to a folder, which is locked against other commands meanwhile.
 
     Args:
-        solve: The computation; takes the case and `more`, and `earlier` where it resumes another one.
+        solve: The computation; takes the case, its monitor and `more`, and `earlier` where it resumes another one.
         case: The validated case.
         directory: Folder for the results.
-        options: Overwriting, progress and signals.
+        options: Overwriting, progress, signals and budget.
         notes: What the user should know of the case beforehand.
         files: Names of the files that commands write; --overwrite removes them.
         appended: Name of the appended table of a computation that can be resumed, else empty.
@@ -93,8 +93,7 @@ def carry_out(
             another command is writing to it.
         WriteFailure: The first files of the folder or the last run.json cannot be written.
     """
-    # The handlers stay until the last file is written: a signal that comes later changes nothing.
-    with Signals(impatient=True, installed=options.signals), sole_writer(directory, options.command):
+    with sole_writer(directory, options.command):
         earlier = _earlier(case, directory, f"{appended}.csv") if resume else None
         try:
             if earlier is not None:
@@ -106,10 +105,9 @@ def carry_out(
         except OSError as error:
             raise write_failure(error, directory, "the same command") from error
         notes = [*notes, *(["no checkpoint: starting at t = 0"] if resume and earlier is None else [])]
-        with closing(solve(case, **more)) as computation, budget(options.budget):
-            session = Session(case, folder, options, notes, earlier, resumable=bool(appended))
-            with session.before_rows, told(session.on_the_way):
-                return session.carry_out(computation)
+        session = Session(case, folder, options, notes, earlier, resumable=bool(appended))
+        with closing(solve(case, monitor=session.monitor, **more)) as computation:
+            return session.carry_out(computation)
 
 
 def _earlier(case: SceneCase, directory: Path, table: str) -> events.Earlier | None:
@@ -141,13 +139,13 @@ class Session:
     Args:
         case: The case.
         folder: The folder for the results.
-        options: Overwriting, progress and signals.
+        options: Overwriting, progress, signals and budget.
         notes: What the user is told at the beginning.
         earlier: What is resumed, None to start at the beginning.
         resumable: Whether the computation can be resumed once it has ended.
 
     Attributes:
-        before_rows: Context that the first row ends.
+        monitor: Ends the computation, and hears where it is.
     """
 
     def __init__(
@@ -165,9 +163,12 @@ class Session:
         self.record = Record(folder, case.kind, options.command, before, case.scales, sources_of(case))
         self.resumable, self._complete = resumable, earlier is not None and earlier.finished
         self._begun, self._start, self._options = False, time.monotonic(), options
-        self.before_rows = ExitStack()
-        if options.budget is None:
-            self.before_rows.enter_context(budget(options.patience, "nothing was found within {}"))
+        self.monitor = Monitor(
+            options.signals,
+            budget=options.budget,
+            patience=options.patience if options.budget is None else None,
+            listener=self.on_the_way,
+        )
         self._notes, self._damage = notes, list[str]()
         self._t, self._step = (self.old.state.history.t[0], self.old.state.counts.steps) if self.old else (0.0, 0)
         self._tables: dict[str, SeriesWriter | TableWriter] = {}
@@ -234,7 +235,7 @@ class Session:
                 self.reporter.start(self.case.name or self._options.title or self.case.slug, event.goal, event.total)
                 for note in (*self._notes, *self._damage):
                     self.reporter.note(note)
-                ensure_compiled(event.forms, self.reporter.note)
+                compile_apart(event.forms, self.reporter.note, self.monitor)
             case events.Note(text):
                 self.reporter.note(text)
             case events.Progress(done, text, count):
@@ -254,8 +255,7 @@ class Session:
             case events.Table():
                 self._open(event)
             case events.Row(table, values):
-                self.before_rows.close()
-                arrived()
+                self.monitor.has_result()
                 self._tables[table].row(values)
             case events.Frame(fields):
                 if not callable(fields):

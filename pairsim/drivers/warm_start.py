@@ -36,7 +36,7 @@ class WarmStart:
         old, self._kind = self._kind, (problem, laws, dict(options))
         if self._branch is not None and self._kind == old:  # only distances and parameters of materials differ
             try:
-                self._branch.restart(first, places)
+                self._branch.restart(problem, first, places)
                 return self._branch
             except NoSteadyState:
                 pass

@@ -29,7 +29,7 @@ from pairsim.physics.declared import LAWS
 from pairsim.physics.own_laws import file_of
 from pairsim.runtime.child_process import FULL, Child, module_command
 from pairsim.runtime.errors import EnvironmentFailure
-from pairsim.runtime.signals import heed, received
+from pairsim.runtime.monitor import Monitor
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -87,7 +87,7 @@ def compile_missing(forms: Iterable[str]) -> None:
             _stamp(form).touch()
 
 
-def compile_apart(forms: Iterable[str], note: Callable[[str], None]) -> None:
+def compile_apart(forms: Iterable[str], note: Callable[[str], None], monitor: Monitor | None = None) -> None:
     """Compile the missing kinds of forms in a child process, which a signal to this process ends within a moment.
 
     A cache that cannot be written to, or that is on a full disk, is replaced by a temporary one (for this process and
@@ -96,21 +96,23 @@ def compile_apart(forms: Iterable[str], note: Callable[[str], None]) -> None:
     Args:
         forms: As for `compile_missing`.
         note: Shows a note to the user.
+        monitor: Ends the compilation.
 
     Raises:
         EnvironmentFailure: They cannot be compiled.
+        Stopped: A signal was received.
     """
-    wanted = missing(forms)
-    if not wanted or received():
+    wanted, monitor = missing(forms), monitor or Monitor()
+    if not wanted:
         return
     why = why_not_writable()
-    failure = "" if why else _failure_in_child(wanted)
+    failure = "" if why else _failure_in_child(wanted, monitor)
     if FULL.search(failure):
         why = "No space left on device"
     if why:
         note(f"{cache()} cannot be written ({why}): forms are compiled into a temporary folder, each time anew")
         use_temporary_cache()
-        failure = _failure_in_child(wanted)
+        failure = _failure_in_child(wanted, monitor)
     if failure and shutil.which(compiler()) is None:
         advice = "apt install gcc libc6-dev, or the environment variable CC (docs/how-to/install.md)"
         raise EnvironmentFailure(f"there is no C compiler ({compiler()}), which compiles the forms", advice=advice)
@@ -118,14 +120,19 @@ def compile_apart(forms: Iterable[str], note: Callable[[str], None]) -> None:
         raise EnvironmentFailure(f"the forms cannot be compiled: {failure}", advice="pairsim doctor")
 
 
-def _failure_in_child(wanted: list[str]) -> str:
-    """Compile forms in a child process; why that failed, empty if it did not, or a signal ended it."""
+def _failure_in_child(wanted: list[str], monitor: Monitor) -> str:
+    """Compile forms in a child process; why that failed, empty if it did not."""
     child = Child(module_command("pairsim.fem.form_cache", *wanted))
-    while (code := child.poll()) is None:
-        if received():
-            child.kill()
-        time.sleep(POLL)
-    if code == 0 or received():
+    try:
+        while (code := child.poll()) is None:
+            monitor.check_signals()
+            time.sleep(POLL)
+    except KeyboardInterrupt:
+        child.kill()
+        while child.poll() is None:
+            time.sleep(POLL)
+        raise
+    if code == 0:
         return ""
     lines = [line.strip() for line in child.stderr.splitlines() if line.strip()] or [f"exit code {code}"]
     telling = [line for line in lines if FULL.search(line)] or [line for line in lines if "error:" in line]
@@ -141,21 +148,6 @@ def why_not_writable() -> str:
     except OSError as error:
         return error.strerror or str(error)
     return ""
-
-
-def ensure_compiled(forms: Iterable[str], note: Callable[[str], None]) -> None:
-    """Compile the missing kinds of forms.
-
-    Args:
-        forms: As for `compile_missing`.
-        note: Shows a note to the user.
-
-    Raises:
-        EnvironmentFailure: A compilation failed.
-        Stopped: The compilation was interrupted by a signal.
-    """
-    compile_apart(forms, note)
-    heed()
 
 
 def share_cache(node: MPI.Comm) -> None:

@@ -132,7 +132,9 @@ class MeshedScene:
                 steady=self._steady,
             )
         self.constraints = self._constrain(self)
-        self._newton = Newton(self.scene, self.constraints, self.problem.newton, clock=self.clock)
+        self._newton = Newton(
+            self.scene, self.constraints, self.problem.newton, clock=self.clock, monitor=self.problem.monitor
+        )
         fields = self.constraints.fields
         self.material = np.concatenate([fields.get(name, np.empty(0, int)) for name in ("v", "h", "U_p", "p_s")])
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar, Protocol
 
 import numpy as np
@@ -13,6 +13,7 @@ from pairsim.fem.scene import BoundaryVelocity, poiseuille
 from pairsim.physics.liquids import NEWTONIAN, Liquid
 from pairsim.physics.solids import Solid
 from pairsim.runtime.arrays import Array
+from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.nonlinear.newton import STEADY, TRANSIENT, NewtonOptions
 from pairsim.solvers.stepping.step_size import StepControl
 
@@ -40,6 +41,8 @@ class SceneProblem(Protocol):
     def velocity(self) -> float | None: ...
     @property
     def newton(self) -> NewtonOptions: ...
+    @property
+    def monitor(self) -> Monitor: ...
 
 
 @dataclass(frozen=True)
@@ -66,6 +69,7 @@ class Problem:
         liquid: The liquid.
         t_end: Time up to which the flow without particles is computed [D_c/U_av].
         dU_error: Whether the discretisation error of dU is estimated.
+        monitor: Ends the computation; problems that differ in it alone are equal.
         flow: Mean velocity of the liquid, which defines the unit of velocity.
         velocity: No velocity is prescribed: the errors of time steps are judged by the velocities of the particles.
     """
@@ -90,6 +94,7 @@ class Problem:
     liquid: Liquid = NEWTONIAN
     t_end: float = 1000.0
     dU_error: bool = False
+    monitor: Monitor = field(default_factory=Monitor, compare=False, repr=False)
 
 
 @dataclass(frozen=True)
@@ -106,6 +111,7 @@ class SteadyProblem:
         velocity: Prescribed velocity of all particles, which are rigid [U_av]; None if no force acts on them.
         newton: Options of Newton's method.
         narrowest: Smallest distance of the branch, for which the outlines are divided into arcs [D_c].
+        monitor: Ends the computation; problems that differ in it alone are equal.
     """
 
     betas: tuple[float, ...]
@@ -117,6 +123,7 @@ class SteadyProblem:
     velocity: float | None = None
     newton: NewtonOptions = STEADY
     narrowest: float = np.inf
+    monitor: Monitor = field(default_factory=Monitor, compare=False, repr=False)
 
     def nominal(self, gaps: tuple[float, ...]) -> tuple[float, ...]:
         """Distances for which a mesh around spheres is made: the nearest of `PER_DECADE` values in each decade.

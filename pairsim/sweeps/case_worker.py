@@ -47,7 +47,7 @@ def solve(name: str, pairs: list[tuple[Path, Path]]) -> Outcome:
         for file, directory in pairs:
             line = shlex.join(["pairsim", name, str(file), "-o", str(directory)])
             case = read_case(command, file)
-            outcome = command.compute(case, directory, Options(True, Reporter(), line, signals=True), **more)
+            outcome = command.compute(case, directory, Options(True, Reporter(), line, signals=signals), **more)
             if outcome.status == "finished" and command.draws_from is not None:
                 with suppress(OSError, InputError):  # a picture can be drawn again
                     command.draw(directory, directory, Page())

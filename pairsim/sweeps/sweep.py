@@ -13,7 +13,7 @@ import signal
 import time
 from collections import deque
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -69,7 +69,7 @@ def run_sweep(
     rank, size = (comm.rank, comm.size) if comm else (0, 1)
     if size > 1 and options.workers > 1:
         raise InputError("--workers", "", options.workers, "must be 1 under mpirun, whose processes are the workers")
-    with Signals(installed=options.signals) as signals, ExitStack() as held:
+    with Signals() if options.signals else nullcontext(Signals()) as signals, ExitStack() as held:
 
         def begin() -> _Root:
             _usable(directory)

@@ -10,13 +10,14 @@ from support.commands import Pairsim
 
 import pairsim as api
 from pairsim.drivers.progress import Reporter
-from pairsim.runtime.watch import reached, told
+from pairsim.runtime.errors import BudgetSpent
+from pairsim.runtime.monitor import Monitor
 
 
 @pytest.fixture(autouse=True)
 def _a_second_a_solve(monkeypatch: pytest.MonkeyPatch) -> None:
     """Budgets are counted in solves."""
-    monkeypatch.setattr("pairsim.runtime.watch.time", SimpleNamespace(monotonic=count().__next__))
+    monkeypatch.setattr("pairsim.runtime.monitor.time", SimpleNamespace(monotonic=count().__next__))
 
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 3, "mesh": {"Np": 8}, "tol": 1}
@@ -41,15 +42,25 @@ def test_what_is_passed_on_the_way_to_the_first_point_is_kept(monkeypatch: pytes
     assert all(place.startswith("De = ") for place in places)
 
 
-def test_who_is_told_last_hears_where_a_computation_is() -> None:
-    outer: list[str] = []
-    inner: list[str] = []
-    with told(outer.append):
-        with told(inner.append):
-            reached("De = 0.5")
-        reached("De = 1")
-    reached("De = 2")
-    assert (outer, inner) == (["De = 1"], ["De = 0.5"])
+def test_a_limit_says_where_the_computation_is_until_it_has_a_result() -> None:
+    places: list[str] = []
+    monitor = Monitor(patience=3.0, listener=places.append)
+    part = monitor.within(9.0, "it was not found within {}")
+    part.at("De = 0.5")
+    with pytest.raises(BudgetSpent, match=r"nothing was found within 3 s, on the way at De = 0\.5"):
+        spend(part)
+    monitor.at("De = 1")
+    monitor.has_result()
+    with pytest.raises(BudgetSpent, match="it was not found within 9 s"):
+        spend(part)
+    spend(monitor)
+    assert places == ["De = 0.5", "De = 1"]
+
+
+def spend(monitor: Monitor) -> None:
+    """Check ten times."""
+    for _ in range(10):
+        monitor.check()
 
 
 def test_a_budget_is_a_time(pairsim: Pairsim) -> None:

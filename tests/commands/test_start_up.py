@@ -9,7 +9,7 @@ import pytest
 
 import pairsim
 from pairsim.runtime.errors import NoSteadyState
-from pairsim.runtime.signals import heed
+from pairsim.solvers.problems import Problem
 
 EXPERIMENT = {"tube": "50um", "particle": "15um", "viscosity": "0.05Pa.s", "relaxation": "20ms", "modulus": "500Pa"}
 CASE: dict[str, Any] = {"physical": {**EXPERIMENT, "flow_rate": "0.5ul/min"}, "accuracy": "5%"}
@@ -46,10 +46,10 @@ SOFT = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "mesh": {"Np": 8, "max_siz
 def test_a_run_is_finished_without_its_quasi_steady_solution(stopped: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whether there is none or a signal came meanwhile."""
 
-    def settled(*_: object) -> None:
+    def settled(problem: Problem, _: object) -> None:
         if stopped:
             signal.raise_signal(signal.SIGTERM)
-        heed()
+        problem.monitor.check()
         raise NoSteadyState("the shapes end")
 
     monkeypatch.setattr("pairsim.drivers.run_end.settled", settled)

@@ -12,6 +12,7 @@ from pairsim.physics.liquids import single
 from pairsim.physics.liquids.oldroyd_b import OldroydB
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
+from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady import continuation
@@ -33,7 +34,7 @@ class Limited:
 
     def __init__(self) -> None:
         self.parameters, self.y, self.relaxations = at(0.1), np.zeros(1), 0
-        self.problem = SimpleNamespace(betas=(0.4,))
+        self.problem = SimpleNamespace(betas=(0.4,), monitor=Monitor())
         self.constraints = SimpleNamespace(fields={"s": np.zeros(0, dtype=int)})
 
     @property
@@ -82,7 +83,7 @@ def test_pseudo_time_in_which_stress_keeps_growing_is_given_up(monkeypatch: pyte
             state=lambda y: (y, y), forget=lambda: None, solve=lambda y, *_: (y, report(rate.value > 0.5))
         ),
     )
-    scene.y, scene.parameters = np.zeros(1), None
+    scene.y, scene.parameters, scene.problem = np.zeros(1), None, SimpleNamespace(monitor=Monitor())
     scene.iterations = scene.factorisations = 0
     monkeypatch.setattr(Steady, "apply", lambda *_: np.zeros(0))
     monkeypatch.setattr(Steady, "distortion_of", lambda *_: 1.0)

@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM as flags: what the first one, further ones and contexts within each other do."""
+"""Signals as flags, and where a computation heeds them: between Newton iterations, in a mesh, in a compilation."""
 
 from __future__ import annotations
 
@@ -8,42 +8,47 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
 from support.scenes import soft_pair
 
-import pairsim as package
-from pairsim.cli import app as cli
 from pairsim.fem import form_cache
+from pairsim.fem.meshes import meshing
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.runtime.child_process import descendants
-from pairsim.runtime.signals import Signals, Stopped, no_interrupt_lost, received
-from pairsim.solvers.nonlinear.newton import Newton
+from pairsim.runtime.monitor import Monitor
+from pairsim.runtime.signals import Signals, Stopped
 from pairsim.solvers.transient.transient import Transient
+
+ALL = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 @pytest.fixture(autouse=True)
 def handlers() -> Iterator[None]:
     """The handlers of pytest come back."""
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.getsignal(number) for number in ALL}
     yield
     for number, handler in before.items():
         signal.signal(number, handler)
 
 
-def test_further_sigterms_are_ignored() -> None:
-    with Signals(impatient=True) as signals:
+@pytest.mark.parametrize("number", ALL)
+def test_a_signal_is_a_flag_which_further_sigterms_leave(number: int) -> None:
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    with Signals() as signals:
+        Monitor(signals).check()
+        signal.raise_signal(number)
         for _ in range(3):
             signal.raise_signal(signal.SIGTERM)
-        assert signals.number == signal.SIGTERM
+        with pytest.raises(Stopped):
+            Monitor(signals).check()
 
 
-def test_second_interrupt_is_impatient() -> None:
-    with Signals(impatient=True) as signals:
+def test_second_interrupt_raises_at_once() -> None:
+    with Signals() as signals:
         signal.raise_signal(signal.SIGTERM)
         signal.raise_signal(signal.SIGINT)
         assert signals.number == signal.SIGINT
@@ -51,73 +56,11 @@ def test_second_interrupt_is_impatient() -> None:
             signal.raise_signal(signal.SIGINT)
 
 
-def test_contexts_hand_a_signal_to_each_other() -> None:
-    """Inwards, if it came before the inner one, and outwards, if that has ended."""
-    with Signals() as outer:
-        signal.raise_signal(signal.SIGTERM)
-        with Signals() as inner:
-            assert inner.number == received() == signal.SIGTERM
-    with Signals() as outer:
-        with Signals():
-            signal.raise_signal(signal.SIGTERM)
-        assert outer.number == signal.SIGTERM
-    assert received() == 0
-
-
-class Interrupted:
-    """Its destructor is interrupted."""
-
-    def __del__(self) -> None:
-        raise KeyboardInterrupt
-
-
-def interrupted_sleep(**_: object) -> None:
-    """Sleep after an interrupt that Python ignores."""
-    Interrupted()
-    time.sleep(30)
-
-
-@pytest.mark.parametrize("context", [no_interrupt_lost, lambda: Signals(installed=False)])
-def test_interrupt_within_a_destructor_comes_again(context: Callable[[], AbstractContextManager[object]]) -> None:
-    """Python ignores exceptions of destructors; that would be the end of the Ctrl-C."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    hook, begin = sys.unraisablehook, time.monotonic()
-    with pytest.raises(KeyboardInterrupt), context():
-        interrupted_sleep()
-    assert time.monotonic() - begin < 10
-    assert sys.unraisablehook == hook
-
-
-def test_interrupt_within_a_destructor_is_a_signal_where_there_is_a_handler() -> None:
+def test_under_nohup_a_hangup_changes_nothing() -> None:
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
     with Signals() as signals:
-        Interrupted()
-        time.sleep(1)
-        assert signals.number == received() == signal.SIGINT
-
-
-def test_command_ends_though_a_destructor_is_interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Before it listens to signals, too, as while it imports libraries."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    monkeypatch.setattr(cli, "app", interrupted_sleep)
-    with pytest.raises(SystemExit) as ended:
-        cli.main()
-    assert ended.value.code == 130
-
-
-def test_run_ends_though_a_destructor_is_interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Seen once: the run went on."""
-    solve, pressed = Newton.solve, iter([Interrupted])
-
-    def interrupted(*words: Any) -> Any:
-        for press in pressed:
-            press()
-        return solve(*words)
-
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    monkeypatch.setattr(Newton, "solve", interrupted)
-    case = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "length": 3, "ends": "developed", "mesh": {"Np": 8}}
-    result = package.run(case, time={"end": 20.0}, output={"fields": False})
-    assert (result.status, result.reason) == ("interrupted", "interrupted")
+        signal.raise_signal(signal.SIGHUP)
+        assert signals.number == 0
 
 
 @pytest.mark.parametrize("number", [0, signal.SIGTERM])
@@ -135,25 +78,64 @@ def test_newtons_method_stops_before_the_next_factorisation() -> None:
     transient = Transient(soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=6), length=2.0))
     newton = transient.newton
     arguments = (np.zeros(transient.constraints.size), transient.history.h[0], 0.01, 1.7)
-    with Signals():
+    with Signals() as signals:
+        newton.monitor = Monitor(signals)
         signal.raise_signal(signal.SIGTERM)
         with pytest.raises(Stopped, match="SIGTERM"):
             newton.solve(*arguments)
-        assert newton.matrix_state is None, "no matrix was factorised"
-    assert newton.solve(*arguments)[1].factorisations > 0
+        assert newton.factorisations == 0
+    newton.monitor = Monitor()
+    solution, report = newton.solve(*arguments)
+    assert report.converged
+    assert np.isfinite(solution).all()
     transient.close()
+
+
+def test_an_interrupt_within_an_iteration_is_raised(monkeypatch: pytest.MonkeyPatch) -> None:
+    """PETSc's compiled code, which calls back, does not lose it."""
+
+    def interrupted(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    transient = Transient(soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=6), length=2.0))
+    monkeypatch.setattr(transient.scene, "load", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        transient.newton.solve(np.zeros(transient.constraints.size), transient.history.h[0], 0.01, 1.7)
+    transient.close()
+
+
+def test_an_interrupt_within_the_generation_of_a_mesh_is_raised() -> None:
+    """Gmsh's compiled code, which asks for sizes, would lose it and take a size of zero."""
+    corners, asked = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)], []
+
+    def build() -> None:
+        geo = meshing.gmsh.model.geo
+        points = [geo.addPoint(z, r, 0) for z, r in corners]
+        lines = [geo.addLine(a, b) for a, b in zip(points, [*points[1:], points[0]], strict=True)]
+        geo.addPlaneSurface([geo.addCurveLoop(lines)])
+
+    def size(z: float, r: float) -> float:
+        asked.append((z, r))
+        if len(asked) == 3:
+            raise KeyboardInterrupt
+        return 0.5
+
+    with pytest.raises(KeyboardInterrupt):
+        meshing._run_gmsh(build, size, [])
+    assert 3 < len(asked) < 1000
 
 
 def test_compilation_ends_within_a_moment(monkeypatch: pytest.MonkeyPatch) -> None:
     sleep = [sys.executable, "-c", "import time; time.sleep(60)"]
     monkeypatch.setattr(form_cache, "missing", lambda forms: list(forms))
     monkeypatch.setattr(form_cache, "module_command", lambda *words: sleep)
-    begin = time.monotonic()
-    with Signals():
+    begin, before = time.monotonic(), descendants(os.getpid())
+    with Signals() as signals:
         threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGTERM)).start()
-        form_cache.compile_apart(["newtonian:fixed"], print)
+        with pytest.raises(Stopped):
+            form_cache.compile_apart(["newtonian:fixed"], print, Monitor(signals))
     assert time.monotonic() - begin < 30
-    assert len(descendants(os.getpid())) == 1, "the compilation has ended"
+    assert set(descendants(os.getpid())) <= set(before), "the compilation has ended"
 
 
 def test_signal_after_the_last_file_changes_nothing() -> None:

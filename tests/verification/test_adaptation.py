@@ -41,7 +41,7 @@ def test_a_newtonian_error_is_kept_by_smaller_cells() -> None:
     branch.recall(coarse)  # on cells that are no more
     assert branch.scene.parameters == first
     assert branch.scene.constraints.size > len(coarse.y)
-    branch.restart(first, [first.gaps])
+    branch.restart(branch._first, first, [first.gaps])
     assert branch.scene.constraints.size == len(coarse.y), "another curve begins on the first cells"
     branch.close()
 

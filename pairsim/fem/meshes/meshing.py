@@ -25,7 +25,6 @@ from pairsim.fem.meshes.six_node_mesh import MIRRORED_CELL, SixNodeMesh, jacobia
 from pairsim.physics.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure
-from pairsim.runtime.signals import callback
 
 SHORT_ROWS = 0.2  # length of a stretch of rows below which unstructured cells are used instead [D_c]; chosen
 # Ratio of the Jacobians of curved and straight cells below which nodes near a curved boundary are moved too; chosen.
@@ -173,6 +172,15 @@ def _run_gmsh(build: Callable[[], None], size: Callable[[float, float], float], 
     Raises:
         MeshFailure: gmsh failed, or a cell of the mesh is inverted.
     """
+    interrupts: list[KeyboardInterrupt] = []
+
+    def uninterrupted(dim: int, tag: int, z: float, r: float, _: float, lc: float) -> float:
+        try:
+            return size(z, r)
+        except KeyboardInterrupt as interrupt:  # would be lost in a callback; raised afterwards
+            interrupts.append(interrupt)
+            return size(z, r)
+
     gmsh.initialize(readConfigFiles=False, interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
@@ -186,8 +194,10 @@ def _run_gmsh(build: Callable[[], None], size: Callable[[float, float], float], 
         gmsh.model.add("pairsim")
         build()
         gmsh.model.geo.synchronize()
-        gmsh.model.mesh.setSizeCallback(callback(lambda dim, tag, z, r, _, lc: size(z, r)))
+        gmsh.model.mesh.setSizeCallback(uninterrupted)
         gmsh.model.mesh.generate(2)
+        if interrupts:
+            raise interrupts[0]
         gmsh.model.mesh.setOrder(2)
         tags, coordinates, _ = gmsh.model.mesh.getNodes()
         kind = gmsh.model.mesh.getElementType("Triangle", 2)

@@ -166,14 +166,22 @@ class AdaptiveBranch(Branch):
         """The problem with the cells of the present mesh."""
         return self.scene.problem
 
-    def restart(self, parameters: Parameters, places: Sequence[tuple[float, ...]]) -> None:
+    def restart(self, problem: SteadyProblem, parameters: Parameters, places: Sequence[tuple[float, ...]]) -> None:
         """Continue to the first parameters of another curve with its distances, on the cells of the first mesh.
+
+        Args:
+            problem: Its problem, which equals that of the first curve.
+            parameters: Its first parameters.
+            places: Its distances.
 
         Raises:
             NoSteadyState: The continuation did not reach the parameters.
         """
-        if self.problem is not self._first and not self._go_on(self._first, self.scene.parameters):
+        if self.problem is self._first:
+            self.scene.obey(problem.monitor)
+        elif not self._go_on(problem, self.scene.parameters):
             raise NoSteadyState(f"no solution on the first cells at {where(self.scene.parameters)}")
+        self._first = self.problem
         self.move(parameters)
         self._begin(places)
 

@@ -7,7 +7,6 @@ linear solvers" in docs/explanation/numerics.md.
 from __future__ import annotations
 
 import itertools
-import signal
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -19,7 +18,7 @@ from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
 from pairsim.runtime.fenicsx import PETSc
-from pairsim.runtime.signals import Stopped, callback, received
+from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.nonlinear.convergence import Convergence, Report
 from pairsim.solvers.nonlinear.factors import EXACT, Factors, MumpsOptions, ReducedSystem
 from pairsim.solvers.nonlinear.renewal import KeptMatrix, MatrixPolicy, MatrixState, Place
@@ -66,6 +65,7 @@ class Newton:
         constraints: Its constraints.
         options: Tolerance, reuse of the matrix, and options of the factorisation.
         clock: Stopwatch for the phases of the computation.
+        monitor: Is asked before every iteration whether a signal was received.
     """
 
     def __init__(
@@ -75,9 +75,11 @@ class Newton:
         options: NewtonOptions | None = None,
         *,
         clock: Clock | None = None,
+        monitor: Monitor | None = None,
     ) -> None:
         self.scene, self.constraints, self.options = scene, constraints, options or NewtonOptions()
         self.clock, self.matrix = clock or Clock(), KeptMatrix(self.options.matrix)
+        self.monitor = monitor or Monitor()
         self._analysed: Place | None = None
         self._factored: Place | None = None
         # State of the present solve.
@@ -85,7 +87,6 @@ class Newton:
         self._x = np.zeros(scene.size)
         self._star: Array | None = None
         self._convergence = Convergence(self.options.tolerance, self.options.max_iterations, self.matrix)
-        self._stopped = ""  # name of the signal that stopped it
         with self.clock("symbolic"):
             row, column, value = scene.linear_terms()
             self._linear = sparse.csr_matrix(sparse.coo_matrix((value, (row, column)), shape=(scene.size, scene.size)))
@@ -98,9 +99,9 @@ class Newton:
         prefix = f"pairsim_{next(_PREFIXES)}_"
         self._snes = PETSc.SNES().create(PETSc.COMM_SELF)
         self._snes.setOptionsPrefix(prefix)
-        self._snes.setFunction(callback(self._residual), self._r)
-        self._snes.setJacobian(callback(self._jacobian), self._A)
-        self._snes.setConvergenceTest(callback(self._converged))
+        self._snes.setFunction(self._residual, self._r)
+        self._snes.setJacobian(self._jacobian, self._A)
+        self._snes.setConvergenceTest(self._converged)
         self._snes.setType("newtonls")
         self._snes.setMaxFunctionEvaluations(-1)
         self._factors = Factors(self._system, self._snes.getKSP(), prefix, self.options.mumps, self.options.single)
@@ -173,10 +174,7 @@ class Newton:
         self._analysed = None
 
     def _converged(self, snes: Any, its: int, norms: tuple[float, float, float]) -> int:
-        reason = PETSc.SNES.ConvergedReason
-        if number := received():
-            self._stopped = signal.Signals(number).name
-            return int(reason.DIVERGED_FUNCTION_DOMAIN)
+        self.monitor.check_signals()
         return self._convergence.test(its, norms[2], lambda: self._last_steps(snes))
 
     def _last_steps(self, snes: Any) -> dict[str, float]:
@@ -209,13 +207,13 @@ class Newton:
             The solution, or the last iterate without convergence, and a report.
 
         Raises:
-            Stopped: A process has received SIGINT or SIGTERM. This is checked before every iteration; a factorisation
-                by MUMPS cannot be interrupted.
+            Stopped: The process has received a signal. This is checked before every iteration; a factorisation by
+                MUMPS cannot be interrupted.
         """
         self._h_star, self._g, self._U_m, self._star = h_star, g, U_m, star
         if star is not None:
             self.scene.set_step(star, g, U_m)
-        self._stopped, before, iterations, failure = "", self.factorisations, 0, ""
+        before, iterations, failure = self.factorisations, 0, ""
         with self.clock("solve"):
             inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation"))
             try:
@@ -224,12 +222,12 @@ class Newton:
                     iterations += self._iterate(y)
                 converged = self._snes.getConvergedReason() > 0
             except PETSc.Error as error:
+                if isinstance(error.__cause__, KeyboardInterrupt):  # raised in a callback
+                    self._forget_factor()
+                    raise error.__cause__ from None
                 converged, failure = False, str(error)
             inside = sum(self.clock.seconds[k] for k in ("assembly", "factorisation")) - inside
         self.clock.seconds["solve"] -= inside
-        if self._stopped:
-            self._forget_factor()
-            raise Stopped(self._stopped)
         solution = self._system.gather(self._y)
         if converged:
             failure = self.overstretched(solution)
@@ -255,7 +253,7 @@ class Newton:
         With the matrix of an earlier solve (no more than `before` were factorised) steps may grow that else would not.
         """
         reason = self._snes.getConvergedReason()
-        if reason > 0 or self._stopped:
+        if reason > 0:
             return False
         inexact = reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE and self._factors.single
         kept = self.matrix.g is not None and self.factorisations == before

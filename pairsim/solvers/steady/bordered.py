@@ -11,7 +11,6 @@ from collections.abc import Callable
 import numpy as np
 
 from pairsim.runtime.arrays import Array
-from pairsim.runtime.signals import heed
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.scene import Steady
 from pairsim.solvers.steady.tangents import DIFFERENCE
@@ -41,7 +40,7 @@ def solve_with(
         The solution tau, or None if the iteration did not converge.
     """
     newton = steady.newton
-    heed()
+    steady.problem.monitor.check()
     previous = np.inf
     steady.forget()
     for count in range(1, MOST_BORDERED + 1):

@@ -16,7 +16,6 @@ import numpy as np
 from pairsim.fem.diagnostics import taylor_parameter
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import BranchEnd, BudgetSpent, MeshFailure, NoSteadyState
-from pairsim.runtime.watch import reached
 from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import LAST, end_after
@@ -173,7 +172,7 @@ def follow(steady: Steady, target: Parameters) -> None:
         steady.factor()
         trail.append((tau, steady.snapshot))
         way.append(Passed.of(steady))
-        reached(where(steady.parameters))
+        steady.problem.monitor.at(where(steady.parameters))
         if replace(start, gaps=target.gaps) == target:
             tangent = np.subtract(target.gaps, start.gaps) @ gap_tangents(steady)
         else:

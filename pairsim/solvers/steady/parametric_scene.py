@@ -16,6 +16,7 @@ from pairsim.fem.algebra.scene_constraints import steady_base, steady_constraint
 from pairsim.fem.meshes.geometry import Geometry, Reference
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.clock import Clock
+from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene, cut_particles
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
@@ -57,6 +58,11 @@ class ParametricScene(OnMeshedScene):
             None if b.phase is None else b.phase.mesh.geometry.x.copy() for b in self.bodies
         ]
         self.meshed.put(Reference.spheres(replace(geometry, gaps=problem.nominal(parameters.gaps)), outlines))
+
+    def obey(self, monitor: Monitor) -> None:
+        """Let another monitor end what is computed from now on."""
+        self.problem = self.meshed.problem = replace(self.problem, monitor=monitor)
+        self.newton.monitor = monitor
 
     def _constrain(self, meshed: MeshedScene) -> Constraints:
         """Constraints on a new mesh."""

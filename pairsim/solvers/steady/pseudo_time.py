@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from pairsim.runtime.signals import heed
 from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.scene import Steady
@@ -33,7 +32,7 @@ def relax(steady: Steady, parameters: Parameters) -> Report:
     steady.forget()
     liquid = steady.scene.liquid
     for _ in range(MOST_RELAXED):
-        heed()
+        steady.problem.monitor.check()
         liquid.constants["rate"].value = 1 / dt if dt < RELAX_LAST * parameters.liquid.longest else 0.0
         _, x = newton.state(y)
         liquid.set_star(x[: liquid.size])

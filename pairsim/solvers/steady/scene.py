@@ -18,8 +18,6 @@ from pairsim.fem.scene import Scene
 from pairsim.physics.pipe import PipeState
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
-from pairsim.runtime.signals import heed
-from pairsim.runtime.watch import within_budget
 from pairsim.solvers.mesh_transfer import free_unknowns
 from pairsim.solvers.meshed_scene import MeshedScene
 from pairsim.solvers.nonlinear.convergence import Report
@@ -190,10 +188,9 @@ class Steady(ParametricScene):
         Raises:
             NoSteadyState: There is no developed flow of this liquid.
             BudgetSpent: The time given to the computation is over.
-            KeyboardInterrupt: A signal was received.
+            Stopped: A signal was received.
         """
-        heed()
-        within_budget()
+        self.problem.monitor.check()
         h_star, self.factored = self.apply(parameters), None
         y, report = self.newton.solve(self.y if guess is None else guess, h_star, 1.0, 0.0)
         self.iterations += report.iterations

@@ -154,5 +154,6 @@ def steady_scene(problem: Problem, gaps: tuple[float, ...]) -> tuple[SteadyProbl
         problem.mesh,
         problem.boundary_velocity,
         narrowest=min(problem.gaps, default=np.inf),
+        monitor=problem.monitor,
     )
     return steady, Parameters(gaps, problem.solids, problem.liquid)

@@ -1,0 +1,85 @@
+"""The monitor of a computation: ends it between two solves, and hears where it is."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from pairsim.runtime.duration import duration
+from pairsim.runtime.errors import BudgetSpent
+from pairsim.runtime.signals import Signals
+
+
+class Monitor:
+    """What a computation asks between two solves whether it may go on, and tells where it is.
+
+    It is handed down as an attribute of the problem. The default one lets every computation go on.
+
+    Args:
+        signals: The signals that end the computation.
+        budget: Largest wall time of the computation [s], None for no limit.
+        patience: Largest wall time up to the first result [s], None for no limit.
+        listener: Is told where a computation is that has no result to show yet.
+    """
+
+    def __init__(
+        self,
+        signals: Signals | None = None,
+        *,
+        budget: float | None = None,
+        patience: float | None = None,
+        listener: Callable[[str], None] | None = None,
+    ) -> None:
+        self._signals, self._listener = signals, listener
+        self._place = ""
+        self._limits = [_limit(budget, "the budget of {} is spent")] if budget is not None else []
+        self._patience = [_limit(patience, "nothing was found within {}")] if patience is not None else []
+
+    def within(self, seconds: float, message: str) -> Monitor:
+        """The monitor of a part of the computation, with a limit of its own.
+
+        Args:
+            seconds: Largest wall time of the part [s].
+            message: What is said once it has passed, with {} for the limit.
+        """
+        part = Monitor(self._signals, listener=self._listener)
+        part._limits, part._patience = [*self._limits, _limit(seconds, message)], self._patience
+        return part
+
+    def check_signals(self) -> None:
+        """Raise `Stopped` if the process has received a signal; to be called before long operations.
+
+        Raises:
+            Stopped: It has.
+        """
+        if self._signals is not None:
+            self._signals.check()
+
+    def check(self) -> None:
+        """Raise if the computation must end; to be called between solves.
+
+        Raises:
+            Stopped: The process has received a signal.
+            BudgetSpent: A limit of the wall time has passed.
+        """
+        self.check_signals()
+        for deadline, message in (*self._limits, *self._patience):
+            if time.monotonic() > deadline:
+                on_the_way = f", on the way at {self._place}" if self._place else ""
+                raise BudgetSpent(f"{message}{on_the_way}", advice="a larger --budget")
+
+    def at(self, place: str) -> None:
+        """Tell where the computation is."""
+        self._place = place
+        if self._listener is not None:
+            self._listener(place)
+
+    def has_result(self) -> None:
+        """Tell that there is a result: the way to it and the limit up to the first one count no more."""
+        self._place = ""
+        self._patience.clear()
+
+
+def _limit(seconds: float, message: str) -> tuple[float, str]:
+    """Time on the clock at which so many seconds have passed, and what is then said."""
+    return time.monotonic() + seconds, message.format(duration(seconds))
