@@ -57,7 +57,7 @@ class Computation[R: Result]:
 
         Args:
             case: Path of a case file, a dict of its keys, or a case from `load`.
-            folder: Where the files of the command go. None: no files are kept.
+            folder: Where the files of the command go. None: a temporary folder that goes with the result.
             overwrite: Replace earlier results in the folder.
             progress: Show progress on stderr: True, "bar" or "lines".
             signals: End in order at SIGINT, SIGTERM and SIGHUP, as the command line does: True, or a
@@ -110,7 +110,7 @@ def compute(
     budget: float | None = None,
     **flags: bool,
 ) -> Any:
-    """Compute a case in a folder; if none is given, in a temporary folder whose files are read and removed.
+    """Compute a case in a folder; if none is given, in a temporary folder that goes with the result.
 
     Args:
         command: The command.
@@ -128,13 +128,15 @@ def compute(
     patience = max(PATIENCE, MULTIPLE * announced)
     title = "" if folder is None else Path(folder).resolve().name
     options = Options(overwrite, reporter, command_line(), signals, budget, patience, announced, title)
+    temporary = folder is None
     directory = Path(tempfile.mkdtemp(prefix="pairsim-") if folder is None else folder)
     try:
         outcome = command.compute(case, directory, options, **flags)
-        result = result_of(command, directory, asdict(outcome))
-        if style_of(progress) != "none":
-            reporter.say(result.answer)
-        return result if folder is not None else result.in_memory()
-    finally:
-        if folder is None:
+    except BaseException:
+        if temporary:
             shutil.rmtree(directory, ignore_errors=True)
+        raise
+    result = result_of(command, directory, asdict(outcome), temporary)
+    if style_of(progress) != "none":
+        reporter.say(result.answer)
+    return result

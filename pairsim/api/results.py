@@ -1,13 +1,13 @@
-"""Results of a computation: tables, fields, status and warnings, from a folder or in memory."""
+"""Results of a computation: tables, fields, status and warnings, from a folder."""
 
 from __future__ import annotations
 
-import base64
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+import shutil
+import weakref
+from collections.abc import Mapping
 from functools import cached_property
+from html import escape
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -21,9 +21,7 @@ from pairsim.physics.scales import Scales
 from pairsim.results.answer import cost_line
 from pairsim.results.columns import EQUILIBRIA_COLUMNS
 from pairsim.results.folders import valid_record
-from pairsim.results.output import CHECKPOINT
 from pairsim.results.travel import Travel, travel
-from pairsim.results.typography import html_of
 from pairsim.results.units import scales_of
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import BranchEnd, InputError, failure_of
@@ -32,8 +30,6 @@ if TYPE_CHECKING:
     import pandas as pd
     import pyvista as pv
 
-    from pairsim.results.xdmf import FieldFrame
-
 SHOWN = 8  # rows of a table shown in a notebook
 
 
@@ -41,35 +37,27 @@ class Result:
     """The result of a computation; returned by `run`, `curve`, `critical` and `open`.
 
     Files are read when first accessed, and only once. To see the progress of a running computation, `open` its folder
-    again. In a notebook it shows its answer, its picture and its table.
+    again. In a notebook it shows its answer and its table.
 
     Args:
         folder: The folder of results.
         command: The command that wrote it.
         ending: Status, reason and message, if they are not to be taken from run.json: a sweep also records crashes and
             timeouts. None: those of run.json.
+        temporary: Whether the folder goes with the result.
 
     Attributes:
-        folder: The folder; None for a result that is only in memory.
+        folder: The folder; None for one that is temporary.
         command: The command that computed it.
     """
 
-    def __init__(self, folder: Path, command: Command[Any], ending: Mapping[str, Any] | None = None) -> None:
-        self.folder: Path | None = folder
-        self.command, self._ending = command, ending
-        self._files: dict[Path, bytes] = {}
-
-    @contextmanager
-    def _place(self) -> Iterator[Path]:
-        """The folder; for a result in memory one that is there for the moment."""
-        if self.folder is not None:
-            yield self.folder
-            return
-        with TemporaryDirectory(prefix="pairsim-") as name:
-            for path, content in self._files.items():
-                (Path(name) / path.parent).mkdir(exist_ok=True)
-                (Path(name) / path).write_bytes(content)
-            yield Path(name)
+    def __init__(
+        self, folder: Path, command: Command[Any], ending: Mapping[str, Any] | None = None, temporary: bool = False
+    ) -> None:
+        self.folder = None if temporary else folder
+        self.command, self._ending, self._place = command, ending, folder
+        if temporary:
+            weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
 
     @cached_property
     def record(self) -> dict[str, Any]:
@@ -78,8 +66,7 @@ class Result:
         Raises:
             InputError: The file is invalid.
         """
-        with self._place() as place:
-            return valid_record(place) if (place / "run.json").is_file() else {}
+        return valid_record(self._place) if (self._place / "run.json").is_file() else {}
 
     @cached_property
     def table(self) -> pd.DataFrame:
@@ -93,8 +80,7 @@ class Result:
         """A table of the command with pandas, which takes a sixth of a second to import; empty if it is not there."""
         from pairsim.results.tables import read_table
 
-        with self._place() as place:
-            return read_table(place / f"{name}.csv")
+        return read_table(self._place / f"{name}.csv")
 
     @cached_property
     def columns(self) -> Mapping[str, Array]:
@@ -103,8 +89,7 @@ class Result:
 
     @cached_property
     def _columns(self) -> Tables:
-        with self._place() as place:
-            return self.command.read_tables(place)
+        return self.command.read_tables(self._place)
 
     @property
     def scales(self) -> Scales:
@@ -145,8 +130,7 @@ class Result:
         Raises:
             InputError: case.yaml is missing, or not valid in this version.
         """
-        with self._place() as place:
-            return load(place / "case.yaml", kind=self.kind)
+        return load(self._place / "case.yaml", kind=self.kind)
 
     def _ended(self, key: str) -> str:
         return str((self.record if self._ending is None else self._ending).get(key, ""))
@@ -195,7 +179,7 @@ class Result:
         cost = [cost_line(self.record)] if self.record else []
         if self.reason == BranchEnd.reason:
             ended = [f"There is no steady state: {self.message}."]
-        found = self._answer() if self.folder is None or self.folder.is_dir() else []  # it may have been removed
+        found = self._answer() if self._place.is_dir() else []  # it may have been removed
         return "\n".join([*ended, *found, *warnings, *cost])
 
     def _answer(self) -> list[str]:
@@ -218,23 +202,14 @@ class Result:
         """
         from pairsim.api.pictures import plot
 
-        with self._place() as place:
-            return plot(place, out=folder, **options)
+        return plot(self._place, out=folder, **options)
 
     @cached_property
     def places(self) -> Array:
         """Times [D_c/U_av] (of a curve: distances [D_c]) at which there are fields, shape (n,)."""
         from pairsim.results.xdmf import read_times
 
-        with self._place() as place:
-            return read_times(place)
-
-    @cached_property
-    def _frames(self) -> list[FieldFrame]:
-        from pairsim.results.xdmf import read_frame
-
-        with self._place() as place:
-            return [read_frame(place, i) for i in range(len(self.places))]
+        return read_times(self._place)
 
     def fields(self, at: float) -> pv.UnstructuredGrid:
         """Velocity, pressure, displacement and stresses on the deformed mesh, as a pyvista grid.
@@ -254,19 +229,7 @@ class Result:
             key = "fields: [...]" if self.command.frames == "d" else "output.fields: true"
             allowed = f"must be one of {listed}" if listed else f"was not written; the case needs `{key}` for fields"
             raise InputError("fields", self.command.frames, at, allowed)
-        return grid_of(self._frames[hits[0]] if self.folder is None else read_frame(self.folder, int(hits[0])))
-
-    def in_memory(self) -> Self:
-        """Read all files into memory, so that the folder can be removed.
-
-        Returns:
-            The result itself, with `folder` set to None.
-        """
-        if (folder := self.folder) is not None:
-            kept = (path for path in folder.rglob("*") if path.is_file() and path.name != CHECKPOINT)
-            self._files = {path.relative_to(folder): path.read_bytes() for path in kept}
-            self.folder = None
-        return self
+        return grid_of(read_frame(self._place, int(hits[0])))
 
     def _headline(self) -> str:
         reason = f" ({self.reason})" if self.reason not in ("", "end") else ""
@@ -279,18 +242,8 @@ class Result:
     def _repr_html_(self) -> str:
         from pairsim.results.tables import readable
 
-        lines = "<br>".join(map(html_of, self.answer.splitlines()))
         table = readable(self.table).to_html(max_rows=SHOWN, index=False, float_format="{:.5g}".format)
-        return f"<p><b>{html_of(self._headline())}</b><br>{lines}</p>{self._picture()}{table}"
-
-    def _picture(self) -> str:
-        """The pictures of the tables as HTML; nothing where they cannot be drawn."""
-        from pairsim.plots.style import Page
-
-        drawn: list[bytes] = []
-        with suppress(InputError), self._place() as place, TemporaryDirectory() as out:
-            drawn = [path.read_bytes() for path in self.command.draw(place, Path(out), Page(dpi=110.0))]
-        return "".join(f'<img src="data:image/png;base64,{base64.b64encode(each).decode()}">' for each in drawn)
+        return f"<pre>{escape(self._headline())}\n{escape(self.answer)}</pre>{table}"
 
 
 class RunResult(Result):
@@ -366,6 +319,8 @@ TYPES: dict[str, type[Result]] = {"run": RunResult, "curve": CurveResult, "criti
 """Results that have more to ask for than a table, by the command."""
 
 
-def result_of(command: Command[Any], folder: Path, ending: Mapping[str, Any] | None = None) -> Any:
+def result_of(
+    command: Command[Any], folder: Path, ending: Mapping[str, Any] | None = None, temporary: bool = False
+) -> Any:
     """The result of a command in a folder; arguments as for `Result`."""
-    return TYPES.get(command.name, Result)(folder, command, ending)
+    return TYPES.get(command.name, Result)(folder, command, ending, temporary)

@@ -11,7 +11,6 @@ from pairsim.commands import COMMANDS
 from pairsim.config.bench_report import DEFAULTS, BenchReport, bench_report
 from pairsim.config.case import SceneCase
 from pairsim.config.physical import Physical
-from pairsim.results.typography import html_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -44,10 +43,6 @@ class Units:
 
     def __repr__(self) -> str:
         return "\n".join([self.table.to_string(index=False, header=False), *self.notes])
-
-    def _repr_html_(self) -> str:
-        table = self.table.map(html_of).to_html(index=False, header=False, escape=False)
-        return f"{table}<p>{'<br>'.join(map(html_of, self.notes))}</p>"
 
 
 def units(*, kind: str = "run", **given: Any) -> Units:

@@ -8,34 +8,21 @@ from typing import Annotated
 import typer
 
 from pairsim.cli.options import OfExamples, OfFiles, Settings, path_option, print_table
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import ENVIRONMENT, InputError, PairsimError
 
 app = typer.Typer()
 
 
-@app.command(
-    epilog="Examples: pairsim init | pairsim init beads --kind curve | pairsim init --example quickstart | "
-    "pairsim init --list"
-)
+@app.command(epilog="Examples: pairsim init | pairsim init beads --kind curve")
 def init(
     name: Annotated[
-        str | None, typer.Argument(help="Name of the case and of its file (default: the kind, or the example).")
+        str | None, typer.Argument(help="Name of the case and of its file (default: the kind).", show_default=False)
     ] = None,
     kind: Annotated[OfExamples, typer.Option("--kind", help="The command that reads the file.")] = "run",
-    example: Annotated[
-        str | None, typer.Option("--example", help="Copy this example of the documentation instead, under NAME.")
-    ] = None,
-    list_: Annotated[bool, typer.Option("--list", help="List the names of these examples; write nothing.")] = False,
 ) -> None:
     """Write a commented example to NAME.yaml; an existing file is never replaced."""
-    from pairsim.config.example import copy_example, shipped_examples, write_example
+    from pairsim.config.example import write_example
 
-    if list_:
-        typer.echo("\n".join(shipped_examples()))
-        return
-    if example is not None:
-        typer.echo(str(copy_example(example, name or example, Path())))
-        return
     path = write_example(kind, name or kind, Path())
     typer.echo(str(path))
     typer.echo(f"next: pairsim {kind} {path} --dry-run", err=True)
@@ -43,23 +30,20 @@ def init(
 
 @app.command(epilog="Example: pairsim doctor")
 def doctor() -> None:
-    """Check the installation: compiler, caches, MPI, gmsh, FEniCSx, MUMPS, pictures.
+    """Check the installation: versions and places of what is needed, and a small case.
 
-    Says what was found and what to do where something is missing, and computes a
-    small case, for which it may compile a form (some ten seconds).
+    The first time forms are compiled, for some ten seconds.
 
     Exit codes: 0 cases can be computed, 4 they cannot.
     """
-    from pairsim.api.doctor import checks
-    from pairsim.runtime.errors import ENVIRONMENT
+    from pairsim.api.doctor import findings
 
-    broken = False
-    for check in checks():
-        typer.echo(f"{check.status:8} {check.name}: {check.found}")
-        if check.remedy:
-            typer.echo(f"{'':8} try: {check.remedy}")
-        broken = broken or check.status == "broken"
-    raise typer.Exit(ENVIRONMENT if broken else 0)
+    try:
+        for name, found in findings():
+            typer.echo(f"{name}: {found}")
+    except (PairsimError, ImportError) as error:
+        typer.echo(f"pairsim: {error}", err=True)
+        raise typer.Exit(ENVIRONMENT) from None
 
 
 @app.command(

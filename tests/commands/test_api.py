@@ -63,10 +63,12 @@ def test_a_computation_without_a_folder_prints_and_leaves_nothing(
     assert result.status == "finished"
     assert result.folder is None
     assert capfd.readouterr() == ("", "")
-    assert [*empty.iterdir(), *scratch.iterdir()] == [scratch]
     assert [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)] == before
     assert len(result.table) == result.record["steps"]
     assert result.fields(0.01).n_points > 0
+    assert list(empty.iterdir()) == [scratch]
+    del result
+    assert not list(scratch.iterdir())
 
 
 def test_a_table_has_the_columns_of_its_file_and_whole_numbers_are_integers(empty: Path) -> None:
@@ -114,7 +116,7 @@ def test_a_curve_knows_its_peak_its_travel_and_its_units(curve: pairsim.CurveRes
             missing()
 
 
-def test_a_result_in_memory_is_drawn(curve: pairsim.CurveResult, tmp_path: Path) -> None:
+def test_a_result_without_a_folder_is_drawn(curve: pairsim.CurveResult, tmp_path: Path) -> None:
     assert curve.folder is None
     assert [path.name for path in curve.plot(tmp_path)] == ["curve.png", "fields.png"]
 
@@ -126,7 +128,6 @@ def test_units_make_a_case_of_an_experiment() -> None:
     assert (found.case.De, found.case.Ca_e) == pytest.approx((0.3395, 0.03395), rel=1e-3)
     assert found.table.set_index("name")["value"]["De"] == "0.3395"
     assert "inertia is negligible" in repr(found)
-    assert "&micro;m" in found._repr_html_()
     rigid = pairsim.units(**beads, kind="curve", distance=["2um", "20um"])
     assert (rigid.case.Ca_e, rigid.case.range_of_d) == (0, pytest.approx((0.04, 0.4)))
     with pytest.raises(pairsim.InputError, match="flow_rate"):
@@ -293,9 +294,9 @@ def test_a_sweep_with_two_workers(empty: Path, capfd: pytest.CaptureFixture[str]
         pairsim.sweep(grid, folder="out", workers=0)
 
 
-def test_a_notebook_shows_answer_picture_and_table(curve: pairsim.CurveResult) -> None:
+def test_a_notebook_shows_answer_and_table(curve: pairsim.CurveResult) -> None:
     html = curve._repr_html_()
-    for part in ("finished", "The pair ", "&plusmn;", '<img src="data:image/png', "<table"):
+    for part in ("finished", "The pair ", "<table"):
         assert part in html, part
     assert repr(curve).startswith(f"<pairsim curve: finished, {len(curve.table)} rows")
 

@@ -228,7 +228,6 @@ LINES: dict[str, str] = {
     "unit that is no option": "units --tube 50um --particle 20um --viscosity 1Pa.s --modulus 5 --flow 1ul/min",
     "option that is missing": "units --tube 50um --particle 20um --viscosity 1Pa.s --solvent 3Pa.s",
     "option of another law": "units --tube 50um --particle 20um --viscosity 1Pa.s --flow 1ul/min --n 0.6",
-    "unknown example": "init --example quadruplet",
     "name of no file": "init ../x",
     "file that exists": "init case",
     "mesh of another format": "mesh case.yaml -o mesh.stl",

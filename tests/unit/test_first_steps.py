@@ -22,7 +22,7 @@ from pairsim.inputs.schema import schema_rows
 from pairsim.sweeps.grid import read_grid
 
 CONFIGS = Path(__file__).parents[2] / "configs"
-KINDS = ("run", "curve", "critical", "sweep")
+KINDS = ("run", "curve", "critical", "shape", "sweep")
 
 
 @cache
@@ -181,13 +181,3 @@ def test_a_sweep_finds_its_folders_by_the_same_hash(tmp_path: Path) -> None:
     (tmp_path / "case.yaml").write_text("beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.2\n")
     folder = read_grid(tmp_path / "grid.yaml").cases[1].folder
     assert default_folder("run", read_case(COMMANDS["run"], tmp_path / "case.yaml")).name == folder
-
-
-def test_shipped_examples_are_copied_as_they_are(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    names = say("init", "--list").split()
-    assert sorted(path.stem for path in CONFIGS.glob("*.yaml")) == names
-    assert say("init", "--example", "triplet").strip() == "triplet.yaml"
-    assert say("init", "three", "--example", "triplet.yaml").strip() == "three.yaml"
-    for copy in tmp_path.glob("*.yaml"):
-        assert copy.read_text() == (CONFIGS / "triplet.yaml").read_text()
