@@ -2,7 +2,7 @@
 
 Settings of three percentages were measured (docs/explanation/accuracy.md), those of others lie between them. Where
 the error of dU is estimated they are a first guess, and the mesh is adapted until the estimate is small enough:
-`pairsim.solvers.curves.adaptation`, for runs `pairsim.drivers.run_adaptation`.
+`pairsim.solvers.curves.adaptation`, for runs `pairsim.solvers.transient.adaptation`.
 """
 
 from __future__ import annotations

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from pairsim.drivers.outcome import Outcome
-from pairsim.runtime.arrays import Array
 
 if TYPE_CHECKING:
     from pairsim.results.checkpoint import Checkpoint
@@ -144,10 +143,8 @@ class Earlier:
 
     Attributes:
         checkpoint: Its last checkpoint.
-        rows: Columns of its appended table up to there, shape (rows,).
         finished: Whether its run.json says that it has finished.
     """
 
     checkpoint: Checkpoint
-    rows: Mapping[str, Array]
     finished: bool

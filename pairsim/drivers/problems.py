@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pairsim.config.case import Case, SceneCase
+from pairsim.config.case import FREE_ENDS, Case, SceneCase
 from pairsim.config.curve_case import CurveCase
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.fem.scene import at_rest, poiseuille
@@ -33,6 +33,9 @@ def problem_of(case: Case, monitor: Monitor | None = None) -> Problem:
         time_options.first_step,
         liquid=case.liquid_model,
         t_end=time_options.end,
+        min_gap=case.limits.min_gap,
+        max_gap=case.limits.max_gap,
+        least_room=FREE_ENDS,
         dU_error=case.estimates_error,
         from_steady=case.start == "steady",
         U_m=2 * (1 - 2 / 3 * largest**2),  # Faxen's law without wall corrections

@@ -6,7 +6,6 @@ import time
 from collections.abc import Generator, Iterator
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -17,18 +16,18 @@ from pairsim.config.identity import sources_of
 from pairsim.drivers import events
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import problem_of
-from pairsim.drivers.run_adaptation import RunAdaptation, outcome_of
 from pairsim.drivers.run_end import end_of, settled_entry
-from pairsim.drivers.run_warnings import RunWarnings, row_of
+from pairsim.drivers.run_warnings import accuracy_of, entry_of, row_of, warnings_of
 from pairsim.results.checkpoint import Checkpoint
 from pairsim.results.columns import HEALTH, POLYMER_HEALTH, error_columns, series_columns
 from pairsim.results.fields import frame
 from pairsim.results.output import plain
 from pairsim.runtime.errors import TooManySteps, WallTime
 from pairsim.runtime.monitor import Monitor
-from pairsim.solvers.problems import Problem
-from pairsim.solvers.stepping.history import Counts
+from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.stepping.step import Step
+from pairsim.solvers.transient.adaptation import RunAdaptation
+from pairsim.solvers.transient.state import Counts, Extremes
 from pairsim.solvers.transient.transient import Transient
 
 ADVICE = {
@@ -53,24 +52,26 @@ class _Run:
     """
 
     def __init__(self, case: Case, monitor: Monitor, earlier: events.Earlier | None) -> None:
-        self.case, self.monitor, self.earlier = case, monitor, earlier
+        self.case, self.problem, self.earlier = case, problem_of(case, monitor), earlier
         self.old = old = earlier.checkpoint if earlier is not None else None
-        self.worst = RunWarnings(case)
-        if earlier is not None:
-            start = earlier.checkpoint.state.start_error
-            self.worst = RunWarnings.of(case, earlier.rows, earlier.checkpoint.narrowest, start)
         self.transient: Transient | None = None
-        self.adaptation: RunAdaptation | None = None
+        self._adapt(old.adaptation if old is not None else None)
         self._errors = error_columns(case.n) if case.estimates_error else []
         self._entries: dict[str, Any] = {}
         self._pending: Step | None = None  # its fields are not written
         self._begun = time.perf_counter() - (old.wall if old else 0.0)
 
+    def _adapt(self, adaptation: RunAdaptation | None) -> None:
+        """Take the cells that a coarse run tells."""
+        self.adaptation = adaptation
+        if adaptation is not None:
+            self.problem = adaptation.adapted(self.problem)
+
     def computation(self) -> events.Events:
         """The computation."""
         case, old = self.case, self.old
         begin = events.Begin(f"to t = {case.time.end:g}", case.time.end, forms_of(case))
-        if old is not None and (ended := end_of(case, old.state.history.t[0], old.gaps)) is not None:
+        if old is not None and (ended := end_of(self.problem, old.state.history.t[0], old.state.gaps)) is not None:
             return (yield from self._confirm(begin, ended))
         polymer = POLYMER_HEALTH if case.liquid_model.modes else ()
         columns = [*series_columns(case.n), *self._errors, *HEALTH, *polymer]
@@ -79,14 +80,12 @@ class _Run:
         if old is not None:
             yield events.Note(f"resuming from t = {old.state.history.t[0]:g} (step {old.state.counts.steps})")
         yield events.AtEnd(self._end)
-        problem = problem_of(case, self.monitor)
-        if case.adapts:
+        if case.adapts and old is None:
             yield events.Note(f"a coarse run first: it tells which cells accuracy: {case.accuracy} needs")
-            self.adaptation = RunAdaptation.begin(case, problem, lambda *at: end_of(case, *at) is not None)
-            problem = self.adaptation.adapted(problem) if self.adaptation is not None else problem
-        self.transient = Transient(problem, old.state if old is not None else None)
+            self._adapt(RunAdaptation.begin(self.problem, case.error_wanted))
+        self.transient = Transient(self.problem, old.state if old is not None else None)
         try:
-            return (yield from self._integrate(self.transient, problem))
+            return (yield from self._integrate(self.transient))
         finally:
             self.transient.close()
 
@@ -98,21 +97,25 @@ class _Run:
             return ended
         yield begin
         yield events.AtEnd(self._end)
-        problem = problem_of(self.case, self.monitor)
-        self._entries |= settled_entry(self.case, problem, self.earlier.checkpoint.gaps, ended)
-        return ended
+        state = self.earlier.checkpoint.state
+        self._entries |= settled_entry(self.case, self.problem, state.gaps, ended)
+        return self._with_accuracy(ended, state.errors)
 
-    def _integrate(self, transient: Transient, problem: Problem) -> events.Events:
+    def _integrate(self, transient: Transient) -> events.Events:
         """Take all steps, and find what the particles do at the end."""
         outcome, gaps = yield from self._march(transient)
         transient.close()  # its memory serves the quasi-steady solution
         longest = max(SETTLES, time.perf_counter() - self._begun)
-        problem = replace(problem, monitor=self.monitor.within(longest, "it was not found within {}"))
+        problem = replace(self.problem, monitor=self.problem.monitor.within(longest, "it was not found within {}"))
         with transient.clock("quasi-steady"):
             self._entries |= settled_entry(self.case, problem, gaps, outcome)
-        if self.adaptation is not None and outcome.status == "finished":
-            outcome = replace(outcome, message=outcome.message + outcome_of(self.worst)[1])
-        return outcome
+        return self._with_accuracy(outcome, transient.errors)
+
+    def _with_accuracy(self, outcome: Outcome, errors: RunErrors) -> Outcome:
+        """An outcome whose message says whether an adapted run has kept its accuracy."""
+        if self.adaptation is None or outcome.status != "finished":
+            return outcome
+        return replace(outcome, message=outcome.message + accuracy_of(self.case, errors)[1])
 
     def _march(self, transient: Transient) -> Generator[events.Event, None, tuple[Outcome, tuple[float, ...]]]:
         """Take all time steps; returns how the run ended, and the last distances.
@@ -122,30 +125,22 @@ class _Run:
             WallTime, TooManySteps: A limit of the case was exceeded.
         """
         case, limits, gaps = self.case, self.case.limits, self.case.gaps
-        wanted = milestones(case)
-        self.worst.errors.start = transient.state.start_error
-        self._origin = self.old.origin if self.old is not None else transient.history.h[0]
+        wanted, problem = milestones(case), plain(case.resolved() | sources_of(case))
         for step in transient.steps(iter(wanted)):
             count = transient.counts.steps
             gaps = tuple(map(float, step.observation.d))
             with transient.clock("output"):
-                yield events.Row("series", self._row(step, transient))
+                yield events.Row("series", row_of(step))
                 self._pending = step
                 at_output = any(abs(step.t - t) <= 1e-9 * max(1.0, t) for t in wanted)
                 if at_output or count == 1 or passes_frame(case, step.t, step.dt):
                     yield from self._fields(transient)
-                state = (
-                    transient.state,
-                    plain(case.resolved() | sources_of(case)),
-                    gaps,
-                    self.worst.narrowest,
-                    self._origin,
-                )
-                yield events.Resumable(partial(Checkpoint, *state), case.output.checkpoint, convenient=at_output)
+                checkpoint = partial(Checkpoint, transient.state, problem, self.adaptation)
+                yield events.Resumable(checkpoint, case.output.checkpoint, convenient=at_output)
             yield events.Progress(step.t, _shown(step, count), count)
-            if (outcome := end_of(case, step.t, gaps)) is not None:
+            if (outcome := end_of(self.problem, step.t, gaps)) is not None:
                 return outcome, gaps
-            self.monitor.check()
+            self.problem.monitor.check()
             if limits.wall_time is not None and (passed := time.perf_counter() - self._begun) > limits.wall_time:
                 raise WallTime(f"{passed:.0f} s have passed", t=step.t, step=count, advice=ADVICE[WallTime])
             if count >= limits.max_steps:
@@ -153,36 +148,28 @@ class _Run:
                 raise TooManySteps(message, t=step.t, step=count, advice=ADVICE[TooManySteps])
         return Outcome("finished", "end", f"finished at t = {transient.history.t[0]:g}"), gaps
 
-    def _row(self, step: Step, transient: Transient) -> dict[str, float]:
-        """The row of a step in series.csv."""
-        gaps = map(float, step.observation.d)
-        for gap, (upstream, downstream) in zip(gaps, pairwise(transient.meshed.outlines), strict=True):
-            arc = max(upstream.size_at(0.0), downstream.size_at(float(np.pi)))
-            self.worst.narrowest = max(self.worst.narrowest, (gap, arc), key=lambda each: each[1] / each[0])
-        row = row_of(step)
-        return row | self.worst.take(row)
-
     def _fields(self, transient: Transient) -> Iterator[events.Event]:
         """The fields of the last step, unless they were written."""
         step, self._pending = self._pending, None
         if step is not None and self.case.output.fields:
             last = step
-            yield events.Frame(lambda: frame(last, self._origin, transient.pipe(last.t)))
+            yield events.Frame(lambda: frame(last, transient.origin, transient.pipe(last.t)))
 
     def _end(self) -> Iterator[events.Event]:
         """What run.json says, and the last fields."""
         entries, seconds = dict[str, Any](), dict[str, float]()
+        errors, extremes = RunErrors.of(self.problem.liquid), Extremes()
         if (transient := self.transient) is not None:
             entries = _summary(transient.counts, transient.history.t[0], transient.constraints.size)
-            seconds = transient.clock.seconds
+            seconds, errors, extremes = transient.clock.seconds, transient.errors, transient.extremes
         elif self.old is not None:
             state = self.old.state
             entries = _summary(state.counts, state.history.t[0], state.history.y[0].size)
-            seconds = state.seconds
+            seconds, errors, extremes = state.seconds, state.errors, state.extremes
         entries |= self._entries
         if self.adaptation is not None:
-            entries |= {"adaptation": self.adaptation.entry | outcome_of(self.worst)[0]}
-        yield events.Summary(entries, self.worst.warnings, seconds)
+            entries |= {"adaptation": entry_of(self.adaptation) | accuracy_of(self.case, errors)[0]}
+        yield events.Summary(entries, warnings_of(self.case, errors, extremes), seconds)
         if transient is not None:
             yield from self._fields(transient)
 

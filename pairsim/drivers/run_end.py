@@ -8,30 +8,33 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.config.case import FREE_ENDS, Case
+from pairsim.config.case import Case
 from pairsim.drivers.outcome import Outcome
 from pairsim.results.run_answer import SETTLED
 from pairsim.runtime.errors import RunFailure
 from pairsim.runtime.signals import Stopped
 from pairsim.solvers.problems import Problem
-from pairsim.solvers.stepping.step_size import reached
-from pairsim.solvers.transient.end import settled
+from pairsim.solvers.transient.end import reason_to_end, settled
 
 
-def end_of(case: Case, t: float, gaps: Sequence[float]) -> Outcome | None:
+def end_of(problem: Problem, t: float, gaps: Sequence[float]) -> Outcome | None:
     """The outcome of a run that has reached its end at a time and distances, else None."""
-    limits = case.limits
-    if gaps and min(gaps) < limits.min_gap:
-        return Outcome("finished", "contact", f"contact: the gap fell below {limits.min_gap:g} at t = {t:g}")
-    if limits.max_gap is not None and gaps and max(gaps) > limits.max_gap:
-        return Outcome("finished", "max_gap", f"the gap exceeded {limits.max_gap:g} at t = {t:g}")
-    if case.n and (room := (case.tube_length - sum(case.betas) - sum(gaps)) / 2) < FREE_ENDS:
-        message = (
-            f"the particles are only {room:.3g} D_c from the ends of the tube at t = {t:g}; try a larger length, or "
-            "limits.max_gap"
-        )
-        return Outcome("failed", "tube_too_short", message)
-    return Outcome("finished", "end", f"finished at t = {t:g}") if reached(t, case.time.end) else None
+    match reason_to_end(problem, t, gaps):
+        case "contact":
+            message = f"contact: the gap fell below {problem.min_gap:g} at t = {t:g}"
+            return Outcome("finished", "contact", message)
+        case "max_gap":
+            return Outcome("finished", "max_gap", f"the gap exceeded {problem.max_gap:g} at t = {t:g}")
+        case "tube_too_short":
+            message = (
+                f"the particles are only {problem.room(gaps):.3g} D_c from the ends of the tube at t = {t:g}; try a "
+                "larger length, or limits.max_gap"
+            )
+            return Outcome("failed", "tube_too_short", message)
+        case "end":
+            return Outcome("finished", "end", f"finished at t = {t:g}")
+        case None:
+            return None
 
 
 def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: Outcome) -> dict[str, Any]:

@@ -119,8 +119,7 @@ def _earlier(case: SceneCase, directory: Path, table: str) -> events.Earlier | N
     found, path = load(directory), directory / table
     if found is not None:
         check_same(found.case, plain(case.resolved() | sources_of(case)), str(directory / CHECKPOINT))
-        rows = {name: values[: found.rows] for name, values in read_series(path).items()}
-        return events.Earlier(found, rows, read_record(directory).get("status") == "finished")
+        return events.Earlier(found, read_record(directory).get("status") == "finished")
     kind = case.kind
     with suppress(InputError):  # nothing is there
         kind = kind_of(directory)

@@ -53,6 +53,11 @@ class Observation:
         """Pressure drop in excess of that of the tube without particles."""
         return self.dp - self.dp_without_particles
 
+    @property
+    def s_jump(self) -> float:
+        """Largest change of s = log c within a cell; 0 in a Newtonian liquid."""
+        return 0.0 if self.conformation is None else self.conformation.s_jump
+
 
 def extents(outline: Array) -> tuple[float, float, float]:
     """Extreme positions of a piecewise quadratic outline, including extrema between nodes.

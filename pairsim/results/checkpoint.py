@@ -1,4 +1,4 @@
-"""checkpoint.npz: the state of a run, from which it is resumed with the same results as without interruption.
+"""checkpoint.npz: the state of a run, from which it is resumed; results then differ by Newton's tolerance at most.
 
 The file contains arrays and one JSON text, no pickles. It is written under a temporary name and renamed, so that a
 complete checkpoint exists at all times.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from types import UnionType
 from typing import Any, cast, get_args, get_origin, get_type_hints
@@ -19,9 +19,10 @@ import numpy as np
 from pairsim.results.output import CHECKPOINT, RunFolder, write_bytes
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
-from pairsim.solvers.stepping.history import State
+from pairsim.solvers.transient.adaptation import RunAdaptation
+from pairsim.solvers.transient.state import State
 
-FORMAT = 5
+FORMAT = 6
 ARRAY = "array"
 FREE = ("name", "time.end", "physical.end", "limits", "output")
 """Keys and groups of keys that may be changed when a run is resumed."""
@@ -34,9 +35,7 @@ class Checkpoint:
     Attributes:
         state: The state of the time stepping.
         case: The case with all defaults, as plain data.
-        gaps: Distances between the particles [D_c].
-        narrowest: Gap and length of the adjacent arcs [D_c] when their ratio was smallest.
-        origin: Positions h of the material at t = 0 [D_c], shape (n_h,).
+        adaptation: What its cells follow from, None if they are those of the case.
         rows: Number of rows in series.csv at this step.
         frames: Number of frames in fields.xdmf at this step.
         wall: Wall time of the run so far [s].
@@ -44,9 +43,7 @@ class Checkpoint:
 
     state: State
     case: dict[str, Any]
-    gaps: tuple[float, ...]
-    narrowest: tuple[float, float]
-    origin: Array
+    adaptation: RunAdaptation | None
     rows: int
     frames: int
     wall: float
@@ -57,19 +54,18 @@ class Checkpoint:
         Raises:
             OSError: It cannot be written; the old file is kept.
         """
-        arrays: dict[int, Array] = {}
+        arrays: dict[str, Array] = {}
         entries = {"format": FORMAT, "checkpoint": _packed(self, arrays)}
-        named = {f"array_{number}": array for number, array in enumerate(arrays.values())}
         buffer = io.BytesIO()
-        np.savez(buffer, allow_pickle=False, told=np.array(json.dumps(entries)), **cast(Any, named))
+        np.savez(buffer, allow_pickle=False, entries=np.array(json.dumps(entries)), **cast(Any, arrays))
         write_bytes(folder.file(CHECKPOINT), buffer.getvalue())
 
 
-def _packed(value: Any, arrays: dict[int, Array]) -> Any:
-    """Plain data, in which an array is the number of its place in `arrays`, where each is put once, by its identity."""
+def _packed(value: Any, arrays: dict[str, Array]) -> Any:
+    """Plain data, in which an array is its name in `arrays`."""
     if isinstance(value, np.ndarray):
-        arrays.setdefault(id(value), value)
-        return {ARRAY: list(arrays).index(id(value))}
+        arrays[name := f"array_{len(arrays)}"] = value
+        return {ARRAY: name}
     if is_dataclass(value):
         return {each.name: _packed(getattr(value, each.name), arrays) for each in fields(value)}
     return [_packed(each, arrays) for each in value] if isinstance(value, list | tuple) else value
@@ -78,7 +74,7 @@ def _packed(value: Any, arrays: dict[int, Array]) -> Any:
 def _unpacked(kind: Any, value: Any, arrays: Mapping[str, Array]) -> Any:
     """The value of a type, such as a dataclass of others, from its plain data."""
     if isinstance(value, dict) and ARRAY in value:
-        return arrays[f"array_{value[ARRAY]}"]
+        return arrays[value[ARRAY]]
     if isinstance(kind, UnionType):
         return value if value is None else _unpacked(get_args(kind)[0], value, arrays)
     if is_dataclass(kind):
@@ -100,17 +96,14 @@ def load(folder: Path) -> Checkpoint | None:
         return None
     try:
         with np.load(path, allow_pickle=False) as stored:
-            entries = json.loads(str(stored["told"]))
+            entries = json.loads(str(stored["entries"]))
             if entries["format"] != FORMAT:
                 raise ValueError(f"its format is {entries['format']}, not {FORMAT}")
-            found: Checkpoint = _unpacked(Checkpoint, entries["checkpoint"], dict(stored))
+            checkpoint: Checkpoint = _unpacked(Checkpoint, entries["checkpoint"], dict(stored))
+            return checkpoint
     except Exception as error:  # a damaged or foreign file can raise almost anything
         allowed = f"must be a complete checkpoint of this version ({error}); run the case again with --overwrite"
         raise InputError(str(path), "", None, allowed) from error
-    if (matrix := found.state.matrix_state) is not None and matrix.places[0].x is matrix.places[1].x:
-        matrix = replace(matrix, places=(matrix.places[0],) * 2)  # one place, as it was
-        found = replace(found, state=replace(found.state, matrix_state=matrix))
-    return found
 
 
 def check_same(old: Mapping[str, Any], new: Mapping[str, Any], source: str, group: str = "") -> None:

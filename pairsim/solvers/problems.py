@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar, Protocol
 
@@ -67,7 +67,10 @@ class Problem:
         newton: Options of Newton's method.
         extrapolated: Number of earlier solutions, at most four, from which the first guess is extrapolated.
         liquid: The liquid.
-        t_end: Time up to which the flow without particles is computed [D_c/U_av].
+        t_end: Time at which the run ends, up to which the flow without particles is computed [D_c/U_av].
+        min_gap: Distance below which it ends before that [D_c].
+        max_gap: Distance above which it does, too [D_c]; None for no limit.
+        least_room: Length of tube on each side of the particles below which it does, too [D_c].
         dU_error: Whether the discretisation error of dU is estimated.
         monitor: Ends the computation; problems that differ in it alone are equal.
         flow: Mean velocity of the liquid, which defines the unit of velocity.
@@ -93,8 +96,15 @@ class Problem:
     extrapolated: int = 4
     liquid: Liquid = NEWTONIAN
     t_end: float = 1000.0
+    min_gap: float = 0.0
+    max_gap: float | None = None
+    least_room: float = 0.0
     dU_error: bool = False
     monitor: Monitor = field(default_factory=Monitor, compare=False, repr=False)
+
+    def room(self, gaps: Sequence[float]) -> float:
+        """Length of tube on each side of the particles at given distances [D_c]."""
+        return (self.length - sum(self.betas) - sum(gaps)) / 2
 
 
 @dataclass(frozen=True)

@@ -75,7 +75,7 @@ def test_a_run_keeps_its_accuracy(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_run_says_what_it_could_not_keep(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pairsim.drivers.run_adaptation.FACTORS", (2.0, 2.0))
+    monkeypatch.setattr("pairsim.solvers.transient.adaptation.FACTORS", (2.0, 2.0))
     result = pairsim.run(PAIR | RUN)
     (warning,) = (w for w in result.warnings if "was not kept" in w)
     assert warning.startswith("accuracy: 1% was not kept: dU_error is up to ")

@@ -258,7 +258,8 @@ script = "import os, time\\nwhile os.getppid() == PID:\\n    os.kill(PID, 15)\\n
 storm = subprocess.Popen([sys.executable, "-c", script.replace("PID", str(os.getpid()))])
 orderings = 0
 while orderings < 60 or len(caught) < 20:
-    transient.newton.recall(transient.newton.matrix_state)  # forces a new ordering
+    transient.newton.use_double()  # forces a new ordering
+    assert transient.newton.factor_at(transient.history.y[0])
     orderings += 1
 storm.kill()
 print(len(caught))

@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 
 from pairsim.commands import COMMANDS
-from pairsim.drivers.run_warnings import RunWarnings
+from pairsim.drivers.run_warnings import warnings_of
 from pairsim.drivers.warnings import long_steps
 from pairsim.inputs.case_files import parse_case
+from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.errors.time_error import SAFETY, TimeError
 from pairsim.solvers.stepping.step_size import Scheme
+from pairsim.solvers.transient.state import Extremes
 
 KEYS: dict[str, Any] = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": "auto"}
 ORDER = 3
@@ -67,18 +69,18 @@ def test_rounding_errors_of_a_rigid_pair_do_not_count() -> None:
 
 def test_error_to_quote_above_the_requested_accuracy_gives_a_warning() -> None:
     """Relative to the largest |dU|, after stresses have set in; nothing without estimates."""
-
-    def row(t: float, correction: float | None) -> dict[str, float]:
-        found = {} if correction is None else {"dU_discrete": 1.0, "dU_correction": correction}
-        return {"t": t, "mesh": 0, "d": 0.1, "dU": 1.0} | found
-
+    case = parse_case(COMMANDS["run"], KEYS | {"dU_error": True}, "")
     for correction, shown in ((5e-3, True), (1e-3, False), (None, False)):
-        worst = RunWarnings(parse_case(COMMANDS["run"], KEYS | {"dU_error": correction is not None}, ""))
+        errors = RunErrors.of(case.liquid_model)
+
+        def add(t: float, part: float, errors: RunErrors = errors, correction: float | None = correction) -> None:
+            errors.add(t, 0, np.ones(1), None if correction is None else np.array([part * correction]), 0.0)
+
         for t in np.arange(1, 20) * 0.1:
-            worst.take(row(float(t), correction))
-        assert any("dU_error is up to 1 % of the largest |dU|" in text for text in worst.warnings) is False
-        worst.take(row(2.0, None if correction is None else 2 * correction))
-        assert any("dU_error is up to 2 % of the largest |dU|" in text for text in worst.warnings) is shown
+            add(float(t), 1.0)
+        assert not any("dU_error is up to 2 %" in text for text in warnings_of(case, errors, Extremes()))
+        add(2.0, 2.0)
+        assert any("dU_error is up to 2 %" in text for text in warnings_of(case, errors, Extremes())) is shown
 
 
 def test_estimated_error_above_the_requested_accuracy_gives_a_warning() -> None:
@@ -89,11 +91,3 @@ def test_estimated_error_above_the_requested_accuracy_gives_a_warning() -> None:
     )
     assert not long_steps(parse_case(COMMANDS["run"], KEYS | {"accuracy": "5%"}, ""), 0.04)
     assert "time.tol" in long_steps(parse_case(COMMANDS["run"], KEYS | {"accuracy": "5%"}, ""), 0.06)[0]
-
-
-def test_record_of_a_finished_run_has_the_warning_too() -> None:
-    """run.json is written again from series.csv if the run was killed before it was complete."""
-    case = parse_case(COMMANDS["run"], KEYS | {"time": {"fixed_step": 0.1}}, "")
-    t = np.arange(1, 11) * 0.1
-    series = {"t": t, "d": 0.1 + t, "dU": np.cos(10 * t), "mesh": 0 * t}
-    assert any("time steps" in warning for warning in RunWarnings.of(case, series, (1.0, 0.0)).warnings)

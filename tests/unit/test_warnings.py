@@ -10,6 +10,7 @@ from syrupy.assertion import SnapshotAssertion
 
 from pairsim.commands import COMMANDS
 from pairsim.config.case import Case
+from pairsim.drivers.problems import problem_of
 from pairsim.drivers.run_end import end_of
 from pairsim.drivers.warnings import (
     ErrorAt,
@@ -92,8 +93,9 @@ def test_particles_near_the_ends_are_told_and_at_last_refused() -> None:
     pair = case()  # 2 D_c of tube on each side
     assert not near_ends(pair, pair.cluster)
     assert near_ends(pair, pair.tube_length - 1.8)
-    assert end_of(pair, 1.0, [0.2]) is None
-    ended = end_of(pair, 1.0, [pair.tube_length - 0.8 - 0.9])
+    problem = problem_of(pair)
+    assert end_of(problem, 1.0, [0.2]) is None
+    ended = end_of(problem, 1.0, [pair.tube_length - 0.8 - 0.9])
     assert ended is not None
     assert (ended.status, ended.reason) == ("failed", "tube_too_short")
 

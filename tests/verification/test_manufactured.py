@@ -27,10 +27,12 @@ from pairsim.physics.conformation import logarithm
 from pairsim.physics.liquids import single
 from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.runtime.arrays import Array
+from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.problems import Problem
-from pairsim.solvers.stepping.history import Counts, History, State
+from pairsim.solvers.stepping.history import History
 from pairsim.solvers.stepping.step_size import StepControl
+from pairsim.solvers.transient.state import Counts, State
 from pairsim.solvers.transient.transient import Transient
 
 LIQUID = single(Giesekus(alpha=0.2), De=0.7, xi=0.3)
@@ -182,7 +184,20 @@ class Manufactured(Transient):
         control = StepControl(1.0, 1e-9, step, fixed=step)
         problem = Problem((), (), (), LENGTH, False, MeshSettings(), control, step, liquid=LIQUID, t_end=1.0)
         reference = Reference.spheres(Geometry((), (), LENGTH), [])
-        state = State(History(), reference, triangles(n), (), step, FRAME, None, False, Counts(steps=3), {})
+        state = State(
+            History(),
+            reference,
+            triangles(n),
+            (),
+            step,
+            FRAME,
+            False,
+            Counts(steps=3),
+            {},
+            np.zeros(0),
+            (),
+            RunErrors.of(LIQUID),
+        )
         super().__init__(problem, state)
         self.history = History(list(old), [np.zeros(0)] * 3, [self.exact(t) for t in old])
 

@@ -25,7 +25,7 @@ from pairsim.fem.recovery.recovered_solution import RecoveredSolution
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.nonlinear.factors import ROUGH
 from pairsim.solvers.nonlinear.newton import Newton
-from pairsim.solvers.stepping.history import Errors, History
+from pairsim.solvers.stepping.history import ErrorHistory, History
 from pairsim.solvers.stepping.step_size import Scheme, extrapolation_weights
 
 # Part of the change of the error in a step that iterations with old factors may leave (chosen: with three times as much
@@ -39,13 +39,13 @@ class ErrorEquation:
     """The error of a run in time.
 
     Args:
-        errors: Errors of the last steps of an earlier run to continue.
+        errors: ErrorHistory of the last steps of an earlier run to continue.
 
     Attributes:
         errors: Estimated exact minus discrete values of the last steps.
     """
 
-    def __init__(self, errors: Errors) -> None:
+    def __init__(self, errors: ErrorHistory) -> None:
         self.errors = errors
         self._enriched: EnrichedScene[EnrichedUnknowns] | None = None
 

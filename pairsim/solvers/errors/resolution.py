@@ -20,5 +20,4 @@ def widening(s_jump: float, power: int) -> float:
 
 def widening_at(observation: Observation) -> float:
     """That of a quasi-steady solution."""
-    stress = observation.conformation
-    return 1.0 if stress is None else widening(stress.s_jump, OF_POINTS)
+    return widening(observation.s_jump, OF_POINTS)

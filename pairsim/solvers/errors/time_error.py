@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -16,6 +17,7 @@ SET_IN = 5e-3  # initial time that is excluded: stresses build up within it, and
 LEAST = 1e-6  # |dU| up to which dU consists of rounding and mesh errors, as for equal rigid particles [U_av]; chosen
 
 
+@dataclass
 class TimeError:
     """Largest local error of dU caused by the time steps.
 
@@ -23,17 +25,24 @@ class TimeError:
     derivative dU^(k) is estimated by a divided difference of accepted values on the same mesh, since dU jumps by the
     error of the mesh at a remeshing and in the step after it.
 
-    Args:
+    Attributes:
         order: Order k: 3 is the order of the scheme; 2 is used for viscoelastic liquids, in which the error of the
             stresses is not visible in dU.
+        largest: Largest error so far [U_av].
+        largest_dU: Largest |dU| so far [U_av].
+        count: Number of steps so far.
+        mesh: Number of remeshings before the last step.
+        times: Times of the last steps on this mesh, oldest first, at most order + 1.
+        values: Their dU, shape (N-1,) each.
     """
 
-    def __init__(self, order: int) -> None:
-        self.order = order
-        self._count = self._mesh = 0
-        self._times: list[float] = []
-        self._values: list[Array] = []
-        self._largest = self._peak = 0.0
+    order: int
+    largest: float = 0.0
+    largest_dU: float = 0.0
+    count: int = 0
+    mesh: int = 0
+    times: list[float] = field(default_factory=list)
+    values: list[Array] = field(default_factory=list)
 
     def add(self, t: float, mesh: int, dU: Sequence[float] | Array) -> None:
         """Add an accepted step.
@@ -43,15 +52,15 @@ class TimeError:
             mesh: Number of remeshings before the step.
             dU: Relative velocities of neighbouring particles [U_av], N-1 values.
         """
-        step, self._count = self._count, self._count + 1
-        if mesh != self._mesh:
-            self._mesh, self._times, self._values = mesh, [], []
+        step, self.count = self.count, self.count + 1
+        if mesh != self.mesh:
+            self.mesh, self.times, self.values = mesh, [], []
             return
-        self._times = [*self._times, t][-self.order - 1 :]
-        self._values = [*self._values, np.asarray(dU, float)][-self.order - 1 :]
-        self._peak = max(self._peak, float(np.max(np.abs(dU), initial=0.0)))
-        times, known = np.array(self._times), len(self._times)
-        difference = np.array(self._values)
+        self.times = [*self.times, t][-self.order - 1 :]
+        self.values = [*self.values, np.asarray(dU, float)][-self.order - 1 :]
+        self.largest_dU = max(self.largest_dU, float(np.max(np.abs(dU), initial=0.0)))
+        times, known = np.array(self.times), len(self.times)
+        difference = np.array(self.values)
         for k in range(1, known):
             difference = np.diff(difference, axis=0) / (times[k:] - times[:-k])[:, None]
         size = float(np.max(np.abs(difference), initial=0.0)) / known
@@ -63,19 +72,14 @@ class TimeError:
     def _take(self, step: int, t: float, old: Array, size: float) -> None:
         if t > SET_IN * (1 + 1e-9):
             factor = SAFETY * (FEW_FACTOR if step < FEW else 1.0)
-            self._largest = max(self._largest, factor * size * float(np.prod(t - old)))
-
-    @property
-    def largest(self) -> float:
-        """Largest error so far [U_av]."""
-        return self._largest
+            self.largest = max(self.largest, factor * size * float(np.prod(t - old)))
 
     @property
     def peak(self) -> float:
         """Largest |dU| so far, at least LEAST [U_av]."""
-        return max(self._peak, LEAST)
+        return max(self.largest_dU, LEAST)
 
     @property
     def part(self) -> float:
         """Largest error relative to the largest |dU|."""
-        return self._largest / self.peak
+        return self.largest / self.peak

@@ -115,7 +115,6 @@ class Factors:
 
     Attributes:
         single: Whether the factors are in single precision.
-        relaxation: Workspace of MUMPS above its estimate [%].
         count: Number of matrices factorised so far.
         regular: Whether the last factorisation succeeded; otherwise there may be no factors.
         options: PETSc options of the factorisation, without their prefix.
@@ -123,7 +122,7 @@ class Factors:
 
     def __init__(self, system: ReducedSystem, ksp: Any, prefix: str, mumps: MumpsOptions, single: bool) -> None:
         self._system, self._ksp, self._prefix = system, ksp, prefix
-        self.single, self.relaxation, self.count = single, mumps.workspace, 0
+        self.single, self._workspace, self.count = single, mumps.workspace, 0
         self.regular = False
         self._kept = False  # whether the factors are those of an earlier matrix than the assembled one
         ksp.getPC().setType("lu")
@@ -147,13 +146,9 @@ class Factors:
         """Memory of the factors [1e6 bytes]."""
         return int(self._ksp.getPC().getFactorMatrix().getMumpsInfog(22))
 
-    def make(self) -> bool:
-        """Factorise; analyse again with twice the workspace if delayed pivots exceed it, use double if singular.
-
-        Returns:
-            Whether earlier factors and their analysis have been discarded.
-        """
-        self._kept = discarded = False
+    def make(self) -> None:
+        """Factorise; analyse again with twice the workspace if delayed pivots exceed it, use double if singular."""
+        self._kept = False
         self._ksp.getPC().setReusePreconditioner(False)
         self.count += 1
         for _ in range(MOST_ANALYSES):
@@ -163,14 +158,12 @@ class Factors:
             status = self._ksp.getPC().getFactorMatrix().getMumpsInfog(1)
             self.regular = status >= 0
             if status in (-8, -9):
-                self.relaxation *= 2
+                self._workspace *= 2
                 self.forget()
             elif status < 0 and self.single:
                 self.use_double()
             else:
                 break
-            discarded = True
-        return discarded
 
     def keep(self) -> None:
         """Use the factors for the matrix that has been assembled since, which must be close to theirs."""
@@ -179,7 +172,7 @@ class Factors:
 
     def forget(self) -> None:
         """Discard the factors and the symbolic analysis."""
-        PETSc.Options()[f"{self._prefix}mat_mumps_icntl_14"] = self.relaxation
+        PETSc.Options()[f"{self._prefix}mat_mumps_icntl_14"] = self._workspace
         self._ksp.reset()
 
     def use_double(self) -> None:

@@ -21,7 +21,7 @@ from pairsim.runtime.fenicsx import PETSc
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.nonlinear.convergence import Convergence, Report
 from pairsim.solvers.nonlinear.factors import EXACT, Factors, MumpsOptions, ReducedSystem
-from pairsim.solvers.nonlinear.renewal import KeptMatrix, MatrixPolicy, MatrixState, Place
+from pairsim.solvers.nonlinear.renewal import KeptMatrix, MatrixPolicy
 
 _PREFIXES = itertools.count()
 
@@ -80,12 +80,8 @@ class Newton:
         self.scene, self.constraints, self.options = scene, constraints, options or NewtonOptions()
         self.clock, self.matrix = clock or Clock(), KeptMatrix(self.options.matrix)
         self.monitor = monitor or Monitor()
-        self._analysed: Place | None = None
-        self._factored: Place | None = None
         # State of the present solve.
         self._h_star, self._g, self._U_m = np.zeros(scene.h_size), 1.0, 0.0
-        self._x = np.zeros(scene.size)
-        self._star: Array | None = None
         self._convergence = Convergence(self.options.tolerance, self.options.max_iterations, self.matrix)
         with self.clock("symbolic"):
             row, column, value = scene.linear_terms()
@@ -122,7 +118,6 @@ class Newton:
     def _residual(self, snes: Any, y: Any, r: Any) -> None:
         values = self._system.gather(y)
         _, x = self.state(values)
-        self._x = x
         with self.clock("assembly"):
             self._system.scatter(self._tested(x), r)
 
@@ -146,10 +141,8 @@ class Newton:
         with self.clock("assembly"):
             self._system.assemble(self._g)
         with self.clock("factorisation"):
-            discarded = self._factors.make()
+            self._factors.make()
         self.matrix.made(self._g)
-        self._factored = Place(self._x, self._star, self._g, self._U_m)
-        self._analysed = self._factored if discarded else self._analysed or self._factored
 
     @property
     def single(self) -> bool:
@@ -165,13 +158,11 @@ class Newton:
         """Discard the factors and the symbolic analysis."""
         self._factors.forget()
         self.matrix.forget()
-        self._analysed = None
 
     def use_double(self) -> None:
         """Discard the factors, and keep those of this scene in double precision from now on."""
         self._factors.use_double()
         self.matrix.forget()
-        self._analysed = None
 
     def _converged(self, snes: Any, its: int, norms: tuple[float, float, float]) -> int:
         self.monitor.check_signals()
@@ -210,7 +201,7 @@ class Newton:
             Stopped: The process has received a signal. This is checked before every iteration; a factorisation by
                 MUMPS cannot be interrupted.
         """
-        self._h_star, self._g, self._U_m, self._star = h_star, g, U_m, star
+        self._h_star, self._g, self._U_m = h_star, g, U_m
         if star is not None:
             self.scene.set_step(star, g, U_m)
         before, iterations, failure = self.factorisations, 0, ""
@@ -326,33 +317,6 @@ class Newton:
         """T R for a full vector x, shape (n,), which may violate the constraints."""
         with self.clock("assembly"):
             return self._tested(x)
-
-    @property
-    def matrix_state(self) -> MatrixState | None:
-        """State of the matrix for the next solve, None if the next solve assembles a new one."""
-        if self.matrix.g is None or self._factored is None or self._analysed is None:
-            return None
-        return MatrixState(
-            (self._analysed, self._factored), self.matrix.rate, self._factors.relaxation, self._factors.single
-        )
-
-    def recall(self, state: MatrixState) -> None:
-        """Reproduce the matrix of a stored state, so that a continued run has the same Newton steps.
-
-        A lagged matrix affects the solution within the tolerance, and its ordering affects rounding. Both are visible
-        in dU, a small difference of large velocities.
-        """
-        self._factors.relaxation = state.relaxation
-        (self._forget_factor if state.single else self.use_double)()
-        analysed, factored = state.places
-        for place in (factored,) if analysed is factored else state.places:
-            self._x, self._star, self._g, self._U_m = place.x, place.star, place.g, place.U_m
-            if place.star is not None:
-                self.scene.set_step(place.star, place.g, place.U_m)
-            self.scene.set(place.x)
-            self.matrix.due = True
-            self._jacobian(self._snes, None, self._A, None)
-        self.matrix.rate = state.rate
 
     def residual_at(self, y: Array) -> Array:
         """Residual T R at y, with h*, g and U_m of the last solve, shape (n_y,)."""

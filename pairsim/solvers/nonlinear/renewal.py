@@ -1,4 +1,4 @@
-"""When Newton's matrix is assembled and factorised anew, by its rate of contraction, and what a checkpoint keeps of it.
+"""When Newton's matrix is assembled and factorised anew, by its rate of contraction.
 
 The origin of the default values is given in docs/explanation/decisions.md.
 """
@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-
-from pairsim.runtime.arrays import Array
 
 
 @dataclass(frozen=True)
@@ -120,37 +118,3 @@ class KeptMatrix:
         """Decide whether the matrix is reused in the next iteration of the solve."""
         self.due = self.due or self._policy.is_worn(self._last_rate, self._step, self.fresh)
         self.fresh = False
-
-
-@dataclass(frozen=True)
-class Place:
-    """State at which a matrix was assembled; it determines the entries.
-
-    Attributes:
-        x: Full vector, shape (n,).
-        star: Part of the full vector fixed by the time scheme, shape (n,); None for a Newtonian liquid.
-        g: gamma dt.
-        U_m: Velocity of the frame.
-    """
-
-    x: Array
-    star: Array | None
-    g: float
-    U_m: float
-
-
-@dataclass(frozen=True)
-class MatrixState:
-    """State that a solver keeps for its next solve.
-
-    Attributes:
-        places: State of the matrix that MUMPS analysed (ordering and scaling), and of the matrix factorised last.
-        rate: Last rate of contraction with the factorised matrix.
-        relaxation: Workspace of MUMPS above its estimate [%].
-        single: Whether the factors are in single precision.
-    """
-
-    places: tuple[Place, Place]
-    rate: float
-    relaxation: int
-    single: bool

@@ -1,10 +1,33 @@
-"""Where a run is heading: the quasi-steady solution at its last distances."""
+"""Why a run ends, and where it is heading: the quasi-steady solution at its last distances."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Literal
+
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.problems import Problem
+from pairsim.solvers.stepping.step_size import reached
 from pairsim.solvers.transient.start import steady_scene
+
+Reason = Literal["contact", "max_gap", "tube_too_short", "end"]
+
+
+def reason_to_end(problem: Problem, t: float, gaps: Sequence[float]) -> Reason | None:
+    """Why a run ends at a time and distances, None if it goes on.
+
+    Args:
+        problem: The problem of the run.
+        t: Time [D_c/U_av].
+        gaps: Distances [D_c], N-1 values.
+    """
+    if gaps and min(gaps) < problem.min_gap:
+        return "contact"
+    if problem.max_gap is not None and gaps and max(gaps) > problem.max_gap:
+        return "max_gap"
+    if problem.betas and problem.room(gaps) < problem.least_room:
+        return "tube_too_short"
+    return "end" if reached(t, problem.t_end) else None
 
 
 def settled(problem: Problem, gaps: tuple[float, ...]) -> Point:

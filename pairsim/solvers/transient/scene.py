@@ -26,7 +26,7 @@ from pairsim.solvers.mesh_transfer import free_unknowns
 from pairsim.solvers.meshed_scene import MeshedScene, OnMeshedScene
 from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.problems import Problem
-from pairsim.solvers.stepping.history import Errors, History
+from pairsim.solvers.stepping.history import ErrorHistory, History
 from pairsim.solvers.stepping.step_size import Scheme, extrapolation_weights
 from pairsim.solvers.transient.stress_balance import balanced
 
@@ -157,7 +157,7 @@ class TimeScene(OnMeshedScene):
             else:
                 step = (tau - done) / 2
 
-    def _on_new_mesh(self, geometry: Geometry, U_m: float, errors: Errors | None) -> None:
+    def _on_new_mesh(self, geometry: Geometry, U_m: float, errors: ErrorHistory | None) -> None:
         """Remesh the liquid at the current distances; the particles keep their meshes and histories.
 
         The reference domain is that around undeformed spheres while the distortion allows it, and from then on that
@@ -166,7 +166,7 @@ class TimeScene(OnMeshedScene):
         Args:
             geometry: Geometry at the current distances.
             U_m: Velocity of the frame.
-            errors: Errors of the last steps, which are carried over too.
+            errors: ErrorHistory of the last steps, which are carried over too.
 
         Raises:
             MeshFailure: The liquid could not be remeshed.
@@ -197,7 +197,7 @@ class TimeScene(OnMeshedScene):
         self._prescribe_ends(new, t)
         return new
 
-    def _carry_errors(self, errors: Errors, old: Scene, shift: float) -> None:
+    def _carry_errors(self, errors: ErrorHistory, old: Scene, shift: float) -> None:
         """Interpolate the errors to the new mesh: what the interpolant of the corrected solution differs by."""
         past = self.history
         errors.t_y, errors.y = [], []

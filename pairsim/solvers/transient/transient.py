@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -12,13 +13,15 @@ from pairsim.fem.meshes.remeshing import needs_mesh
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InvertedCell, MeshFailure, NewtonFailure, StepTooSmall
 from pairsim.solvers.errors.equation import ErrorEquation
+from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.problems import Problem
-from pairsim.solvers.stepping.history import Counts, Errors, History, State
+from pairsim.solvers.stepping.history import ErrorHistory, History
 from pairsim.solvers.stepping.step import Step
 from pairsim.solvers.stepping.step_size import extrapolation_weights, land, reached, velocity_error
 from pairsim.solvers.transient.scene import TimeScene
 from pairsim.solvers.transient.start import at_rest, quasi_steady
+from pairsim.solvers.transient.state import Counts, Extremes, State
 
 # Weight of errors of the distances between particles relative to errors of the shapes. Measured: dU to 0.15 % in 75
 # steps, against 0.34 % in 92 steps with weight 1.
@@ -36,6 +39,12 @@ class Transient(TimeScene):
         problem: The problem.
         state: State of an earlier run to continue, None to start as the problem says.
 
+    Attributes:
+        counts: Work since the start of the run.
+        errors: Errors of dU up to the last step.
+        extremes: Extreme values up to the last step.
+        origin: Positions h of the material at t = 0 [D_c], shape (n_h,).
+
     Raises:
         MeshFailure: The first mesh could not be generated.
         NoSteadyState: The flow without particles could not be integrated, or there is no quasi-steady state to start
@@ -44,7 +53,7 @@ class Transient(TimeScene):
 
     def __init__(self, problem: Problem, state: State | None = None) -> None:
         super().__init__(problem)
-        self.counts = Counts()
+        self.counts, self.errors, self.extremes = Counts(), RunErrors.of(problem.liquid), Extremes()
         self._U_m, self._dt, self._due = problem.U_m, problem.control.fixed or problem.first_step, False
         self._error: ErrorEquation | None = None
         if state is None:
@@ -58,15 +67,16 @@ class Transient(TimeScene):
         start = (quasi_steady if problem.from_steady else at_rest)(problem, self.clock)
         self.meshed = self._particles(start.reference.outlines, start.insides)
         self.meshed.put(start.reference, start.mesh)
-        self.history = History([0.0], [start.h], [np.zeros(self.scene.size)])
-        errors = Errors([0.0], [np.zeros(self.scene.h_size)], [np.zeros(self.scene.size)])
+        self.history, self.origin = History([0.0], [start.h], [np.zeros(self.scene.size)]), start.h
+        errors = ErrorHistory([0.0], [np.zeros(self.scene.h_size)], [np.zeros(self.scene.size)])
         if start.flow is not None:
             y = start.flow.unknowns(self.scene, self.constraints)
             if not problem.liquid.newtonian:
                 self._prescribe_ends(self.constraints.base, 0.0)
             x = self.constraints.expand(y, start.h)
             self.history = History([0.0], [start.h], [x], [y], [0.0])
-            self._U_m, errors.start = float(start.flow.U.mean()) if start.flow.U.size else 0.0, start.flow.dU_error
+            self._U_m = float(start.flow.U.mean()) if start.flow.U.size else 0.0
+            self.errors.interval.start = start.flow.dU_error
         self.counts.newton, self.counts.factorisations = start.newton, start.factorisations
         if problem.dU_error:
             self._error = ErrorEquation(errors)
@@ -75,12 +85,11 @@ class Transient(TimeScene):
         """Start from the state of an earlier run."""
         self.meshed = self._particles(state.reference.outlines, state.inside)
         self.meshed.put(state.reference, state.mesh)
-        self.history, self.counts = replace(state.history), replace(state.counts)
+        self.history, self.origin, self.counts = replace(state.history), state.origin, replace(state.counts)
+        self.errors, self.extremes = deepcopy(state.errors), replace(state.extremes)
         self._U_m, self._dt, self._due = state.U_m, state.dt, state.due
-        if state.errors is not None:
-            self._error = ErrorEquation(replace(state.errors))
-        if state.matrix_state is not None:
-            self.newton.recall(state.matrix_state)
+        if state.error_history is not None:
+            self._error = ErrorEquation(replace(state.error_history))
         for name, seconds in state.seconds.items():
             self.clock.seconds[name] += seconds
 
@@ -94,11 +103,14 @@ class Transient(TimeScene):
             inside=tuple(body.phase.six_node_mesh if body.phase is not None else None for body in self.bodies),
             dt=self._dt,
             U_m=self._U_m,
-            matrix_state=self.newton.matrix_state,
             due=self._due,
             counts=replace(self.counts),
             seconds=dict(self.clock.seconds),
-            errors=replace(self._error.errors) if self._error is not None else None,
+            origin=self.origin,
+            gaps=tuple(map(float, diagnostics.gaps(self.bodies, self.history.h[0]))),
+            errors=deepcopy(self.errors),
+            extremes=replace(self.extremes),
+            error_history=replace(self._error.errors) if self._error is not None else None,
         )
 
     def _attempt(self, dt: float, gradually: bool = False) -> tuple[Array, Array, Array, Report, float]:
@@ -185,29 +197,8 @@ class Transient(TimeScene):
                 valid = report.converged and diagnostics.solid_distortion(self.bodies, h) > 0
                 distortion = diagnostics.liquid_distortion(self.scene, x) if valid else 0.0
                 if valid and distortion > 0 and control.accepts(error):
-                    self.counts.steps += 1
-                    without_particles = self.pipe(t + size).gradient * self.problem.length
-                    observation = diagnostics.observe(self.scene, self.constraints, y, h, x, without_particles)
-                    correction = self._estimated(self.history, t + size, self._U_m, y, observation.U)
-                    self.history.push(t + size, h, x, y)
-                    self._U_m = float(observation.U.mean()) if observation.U.size else 0.0
-                    self._dt = control.next(self._dt, size, error)
-                    self._due = needs_mesh(distortion, observation.d, self.scene.reference.geometry.gaps)
                     remeshed = False
-                    yield Step(
-                        t=t + size,
-                        dt=size,
-                        error=error,
-                        report=report,
-                        observation=observation,
-                        distortion=distortion,
-                        scene=self.scene,
-                        mesh_id=self.counts.remeshings,
-                        x=x,
-                        h=h,
-                        velocity=self.constraints.M @ y,
-                        U_correction=correction,
-                    )
+                    yield self._accept(size, y, h, x, report, error, distortion)
                     continue
                 self.counts.rejected += 1
                 if valid and distortion > 0:
@@ -221,6 +212,49 @@ class Transient(TimeScene):
                     self._dt = size / 3
                 if self._dt < control.smallest:
                     self._give_up(t, report, valid and distortion > 0, error)
+
+    def _accept(
+        self, size: float, y: Array, h: Array, x: Array, report: Report, error: float, distortion: float
+    ) -> Step:
+        """Go over to the solution of a step: estimate its errors, and choose the size of the next one.
+
+        Args:
+            size: Size of the step.
+            y: The solution, shape (n_y,).
+            h: Positions of the material in it, shape (n_h,).
+            x: Its full vector, shape (n,).
+            report: Report of Newton's method.
+            error: Local error in units of the tolerance, 0 if unknown.
+            distortion: Smallest ratio of a liquid cell's current to its reference Jacobian.
+        """
+        t = self.history.t[0] + size
+        self.counts.steps += 1
+        without_particles = self.pipe(t).gradient * self.problem.length
+        observation = diagnostics.observe(self.scene, self.constraints, y, h, x, without_particles)
+        correction = self._estimated(self.history, t, self._U_m, y, observation.U)
+        self.history.push(t, h, x, y)
+        self._U_m = float(observation.U.mean()) if observation.U.size else 0.0
+        self._dt = self.problem.control.next(self._dt, size, error)
+        self._due = needs_mesh(distortion, observation.d, self.scene.reference.geometry.gaps)
+        dU_correction = np.diff(correction) if correction is not None else None
+        mesh = self.counts.remeshings
+        step = Step(
+            t=t,
+            dt=size,
+            error=error,
+            report=report,
+            observation=observation,
+            distortion=distortion,
+            scene=self.scene,
+            mesh_id=mesh,
+            x=x,
+            h=h,
+            velocity=self.constraints.M @ y,
+            U_correction=correction,
+            dU_error=self.errors.add(t, mesh, observation.dU, dU_correction, observation.s_jump),
+        )
+        self.extremes.add(step)
+        return step
 
     def _estimated(self, past: History, t: float, U_m: float, y: Array, U: Array) -> Array | None:
         """Estimated exact minus discrete velocities after a step, NaN from where they diverge; None if not wanted."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pairsim.solvers.errors.run_error import RunError
+from pairsim.solvers.errors.run_errors import Interval
 
 
 def quoted(t: np.ndarray, dU: np.ndarray, correction: np.ndarray, steps: float = 0.0, De: float = 0.0) -> np.ndarray:
     """The errors of a run that is remeshed after t = 0.5."""
-    error = RunError(De)
+    error = Interval(memory=1.0 + De)
     rows = zip(t.tolist(), dU, correction, strict=True)
     return np.array([error.add(t, int(t > 0.5), np.array([u]), np.array([c]), steps)[0] for t, u, c in rows])
 
@@ -46,7 +46,7 @@ def test_jumps_at_remeshings_count_unless_the_estimate_has_them() -> None:
 
 def test_error_of_the_start_is_forgotten_and_its_first_estimates_do_not_count() -> None:
     """Before SET_IN soft shapes take up the stress that the error equation begins without."""
-    error, t = RunError(0.0), np.array([1e-3, 0.5, 1.0])
+    error, t = Interval(memory=1.0), np.array([1e-3, 0.5, 1.0])
     error.start = np.array([1e-4])
     found = [error.add(float(at), 0, np.zeros(1), np.array([1e-3 * (at < 0.1)]), 0.0)[0] for at in t]
     assert found == pytest.approx([1e-3 + 1e-4 * np.exp(-t[0]), *1e-4 * np.exp(-t[1:])], rel=1e-9)
@@ -54,5 +54,7 @@ def test_error_of_the_start_is_forgotten_and_its_first_estimates_do_not_count() 
 
 def test_intervals_widen_where_cells_do_not_resolve_the_stress() -> None:
     """A change of log c of 2.2 within a cell is twice what was resolved: the estimate counts eight times."""
-    found = [RunError(2.0).add(1.0, 0, np.zeros(1), np.array([1e-5]), 1e-6, s_jump)[0] for s_jump in (0.5, 1.1, 2.2)]
+    found = [
+        Interval(memory=3.0).add(1.0, 0, np.zeros(1), np.array([1e-5]), 1e-6, s_jump)[0] for s_jump in (0.5, 1.1, 2.2)
+    ]
     assert found == pytest.approx([2.1e-5, 2.1e-5, 1.61e-4])

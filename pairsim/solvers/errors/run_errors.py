@@ -1,0 +1,123 @@
+"""The errors of dU to quote in a run, from its accepted steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pairsim.physics.liquids import Liquid
+from pairsim.runtime.arrays import Array
+from pairsim.solvers.errors.resolution import OF_RUNS, widening
+from pairsim.solvers.errors.time_error import LEAST, SET_IN, TimeError
+from pairsim.solvers.stepping.step_size import extrapolation_weights
+
+KNOWN = 3  # accepted values from which dU is extrapolated over a remeshing
+
+
+@dataclass
+class Interval:
+    """Half-width of the interval around dU that should hold the exact one, with four terms.
+
+    1. |dU_correction| plus the largest one so far: the estimate has an error of its own, which does not vanish where
+       the estimate changes its sign. Both count more where cells do not resolve the stress.
+    2. The error by the time steps.
+    3. What remeshings have left, which no residual sees, as the stress is interpolated to another mesh. The exact dU is
+       continuous in time, and so is dU + dU_correction but for errors, since it depends little on the mesh: what this
+       sum jumps by, against a parabola through its last values, counts as an error.
+
+    4. The error of the quasi-steady state that the run started from, which the estimates do not contain: they are
+       carried forward from zero at t = 0, and those before SET_IN, in which soft shapes take up the stress that is
+       missing, do not count as the largest one.
+
+    Attributes:
+        memory: Time in which the largest estimate, the jumps and the error of the start are forgotten [D_c/U_av].
+        start: Half-width of the error of dU in the state that the run started from [U_av], shape (N-1,); 0 at rest.
+        mesh: Number of remeshings before the last step.
+        times: Times of the last steps, newest first, at most KNOWN.
+        values: Their corrected dU, shape (N-1,) each.
+        largest: Largest |dU_correction|, as far as it is remembered, shape (N-1,).
+        jumps: Sum of the jumps at remeshings, as far as they are remembered, shape (N-1,).
+    """
+
+    memory: float
+    start: Array | float = 0.0
+    mesh: int = 0
+    times: list[float] = field(default_factory=list)
+    values: list[Array] = field(default_factory=list)
+    largest: Array | float = 0.0
+    jumps: Array | float = 0.0
+
+    def add(self, t: float, mesh: int, dU: Array, correction: Array, steps: float, s_jump: float = 0.0) -> Array:
+        """The half-width after an accepted step [U_av], shape (N-1,).
+
+        Args:
+            t: Time [D_c/U_av].
+            mesh: Number of remeshings before the step.
+            dU: Relative velocities of the discrete solution [U_av], shape (N-1,).
+            correction: Estimates of exact minus discrete dU [U_av], shape (N-1,).
+            steps: Error of dU by the time steps so far [U_av].
+            s_jump: Largest change of log c within a cell; 0 in a Newtonian liquid.
+        """
+        corrected = dU + correction
+        if self.times:
+            left = np.exp(-(t - self.times[0]) / self.memory)
+            self.largest, self.jumps = self.largest * left, self.jumps * left
+            if mesh != self.mesh:
+                weights = extrapolation_weights(self.times, t)
+                expected = sum(w * value for w, value in zip(weights, self.values, strict=True))
+                self.jumps = self.jumps + np.abs(corrected - expected)
+        self.mesh = mesh
+        if t > SET_IN or not np.any(self.start):
+            self.largest = np.maximum(self.largest, np.abs(correction))
+        self.times, self.values = [t, *self.times[: KNOWN - 1]], [corrected, *self.values[: KNOWN - 1]]
+        start = self.start * np.exp(-t / self.memory)
+        cells = widening(s_jump, OF_RUNS) * (np.abs(correction) + self.largest)
+        return np.asarray(cells + steps + self.jumps + start)
+
+
+@dataclass
+class RunErrors:
+    """The errors of dU in a run up to its last step.
+
+    Attributes:
+        steps: Estimate of the error due to the time steps.
+        interval: The interval to quote at each step, where the error of the cells is estimated.
+        largest: Largest half-width after stresses have set in [U_av].
+        lost: Time from which the half-width is unknown, since its estimate diverged; infinite if it did not.
+    """
+
+    steps: TimeError
+    interval: Interval
+    largest: float = 0.0
+    lost: float = np.inf
+
+    @classmethod
+    def of(cls, liquid: Liquid) -> RunErrors:
+        """Those of a run that has not begun; it forgets in a time of 1 + De (chosen), as liquid passes and relaxes."""
+        return cls(TimeError(order=2 if liquid.modes else 3), Interval(memory=1.0 + liquid.longest))
+
+    def add(self, t: float, mesh: int, dU: Array, correction: Array | None, s_jump: float) -> Array | None:
+        """The half-width after an accepted step [U_av], shape (N-1,); None where the error is not estimated.
+
+        Args:
+            t: Time [D_c/U_av].
+            mesh: Number of remeshings before the step.
+            dU: Relative velocities of the discrete solution [U_av], shape (N-1,).
+            correction: Estimates of exact minus discrete dU [U_av], shape (N-1,); NaN from where they diverge.
+            s_jump: Largest change of log c within a cell; 0 in a Newtonian liquid.
+        """
+        self.steps.add(t, mesh, dU)
+        if correction is None:
+            return None
+        error = self.interval.add(t, mesh, dU, correction, self.steps.largest, s_jump)
+        if np.isnan(error).any():
+            self.lost = min(self.lost, t)
+        elif t > SET_IN:
+            self.largest = max(self.largest, float(error.max(initial=0.0)))
+        return error
+
+    @property
+    def part(self) -> float:
+        """Largest half-width relative to the largest |dU|; 0 where dU is nothing but errors, as of equal rigid ones."""
+        return self.largest / self.steps.peak if self.steps.peak > LEAST else 0.0

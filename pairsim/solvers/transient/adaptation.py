@@ -1,0 +1,84 @@
+"""Cells of a run that follow from the error wanted: a coarse run tells how small they must be."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+from pairsim.runtime.errors import RunFailure
+from pairsim.solvers.errors.run_errors import RunErrors
+from pairsim.solvers.errors.time_error import LEAST
+from pairsim.solvers.problems import Problem
+from pairsim.solvers.transient.end import reason_to_end
+from pairsim.solvers.transient.transient import Transient
+
+# Factors of the coarse run's cells and of its tolerance over those of the problem, and its fewest cells on a
+# half-circle; chosen.
+COARSE, COARSE_TOLERANCE, FEWEST = 2.0, 4.0, 14
+# Order of dU_error in the cell size; measured (docs/explanation/decisions.md).
+ORDER = 3.0
+# Part of the error allowed that cells are made for, and bounds on the factor of the cells over those of the problem;
+# chosen.
+AIM, FACTORS = 0.8, (0.4, COARSE)
+# Part of dU_error that is due to the cells even where the coarse run's time steps seem to cause all of it; chosen.
+LEAST_PART = 0.1
+
+
+@dataclass(frozen=True)
+class RunAdaptation:
+    """What a coarse run tells of the cells that a run needs.
+
+    Attributes:
+        wanted: Error wanted, as a part of the largest |dU|.
+        dU: Largest |dU| of the coarse run [U_av].
+        error: Its largest dU_error [U_av].
+        t: Time that it reached [D_c/U_av].
+        unknowns: Its unknowns.
+        factor: Factor of the run's cells over those of the problem.
+    """
+
+    wanted: float
+    dU: float
+    error: float
+    t: float
+    unknowns: int
+    factor: float
+
+    @classmethod
+    def begin(cls, problem: Problem, wanted: float) -> RunAdaptation | None:
+        """Compute the coarse run; None if it has no dU to which an error could be compared.
+
+        Args:
+            problem: The problem, in which `dU_error` is asked for.
+            wanted: Error wanted, as a part of the largest |dU|.
+
+        Raises:
+            Stopped: The process has received a signal.
+        """
+        errors, t, unknowns = RunErrors.of(problem.liquid), 0.0, 0
+        control = replace(problem.control, tolerance=COARSE_TOLERANCE * problem.control.tolerance)
+        coarse = replace(problem, mesh=problem.mesh.scaled(COARSE, FEWEST), control=control)
+        transient: Transient | None = None
+        try:
+            with suppress(RunFailure):  # finer cells may go on where coarse ones fail
+                transient = Transient(coarse)
+                errors, unknowns = transient.errors, transient.constraints.size
+                for step in transient.steps(iter([problem.t_end])):
+                    problem.monitor.check_signals()
+                    t = step.t
+                    if reason_to_end(problem, t, step.observation.d.tolist()) is not None:
+                        break
+        finally:
+            if transient is not None:
+                transient.close()
+        peak = errors.steps.peak
+        if peak <= LEAST or not errors.largest:
+            return None
+        by_cells = max(errors.largest - errors.steps.largest, LEAST_PART * errors.largest)
+        factor = COARSE * (AIM * wanted * peak / by_cells) ** (1 / ORDER)
+        factor = min(max(factor, FACTORS[0]), FACTORS[1])
+        return cls(wanted, peak, errors.largest, t, unknowns, float(f"{factor:.3g}"))
+
+    def adapted(self, problem: Problem) -> Problem:
+        """The problem with the cells of the run."""
+        return replace(problem, mesh=problem.mesh.scaled(self.factor, FEWEST))
