@@ -36,8 +36,11 @@ def _texts(folder: Path, *names: str) -> Outcome:
 
 
 def _run(folder: Path) -> Outcome:
+    """The case, and the end to Newton's tolerance, which step sizes feel."""
     assert json.loads((folder / "run.json").read_text())["status"] == "finished"
-    return _texts(folder, "series.csv", "fields.xdmf", "case.yaml")
+    end = {name: values[-1] for name, values in read_series(folder / "series.csv").items()}
+    shown = f"t {end['t']:.6g}, d {end['d']:.4f}, dU {end['dU']:.5f}, {len(read_times(folder))} frames"
+    return {**_texts(folder, "case.yaml"), "end": shown}
 
 
 def _frames_are_kept(folder: Path) -> None:
