@@ -30,7 +30,6 @@ from pairsim.config.materials import (
 from pairsim.config.physical import Physical
 from pairsim.config.softest import beyond_steady_shapes
 from pairsim.physics import liquids, solids
-from pairsim.physics.declared import FLAT
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.scales import Scales
 from pairsim.physics.solids import Solid
@@ -195,7 +194,7 @@ class SceneCase(_WithMaterials):
         if not self.liquid_model.modes:
             viscous = is_viscous(dict(self))
             why = f"the liquid is {self.liquid_model.label}" + ("" if viscous else " at De = 0")
-            idle = dict.fromkeys((*FLAT, "xi") if viscous else ("liquid", *FLAT, "xi"), why)
+            idle = dict.fromkeys(("xi",) if viscous else ("liquid", "xi"), why)
         if self.n == 0:
             idle |= dict.fromkeys(("beta", "Ca_e", "solid"), "there are no particles")
         elif not any(self.Ca_es):
@@ -236,9 +235,8 @@ class SceneCase(_WithMaterials):
         if not liquid.newtonian and liquid.structure != liquids.DEFAULT.name:
             law += [liquid.structure.replace("/", "-in-")]
         if len(liquid.modes) == 1:
-            given = {key: getattr(self, key) for key in FLAT} | liquid_block(dict(self))
-            law += [f"{key}{given[key]:g}" for key in FLAT if given[key] is not None]
-            law += [f"{key}{value:g}" for key, value in liquid.modes[0].numbers.items() if key not in FLAT]
+            mode = liquid.modes[0]
+            law += [f"{key}{value:g}" for key, value in mode.numbers.items() if value != mode.parameters()[key].default]
         law += [f"{key}{value:g}" for key, value in liquid.solvent.numbers.items()]
         kinds = [solid.name for solid in self.solid_models if solid is not None]
         law += [name for name in dict.fromkeys(kinds) if name != solids.DEFAULT.name]

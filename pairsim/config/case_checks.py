@@ -7,9 +7,8 @@ from math import inf
 
 from pairsim.config.case import FREE_ENDS, Case, SceneCase
 from pairsim.config.groups import MOST_OUTPUTS
-from pairsim.config.materials import MODES, declared_in, is_viscous, liquid_block
+from pairsim.config.materials import declared_in, is_viscous, liquid_block
 from pairsim.config.mistakes import Mistake, broken, missing
-from pairsim.physics.declared import FLAT
 
 
 def check_scene(case: SceneCase, counts: dict[str, int]) -> Iterator[Mistake]:
@@ -51,7 +50,7 @@ def check_scene(case: SceneCase, counts: dict[str, int]) -> Iterator[Mistake]:
 
 
 def _check_laws(case: SceneCase) -> Iterator[Mistake]:
-    """Find parameters of another law, missing ones, and laws that do not go with De."""
+    """Find missing parameters of laws, and laws that do not go with De."""
     keys, block = dict(case), liquid_block(dict(case))
     law = block["law"]
     if is_viscous(keys):
@@ -65,20 +64,12 @@ def _check_laws(case: SceneCase) -> Iterator[Mistake]:
     elif case.xi == 0:
         yield Mistake("xi", case.xi, "must be above 0 in a viscoelastic liquid")
     idle = not case.De and not is_viscous(keys)  # the parameters of the liquid, which are noted
-    for key, (_, laws) in FLAT.items():
-        value = None if idle else keys[key]
-        if value is not None and key in block:
-            yield Mistake(key, value, "must be left out: it is given by liquid, too")
-        elif value is not None and law not in laws and not is_viscous(keys):
-            has = "each of the modes has its own" if law == MODES else f"the liquid is {law}"
-            yield Mistake(key, value, f"must be left out: {key} is a parameter of {' and '.join(laws)}, but {has}")
     for declared in declared_in(keys):
         if idle and not declared.key.startswith("solid"):
             continue
         if declared.parameter.default is None and declared.value is None:
             place, _, name = declared.key.rpartition(".")
-            what = f"with {place}: {{law: {declared.law}, {name}: ...}}" if place else f"with liquid: {declared.law}"
-            yield missing(declared.key, f"must be given {what}")
+            yield missing(declared.key, f"must be given with {place}: {{law: {declared.law}, {name}: ...}}")
 
 
 def check_together(case: Case) -> Iterator[Mistake]:

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.config.case import SceneCase
-from pairsim.physics.declared import FLAT
 from pairsim.physics.own_laws import digest_of, file_of
 
 RUNS = Path("runs")
@@ -28,7 +27,7 @@ def identity_of(case: SceneCase) -> dict[str, Any]:
     if identity.get("start") == "rest":  # the only start of earlier versions, whose folders keep their names
         del identity["start"]
     if not case.liquid_model.modes:
-        for key in ("xi", *FLAT, *(("liquid",) if case.liquid_model.newtonian else ())):
+        for key in ("xi", *(("liquid",) if case.liquid_model.newtonian else ())):
             identity.pop(key, None)
     if not any(case.Ca_es):
         identity.pop("solid", None)

@@ -11,7 +11,6 @@ from pairsim.config.materials import ELASTIC, MODES, VISCOUS
 from pairsim.config.quantities import many
 from pairsim.config.values import Number
 from pairsim.physics import liquids, solids
-from pairsim.physics.declared import FLAT
 from pairsim.physics.liquids import ConformationLaw, Newtonian
 from pairsim.physics.material import Material, Parameter
 from pairsim.physics.own_laws import OPTION
@@ -29,11 +28,8 @@ def ranged(parameter: Parameter) -> Any:
     return Annotated[Number, bounds]
 
 
-def _field(parameter: Parameter, more: str = "") -> Any:
-    """Type, default and description of a parameter; one that may be a key of the case is optional."""
-    if parameter.flat:
-        words = "" if parameter.default is None else f"; default: {parameter.default:g}"
-        return ranged(parameter) | None, Field(None, description=f"{parameter.words}{words}{more}")
+def _field(parameter: Parameter) -> Any:
+    """Type, default and description of a parameter."""
     default: Any = ... if parameter.default is None else parameter.default
     return ranged(parameter), Field(default, description=parameter.words)
 
@@ -132,7 +128,7 @@ BLOCKS = {"liquid": LIQUIDS, "solid": SOLIDS}
 
 
 def material_fields() -> dict[str, Any]:
-    """The fields of `liquid`, `solid` and of the keys in `FLAT`."""
+    """The fields of `liquid` and `solid`."""
     liquid = Field(
         None,
         description=f"constitutive law, or a group with it and its parameters; default: {liquids.DEFAULT.name}, "
@@ -148,6 +144,5 @@ def material_fields() -> dict[str, Any]:
     one: Any = _named(solids.LAWS) | _one_of(SOLIDS)
     return {
         "liquid": (_named(liquids.LAWS) | _one_of(LIQUIDS) | None, liquid),
-        **{name: _field(parameter, f" (liquid: {', '.join(laws)})") for name, (parameter, laws) in FLAT.items()},
         "solid": (one | many(one) | None, solid),
     }

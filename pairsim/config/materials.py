@@ -2,7 +2,7 @@
 
 A value of `liquid` or `solid` is the name of a law, or a block with its parameters: `{law: ..., n: 0.6}`. The block of
 a viscoelastic law may have a `solvent`, a block of its own; a liquid of several relaxation times has `law: modes` and a
-list of them. Parameters in `FLAT` may be keys of the case instead.
+list of them.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any, Literal, NamedTuple
 from pydantic import BaseModel
 
 from pairsim.physics import liquids, solids
-from pairsim.physics.declared import FLAT
+from pairsim.physics.declared import LAWS
 from pairsim.physics.liquids import NEWTONIAN, ConformationLaw, Liquid, Newtonian, ViscousLaw
 from pairsim.physics.material import Material, Parameter
 from pairsim.physics.solids import Solid
@@ -47,9 +47,9 @@ def solid_blocks(case: Mapping[str, Any]) -> list[tuple[str, dict[str, Any]]]:
     return [("solid", block_of(value, solids.DEFAULT.name))]
 
 
-def _numbers(law: type[Material], *given: Mapping[str, Any]) -> dict[str, Any]:
+def _numbers(law: type[Material], block: Mapping[str, Any]) -> dict[str, Any]:
     """The parameters of a law among keys and values."""
-    return {name: keys[name] for name in law.parameters() for keys in given if keys.get(name) is not None}
+    return {name: block[name] for name in law.parameters() if block.get(name) is not None}
 
 
 def modes_in(block: Mapping[str, Any]) -> Sequence[Any]:
@@ -83,7 +83,7 @@ def liquid_of(case: Mapping[str, Any]) -> Liquid:
 def _modes(block: Mapping[str, Any], case: Mapping[str, Any]) -> tuple[ConformationLaw, ...]:
     if block["law"] != MODES:
         law = ELASTIC[block["law"]]
-        return (law(**_numbers(law, block, case)),)
+        return (law(**_numbers(law, block)),)
     modes = [block_of(mode, "") for mode in block["modes"]]
     total = sum(mode["weight"] for mode in modes)
 
@@ -168,55 +168,42 @@ def declared_in(case: Mapping[str, Any]) -> Iterator[Declared]:
         if law is None:
             continue
         for name, parameter in law.parameters().items():
-            flat = parameter.flat and place == "liquid" and name not in each
-            value = case.get(name) if flat else each.get(name)
-            yield Declared(name if flat else f"{place}.{name}", law.name, parameter, value)
+            yield Declared(f"{place}.{name}", law.name, parameter, each.get(name))
 
 
 def resolved_materials(case: Mapping[str, Any], liquid: Liquid) -> dict[str, Any]:
-    """The keys of the materials of a case in their shortest form, with the defaults of their parameters.
+    """The keys of the materials of a case with the defaults of their parameters.
 
-    A block that says no more than the name of its law and keys of the case is written as these.
+    A law without parameters is written as its name.
 
     Args:
         case: The validated case.
         liquid: Its liquid.
 
     Returns:
-        The keys `liquid`, `solid` and those of `FLAT`; None for one that is left out.
+        The keys `liquid` and `solid`; None for one that is left out.
     """
-    own = liquid_block(case)
-    flat = {name: case.get(name) for name in FLAT} | {name: own[name] for name in _flat_in(own)}
-    block = _short(case.get("liquid"))
-    if liquid.modes:
-        block = block or liquids.DEFAULT.name
-        if own["law"] != MODES:
-            flat = {name: liquid.modes[0].numbers[name] for name in _flat_of(own["law"])}
+    default = liquids.DEFAULT.name if liquid.modes else None
     solid = case.get("solid")
-    solid = [_short(each) for each in solid] if isinstance(solid, list | tuple) else _short(solid)
+    solid = [_resolved(each) for each in solid] if isinstance(solid, list | tuple) else _resolved(solid)
     if isinstance(solid, list) and solid and all(each == solid[0] for each in solid):
         solid = solid[0]
-    return {**dict.fromkeys(FLAT), **flat, "liquid": block, "solid": None if solid == solids.DEFAULT.name else solid}
+    return {
+        "liquid": _resolved(case.get("liquid") or default),
+        "solid": None if solid == solids.DEFAULT.name else solid,
+    }
 
 
-def _flat_of(law: str) -> list[str]:
-    """The parameters of a law of a liquid that are keys of the case, too."""
-    return [name for name, each in liquids.LAWS[law].parameters().items() if each.flat] if law in liquids.LAWS else []
-
-
-def _flat_in(block: Mapping[str, Any]) -> list[str]:
-    """Those that a block gives itself."""
-    return [name for name in _flat_of(block["law"]) if name in block]
-
-
-def _short(value: Any) -> Any:
-    """A block without the keys of the case among its parameters; the name of its law if that is all."""
-    if value is None or isinstance(value, str):
-        return value
+def _resolved(value: Any) -> Any:
+    """A block with the defaults of its law; the name of the law if that is all."""
+    if value is None:
+        return None
     block = block_of(value, "")
     if block["law"] != MODES:
-        block = {key: entry for key, entry in block.items() if key not in _flat_of(block["law"])}
-    if "solvent" in block and (solvent := _short(block["solvent"])) != Newtonian.name:
+        parameters = LAWS[block["law"]].parameters()
+        defaults = {name: each.default for name, each in parameters.items() if each.default is not None}
+        block = {"law": block["law"], **defaults, **block}
+    if "solvent" in block and (solvent := _resolved(block["solvent"])) != Newtonian.name:
         block["solvent"] = solvent
     else:
         block.pop("solvent", None)

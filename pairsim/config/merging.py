@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, NoReturn
 
 from pairsim.config.physical import BLOCK
-from pairsim.config.yaml_file import Section, places_in
+from pairsim.config.yaml_file import DEFAULT_LAWS, Section, places_in
 
 GROUPS = ("mesh", "time", "limits", "output", BLOCK)  # keys of a case whose value is a group of keys
 
@@ -32,12 +32,25 @@ def merge(
             inner, last = target.within(dotted)
         except ValueError as error:
             refuse(f"{group}{dotted}", value, str(error))
-        of_law = last in ("liquid", "solid") and isinstance(value, Mapping) and "law" not in value
+        of_law = last in DEFAULT_LAWS and isinstance(value, Mapping) and "law" not in value
+        if of_law:
+            inner.group(last)
         if isinstance(value, Mapping) and isinstance(inner.get(last), Section) and (last in GROUPS or of_law):
             merge(inner[last], value, refuse, f"{group}{dotted}.")
         else:
             new = copy.deepcopy(value)
             inner.put(last, section_of(new) if isinstance(new, Mapping) else new, places.get(dotted))
+
+
+def flat(entry: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Convert nested keys to dotted keys; the name of a law stands for its group, as in liquid and liquid.alpha."""
+    spelled: dict[str, Any] = {}
+    for key, value in entry.items():
+        if isinstance(value, dict):
+            spelled |= flat(value, f"{prefix}{key}.")
+        else:
+            spelled[prefix.removesuffix(".") if prefix and key == "law" else prefix + key] = value
+    return spelled
 
 
 def section_of(data: Mapping[str, Any]) -> Section:

@@ -11,10 +11,12 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from pairsim.config.material_keys import BLOCKS, LIQUIDS, MODELS
-from pairsim.config.materials import liquid_block
+from pairsim.config.materials import liquid_block, solid_blocks
 from pairsim.config.mistakes import UNKNOWN, Mistake, missing
 from pairsim.config.physical import BLOCK, stands_for
 from pairsim.config.quantities import QUANTITY
+from pairsim.physics import liquids
+from pairsim.physics.declared import PARAMETERS
 from pairsim.runtime.text import as_typed
 
 Groups = dict[str, type[BaseModel]]
@@ -70,9 +72,19 @@ def meant(name: str, group: str, groups: Groups) -> str:
     return " or ".join(leaves[each] for each in (alike if len(alike) > 1 else close[:1]))
 
 
-def _unknown(key: str, value: Any, group: str, model: type[BaseModel], groups: Groups) -> Mistake:
+def _unknown(
+    key: str, value: Any, group: str, model: type[BaseModel], groups: Groups, data: Mapping[str, Any]
+) -> Mistake:
     """The mistake of an unknown key; suggests a similar key or lists the allowed ones."""
     name = key.removeprefix(f"{group}.")
+    if key in PARAMETERS and "liquid" in groups[""].model_fields:
+        laws = PARAMETERS[key].laws
+        place = "liquid" if laws[0] in liquids.LAWS else "solid"
+        given = [block["law"] for _, block in [("liquid", liquid_block(data)), *solid_blocks(data)]]
+        law = next((law for law in given if law in laws), laws[0])
+        block = f"{place}: {{law: {law}, {key}: {as_typed(value)}}}"
+        allowed = f"{UNKNOWN}it is a parameter of the law: write {block}; {place}.{key} in grids and after --set"
+        return Mistake(key, value, allowed, meant=f"{place}.{key}")
     if "." in name and key in dotted_keys(groups):
         place, _, last = key.rpartition(".")
         hint = f"write it in its group, as {place}: {{{last}: {as_typed(value)}}}"
@@ -116,7 +128,7 @@ def _mistake(problem: Any, groups: Groups, data: Mapping[str, Any]) -> Mistake:
     group, model = _group(location, groups, data)
     name = key.removeprefix(f"{group}.")
     if kind == "extra_forbidden":
-        return _unknown(key, value, group, model, groups)
+        return _unknown(key, value, group, model, groups, data)
     if absent:
         return missing(
             key, f"must be given in {group}" if group else NEEDED.get(key) or f"must be {allowed_in(model, name)}"

@@ -20,6 +20,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import Node, ScalarNode, SequenceNode
 from ruamel.yaml.reader import ReaderError
 
+from pairsim.physics import liquids, solids
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import as_typed, control_characters, printable
 
@@ -29,6 +30,9 @@ DEEPEST = 20  # groups and lists within each other
 TOO_DEEP = f"must have at most {DEEPEST} groups and lists within each other"
 OPTION = "--set"
 MERGE = "tag:yaml.org,2002:merge"  # of the key <<
+
+
+DEFAULT_LAWS = {"liquid": liquids.DEFAULT.name, "solid": solids.DEFAULT.name}
 
 
 class Place(NamedTuple):
@@ -57,8 +61,8 @@ class Section(dict[str, Any]):
             self.places[key] = place
 
     def group(self, key: str) -> Any:
-        """The value of a key; a missing one becomes an empty group, and the name of a law a group."""
-        if key in ("liquid", "solid") and isinstance(name := self.get(key), str):
+        """The value of a key; a missing one becomes a group, and so does the name of a law."""
+        if key in DEFAULT_LAWS and isinstance(name := self.get(key, DEFAULT_LAWS[key]), str):
             self[key] = Section({"law": name}, {"law": self.places[key]} if key in self.places else {})
         return self.setdefault(key, Section())
 

@@ -70,7 +70,6 @@ class Parameter:
         open: Whether the least value itself is excluded.
         default: Its default, None if it must be given.
         dimension: The measurable quantity that it follows from, None if it is a pure number.
-        flat: Whether it is a key of the case, too, as those of the first laws are; others are in the block of the law.
     """
 
     symbol: str
@@ -80,7 +79,6 @@ class Parameter:
     open: bool = False
     default: float | None = None
     dimension: Dimension | None = None
-    flat: bool = False
 
 
 def parameter(
@@ -92,10 +90,9 @@ def parameter(
     open: bool = False,
     default: float | None = None,
     dimension: Dimension | None = None,
-    flat: bool = False,
 ) -> Any:
     """Declare a parameter of a law as a field of its dataclass; the arguments are those of `Parameter`."""
-    metadata = {"parameter": Parameter(symbol, words, least, most, open, default, dimension, flat)}
+    metadata = {"parameter": Parameter(symbol, words, least, most, open, default, dimension)}
     if default is None:
         return dataclasses.field(metadata=metadata, kw_only=True)
     return dataclasses.field(default=default, metadata=metadata, kw_only=True)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from pairsim.physics.declared import FLAT
+from pairsim.config.merging import flat
 from pairsim.plots.axes import finish, key, leave_out_spikes, small_print, spread
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import case_parts, equation, hashable, read_case, symbol
@@ -22,22 +22,11 @@ from pairsim.results.columns import column
 from pairsim.results.folders import kind_of
 from pairsim.runtime.errors import InputError
 
-FIRST = ("beta", "De", "Ca_e", "d0", "particles", "liquid", "xi", *FLAT)
+FIRST = ("beta", "De", "Ca_e", "d0", "particles", "liquid", "xi")
 """Keys that a difference is looked for in before all others."""
 NOT_COMPARED = ("name", "output", "fields", "physical", "time.end", "limits")
 FOLDER = "folder"
 ALIKE = 0.05  # lines whose differences are below this part of their range lie on each other
-
-
-def flat(case: dict[str, Any], above: str = "") -> dict[str, Any]:
-    """The keys of a case with a dot for each level; the name of a law stands for its group."""
-    found: dict[str, Any] = {}
-    for name, value in case.items():
-        if isinstance(value, dict):
-            found |= flat(value, f"{above}{name}.")
-        else:
-            found[above.removesuffix(".") if name == "law" else above + name] = value
-    return found
 
 
 def varying_keys(cases: Sequence[dict[str, Any]]) -> list[str]:

@@ -12,15 +12,16 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.commands import COMMANDS, Command
+from pairsim.config.merging import flat
 from pairsim.config.mistakes import Mistake, Mistakes
 from pairsim.config.physical import BLOCK
 from pairsim.config.values import FOLDER_WORDS, is_finite, is_name
-from pairsim.config.yaml_file import Section, apply_settings, places_in, read_yaml
+from pairsim.config.yaml_file import DEFAULT_LAWS, Section, apply_settings, places_in, read_yaml
 from pairsim.inputs.case_files import wrong_keys
 from pairsim.inputs.many_cases import SweepFile, check_sweep
 from pairsim.runtime.names import fits_a_folder
 from pairsim.sweeps.case import SweepCase
-from pairsim.sweeps.reader import Reader, file_named, flat, merged_into, value_at
+from pairsim.sweeps.reader import Reader, file_named, merged_into, value_at
 
 NUMBERS = ("beta", "De", "Ca_e", "xi", "d0")  # keys whose values a physical block can give
 
@@ -195,17 +196,20 @@ class GridReader(Reader[SweepFile]):
             varied |= dict.fromkeys(NUMBERS)
             if any(value_at(merged, f"{BLOCK}.end") is not None for _, merged in found.values()):
                 varied["time.end"] = None
+        whole = [flat(merged) | flat(case.resolved) for case, merged in found.values()]
+        for law in DEFAULT_LAWS.keys() & varied.keys():
+            varied |= {key: None for each in whole for key in each if key.startswith(f"{law}.")}
         values = [
-            {key: value_at(case.resolved, key, value_at(merged, key)) for key in varied}
-            for case, merged in found.values()
+            {key: each[key] if key in each else value_at(case.resolved, key, value_at(merged, key)) for key in varied}
+            for each, (case, merged) in zip(whole, found.values(), strict=True)
         ]
         varying = tuple(key for key in varied if any(each[key] != values[0][key] for each in values))
         cases = tuple(
             replace(case, parameters={key: each[key] for key in varying})
             for (case, _), each in zip(found.values(), values, strict=True)
         )
-        whole, duplicates, content = _whole_key(found), entries - len(found), {**self.data, "base": self.base}
-        return Grid(self.path, self.name, self.command, cases, varying, whole, duplicates, self.excluded, content)
+        key, duplicates, content = _whole_key(found), entries - len(found), {**self.data, "base": self.base}
+        return Grid(self.path, self.name, self.command, cases, varying, key, duplicates, self.excluded, content)
 
 
 def _whole_key(keys: Iterable[str]) -> str:

@@ -117,11 +117,3 @@ def value_at(data: Mapping[str, Any], dotted: str, default: Any = None) -> Any:
             return default
         value = value[part]
     return value
-
-
-def flat(entry: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Convert nested keys to dotted keys."""
-    spelled: dict[str, Any] = {}
-    for key, value in entry.items():
-        spelled |= flat(value, f"{prefix}{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value}
-    return spelled

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from pairsim.commands import COMMANDS
+from pairsim.config.merging import flat
 from pairsim.config.mistakes import Mistake, Mistakes, input_error, missing
 from pairsim.config.yaml_file import OPTION, Section, places_in
 from pairsim.inputs.many_cases import STUDIED, ZERO, StudyFile, check_study
@@ -15,7 +16,7 @@ from pairsim.results.columns import series_columns
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.case import SweepCase
 from pairsim.sweeps.grid import Grid, GridReader
-from pairsim.sweeps.reader import Reader, flat, value_at
+from pairsim.sweeps.reader import Reader, value_at
 
 OWN = ("command", "repeat")  # keys of a discretisation that do not belong to its case
 TABLE = "study.csv"

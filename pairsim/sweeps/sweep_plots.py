@@ -13,12 +13,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from pairsim.config.merging import flat
 from pairsim.config.physical import BLOCK
 from pairsim.plots.axes import finish, key, small_print, spread
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import case_parts, hashable, measured, parameter_label, read_case
 from pairsim.plots.lines import Line, draw_zero, lines_of, zero_notes
-from pairsim.plots.overlay import draw_overlay, flat
+from pairsim.plots.overlay import draw_overlay
 from pairsim.plots.style import COLOURS, Page, printing
 from pairsim.plots.units import Units
 from pairsim.results.answer import Zero

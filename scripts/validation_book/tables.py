@@ -79,8 +79,9 @@ def drag(page: Page) -> pd.DataFrame:
 
 def critical(page: Page) -> pd.DataFrame:
     """Critical distances along three lines through the first case, and whether they fall as each parameter grows."""
-    rows, found = page.rows("lines").query("not stable"), []
-    centre = {key: page.cases("lines")[0].parameters[key] for key in ("De", "alpha", "beta")}
+    rows, found = page.rows("lines").query("not stable").rename(columns={"liquid.alpha": "alpha"}), []
+    first = page.cases("lines")[0].parameters
+    centre = {"De": first["De"], "alpha": first["liquid.alpha"], "beta": first["beta"]}
     for key in centre:
         others = " and ".join(f"{other} == {value}" for other, value in centre.items() if other != key)
         line = rows.query(others).sort_values(key)

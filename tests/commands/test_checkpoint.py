@@ -257,7 +257,6 @@ def test_a_folder_is_enough_to_resume(short: Path, tmp_path: Path, pairsim: Pair
         ({"De": 1}, "De", ("1", "0")),
         ({"mesh": {"Np": 10, "max_size": 0.15}}, "mesh.Np", ("10", "8")),
         ({"time": {"end": 0.02, "first_step": 0.001, "tol": 1e-3}}, "time.tol", ("0.001", "0.0003")),
-        ({"alpha": 0.1}, "alpha", ("0.1", "must be left out")),
     ],
 )
 def test_another_problem_is_refused_by_its_key(

@@ -85,10 +85,6 @@ CASE_FILES: dict[str, Wrong] = {
     "law that is no law": (RUN + "liquid: 3\n", "run"),
     "law by its name without its parameter": (RUN.replace("De: 0", "liquid: power-law"), "run"),
     "key of another law in a block": (RUN.replace("De: 0", "liquid: {law: power-law, n: 0.5, Cu: 1}"), "run"),
-    "parameter in a block and beside it": (
-        RUN.replace("De: 0", "De: 1\nalpha: 0.3\nliquid: {law: giesekus, alpha: 0.3}"),
-        "run",
-    ),
     "De of a viscous liquid": (RUN.replace("De: 0", "De: 1\nliquid: {law: power-law, n: 0.5}"), "run"),
     "solvent without a polymer": (RUN + "liquid: {law: giesekus, solvent: {law: power-law, n: 0.5}}\n", "run"),
     "parameter of a solvent": (

@@ -40,6 +40,6 @@ def make_curve(folder: Path, Ca_e: float, De: float = 0.5, errors: tuple[str, ..
     (folder / "curve.csv").write_text("\n".join([",".join(table), *rows, ""]))
     (folder / "equilibria.csv").write_text("d,stable,slope,peak\n0.2,false,0.5,1\n")
     case = {"beta": 0.4, "De": De, "Ca_e": Ca_e, "particles": 2, "d": d.tolist()}
-    case |= {"liquid": "giesekus", "xi": 0.09, "alpha": 0.2} if De else {}
+    case |= {"liquid": {"law": "giesekus", "alpha": 0.2}, "xi": 0.09} if De else {}
     (folder / "case.yaml").write_text(yaml.safe_dump(case | {"mesh": {"Np": 8 if De else 10}}))
     return folder

@@ -131,9 +131,9 @@ def test_cells_around_small_particles_in_elastic_liquids_are_smaller() -> None:
     "liquid",
     [
         {"liquid": "oldroyd-b"},
-        {"liquid": "fene-p", "L2": 100},
-        {"alpha": 0},
-        {"liquid": "ptt-exp", "epsilon": 0.02},
+        {"liquid": {"law": "fene-p", "L2": 100}},
+        {"liquid": {"law": "giesekus", "alpha": 0}},
+        {"liquid": {"law": "ptt-exp", "epsilon": 0.02}},
     ],
     ids=str,
 )
@@ -144,7 +144,9 @@ def test_liquids_that_harden_in_extension_have_more_cells_on_the_particles(liqui
     assert parse_case(COMMANDS["run"], {**MINIMAL, "De": 0.5, **liquid}, "test").mesh.Np > 2 * giesekus.Np
 
 
-@pytest.mark.parametrize("liquid", [{"alpha": 0.2}, {"liquid": "ptt-exp", "epsilon": 0.25}], ids=str)
+@pytest.mark.parametrize(
+    "liquid", [{"liquid": {"law": "giesekus", "alpha": 0.2}}, {"liquid": {"law": "ptt-exp", "epsilon": 0.25}}], ids=str
+)
 def test_liquids_that_do_not_harden_keep_the_default_cells(liquid: dict[str, object]) -> None:
     giesekus = parse_case(COMMANDS["run"], {**MINIMAL, "De": 0.5}, "test").mesh
     assert parse_case(COMMANDS["run"], {**MINIMAL, "De": 0.5, **liquid}, "test").mesh == giesekus
@@ -193,10 +195,10 @@ def test_liquids_do_not_share_a_folder() -> None:
     cases = [
         {"De": 1},
         {"De": 2},
-        {"De": 1, "alpha": 0},
+        {"De": 1, "liquid": {"law": "giesekus", "alpha": 0}},
         {"De": 1, "liquid": "oldroyd-b"},
-        {"De": 1, "liquid": "fene-p", "L2": 50},
-        {"De": 1, "liquid": "ptt-exp", "epsilon": 0.25},
+        {"De": 1, "liquid": {"law": "fene-p", "L2": 50}},
+        {"De": 1, "liquid": {"law": "ptt-exp", "epsilon": 0.25}},
     ]
     slugs = {parse_case(COMMANDS["run"], {**MINIMAL, **changes}, "test").slug for changes in cases}
     assert len(slugs) == len(cases)

@@ -133,8 +133,8 @@ def test_dry_run_tells_the_cost_and_writes_nothing(kind: str, tmp_path: Path, mo
 
 
 def test_dry_run_names_keys_without_effect(tmp_path: Path) -> None:
-    (tmp_path / "case.yaml").write_text("beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\nalpha: 0.1\n")
-    assert "note: alpha has no effect" in say("run", str(tmp_path / "case.yaml"), "--dry-run")
+    (tmp_path / "case.yaml").write_text("beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\nxi: 0.1\n")
+    assert "note: xi has no effect" in say("run", str(tmp_path / "case.yaml"), "--dry-run")
 
 
 def test_user_of_a_large_case_is_told_beforehand() -> None:

@@ -137,7 +137,7 @@ def test_folders_are_slug_and_hash(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "changes", ["{}", "{De: 1}", "{De: 1, liquid: fene-p, L2: 50}", "{ends: developed, length: auto}"]
+    "changes", ["{}", "{De: 1}", "{De: 1, liquid: {law: fene-p, L2: 50}}", "{ends: developed, length: auto}"]
 )
 def test_a_case_is_recognised_by_the_file_in_its_folder(changes: str, tmp_path: Path) -> None:
     """Resolving a resolved case, as in case.yaml, changes nothing."""

@@ -14,10 +14,12 @@ PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}
     ("changes", "notes"),
     [
         ({}, []),
-        ({"De": 1, "alpha": 0.3, "xi": 0.5}, []),
+        ({"De": 1, "liquid": {"law": "giesekus", "alpha": 0.3}, "xi": 0.5}, []),
         ({"xi": 0.09}, []),
-        ({"alpha": 0.3, "xi": 0.5}, ["alpha, xi have no effect: the liquid is Newtonian at De = 0"]),
-        ({"epsilon": 0.1, "L2": 50}, ["L2, epsilon have no effect: the liquid is Newtonian at De = 0"]),
+        (
+            {"liquid": "oldroyd-b", "xi": 0.5},
+            ["liquid: oldroyd-b, xi have no effect: the liquid is Newtonian at De = 0"],
+        ),
         ({"particles": 1}, ["d0 has no effect: there is only one particle"]),
         ({"particles": 1, "dU_error": True}, ["d0, dU_error have no effect: there is only one particle"]),
         (
@@ -31,8 +33,8 @@ def test_keys_without_effect_are_named(changes: dict[str, object], notes: list[s
 
 
 def test_curves_name_them_too() -> None:
-    case = parse_case(COMMANDS["curve"], {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d": [0.1], "alpha": 0.1}, "test")
-    assert case.notes == ["alpha has no effect: the liquid is Newtonian at De = 0"]
+    case = parse_case(COMMANDS["curve"], {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d": [0.1], "xi": 0.1}, "test")
+    assert case.notes == ["xi has no effect: the liquid is Newtonian at De = 0"]
 
 
 def test_a_case_read_from_its_folder_names_none() -> None:

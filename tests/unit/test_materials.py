@@ -1,8 +1,9 @@
-"""The keys `liquid` and `solid`: blocks, keys of the case that say the same, quantities, and messages."""
+"""The keys `liquid` and `solid`: blocks, quantities, and messages."""
 
 from __future__ import annotations
 
 import pickle
+import re
 from pathlib import Path
 from typing import Any
 
@@ -36,19 +37,18 @@ def case(**keys: Any) -> Case:
 
 
 @pytest.mark.parametrize(
-    ("block", "flat"),
+    ("block", "short"),
     [
-        ({"liquid": {"law": "giesekus", "alpha": 0.3}}, {"alpha": 0.3}),
+        ({"liquid": {"law": "giesekus", "alpha": 0.2}}, {}),
         ({"liquid": {"law": "giesekus"}}, {}),
-        ({"liquid": {"law": "fene-p", "L2": 50}}, {"liquid": "fene-p", "L2": 50}),
-        ({"liquid": {"law": "fene-p"}, "L2": 50}, {"liquid": "fene-p", "L2": 50}),
+        ({"liquid": "giesekus"}, {}),
         ({"liquid": {"law": "oldroyd-b", "solvent": "newtonian"}}, {"liquid": "oldroyd-b"}),
         ({"solid": "neo-hookean"}, {}),
         ({"solid": [{"law": "neo-hookean"}, "neo-hookean"]}, {}),
     ],
 )
-def test_a_block_is_the_same_case_as_keys_that_say_as_much(block: dict[str, Any], flat: dict[str, Any]) -> None:
-    one, other = case(De=1, **block), case(De=1, **flat)
+def test_a_block_is_the_same_case_as_a_shorter_one(block: dict[str, Any], short: dict[str, Any]) -> None:
+    one, other = case(De=1, **block), case(De=1, **short)
     assert default_folder("run", one) == default_folder("run", other)
     assert one.resolved() == other.resolved()
     assert one.liquid_model == other.liquid_model
@@ -123,7 +123,7 @@ def test_pictures_name_the_materials() -> None:
 
 
 def test_the_law_of_a_case_is_one_object() -> None:
-    assert case(De=1, xi=0.2, alpha=0.3).liquid_model.modes == (Giesekus(alpha=0.3),)
+    assert case(De=1, xi=0.2, liquid={"law": "giesekus", "alpha": 0.3}).liquid_model.modes == (Giesekus(alpha=0.3),)
     assert case(De=1, xi=0.2).liquid_model.xi == 0.2
     assert case(De=0).liquid_model.newtonian
 
@@ -153,7 +153,7 @@ def test_a_unit_that_depends_on_a_parameter_needs_it_first() -> None:
 
 def test_parameters_of_a_liquid_without_elasticity_are_kept_for_another_De() -> None:
     cold = case(De=0, liquid={"law": "fene-p", "L2": 50}).resolved()
-    assert (cold["liquid"], cold["L2"]) == ("fene-p", 50)
+    assert cold["liquid"] == {"law": "fene-p", "L2": 50}
 
 
 def test_only_soft_particles_delay_a_run() -> None:
@@ -167,3 +167,22 @@ def test_settings_reach_into_the_group_of_a_law(tmp_path: Path) -> None:
     assert read_case(COMMANDS["run"], tmp_path / "case.yaml", ("liquid.n=0.7",)).liquid_model.solvent == PowerLaw(n=0.7)
     thin = pairsim.load({**PAIR, "liquid": {"law": "carreau", "n": 0.5, "Cu": 2}}, liquid={"n": 0.6})
     assert thin.liquid_model.solvent.numbers == {"n": 0.6, "Cu": 2.0, "a": 2.0, "eta_inf": 0.0}
+
+
+@pytest.mark.parametrize("liquid", ["", "liquid: giesekus\n", "liquid: {law: giesekus, alpha: 0.1}\n"])
+def test_a_setting_of_a_parameter_needs_no_block(liquid: str, tmp_path: Path) -> None:
+    path = tmp_path / "case.yaml"
+    path.write_text(f"beta: 0.4\nCa_e: 0.1\nd0: 0.1\nDe: 1\n{liquid}")
+    set_by_hand = read_case(COMMANDS["run"], path, ("liquid.alpha=0.3",))
+    assert set_by_hand.liquid_model.modes == (Giesekus(alpha=0.3),)
+    assert pairsim.load(path, liquid={"alpha": 0.3}) == set_by_hand
+
+
+def test_a_parameter_beside_its_law_is_a_mistake_that_shows_the_block() -> None:
+    for keys, block in [
+        ({"alpha": 0.1}, "liquid: {law: giesekus, alpha: 0.1}"),
+        ({"liquid": "ptt-exp", "epsilon": 0.1}, "liquid: {law: ptt-exp, epsilon: 0.1}"),
+        ({"solid": "kelvin-voigt", "eta": 2}, "solid: {law: kelvin-voigt, eta: 2}"),
+    ]:
+        with pytest.raises(InputError, match=re.escape(f"unknown key; it is a parameter of the law: write {block}")):
+            case(De=1, **keys)

@@ -139,7 +139,7 @@ def test_twelve_curves_of_two_parameters_are_told_apart(tmp_path: Path, monkeypa
 
 def test_what_follows_from_another_difference_is_not_named() -> None:
     newtonian = {"beta": 0.4, "De": 0, "mesh.Np": 10, "name": "a"}
-    elastic = {"beta": 0.4, "De": 1, "liquid": "giesekus", "alpha": 0.2, "mesh.Np": 20, "name": "b"}
+    elastic = {"beta": 0.4, "De": 1, "liquid": "giesekus", "liquid.alpha": 0.2, "mesh.Np": 20, "name": "b"}
     assert varying_keys([newtonian, elastic]) == ["De"]
     assert varying_keys([newtonian, elastic, elastic | {"mesh.Np": 28}]) == ["De", "mesh.Np"]
 

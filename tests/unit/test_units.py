@@ -179,7 +179,7 @@ def test_units_prints_the_defaults_used() -> None:
         "1g/ml",
     ]
     shown = CliRunner().invoke(app, [*UNITS, "--flow", "1ul/min", *given, "--solvent", "0.1Pa.s"]).output
-    assert re.findall("default used: (.*)", shown) == ["alpha = 0.2"]
+    assert re.findall("default used: (.*)", shown) == ["liquid.alpha = 0.2"]
 
 
 def test_units_asks_for_the_law_of_an_elastic_liquid() -> None:

@@ -157,7 +157,7 @@ def test_scatter_of_an_unresolved_stress() -> None:
 
     On four meshes of 59,000 to 109,000 unknowns (N_p 48 to 64) dU is 1.068e-3 to 1.076e-3.
     """
-    keys = {"beta": 0.4, "De": 0.5, "Ca_e": 0, "liquid": "fene-p", "L2": 100, "d": (0.3,), "length": "auto"}
+    keys = {"beta": 0.4, "De": 0.5, "Ca_e": 0, "liquid": {"law": "fene-p", "L2": 100}, "d": (0.3,), "length": "auto"}
     found, estimate = solved(keys, Np=20, max_size=0.07, rows=0.5)
     error = 1.072e-3 - found.dU[0]
     assert abs(estimate.dU[0]) + abs(estimate.spread_dU[0]) < 0.7 * error
@@ -167,7 +167,7 @@ def test_scatter_of_an_unresolved_stress() -> None:
 @pytest.mark.slow
 def test_intervals_widen_where_cells_do_not_resolve_the_stress() -> None:
     """An exponential PTT liquid at De 2; the truth is that of cells of .03 and .025 (scripts/error_bars)."""
-    pair = {"beta": 0.4, "De": 2, "Ca_e": 0, "liquid": "ptt-exp", "epsilon": 0.25, "d": (0.2,)}
+    pair = {"beta": 0.4, "De": 2, "Ca_e": 0, "liquid": {"law": "ptt-exp", "epsilon": 0.25}, "d": (0.2,)}
     found, estimate = solved(pair, Np=14, max_size=0.1, grading=1.0)
     dU, error = float(estimate.corrected(found).dU[0]), float(estimate.dU_error[0])
     assert found.conformation is not None

@@ -105,16 +105,16 @@ ALIKE: dict[str, tuple[dict[str, Any], dict[str, Any], float]] = {
     ),
     "one mode twice": (
         {"liquid": {"law": "modes", "modes": [{"law": "giesekus", "alpha": 0.2, "time": 1, "weight": 1}] * 2}},
-        {"liquid": "giesekus", "alpha": 0.2},
+        {"liquid": {"law": "giesekus", "alpha": 0.2}},
         EXACT,
     ),
-    "Giesekus without mobility": ({"liquid": "giesekus", "alpha": 0}, {"liquid": "oldroyd-b"}, EXACT),
-    "linear PTT without breakage": ({"liquid": "ptt-linear", "epsilon": 0}, {"liquid": "oldroyd-b"}, EXACT),
-    "exponential PTT without breakage": ({"liquid": "ptt-exp", "epsilon": 0}, {"liquid": "oldroyd-b"}, EXACT),
-    "FENE-P of any length": ({"liquid": "fene-p", "L2": 1e8}, {"liquid": "oldroyd-b"}, 1e-5),
+    "Giesekus without mobility": ({"liquid": {"law": "giesekus", "alpha": 0}}, {"liquid": "oldroyd-b"}, EXACT),
+    "linear PTT without breakage": ({"liquid": {"law": "ptt-linear", "epsilon": 0}}, {"liquid": "oldroyd-b"}, EXACT),
+    "exponential PTT without breakage": ({"liquid": {"law": "ptt-exp", "epsilon": 0}}, {"liquid": "oldroyd-b"}, EXACT),
+    "FENE-P of any length": ({"liquid": {"law": "fene-p", "L2": 1e8}}, {"liquid": "oldroyd-b"}, 1e-5),
     "exponential and linear PTT": (
-        {"liquid": "ptt-exp", "epsilon": 1e-5},
-        {"liquid": "ptt-linear", "epsilon": 1e-5},
+        {"liquid": {"law": "ptt-exp", "epsilon": 1e-5}},
+        {"liquid": {"law": "ptt-linear", "epsilon": 1e-5}},
         1e-4,
     ),
 }

@@ -17,7 +17,7 @@ class FeneP(ConformationLaw):
     label = "FENE-P"
     words = "finitely extensible dumbbells: shear thinning, large but bounded stress in extension"
 
-    L2: Any = parameter("L^2", "largest trace of the conformation tensor", 3.0, 1e9, open=True, flat=True)
+    L2: Any = parameter("L^2", "largest trace of the conformation tensor", 3.0, 1e9, open=True)
 
     def relaxation(self, at: Invariants) -> tuple[Any, Any, Any]:
         return -1.0, self._spring(at), 0.0

@@ -18,7 +18,7 @@ class Giesekus(ConformationLaw):
     words = "anisotropic mobility: shear thinning, bounded stress in extension"
     default = True
 
-    alpha: Any = parameter(r"\alpha", "mobility of the Giesekus liquid", 0.0, 1.0, default=0.2, flat=True)
+    alpha: Any = parameter(r"\alpha", "mobility of the Giesekus liquid", 0.0, 1.0, default=0.2)
 
     def relaxation(self, at: Invariants) -> tuple[Any, Any, Any]:
         return self.alpha - 1, 1 - 2 * self.alpha, self.alpha

@@ -14,7 +14,7 @@ from pairsim.physics.operations import exp
 class _PhanThienTanner(ConformationLaw):
     """De (upper-convected derivative of c) = -Y(tr c) (c - I)."""
 
-    epsilon: Any = parameter(r"\epsilon", "extensional parameter of the PTT liquids", 0.0, 100.0, flat=True)
+    epsilon: Any = parameter(r"\epsilon", "extensional parameter of the PTT liquids", 0.0, 100.0)
 
     def rate(self, stretch: Any) -> Any:
         """Factor Y of the relaxation rate, from tr c - 3."""
