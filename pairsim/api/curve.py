@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from pairsim.results.columns import suffixes_in
 from pairsim.results.curve_table import curve_of
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
@@ -29,7 +30,7 @@ class Curve:
         Raises:
             InputError: There is no such gap, or no curve over a single distance.
         """
-        found = curve_of(self._columns, "" if gap == 1 and "dU" in self._columns else f"_{gap}")
+        found = curve_of(self._columns, dict(enumerate(suffixes_in(self._columns, "dU"), 1)).get(gap, f"_{gap}"))
         if found is None:
             allowed = "must be a gap of a curve with at least two points over a single distance"
             raise InputError("curve", "gap", gap, allowed)

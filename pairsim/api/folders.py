@@ -9,13 +9,12 @@ from typing import Any
 from pairsim.api.results import result_of
 from pairsim.api.sweeps import SweepResult
 from pairsim.commands import COMMANDS
-from pairsim.results.folders import kind_of, read_record
-from pairsim.results.output import FORMAT
+from pairsim.results.folders import kind_of
 from pairsim.runtime.errors import InputError
 
 
 def open(folder: str | PathLike[str]) -> Any:
-    """Open the results of `run`, `curve`, `critical` or `sweep`, also of earlier versions of pairsim.
+    """Open the results of `run`, `curve`, `critical` or `sweep`.
 
     Args:
         folder: The folder of results. The computation may still be running; files are read when first accessed.
@@ -24,7 +23,7 @@ def open(folder: str | PathLike[str]) -> Any:
         A result of the same type as that of the function which computed it.
 
     Raises:
-        InputError: The folder has no results, those of a study, or results in the format of a newer version.
+        InputError: The folder has no results or those of a study.
     """
     path = Path(folder)
     kind = kind_of(path)
@@ -37,10 +36,6 @@ def open(folder: str | PathLike[str]) -> Any:
             None,
             "must not be a folder of study: read its study.csv, or open one of its sweeps, sweep-1 ...",
         )
-    number = read_record(path).get("format", FORMAT)  # missing in early versions
-    if not isinstance(number, int) or number > FORMAT:
-        allowed = f"must be at most {FORMAT}; a newer pairsim wrote this folder"
-        raise InputError(str(path / "run.json"), "format", number, allowed)
     if kind not in COMMANDS:
         raise InputError(str(path / "run.json"), "kind", kind, f"must be {' or '.join(COMMANDS)}")
     return result_of(COMMANDS[kind], path)

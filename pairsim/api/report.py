@@ -22,7 +22,8 @@ from pairsim.api.sweeps import SweepResult
 from pairsim.commands import COMMANDS
 from pairsim.results.folders import kind_of
 from pairsim.results.output import REPORT, write_text
-from pairsim.results.tables import headings, in_units, readable
+from pairsim.results.table_files import read_table
+from pairsim.results.tables import frame_of, headings, in_units, readable
 from pairsim.results.typography import html_of
 from pairsim.results.units import scales_in
 from pairsim.runtime.duration import duration
@@ -119,7 +120,7 @@ def _of_result(result: Result | SweepResult) -> dict[str, Any]:
 
 def _of_study(directory: Path) -> dict[str, Any]:
     """What the page says of a study."""
-    table = pd.read_csv(directory / TABLE) if (directory / TABLE).is_file() else pd.DataFrame()
+    table = frame_of(read_table(directory / TABLE, missing_ok=True))
     return {
         "status": "finished" if len(table) and (table["status"] == "finished").all() else "running",
         "answer": [f"{len(table)} discretisations"],

@@ -132,9 +132,9 @@ class Command[C: SceneCase]:
         Raises:
             InputError: A file is not a table of pairsim.
         """
-        from pairsim.results.table_columns import read_columns
+        from pairsim.results.table_files import read_table
 
-        return {name: read_columns(directory / f"{name}.csv") for name in self.tables}
+        return {name: read_table(directory / f"{name}.csv", missing_ok=True) for name in self.tables}
 
     def values(self, directory: Path) -> dict[str, Value]:
         """Values of a folder for the columns of results.csv, none where a table cannot be read."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from pairsim.commands.command import Command, InSweeps, Tables, Value, rows_in
 from pairsim.config.cost import Estimate, steady_estimate
 from pairsim.config.curve_case import CurveCase, check_curve
-from pairsim.results.columns import FORCES, gap_endings, relative_velocities
+from pairsim.results.columns import FORCES, GAP, suffixes, suffixes_in
 from pairsim.solvers.curves.distances import between
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def result_columns(case: CurveCase) -> tuple[str, ...]:
         if case.n == 1 and case.velocity is not None
         else []
     )
-    return ("points", *others, *(name.format(gap) for gap in gap_endings(case.n) for name in names))
+    return ("points", *others, *(name.format(gap) for gap in suffixes(GAP, case.n) for name in names))
 
 
 def read(tables: Tables) -> dict[str, Value]:
@@ -71,8 +71,7 @@ def read(tables: Tables) -> dict[str, Value]:
     if not values["points"]:
         return values
     values |= {name: float(table[name][0]) for name in FORCE if name in table}
-    for name in relative_velocities(table):
-        gap = name.removeprefix("dU")
+    for gap in suffixes_in(table, "dU"):
         peak = peak_of(table, gap)
         found = {"d_peak": peak.d, "d_peak_error": peak.d_error, "dU_peak": peak.dU, "dU_error": peak.error}
         values |= {column + gap: value for column, value in found.items()}

@@ -78,14 +78,14 @@ def solve(case: ShapeCase, *, monitor: Monitor) -> Events:
     from pairsim.drivers.events import AtEnd, Begin, Progress, Row, Table
     from pairsim.drivers.outcome import Outcome
     from pairsim.drivers.problems import steady_problem
-    from pairsim.drivers.quasi_steady import UNKNOWN, Solutions, health_columns, point_row
+    from pairsim.drivers.quasi_steady import Solutions, health_columns, point_row
     from pairsim.fem.diagnostics import contour
     from pairsim.solvers.parameters import Parameters
     from pairsim.solvers.steady.first_solution import coarser
 
     yield Begin(f"{len(case.series)} shapes", len(case.series), forms_of(case))
     own = [each.name if isinstance(each, Column) else each for each in COLUMNS]
-    yield Table("shape", [*own, *health_columns(case)], unknown=UNKNOWN)
+    yield Table("shape", [*own, *health_columns(case)])
     with Solutions(case) as found, Solutions(case) as coarse:
         yield AtEnd(lambda: found.last_events({"points": len(found.points)}))
         problem, start = steady_problem(case, 1.0, monitor), Parameters((), case.solid_models, case.liquid_model)
@@ -120,10 +120,10 @@ def draw(directory: Path, out: Path, page: Page) -> list[Path]:
     from pairsim.plots.labels import case_parts, read_case
     from pairsim.plots.style import printing
     from pairsim.plots.units import Units
-    from pairsim.results.output import read_series
+    from pairsim.results.table_files import read_table
 
     units = Units.of(directory, page.physical)
-    table = units.table(read_series(directory / "shape.csv"))
+    table = units.table(read_table(directory / "shape.csv"))
 
     @printing()
     def drawn() -> list[Path]:

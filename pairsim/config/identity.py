@@ -24,8 +24,6 @@ def identity_of(case: SceneCase) -> dict[str, Any]:
     """
     identity = case.resolved()
     identity.pop("name", None)
-    if identity.get("start") == "rest":  # the only start of earlier versions, whose folders keep their names
-        del identity["start"]
     if not case.liquid_model.modes:
         for key in ("xi", *(("liquid",) if case.liquid_model.newtonian else ())):
             identity.pop(key, None)

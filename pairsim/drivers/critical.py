@@ -12,7 +12,7 @@ from pairsim.drivers import events
 from pairsim.drivers.adaptive import adaptation_report
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import steady_problem
-from pairsim.drivers.quasi_steady import UNKNOWN, Solutions, error_at, health_columns, point_row
+from pairsim.drivers.quasi_steady import Solutions, error_at, health_columns, point_row
 from pairsim.drivers.warnings import ErrorAt, large_errors
 from pairsim.results.columns import CRITICAL_COLUMNS
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
@@ -42,7 +42,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     with Solutions(case) as found:
         zeros = _Zeros(found, None if region is None else region.name)
         yield events.AtEnd(zeros.end)
-        yield events.Table("critical", [*CRITICAL_COLUMNS, *health_columns(case)], unknown=UNKNOWN)
+        yield events.Table("critical", [*CRITICAL_COLUMNS, *health_columns(case)])
         failures: list[str] = []
         for line, start in lines:
             try:
@@ -110,8 +110,8 @@ class _Zeros:
         self._wanted += [point] if critical.kind == "wanted" else []
         slope = point.slope_at_rest
         row |= {"Ca_e": max(place.Ca_es), "De": place.De, "d_cr": point.d, "U": row["U_T"], "slope": slope}
-        row |= {"kind": critical.kind, "branch": branch, "stable": "true" if slope < 0 else "false"}
-        row |= {"d_error": "", "parameter_error": ""}
+        row |= {"kind": critical.kind, "branch": branch, "stable": slope < 0}
+        row |= {"d_error": None, "parameter_error": None}
         if critical.by_parameter is None:
             row["d_error"] = row["dU_error"] / abs(slope)
         else:  # where two zeros meet, the slope vanishes

@@ -14,7 +14,7 @@ from pairsim.drivers import events
 from pairsim.drivers.adaptive import adaptation_report
 from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.problems import solution_order, steady_problem
-from pairsim.drivers.quasi_steady import UNKNOWN, Solutions, health_columns, moving_errors, point_row
+from pairsim.drivers.quasi_steady import Solutions, health_columns, moving_errors, point_row
 from pairsim.drivers.warm_start import WarmStart
 from pairsim.drivers.warnings import ErrorAt, far_apart, large_errors
 from pairsim.results.columns import EQUILIBRIA_COLUMNS, curve_columns
@@ -29,8 +29,6 @@ from pairsim.solvers.curves.distances import between
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.continuation import where
 from pairsim.solvers.steady.scene import Steady
-
-WORDS = {True: "true", False: "false"}
 
 
 def solve(
@@ -54,7 +52,7 @@ def solve(
         narrowest = min((d for place in places for d in place), default=np.inf)
         problem = steady_problem(case, narrowest, monitor)
         branch = found.begin(problem, start, places=places, sensitivities=sensitivities)
-        yield events.Table("curve", _columns(case, sensitivities), ascending=case.common, unknown=UNKNOWN)
+        yield events.Table("curve", _columns(case, sensitivities), ascending=case.common)
         for point, wanted in trace(branch, places, case.tol, case.max_points):
             points.append(point)
             if case.common:
@@ -123,8 +121,7 @@ def _zeros(
     except RunFailure as error:
         failure = error
     result = equilibria(zeros, points)
-    rows = [vars(z) | {"stable": WORDS[z.stable], "certain": WORDS[z.certain]} for z in result]
-    yield events.Table("equilibria", EQUILIBRIA_COLUMNS, rows)
+    yield events.Table("equilibria", EQUILIBRIA_COLUMNS, [vars(zero) | {"stable": zero.stable} for zero in result])
     if failure is not None:
         raise failure
     return result

@@ -65,7 +65,6 @@ class Table:
         ascending: Whether rows are kept in ascending order of the first column, in whichever order they come.
         appended: Whether rows are appended to the file, as for many rows; they are numbers, and a resumed computation
             goes on after those that its checkpoint counts. If not, the file is replaced at each row.
-        unknown: Columns whose values may be unknown (nan).
     """
 
     name: str
@@ -73,7 +72,6 @@ class Table:
     rows: Sequence[Mapping[str, Any]] = ()
     ascending: bool = False
     appended: bool = False
-    unknown: Sequence[str] = ()
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from types import MappingProxyType
 from typing import Any
 
 from pairsim.physics.scales import Scales
-from pairsim.results.output import FORMAT, RunFolder
+from pairsim.results.output import RunFolder
 from pairsim.runtime.child_process import DISK
 from pairsim.runtime.errors import ENVIRONMENT, BranchEnd, EnvironmentFailure
 from pairsim.runtime.fenicsx import petsc_version
@@ -127,7 +127,6 @@ class Record:
         """
         wall = self.passed
         content = {
-            "format": FORMAT,
             "kind": self._kind,
             "status": outcome.status if outcome else "running",
             "reason": outcome.reason if outcome else "",

@@ -16,12 +16,9 @@ from pairsim.results.columns import (
     CURVE_HEALTH,
     FORCES,
     POLYMER_HEALTH,
-    gap_endings,
-    named_row,
     names_of,
     observed,
-    particle_endings,
-    spread,
+    table_row,
 )
 from pairsim.runtime.errors import BudgetSpent, NoSteadyState
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
@@ -104,10 +101,6 @@ class Solutions:
         return Summary({**entries, **counts}, [*warnings, *common], phases)
 
 
-UNKNOWN = ("t_relax",)
-"""The columns of a quasi-steady solution that may be unknown: no mode that decays may have been found."""
-
-
 def health_columns(case: SceneCase) -> tuple[str, ...]:
     """Diagnostic columns in a table of quasi-steady solutions."""
     return CURVE_HEALTH + (POLYMER_HEALTH if case.liquid_model.modes else ())
@@ -116,31 +109,47 @@ def health_columns(case: SceneCase) -> tuple[str, ...]:
 def point_row(point: Point) -> dict[str, float]:
     """All values of a quasi-steady solution by the names of their columns."""
     o, estimate = point.observation, point.estimate
-    by_gap: dict[str, Any] = {
-        "slope": point.slopes,
+    values: dict[str, Any] = {
+        "d": point.gaps,
+        "U": o.U,
+        "dU": o.dU,
+        "D": o.D,
+        "dp": o.dp,
+        "dp_plus": o.dp_plus,
+        "newton": point.newton,
         "dU_held": point.held_dUs,
         "stretch": point.motion.stretch,
         "dU_discrete": point.discrete.dU,
         "dU_correction": estimate.dU,
         "dU_error": point.dU_errors,
         "ends_error": estimate.ends_error,
+        "slope": point.slopes,
         **{f"by_{name}": change for name, change in point.sensitivities.items()},
+        "U_correction": estimate.U,
+        "dp_plus_correction": estimate.dp_plus,
+        **dict(zip(FORCES, (o.F, estimate.F, estimate.F_error), strict=True)),
+        "corrected": estimate.trusted,
+        "t_relax": point.t_relax if np.isfinite(point.t_relax) else np.nan,
+        "meshes": point.meshes,
+        **observed(o),
+        "distortion": point.distortion,
     }
-    by_particle = {"U_correction": estimate.U, **dict(zip(FORCES, (o.F, estimate.F, estimate.F_error), strict=True))}
-    row = named_row(0.0, point.gaps, o.U, o.dU, o.D, o.dp, o.dp_plus)
-    for endings, values in ((gap_endings(o.U.size), by_gap), (particle_endings(o.U.size), by_particle)):
-        row |= spread(endings, **{name: each for name, each in values.items() if each is not None and len(each)})
-    row |= {"dp_plus_correction": estimate.dp_plus, "newton": point.newton, "meshes": point.meshes}
-    t_relax = point.t_relax if np.isfinite(point.t_relax) else np.nan
-    row |= {"corrected": estimate.trusted, "t_relax": t_relax, **observed(o), "distortion": point.distortion}
-    return {name: float(value) for name, value in row.items()}
+    return table_row(
+        o.U.size, **{name: value for name, value in values.items() if value is not None and np.size(value)}
+    )
 
 
 def way_row(passed: Passed) -> dict[str, float]:
     """The values of a solution on the way to others; velocities are those at held distances."""
-    place = passed.parameters
-    row = named_row(0.0, place.gaps, passed.U, np.diff(passed.U), passed.D, 0.0, 0.0)
-    return row | {"De": place.De, "Ca_e": max(place.Ca_es, default=0.0)}
+    place, U = passed.parameters, passed.U
+    values: dict[str, Any] = {
+        "De": place.De,
+        "Ca_e": max(place.Ca_es, default=0.0),
+        "d": place.gaps,
+        "U": U,
+        "dU": np.diff(U),
+    }
+    return table_row(len(U), **values, D=passed.D)
 
 
 def error_at(point: Point, gap: int, size: float) -> ErrorAt:

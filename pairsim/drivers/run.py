@@ -75,7 +75,7 @@ class _Run:
             return (yield from self._confirm(begin, ended))
         polymer = POLYMER_HEALTH if case.liquid_model.modes else ()
         columns = [*series_columns(case.n), *self._errors, *HEALTH, *polymer]
-        yield events.Table("series", columns, appended=True, unknown=self._errors)
+        yield events.Table("series", columns, appended=True)
         yield begin
         if old is not None:
             yield events.Note(f"resuming from t = {old.state.history.t[0]:g} (step {old.state.counts.steps})")

@@ -17,7 +17,7 @@ from pairsim.drivers.warnings import (
     unknown_run_error,
     unresolved_stress,
 )
-from pairsim.results.columns import gap_endings, named_row, observed, spread
+from pairsim.results.columns import observed, table_row
 from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.errors.time_error import LEAST
 from pairsim.solvers.stepping.step import Step
@@ -27,14 +27,13 @@ from pairsim.solvers.transient.state import Extremes
 
 def row_of(step: Step) -> dict[str, float]:
     """The row of a step in series.csv."""
-    o, gaps = step.observation, gap_endings(step.observation.U.size)
-    row = named_row(step.t, o.d, step.U, step.dU, o.D, o.dp, o.dp_plus)
-    row |= {"dt": step.dt, "newton": step.report.iterations, "mesh": step.mesh_id}
-    row |= {**observed(o), "distortion": step.distortion}
+    o = step.observation
+    values: dict[str, Any] = {"t": step.t, "d": o.d, "U": step.U, "dU": step.dU, "D": o.D}
+    values |= {"dp": o.dp, "dp_plus": o.dp_plus, "dt": step.dt, "newton": step.report.iterations}
+    values |= {"mesh": step.mesh_id, "distortion": step.distortion, **observed(o)}
     if step.dU_correction is not None and step.dU_error is not None:
-        errors = {"dU_correction": step.dU_correction, "dU_error": step.dU_error}
-        row |= spread(gaps, dU_discrete=step.dU_discrete, **errors)
-    return row
+        values |= {"dU_discrete": step.dU_discrete, "dU_correction": step.dU_correction, "dU_error": step.dU_error}
+    return table_row(o.U.size, **values)
 
 
 def warnings_of(case: Case, errors: RunErrors, extremes: Extremes) -> list[str]:

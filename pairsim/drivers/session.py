@@ -23,7 +23,8 @@ from pairsim.fem.form_cache import compile_apart
 from pairsim.results.checkpoint import Checkpoint, check_same, load
 from pairsim.results.fields_writer import FieldsWriter, gather_frames
 from pairsim.results.folders import kind_of, read_record
-from pairsim.results.output import CHECKPOINT, RunFolder, SeriesWriter, TableWriter, plain, read_series
+from pairsim.results.output import CHECKPOINT, RunFolder, plain
+from pairsim.results.table_files import TableWriter, read_table
 from pairsim.runtime.child_process import DISK
 from pairsim.runtime.duration import duration
 from pairsim.runtime.errors import BranchEnd, InputError, RunFailure, WriteFailure
@@ -126,7 +127,7 @@ def _earlier(case: SceneCase, directory: Path, table: str) -> events.Earlier | N
     if kind != case.kind:
         allowed = f"must be the folder of a {case.kind}, but holds results of another command"
         raise InputError(str(directory), "--resume", None, allowed)
-    if path.exists() and len(next(iter(read_series(path).values()))) > 1:
+    if path.exists() and len(next(iter(read_table(path).values()))) > 1:
         allowed = f"must have a {CHECKPOINT}, since {table} has rows; run the case again with --overwrite"
         raise InputError(str(directory), "--resume", None, allowed)
     return None
@@ -170,7 +171,7 @@ class Session:
         )
         self._notes, self._damage = notes, list[str]()
         self._t, self._step = (self.old.state.history.t[0], self.old.state.counts.steps) if self.old else (0.0, 0)
-        self._tables: dict[str, SeriesWriter | TableWriter] = {}
+        self._tables: dict[str, TableWriter] = {}
         self._at_end: Callable[[], Iterable[events.Event]] = tuple
         self._summary = events.Summary({})
         self._ended: dict[str, Any] = {}
@@ -266,13 +267,12 @@ class Session:
 
     def _open(self, table: events.Table) -> None:
         path = self.folder.file(f"{table.name}.csv")
-        if not table.appended:
-            self._tables[table.name] = TableWriter(path, table.columns, table.rows, table.ascending, table.unknown)
-            return
-        rows = self.old.rows if self.old is not None else None
-        self._tables[table.name] = SeriesWriter(path, table.columns, rows, table.unknown)
-        if self.old is not None:
-            lost = self.old.frames - self._fields.frames if self.old.frames else 0
+        old = self.old if table.appended else None
+        rows = _first_rows(path, table.columns, old.rows) if old is not None else table.rows
+        flags = {"appended": table.appended, "ascending": table.ascending}
+        self._tables[table.name] = TableWriter(path, table.columns, rows, **flags)
+        if old is not None:
+            lost = old.frames - self._fields.frames if old.frames else 0
             self._damage += [f"{lost} frames of fields.xdmf could not be read and are lost"] if lost else []
             self.folder.write_yaml("case.yaml", self.case.resolved())
             self.record.write(None, {}, {})
@@ -285,10 +285,10 @@ class Session:
 
     def _keep(self, event: events.Resumable) -> None:
         """Keep a state in memory, and write it if a checkpoint is due."""
-        (table,) = (table for table in self._tables.values() if isinstance(table, SeriesWriter))
+        (table,) = (table for table in self._tables.values() if table.appended)
         # Fields that come at the end are not counted: a computation with another end has none at this time.
         frames = self._fields.frames if "_fields" in vars(self) else 0
-        self._latest = event.checkpoint(table.rows, frames, self.record.passed)
+        self._latest = event.checkpoint(table.count, frames, self.record.passed)
         passed = time.monotonic() - self._saved
         if passed >= event.every or (event.convenient and passed > CHEAP * self._cost):
             self._save()
@@ -348,6 +348,20 @@ class Session:
     def _retry(self) -> str:
         """The command to give once files can be written again."""
         return "--resume" if self.resumable else "the same command with --overwrite"
+
+
+def _first_rows(path: Path, columns: Sequence[str], count: int) -> list[dict[str, float]]:
+    """The rows of a table up to a checkpoint.
+
+    Raises:
+        InputError: It has fewer rows or other columns.
+    """
+    table = read_table(path)
+    rows = [dict(zip(table, map(float, row), strict=True)) for row in zip(*table.values(), strict=True)]
+    if len(rows) < count or list(table) != list(columns):
+        allowed = f"must have at least {count} rows with the columns {','.join(columns)}, to fit the checkpoint"
+        raise InputError(str(path), "", None, allowed)
+    return rows[:count]
 
 
 def write_failure(error: OSError, directory: Path, retry: str, t: float = 0.0, step: int = 0) -> WriteFailure:

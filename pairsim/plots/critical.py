@@ -18,9 +18,7 @@ from pairsim.plots.lines import draw_zero, zero_notes
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.results.answer import Zero
-from pairsim.results.columns import LENGTH
-from pairsim.results.folders import rows_of
-from pairsim.runtime.errors import InputError
+from pairsim.results.table_files import read_table
 
 OTHER = {"Ca_e": "De", "De": "Ca_e"}
 """The parameter that a picture is drawn over, and the one that tells its lines apart."""
@@ -43,18 +41,12 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
         InputError: The folder is not that of critical distances.
     """
     case = read_case(directory / "case.yaml")
-    path = directory / "critical.csv"
-    try:
-        rows: list[dict[str, Any]] = [*map(dict, rows_of(path))]
-    except OSError as error:
-        raise InputError(str(path), "", None, f"cannot be read ({error.strerror})") from None
+    units = Units.of(directory, page.physical)
+    table = units.table(read_table(directory / "critical.csv"))
+    rows = [dict(zip(table, values, strict=True)) for values in zip(*table.values(), strict=True)]
     if not case.get("along") or not rows:
         return []
     name = next(iter(case["along"]))
-    units = Units.of(directory, page.physical)
-    for row in rows:
-        row |= {column: float(row[column]) for column in (name, OTHER[name])}
-        row |= {column: float(row[column]) * units.factor(LENGTH) for column in ("d_cr", "d_error") if row.get(column)}
     encoding = Encoding.of(rows, [OTHER[name]])
     figure, (axis,) = page.panels(1, height=82, extra=0)
     axis.margins(y=0.15)
@@ -78,7 +70,7 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
 
 
 def _zero(row: Mapping[str, Any]) -> Zero:
-    return Zero(row["d_cr"], row["stable"] == "true")
+    return Zero(row["d_cr"], bool(row["stable"]))
 
 
 def _draw_branch(axis: Axes, name: str, points: Sequence[Mapping[str, Any]], encoding: Encoding) -> None:
@@ -94,7 +86,7 @@ def _draw_branch(axis: Axes, name: str, points: Sequence[Mapping[str, Any]], enc
 def _draw_row(axis: Axes, name: str, row: Mapping[str, Any], colour: Any) -> None:
     """A distance, or the end of a branch, with the interval of the distance or, where two meet, of the parameter."""
     of = {"yerr": "d_error", "xerr": "parameter_error"}
-    error: dict[str, Any] = {which: float(row[column]) for which, column in of.items() if row.get(column)}
+    error: dict[str, Any] = {which: row[column] for which, column in of.items() if np.isfinite(row[column])}
     if row["kind"] == "wanted":
         draw_zero(axis, row[name], row["d_cr"], _zero(row), colour, **error)
     elif row["kind"] in ENDS:

@@ -16,8 +16,9 @@ from pairsim.plots.lines import fine_distances, lines_of
 from pairsim.plots.overlay import draw_overlay
 from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED, Page
 from pairsim.plots.units import Units
-from pairsim.results.columns import column
-from pairsim.results.output import WAY, read_series
+from pairsim.results.columns import column, suffixes_in
+from pairsim.results.output import WAY
+from pairsim.results.table_files import read_table
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
@@ -40,7 +41,7 @@ def draw_curve(directory: Path, out: Path, page: Page) -> list[Path]:
     if (directory / WAY).is_file() and not (directory / "curve.csv").is_file():
         return []
     units = Units.of(directory, page.physical)
-    table = units.table(read_series(directory / "curve.csv"))
+    table = units.table(read_table(directory / "curve.csv"))
     if not len(next(iter(table.values()))):
         raise InputError(str(directory / "curve.csv"), "", None, "has no points yet")
     lines = lines_of(directory, {}, units, curve=True)
@@ -52,7 +53,7 @@ def draw_curve(directory: Path, out: Path, page: Page) -> list[Path]:
 
 def _draw_shapes(axis: Axes, table: Mapping[str, Array], d: str, units: Units) -> None:
     """The Taylor parameters: smooth lines over log d, which do not overshoot, through their points."""
-    points, shapes = table[d], [name for name in table if name.startswith("D_")]
+    points, shapes = table[d], [f"D{each}" for each in suffixes_in(table, "D")]
     fine, many = fine_distances(points), len(shapes) > len(COLOURS)
     for i, name in enumerate(shapes):
         values = table[name]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +14,9 @@ from pairsim.plots.labels import case_parts, read_case
 from pairsim.plots.sections import Layer, View, draw_view, layer_of, mark_view, sheet, views_of
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
-from pairsim.results.output import WAY, read_series
+from pairsim.results.columns import suffixes_in
+from pairsim.results.output import WAY
+from pairsim.results.table_files import read_table
 from pairsim.results.xdmf import read_frame, read_times
 from pairsim.runtime.errors import InputError
 
@@ -71,8 +72,8 @@ def draw_fields(directory: Path, out: Path, page: Page, *, curve: bool, field: s
 def _parts(directory: Path, views: Sequence[View], curve: bool) -> list[str]:
     """The parameters of the case, or of the last solution on the way to it where this is what is drawn."""
     case, way = read_case(directory / "case.yaml"), directory / WAY
-    last = {name: values[-1] for name, values in read_series(way).items()} if way.is_file() else {}
-    d = min((value for name, value in last.items() if re.fullmatch(r"d(_\d+)?", name)), default=np.nan)
+    last = {name: values[-1] for name, values in read_table(way, missing_ok=True).items()}
+    d = min((last[f"d{gap}"] for gap in suffixes_in(last, "d")), default=np.nan)
     if not any(np.isclose(view.frame.t, d) for view in views):
         return case_parts(case, {"d0"} if curve else ())
     factor = last["Ca_e"] / softest if (softest := np.max(case["Ca_e"])) else 0.0

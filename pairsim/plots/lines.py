@@ -14,10 +14,9 @@ from matplotlib.patches import Patch
 
 from pairsim.plots.units import Units
 from pairsim.results.answer import Zero, zeros_in
-from pairsim.results.columns import error_column, relative_velocities
+from pairsim.results.columns import suffixes_in
 from pairsim.results.curve_table import curve_of
-from pairsim.results.output import read_series
-from pairsim.results.table_columns import read_columns
+from pairsim.results.table_files import read_table
 from pairsim.runtime.arrays import Array
 
 FINE = 400  # points of a smooth line
@@ -49,8 +48,13 @@ class Line:
 
     @property
     def gap(self) -> str:
-        """What the names of the gap's columns end with."""
-        return self.y.removeprefix("dU") if self.y.startswith("dU") else ""
+        """The suffix of the gap's columns."""
+        return "".join(suffixes_in([self.y], "dU"))
+
+    @property
+    def error(self) -> Array | None:
+        """The half-width of dU, where that is what is drawn and its error is known."""
+        return self.table.get(f"dU_error{self.gap}") if self.y.startswith("dU") else None
 
     @property
     def d(self) -> str:
@@ -61,13 +65,12 @@ class Line:
         """The column of t, of the distance d, or of what is drawn, y."""
         return {"t": "t", "d": self.d, "y": self.y}[name]
 
-    def smooth(self) -> tuple[Array, Array, Array | None]:
+    def smooth(self) -> tuple[Array, Array, Array]:
         """Abscissa, dU and its half-width between the points of a curve of at least two."""
         curve = curve_of(self.table, self.gap)
         assert curve is not None
         fine = fine_distances(curve.d)
-        known = error_column(self.table, self.gap) is not None
-        return fine, curve.values(fine), curve.half_widths(fine) if known else None
+        return fine, curve.values(fine), curve.half_widths(fine)
 
     def drawn(self, x: str, y: str = "y") -> tuple[Array, Array, Array | None]:
         """Abscissa, ordinate and the half-width of dU, as a line shows them.
@@ -77,8 +80,7 @@ class Line:
         """
         if self.curve and y == "y" and len(self.table[self.d]) > 1:
             return self.smooth()
-        error = error_column(self.table, self.gap) if y == "y" and self.y.startswith("dU") else None
-        return self.table[self.column(x)], self.table[self.column(y)], self.table[error] if error else None
+        return self.table[self.column(x)], self.table[self.column(y)], self.error if y == "y" else None
 
 
 def fine_distances(points: Array) -> Array:
@@ -102,13 +104,13 @@ def lines_of(
     Raises:
         InputError: The table cannot be read.
     """
-    table = units.table(read_series(directory / ("curve.csv" if curve else "series.csv")))
+    table = units.table(read_table(directory / ("curve.csv" if curve else "series.csv")))
     rows = len(next(iter(table.values())))
-    relative = relative_velocities(table)
-    if not rows or (curve and not (relative and f"slope{relative[0].removeprefix('dU')}" in table)):
+    gaps = suffixes_in(table, "dU")
+    if not rows or (curve and not (gaps and f"slope{gaps[0]}" in table)):
         return []
-    columns = relative or [name for name in table if name == "U" or name.startswith("U_")] or ["dp"]
-    zeros = units.zeros(zeros_in(read_columns(directory / "equilibria.csv"))) if curve else ()
+    columns = [f"dU{gap}" for gap in gaps] or [f"U{each}" for each in suffixes_in(table, "U")] or ["dp"]
+    zeros = units.zeros(zeros_in(read_table(directory / "equilibria.csv", missing_ok=True))) if curve else ()
     many = len(columns) > 1
     return [
         Line({**parameters, "gap": i} if many else parameters, table, name, units, curve, zeros, failed)

@@ -17,10 +17,11 @@ from pairsim.plots.lines import BAND, fill
 from pairsim.plots.space_time import draw_space_time
 from pairsim.plots.style import COLOURS, LINES, Page, printing
 from pairsim.plots.units import Units
-from pairsim.results.columns import TIME, VELOCITY, column, error_column, relative_velocities
+from pairsim.results.columns import TIME, VELOCITY, column, suffixes_in
 from pairsim.results.folders import read_record
-from pairsim.results.output import SERIES, read_series
+from pairsim.results.output import SERIES
 from pairsim.results.run_answer import Settled, start_up
+from pairsim.results.table_files import read_table
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
@@ -46,20 +47,19 @@ def draw_series(directory: Path, out: Path, page: Page) -> list[Path]:
     if not (directory / SERIES).is_file():
         raise InputError(str(directory), "", None, f"is not the folder of a run that has begun: it has no {SERIES}")
     units = Units.of(directory, page.physical)
-    series = units.table(read_series(directory / SERIES))
+    series = units.table(read_table(directory / SERIES))
     if "t" not in series or not len(series["t"]):
         raise InputError(str(directory / SERIES), "", None, "has no rows yet; wait for the first step")
-    quantities = {name: [each for each in series if each.rpartition("_")[0] == name or each == name] for name in "dUD"}
-    relative = relative_velocities(series)
+    d, relative, U, D = ([name + each for each in suffixes_in(series, name)] for name in ("d", "dU", "U", "D"))
     record = read_record(directory)
     starting = min(start_up(record) * units.factor(TIME), float(series["t"][-1]))
     if len(relative) > MOST_LINES:
         notes: list[Any] = []
-        figure = draw_space_time(page, series, [quantities["d"], relative, quantities["D"]], units)
+        figure = draw_space_time(page, series, [d, relative, D], units)
     else:
         notes = [Patch(color=START_UP, label="start-up")] if starting else []
-        over_t = [quantities["d"], relative or quantities["U"] or ["dp"], quantities["D"]]
-        panels = [(["t"], names) for names in over_t if names] + [(quantities["d"], relative)] * bool(relative)
+        over_t = [d, relative or U or ["dp"], D]
+        panels = [(["t"], names) for names in over_t if names] + [(d, relative)] * bool(relative)
         figure, axes = page.panels(len(panels), height=48)
         for axis, (against, names) in zip(axes, panels, strict=True):
             _draw_panel(axis, series, against, names, starting, units)
@@ -80,9 +80,9 @@ def _draw_panel(
         look: dict[str, Any] = {"color": COLOURS[i], "linestyle": LINES[i]}
         look |= {"label": f"${column(name).symbol}$" if over_t else f"${column(name).symbol}({column(x).symbol})$"}
         axis.plot(series[x], series[name], marker="o" if len(series[x]) == 1 else "", **look)
-        error = error_column(series, name.removeprefix("dU")) if name.startswith("dU") else None
-        if error is not None:
-            fill(axis, series[x], series[name], series[error], look | {"band": BAND})
+        error = series.get(name.replace("dU", "dU_error"))
+        if name.startswith("dU") and error is not None:
+            fill(axis, series[x], series[name], error, look | {"band": BAND})
         if not over_t and starting:
             wide: dict[str, Any] = {"linewidth": 5, "linestyle": "-", "solid_capstyle": "butt", "zorder": 0.1}
             axis.plot(series[x][:starts], series[name][:starts], color=START_UP, **wide)

@@ -53,7 +53,8 @@ class Units:
 
     def table(self, columns: Mapping[str, Array]) -> dict[str, Array]:
         """The columns of a table in the units that are drawn."""
-        return {name: values * self.factor(unit_of(name)) for name, values in columns.items()}
+        factors = {name: self.factor(unit_of(name)) for name in columns}
+        return {name: values * factors[name] if factors[name] != 1 else values for name, values in columns.items()}
 
     def zeros(self, zeros: Iterable[Zero]) -> tuple[Zero, ...]:
         """Zeros of dU in these units."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -11,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.results.columns import LENGTH, VELOCITY, relative_velocities
+from pairsim.results.columns import LENGTH, VELOCITY, suffixes_in
 from pairsim.results.curve_table import peak_of, regions_of
 from pairsim.results.memory import forgotten_at
 from pairsim.results.output import WAY
@@ -54,12 +53,12 @@ def answer_of_curve(table: Table, zeros: Sequence[Zero], record: Mapping[str, An
         zeros: Zeros of dU, in ascending distance.
         record: run.json.
     """
-    gaps = [name for name in table if name == "d" or name.startswith("d_")]
+    gaps = suffixes_in(table, "dU")
     if not gaps:
-        velocities = ", ".join(f"{name} = {table[name][0]:.6g}" for name in table if re.fullmatch(r"U_\d+", name))
-        forces = [name for name in table if re.fullmatch(r"F_\d+", name)]
-        moved = [f"{name} = {with_error(table[name][0], table[f'F_error{name[1:]}'][0])}" for name in forces]
-        return [f"{', '.join([velocities, *moved])}.", *shapes_in(table, 0, "")]
+        velocities = [f"U{each} = {table[f'U{each}'][0]:.6g}" for each in suffixes_in(table, "U")]
+        forces = suffixes_in(table, "F")
+        moved = [f"F{each} = {with_error(table[f'F{each}'][0], table[f'F_error{each}'][0])}" for each in forces]
+        return [f"{', '.join([*velocities, *moved])}.", *shapes_in(table, 0, "")]
     lines = []
     scales = scales_in(record)
     if "dU" in table:
@@ -71,8 +70,8 @@ def answer_of_curve(table: Table, zeros: Sequence[Zero], record: Mapping[str, An
             places = ", ".join(in_unit(scales, LENGTH, zero.d, zero.error) for zero in zeros)
             lines.append(f"In physical units: it keeps its distance at d = {places}.")
         lines += _starts(table)
-    for name in relative_velocities(table):
-        peak = peak_of(table, name.removeprefix("dU"))
+    for gap in gaps:
+        name, peak = f"dU{gap}", peak_of(table, gap)
         value, place = with_error(peak.dU, peak.error, "+"), with_error(peak.d, peak.d_error)
         if not np.isfinite(peak.error):
             lines.append(f"Largest |{name}| of two points: {value} at d = {place}; what lies between is not known.")
@@ -84,8 +83,8 @@ def answer_of_curve(table: Table, zeros: Sequence[Zero], record: Mapping[str, An
                 in_unit(scales, LENGTH, peak.d, peak.d_error),
             )
             lines.append(f"In physical units: {value} at d = {place}.")
-    shapes = [name for name in table if name.startswith("D_")]
-    ranges = ", ".join(f"{name} from {table[name].min():.3g} to {table[name].max():.3g}" for name in shapes)
+    shapes = {f"D{each}": table[f"D{each}"] for each in suffixes_in(table, "D")}
+    ranges = ", ".join(f"{name} from {values.min():.3g} to {values.max():.3g}" for name, values in shapes.items())
     return [*lines, f"Taylor parameters: {ranges}."] if ranges else lines
 
 
@@ -111,7 +110,7 @@ def _starts(table: Table) -> list[str]:
     """From where on pairs that start at an end of the curve and move along it are on the curve, if that is far."""
     lines = []
     for end, sign in ((0, 1), (-1, -1)):
-        d, dU, held = (float(table[name][end]) for name in ("d", "dU", "dU_held" if "dU_held" in table else "dU"))
+        d, dU, held = (float(table[name][end]) for name in ("d", "dU", "dU_held"))
         there = forgotten_at(table, d) if dU * sign > 0 else None
         if there is None or 1 / FAR < there / d < FAR:
             continue
@@ -144,7 +143,7 @@ def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list
 
 def shapes_in(table: Table, row: int, when: str) -> list[str]:
     """The Taylor parameters in a row."""
-    values = {name: float(table[name][row]) for name in table if name.startswith("D_")}
+    values = {f"D{each}": float(table[f"D{each}"][row]) for each in suffixes_in(table, "D")}
     said = [f"{name} = {values[name]:.3g}" for name in sorted(values, key=lambda name: values[name])]
     shapes = (
         f"from {said[0]} to {said[-1]}"

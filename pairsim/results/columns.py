@@ -3,24 +3,35 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from pairsim.runtime.arrays import Array
+GAP, PARTICLE = "gap", "particle"
+NAMES: dict[str, dict[str, str]] = {
+    "": {"": ""},
+    GAP: {"": "the pair", "_i": "particles i and i+1"},
+    PARTICLE: {
+        "_L": "the leading (downstream) particle",
+        "_T": "the trailing (upstream) particle",
+        "_i": "particle i (counted from upstream)",
+    },
+}
+"""What the columns of a gap or particle are of, by their suffix: that of a pair, and `_i` in larger rows."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a table.
+    """A quantity in tables, with a column of its own or one for each gap or particle.
 
     Attributes:
-        name: Its name in the header.
-        symbol: Symbol of the paper (TeX).
-        meaning: Its description.
+        name: Its name in the header, but for the suffix of a gap or particle.
+        symbol: Symbol of the paper (TeX); `{_}`, in a subscript `{,}`, stands for the suffix.
+        meaning: Its description; `{_}` stands for the suffix, `{of}` for the gap or particle.
         unit: Its unit (TeX), empty if it has none.
+        of: What it has a column for each of, `GAP` or `PARTICLE`; empty where it has one.
         whole: Whether its values are whole numbers.
+        unknown: Whether a value may be unknown, nan in the file.
         value: Its value, where it is read off the `Observation` of a solution: such a column is in every table of
             solutions.
         polymer: Whether it is there in viscoelastic liquids alone.
@@ -30,53 +41,70 @@ class Column:
     symbol: str
     meaning: str
     unit: str = ""
+    of: str = ""
     whole: bool = False
-    value: Callable[[Any], float] | None = None
+    unknown: bool = False
+    value: Callable[[Any], Any] | None = None
     polymer: bool = False
+
+    def with_suffix(self, suffix: str) -> Column:
+        """Its column for a gap or particle."""
+        number, words = suffix.removeprefix("_"), NAMES[self.of]
+        subscript = f"_{{{number}}}" if number.isdecimal() else suffix
+        symbol = self.symbol.replace("{_}", subscript).replace("{,}", suffix.replace("_", ","))
+        meaning = self.meaning.replace("{_}", suffix).replace("{of}", words.get(suffix, words.get("_i", "")))
+        return replace(self, name=self.name + suffix, symbol=symbol, meaning=meaning)
+
+
+def suffixes(of: str, n: int) -> list[str]:
+    """What the names of the columns of every gap or particle end with, from upstream.
+
+    Args:
+        of: `GAP`, `PARTICLE`, or "" for a quantity with one column.
+        n: Number of particles.
+
+    Returns:
+        "" for the gap of a pair, "_T" and "_L" for its particles; "_1", "_2", ... for those of other rows.
+    """
+    if not of:
+        return [""]
+    if n == 2:
+        return [""] if of == GAP else ["_T", "_L"]
+    return [f"_{i}" for i in range(1, n + (of == PARTICLE))]
+
+
+def suffixes_in(names: Iterable[str], quantity: str) -> list[str]:
+    """The suffixes with which a quantity is among the names of columns, in their order; see `suffixes`."""
+    return [name.removeprefix(quantity) for name in names if re.fullmatch(rf"{quantity}(_\d+|_[LT])?", name)]
 
 
 RATE = r"U_{av}/D_c"
 TIME, VELOCITY, LENGTH, STRESS = r"D_c/U_{av}", r"U_{av}", r"D_c", r"\eta_0 U_{av}/D_c"
 FORCE = r"\eta_0 U_{av} D_c"
 AREA = r"D_c^2"
-# What the names of columns of every gap and every particle end with, and what they are of. Where a pair has a column of
-# its own, `_i` stands for the number in larger rows; `{_}` (in a subscript `{,}`) and `{of}` for either.
-GAPS = (("", "the pair"), ("_i", "particles i and i+1"))
-PARTICLES = (
-    ("_L", "the leading (downstream) particle"),
-    ("_T", "the trailing (upstream) particle"),
-    ("_i", "particle i (counted from upstream)"),
-)
-ONE = (("", ""),)
 
 
 def _plain(name: str, meaning: str, unit: str = "", *, whole: bool = False) -> Column:
     """A column without a symbol."""
-    return Column(name, "", meaning, unit, whole)
+    return Column(name, "", meaning, unit, whole=whole)
 
 
-def _each(endings: Iterable[tuple[str, str]], name: str, symbol: str, meaning: str, unit: str) -> Iterator[Column]:
-    """The columns of a quantity of every gap or particle."""
-    for ending, of in endings:
-        symbol_of = symbol.replace("{_}", ending).replace("{,}", ending.replace("_", ","))
-        yield Column(name + ending, symbol_of, meaning.replace("{_}", ending).replace("{of}", of), unit)
-
-
-def _correction(endings: Iterable[tuple[str, str]], name: str, unit: str) -> Iterator[Column]:
-    """The columns of the estimated discretisation error of a quantity."""
+def _correction(of: str, name: str, unit: str) -> Column:
+    """The estimated discretisation error of a quantity."""
     meaning = f"estimate of exact minus discrete {name}{{_}}, contained in it where corrected is 1"
-    return _each(endings, f"{name}_correction", r"\delta^h{_}", meaning, unit)
+    return Column(f"{name}_correction", r"\delta^h{_}", meaning, unit, of, unknown=True)
 
 
-def _error(endings: Iterable[tuple[str, str]], name: str, unit: str, by: str) -> Iterator[Column]:
-    """The columns of the half-width of the interval of a quantity."""
-    return _each(endings, f"{name}_error", r"\epsilon{_}", f"error of {name}{{_}} by {by}, half-width", unit)
+def _error(of: str, name: str, unit: str, by: str) -> Column:
+    """The half-width of the interval of a quantity."""
+    meaning = f"error of {name}{{_}} by {by}, half-width"
+    return Column(f"{name}_error", r"\epsilon{_}", meaning, unit, of, unknown=True)
 
 
-def _by(name: str, symbol: str) -> Iterator[Column]:
-    """The columns of the derivatives by a parameter."""
+def _by(name: str, symbol: str) -> Column:
+    """The derivative of dU by a parameter."""
     symbol = rf"\partial\Delta U{{_}}/\partial {symbol}"
-    return _each(GAPS, f"by_{name}", symbol, f"derivative of dU_held{{_}} by {name}", VELOCITY)
+    return Column(f"by_{name}", symbol, f"derivative of dU_held{{_}} by {name}", VELOCITY, GAP)
 
 
 def _of_polymer(name: str, symbol: str, meaning: str, unit: str) -> Column:
@@ -96,41 +124,39 @@ _SLOPE = (
     "derivative of dU_held{_} by d when all distances change together; at a zero of dU that of dU, and a zero with "
     "negative slope is stable"
 )
-_EARLIER = "in folders of earlier versions: dU{_} is that at held distance, and this is added"
 _ENDS = "the part of dU_error{_} that is due to the ends of the tube"
 _MOVED = "force along the tube that moves {of} at the prescribed velocity"
 
 COLUMNS: tuple[Column, ...] = (
     Column("t", r"t", "time", TIME),
-    *_each(GAPS, "d", r"d{_}", "distance between the facing surfaces of {of} on the axis", LENGTH),
-    *_each(PARTICLES, "U", r"U{_}", "velocity of {of}, the volume average of u_z", VELOCITY),
-    *_each(
-        GAPS,
+    Column("d", r"d{_}", "distance between the facing surfaces of {of} on the axis", LENGTH, GAP),
+    Column("U", r"U{_}", "velocity of {of}, the volume average of u_z", VELOCITY, PARTICLE),
+    Column(
         "dU",
         r"\Delta U{_}",
         "velocity of the downstream particle of {of} minus that of the upstream one; positive: they separate",
         VELOCITY,
+        GAP,
     ),
-    *_each(GAPS, "dU_held", r"\Delta U_{h{,}}", _HELD, VELOCITY),
-    *_each(GAPS, "dU_discrete", r"\Delta U^h{_}", _DISCRETE, VELOCITY),
+    Column("dU_held", r"\Delta U_{h{,}}", _HELD, VELOCITY, GAP),
+    Column("dU_discrete", r"\Delta U^h{_}", _DISCRETE, VELOCITY, GAP),
     _plain("corrected", _CORRECTED, whole=True),
-    *_each(GAPS, "stretch", r"\mathrm{d}c{_}/\mathrm{d}d", _STRETCH, ""),
-    Column("t_relax", r"t_r", "slowest decay time of a disturbance at held distance", TIME),
-    *_each(GAPS, "drift", r"\delta{_}", _EARLIER, VELOCITY),
-    *_each(PARTICLES, "D", r"D{_}", _TAYLOR, ""),
+    Column("stretch", r"\mathrm{d}c{_}/\mathrm{d}d", _STRETCH, "", GAP),
+    Column("t_relax", r"t_r", "slowest decay time of a disturbance at held distance", TIME, unknown=True),
+    Column("D", r"D{_}", _TAYLOR, "", PARTICLE),
     Column("dp", r"\Delta p", "pressure drop over the length of the tube", STRESS),
     Column("dp_plus", r"\Delta p^+", "pressure drop in excess of that of the same tube without particles", STRESS),
-    *_each(PARTICLES, "F", r"F{_}", _MOVED, FORCE),
+    Column("F", r"F{_}", _MOVED, FORCE, PARTICLE),
     Column("dt", r"\Delta t", "size of the time step that ends at t", TIME),
     Column(
         "newton", r"n", "Newton iterations of the step, or of the continuation from the previous point", "", whole=True
     ),
     Column("mesh", r"k", "number of remeshings before the step", "", whole=True),
     Column("meshes", r"k", "number of meshes made so far", "", whole=True),
-    *_each(GAPS, "slope", r"\mathrm{d}\Delta U{_}/\mathrm{d}d", _SLOPE, RATE),
-    *_by("Ca_e", r"\mathrm{Ca}_e"),
-    *_by("De", r"\mathrm{De}"),
-    *_by("beta", r"\beta"),
+    Column("slope", r"\mathrm{d}\Delta U{_}/\mathrm{d}d", _SLOPE, RATE, GAP),
+    _by("Ca_e", r"\mathrm{Ca}_e"),
+    _by("De", r"\mathrm{De}"),
+    _by("beta", r"\beta"),
     Column("Ca_e", r"\mathrm{Ca}_e", "elastic capillary number of the soft particles", ""),
     Column("De", r"\mathrm{De}", "Deborah number", ""),
     Column("d_cr", r"d_{cr}", "critical distance, at which dU = 0", LENGTH),
@@ -145,14 +171,13 @@ COLUMNS: tuple[Column, ...] = (
     _plain("certain", "true: |dU| exceeds its error on both sides of the zero"),
     Column("d_error", r"\epsilon_d", "error of the distance, dU_error/|slope|; empty where two zeros meet", LENGTH),
     Column("parameter_error", r"\epsilon", "error of the followed parameter where two zeros meet; empty elsewhere", ""),
-    *_correction(GAPS, "dU", VELOCITY),
-    *_error(GAPS, "dU", VELOCITY, "mesh, ends, Newton's method and motion"),
-    *_each(GAPS, "ends_error", r"\epsilon_{L{,}}", _ENDS, VELOCITY),
-    *_correction(PARTICLES, "U", VELOCITY),
-    *_correction(ONE, "dp_plus", STRESS),
-    *_correction(PARTICLES, "F", FORCE),
-    *_error(PARTICLES, "F", FORCE, "mesh, ends and Newton's method"),
-    *_each(GAPS, "mesh_error", r"\epsilon{_}", "|dU{_} - dU{_} on a mesh with cells 2^0.5 times larger|", VELOCITY),
+    _correction(GAP, "dU", VELOCITY),
+    _error(GAP, "dU", VELOCITY, "mesh, ends, Newton's method and motion"),
+    Column("ends_error", r"\epsilon_{L{,}}", _ENDS, VELOCITY, GAP),
+    _correction(PARTICLE, "U", VELOCITY),
+    _correction("", "dp_plus", STRESS),
+    _correction(PARTICLE, "F", FORCE),
+    _error(PARTICLE, "F", FORCE, "mesh, ends and Newton's method"),
     _plain("wanted", "1 for a requested point, 0 for a point added by refinement", whole=True),
     Column(
         "m",
@@ -177,8 +202,7 @@ COLUMNS: tuple[Column, ...] = (
     _of_polymer("c_min", r"\min\,c", "smallest eigenvalue of the conformation tensor", ""),
     _of_polymer("s_jump", r"[s]", "largest change of s = log c within a cell", ""),
 )
-"""All columns; `_i` stands for the number of a particle or gap. Plots take their labels from symbol and unit."""
-_BY_NAME = {entry.name: entry for entry in COLUMNS}
+"""All columns, but for those of one command alone. Plots take their labels from symbol and unit."""
 OBSERVED = tuple(entry.name for entry in COLUMNS if entry.value is not None and not entry.polymer)
 """Columns that are read off the observation of a solution."""
 HEALTH = ("dt", "newton", "mesh", *OBSERVED, "distortion")
@@ -210,7 +234,6 @@ SWEEP_COLUMNS = (
     _plain("d_peak_error", "error of d_peak, half-width", LENGTH),
     _plain("dU_peak", "dU there", VELOCITY),
     _plain("dU_error", "error of dU_peak, half-width", VELOCITY),
-    _plain("mesh_error", "mesh_error of the nearest point", VELOCITY),
 )
 """Columns that only results.csv has; the others are in `COLUMNS`."""
 STUDY_COLUMNS = (
@@ -238,36 +261,85 @@ WHOLE = frozenset(entry.name for entry in (*COLUMNS, *_OF_CASES) if entry.whole)
 """Names of the columns with whole numbers, in all tables including results.csv."""
 
 
-def observed(observation: Any) -> dict[str, float]:
-    """The columns that are read off the `Observation` of a solution, by name."""
-    polymer = observation.conformation is not None
-    return {e.name: float(e.value(observation)) for e in COLUMNS if e.value is not None and polymer >= e.polymer}
+_LISTED: dict[str, Column] = {}  # by name, with `_i` for numbers
+_OF_MANY: dict[str, Column] = {}  # quantities of every gap or particle
 
 
-def gap_endings(n: int) -> list[str]:
-    """Suffix of the column names for each gap of `n` particles: "" for a pair, else "_1", "_2", ..."""
-    return [""] if n == 2 else [f"_{i}" for i in range(1, n)]
+def declare(columns: Iterable[Column]) -> None:
+    """Add columns to those that are known."""
+    for entry in columns:
+        _LISTED.update({entry.name + suffix: entry.with_suffix(suffix) for suffix in NAMES[entry.of]})
+        if entry.of:
+            _OF_MANY[entry.name] = entry
 
 
-def relative_velocities(names: Iterable[str]) -> list[str]:
-    """Those among the names of columns that are a relative velocity: dU, or dU_1, dU_2, ..."""
-    return [name for name in names if re.fullmatch(r"dU(_\d+)?", name)]
+declare(COLUMNS)
+NUMBERED = tuple(entry for name, entry in _LISTED.items() if name.endswith("_i"))
+"""The columns of every gap or particle where there are more than two particles, or one."""
 
 
-def particle_endings(n: int) -> list[str]:
-    """What the names of the columns of every particle end with, from upstream."""
-    return ["_T", "_L"] if n == 2 else [f"_{i}" for i in range(1, n + 1)]
+def column(name: str) -> Column:
+    """The description of a column, with its number filled in: `column("D_3").symbol == "D_{3}"`.
+
+    Raises:
+        KeyError: There is no such column.
+    """
+    if name in _LISTED and not name.endswith("_i"):
+        return _LISTED[name]
+    quantity, _, number = name.rpartition("_")
+    if not number.isdecimal():
+        raise KeyError(name)
+    return _OF_MANY[quantity].with_suffix(f"_{number}")
 
 
-def error_column(names: Iterable[str], gap: str = "") -> str | None:
-    """The column that holds the error of dU, the half-width of an interval; None if there is none.
+def may_be_unknown(name: str) -> bool:
+    """Whether a value of a column may be unknown; False for columns that are not of pairsim."""
+    try:
+        return column(name).unknown
+    except KeyError:
+        return False
+
+
+def _suffixes_of(quantity: str, n: int) -> list[str]:
+    return suffixes(_OF_MANY[quantity].of if quantity in _OF_MANY else "", n)
+
+
+def names_of(n: int, *quantities: str) -> list[str]:
+    """The columns of quantities in tables of `n` particles: of a pair, the leading one comes first."""
+    return [name + suffix for name in quantities for suffix in _suffixes_of(name, n)[:: -1 if n == 2 else 1]]
+
+
+def table_row(n: int, **values: Any) -> dict[str, float]:
+    """A row of a table of `n` particles by the names of its columns.
 
     Args:
-        names: Columns of a table.
-        gap: What the names of the columns of the gap end with.
+        n: Number of particles.
+        values: Of each quantity a number, or one for each of the n - 1 gaps or the n particles from upstream.
+
+    Raises:
+        ValueError: A quantity has fewer or more values.
     """
-    there = set(names)
-    return next((name for name in (f"dU_error{gap}", f"mesh_error{gap}") if name in there), None)
+    row: dict[str, float] = {}
+    for name, value in values.items():
+        entries = value if name in _OF_MANY else (value,)
+        row |= {name + at: float(entry) for at, entry in zip(_suffixes_of(name, n), entries, strict=True)}
+    return row
+
+
+def observed(observation: Any) -> dict[str, Any]:
+    """The values that are read off the `Observation` of a solution, by quantity."""
+    polymer = observation.conformation is not None
+    return {e.name: e.value(observation) for e in COLUMNS if e.value is not None and polymer >= e.polymer}
+
+
+def series_columns(n: int) -> list[str]:
+    """The first columns of series.csv for `n` particles."""
+    return names_of(n, "t", "d", "U", "dU", "D", "dp", "dp_plus")
+
+
+def error_columns(n: int) -> list[str]:
+    """The columns of the error of dU in series.csv, after `series_columns`, for `n` particles."""
+    return names_of(n, "dU_discrete", "dU_correction", "dU_error")
 
 
 def curve_columns(n: int, common: bool, sensitivities: Sequence[str], forces: bool) -> list[str]:
@@ -279,13 +351,10 @@ def curve_columns(n: int, common: bool, sensitivities: Sequence[str], forces: bo
         sensitivities: Parameters by which dU was differentiated.
         forces: Whether the velocity of the particles is prescribed.
     """
-    names = ["dU_held", "dU_discrete", "stretch", "dU_correction", "dU_error", "ends_error"]
+    names = ["newton", "dU_held", "dU_discrete", "stretch", "dU_correction", "dU_error", "ends_error"]
     names += [*(["slope"] if common else []), *(f"by_{name}" for name in sensitivities)]
-    by_gap = (name + gap for name in names for gap in gap_endings(n))
-    corrections = [f"U_correction{each}" for each in particle_endings(n)] + ["dp_plus_correction"]
-    if forces:
-        corrections += [name + each for name in FORCES for each in particle_endings(n)]
-    return [*series_columns(n)[1:], "newton", *by_gap, *corrections, "corrected", "wanted"]
+    names += ["U_correction", "dp_plus_correction", *(FORCES if forces else ()), "corrected", "wanted"]
+    return [*series_columns(n)[1:], *names_of(n, *names)]
 
 
 CRITICAL_COLUMNS = (
@@ -295,78 +364,3 @@ CRITICAL_COLUMNS = (
 """The columns that critical.csv begins with."""
 EQUILIBRIA_COLUMNS = ("d", "stable", "slope", "peak", "d_error", "certain")
 """The columns of equilibria.csv."""
-
-
-def declare(columns: Iterable[Column]) -> None:
-    """Add columns that one command alone has."""
-    _BY_NAME.update({entry.name: entry for entry in columns})
-
-
-def column(name: str) -> Column:
-    """The description of a column, with its number filled in: `column("D_3").symbol == "D_{3}"`.
-
-    Raises:
-        KeyError: There is no such column.
-    """
-    if name in _BY_NAME and not name.endswith("_i"):
-        return _BY_NAME[name]
-    base, _, number = name.rpartition("_")
-    if not number.isdecimal():
-        raise KeyError(name)
-    entry = _BY_NAME[f"{base}_i"]
-    return replace(entry, name=name, symbol=entry.symbol.replace("_i", f"_{{{number}}}"))
-
-
-def names_of(n: int, *quantities: str) -> list[str]:
-    """The columns of quantities of every gap or particle, for `n` particles: of a pair, the leading one comes first."""
-    gaps, particles = gap_endings(n), particle_endings(n)[:: -1 if n == 2 else 1]
-    return [name + ending for name in quantities for ending in (particles if f"{name}_L" in _BY_NAME else gaps)]
-
-
-def series_columns(n: int) -> list[str]:
-    """The first columns of series.csv for `n` particles."""
-    return ["t", *names_of(n, "d", "U", "dU", "D"), "dp", "dp_plus"]
-
-
-def error_columns(n: int) -> list[str]:
-    """The columns of the error of dU in series.csv, after `series_columns`, for `n` particles."""
-    return names_of(n, "dU_discrete", "dU_correction", "dU_error")
-
-
-def spread(endings: Sequence[str], **values: Iterable[float]) -> dict[str, float]:
-    """Values by the names of their columns: of every quantity one for each gap or particle, from upstream.
-
-    Raises:
-        ValueError: A quantity has fewer or more values.
-    """
-    names = {name: zip(endings, each, strict=True) for name, each in values.items()}
-    return {name + ending: float(value) for name, pairs in names.items() for ending, value in pairs}
-
-
-def named_row(
-    t: float,
-    d: Iterable[float],
-    U: Sequence[float] | Array,
-    dU: Iterable[float],
-    D: Iterable[float],
-    dp: float,
-    dp_plus: float,
-) -> dict[str, float]:
-    """One row of series.csv by the names of `series_columns`.
-
-    Args:
-        t: Time [D_c/U_av].
-        d: Distances [D_c], one for each of the N-1 gaps from upstream.
-        U: Velocities [U_av], one for each of the N particles from upstream.
-        dU: Relative velocities [U_av], one for each gap from upstream.
-        D: Taylor parameters, one for each particle from upstream.
-        dp: Pressure drop over the length of the tube [eta_0 U_av/D_c].
-        dp_plus: The part of `dp` that the particles cause [eta_0 U_av/D_c].
-
-    Raises:
-        ValueError: The lengths of `d`, `U`, `dU` and `D` are inconsistent.
-    """
-    n = len(U)
-    values = {"t": float(t), "dp": float(dp), "dp_plus": float(dp_plus)}
-    values |= spread(gap_endings(n), d=d, dU=dU) | spread(particle_endings(n), U=U, D=D)
-    return {name: values[name] for name in series_columns(n)}

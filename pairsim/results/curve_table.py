@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 import scipy
 
-from pairsim.results.columns import error_column
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import CurveInterpolant, Peak, Region
 
@@ -17,35 +16,30 @@ ROUNDING = 1e-9  # |dU| that is rounding error, as of equal rigid spheres [U_av]
 def curve_of(table: Mapping[str, Array], gap: str = "") -> CurveInterpolant | None:
     """dU of a gap as a function of d; None unless there are two points over a distance that all gaps have.
 
-    Tables of earlier versions have uncorrected values, or one dU, that with the distance held, and need not have an
-    error of it.
-
     Args:
         table: Columns of curve.csv, of shape (points,), in ascending distance.
-        gap: What the names of the columns of the gap end with.
+        gap: The suffix of its columns.
     """
-    slope, dU, error = table.get(f"slope{gap}"), table.get(f"dU{gap}"), error_column(table, gap)
-    if slope is None or dU is None or len(dU) < 2:
+    if f"slope{gap}" not in table or len(table[f"dU{gap}"]) < 2:
         return None
-    errors = np.zeros_like(dU) if error is None else table[error]
-    differentiated = table.get(f"dU_discrete{gap}", table.get(f"dU_held{gap}", dU))
-    return CurveInterpolant(table[f"d{gap}"], dU, differentiated, slope, errors)
+    d, dU, differentiated, slope, errors = (
+        table[f"{name}{gap}"] for name in ("d", "dU", "dU_discrete", "slope", "dU_error")
+    )
+    return CurveInterpolant(d, dU, differentiated, slope, errors)
 
 
 def stretch_of(table: Mapping[str, Array]) -> Callable[[Array | float], Array]:
-    """Derivative of the distance between the centres by d, as a function of log d; 1 in tables that do not have it."""
-    points = np.log(table["d"])
-    return scipy.interpolate.PchipInterpolator(points, table.get("stretch", np.ones_like(points)))
+    """Derivative of the distance between the centres by d, as a function of log d."""
+    return scipy.interpolate.PchipInterpolator(np.log(table["d"]), table["stretch"])
 
 
 def peak_of(table: Mapping[str, Array], gap: str = "") -> Peak:
     """The largest |dU| of a gap: that of the curve, or of points that have none, whose place is not interpolated."""
     if (curve := curve_of(table, gap)) is not None:
         return curve.peak
-    dU, error = table[f"dU{gap}"], error_column(table, gap)
+    d, dU, error = (table[f"{name}{gap}"] for name in ("d", "dU", "dU_error"))
     largest = int(np.argmax(np.abs(dU)))
-    half_width = float(table[error][largest]) if error is not None else 0.0
-    return Peak(float(table[f"d{gap}"][largest]), float(dU[largest]), half_width, 0.0)
+    return Peak(float(d[largest]), float(dU[largest]), float(error[largest]), 0.0)
 
 
 def regions_of(table: Mapping[str, Array], zeros: Sequence[float]) -> list[Region]:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from pairsim.results.folders import read_record
-from pairsim.results.output import read_series
+from pairsim.results.table_files import read_table
 from pairsim.results.units import scales_of
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.version import __version__
@@ -35,7 +35,7 @@ def look_up_table(folders: Iterable[Path], name: str) -> str:
     rows, first = [np.empty((0, 3))], None
     for folder in folders:
         record = read_record(folder)
-        scales, table = scales_of(record, str(folder)), read_series(folder / "shape.csv")
+        scales, table = scales_of(record, str(folder)), read_table(folder / "shape.csv")
         first = first or scales
         if not np.allclose(astuple(scales), astuple(first)):
             raise InputError(str(folder), "", None, "must have the tube, the flow and the liquid of the other shapes")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from pathlib import Path
 from typing import Any
@@ -14,9 +13,6 @@ MARKS = {
     "study": ("study.csv", "sweep-[0-9]*/sweep.json"),
 }
 """The files by which the folder of a command for many cases is recognised."""
-EARLIER = {"curve": ("curve.csv",), "critical": ("critical.csv",), "run": ("series.csv", "run.json")}
-"""The same of commands for one case, in this order, where run.json does not name the command: in folders of early
-versions."""
 
 
 def kind_of(directory: Path) -> str:
@@ -31,15 +27,13 @@ def kind_of(directory: Path) -> str:
         raise InputError(
             str(directory), "", None, "must be a folder of results, such as runs/quickstart, but is a file"
         )
-    named = read_record(directory).get("kind")
-    marks = MARKS if isinstance(named, str) else MARKS | EARLIER
-    for kind, patterns in marks.items():
+    for kind, patterns in MARKS.items():
         if any(path.is_file() for pattern in patterns for path in directory.glob(pattern)):
             return kind
-    if isinstance(named, str):
+    if isinstance(named := read_record(directory).get("kind"), str):
         return named
-    tables = "series.csv, curve.csv, critical.csv, sweep.json, study.csv"
-    held = "is empty" if not any(directory.iterdir()) else f"has none of {tables}"
+    files = "run.json with the kind of the command, sweep.json, study.csv"
+    held = "is empty" if not any(directory.iterdir()) else f"has none of {files}"
     held = f"must be a folder of results, but {held}"
     inside = sorted({path.parent.name for path in directory.glob("*/run.json")})
     hint = (
@@ -72,13 +66,3 @@ def valid_record(directory: Path) -> dict[str, Any]:
     if not isinstance(record, dict):
         raise InputError(str(path), "", None, "must be a JSON object")
     return record
-
-
-def rows_of(table: Path) -> list[dict[str, str]]:
-    """The rows of a CSV table as text, by column.
-
-    Raises:
-        OSError: It cannot be read.
-    """
-    with table.open(encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file))

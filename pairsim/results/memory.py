@@ -22,10 +22,10 @@ def forgotten_at(table: Mapping[str, Array], start: float) -> float | None:
         start: Distance at the start [D_c].
 
     Returns:
-        The distance; infinite if the pair leaves the curve before, None if the table has no decay times.
+        The distance; infinite if the pair leaves the curve before, None if the decay times are not known.
     """
-    curve, t_relax = curve_of(table), table.get("t_relax")
-    if curve is None or t_relax is None or not np.isfinite(t_relax).all():
+    curve = curve_of(table)
+    if curve is None or not np.isfinite(t_relax := table["t_relax"]).all():
         return None
     away = float(curve.values(start)) > 0
     way = np.geomspace(start, curve.d[-1] if away else curve.d[0], STEPS)

@@ -1,8 +1,4 @@
-"""Read and write a folder of results: text files, tables, and series.csv row by row.
-
-Everything here imports neither DOLFINx nor MPI: results can be read on any machine.
-Text files are replaced atomically (`write_text`); rows of series.csv are flushed as they are computed.
-"""
+"""The files of a folder of results: their names, and how they are written, aside and renamed (`write_text`)."""
 
 from __future__ import annotations
 
@@ -13,24 +9,20 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from operator import itemgetter
 from pathlib import Path
-from typing import Any, BinaryIO, Self
+from typing import Any, BinaryIO
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pairsim.config.yaml_file import yaml_text
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import LOCK_FILES
 
-FORMAT = 1
-"""Format number of a folder of results, in run.json. Earlier folders without the number have the same tables."""
 SERIES, WAY, CHECKPOINT, REPORT = "series.csv", "way.csv", "checkpoint.npz", "report.html"
 FIELDS_XDMF, FIELDS_LAST, FIELDS_H5 = "fields.xdmf", "fields_last.xdmf", "fields.h5"
 FRAMES = "fields"
 """Folder with a file for each frame of fields, while a command is at work."""
-PICTURES = ("fields", "perturbation", "runs", "curves")
+PICTURES = ("fields", "runs", "curves")
 EXTRA = ("velocity_extra", "tau_zz_extra", "pressure_extra")
 FIELD_NAMES = ("velocity", "streamlines", "tr_c", "N1", "tau_zz", "pressure", *EXTRA)
 PICTURE_ENDINGS = ("png", "pdf", "svg", "gif", "mp4")
@@ -252,154 +244,3 @@ class RunFolder:
 
 def _json(content: Mapping[str, Any]) -> str:
     return json.dumps(plain(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
-
-
-class SeriesWriter:
-    """Writes a table of numbers row by row, as series.csv; each row is flushed.
-
-    Args:
-        path: File, replaced if it exists.
-        columns: Names of the columns.
-        keep: Append to the existing file after this number of its rows. None: replace the file.
-        unknown: Columns whose values may be unknown, which is written as nan.
-
-    Raises:
-        InputError: The existing file has other columns or fewer rows.
-    """
-
-    def __init__(
-        self, path: Path | str, columns: Sequence[str], keep: int | None = None, unknown: Sequence[str] = ()
-    ) -> None:
-        self.path, self.columns, self.rows, self.unknown = Path(path), tuple(columns), keep or 0, unknown
-        if keep is not None:
-            self._cut(keep)
-        self._file = self.path.open("w" if keep is None else "a", encoding="utf-8", newline="")
-        if keep is None:
-            self._line(",".join(self.columns))
-
-    def _cut(self, keep: int) -> None:
-        """Keep the first rows of the file and remove the others."""
-        series = read_series(self.path)
-        if tuple(series) != self.columns or len(series[self.columns[0]]) < keep:
-            allowed = f"must have at least {keep} rows with the columns {','.join(self.columns)}, to fit the checkpoint"
-            raise InputError(str(self.path), "", None, allowed)
-        lines = self.path.read_text(encoding="utf-8").splitlines(keepends=True)
-        write_text(self.path, "".join(lines[: keep + 1]))
-
-    def _line(self, text: str) -> None:
-        self._file.write(text + "\n")
-        self._file.flush()
-
-    def row(self, values: Mapping[str, float]) -> None:
-        """Append a row, as `table_line` makes it of numbers."""
-        self._line(table_line(self.columns, {name: float(value) for name, value in values.items()}, self.unknown))
-        self.rows += 1
-
-    def close(self) -> None:
-        """Close the file; may be called more than once."""
-        self._file.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-
-def table_line(columns: Sequence[str], row: Mapping[str, Any], unknown: Sequence[str] = ()) -> str:
-    """A row of a CSV table as text; numbers are written with full precision.
-
-    Args:
-        columns: Names of the columns.
-        row: Values by column; those of other columns are left out.
-        unknown: Columns whose values may be nan.
-
-    Raises:
-        ValueError: A column has no value, or a number is nan or infinite.
-    """
-    if missing := [name for name in columns if name not in row]:
-        raise ValueError(f"no value for {', '.join(missing)}")
-    entries = {name: row[name] for name in columns}
-    for name, entry in entries.items():
-        if isinstance(entry, float) and not math.isfinite(entry) and (math.isinf(entry) or name not in unknown):
-            raise ValueError(f"{name} is {entry}")
-    return ",".join(entry if isinstance(entry, str) else repr(entry) for entry in entries.values())
-
-
-def write_table(
-    path: Path, columns: Sequence[str], rows: Iterable[Mapping[str, Any] | str], unknown: Sequence[str] = ()
-) -> None:
-    """Write a CSV table atomically.
-
-    Args:
-        path: The file.
-        columns: Names of the columns.
-        rows: Values by column, or the text of `table_line`.
-        unknown: Columns whose values may be unknown, which is written as nan.
-
-    Raises:
-        ValueError: As for `table_line`; the old file is kept.
-        OSError: The file cannot be written; the old file is kept.
-    """
-    lines = [row if isinstance(row, str) else table_line(columns, row, unknown) for row in rows]
-    write_text(path, "\n".join([",".join(columns), *lines]) + "\n")
-
-
-class TableWriter:
-    """A CSV table that is written as a whole, as `write_table` does, and again with each further row.
-
-    Args:
-        path: The file.
-        columns: Names of the columns.
-        rows: Values by column.
-        ascending: Whether rows are kept in ascending order of the first column.
-        unknown: Columns whose values may be unknown, which is written as nan.
-    """
-
-    def __init__(
-        self,
-        path: Path,
-        columns: Sequence[str],
-        rows: Iterable[Mapping[str, Any]] = (),
-        ascending: bool = False,
-        unknown: Sequence[str] = (),
-    ) -> None:
-        self.path, self.columns, self.ascending, self.unknown = path, columns, ascending, unknown
-        self._lines = [(row[columns[0]], table_line(columns, row, unknown)) for row in rows]
-        self._write()
-
-    def row(self, values: Mapping[str, Any]) -> None:
-        """Add a row."""
-        self._lines.append((values[self.columns[0]], table_line(self.columns, values, self.unknown)))
-        if self.ascending:
-            self._lines.sort(key=itemgetter(0))
-        self._write()
-
-    def _write(self) -> None:
-        write_table(self.path, self.columns, (line for _, line in self._lines))
-
-    def close(self) -> None:
-        """Nothing is left to be done."""
-
-
-def read_series(path: Path | str) -> dict[str, NDArray[np.float64]]:
-    """Read a table of numbers, also while it is being written: an incomplete last line is skipped.
-
-    Returns:
-        An array of shape (rows,) for each column, in the order of the header.
-
-    Raises:
-        InputError: The file is missing, has no header, or has an invalid line.
-    """
-    file = Path(path)
-    try:
-        text = file.read_text(encoding="utf-8")
-        header, *lines = text[: text.rfind("\n") + 1].splitlines() or [""]
-        names = header.split(",")
-        table = np.loadtxt(lines, delimiter=",", comments=None, ndmin=2) if lines else np.zeros((0, len(names)))
-        if not all(names) or table.shape[1] != len(names):
-            raise ValueError(f"{table.shape[1]} values below the columns {header}")
-    except (OSError, ValueError) as error:
-        allowed = f"must be a readable table of pairsim: names, and numbers below them, separated by commas ({error})"
-        raise InputError(str(file), "", None, allowed) from error
-    return {name: values.copy() for name, values in zip(names, table.T, strict=True)}

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pairsim.results.answer import Table, shapes_in
-from pairsim.results.columns import LENGTH, TIME, VELOCITY, error_column
+from pairsim.results.columns import LENGTH, TIME, VELOCITY, suffixes_in
 from pairsim.results.memory import FORGOTTEN
 from pairsim.results.units import UNITS, in_unit, scales_in, with_error
 from pairsim.runtime.arrays import Array
@@ -87,14 +87,11 @@ def answer_of_run(series: Table, record: Mapping[str, Any]) -> list[str]:
         series: Columns of series.csv.
         record: run.json.
     """
-    gaps = [name for name in series if name == "d" or name.startswith("d_")]
+    gaps = suffixes_in(series, "d")
     lines, scales = _train(series, gaps, record) if len(gaps) > MOST_GAPS else [], scales_in(record)
-    for i, name in enumerate(gaps if len(gaps) <= MOST_GAPS else []):
-        ending = name.removeprefix("d")
-        who = "The pair" if len(gaps) == 1 else f"Gap {ending.removeprefix('_')}"
-        column = error_column(series, ending)
-        error = float(series[column][-1]) if column is not None else None
-        d, dU, settled = series[name], float(series[f"dU{ending}"][-1]), Settled.of(record, i)
+    for i, gap in enumerate(gaps if len(gaps) <= MOST_GAPS else []):
+        who = "The pair" if len(gaps) == 1 else f"Gap {i + 1}"
+        d, (dU, error), settled = series[f"d{gap}"], _last_dU(series, gap), Settled.of(record, i)
         lines.append(f"{who} {_motion(series['t'], d, dU, error, settled, record)}")
         if scales is not None:
             first, last = (f"{each:.5g} um" for each in d[[0, -1]] * UNITS[LENGTH][2](scales))
@@ -103,7 +100,7 @@ def answer_of_run(series: Table, record: Mapping[str, Any]) -> list[str]:
     if gaps and (message := record.get(SETTLED, {}).get("message")):
         lines.append(f"Whether the start-up has decayed is not known: {message}.")
     if not gaps:
-        velocities = ", ".join(f"{name} = {series[name][-1]:.6g}" for name in series if name.startswith("U_"))
+        velocities = ", ".join(f"U{each} = {series[f'U{each}'][-1]:.6g}" for each in suffixes_in(series, "U"))
         lines.append(f"At t = {series['t'][-1]:.4g}: {velocities or f'dp = {series["dp"][-1]:.6g}'}.")
     return [*lines, *shapes_in(series, -1, "at the end")]
 
@@ -111,14 +108,12 @@ def answer_of_run(series: Table, record: Mapping[str, Any]) -> list[str]:
 def _train(series: Table, gaps: Sequence[str], record: Mapping[str, Any]) -> list[str]:
     """What the gaps of many particles do: how many separate and come closer, their mean, and the extreme ones."""
     signs = []
-    for i, name in enumerate(gaps):
-        ending, settled = name.removeprefix("d"), Settled.of(record, i)
-        column = error_column(series, ending)
-        error = float(series[column][-1]) if column is not None else None
-        signs.append(_sign(settled.dU, settled.error) if settled else _sign(float(series[f"dU{ending}"][-1]), error))
+    for i, gap in enumerate(gaps):
+        settled = Settled.of(record, i)
+        signs.append(_sign(settled.dU, settled.error) if settled else _sign(*_last_dU(series, gap)))
     words = {1: "separating", -1: "coming closer", 0: "not decided (their intervals of dU hold both signs)"}
     counted = ", ".join(f"{signs.count(sign)} {what}" for sign, what in words.items() if sign in signs)
-    first, last = (np.array([series[name][at] for name in gaps]) for at in (0, -1))
+    first, last = (np.array([series[f"d{gap}"][at] for gap in gaps]) for at in (0, -1))
     scales, (low, high) = scales_in(record), (int(np.argmin(last)), int(np.argmax(last)))
 
     def said(d: float) -> str:
@@ -131,6 +126,12 @@ def _train(series: Table, gaps: Sequence[str], record: Mapping[str, Any]) -> lis
         f"{said(first.std())} to {said(last.std())}; the smallest is gap {low + 1}, {said(last[low])}, the largest gap "
         f"{high + 1}, {said(last[high])}.",
     ]
+
+
+def _last_dU(series: Table, gap: str) -> tuple[float, float | None]:
+    """dU of a gap in the last row, and the half-width of its interval, None if it was not estimated."""
+    error = series.get(f"dU_error{gap}")
+    return float(series[f"dU{gap}"][-1]), None if error is None else float(error[-1])
 
 
 def _motion(

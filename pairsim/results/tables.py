@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import io
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 import pandas as pd
 
 from pairsim.physics.scales import Scales
-from pairsim.results.columns import WHOLE, column
+from pairsim.results.columns import WHOLE, column, suffixes_in
 from pairsim.results.folders import read_record, valid_record
+from pairsim.results.table_files import read_table, table_text
 from pairsim.results.units import UNITS, scales_in, scales_of, unit_of
+from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
 INNER = re.compile(r"m|newton|wanted|mesh|meshes|distortion|volume_error|stretch|s_jump|ends_error.*|\w*_correction.*")
@@ -19,27 +21,9 @@ INNER = re.compile(r"m|newton|wanted|mesh|meshes|distortion|volume_error|stretch
 MOST_ROWS = 40  # of a table on a screen that is not asked for all
 
 
-def read_table(path: Path) -> pd.DataFrame:
-    """Read a table of pairsim, also while it is being written: an incomplete last line is skipped.
-
-    Args:
-        path: The CSV file.
-
-    Returns:
-        The table. Counts are integers, `stable` and `certain` are booleans; `attrs["units"]` has the unit of each
-        column. If the file does not exist yet, the table has no columns and no rows.
-
-    Raises:
-        InputError: The file is not a table of pairsim.
-    """
-    try:
-        text = path.read_text(encoding="utf-8")
-        whole_lines = text[: text.rfind("\n") + 1]
-        return with_units(whole_numbers(pd.read_csv(io.StringIO(whole_lines), float_precision="round_trip")))
-    except (FileNotFoundError, pd.errors.EmptyDataError):
-        return pd.DataFrame()
-    except (OSError, ValueError) as error:
-        raise InputError(str(path), "", None, f"must be a table of pairsim ({error})") from error
+def frame_of(columns: Mapping[str, Array]) -> pd.DataFrame:
+    """The columns of a table as a frame: counts are integers, and `attrs["units"]` has the unit of each column."""
+    return with_units(whole_numbers(pd.DataFrame(dict(columns))))
 
 
 def whole_numbers(table: pd.DataFrame) -> pd.DataFrame:
@@ -74,7 +58,7 @@ def tidy(table: pd.DataFrame) -> pd.DataFrame:
     Raises:
         InputError: There are no gaps.
     """
-    endings = [str(name).removeprefix("d") for name in table.columns if re.fullmatch(r"d(_\d+)?", str(name))]
+    endings = suffixes_in(map(str, table.columns), "d")
     if not endings:
         raise InputError("tidy", "", None, "must be a table with distances, of two or more particles")
     parts = []
@@ -101,9 +85,7 @@ def table_of(directory: Path, name: str, physical: bool | None, by_gap: bool = F
     path = directory / f"{name}.csv"
     scales = scales_of(valid_record(directory), str(directory)) if physical else None
     scales = scales_in(read_record(directory)) if physical is None else scales
-    table = read_table(path)
-    if not len(table.columns):
-        raise InputError(str(path), "", None, "cannot be read: it is missing or empty")
+    table = frame_of(read_table(path))
     for each in map(str, table.columns):
         try:
             column(each)
@@ -118,8 +100,8 @@ def table_of(directory: Path, name: str, physical: bool | None, by_gap: bool = F
 
 def csv_text(table: pd.DataFrame) -> str:
     """A table as CSV with 17 digits and the unit of each column after its name."""
-    flags = {name: table[name].astype(str).str.lower() for name in table.columns if table[name].dtype == bool}
-    return str(table.assign(**flags).to_csv(index=False, header=headings(table), lineterminator="\n"))
+    values = table.astype(object).where(table.notna(), None)
+    return table_text(headings(table), values.itertuples(index=False))
 
 
 def headings(table: pd.DataFrame) -> list[str]:

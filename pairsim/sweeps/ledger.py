@@ -6,12 +6,10 @@ says so and its case.yaml has the right hash. Only crashes and timeouts are reco
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import time
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -19,6 +17,7 @@ from typing import Any
 from pairsim.commands.command import Value
 from pairsim.results.folders import read_record
 from pairsim.results.output import plain, write_text
+from pairsim.results.table_files import table_text
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.version import __version__
 from pairsim.sweeps.case import SweepCase
@@ -194,26 +193,6 @@ def rows_of(content: Mapping[str, Any]) -> tuple[list[str], list[list[Any]]]:
             warnings = "; ".join(case.get("warnings", ()))
             rows.append([case["folder"], case["status"], case["reason"], *values, warnings])
     return ["folder", "status", "reason", *parameters, *columns, "warnings"], rows
-
-
-def table_text(header: Sequence[str], rows: Iterable[Iterable[Any]]) -> str:
-    """A table as CSV; see `cell`."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(map(cell, row) for row in rows)
-    return text.getvalue()
-
-
-def cell(value: Any) -> Any:
-    """Format a value for a table: numbers with full precision, lists with spaces between their entries."""
-    if isinstance(value, list):
-        return " ".join(str(cell(entry)) for entry in value)
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, dict):
-        return json.dumps(value)
-    return repr(value) if isinstance(value, float) else value
 
 
 def read_ledgers(directory: Path) -> list[dict[str, Any]]:

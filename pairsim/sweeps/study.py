@@ -18,16 +18,17 @@ from scipy.interpolate import CubicSpline
 from pairsim.commands import COMMANDS
 from pairsim.drivers.progress import Reporter
 from pairsim.inputs.many_cases import ZERO
+from pairsim.results.columns import suffixes_in
 from pairsim.results.folders import read_record
-from pairsim.results.output import read_series, write_text
-from pairsim.results.tables import read_table
+from pairsim.results.output import write_text
+from pairsim.results.table_files import read_table, table_text
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.collective import collectively
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import command_line, sole_writer
 from pairsim.solvers.curves.convergence import extrapolated, observed_order, pareto
 from pairsim.sweeps.case import SweepCase
-from pairsim.sweeps.ledger import FAILED, read_sweep, table_text
+from pairsim.sweeps.ledger import FAILED, read_sweep
 from pairsim.sweeps.options import Options
 from pairsim.sweeps.study_file import TABLE, Study, columns
 from pairsim.sweeps.sweep import run_sweep
@@ -103,14 +104,15 @@ def _repetition(study: Study, command: str, case: SweepCase, sweep: Path, noted:
     row["wall_time"] = float(record["wall_time"])
     row |= {f"wall_{name}": seconds for name, seconds in record.get("wall_time_by_phase", {}).items()}
     row["peak_memory"] = record["peak_memory"]
-    read = sampled(read_series(directory / f"{COMMANDS[command].tables[0]}.csv"), study.over, study.at)
+    read = sampled(read_table(directory / f"{COMMANDS[command].tables[0]}.csv"), study.over, study.at)
     if read is None:
         return row
     row |= {f"{study.column}@{place:g}": float(read[study.column][i]) for i, place in enumerate(study.at)}
     names = [name for name in columns(case) if name.startswith(("dU", "D_"))]
     row |= {name: float(read[name][-1]) for name in (*names, study.column)}
-    if command == "curve" and len(zeros := read_table(directory / "equilibria.csv")):
-        row[ZERO] = float(zeros["d"].iloc[int(zeros["peak"].to_numpy().argmax())])
+    zeros = read_table(directory / "equilibria.csv", missing_ok=True)
+    if len(zeros.get("d", ())):
+        row[ZERO] = float(zeros["d"][zeros["peak"].argmax()])
     return row
 
 
@@ -181,7 +183,7 @@ def sampled(series: dict[str, Array], over: str, at: tuple[float, ...]) -> dict[
     """
     if not at:
         return {name: column[-1:] for name, column in series.items()}
-    axis = series["t"] if over == "t" else series["d" if "d" in series else "d_1"]
+    axis = series["t"] if over == "t" else series[f"d{suffixes_in(series, 'd')[0]}"]
     places = []
     for place in at:
         off = axis - place

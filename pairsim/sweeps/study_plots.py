@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -11,7 +12,6 @@ from pairsim.plots.axes import key, small_print, spread
 from pairsim.plots.labels import case_parts, read_case
 from pairsim.plots.style import COLOURS, MARKERS, SMALL, Page, printing
 from pairsim.results.columns import column
-from pairsim.results.folders import rows_of
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.study_file import TABLE
 
@@ -34,7 +34,8 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
         InputError: The folder is not that of a study.
     """
     try:
-        table = rows_of(directory / TABLE)
+        with (directory / TABLE).open(encoding="utf-8", newline="") as file:
+            table = list(csv.DictReader(file))
     except OSError as error:
         raise InputError(str(directory), "", None, f"must be the folder of a study ({error})") from error
     settings = list(table[0])[: list(table[0]).index("status")]

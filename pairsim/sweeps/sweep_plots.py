@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -224,8 +223,7 @@ def _draw_ends(
 
 
 def _zeros(case: Mapping[str, Any]) -> list[Zero]:
-    found = (case["values"].get(kind) or [] for kind in ("zeros", "stable"))
-    zeros, stable = (json.loads(each) if isinstance(each, str) else each for each in found)  # text in early versions
+    zeros, stable = (case["values"].get(kind) or [] for kind in ("zeros", "stable"))
     errors = case["values"].get("zeros_error") or [None] * len(zeros)
     return [Zero(*each) for each in zip(zeros, stable, errors, strict=True)]
 

@@ -19,7 +19,7 @@ import pytest
 
 import pairsim
 from pairsim.drivers.progress import Reporter
-from pairsim.results.output import read_series
+from pairsim.results.table_files import read_table
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 3, "mesh": {"Np": 8, "max_size": 0.3}}
 CURVE = PAIR | {"d": [0.1, 0.3], "fields": [0.1]}
@@ -73,7 +73,7 @@ def test_a_computation_without_a_folder_prints_and_leaves_nothing(
 
 def test_a_table_has_the_columns_of_its_file_and_whole_numbers_are_integers(empty: Path) -> None:
     result = pairsim.run(RUN, folder="out")
-    file = read_series("out/series.csv")
+    file = read_table("out/series.csv")
     assert list(result.table.columns) == list(file)
     for name, values in file.items():
         assert np.array_equal(result.table[name], values), name

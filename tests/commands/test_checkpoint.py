@@ -21,7 +21,8 @@ from pairsim.drivers.progress import Reporter
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics import solids
 from pairsim.results.checkpoint import Checkpoint, load
-from pairsim.results.output import RunFolder, SeriesWriter, read_series
+from pairsim.results.output import RunFolder
+from pairsim.results.table_files import TableWriter, read_table
 from pairsim.results.xdmf import read_times
 from pairsim.runtime.errors import InputError, WriteFailure
 from pairsim.solvers.stepping.step_size import StepControl
@@ -75,7 +76,7 @@ def assert_close(whole: Path, resumed: Path) -> None:
     made with the factors in hand. Resumed after any of their steps, the cases of this file differed by 3e-6 of the
     largest dU_discrete and by 0.7 dU_error (8e-5 and 0.4 after the second step).
     """
-    a, b = read_series(whole / "series.csv"), read_series(resumed / "series.csv")
+    a, b = read_table(whole / "series.csv"), read_table(resumed / "series.csv")
     assert list(a) == list(b)
     assert len(a["t"]) == pytest.approx(len(b["t"]), abs=1)
     times = np.array([0.004, 0.008, 0.012, 0.016, 0.02])
@@ -101,7 +102,7 @@ def stopped(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     base, case = tmp_path_factory.mktemp("runs"), soft(**request.param, dU_error=True)
     assert run(case, base / "whole").status == "finished"
     assert run(case, base / "cut", Stops(6)).status == "interrupted"
-    assert len(read_series(base / "cut" / "series.csv")["t"]) == 6
+    assert len(read_table(base / "cut" / "series.csv")["t"]) == 6
     with (base / "cut" / "series.csv").open("a") as file:
         file.write((base / "cut" / "series.csv").read_text().splitlines()[-1] + "\n0.1,0.2")  # beyond the checkpoint
     show = Stops()
@@ -131,8 +132,8 @@ def test_the_record_counts_the_whole_run(stopped: tuple[Case, Path, Path]) -> No
     a, b = (json.loads((folder / "run.json").read_text()) for folder in (whole, cut))
     for name in ("status", "reason", "t", "rejected_steps", "remeshings", "unknowns"):
         assert a[name] == b[name], name
-    assert b["steps"] == len(read_series(cut / "series.csv")["t"])
-    assert b["newton_iterations"] > read_series(cut / "series.csv")["newton"].sum() - 1
+    assert b["steps"] == len(read_table(cut / "series.csv")["t"])
+    assert b["newton_iterations"] > read_table(cut / "series.csv")["newton"].sum() - 1
     assert sum(b["wall_time_by_phase"].values()) == pytest.approx(b["wall_time"], rel=1e-6)
 
 
@@ -168,7 +169,7 @@ def test_the_last_frame_of_a_run_that_ended_early_is_kept(
 ) -> None:
     """A gap exceeds its limit between two outputs, and the run is killed before that is written to run.json."""
     case, whole, _ = stopped
-    t, d = (read_series(whole / "series.csv")[name] for name in ("t", "d"))
+    t, d = (read_table(whole / "series.csv")[name] for name in ("t", "d"))
     k = next(k for k in range(2, len(t)) if np.abs(t[k] - read_times(whole)).min() > 1e-9)
     limit = "min_gap" if d[k] < d[k - 1] else "max_gap"
     output = {**SOFT["output"], "checkpoint": checkpoint}
@@ -177,7 +178,7 @@ def test_the_last_frame_of_a_run_that_ended_early_is_kept(
     assert (ended.status, ended.reason) == ("finished", "contact" if limit == "min_gap" else "max_gap")
     (tmp_path / "run" / "run.json").write_text(json.dumps({"status": "running"}))
     times = read_times(tmp_path / "run")
-    assert times[-1] == read_series(tmp_path / "run" / "series.csv")["t"][-1]
+    assert times[-1] == read_table(tmp_path / "run" / "series.csv")["t"][-1]
     assert run(case, tmp_path / "run", resume=True).reason == ended.reason
     assert np.array_equal(read_times(tmp_path / "run"), times)
 
@@ -186,7 +187,7 @@ def test_run_beyond_its_new_end_is_kept(tmp_path: Path) -> None:
     """A stopped run is resumed with an earlier end time."""
     assert run(soft(), tmp_path, Stops(5)).status == "interrupted"
     before, times = (tmp_path / "series.csv").read_bytes(), read_times(tmp_path)
-    t = float(read_series(tmp_path / "series.csv")["t"][-1])
+    t = float(read_table(tmp_path / "series.csv")["t"][-1])
     assert run(soft(time={**SOFT["time"], "end": t}), tmp_path, resume=True).status == "finished"
     assert json.loads((tmp_path / "run.json").read_text())["status"] == "finished"
     assert (tmp_path / "series.csv").read_bytes() == before
@@ -229,7 +230,7 @@ def test_run_can_be_resumed_with_a_later_end(tmp_path: Path) -> None:
     first = (tmp_path / "run" / "series.csv").read_text()
     assert run(soft(), tmp_path / "run", resume=True).reason == "end"
     assert (tmp_path / "run" / "series.csv").read_text().startswith(first)
-    assert read_series(tmp_path / "run" / "series.csv")["t"][-1] == pytest.approx(0.02)
+    assert read_table(tmp_path / "run" / "series.csv")["t"][-1] == pytest.approx(0.02)
     assert read_times(tmp_path / "run")[1:] == pytest.approx([0.004, 0.008, 0.012, 0.016, 0.02])
     run(soft(), tmp_path / "whole")
     assert_close(tmp_path / "whole", tmp_path / "run")  # the first end was a time of output of the whole run too
@@ -247,7 +248,7 @@ def test_a_folder_is_enough_to_resume(short: Path, tmp_path: Path, pairsim: Pair
     shutil.copytree(short, tmp_path / "run")
     done = pairsim("run", "--resume", "run", "--set", "limits.max_steps=100")
     assert (done.returncode, done.stdout.strip()) == (0, "run"), done.stderr
-    assert read_series(tmp_path / "run" / "series.csv")["t"][-1] == pytest.approx(0.02)
+    assert read_table(tmp_path / "run" / "series.csv")["t"][-1] == pytest.approx(0.02)
 
 
 @pytest.mark.parametrize(
@@ -331,7 +332,7 @@ def test_without_a_checkpoint_a_run_starts_at_0_unless_rows_would_be_lost(short:
 
 
 @pytest.mark.parametrize(
-    ("writer", "method"), [(Checkpoint, "save"), (SeriesWriter, "close")], ids=["during the run", "at the end"]
+    ("writer", "method"), [(Checkpoint, "save"), (TableWriter, "close")], ids=["during the run", "at the end"]
 )
 def test_a_full_disk_is_a_typed_failure(
     writer: type, method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

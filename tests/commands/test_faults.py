@@ -80,7 +80,7 @@ def test_a_removed_folder_is_not_taken_for_one_without_points(
         shutil.rmtree(path.parent)
         raise FileNotFoundError(errno.ENOENT, "No such file or directory")
 
-    monkeypatch.setattr("pairsim.results.output.write_table", remove)
+    monkeypatch.setattr("pairsim.results.table_files.write_text", remove)
     (tmp_path / "curve.yaml").write_text("beta: 0.4\nDe: 0\nCa_e: 0\nlength: 3\nmesh: {Np: 6}\nd: [0.1]\n")
     done = pairsim("curve", "curve.yaml", "-o", "out", "--set", "tol=1")
     assert done.returncode == 3

@@ -12,7 +12,7 @@ import pytest
 from support.commands import Pairsim
 from support.inputs import CONFIGS, ROOT
 
-from pairsim.results.output import read_series
+from pairsim.results.table_files import read_table
 from pairsim.runtime.arrays import Array
 
 pytestmark = [pytest.mark.long, pytest.mark.timeout(3600)]
@@ -35,7 +35,7 @@ SHOWN: dict[str, Callable[[dict[str, Array]], bool]] = {
 def test_shipped_run(path: Path, tmp_path: Path, pairsim: Pairsim) -> None:
     done = pairsim("run", str(path), "-o", "out", "-q")
     assert done.returncode == 0, done.stderr
-    assert SHOWN[path.stem](read_series(tmp_path / "out" / "series.csv"))
+    assert SHOWN[path.stem](read_table(tmp_path / "out" / "series.csv"))
 
 
 def test_shipped_curve_has_the_zero_of_the_critical_distances(tmp_path: Path, pairsim: Pairsim) -> None:

@@ -18,7 +18,8 @@ import pytest
 from support.commands import Done, Pairsim
 from support.inputs import TINY
 
-from pairsim.results.output import RunFolder, read_series
+from pairsim.results.output import RunFolder
+from pairsim.results.table_files import read_table
 from pairsim.results.xdmf import read_frame
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import LOCK_FILES, is_locked, sole_writer
@@ -59,7 +60,7 @@ def test_second_run_is_refused_and_the_first_one_is_whole(tmp_path: Path, pairsi
         assert is_locked(out)
         first.send_signal(signal.SIGTERM)
         assert first.wait(timeout=100) == 130
-    record, series = json.loads((out / "run.json").read_text()), read_series(out / "series.csv")
+    record, series = json.loads((out / "run.json").read_text()), read_table(out / "series.csv")
     assert len(series["t"]) == record["steps"]
     assert read_frame(out, -1).t == pytest.approx(series["t"][-1])
     assert not {file.name for file in out.iterdir()} & {*LOCK_FILES}
@@ -74,7 +75,7 @@ def test_lock_of_a_killed_run_is_taken_over(tmp_path: Path, pairsim: Pairsim) ->
     assert not is_locked(out)
     done = pairsim("run", "case.yaml", "--resume", "out", "-q", "--set", "time.end=0.1")
     assert done.returncode == 0, done.stderr
-    assert read_series(out / "series.csv")["t"][-1] == pytest.approx(0.1)
+    assert read_table(out / "series.csv")["t"][-1] == pytest.approx(0.1)
 
 
 @pytest.fixture(params=[0, errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP], ids=lambda number: f"errno {number}")

@@ -13,7 +13,7 @@ import yaml
 from support.commands import Pairsim
 
 from pairsim.api import compute
-from pairsim.results.output import read_series
+from pairsim.results.table_files import read_table
 
 BEADS = "physical: {{tube: 1 mm, particle: 0.4 mm, velocity: 5 mm/s, young: 1.5 kPa, viscosity: 10 Pa.s, {}}}\n"
 MESH = "ends: developed\nlength: auto\nmesh: {Np: 20}\n"
@@ -54,7 +54,7 @@ def test_run_and_curve_in_units(tmp_path: Path, pairsim: Pairsim) -> None:
     assert (seconds, mm) == pytest.approx((0.2 * t, z), rel=1e-3)
 
     # The run passes the same distances after its transient; the meshes with N_p 20 differ by 2 %.
-    series, quick = read_series(tmp_path / "run" / "series.csv"), curve.travel(0.11, 0.15)
+    series, quick = read_table(tmp_path / "run" / "series.csv"), curve.travel(0.11, 0.15)
     grows = slice(int(np.argmin(series["d"])), None)
     U = (series["U_L"] + series["U_T"]) / 2
     moved = np.concatenate([[0.0], np.cumsum(np.diff(series["t"]) * (U[1:] + U[:-1]) / 2)])

@@ -21,7 +21,7 @@ from support.inputs import CONFIGS
 
 import pairsim
 from pairsim.fem.diagnostics import extents
-from pairsim.results.output import read_series
+from pairsim.results.table_files import read_table
 from pairsim.results.xdmf import read_frame, read_times
 from pairsim.runtime.child_process import module_command
 
@@ -44,7 +44,7 @@ def test_series_begins_with_the_promised_columns(soft_run: Path) -> None:
     with (soft_run / "series.csv").open() as file:
         header, *rows = list(csv.reader(file))
     assert ",".join(header).startswith("t,d,U_L,U_T,dU,D_L,D_T,dp,dp_plus,")
-    series = read_series(soft_run / "series.csv")
+    series = read_table(soft_run / "series.csv")
     assert np.allclose(series["dU"], series["U_L"] - series["U_T"], atol=1e-15)
     assert np.allclose(series["dp_plus"], series["dp"] - 32 * 20, atol=1e-9)
     assert series["t"][-1] == pytest.approx(0.1)
@@ -55,7 +55,7 @@ def test_series_begins_with_the_promised_columns(soft_run: Path) -> None:
 def test_run_json_has_outcome_and_cost(soft_run: Path) -> None:
     record = json.loads((soft_run / "run.json").read_text())
     assert (record["status"], record["reason"]) == ("finished", "end")
-    assert record["steps"] == len(read_series(soft_run / "series.csv")["t"])
+    assert record["steps"] == len(read_table(soft_run / "series.csv")["t"])
     assert {"mesh", "jit", "assembly", "factorisation", "solve", "output"} <= set(record["wall_time_by_phase"])
     assert sum(record["wall_time_by_phase"].values()) == pytest.approx(record["wall_time"], rel=1e-6)
     assert record["unknowns"] > 1000
@@ -76,7 +76,7 @@ def outline_of(points: np.ndarray, cells: np.ndarray, region: np.ndarray, partic
 @pytest.mark.parametrize("reader", ["pyvista", "meshio"])
 def test_fields_show_the_deformed_outline(soft_run: Path, reader: str) -> None:
     """D from the outline in fields.xdmf, as other programs read it, is that of series.csv at every written time."""
-    series = read_series(soft_run / "series.csv")
+    series = read_table(soft_run / "series.csv")
     if reader == "pyvista":
         opened = pv.get_reader(str(soft_run / "fields.xdmf"))
         frames = []
@@ -108,7 +108,7 @@ def test_solid_stress_is_that_of_the_shape(soft_run: Path) -> None:
 
 
 def test_pressure_less_that_without_particles_drops_by_dp_plus(soft_run: Path) -> None:
-    frame, series = read_frame(soft_run), read_series(soft_run / "series.csv")
+    frame, series = read_frame(soft_run), read_table(soft_run / "series.csv")
     z, extra = frame.points[:, 0], frame.point_data["pressure_extra"]
     ends = [extra[np.abs(z - end) < 1e-9].mean() for end in (z.min(), z.max())]
     assert ends[0] - ends[1] == pytest.approx(series["dp_plus"][-1], rel=1e-4)
@@ -123,7 +123,7 @@ def test_frames_are_written_at_steps_as_they_come(tmp_path: Path, pairsim: Pairs
     for name, frames in (("some", 6), ("none", 0)):
         settings = ("--set", f"output.frames={frames}", "--set", "time.first_step=0.001")
         assert pairsim("run", "case.yaml", "-o", name, *settings).returncode == 0
-    some, none = (read_series(tmp_path / name / "series.csv")["t"] for name in ("some", "none"))
+    some, none = (read_table(tmp_path / name / "series.csv")["t"] for name in ("some", "none"))
     assert np.array_equal(some, none)
     times = read_times(tmp_path / "some")
     assert set(times) <= set(some)
@@ -156,7 +156,7 @@ def test_under_mpirun_the_first_process_computes(alone: pd.DataFrame, tmp_path: 
     assert done.returncode == 0, done.stderr
     assert done.stdout.split() == ["out"]
     assert done.stderr.count("1 of 2 wait: several cases share the cores with mpirun -n N pairsim sweep") == 1
-    together = read_series(tmp_path / "out" / "series.csv")
+    together = read_table(tmp_path / "out" / "series.csv")
     assert all(np.array_equal(together[name], alone[name]) for name in alone)
 
 
@@ -171,7 +171,7 @@ def test_shipped_case_runs(path: Path, tmp_path: Path, pairsim: Pairsim) -> None
     assert done.returncode == 0, done.stderr
     record = json.loads((tmp_path / "out" / "run.json").read_text())
     assert record["status"] == "finished"
-    rows = read_series(tmp_path / "out" / "series.csv")
+    rows = read_table(tmp_path / "out" / "series.csv")
     assert rows["t"][-1] == pytest.approx(0.01)
 
 
@@ -218,7 +218,7 @@ def test_limits_are_typed_failures(setting: str, reason: str, tmp_path: Path, pa
     assert "Traceback" not in done.stderr
     record = json.loads((tmp_path / "out" / "run.json").read_text())
     assert (record["status"], record["reason"]) == ("failed", reason)
-    assert len(read_series(tmp_path / "out" / "series.csv")["t"]) >= 1
+    assert len(read_table(tmp_path / "out" / "series.csv")["t"]) >= 1
 
 
 def test_step_that_cannot_be_solved_is_a_failure(tmp_path: Path, pairsim: Pairsim) -> None:
@@ -238,7 +238,7 @@ def test_an_interrupted_run_keeps_its_rows(number: int, tmp_path: Path) -> None:
     (tmp_path / "case.yaml").write_text(SOFT.replace("end: 0.1", "end: 500"))
     series = tmp_path / "out" / "series.csv"
     record = interrupted(["run", "case.yaml", "-o", "out", "--set", "time.max_step=0.01"], series, number)
-    assert record["steps"] == len(read_series(series)["t"]) >= 4
+    assert record["steps"] == len(read_table(series)["t"]) >= 4
 
 
 ORDERINGS = """

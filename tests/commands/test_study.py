@@ -10,7 +10,7 @@ from matplotlib import image
 from support.commands import Pairsim
 from support.inputs import STUDY
 
-from pairsim.results.output import read_series
+from pairsim.results.table_files import read_table
 
 
 @pytest.mark.slow
@@ -48,7 +48,7 @@ def test_study_runs_resumes_and_draws(tmp_path: Path, pairsim: Pairsim) -> None:
     assert len(errors) == 3
     assert 0 < errors[1] < errors[0] < 0.1
     ends = {float(row["dU"]) for row in rows}
-    assert ends == {read_series(path)["dU"][-1] for path in tmp_path.glob("out/sweep-1/*/series.csv")}
+    assert ends == {read_table(path)["dU"][-1] for path in tmp_path.glob("out/sweep-1/*/series.csv")}
     assert all(50e6 < int(row["peak_memory"]) < 4e9 for row in rows)
     assert image.imread(tmp_path / "out" / "study.png").shape[1] > 500
     records = {path: path.read_text() for path in tmp_path.glob("out/sweep-1/*/run.json")}

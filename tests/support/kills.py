@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pairsim.results.checkpoint import load
-from pairsim.results.output import read_series
+from pairsim.results.table_files import read_table
 from pairsim.results.xdmf import read_frame, read_times
 from pairsim.runtime.child_process import descendants, module_command
 from support.commands import words_of
@@ -38,7 +38,7 @@ def _texts(folder: Path, *names: str) -> Outcome:
 def _run(folder: Path) -> Outcome:
     """The case, and the end to Newton's tolerance, which step sizes feel."""
     assert json.loads((folder / "run.json").read_text())["status"] == "finished"
-    end = {name: values[-1] for name, values in read_series(folder / "series.csv").items()}
+    end = {name: values[-1] for name, values in read_table(folder / "series.csv").items()}
     shown = f"t {end['t']:.6g}, d {end['d']:.4f}, dU {end['dU']:.5f}, {len(read_times(folder))} frames"
     return {**_texts(folder, "case.yaml"), "end": shown}
 
@@ -46,7 +46,7 @@ def _run(folder: Path) -> Outcome:
 def _frames_are_kept(folder: Path) -> None:
     """After a kill of a run: all rows and frames that its checkpoint counts are there, and all frames are readable."""
     if (saved := load(folder)) is not None:
-        assert len(read_series(folder / "series.csv")["t"]) >= saved.rows
+        assert len(read_table(folder / "series.csv")["t"]) >= saved.rows
         assert len(read_times(folder)) >= saved.frames
     for k in range(len(read_times(folder))):
         read_frame(folder, k)

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from pairsim.results.columns import named_row, series_columns
+from pairsim.results.columns import series_columns, table_row
 from pairsim.results.fields_writer import FieldsWriter
-from pairsim.results.output import SeriesWriter
+from pairsim.results.table_files import TableWriter, table_text
 from pairsim.results.xdmf import FieldFrame
 
 
@@ -18,26 +18,33 @@ def make_run(folder: Path, n: int, frames: list[FieldFrame], rows: int = 12) -> 
     folder.mkdir()
     case = {"name": "sample", "particles": n, "beta": 0.4, "De": 0, "Ca_e": [0.1] * n, "d0": 0.1}
     (folder / "case.yaml").write_text(yaml.safe_dump(case))
-    with SeriesWriter(folder / "series.csv", [*series_columns(n), "dt"]) as series:
+    (folder / "run.json").write_text('{"kind": "run"}')
+    with TableWriter(folder / "series.csv", [*series_columns(n), "dt"], appended=True) as series:
         for t in np.linspace(0.1, 1, rows):
             gaps, order = np.full(max(n - 1, 0), 0.1 + 0.1 * t), np.arange(n)
             U = 1.5 + 0.01 * order * t
-            row = named_row(t, gaps, U, np.diff(U), 0.01 * t * (order + 1), 640.0, 2.0)
-            series.row(row | {"dt": 0.1})
+            D = 0.01 * t * (order + 1)
+            series.row(table_row(n, t=t, d=gaps, U=U, dU=np.diff(U), D=D, dp=640.0, dp_plus=2.0, dt=0.1))
     writer = FieldsWriter(folder)
     for frame in frames:
         writer.write(frame)
     return folder
 
 
-def make_curve(folder: Path, Ca_e: float, De: float = 0.5, errors: tuple[str, ...] = ("mesh_error",)) -> Path:
-    """A curve with an unstable zero at d = 0.2, whose columns of errors hold 1e-3, 2e-3, ..."""
+def curve_table(d: np.ndarray, dU: np.ndarray, slope: np.ndarray, **more: np.ndarray) -> dict[str, np.ndarray]:
+    """Columns of curve.csv of a pair without errors and without memory; `more` replaces some of them."""
+    one = np.ones_like(d)
+    table = {"d": d, "dU": dU, "dU_held": dU, "dU_error": 0 * one, "stretch": one, "t_relax": np.nan * one}
+    return table | {"slope": slope} | more | {"dU_discrete": more.get("dU_held", dU)}
+
+
+def make_curve(folder: Path, Ca_e: float, De: float = 0.5) -> Path:
+    """A curve with an unstable zero at d = 0.2 and an error of 1e-3."""
     folder.mkdir(parents=True)
     d = np.array([0.05, 0.1, 0.2, 0.4, 0.6])
-    table = {"d": d, "dU": Ca_e * np.log(d / 0.2), "slope": Ca_e / d, "D_L": d / 9, "D_T": -d / 9}
-    table |= {name: np.full(5, 1e-3 * (i + 1)) for i, name in enumerate(errors)}
-    rows = [",".join(map(repr, map(float, row))) for row in np.column_stack(list(table.values()))]
-    (folder / "curve.csv").write_text("\n".join([",".join(table), *rows, ""]))
+    table = curve_table(d, Ca_e * np.log(d / 0.2), Ca_e / d, dU_error=np.full(5, 1e-3), D_L=d / 9, D_T=-d / 9)
+    (folder / "curve.csv").write_text(table_text(list(table), zip(*table.values(), strict=True)))
+    (folder / "run.json").write_text('{"kind": "curve"}')
     (folder / "equilibria.csv").write_text("d,stable,slope,peak\n0.2,false,0.5,1\n")
     case = {"beta": 0.4, "De": De, "Ca_e": Ca_e, "particles": 2, "d": d.tolist()}
     case |= {"liquid": {"law": "giesekus", "alpha": 0.2}, "xi": 0.09} if De else {}

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.result_folders import curve_table
 from syrupy.assertion import SnapshotAssertion
 
 from pairsim.results.answer import Zero, advice, answer_of_critical, answer_of_curve
@@ -45,22 +46,21 @@ def series(d: list[float], dU: list[float], **more: list[float]) -> dict[str, np
     return {"t": t, **{name: np.array(values) for name, values in {"d": d, "dU": dU, **more}.items()}}
 
 
-def curve_table(zero: float, rate: float, error: float, count: int = 3) -> dict[str, np.ndarray]:
+def logarithmic(zero: float, rate: float, error: float, count: int = 3) -> dict[str, np.ndarray]:
     """dU = rate ln(d/zero), which its interpolant meets exactly, from d .1 to .3."""
     d = np.geomspace(0.1, 0.3, count)
-    dU = rate * np.log(d / zero)
-    return {"d": d, "dU": dU, "dU_held": dU, "slope": rate / d, "dU_error": np.full(count, error)}
+    return curve_table(d, rate * np.log(d / zero), rate / d, dU_error=np.full(count, error))
 
 
 CURVES: dict[str, tuple[dict[str, np.ndarray], list[Zero]]] = {
-    "unstable distance with an interval": (curve_table(0.2, 1e-3, 1e-5), [Zero(0.2, False, 0.002)]),
-    "stable distance without an interval": (curve_table(0.2, -1e-3, 1e-5), [Zero(0.2, True)]),
-    "one sign": (curve_table(0.05, 1e-3, 1e-5), []),
-    "nothing moves": (curve_table(0.2, 1e-12, 1e-5), []),
-    "error above dU": (curve_table(0.2, 1e-3, 1e-2), [Zero(0.2, False, 2.0)]),
-    "error above dU at one point": (curve_table(0.2, 1e-3, 1e-2, 1), []),
-    "one point": (curve_table(0.2, 1e-3, 1e-5, 1), []),
-    "two points": (curve_table(0.2, 1e-3, 1e-5, 2), [Zero(0.2, False)]),
+    "unstable distance with an interval": (logarithmic(0.2, 1e-3, 1e-5), [Zero(0.2, False, 0.002)]),
+    "stable distance without an interval": (logarithmic(0.2, -1e-3, 1e-5), [Zero(0.2, True)]),
+    "one sign": (logarithmic(0.05, 1e-3, 1e-5), []),
+    "nothing moves": (logarithmic(0.2, 1e-12, 1e-5), []),
+    "error above dU": (logarithmic(0.2, 1e-3, 1e-2), [Zero(0.2, False, 2.0)]),
+    "error above dU at one point": (logarithmic(0.2, 1e-3, 1e-2, 1), []),
+    "one point": (logarithmic(0.2, 1e-3, 1e-5, 1), []),
+    "two points": (logarithmic(0.2, 1e-3, 1e-5, 2), [Zero(0.2, False)]),
 }
 
 
@@ -72,7 +72,7 @@ def test_a_curve_separates_comes_closer_or_is_not_decided(name: str, snapshot: S
 def test_a_sign_that_is_lost_far_away_is_not_told() -> None:
     """As of dU that decays with the distance: from where it is smaller than its error on nothing is said."""
     d = np.geomspace(0.1, 1.6, 9)
-    table = {"d": d, "dU": np.exp(-3 * d), "slope": -3 * np.exp(-3 * d), "dU_error": np.full(9, 0.05)}
+    table = curve_table(d, np.exp(-3 * d), -3 * np.exp(-3 * d), dU_error=np.full(9, 0.05))
     words = answer_of_curve(table, [], {})[0]
     found = re.fullmatch(
         r"The pair separates between d = 0.1 and ([\d.]+). Not decided between d = ([\d.]+) and 1.6: .*", words
@@ -85,7 +85,7 @@ def test_a_sign_that_is_lost_far_away_is_not_told() -> None:
 def test_the_peak_between_two_points_has_an_interval_of_height_and_place() -> None:
     d = np.array([0.2, 0.35, 0.6])
     x = np.log(d / 0.4)
-    table = {"d": d, "dU": 1 / np.cosh(x), "slope": -np.tanh(x) / np.cosh(x) / d, "dU_error": np.full(3, 1e-4)}
+    table = curve_table(d, 1 / np.cosh(x), -np.tanh(x) / np.cosh(x) / d, dU_error=np.full(3, 1e-4))
     lines = answer_of_curve(table, [], {})
     found = re.fullmatch(r"Largest \|dU\|: \+([\d.]+) \+- ([\d.]+) at d = ([\d.]+) \+- ([\d.]+)\.", lines[1])
     assert found is not None, lines[1]
@@ -99,7 +99,7 @@ def test_a_case_in_units_has_its_answer_in_units(snapshot: SnapshotAssertion) ->
     record = {"scales": {"length": 50e-6, "velocity": 10e-3, "time": 5e-3, "stress": 170.0}}
     run = series([0.1, 0.12], [1e-3, 1.5e-3], dU_error=[1e-5, 1e-5])
     assert answer_of_run(run, record) == snapshot(name="run")
-    curve = curve_table(0.2, 1e-3 / np.log(2), 1e-6)
+    curve = logarithmic(0.2, 1e-3 / np.log(2), 1e-6)
     assert answer_of_curve(curve, [Zero(0.2, False, 0.01)], record) == snapshot(name="curve")
     assert answer_of_critical([Zero(0.1, False), Zero(0.2, False)], record) == snapshot(name="critical")
 

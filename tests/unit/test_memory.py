@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.result_folders import curve_table
 
 from pairsim.results.answer import answer_of_curve
 from pairsim.results.memory import FORGOTTEN, forgotten_at
@@ -13,8 +14,8 @@ D = np.geomspace(0.05, 1.0, 9)
 
 def table(rate: float, t_relax: float, **more: np.ndarray) -> dict[str, np.ndarray]:
     """dU = rate d: the distance is d_0 exp(rate t)."""
-    columns = {"d": D, "dU": rate * D, "slope": np.full(9, rate), "dU_error": np.full(9, 1e-6)}
-    return columns | {"t_relax": np.full(9, t_relax)} | more
+    columns = {"dU_error": np.full(9, 1e-6), "t_relax": np.full(9, t_relax), **more}
+    return curve_table(D, rate * D, np.full(9, rate), **columns)
 
 
 def test_a_start_is_forgotten_three_decay_times_later() -> None:
@@ -29,17 +30,15 @@ def test_a_pair_that_leaves_the_curve_before_has_not_forgotten_its_start() -> No
 
 
 def test_a_pair_that_comes_to_rest_has_all_the_time() -> None:
-    resting = {"d": D, "dU": 0.2 * np.log(0.3 / D), "slope": -0.2 / D, "dU_error": np.full(9, 1e-6)}
-    found = forgotten_at(resting | {"t_relax": np.full(9, 5.0)}, 0.1)
+    resting = curve_table(D, 0.2 * np.log(0.3 / D), -0.2 / D, dU_error=np.full(9, 1e-6), t_relax=np.full(9, 5.0))
+    found = forgotten_at(resting, 0.1)
     assert found is not None
     assert 0.25 < found <= 0.3
 
 
-def test_without_memory_a_start_is_forgotten_at_once_and_in_old_tables_it_is_not_known() -> None:
+def test_without_memory_a_start_is_forgotten_at_once_and_without_decay_times_it_is_not_known() -> None:
     assert forgotten_at(table(0.2, 0.0), 0.1) == pytest.approx(0.1, rel=0.02)
-    old = table(0.2, 1.0)
-    del old["t_relax"]
-    assert forgotten_at(old, 0.1) is None
+    assert forgotten_at(table(0.2, np.nan), 0.1) is None
 
 
 def test_the_answer_says_so_where_it_is_far() -> None:

@@ -1,10 +1,9 @@
-"""The run folder, the time series and the table of columns."""
+"""The files of a folder of results."""
 
 from __future__ import annotations
 
 import json
 import os
-from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +11,7 @@ import pytest
 import yaml
 
 from pairsim.commands import own_files
-from pairsim.fem.diagnostics import Health
-from pairsim.results.columns import COLUMNS, CURVE_HEALTH, HEALTH, POLYMER_HEALTH, column, named_row, series_columns
-from pairsim.results.output import RunFolder, SeriesWriter, read_series, write_text
-from pairsim.results.tables import headings, table_of
+from pairsim.results.output import RunFolder, write_text
 from pairsim.runtime.errors import InputError
 
 
@@ -137,114 +133,3 @@ def test_failed_write_leaves_the_old_file_and_no_other(tmp_path: Path, monkeypat
         write_text(file, "new")
     assert file.read_text() == "old"
     assert names(tmp_path) == ["run.json"]
-
-
-def test_series_round_trip_is_exact(tmp_path: Path) -> None:
-    columns = ["t", "dU"]
-    table = np.random.default_rng(1).normal(size=(20, 2)) * 10.0 ** np.arange(-10, 10)[:, None]
-    with SeriesWriter(tmp_path / "series.csv", columns) as writer:
-        for t, value in table:
-            writer.row({"dU": value, "t": t})
-    series = read_series(tmp_path / "series.csv")
-    assert list(series) == columns
-    assert np.array_equal(np.column_stack(list(series.values())), table)
-
-
-def test_series_rows_can_be_read_before_the_file_is_closed(tmp_path: Path) -> None:
-    writer = SeriesWriter(tmp_path / "series.csv", ["t"])
-    assert read_series(tmp_path / "series.csv")["t"].shape == (0,)
-    writer.row({"t": 1 / 3})
-    assert read_series(tmp_path / "series.csv")["t"] == [1 / 3]
-    writer.close()
-
-
-@pytest.mark.parametrize(
-    ("row", "message"),
-    [
-        ({"t": 1.0, "d": float("nan")}, "d is nan"),
-        ({"t": float("inf"), "d": 1.0}, "t is inf"),
-        ({"t": 1.0}, "no value for d"),
-    ],
-)
-def test_series_refuses_a_bad_row_and_writes_nothing_of_it(tmp_path: Path, row: dict[str, float], message: str) -> None:
-    with SeriesWriter(tmp_path / "series.csv", ["t", "d"]) as writer, pytest.raises(ValueError, match=message):
-        writer.row(row)
-    assert (tmp_path / "series.csv").read_text() == "t,d\n"
-
-
-@pytest.mark.parametrize("torn", ["3.0", "3.0,", "3.0,4.", "3.0,4.25", "3.0,-"])
-def test_torn_last_line_is_left_out(tmp_path: Path, torn: str) -> None:
-    file = tmp_path / "series.csv"
-    file.write_text("t,d\n1.0,2.0\n" + torn)
-    assert read_series(file)["d"].tolist() == [2.0]
-
-
-@pytest.mark.parametrize("text", ["", "t,d", "t,d\n1.0\n2.0,3.0\n", "t,d\nx,1.0\n"])
-def test_broken_series_is_an_input_error(tmp_path: Path, text: str) -> None:
-    file = tmp_path / "series.csv"
-    file.write_text(text)
-    with pytest.raises(InputError, match=r"series\.csv"):
-        read_series(file)
-
-
-def test_missing_series_is_an_input_error(tmp_path: Path) -> None:
-    with pytest.raises(InputError):
-        read_series(tmp_path / "series.csv")
-
-
-@pytest.mark.parametrize(
-    ("n", "header"),
-    [
-        (0, "t,dp,dp_plus"),
-        (1, "t,U_1,D_1,dp,dp_plus"),
-        (2, "t,d,U_L,U_T,dU,D_L,D_T,dp,dp_plus"),
-        (3, "t,d_1,d_2,U_1,U_2,U_3,dU_1,dU_2,D_1,D_2,D_3,dp,dp_plus"),
-    ],
-)
-def test_header_row_and_table_agree(n: int, header: str) -> None:
-    assert ",".join(series_columns(n)) == header
-    U = 1.0 + 0.1 * np.arange(n) ** 2
-    row = named_row(0.5, np.full(max(n - 1, 0), 0.2), U, np.diff(U), 0.01 * np.arange(n), 640.0, 3.0)
-    assert list(row) == series_columns(n)
-    assert (row["t"], row["dp"], row["dp_plus"]) == (0.5, 640.0, 3.0)
-    for name in row:
-        assert column(name).meaning
-
-
-def test_trailing_is_upstream_and_differences_point_downstream() -> None:
-    pair = named_row(1.0, [0.3], [1.5, 1.75], [0.25], [0.01, 0.02], 1.0, 0.0)
-    assert (pair["U_T"], pair["U_L"], pair["dU"], pair["D_T"], pair["D_L"], pair["d"]) == (
-        1.5, 1.75, 0.25, 0.01, 0.02, 0.3,
-    )  # fmt: skip
-    train = named_row(1.0, [0.3, 0.4], [1.5, 1.75, 1.25], [0.25, -0.5], [0.01, 0.02, 0.03], 1.0, 0.0)
-    assert (train["dU_1"], train["dU_2"], train["d_2"], train["D_3"]) == (0.25, -0.5, 0.4, 0.03)
-
-
-def test_named_row_refuses_lengths_that_do_not_fit() -> None:
-    with pytest.raises(ValueError, match=r"shorter|longer"):
-        named_row(0.0, [], [1.0, 2.0], [1.0], [0.0, 0.0], 1.0, 0.0)
-
-
-def test_table_of_columns() -> None:
-    assert len({entry.name for entry in COLUMNS}) == len(COLUMNS)
-    assert column("D_12").symbol == "D_{12}"
-    assert column("dU_2").symbol == r"\Delta U_{2}"
-    for unknown in ("D_i", "x", "dp_1"):
-        with pytest.raises(KeyError):
-            column(unknown)
-
-
-def test_every_health_column_has_a_meaning() -> None:
-    for name in (*HEALTH, *CURVE_HEALTH, *POLYMER_HEALTH):
-        assert column(name).meaning
-
-
-def test_conformation_is_watched_under_the_names_of_its_columns() -> None:
-    assert tuple(field.name for field in fields(Health)) == POLYMER_HEALTH
-
-
-def test_the_table_of_an_earlier_version_has_units(tmp_path: Path) -> None:
-    """Curves of version 0.1.0 have dU at held distance, and what motion adds to it in a column of its own."""
-    (tmp_path / "run.json").write_text('{"kind": "curve"}')
-    (tmp_path / "curve.csv").write_text("d,dU,drift\n0.1,1e-3,1e-5\n")
-    assert headings(table_of(tmp_path, "curve", False)) == ["d [D_c]", "dU [U_av]", "drift [U_av]"]

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 from support.field_samples import PAIR, scene
 from support.pictures import colours, drawn_figures, overlapping
-from support.result_folders import make_curve, make_run
+from support.result_folders import curve_table, make_curve, make_run
 
 from pairsim.api.pictures import plot
 from pairsim.plots.animation import default_movie
@@ -75,7 +75,7 @@ def test_start_up_of_a_run_is_marked_and_what_follows_it_has_a_point(
 ) -> None:
     folder = make_run(tmp_path / "run", 2, [])
     entry = {"d": [0.2], "dU": [0.01], "dU_error": [1e-3], "t_relax": 0.1, "start": "rest", "accuracy": 0.01}
-    (folder / "run.json").write_text(json.dumps({"settled": entry}))
+    (folder / "run.json").write_text(json.dumps({"kind": "run", "settled": entry}))
     with drawn_figures(monkeypatch) as figures:
         plot(folder)
     (figure,) = figures
@@ -90,7 +90,7 @@ def test_start_up_of_a_run_is_marked_and_what_follows_it_has_a_point(
 
 
 def test_folder_without_anything_to_draw_is_an_input_error(tmp_path: Path) -> None:
-    (tmp_path / "run.json").write_text("{}")
+    (tmp_path / "run.json").write_text('{"kind": "run"}')
     with pytest.raises(InputError, match="not the folder of a run that has begun"):
         plot(tmp_path)
     (tmp_path / "series.csv").write_text("t,dp,dp_plus\n")
@@ -153,18 +153,12 @@ def test_more_values_than_styles_get_panels_or_are_named_as_unseen() -> None:
         Encoding.of(cases, ["a", "b"], "c")
 
 
-def test_curve_is_drawn_as_its_interpolant_with_the_error_estimate_where_there_is_one() -> None:
+def test_curve_is_drawn_as_its_interpolant_with_its_error() -> None:
     d = np.array([0.1, 0.2, 0.4])
-    table = {"d": d, "dU": np.log(d) ** 3, "slope": 3 * np.log(d) ** 2 / d}
-    table |= {"mesh_error": np.full(3, 2.0), "dU_error": np.ones(3)}
+    table = curve_table(d, np.log(d) ** 3, 3 * np.log(d) ** 2 / d, dU_error=np.ones(3))
     places, curve, error = Line({}, table, "dU", Units(), True).smooth()
     assert curve == pytest.approx(np.log(places) ** 3, rel=1e-12), "a cubic in log d is met exactly"
-    assert error is not None
     assert error == pytest.approx(np.ones(len(places)), rel=1e-12)
-    del table["dU_error"]
-    _, _, error = Line({}, table, "dU", Units(), True).smooth()
-    assert error is not None
-    assert error == pytest.approx(np.full(len(places), 2.0), rel=1e-12)
 
 
 def test_run_is_drawn_with_the_band_of_its_error() -> None:
@@ -310,15 +304,9 @@ def test_page_has_panels_beside_each_other_where_there_is_room() -> None:
 def test_intervals_of_critical_distances() -> None:
     """Upright at a distance, lying where two zeros meet, none without an error."""
     axis = Figure().subplots()
-    for d_error, parameter_error in (("0.01", ""), ("", "0.2"), ("", "")):
-        row = {
-            "De": 1.0,
-            "d_cr": 0.1,
-            "kind": "wanted",
-            "stable": "true",
-            "d_error": d_error,
-            "parameter_error": parameter_error,
-        }
+    for d_error, parameter_error in ((0.01, np.nan), (np.nan, 0.2), (np.nan, np.nan)):
+        row = {"De": 1.0, "d_cr": 0.1, "kind": "wanted", "stable": True}
+        row |= {"d_error": d_error, "parameter_error": parameter_error}
         _draw_row(axis, "De", row, "k")
     drawn = [np.array(collection.get_segments()[0]) for collection in axis.collections]
     assert len(drawn) == 2

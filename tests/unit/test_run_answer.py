@@ -83,7 +83,7 @@ def test_without_a_quasi_steady_solution_the_run_speaks_for_itself(
 ) -> None:
     lines = answer_of_run(series(1.0, d, dU), {"reason": "end", SETTLED: {"message": "there is a fold"}})
     assert lines == snapshot
-    assert answer_of_run(series(1.0, d, dU), {"reason": "end"}) == lines[:1]  # of an earlier version
+    assert answer_of_run(series(1.0, d, dU), {"reason": "end"}) == lines[:1]
 
 
 def test_a_run_that_ends_in_contact_collides(snapshot: SnapshotAssertion) -> None:

@@ -1,17 +1,31 @@
-"""Tables as frames and as text: units, one row a gap, and what a screen shows."""
+"""Tables as files, as frames and as text: columns, units, one row a gap, and what a screen shows."""
 
 from __future__ import annotations
 
 import json
+from dataclasses import fields
 from pathlib import Path
 
+import numpy as np
 import pytest
 from support.pictures import drawn_figures
 from support.result_folders import make_curve
 
 from pairsim.api.pictures import plot
+from pairsim.fem.diagnostics import Health
 from pairsim.physics.scales import Scales
-from pairsim.results.tables import csv_text, in_units, read_table, readable, screen_text, table_of
+from pairsim.results.columns import (
+    COLUMNS,
+    CURVE_HEALTH,
+    HEALTH,
+    POLYMER_HEALTH,
+    column,
+    series_columns,
+    suffixes_in,
+    table_row,
+)
+from pairsim.results.table_files import TableWriter, read_table, table_text
+from pairsim.results.tables import csv_text, frame_of, in_units, readable, screen_text, table_of
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.tables import table_of_all
 
@@ -19,6 +33,112 @@ TRAIN = "t,d_1,d_2,U_1,U_2,U_3,dU_1,dU_2,m,newton,dU_error_1,dU_error_2\n" + "\n
     ["0.5,0.1,0.2,1.8,1.9,1.7,0.1,-0.2,1e-15,3,0.01,0.02", "1,0.15,0.1,1.8,1.9,1.7,0.123456789,-0.2,1e-15,2,0.01,nan"]
 )
 SCALES = Scales(50e-6, 10e-3, 0.85)
+
+
+@pytest.mark.parametrize("appended", [True, False])
+def test_each_row_is_in_the_file_at_once_with_every_digit(tmp_path: Path, appended: bool) -> None:
+    file, values = (
+        tmp_path / "series.csv",
+        np.random.default_rng(1).normal(size=(20, 2)) * 10.0 ** np.arange(-10, 10)[:, None],
+    )
+    with TableWriter(file, ["t", "dU"], appended=appended) as writer:
+        assert read_table(file)["t"].shape == (0,)
+        for count, (t, dU) in enumerate(values, 1):
+            writer.row({"dU": dU, "t": t, "d": 1.0})
+            assert np.array_equal(np.column_stack(list(read_table(file).values())), values[:count])
+    assert list(read_table(file)) == ["t", "dU"]
+
+
+def test_a_table_goes_on_after_its_first_rows_and_can_be_ascending(tmp_path: Path) -> None:
+    rows = [{"d": 0.3, "stable": True}]
+    with TableWriter(tmp_path / "a.csv", ["d", "stable"], rows, appended=True) as writer:
+        writer.row({"d": 0.1, "stable": np.bool_(False)})
+        assert writer.count == 2
+    assert (tmp_path / "a.csv").read_text() == "d,stable\n0.3,true\n0.1,false\n"
+    TableWriter(tmp_path / "a.csv", ["d", "stable"], rows, ascending=True).row({"d": 0.1, "stable": False})
+    assert read_table(tmp_path / "a.csv")["stable"].tolist() == [False, True]
+
+
+@pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        ({"t_relax": 1.0, "d": float("nan")}, "d is nan"),
+        ({"t_relax": float("inf"), "d": 1.0}, "t_relax is inf"),
+        ({"t_relax": 1.0}, "no value for d"),
+    ],
+)
+def test_a_bad_row_is_refused_and_nothing_of_it_written(tmp_path: Path, row: dict[str, float], message: str) -> None:
+    with TableWriter(tmp_path / "a.csv", ["t_relax", "d"]) as writer:
+        with pytest.raises(ValueError, match=message):
+            writer.row(row)
+        writer.row({"t_relax": np.float64("nan"), "d": 1.0})
+    assert (tmp_path / "a.csv").read_text() == "t_relax,d\nnan,1.0\n"
+
+
+def test_numbers_flags_words_and_what_is_not_known_are_read_back(tmp_path: Path) -> None:
+    rows = [["a, b", True, 0.5, [0.1, 0.2], None], ["c", False, 2, [], 1 / 3]]
+    (tmp_path / "results.csv").write_text(table_text(["name", "stable", "d", "zeros", "dU"], rows))
+    table = read_table(tmp_path / "results.csv")
+    assert [values.tolist() for values in table.values()][:4] == [
+        ["a, b", "c"],
+        [True, False],
+        [0.5, 2],
+        ["0.1 0.2", ""],
+    ]
+    assert np.isnan(table["dU"][0])
+    assert table["dU"][1] == 1 / 3
+
+
+@pytest.mark.parametrize("torn", ["3.0", "3.0,", "3.0,4.", "3.0,4.25", "3.0,-"])
+def test_torn_last_line_is_left_out(tmp_path: Path, torn: str) -> None:
+    (tmp_path / "series.csv").write_text("t,d\n1.0,2.0\n" + torn)
+    assert read_table(tmp_path / "series.csv")["d"].tolist() == [2.0]
+
+
+@pytest.mark.parametrize("text", [None, "", "t,d", "t,d\n1.0\n2.0,3.0\n", "t,,d\n1,2,3\n"])
+def test_what_is_no_table_is_an_input_error(tmp_path: Path, text: str | None) -> None:
+    if text is not None:
+        (tmp_path / "series.csv").write_text(text)
+    with pytest.raises(InputError, match=r"series\.csv"):
+        read_table(tmp_path / "series.csv")
+
+
+@pytest.mark.parametrize(
+    ("n", "header"),
+    [
+        (0, "t,dp,dp_plus"),
+        (1, "t,U_1,D_1,dp,dp_plus"),
+        (2, "t,d,U_L,U_T,dU,D_L,D_T,dp,dp_plus"),
+        (3, "t,d_1,d_2,U_1,U_2,U_3,dU_1,dU_2,D_1,D_2,D_3,dp,dp_plus"),
+    ],
+)
+def test_header_row_and_descriptions_agree(n: int, header: str) -> None:
+    assert ",".join(series_columns(n)) == header
+    U = 1.0 + 0.1 * np.arange(n) ** 2
+    row = table_row(n, t=0.5, d=np.full(max(n - 1, 0), 0.2), U=U, dU=np.diff(U), D=0.01 * U, dp=640.0, dp_plus=3.0)
+    assert row.keys() == set(series_columns(n))
+    assert [row[f"U{each}"] for each in sorted(suffixes_in(row, "U"), reverse=n == 2)] == U.tolist()
+    assert all(column(name).meaning for name in row)
+
+
+def test_trailing_is_upstream_and_a_row_has_a_value_for_each_gap() -> None:
+    assert table_row(2, U=[1.5, 1.75], d=[0.3]) == {"U_T": 1.5, "U_L": 1.75, "d": 0.3}
+    assert table_row(3, d=[0.3, 0.4]) == {"d_1": 0.3, "d_2": 0.4}
+    with pytest.raises(ValueError, match=r"shorter|longer"):
+        table_row(2, U=[1.0, 2.0], d=[])
+
+
+def test_every_column_has_one_description() -> None:
+    assert [column(name).symbol for name in ("D_12", "dU_2", "D_L")] == ["D_{12}", r"\Delta U_{2}", "D_L"]
+    assert "particles i and i+1" in column("d_2").meaning
+    for unknown in ("D_i", "x", "dp_1"):
+        with pytest.raises(KeyError):
+            column(unknown)
+    assert all(column(name).meaning for name in (*HEALTH, *CURVE_HEALTH, *POLYMER_HEALTH))
+    assert not any(
+        mark in column(entry.name + "_1" * bool(entry.of)).symbol for entry in COLUMNS for mark in ("{_}", "{,}")
+    )
+    assert tuple(field.name for field in fields(Health)) == POLYMER_HEALTH
 
 
 @pytest.fixture
@@ -43,15 +163,15 @@ def test_a_table_without_gaps_is_not_made_tidy(tmp_path: Path) -> None:
 
 def test_csv_has_every_digit_and_the_words_of_the_file(tmp_path: Path) -> None:
     (tmp_path / "equilibria.csv").write_text(
-        "d,stable,slope,peak,d_error,certain\n0.12345678901234568,true,-0.1,1,,false\n"
+        "d,stable,slope,peak,d_error,certain\n0.12345678901234568,true,-0.1,1.0,,false\n"
     )
     text = csv_text(table_of(tmp_path, "equilibria", physical=False))
     head = "d [D_c],stable,slope [U_av/D_c],peak,d_error [D_c],certain"
-    assert text.splitlines() == [head, "0.12345678901234568,true,-0.1,1,,false"]
+    assert text.splitlines() == [head, "0.12345678901234568,true,-0.1,1.0,,false"]
 
 
 def test_a_screen_has_five_digits_and_no_numerics_unless_asked(train: Path) -> None:
-    table = read_table(train / "series.csv")
+    table = frame_of(read_table(train / "series.csv"))
     names = ["t", "d_1", "d_2", "U_1", "U_2", "U_3", "dU_1", "dU_error_1", "dU_2", "dU_error_2"]
     assert list(readable(table).columns) == names
     assert list(readable(table, whole=True).columns) == [*names, "m", "newton"]
@@ -64,7 +184,7 @@ def test_a_screen_has_five_digits_and_no_numerics_unless_asked(train: Path) -> N
 
 def test_forces_have_a_unit_of_the_laboratory(tmp_path: Path) -> None:
     (tmp_path / "curve.csv").write_text("U_1,F_1\n1.0,2.0\n")
-    table = in_units(read_table(tmp_path / "curve.csv"), SCALES)
+    table = in_units(frame_of(read_table(tmp_path / "curve.csv")), SCALES)
     assert table.attrs["units"] == {"U_1": "um/s", "F_1": "nN"}
     assert table["F_1"][0] == pytest.approx(2 * 0.85 * 10e-3 * 50e-6 * 1e9)
 

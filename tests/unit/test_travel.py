@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.result_folders import curve_table
 from typer.testing import CliRunner
 
 from pairsim.cli.app import app
+from pairsim.results.table_files import table_text
 from pairsim.results.travel import travel
 from pairsim.runtime.errors import InputError
 
@@ -21,8 +23,8 @@ def table(
 ) -> dict[str, np.ndarray]:
     """Columns of curve.csv: dU_held, the part of it that dU has more, and the error of dU, both relative to it."""
     U = np.broadcast_to(U, D.shape)
-    columns = {"d": D, "dU": dU * (1 + rest), "dU_held": dU, "slope": slope, "U_L": U + dU / 2, "U_T": U - dU / 2}
-    return columns | {"dU_error": error * np.abs(dU)}
+    more = {"dU_held": dU, "dU_error": error * np.abs(dU), "U_L": U + dU / 2, "U_T": U - dU / 2}
+    return curve_table(D, dU * (1 + rest), slope, **more)
 
 
 LINEAR = table(0.01 * D, np.full_like(D, 0.01))
@@ -70,7 +72,7 @@ def test_the_interval_of_few_points_holds_the_exact_time() -> None:
     """Five points of dU = 1/cosh(ln(d/.2)); the exact time is an integral of e^x cosh(x - ln .2)."""
     d = np.geomspace(0.05, 0.8, 5)
     x = np.log(d / 0.2)
-    columns = {"d": d, "dU": 1 / np.cosh(x), "slope": -np.tanh(x) / np.cosh(x) / d, "dU_error": np.zeros(5)}
+    columns = curve_table(d, 1 / np.cosh(x), -np.tanh(x) / np.cosh(x) / d)
     way = travel(columns | {"U_L": np.full(5, 1.8), "U_T": np.full(5, 1.8)}, 0.06, 0.7, "test")
     fine = np.linspace(np.log(0.06), np.log(0.7), 200_001)
     exact = np.trapezoid(np.exp(fine) * np.cosh(fine - np.log(0.2)), fine)
@@ -132,8 +134,9 @@ def test_messages_show_the_distance_as_it_was_typed(start: str, stop: str, messa
     record = {"status": "finished", "kind": "curve"}
     record |= {"scales": {"length": 50e-6, "time": 0.005, "velocity": 0.01, "stress": 170.0}}
     (tmp_path / "run.json").write_text(json.dumps(record))
-    header, row = "d,dU,dU_held,slope,U_L,U_T", "{},0.001,0.001,0,1.8,1.8"
-    (tmp_path / "curve.csv").write_text("\n".join([header, row.format(0.1), row.format(0.3)]) + "\n")
+    two = {"U_L": np.full(2, 1.8), "U_T": np.full(2, 1.8)}
+    columns = curve_table(np.array([0.1, 0.3]), np.full(2, 1e-3), np.zeros(2), **two)
+    (tmp_path / "curve.csv").write_text(table_text(list(columns), zip(*columns.values(), strict=True)))
     result = CliRunner().invoke(app, ["travel", str(tmp_path), "--from", start, "--to", stop])
     assert isinstance(result.exception, InputError)
     assert message in str(result.exception)

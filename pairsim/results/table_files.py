@@ -1,0 +1,158 @@
+"""Tables as CSV files: their reader and their writer, without pandas, whose import takes as long as solving a case."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from pairsim.results.columns import may_be_unknown
+from pairsim.results.output import write_text
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import InputError
+
+FLAGS = {"true": True, "false": False}
+
+
+def read_table(path: Path | str, *, missing_ok: bool = False) -> dict[str, Array]:
+    """Read a table, also while it is being written: an incomplete last line is skipped.
+
+    Args:
+        path: The CSV file.
+        missing_ok: Whether a file that is not there is a table without columns.
+
+    Returns:
+        An array of shape (rows,) for each column, in the order of the header: of floats (nan where nothing is known),
+        of bool (true and false), or of text.
+
+    Raises:
+        InputError: The file is missing, has no header, or has a row with more or fewer values.
+    """
+    file = Path(path)
+    if missing_ok and not file.exists():
+        return {}
+    try:
+        text = file.read_text(encoding="utf-8")
+        names, *rows = csv.reader(text[: text.rfind("\n") + 1].splitlines()) if "\n" in text else [[]]
+        if not names or not all(names):
+            raise ValueError("no names of columns")
+        columns = zip(*rows, strict=True) if rows else ((),) * len(names)
+        return {name: _typed(entries) for name, entries in zip(names, columns, strict=True)}
+    except (OSError, ValueError, csv.Error) as error:
+        allowed = f"must be a table of pairsim: names, and values below them, separated by commas ({error})"
+        raise InputError(str(file), "", None, allowed) from error
+
+
+def _typed(entries: Sequence[str]) -> Array:
+    if entries and set(entries) <= FLAGS.keys():
+        return np.array([FLAGS[entry] for entry in entries])
+    try:
+        return np.array([float(entry or "nan") for entry in entries])
+    except ValueError:
+        return np.array(entries)
+
+
+def cell(value: Any) -> str:
+    """A value in a table: numbers with full precision, None empty, lists with spaces between their entries."""
+    if value is None or isinstance(value, str):
+        return value or ""
+    if isinstance(value, list):
+        return " ".join(map(cell, value))
+    if isinstance(value, dict):
+        return json.dumps(value)
+    if isinstance(value, bool | np.bool_):
+        return "true" if value else "false"
+    return repr(float(value)) if isinstance(value, float) else str(value)
+
+
+def table_text(columns: Sequence[str], rows: Iterable[Iterable[Any]] = ()) -> str:
+    """A table as CSV: the names of its columns, and rows of values as `cell` writes them."""
+    return "".join(map(_line, [columns, *rows]))
+
+
+def _line(values: Iterable[Any]) -> str:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerow(map(cell, values))
+    return text.getvalue()
+
+
+class TableWriter:
+    """Writes a table row by row; after each row the file holds them all.
+
+    Args:
+        path: The file, replaced if it exists.
+        columns: Names of the columns.
+        rows: The first rows, values by column.
+        appended: Whether rows are appended to the file; if not, the file is replaced at each row.
+        ascending: Whether rows are kept in ascending order of the first column, which appended ones cannot be.
+
+    Raises:
+        ValueError: As for `row`.
+        OSError: The file cannot be written; the old file is kept.
+    """
+
+    def __init__(
+        self,
+        path: Path | str,
+        columns: Sequence[str],
+        rows: Iterable[Mapping[str, Any]] = (),
+        *,
+        appended: bool = False,
+        ascending: bool = False,
+    ) -> None:
+        self.path, self.columns, self.appended, self._ascending = Path(path), tuple(columns), appended, ascending
+        self._unknown = frozenset(filter(may_be_unknown, columns))
+        self._rows = [self._values(row) for row in rows]
+        self._replace()
+        self._file = self.path.open("a", encoding="utf-8", newline="") if appended else None
+        self.count = len(self._rows)
+
+    def row(self, values: Mapping[str, Any]) -> None:
+        """Add a row.
+
+        Args:
+            values: Values by column; those of other columns are left out.
+
+        Raises:
+            ValueError: A column has no value, or a number is infinite, or nan in a column that may not be unknown.
+            OSError: The file cannot be written.
+        """
+        row = self._values(values)
+        if self._file is not None:
+            self._file.write(_line(row))
+            self._file.flush()
+        else:
+            self._rows.append(row)
+            self._replace()
+        self.count += 1
+
+    def _values(self, row: Mapping[str, Any]) -> list[Any]:
+        if missing := [name for name in self.columns if name not in row]:
+            raise ValueError(f"no value for {', '.join(missing)}")
+        values = [row[name] for name in self.columns]
+        for name, value in zip(self.columns, values, strict=True):
+            if isinstance(value, float) and (math.isinf(value) or (math.isnan(value) and name not in self._unknown)):
+                raise ValueError(f"{name} is {value}")
+        return values
+
+    def _replace(self) -> None:
+        if self._ascending:
+            self._rows.sort(key=lambda row: row[0])
+        write_text(self.path, table_text(self.columns, self._rows))
+
+    def close(self) -> None:
+        """Close the file; may be called more than once."""
+        if self._file is not None:
+            self._file.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
