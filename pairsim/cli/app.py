@@ -15,7 +15,6 @@ from typer.core import TyperGroup
 
 from pairsim.cli import bench, cases, first_steps, laws, pictures, sweeps, tables
 from pairsim.cli.options import path_option, rank
-from pairsim.physics.own_laws import OPTION, name_file
 from pairsim.runtime.errors import (
     ENVIRONMENT,
     EnvironmentFailure,
@@ -35,10 +34,10 @@ class _All(TyperGroup):
         own, others = list[str](), list[str]()
         rest = iter(args)
         for word in rest:
-            if word == OPTION:
+            if word == "--laws":
                 own += [word, *islice(rest, 1)]
             else:
-                (own if word.startswith(f"{OPTION}=") else others).append(word)
+                (own if word.startswith("--laws=") else others).append(word)
         return super().parse_args(ctx, [*own, *others])
 
 
@@ -70,11 +69,14 @@ def _common(
     ] = False,
     laws: Annotated[
         list[Path] | None,
-        path_option(OPTION, metavar="FILE", words="Python file with laws of your own; anywhere, may be repeated."),
+        path_option("--laws", metavar="FILE", words="Python file with laws of your own; anywhere, may be repeated."),
     ] = None,
 ) -> None:
-    for file in laws or ():
-        name_file(file)
+    if laws:
+        from pairsim.physics.own_laws import name_file
+
+        for file in laws:
+            name_file(file)
 
 
 def main() -> NoReturn:

@@ -13,7 +13,6 @@ from typing import Annotated
 import typer
 
 from pairsim.cli.options import OverwriteFile, Physical, check_free, path_argument, path_option
-from pairsim.commands import COMMANDS
 from pairsim.runtime.errors import InputError
 
 app = typer.Typer()
@@ -25,7 +24,7 @@ ENDED = "finished", "failed"  # shapes that were found are right, whether or not
     "pairsim table runs/curve equilibria | pairsim table runs/train --tidy | pairsim table runs/sweep equilibria"
 )
 def table(
-    directory: Annotated[Path, path_argument(f"Folder of {', '.join(COMMANDS)} or sweep.")],
+    directory: Annotated[Path, path_argument("Folder of run, curve, critical, shape or sweep.")],
     name: Annotated[
         str | None,
         typer.Argument(help="A table of the folder, such as equilibria (default: its main one).", show_default=False),
@@ -49,6 +48,7 @@ def table(
     a physical block, else D_c, U_av and D_c/U_av. Of a sweep, the tables of all
     cases, one below the other, with the parameters that vary.
     """
+    from pairsim.commands import COMMANDS
     from pairsim.results.folders import kind_of
     from pairsim.results.tables import csv_text, screen_text, table_of
 
