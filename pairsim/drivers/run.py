@@ -99,7 +99,7 @@ class _Run:
         yield events.AtEnd(self._end)
         state = self.earlier.checkpoint.state
         self._entries |= settled_entry(self.case, self.problem, state.gaps, ended)
-        return self._with_accuracy(ended, state.errors)
+        return self._with_accuracy(ended, state.run_errors)
 
     def _integrate(self, transient: Transient) -> events.Events:
         """Take all steps, and find what the particles do at the end."""
@@ -109,7 +109,7 @@ class _Run:
         problem = replace(self.problem, monitor=self.problem.monitor.within(longest, "it was not found within {}"))
         with transient.clock("quasi-steady"):
             self._entries |= settled_entry(self.case, problem, gaps, outcome)
-        return self._with_accuracy(outcome, transient.errors)
+        return self._with_accuracy(outcome, transient.run_errors)
 
     def _with_accuracy(self, outcome: Outcome, errors: RunErrors) -> Outcome:
         """An outcome whose message says whether an adapted run has kept its accuracy."""
@@ -161,11 +161,11 @@ class _Run:
         errors, extremes = RunErrors.of(self.problem.liquid), Extremes()
         if (transient := self.transient) is not None:
             entries = _summary(transient.counts, transient.history.t[0], transient.constraints.size)
-            seconds, errors, extremes = transient.clock.seconds, transient.errors, transient.extremes
+            seconds, errors, extremes = transient.clock.seconds, transient.run_errors, transient.extremes
         elif self.old is not None:
             state = self.old.state
             entries = _summary(state.counts, state.history.t[0], state.history.y[0].size)
-            seconds, errors, extremes = state.seconds, state.errors, state.extremes
+            seconds, errors, extremes = state.seconds, state.run_errors, state.extremes
         entries |= self._entries
         if self.adaptation is not None:
             entries |= {"adaptation": entry_of(self.adaptation) | accuracy_of(self.case, errors)[0]}

@@ -211,7 +211,7 @@ def test_run_can_be_resumed_from_every_step(tmp_path: Path) -> None:
         Checkpoint(states[k], {}, None, 1, 1, 0.0).save(folder)
         found = load(folder.path)
         assert found is not None
-        for kept, read in ((states[k].errors, found.state.errors), (states[k].extremes, found.state.extremes)):
+        for kept, read in ((states[k].run_errors, found.state.run_errors), (states[k].extremes, found.state.extremes)):
             np.testing.assert_equal(asdict(read), asdict(kept))
         again = Transient(problem, found.state)
         try:

@@ -97,10 +97,10 @@ def test_error_of_the_start_is_part_of_the_errors() -> None:
         problem_of(parse_case(COMMANDS["run"], {**SHORT, **UNEQUAL, "start": "steady", "dU_error": True}, "test"))
     )
     try:
-        errors = transient.state.errors
+        errors = transient.state.error_history
         assert errors is not None
         point = settled_at(UNEQUAL, (0.1,))
-        assert errors.start == pytest.approx(point.estimate.dU_error, rel=0.05)
+        assert transient.run_errors.interval.start == pytest.approx(point.estimate.dU_error, rel=0.05)
         assert not errors.h[0].any()
     finally:
         transient.close()

@@ -62,7 +62,7 @@ class RunAdaptation:
         try:
             with suppress(RunFailure):  # finer cells may go on where coarse ones fail
                 transient = Transient(coarse)
-                errors, unknowns = transient.errors, transient.constraints.size
+                errors, unknowns = transient.run_errors, transient.constraints.size
                 for step in transient.steps(iter([problem.t_end])):
                     problem.monitor.check_signals()
                     t = step.t

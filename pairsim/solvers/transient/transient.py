@@ -41,7 +41,7 @@ class Transient(TimeScene):
 
     Attributes:
         counts: Work since the start of the run.
-        errors: Errors of dU up to the last step.
+        run_errors: Errors of dU up to the last step.
         extremes: Extreme values up to the last step.
         origin: Positions h of the material at t = 0 [D_c], shape (n_h,).
 
@@ -53,7 +53,7 @@ class Transient(TimeScene):
 
     def __init__(self, problem: Problem, state: State | None = None) -> None:
         super().__init__(problem)
-        self.counts, self.errors, self.extremes = Counts(), RunErrors.of(problem.liquid), Extremes()
+        self.counts, self.run_errors, self.extremes = Counts(), RunErrors.of(problem.liquid), Extremes()
         self._U_m, self._dt, self._due = problem.U_m, problem.control.fixed or problem.first_step, False
         self._error: ErrorEquation | None = None
         if state is None:
@@ -76,7 +76,7 @@ class Transient(TimeScene):
             x = self.constraints.expand(y, start.h)
             self.history = History([0.0], [start.h], [x], [y], [0.0])
             self._U_m = float(start.flow.U.mean()) if start.flow.U.size else 0.0
-            self.errors.interval.start = start.flow.dU_error
+            self.run_errors.interval.start = start.flow.dU_error
         self.counts.newton, self.counts.factorisations = start.newton, start.factorisations
         if problem.dU_error:
             self._error = ErrorEquation(errors)
@@ -86,7 +86,7 @@ class Transient(TimeScene):
         self.meshed = self._particles(state.reference.outlines, state.inside)
         self.meshed.put(state.reference, state.mesh)
         self.history, self.origin, self.counts = replace(state.history), state.origin, replace(state.counts)
-        self.errors, self.extremes = deepcopy(state.errors), replace(state.extremes)
+        self.run_errors, self.extremes = deepcopy(state.run_errors), replace(state.extremes)
         self._U_m, self._dt, self._due = state.U_m, state.dt, state.due
         if state.error_history is not None:
             self._error = ErrorEquation(replace(state.error_history))
@@ -108,7 +108,7 @@ class Transient(TimeScene):
             seconds=dict(self.clock.seconds),
             origin=self.origin,
             gaps=tuple(map(float, diagnostics.gaps(self.bodies, self.history.h[0]))),
-            errors=deepcopy(self.errors),
+            run_errors=deepcopy(self.run_errors),
             extremes=replace(self.extremes),
             error_history=replace(self._error.errors) if self._error is not None else None,
         )
@@ -251,7 +251,7 @@ class Transient(TimeScene):
             h=h,
             velocity=self.constraints.M @ y,
             U_correction=correction,
-            dU_error=self.errors.add(t, mesh, observation.dU, dU_correction, observation.s_jump),
+            dU_error=self.run_errors.add(t, mesh, observation.dU, dU_correction, observation.s_jump),
         )
         self.extremes.add(step)
         return step
