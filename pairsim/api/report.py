@@ -22,15 +22,13 @@ from pairsim.api.sweeps import SweepResult
 from pairsim.commands import COMMANDS
 from pairsim.results.folders import kind_of
 from pairsim.results.output import REPORT, write_text
-from pairsim.results.table_files import read_table
-from pairsim.results.tables import frame_of, headings, in_units, readable
+from pairsim.results.tables import headings, in_units, readable
 from pairsim.results.typography import html_of
 from pairsim.results.units import scales_in
 from pairsim.runtime.duration import duration
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import is_locked
 from pairsim.runtime.version import __version__
-from pairsim.sweeps.study_file import TABLE
 
 CAPTIONS = {
     "fields": "What the particles change in the liquid, and the axial elastic stress in soft ones",
@@ -39,7 +37,6 @@ CAPTIONS = {
     "sweep_parameters": "Relative velocity at the end over a parameter",
     "sweep_zeros": "Zeros of the relative velocity over a parameter",
     "sweep_map": "How the cases ended",
-    "study": "Error against wall time",
 }
 """What is said below pictures, by the names of their files; those of commands have their own."""
 MOST_ROWS = 500  # of a table
@@ -52,7 +49,7 @@ def report(folder: str | PathLike[str]) -> Path:
     again.
 
     Args:
-        folder: A folder of run, curve, critical, sweep or study; it may be unfinished or that of a failure.
+        folder: A folder of run, curve, critical or sweep; it may be unfinished or that of a failure.
 
     Returns:
         The file.
@@ -62,7 +59,7 @@ def report(folder: str | PathLike[str]) -> Path:
     """
     directory = Path(folder)
     kind = kind_of(directory)
-    content = _of_study(directory) if kind == "study" else _of_result(folders.open(directory))
+    content = _of_result(folders.open(directory))
     if content["status"] == "running" and not is_locked(directory):
         content["status"] = "interrupted"
     table = content.pop("table")
@@ -115,19 +112,6 @@ def _of_result(result: Result | SweepResult) -> dict[str, Any]:
         "table": readable(result.table if scales is None else in_units(result.table, scales), whole=True),
         "file": f"{result.command.tables[0]}.csv",
         "provenance": _provenance(result.record),
-    }
-
-
-def _of_study(directory: Path) -> dict[str, Any]:
-    """What the page says of a study."""
-    table = frame_of(read_table(directory / TABLE, missing_ok=True))
-    return {
-        "status": "finished" if len(table) and (table["status"] == "finished").all() else "running",
-        "answer": [f"{len(table)} discretisations"],
-        "warnings": [],
-        "table": table,
-        "file": TABLE,
-        "provenance": {},
     }
 
 

@@ -77,7 +77,7 @@ def plot(
 def report(directory: Folder) -> None:
     """Write DIR/report.html: answer, warnings, pictures, table and provenance on one page.
 
-    One file that needs no network, to send around; of run, curve, critical, sweep or study, finished or not. It is
+    One file that needs no network, to send around; of run, curve, critical or sweep, finished or not. It is
     replaced where it exists.
     """
     from pairsim.api.report import report

@@ -142,9 +142,7 @@ def _compute(
 )
 @_with_options("limit", "only_failed", "fail_fast", "shard", "workers", "cold", "walltime")
 def study(
-    file: Annotated[
-        Path, _path("Study file (YAML): base, discretisations, quantity, over, at, exact or reference, repeat.")
-    ],
+    file: Annotated[Path, _path("Study file (YAML): base, at, discretisations, exact or reference, repeat.")],
     output: Output = None,
     progress: Progress = "auto",
     quiet: Quiet = False,
@@ -159,13 +157,15 @@ def study(
     Exit codes: 0 no case failed, 2 wrong input, 3 some cases failed or the disk
     is full, 4 installation or system at fault (pairsim doctor), 130 interrupted.
     """
-    from pairsim.config.yaml_file import read_yaml
-    from pairsim.sweeps.study import run_study
-    from pairsim.sweeps.study_file import read_study
+    from pairsim.sweeps.study import read_study, run_study
+    from pairsim.sweeps.sweep import run_sweep
 
-    checked = read_study(file, read_yaml(file), tuple(set_ or ()))
-    directory = output or Path("runs") / checked.name
-    _compute(run_study, checked, directory, Options(**given, cold=True), progress, quiet)
+    def run(_: Any, directory: Path, *how: Any) -> tuple[int, str]:
+        return run_study(keys, grids, directory, lambda grid, folder: run_sweep(grid, folder, *how))
+
+    keys, grids = read_study(file, tuple(set_ or ()))
+    directory = output or Path("runs") / grids[0].name
+    _compute(run, None, directory, Options(**given, cold=True), progress, quiet)
 
 
 @app.command(epilog="Examples: pairsim status runs/sweep | pairsim status runs/quickstart")

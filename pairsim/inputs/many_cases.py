@@ -1,6 +1,6 @@
 """The keys of sweep and study files, and the checks that involve several of them.
 
-`pairsim.sweeps.grid` and `pairsim.sweeps.study_file` form the cases.
+`pairsim.sweeps.grid` and `pairsim.sweeps.study` form the cases.
 """
 
 from __future__ import annotations
@@ -21,10 +21,6 @@ from pairsim.runtime.names import fits_a_folder
 
 MOST_CASES = 100_000
 MOST_VALUES = 10 * MOST_CASES  # of all keys of grid, or of a group of zip
-STUDIED: tuple[Literal["run"], Literal["curve"]] = ("run", "curve")
-"""The commands of a study."""
-ZERO = "d_cr"
-"""Quantity of a study of curves that is not a column: the zero of dU with the largest peak."""
 
 
 def _error(allowed: str) -> PydanticCustomError:
@@ -170,72 +166,37 @@ class StudyFile(_Keys):
 
     discretisations: list[dict[str, Any]] = Field(
         min_length=2,
-        description="two or more discretisations, each with the keys that differ from base, command or repeat",
+        description="two or more discretisations, each with the keys that differ from base, or repeat",
         json_schema_extra={"words": "a list of two or more, such as - {mesh.Np: 20, time.tol: 1e-4}"},
     )
     name: FolderName | None = Field(None, description="name of the study and of its folder; default: that of the file")
-    command: Literal["run", "curve"] = Field(STUDIED[0], description="command that computes each discretisation")
+    command: Literal["run", "curve"] = Field("run", description="command that computes each discretisation")
     base: Changes = Field({}, description="keys that all discretisations share, or the path of a case file")
-    quantity: str | None = Field(
-        None,
-        description="what is compared: a column, or d_cr of curves; default: dU",
-        json_schema_extra={"words": "the name of a column, or d_cr"},
-    )
-    over: Literal["t", "d"] | None = Field(
-        None,
-        description="whether `at` lists times or distances; default: d if there are curves, else t",
-        json_schema_extra={"words": "t (times) or d (distances that the run passes)"},
-    )
+    quantity: str = Field("dU", description="what is compared: a column of the results")
     at: Positives = Field(
-        [],
-        description="times [D_c/U_av] or distances [D_c] of the comparison; default: the end of a run",
-        json_schema_extra={"words": "a finite number above 0, or a list of these"},
+        [], description="times [D_c/U_av] or distances [D_c] where it is compared; default: the end of the run or curve"
     )
-    exact: Numbers | None = Field(
-        None,
-        description="exact values at these times or distances, in place of a reference",
-        json_schema_extra={"words": "a finite number, or a list of these"},
-    )
+    exact: Numbers | None = Field(None, description="exact values there, in place of a reference")
     reference: Literal["finest"] | Whole = Field(
-        "finest",
-        description="index (from 0) of the discretisation that errors refer to; finest: the one with the most unknowns",
+        "finest", description="index (from 0) of the discretisation that errors refer to; finest: the most unknowns"
     )
-    repeat: Whole = Field(
-        1, ge=1, le=100, description="number of repetitions of each discretisation; wall times are medians"
-    )
-
-    @property
-    def commands(self) -> list[Any]:
-        """The command of each discretisation: its own, else that of the file."""
-        return [entry.get("command", self.command) for entry in self.discretisations]
+    repeat: Whole = Field(1, ge=1, le=100, description="repetitions of each discretisation; wall times are medians")
 
     @property
     def repeats(self) -> list[Any]:
         """The number of repetitions of each discretisation: its own, else that of the file."""
-        own = (entry.get("repeat") for entry in self.discretisations)
-        return [self.repeat if count is None else count for count in own]
-
-    @property
-    def places(self) -> Literal["t", "d"]:
-        """Whether `at` lists times or distances."""
-        return self.over or ("d" if "curve" in self.commands else "t")
+        return [entry.get("repeat", self.repeat) for entry in self.discretisations]
 
 
 def check_study(file: StudyFile) -> Iterator[Mistake]:
     """Check the keys of a study file against each other; yields mistakes."""
-    for i, (command, count) in enumerate(zip(file.commands, file.repeats, strict=True)):
-        if command not in STUDIED:
-            yield Mistake(f"discretisations[{i}].command", command, "must be run or curve")
+    for i, count in enumerate(file.repeats):
         if type(count) is not int or not 1 <= count <= 100:
             yield Mistake(f"discretisations[{i}].repeat", count, "must be a whole number at least 1 and at most 100")
-    if file.over == "t" and "curve" in file.commands:
-        yield Mistake("over", file.over, "must be d, the distances of the curve")
-    count = 1 if file.quantity == ZERO else max(len(file.at), 1)
-    if file.exact is not None and len(file.exact) != count:
-        wanted = f"must be {count} number{'s, one for each of at' if count > 1 else ''}"
-        yield Mistake("exact", file.exact, wanted)
-    last = len(file.discretisations) - 1
-    if "reference" in file.model_fields_set and file.exact is not None:
+    if file.exact is not None and len(file.exact) != (count := max(len(file.at), 1)):
+        yield Mistake("exact", file.exact, f"must have {count} values, one for each of at")
+    if file.exact is not None and "reference" in file.model_fields_set:
         yield Mistake("reference", file.reference, "must be left out if exact is given")
-    elif isinstance(file.reference, int) and not 0 <= file.reference <= last:
+    last = len(file.discretisations) - 1
+    if isinstance(file.reference, int) and not 0 <= file.reference <= last:
         yield Mistake("reference", file.reference, f"must be finest, or the index of a discretisation from 0 to {last}")

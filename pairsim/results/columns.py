@@ -240,21 +240,13 @@ STUDY_COLUMNS = (
     *_OF_CASES,
     _plain("newton_iterations", "total number of Newton iterations", whole=True),
     _plain("factorisations", "total number of factorisations of Newton's matrix", whole=True),
-    _plain("remeshings", "number of remeshings of a run", whole=True),
-    _plain("meshes", "number of meshes made for a curve", whole=True),
     _plain("wall_time_spread", "largest minus smallest wall time of the repetitions", "s"),
-    _plain("wall_*", "median wall time of a phase, such as wall_assembly", "s"),
-    _plain("peak_memory", "peak memory of the process, libraries included", "bytes"),
-    _plain("*@*", "the compared column at each entry of `at`, such as dU@0.5"),
-    _plain("d_cr", "zero of dU of a curve; if there are several, the one with the largest peak", LENGTH),
+    _plain("*@*", "the compared column at each entry of `at`, such as dU@0.5; its last value without `at`"),
     _plain("error", "largest difference from the reference or the exact values, over all entries of `at`"),
     _plain("relative_error", "error relative to the largest of the reference or exact values"),
     _plain("reference", "whether this row is the reference"),
     _plain("order_space", "observed order in space, from the next coarser mesh: of error over unknowns^-1/2"),
     _plain("order_time", "observed order in time, from the next larger steps: of error over 1/steps"),
-    _plain("richardson_*", "Richardson extrapolation from three neighbours, at the last entry of `at`"),
-    _plain("richardson_order_*", "observed order of the same three neighbours"),
-    _plain("pareto", "whether no other row has a smaller wall time at the same or a smaller error"),
 )
 """Columns that only study.csv has; `*` stands for a variable part of the name."""
 WHOLE = frozenset(entry.name for entry in (*COLUMNS, *_OF_CASES) if entry.whole)

@@ -10,7 +10,7 @@ from pairsim.runtime.errors import InputError
 
 MARKS = {
     "sweep": ("sweep.json", "sweep-*-of-*.json"),
-    "study": ("study.csv", "sweep-[0-9]*/sweep.json"),
+    "study": ("study.csv", "sweep-[0-9]*/grid.yaml"),
 }
 """The files by which the folder of a command for many cases is recognised."""
 

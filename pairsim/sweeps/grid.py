@@ -6,6 +6,7 @@ import copy
 import hashlib
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -13,15 +14,16 @@ from typing import Any
 
 from pairsim.commands import COMMANDS, Command
 from pairsim.config.merging import flat
-from pairsim.config.mistakes import Mistake, Mistakes
-from pairsim.config.physical import BLOCK
+from pairsim.config.mistakes import Mistake, Mistakes, input_error
+from pairsim.config.physical import BLOCK, forget_numbers
 from pairsim.config.values import FOLDER_WORDS, is_finite, is_name
 from pairsim.config.yaml_file import DEFAULT_LAWS, Section, apply_settings, places_in, read_yaml
-from pairsim.inputs.case_files import wrong_keys
+from pairsim.inputs.case_files import check_file, wrong_keys
 from pairsim.inputs.many_cases import SweepFile, check_sweep
+from pairsim.runtime.errors import InputError
 from pairsim.runtime.names import fits_a_folder
 from pairsim.sweeps.case import SweepCase
-from pairsim.sweeps.reader import Reader, file_named, merged_into, value_at
+from pairsim.sweeps.reader import file_named, merged_into, value_at
 
 NUMBERS = ("beta", "De", "Ca_e", "xi", "d0")  # keys whose values a physical block can give
 
@@ -51,13 +53,6 @@ class Grid:
     duplicates: int
     excluded: int
     content: dict[str, Any]
-
-    def part(self, kept: Sequence[int]) -> Grid:
-        """A grid with some of the cases, by index; all cases must be entries of `cases` in the file."""
-        entries = self.content["cases"]
-        content = {**self.content, "cases": [entries[i] for i in kept]}
-        cases = tuple(self.cases[i] for i in kept)
-        return replace(self, cases=cases, key=_whole_key(case.key for case in cases), content=content)
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -97,12 +92,18 @@ def grid_from(
     return grid
 
 
-class GridReader(Reader[SweepFile]):
-    """Reads the content of a grid file.
+class GridReader:
+    """Reads the content of a grid file; its mistakes are collected.
 
     Args:
         path, data, settings, names: As for `grid_from`.
         mistakes: Those of the file that the content is from; the cases are then checked key by key only.
+
+    Attributes:
+        file: The content without its wrong keys.
+        name: Name of the sweep.
+        base: The base case.
+        count: Number of cases so far.
     """
 
     def __init__(
@@ -113,20 +114,43 @@ class GridReader(Reader[SweepFile]):
         names: Sequence[str] | None,
         mistakes: Mistakes,
     ) -> None:
-        super().__init__(SweepFile, check_sweep, path, data, settings, mistakes)
-        self.names, self.grid_file = names, self.file or SweepFile()
+        self.path, self.data, self.settings, self.names, self.mistakes = path, data, settings, names, mistakes
         self.count = self.excluded = 0
+        file, wrong = check_file("sweep", SweepFile, check_sweep, data, str(path))
+        self.refuse(*wrong)
+        self.file = file or SweepFile()
+        self.name = self.file.name or path.stem
         if not fits_a_folder(self.name):
-            wrong = f"is the name of the file; name must be given, as {FOLDER_WORDS}"
-            self.refuse(Mistake("name", self.name, wrong))
-        self.command = COMMANDS[self.grid_file.command]
+            wrong_name = f"is the name of the file; name must be given, as {FOLDER_WORDS}"
+            self.refuse(Mistake("name", self.name, wrong_name))
+        self.base = Section()
+        with self.collected():
+            if "base" in self.file.model_fields_set:
+                base = data.get("base", {})
+                base = file_named(path, base, "base", data) if isinstance(base, str) else base
+                forget_numbers(base)
+                merged_into(self.base, base, (str(path), "base", data))
+        self.command = COMMANDS[self.file.command]
+
+    def refuse(self, *mistakes: Mistake) -> None:
+        """Collect mistakes in the content."""
+        if mistakes:
+            self.mistakes.add(input_error(mistakes, self.data, str(self.path)))
+
+    @contextmanager
+    def collected(self) -> Iterator[None]:
+        """Context whose InputError is one of the mistakes of the file."""
+        try:
+            yield
+        except InputError as error:
+            self.mistakes.add(error)
 
     def _axes(self) -> Iterator[list[Section]]:
         """Yield the factors of the product of all combinations: for each, the list of its changes."""
-        for key, values in self.grid_file.grid.items():
+        for key, values in self.file.grid.items():
             yield [Section({key: value}, places_in(self.data["grid"])) for value in values]
         given = self.data["zip"] if isinstance(self.data.get("zip"), list) else [self.data.get("zip")]
-        for columns, source in zip(self.grid_file.zip, given, strict=False):
+        for columns, source in zip(self.file.zip, given, strict=False):
             rows = zip(*columns.values(), strict=False)
             yield [Section(dict(zip(columns, row, strict=True)), places_in(source)) for row in rows]
 
@@ -157,7 +181,7 @@ class GridReader(Reader[SweepFile]):
             with self.collected():
                 merged = merged_into(copy.deepcopy(self.base), changes, (str(self.path), where, self.data))
                 apply_settings(merged, self.settings)
-                hits = {i for i, each in enumerate(self.grid_file.exclude) if optional and _matches(merged, each)}
+                hits = {i for i, each in enumerate(self.file.exclude) if optional and _matches(merged, each)}
                 if hits and not partly:
                     used |= hits
                     self.excluded += 1
@@ -168,8 +192,8 @@ class GridReader(Reader[SweepFile]):
                     yield changes if optional else flat(changes), merged, case
                 elif (error := wrong_keys(self.command, merged, str(self.path), where)) is not None:
                     raise error
-        for i in () if partly else sorted(set(range(len(self.grid_file.exclude))) - used):
-            unmatched = self.grid_file.exclude[i]
+        for i in () if partly else sorted(set(range(len(self.file.exclude))) - used):
+            unmatched = self.file.exclude[i]
             self.refuse(Mistake(f"exclude[{i}]", unmatched, "must match at least one entry of the grid"))
 
     def grid(self, partly: bool) -> Grid | None:

@@ -1,71 +1,15 @@
-"""What grid files and study files share: a base case, changes to it, and mistakes that are reported all at once."""
+"""Cases of a file of many: files that it names, and changes merged into a base case."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NoReturn
 
 from pairsim.config.merging import merge
-from pairsim.config.mistakes import Mistake, Mistakes, input_error
-from pairsim.config.physical import forget_numbers
+from pairsim.config.mistakes import Mistake, input_error
 from pairsim.config.yaml_file import Section, place_of, places_in, read_yaml
-from pairsim.inputs.case_files import check_file
-from pairsim.inputs.many_cases import StudyFile, SweepFile
 from pairsim.runtime.errors import InputError
-
-
-class Reader[File: SweepFile | StudyFile]:
-    """Reads the content of a file; its mistakes are collected.
-
-    Args:
-        model: The model of its keys.
-        check: Checks of the keys against each other.
-        path: The file, to whose folder relative paths in the content refer.
-        data: The content.
-        settings: key=value settings that replace keys in every case.
-        mistakes: Those found so far.
-
-    Attributes:
-        file: The content without its wrong keys; None if too little of it is left.
-        name: Name of the sweep or study.
-        base: The base case.
-    """
-
-    def __init__(
-        self,
-        model: type[File],
-        check: Callable[[File], Iterator[Mistake]],
-        path: Path,
-        data: dict[str, Any],
-        settings: tuple[str, ...],
-        mistakes: Mistakes,
-    ) -> None:
-        self.path, self.data, self.settings, self.mistakes = path, data, settings, mistakes
-        self.file, wrong = check_file("sweep" if model is SweepFile else "study", model, check, data, str(path))
-        self.refuse(*wrong)
-        self.name = (self.file and self.file.name) or path.stem
-        self.base = Section()
-        with self.collected():
-            if self.file is not None and "base" in self.file.model_fields_set:
-                base = data.get("base", {})
-                base = file_named(path, base, "base", data) if isinstance(base, str) else base
-                forget_numbers(base)
-                merged_into(self.base, base, (str(path), "base", data))
-
-    def refuse(self, *mistakes: Mistake) -> None:
-        """Collect mistakes in the content."""
-        if mistakes:
-            self.mistakes.add(input_error(mistakes, self.data, str(self.path)))
-
-    @contextmanager
-    def collected(self) -> Iterator[None]:
-        """Context whose InputError is one of the mistakes of the file."""
-        try:
-            yield
-        except InputError as error:
-            self.mistakes.add(error)
 
 
 def file_named(path: Path, name: str, key: str, data: Mapping[str, Any]) -> Section:

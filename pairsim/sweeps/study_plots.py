@@ -1,21 +1,22 @@
-"""Plot a study: error against wall time, with the Pareto front."""
+"""Plot a study: error against wall time, with a line and its observed orders for each family."""
 
 from __future__ import annotations
 
-import csv
-from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from pairsim.plots.axes import key, small_print, spread
-from pairsim.plots.labels import case_parts, read_case
+from pairsim.plots.labels import shown
 from pairsim.plots.style import COLOURS, MARKERS, SMALL, Page, printing
 from pairsim.results.columns import column
-from pairsim.runtime.errors import InputError
-from pairsim.sweeps.study_file import TABLE
+from pairsim.results.table_files import read_table
+from pairsim.results.tables import frame_of
+from pairsim.sweeps.study import FAMILIES, TABLE, families, settings_of
 
-ALIKE = 0.15  # relative distance of points of which one has the words of both, if they are the same
+NOTE: dict[str, Any] = {"textcoords": "offset points", "fontsize": SMALL}
 
 
 @printing()
@@ -29,61 +30,38 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
 
     Returns:
         The files written; none while no error is known.
-
-    Raises:
-        InputError: The folder is not that of a study.
     """
-    try:
-        with (directory / TABLE).open(encoding="utf-8", newline="") as file:
-            table = list(csv.DictReader(file))
-    except OSError as error:
-        raise InputError(str(directory), "", None, f"must be the folder of a study ({error})") from error
-    settings = list(table[0])[: list(table[0]).index("status")]
-    points = [row for row in table if float(row.get("error") or 0) > 0 and row.get("wall_time")]
-    if not points:
+    table = frame_of(read_table(directory / TABLE))
+    if "error" not in table or (points := table[table["error"] > 0]).empty:
         return []
     page = page or Page()
     figure, (axes,) = page.panels(1, height=85, extra=0)
-    of_time = [name for name in settings if name == "command" or name.startswith("time.")]
-    others = [name for name in settings if name not in of_time]
-    series: dict[str, list[dict[str, str]]] = defaultdict(list)
-    for row in points:
-        series[_label(row, of_time) or "as in the file"].append(row)
     handles: list[Any] = []
-    written: list[tuple[str, tuple[float, float]]] = []
-    for i, (label, rows) in enumerate(series.items()):
-        x, y = ([float(row[name]) for row in rows] for name in ("wall_time", "error"))
-        look: dict[str, Any] = {"marker": MARKERS[i % len(MARKERS)], "color": COLOURS[i % len(COLOURS)]}
-        handles += axes.plot(x, y, label=label, markersize=4.5, linestyle="", **look)
-        for row, place in zip(rows, zip(x, y, strict=True), strict=True):
-            near = [
-                words for words, at in written if all(abs(b / a - 1) < ALIKE for a, b in zip(place, at, strict=True))
-            ]
-            written.append((_label(row, others), place))
-            if written[-1][0] in near:
-                continue
-            axes.annotate(
-                written[-1][0],
-                place,
-                (4, -9 if i % 2 else 3),
-                textcoords="offset points",
-                fontsize=SMALL,
-                color="0.25",
-            )
-    front = sorted((float(row["wall_time"]), float(row["error"])) for row in points if row["pareto"] == "true")
-    if front:  # a row without any error beats all, and has no place on a logarithmic axis
-        look = {"where": "post", "color": "0.4", "linestyle": "-", "zorder": 1}
-        handles += axes.step(*zip(*front, strict=True), label="cheapest for its error", **look)
-    compared = column(next((name.partition("@")[0] for name in table[0] if "@" in name), "d_cr"))
+    for family in FAMILIES:
+        for i, group in enumerate(families(points, family)):
+            look: dict[str, Any] = {"color": "0.6", "linestyle": ":", "zorder": 1}
+            if family == "space":
+                look = {"marker": MARKERS[i % len(MARKERS)], "color": COLOURS[i % len(COLOURS)], "linestyle": "-"}
+                look["label"] = _words(group.iloc[0], of_mesh=False) or "as in the file"
+            lines = axes.plot(group["wall_time"], group["error"], linewidth=0.8, markersize=4.5, **look)
+            handles += lines if family == "space" else []
+            for _, row in group.iterrows() if family == "space" else ():
+                place = row["wall_time"], row["error"]
+                axes.annotate(_words(row, of_mesh=True), place, (4, -9 if i % 2 else 3), color="0.25", **NOTE)
+            for (_, coarse), (_, fine) in pairwise(group.iterrows()):
+                if pd.notna(order := fine.get(f"order_{family}")):
+                    x, y = ((coarse[name] * fine[name]) ** 0.5 for name in ("wall_time", "error"))
+                    axes.annotate(f"{order:.1f}", (x, y), (2, 2 if family == "space" else -8), color="0.5", **NOTE)
+    compared = column(list(table.columns)[list(table.columns).index("wall_time_spread") + 1].partition("@")[0])
     axes.set(yscale="log", xlabel="wall time  [s]", ylabel=f"error of ${compared.symbol}$  [${compared.unit or '-'}$]")
-    spread(axes, "x", [float(row["wall_time"]) for row in points])
+    spread(axes, "x", points["wall_time"])
     axes.margins(x=0.2, y=0.14)  # labels stand right of their points
     key(figure, handles)
-    found = sorted(directory.glob("sweep-*/**/case.yaml"))  # but for the discretisation all cases are the same
-    small_print(figure, case_parts(read_case(found[0])) if found else [])
+    small_print(figure, ["numbers: observed orders, at lines in the size of cells, at dots in that of steps"])
     return page.save(figure, out or directory, "study")
 
 
-def _label(row: Mapping[str, str], keys: Sequence[str]) -> str:
-    """Label of some settings, such as Np 20, tol 0.0003."""
-    return ", ".join(f"{key.rpartition('.')[2]} {row[key]}" for key in keys if row[key])
+def _words(row: pd.Series[Any], of_mesh: bool) -> str:
+    """The settings of the mesh of a row, or its others, such as Np 20, max_size 0.1."""
+    names = [name for name in settings_of(row.index) if name.startswith(FAMILIES["space"]) == of_mesh]
+    return ", ".join(f"{name.rpartition('.')[2]} {shown(row[name])}" for name in names if row[name] == row[name] != "")

@@ -156,7 +156,6 @@ CASE_FILES: dict[str, Wrong] = {
     "no values": (SWEEP.replace("[0.1, 0.2]", "[]"), "sweep"),
     "endless range": (SWEEP.replace("[0.1, 0.2]", "{start: 1, stop: .inf, num: 3}"), "sweep"),
     "too many values": (SWEEP + "".join(f"  k{i}: {{start: 1, stop: 2, num: 100000}}\n" for i in range(20)), "sweep"),
-    "study over something else": (STUDY + "at: 1\nover: x\n", "study"),
     "number out of range by its quantity": (BENCH.replace("5 um}", "1 nm}"), "run"),
     "flow rate and velocity": (BENCH.replace("}", ", velocity: 1 mm/s}"), "run"),
     "quantity beyond all limits": (BENCH.replace("50 um", "1e300 m"), "run"),
@@ -178,8 +177,6 @@ CASE_FILES: dict[str, Wrong] = {
     "study with two references": (STUDY + "at: 1\nreference: 1\nexact: 0.1\n", "study"),
     "study without that discretisation": (STUDY + "at: 1\nreference: 4\n", "study"),
     "study with too few exact values": (STUDY + "at: [1, 2]\nexact: 0.1\n", "study"),
-    "study of times that are given": (STUDY + "  - {output.times: [0.01]}\nat: 1\n", "study"),
-    "study of curves over time": (STUDY + "  - {command: curve}\nat: 1\nover: t\n", "study"),
     "all of a study": (
         "base: {beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1}\nrepeet: 2\nrepeat: 1.5\nat: [1, -1]\nexact: x\n"
         "reference: best\nquantity: 3\ndiscretisations:\n  - {command: fly}\n  - {mesh.Np: 2, repeat: 0}\n",
