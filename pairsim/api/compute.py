@@ -16,7 +16,7 @@ import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that load
 # isort: split
 from pairsim.api.cases import AnyCase, load
 from pairsim.api.results import CriticalResult, CurveResult, Result, RunResult, result_of
-from pairsim.commands import COMMANDS, Command
+from pairsim.commands import COMMANDS
 from pairsim.config.quantities import seconds_of
 from pairsim.drivers.progress import Style, make_reporter, style_of
 from pairsim.drivers.session import Options
@@ -82,9 +82,24 @@ class Computation[R: Result]:
             raise InputError(f"pairsim.{self.__name__}", "resume", True, allowed)
         overwrite = overwrite and not flags.get("resume")
         checked = load(case, kind=self.__name__, **more)
-        seconds = seconds_of(budget)
-        with Signals() if signals is True else nullcontext(signals or None) as caught:
-            result: R = compute(self.command, checked, folder, overwrite, progress, caught, seconds, **flags)
+        reporter = make_reporter(style := style_of(progress))
+        announced = self.command.estimate(checked).seconds
+        patience = max(PATIENCE, MULTIPLE * announced)
+        title = "" if folder is None else Path(folder).resolve().name
+        directory = Path(tempfile.mkdtemp(prefix="pairsim-") if folder is None else folder)
+        try:
+            with Signals() if signals is True else nullcontext(signals or None) as caught:
+                options = Options(
+                    overwrite, reporter, command_line(), caught, seconds_of(budget), patience, announced, title
+                )
+                outcome = self.command.compute(checked, directory, options, **flags)
+        except BaseException:
+            if folder is None:
+                shutil.rmtree(directory, ignore_errors=True)
+            raise
+        result: R = result_of(self.command, directory, asdict(outcome), temporary=folder is None)
+        if style != "none":
+            reporter.say(result.answer)
         return result
 
 
@@ -98,45 +113,3 @@ critical: Computation[CriticalResult] = Computation(
 """Find the distances at which dU = 0, and follow them over Ca_e or De, which the case has under `along`."""
 shape: Computation[Result] = Computation("shape", "Compute the steady shape of one particle over Ca_e.")
 """Compute the steady shape of one particle over the values of Ca_e that the case has under `along`."""
-
-
-def compute(
-    command: Command[Any],
-    case: Any,
-    folder: Folder | None,
-    overwrite: bool,
-    progress: bool | Style,
-    signals: Signals | None,
-    budget: float | None = None,
-    **flags: bool,
-) -> Any:
-    """Compute a case in a folder; if none is given, in a temporary folder that goes with the result.
-
-    Args:
-        command: The command.
-        case: The case, checked.
-        folder, overwrite, progress: As for `Computation`.
-        signals: The signals that end it in order, caught by the caller.
-        budget: Largest wall time [s]; None for no limit.
-        flags: What the command alone has.
-
-    Returns:
-        The result of the command.
-    """
-    reporter = make_reporter(style_of(progress))
-    announced = command.estimate(case).seconds
-    patience = max(PATIENCE, MULTIPLE * announced)
-    title = "" if folder is None else Path(folder).resolve().name
-    options = Options(overwrite, reporter, command_line(), signals, budget, patience, announced, title)
-    temporary = folder is None
-    directory = Path(tempfile.mkdtemp(prefix="pairsim-") if folder is None else folder)
-    try:
-        outcome = command.compute(case, directory, options, **flags)
-    except BaseException:
-        if temporary:
-            shutil.rmtree(directory, ignore_errors=True)
-        raise
-    result = result_of(command, directory, asdict(outcome), temporary)
-    if style_of(progress) != "none":
-        reporter.say(result.answer)
-    return result
