@@ -6,9 +6,8 @@
     result.table.plot("t", "dU")
 
 `load` checks a case, `units` makes one of an experiment; `run`, `curve`, `critical`, `shape` and `sweep` compute;
-`open` reads a folder of results, `plot` draws it, `report` puts it into one HTML file; `statements` judges what is said
-of results; `use_laws` makes laws of one's own known. They are imported when first used: `import pairsim` alone loads
-nothing.
+`open` reads a folder of results, `plot` draws it, `report` puts it into one HTML file; `use_laws` makes laws of one's
+own known. They are imported when first used: `import pairsim` alone loads nothing.
 """
 
 import os as _os
@@ -28,7 +27,6 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     _os.environ.setdefault(_name, "1")
 
 if _TYPE_CHECKING:
-    from pairsim.api import statements as statements
     from pairsim.api.cases import load as load
     from pairsim.api.compute import critical as critical
     from pairsim.api.compute import curve as curve
@@ -55,7 +53,6 @@ _MODULES = {
     "report": ("report",),
     "results": ("Result", "RunResult", "CurveResult", "CriticalResult"),
     "sweeps": ("sweep", "SweepResult"),
-    "statements": ("statements",),
     "units": ("units",),
 }
 """The modules of `pairsim.api`, and what they are imported for."""
@@ -69,8 +66,7 @@ def __getattr__(name: str) -> _Any:
     module = next((module for module, names in _MODULES.items() if name in names), None)
     if module is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found = _import_module(f"pairsim.api.{module}")
-    value = globals()[name] = getattr(found, name, found)
+    value = globals()[name] = getattr(_import_module(f"pairsim.api.{module}"), name)
     return value
 
 

@@ -84,7 +84,7 @@ def public_names() -> list[str]:
     """Public names of the package, functions first."""
     names = [f"pairsim.{name}" for name in pairsim.__all__ if callable(getattr(pairsim, name))]
     names += [f"pairsim.errors.{name}" for name in errors.__all__ if f"pairsim.{name}" not in names]
-    names += ["pairsim.statements", "pairsim.api.compute.Computation"]
+    names += ["pairsim.api.compute.Computation"]
     return sorted(names, key=lambda name: (name.startswith("pairsim.errors"), name.rpartition(".")[2][0].isupper()))
 
 

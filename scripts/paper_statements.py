@@ -2,7 +2,7 @@
 
 A statement has the words of the paper (`says`), an expression over the results `r` (`check`) and, where it does not
 hold, one over runs in time (`in_time`) and one over the fewer cases on other meshes and ends (`again`), with the words
-of `pairsim.statements` and of this module. Words of the paper that need a number: "almost", "nearly", "substantially
+of `book.statements` and of this module. Words of the paper that need a number: "almost", "nearly", "substantially
 the same" is a difference below `NEARLY`, "decreased to zero" is below `VANISHED` of the peak, and signs of a dU below
 `DRAWN` of the peak, which a drawing does not show, are not told apart.
 """
@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from book import statements
 from book.cases import Case, Cases, NotComputed
+from book.statements import Judged, Value, above, alike, below, each, falling, listed, of_sign, positive, rising
 from scipy.interpolate import LinearNDInterpolator, PchipInterpolator
 
-from pairsim.api import statements
-from pairsim.api.statements import Judged, Value, above, alike, below, each, falling, listed, of_sign, positive, rising
 from pairsim.plots.meridional_section import outlines
 from pairsim.plots.overlay import varying_keys
 from pairsim.results.xdmf import FieldFrame

@@ -13,7 +13,7 @@ import yaml
 from scipy.interpolate import PchipInterpolator
 
 import pairsim
-from pairsim.api.statements import Value
+from book.statements import Value
 from pairsim.results.xdmf import FieldFrame, read_frame
 from pairsim.runtime.arrays import Array
 

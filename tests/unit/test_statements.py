@@ -1,12 +1,18 @@
-"""pairsim.statements: margins of statements and their verdicts."""
+"""scripts/book/statements.py: margins of statements and their verdicts."""
 
 from __future__ import annotations
 
+import sys
+
 import pytest
+from support.inputs import ROOT
 
 import pairsim
-from pairsim import statements
-from pairsim.api.statements import Judged
+
+sys.path.append(str(ROOT / "scripts"))
+
+from book import statements
+from book.statements import Judged
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": "auto", "mesh": {"Np": 12}}
 

@@ -16,7 +16,7 @@ from itertools import pairwise
 from math import hypot, inf, isnan
 from typing import Literal
 
-from pairsim.api.results import CurveResult
+from pairsim import CurveResult
 
 type Value = tuple[float, float]
 """A number and the half-width of its interval."""
