@@ -11,29 +11,16 @@ import typer
 
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.launcher import launched
-from pairsim.runtime.names import wrong_in
-
-
-def usable(given: Any) -> Any:
-    """Refuse paths that no file can have; the callback of arguments and options that are paths.
-
-    Raises:
-        InputError: A path is too long or not in UTF-8.
-    """
-    for path in given if isinstance(given, list) else [given]:
-        if path is not None and (wrong := wrong_in(str(path))):
-            raise InputError("path", "", str(path), wrong)
-    return given
 
 
 def path_argument(words: str, **more: Any) -> Any:
     """An argument that is a path."""
-    return typer.Argument(help=words, show_default=False, callback=usable, **more)
+    return typer.Argument(help=words, show_default=False, **more)
 
 
 def path_option(*names: str, words: str, **more: Any) -> Any:
     """An option that is a path."""
-    return typer.Option(*names, help=words, show_default=False, callback=usable, **more)
+    return typer.Option(*names, help=words, show_default=False, **more)
 
 
 OfUnits = Literal["run", "curve", "critical"]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn, get_type_hints
 
 import typer
 
-from pairsim.cli.options import Progress, Quiet, Settings, print_table, rank, usable
+from pairsim.cli.options import Progress, Quiet, Settings, print_table, rank
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.signals import Signals
 from pairsim.sweeps.options import Options
@@ -23,13 +23,11 @@ if TYPE_CHECKING:
 
 app = typer.Typer()
 
-Output = Annotated[
-    Path | None, typer.Option("-o", "--output", help="Folder for the results (default: runs/<name>).", callback=usable)
-]
+Output = Annotated[Path | None, typer.Option("-o", "--output", help="Folder for the results (default: runs/<name>).")]
 
 
 def _path(about: str) -> Any:
-    return typer.Argument(help=about, show_default=False, callback=usable)
+    return typer.Argument(help=about, show_default=False)
 
 
 def _parameter(option: Field[Any]) -> Parameter:

@@ -8,6 +8,7 @@ from typing import Any, NoReturn
 
 from pairsim.config.physical import BLOCK
 from pairsim.config.yaml_file import DEFAULT_LAWS, Section, places_in
+from pairsim.runtime.errors import InputError
 
 GROUPS = ("mesh", "time", "limits", "output", BLOCK)  # keys of a case whose value is a group of keys
 
@@ -30,16 +31,16 @@ def merge(
     for dotted, value in changes.items():
         try:
             inner, last = target.within(dotted)
+            of_law = last in DEFAULT_LAWS and isinstance(value, Mapping) and "law" not in value
+            if of_law or (last in GROUPS and isinstance(value, Mapping) and isinstance(inner.get(last), Mapping)):
+                merge(inner.group(last), value, refuse, f"{group}{dotted}.")
+            else:
+                new = copy.deepcopy(value)
+                inner.put(last, section_of(new) if isinstance(new, Mapping) else new, places.get(dotted))
         except ValueError as error:
+            if isinstance(error, InputError):
+                raise
             refuse(f"{group}{dotted}", value, str(error))
-        of_law = last in DEFAULT_LAWS and isinstance(value, Mapping) and "law" not in value
-        if of_law:
-            inner.group(last)
-        if isinstance(value, Mapping) and isinstance(inner.get(last), Section) and (last in GROUPS or of_law):
-            merge(inner[last], value, refuse, f"{group}{dotted}.")
-        else:
-            new = copy.deepcopy(value)
-            inner.put(last, section_of(new) if isinstance(new, Mapping) else new, places.get(dotted))
 
 
 def flat(entry: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:

@@ -10,17 +10,14 @@ import math
 import re
 from typing import Annotated, Any, TypeGuard
 
-from pydantic import AfterValidator, BeforeValidator, Field
+from pydantic import AfterValidator, Field
 
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.solids import Solid
-from pairsim.runtime.names import LONGEST_NAME, fits_a_folder
 
 NAME = r"^\w[\w.+-]{0,99}$"  # pattern of a name of a case
-NAME_WORDS = (
-    f"a word of at most 100 letters ({LONGEST_NAME} bytes), digits and . _ + -, not beginning with one of . + -"
-)
-FOLDER_WORDS = f"a name for a folder: at most {LONGEST_NAME} bytes, without /, not beginning with a point"
+NAME_WORDS = "a word of at most 100 letters, digits and . _ + -, not beginning with one of . + -"
+FOLDER_WORDS = "a name for a folder, without / and not beginning with a point"
 
 
 def is_finite(value: Any) -> TypeGuard[float]:
@@ -35,18 +32,12 @@ def is_finite(value: Any) -> TypeGuard[float]:
 
 def is_name(text: str) -> bool:
     """Whether a text can be the name of a case."""
-    return re.search(NAME, text) is not None and fits_a_folder(text)
+    return re.fullmatch(NAME, text) is not None
 
 
-def _name(value: Any) -> Any:
-    """Validate the length in bytes of a name; its pattern is validated by pydantic.
-
-    Raises:
-        ValueError: The name is too long or not printable.
-    """
-    if isinstance(value, str) and not fits_a_folder(value):
-        raise ValueError(f"must be {NAME_WORDS}")
-    return value
+def fits_a_folder(name: str) -> bool:
+    """Whether a text can be the name of a folder inside another one."""
+    return bool(name) and not name.startswith(".") and "/" not in name
 
 
 def _zero_or(least: float, most: float) -> Any:
@@ -65,7 +56,7 @@ def _zero_or(least: float, most: float) -> Any:
 Whole = Annotated[int, Field(strict=True)]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0)]
-CaseName = Annotated[str, Field(pattern=NAME, json_schema_extra={"words": NAME_WORDS}), BeforeValidator(_name)]
+CaseName = Annotated[str, Field(pattern=NAME, json_schema_extra={"words": NAME_WORDS})]
 DIAMETERS = 1e-3, 0.999  # [D_c]; cell sizes by default follow from the diameter
 Diameter = Annotated[Number, Field(ge=DIAMETERS[0], le=DIAMETERS[1])]
 _SHARED = {name: (p.least, p.most) for name, p in {**Liquid.OF_POLYMER, **Solid.OF_ALL}.items()}

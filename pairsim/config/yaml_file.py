@@ -1,37 +1,25 @@
 """Read YAML files, keeping the file and line of each key for error messages, and write them.
 
-A file is data: it cannot name types (tags), and its size, depth and number of values are limited, also where aliases
-repeat parts of it. The grammar is that of YAML 1.2 (ruamel.yaml), with one exception: whole numbers are decimal, and
-010, which is 8 in YAML 1.1 and 10 in YAML 1.2, is text here, which no key that takes a number accepts.
+A file is data: the loader is ruamel.yaml's safe one (YAML 1.2), which refuses tags that name types. Dates are text.
 """
 
 from __future__ import annotations
 
 import io
 import re
-import stat
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TextIO
 
 from ruamel.yaml import YAML
-from ruamel.yaml.composer import ComposerError
+from ruamel.yaml.constructor import ConstructorError, SafeConstructor
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
-from ruamel.yaml.nodes import Node, ScalarNode, SequenceNode
-from ruamel.yaml.reader import ReaderError
+from ruamel.yaml.nodes import MappingNode, Node
 
 from pairsim.physics import liquids, solids
 from pairsim.runtime.errors import InputError
-from pairsim.runtime.text import as_typed, control_characters, printable
 
-LARGEST_FILE = 2_000_000  # bytes; reading takes some 10 s per MB
-MOST_VALUES = 250_000  # keys and values, counted as often as aliases repeat them
-DEEPEST = 20  # groups and lists within each other
-TOO_DEEP = f"must have at most {DEEPEST} groups and lists within each other"
 OPTION = "--set"
-MERGE = "tag:yaml.org,2002:merge"  # of the key <<
-
-
 DEFAULT_LAWS = {"liquid": liquids.DEFAULT.name, "solid": solids.DEFAULT.name}
 
 
@@ -60,26 +48,30 @@ class Section(dict[str, Any]):
         if place is not None:
             self.places[key] = place
 
-    def group(self, key: str) -> Any:
-        """The value of a key; a missing one becomes a group, and so does the name of a law."""
-        if key in DEFAULT_LAWS and isinstance(name := self.get(key, DEFAULT_LAWS[key]), str):
-            self[key] = Section({"law": name}, {"law": self.places[key]} if key in self.places else {})
-        return self.setdefault(key, Section())
+    def group(self, key: str) -> Section:
+        """The group of a key, which may be changed: a missing one is made, and so is that of a law given by name.
+
+        Raises:
+            ValueError: Another value is in its place.
+        """
+        value = self.get(key, DEFAULT_LAWS.get(key, {}))
+        if isinstance(value, str) and key in DEFAULT_LAWS:
+            value = Section({"law": value}, {"law": self.places[key]} if key in self.places else {})
+        if not isinstance(value, Mapping):
+            raise ValueError(f"must be a key within a group, but {key} is not a group of keys")
+        self[key] = group = Section(value, places_in(value))  # a copy, since an alias may share it
+        return group
 
     def within(self, dotted: str) -> tuple[Section, str]:
         """The group that a dotted key is in, which is made if it is missing, and the key in that group.
 
         Raises:
-            ValueError: It goes through a value that is no group, or is too deep; says what it must be.
+            ValueError: It goes through a value that is no group.
         """
         *groups, last = dotted.split(".")
-        if len(groups) >= DEEPEST:
-            raise ValueError(f"must have at most {DEEPEST} groups within each other")
-        inner: Any = self
+        inner = self
         for name in groups:
             inner = inner.group(name)
-            if not isinstance(inner, Section):
-                raise ValueError(f"must be a key within a group, but {name} is not a group of keys")
         return inner, last
 
 
@@ -102,7 +94,7 @@ def place_of(data: Mapping[str, Any], key: str) -> Place | None:
             rest = rest[index.end() :]
             if isinstance(inner, list | tuple) and int(index[1]) < len(inner):
                 inner = inner[int(index[1])]
-                place = _start(inner) or place
+                place = next(iter(places_in(inner).values()), place)
         elif not isinstance(inner, Section):
             break
         else:
@@ -115,150 +107,63 @@ def place_of(data: Mapping[str, Any], key: str) -> Place | None:
     return place
 
 
-def _start(value: Any) -> Place | None:
-    """Place of the first key of a group."""
-    return next(iter(places_in(value).values()), None) if isinstance(value, Section) else None
+class _Constructor(SafeConstructor):
+    """Makes sections of groups, each key of which knows its line."""
+
+    def section(self, node: MappingNode) -> Section:
+        values = self.construct_mapping(node, deep=True)
+        for key, _ in node.value:
+            if key.tag != "tag:yaml.org,2002:str":
+                raise ConstructorError(None, None, f"key {key.value} must be text", key.start_mark)
+        places = {key.value: Place(key.start_mark.name, key.start_mark.line + 1) for key, _ in node.value}
+        return Section(values, places)
+
+    def refuse(self, node: Node) -> None:
+        raise ConstructorError(None, None, f"tags such as {node.tag} are not allowed", node.start_mark)
 
 
-class _Values:
-    """Makes the values of a YAML text.
-
-    Args:
-        name: The file in the places of the keys.
-    """
-
-    def __init__(self, name: str) -> None:
-        self._name = name
-        self._count = 0
-
-    def of(self, node: Node, depth: int = 1) -> Any:
-        """The value of a node, `depth` groups and lists deep.
-
-        Raises:
-            ComposerError: It has a tag, control characters, or keys that are wrong, or exceeds a limit.
-        """
-        self._count += 1
-        if node.ctag.handle or not str(node.tag).startswith("tag:yaml.org,2002:"):
-            raise _wrong(node, f"must not have tags such as {as_typed(str(node.tag))}")
-        if self._count > MOST_VALUES:
-            raise _wrong(node, f"must have at most {MOST_VALUES} keys and values, aliases written out")
-        if isinstance(node, ScalarNode):
-            return _scalar(node)
-        if depth > DEEPEST:
-            raise _wrong(node, TOO_DEEP)
-        if isinstance(node, SequenceNode):
-            return [self.of(each, depth + 1) for each in node.value]
-        return self._section(node, depth)
-
-    def _section(self, node: Node, depth: int) -> Section:
-        """A group. Keys must be text and occur once; they override keys merged with <<."""
-        own, merged = Section(), Section()
-        for key_node, value_node in node.value:
-            value = self.of(value_node, depth + 1)
-            if key_node.tag == MERGE:
-                for each in reversed(value if isinstance(value, list) else [value]):
-                    if not isinstance(each, Section):
-                        raise _wrong(value_node, "<< must name a group, or a list of groups")
-                    merged.update(each)
-                    merged.places.update(each.places)
-                continue
-            key = self.of(key_node, depth + 1)
-            if not isinstance(key, str):
-                raise _wrong(key_node, f"key {as_typed(key)} must be text")
-            if key in own:
-                raise _wrong(key_node, f"key {as_typed(key)} must be given only once")
-            own.put(key, value, Place(self._name, key_node.start_mark.line + 1))
-        return Section({**merged, **own}, {**merged.places, **own.places})
+_Constructor.add_constructor(None, _Constructor.refuse)
+_Constructor.add_constructor("tag:yaml.org,2002:map", _Constructor.section)
+_Constructor.add_constructor("tag:yaml.org,2002:timestamp", _Constructor.construct_yaml_str)
 
 
-def _scalar(node: ScalarNode) -> Any:
-    """The number, true, false, null or text of a node."""
-    text, kind = node.value, str(node.tag).rpartition(":")[2]
-    if found := control_characters(text):
-        raise _wrong(node, f"text must not have control characters, such as {found}")
-    try:
-        if kind == "float":
-            return float(re.sub(r"\.(?=[a-zA-Z])", "", text))  # .inf and .nan
-        if kind == "int" and not re.match(r"[-+]?0\d", text):
-            return int(text)
-    except ValueError:  # 0x10, or more digits than Python converts
-        return text
-    if kind == "bool":
-        return {"true": True, "false": False}.get(text.lower(), text)  # yes in a file with the heading %YAML 1.1
-    return None if kind == "null" else text
-
-
-def _wrong(node: Node, problem: str) -> ComposerError:
-    return ComposerError(None, None, problem, node.start_mark)
-
-
-def _parse(text: str, name: str) -> Any:
-    """Parse a YAML text; `name` is the file in the places of its keys.
+def _load(stream: TextIO | str) -> Any:
+    """The value of a YAML text.
 
     Raises:
-        YAMLError: It is not valid YAML, or exceeds a limit.
+        InputError: It is not valid YAML, or has tags; without the file.
     """
     reader = YAML(typ="safe", pure=True)
+    reader.Constructor = _Constructor
     reader.composer.warn_double_anchors = False
     try:
-        node = reader.compose(text)
-    except RecursionError:
-        raise YAMLError(TOO_DEEP) from None
-    return None if node is None else _Values(name).of(node)
-
-
-def _text_of(path: Path) -> str:
-    """Read a text file of limited size.
-
-    Raises:
-        InputError: It is missing, unreadable, too large, not text, or not a regular file.
-    """
-    line = None
-    try:
-        status = path.stat()
-        if stat.S_ISDIR(status.st_mode):
-            allowed = "must be a file, but is a folder"
-        elif not stat.S_ISREG(status.st_mode):  # reading from a pipe may never end
-            allowed = "must be a file, but is a pipe or a device"
-        elif status.st_size > LARGEST_FILE:
-            allowed = f"must be a file of at most {LARGEST_FILE / 1e6:g} MB"
-        else:
-            return path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        allowed = "no such file"
-    except OSError as error:
-        allowed = f"cannot be read: {error.strerror}"
-    except UnicodeDecodeError as error:
-        allowed, line = "must be text in UTF-8", error.object.count(b"\n", 0, error.start) + 1
-    raise InputError(str(path), "", None, allowed, line=line)
+        return reader.load(stream)
+    except MarkedYAMLError as error:
+        line = error.problem_mark.line + 1 if error.problem_mark else None
+        problem = "lines are indented by spaces, not by tabs" if "\\t" in str(error.problem) else error.problem
+        raise InputError("", "", None, f"must be valid YAML: {problem}", line=line) from None
+    except (YAMLError, ValueError, RecursionError) as error:
+        raise InputError("", "", None, f"must be valid YAML in UTF-8: {str(error).splitlines()[0]}") from None
 
 
 def read_yaml(path: Path) -> Section:
     """Read a YAML file whose top level is a mapping.
 
     Raises:
-        InputError: The file is missing, unreadable, not valid YAML, too large, or its top level is not a mapping.
+        InputError: The file is missing, unreadable or not valid YAML, or its top level is not a mapping.
     """
-    name, text = str(path), _text_of(path)
     try:
-        data = _parse(text, name)
-    except YAMLError as error:
-        line, problem = _problem(error, text)
-        raise InputError(name, "", None, f"must be valid YAML: {problem}", line=line) from None
+        with path.open(encoding="utf-8") as stream:
+            data = _load(stream)
+    except FileNotFoundError:
+        raise InputError(str(path), "", None, "no such file") from None
+    except OSError as error:
+        raise InputError(str(path), "", None, f"must be a file that can be read: {error.strerror}") from None
+    except InputError as error:
+        raise InputError(str(path), "", None, error.allowed, line=error.line) from None
     if not isinstance(data, Section):
-        raise InputError(name, "", None, "must contain keys and values, such as beta: 0.4; see pairsim schema")
+        raise InputError(str(path), "", None, "must contain keys and values, such as beta: 0.4; see pairsim schema")
     return data
-
-
-def _problem(error: YAMLError, text: str) -> tuple[int | None, str]:
-    """The line of an error of the reader, None if unknown, and what is wrong."""
-    if isinstance(error, ReaderError):
-        character = printable(text[error.position])
-        return text.count("\n", 0, error.position) + 1, f"the character {character} is not allowed"
-    if isinstance(error, MarkedYAMLError):
-        problem = "lines are indented by spaces, not by tabs" if "\\t" in str(error.problem) else str(error.problem)
-        return error.problem_mark.line + 1 if error.problem_mark else None, problem
-    return None, str(error)
 
 
 def yaml_text(content: Mapping[str, Any], blocks: bool = False) -> str:
@@ -289,13 +194,11 @@ def apply_settings(data: Section, overrides: tuple[str, ...]) -> None:
     """
     for setting in overrides:
         key, equals, text = setting.partition("=")
-        if not equals or not key or control_characters(setting):
+        if not equals or not key or "\n" in setting:
             raise InputError(OPTION, "", setting, "must be key=value on one line, such as mesh.Np=20")
         try:
-            value = _parse(text, OPTION)
+            value = _load(text)
             target, last = data.within(key)
-        except YAMLError as error:
-            raise InputError(OPTION, key, text, f"must be a valid YAML value: {_problem(error, text)[1]}") from None
         except ValueError as error:
-            raise InputError(OPTION, key, text, str(error)) from None
+            raise InputError(OPTION, key, text, getattr(error, "allowed", str(error))) from None
         target.put(last, value, Place(OPTION, None))

@@ -16,8 +16,7 @@ from pairsim.commands import COMMANDS
 from pairsim.config.mistakes import Mistake, missing
 from pairsim.config.quantities import quantity_range
 from pairsim.config.ranges import RANGE, range_schema, spelled_out
-from pairsim.config.values import FOLDER_WORDS, Number, Positive, Whole, is_finite
-from pairsim.runtime.names import fits_a_folder
+from pairsim.config.values import FOLDER_WORDS, Number, Positive, Whole, fits_a_folder, is_finite
 
 MOST_CASES = 100_000
 MOST_VALUES = 10 * MOST_CASES  # of all keys of grid, or of a group of zip

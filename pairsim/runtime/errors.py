@@ -8,10 +8,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
-from pairsim.runtime.text import as_typed, printable
+from pairsim.runtime.text import as_typed, shortened
 
 MOST_MISTAKES = 20  # number of mistakes listed in a message
-LONGEST_PLACE, LONGEST_ADVICE = 200, 1000  # characters of a file, entry or key, and of what is allowed, in a message
 
 __all__ = [
     "EnvironmentFailure",
@@ -40,7 +39,7 @@ class InputError(PairsimError, ValueError):
     """Invalid input; the command ends with exit code 2.
 
     The message has one line for each of the first 20 mistakes: its location, the value given and the values allowed.
-    Values are shortened, and control characters are escaped.
+    Values are shortened.
 
     Args:
         file: Path of the file, or name of the command-line option.
@@ -77,10 +76,10 @@ class InputError(PairsimError, ValueError):
     @property
     def sentence(self) -> str:
         """The message about this mistake alone."""
-        place, entry, key = (printable(part, LONGEST_PLACE) for part in (self.file, self.entry, self.key))
-        where = [place if self.line is None else f"{place}:{self.line}", *(part for part in (entry, key) if part)]
+        parts = filter(None, (self.entry, shortened(self.key)))
+        where = [self.file if self.line is None else f"{self.file}:{self.line}", *parts]
         given = "" if self.value is None else f"got {as_typed(self.value)}; "
-        return f"{': '.join(where)}: {given}{printable(self.allowed, LONGEST_ADVICE)}"
+        return f"{': '.join(where)}: {given}{self.allowed}"
 
     def __str__(self) -> str:
         sentences = [error.sentence for error in self.mistakes]

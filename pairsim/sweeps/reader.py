@@ -8,7 +8,7 @@ from typing import Any, NoReturn
 
 from pairsim.config.merging import merge
 from pairsim.config.mistakes import Mistake, input_error
-from pairsim.config.yaml_file import Section, place_of, places_in, read_yaml
+from pairsim.config.yaml_file import Section, place_of, read_yaml
 from pairsim.runtime.errors import InputError
 
 
@@ -16,13 +16,9 @@ def file_named(path: Path, name: str, key: str, data: Mapping[str, Any]) -> Sect
     """The content of a case file that a key of a grid file names.
 
     Raises:
-        InputError: It cannot be read, or is not in the folder of the grid file or below it.
+        InputError: It cannot be read.
     """
     named = path.parent / name
-    leaves = Path(name).is_absolute() or ".." in Path(name).parts
-    if leaves and places_in(data):  # the content of a file, perhaps someone else's; a Python program may name any file
-        inside = "must be a file in the folder of this file or in a folder below it"
-        raise input_error([Mistake(key, name, inside)], data, str(path))
     try:
         return read_yaml(named)
     except InputError as error:
