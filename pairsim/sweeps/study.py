@@ -29,7 +29,7 @@ FAMILIES = {"space": "mesh.", "time": "time."}
 """Discretisations that differ only in keys with one of these prefixes form a family, for which orders are computed."""
 COUNTS = ("unknowns", "steps", "newton_iterations", "factorisations")
 MEASURED = ("status", "reason", *COUNTS, "wall_time", "wall_time_spread")
-INTERRUPTED = 130
+INTERRUPTED = 130  # exit code
 SAME = 1e-9  # relative tolerance at which two times or distances count as equal
 
 
@@ -68,15 +68,12 @@ def _grid_file(file: StudyFile, data: dict[str, Any], repetition: int) -> dict[s
 def run_study(
     file: StudyFile, grids: Sequence[Grid], directory: Path, sweep: Callable[[Grid, Path], tuple[int, str]]
 ) -> tuple[int, str]:
-    """Compute the cases that are not finished yet, and write study.csv and study.png.
+    """Compute the cases of a study that are not finished yet, and write study.csv and study.png into its folder.
 
     Args:
         file, grids: The study, from `read_study`.
         directory: Its folder; created, or continued if it exists.
-        sweep: Computes a grid into a folder; returns exit code and message.
-
-    Returns:
-        The largest exit code of its sweeps, and a message.
+        sweep: Computes a grid into a folder; returns exit code and message, as this function does for the worst sweep.
 
     Raises:
         InputError: The folder belongs to another study, or another command is writing to it.
@@ -113,14 +110,11 @@ def study_table(file: StudyFile, grids: Sequence[Grid], directory: Path) -> pd.D
         reference = by_size.index[-1] if len(by_size) else None
     table["reference"] = table.index == reference
     exact = values.loc[reference].tolist() if reference is not None else file.exact
-    others = whole & ~table["reference"]
-    table["error"] = (values[others] - exact).abs().max(axis=1)
+    table["error"] = (values[whole & ~table["reference"]] - exact).abs().max(axis=1)
     table["relative_error"] = table["error"] / (np.abs(exact or [0.0]).max() or np.nan)
     for family in FAMILIES:
         for group in families(table[whole], family):
-            ratios = group[["error", "h"]].shift() / group[["error", "h"]]
-            order = np.log(ratios["error"]) / np.log(ratios["h"])
-            table.loc[group.index, f"order_{family}"] = order.where(np.isfinite(order))
+            table.loc[group.index, f"order_{family}"] = group["order"]
     return table
 
 
@@ -147,13 +141,15 @@ def settings_of(columns: Iterable[Any]) -> list[str]:
 
 
 def families(table: pd.DataFrame, family: str) -> Iterator[pd.DataFrame]:
-    """Rows of study.csv that differ in keys of a family only, the coarsest first, with `h`, the size of cells or steps.
+    """Rows of study.csv that differ in keys of a family only, the coarsest first, with `order`, from row to row.
 
     Fixed and controlled steps have different errors and are apart.
     """
     h = table["unknowns"].astype(float) ** -0.5 if family == "space" else 1 / table["steps"].astype(float)
     fixed = table["time.fixed_step"].notna() if "time.fixed_step" in table else False
-    sized = table.assign(h=h, fixed=fixed).dropna(subset="h")
+    sized = table.assign(h=h, fixed=fixed).dropna(subset="h").sort_values("h", ascending=False, kind="stable")
     others = [key for key in settings_of(table) if not key.startswith(FAMILIES[family])]
-    for _, group in sized.groupby([str(row) for row in sized[[*others, "fixed"]].to_numpy().tolist()], sort=False):
-        yield group.sort_values("h", ascending=False, kind="stable")
+    for _, group in sized.groupby([str(row) for row in sized[[*others, "fixed"]].to_numpy().tolist()]):
+        ratios = group[["error", "h"]].shift() / group[["error", "h"]]
+        order = np.log(ratios["error"]) / np.log(ratios["h"])
+        yield group.assign(order=order.where(np.isfinite(order)))

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from matplotlib.axes import Axes
 
 from pairsim.plots.axes import key, small_print, spread
 from pairsim.plots.labels import shown
@@ -17,19 +17,14 @@ from pairsim.results.tables import frame_of
 from pairsim.sweeps.study import FAMILIES, TABLE, families, settings_of
 
 NOTE: dict[str, Any] = {"textcoords": "offset points", "fontsize": SMALL}
+ORDERS = "numbers: observed orders, at lines in the size of cells, at dots in that of steps"
 
 
 @printing()
 def plot_study(directory: Path, out: Path | None = None, page: Page | None = None) -> list[Path]:
-    """Draw `study` from study.csv.
+    """Draw `study` from study.csv, into the folder of the study or another; returns the files written.
 
-    Args:
-        directory: Folder of a study, finished or not.
-        out: Folder of the picture, made if needed; the study's own by default.
-        page: What it is drawn for.
-
-    Returns:
-        The files written; none while no error is known.
+    There are none while no error is known.
     """
     table = frame_of(read_table(directory / TABLE))
     if "error" not in table or (points := table[table["error"] > 0]).empty:
@@ -37,28 +32,35 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
     page = page or Page()
     figure, (axes,) = page.panels(1, height=85, extra=0)
     handles: list[Any] = []
-    for family in FAMILIES:
-        for i, group in enumerate(families(points, family)):
-            look: dict[str, Any] = {"color": "0.6", "linestyle": ":", "zorder": 1}
-            if family == "space":
-                look = {"marker": MARKERS[i % len(MARKERS)], "color": COLOURS[i % len(COLOURS)], "linestyle": "-"}
-                look["label"] = _words(group.iloc[0], of_mesh=False) or "as in the file"
-            lines = axes.plot(group["wall_time"], group["error"], linewidth=0.8, markersize=4.5, **look)
-            handles += lines if family == "space" else []
-            for _, row in group.iterrows() if family == "space" else ():
-                place = row["wall_time"], row["error"]
-                axes.annotate(_words(row, of_mesh=True), place, (4, -9 if i % 2 else 3), color="0.25", **NOTE)
-            for (_, coarse), (_, fine) in pairwise(group.iterrows()):
-                if pd.notna(order := fine.get(f"order_{family}")):
-                    x, y = ((coarse[name] * fine[name]) ** 0.5 for name in ("wall_time", "error"))
-                    axes.annotate(f"{order:.1f}", (x, y), (2, 2 if family == "space" else -8), color="0.5", **NOTE)
+    for i, group in enumerate(families(points, "space")):
+        look: dict[str, Any] = {
+            "marker": MARKERS[i % len(MARKERS)],
+            "color": COLOURS[i % len(COLOURS)],
+            "linestyle": "-",
+        }
+        label = _words(group.iloc[0], of_mesh=False) or "as in the file"
+        handles += axes.plot(group["wall_time"], group["error"], label=label, linewidth=0.8, markersize=4.5, **look)
+        for _, row in group.iterrows():
+            place = row["wall_time"], row["error"]
+            axes.annotate(_words(row, of_mesh=True), place, (4, -9 if i % 2 else 3), color="0.25", **NOTE)
+        _note_orders(axes, group, 2)
+    for group in families(points, "time"):
+        axes.plot(group["wall_time"], group["error"], color="0.6", linestyle=":", linewidth=0.8, zorder=1)
+        _note_orders(axes, group, -8)
     compared = column(list(table.columns)[list(table.columns).index("wall_time_spread") + 1].partition("@")[0])
     axes.set(yscale="log", xlabel="wall time  [s]", ylabel=f"error of ${compared.symbol}$  [${compared.unit or '-'}$]")
     spread(axes, "x", points["wall_time"])
     axes.margins(x=0.2, y=0.14)  # labels stand right of their points
     key(figure, handles)
-    small_print(figure, ["numbers: observed orders, at lines in the size of cells, at dots in that of steps"])
+    small_print(figure, [ORDERS])
     return page.save(figure, out or directory, "study")
+
+
+def _note_orders(axes: Axes, group: pd.DataFrame, below: float) -> None:
+    places = group[["wall_time", "error"]]
+    middle = ((places * places.shift()) ** 0.5).assign(order=group["order"])
+    for x, y, order in middle.dropna().to_numpy():
+        axes.annotate(f"{order:.1f}", (x, y), (2, below), color="0.5", **NOTE)
 
 
 def _words(row: pd.Series[Any], of_mesh: bool) -> str:

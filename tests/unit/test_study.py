@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import math
+from math import isnan, nan
 from pathlib import Path
 
 import pandas as pd
@@ -15,7 +15,7 @@ from pairsim.config.yaml_file import read_yaml
 from pairsim.inputs.many_cases import StudyFile
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import Grid, grid_from, read_grid
-from pairsim.sweeps.study import families, read_study, study_table
+from pairsim.sweeps.study import FAMILIES, families, read_study, study_table
 
 
 def checked(tmp_path: Path, text: str) -> tuple[StudyFile, list[Grid]]:
@@ -66,7 +66,7 @@ def test_orders_times_and_errors_are_those_of_the_folders(tmp_path: Path) -> Non
     table = study_table(file, grids, tmp_path)
     assert table["error"].tolist() == pytest.approx([0.3, 0.075, 0.01875])
     assert table["relative_error"].tolist() == pytest.approx([0.15, 0.0375, 0.009375])
-    assert table["order_space"].tolist() == pytest.approx([math.nan, 2, 2], nan_ok=True)
+    assert table["order_space"].tolist() == pytest.approx([nan, 2, 2], nan_ok=True)
     assert table["wall_time"].tolist() == [1.5, 6, 24]
     assert table["wall_time_spread"].tolist() == [1, 4, 16]
     assert not table["reference"].any()
@@ -78,7 +78,7 @@ def test_the_finest_is_the_reference(tmp_path: Path) -> None:
         leave(tmp_path / "sweep-1" / case.folder, n, 1.0, 2 + 30 / n)
     table = study_table(file, grids, tmp_path)
     assert table["reference"].tolist() == [False, True, False]
-    assert table["error"].tolist() == pytest.approx([30 / 100 - 30 / 1600, math.nan, 30 / 400 - 30 / 1600], nan_ok=True)
+    assert table["error"].tolist() == pytest.approx([30 / 100 - 30 / 1600, nan, 30 / 400 - 30 / 1600], nan_ok=True)
     assert table["dU@0.01"].tolist() == pytest.approx([1.3, 1 + 30 / 1600, 1.075])
 
 
@@ -93,15 +93,21 @@ def test_discretisation_that_failed_once_has_no_figures(tmp_path: Path) -> None:
     assert table["status"].tolist() == ["finished", "failed", "finished"]
     assert table["reason"].tolist() == ["end", "mesh_failed", "end"]
     assert table["error"].isna().tolist() == [False, True, True]
-    assert math.isnan(table["wall_time"][1])
+    assert isnan(table["wall_time"][1])
 
 
 def test_families_differ_in_the_mesh_or_in_the_steps_only() -> None:
     rows = [(8, 1e-3, None, 100, 10), (16, 1e-3, None, 400, 10), (16, 1e-4, None, 400, 20), (16, 1e-4, 0.1, 400, 40)]
     table = pd.DataFrame(rows, columns=["mesh.Np", "time.tol", "time.fixed_step", "unknowns", "steps"])
     table.insert(3, "status", "finished")
-    assert [group.index.tolist() for group in families(table, "space")] == [[0, 1], [2], [3]]
-    assert [group.index.tolist() for group in families(table, "time")] == [[0], [1, 2], [3]], "fixed steps are apart"
+    table["error"] = [0.8, 0.1, 0.1, 0.2]
+    space, time = ({tuple(each.index): each["order"].iloc[-1] for each in families(table, name)} for name in FAMILIES)
+    assert space == {
+        (0, 1): pytest.approx(3),
+        (2,): pytest.approx(nan, nan_ok=True),
+        (3,): pytest.approx(nan, nan_ok=True),
+    }
+    assert time.keys() == {(0,), (1, 2), (3,)}, "fixed steps are apart"
 
 
 @pytest.mark.slow
