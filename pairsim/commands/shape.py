@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from pairsim.drivers.events import Events
     from pairsim.plots.style import Page
     from pairsim.runtime.monitor import Monitor
+    from pairsim.solvers.curves.adaptation import AdaptiveBranch
 
 COARSER = 2**0.5
 D_ERROR = Column("D_error", r"\epsilon_D", "|D - D on a mesh with cells 2^0.5 times larger|", "")
@@ -86,13 +87,14 @@ def solve(case: ShapeCase, *, monitor: Monitor) -> Events:
     yield Begin(f"{len(case.series)} shapes", len(case.series), forms_of(case))
     own = [each.name if isinstance(each, Column) else each for each in COLUMNS]
     yield Table("shape", [*own, *health_columns(case)])
-    with Solutions(case) as found, Solutions(case) as coarse:
+    with Solutions(case) as found:
+        beside: AdaptiveBranch | None = None
         yield AtEnd(lambda: found.last_events({"points": len(found.points)}))
         problem, start = steady_problem(case, 1.0, monitor), Parameters((), case.solid_models, case.liquid_model)
         for count, Ca_e in enumerate(case.series, 1):
             place = start.with_Ca_e(Ca_e)
             branch = found.branch or found.begin(problem, place)
-            beside = coarse.branch or coarse.begin(coarser(problem, COARSER), place)
+            beside = beside or found.begin(coarser(problem, COARSER), place, beside=True)
             found.points.append(branch.at(place))
             row = point_row(found.points[-1]) | {"Ca_e": Ca_e}
             row["D_error"] = abs(point_row(beside.at(place))["D_1"] - row["D_1"])
@@ -101,7 +103,8 @@ def solve(case: ShapeCase, *, monitor: Monitor) -> Events:
             row |= dict(zip(names, contour(scene.bodies[0].outline_points(scene.state()[0])), strict=True))
             yield Row("shape", row)
             yield Progress(count, f"Ca_e = {Ca_e:.4g}  D = {row['D_1']:.5f}  shape {count}", count)
-    return Outcome("finished", "end", f"{len(case.series)} shapes")
+        return Outcome("finished", "end", f"{len(case.series)} shapes")
+    return found.outcome  # the branch ends before the last Ca_e
 
 
 def answer(tables: Tables, _: dict[str, Any]) -> list[str]:

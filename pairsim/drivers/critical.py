@@ -60,6 +60,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
         if failures:
             raise NoSteadyState("; ".join(failures))
         return Outcome("finished", "end", f"{len(found.points)} critical distances on {zeros.branches} branches")
+    return found.outcome  # the branch ends before all distances were reached
 
 
 class _Zeros:

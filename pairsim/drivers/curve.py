@@ -67,6 +67,7 @@ def solve(
             zeros = yield from _zeros(branch, points, warnings)
             message += f"; dU = 0: {', '.join(map(_said, zeros)) or 'at no d'}"
         return Outcome("finished", "end", message)
+    return found.outcome  # the branch ends before all distances were reached
 
 
 def _columns(case: CurveCase, sensitivities: bool) -> list[str]:
@@ -147,8 +148,8 @@ def _end(case: CurveCase, found: Solutions, frames: list[FieldFrame], warnings: 
         moved = moving_errors(case, points, size) if size > ROUNDING else []
         warnings = [*warnings, *missed, *moved, *(far_apart(case, curves, size) if size > ROUNDING else [])]
     yield from found.last_events(entries, warnings)
-    if found.last is not None and case.n > 1:
-        frames.append(_last_shapes(found.last))
+    if found.ended is not None and found.ended.last is not None and case.n > 1:
+        frames.append(_last_shapes(found.ended.last))
     for each in sorted(frames, key=lambda each: each.t):
         yield events.Frame(each)
 

@@ -10,6 +10,7 @@ import numpy as np
 from pairsim.config.case import SceneCase
 from pairsim.config.checked_range import beyond_checked
 from pairsim.drivers.events import Event, Summary, Table
+from pairsim.drivers.outcome import Outcome
 from pairsim.drivers.warm_start import WarmStart
 from pairsim.drivers.warnings import ErrorAt, coarse_mesh, moves_on, near_ends, unresolved_stress
 from pairsim.results.columns import (
@@ -20,13 +21,12 @@ from pairsim.results.columns import (
     observed,
     table_row,
 )
-from pairsim.runtime.errors import BudgetSpent, NoSteadyState
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.steady.continuation import Passed, where
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.continuation import where
+from pairsim.solvers.steady.ends import Ended, Passed, SpentOnTheWay
 
 
 class Solutions:
@@ -38,28 +38,44 @@ class Solutions:
 
     Attributes:
         points: The solutions that are results.
-        way: The solutions on the way to the first parameters, where these were not reached.
-        last: The scene at the last of them, closed; None where all was solved.
-        branch: The branch, None until `begin`.
+        ended: The continuation that has ended the computation; None where all was solved. If it is proven that there is
+            no steady state, the context ends without an exception: `outcome` is the answer.
+        way: The solutions on the way to parameters that were not reached.
     """
 
     def __init__(self, case: SceneCase, warm_start: WarmStart | None = None) -> None:
         self.case, self.points = case, list[Point]()
+        self.ended: Ended | None = None
         self.way: Sequence[Passed] = ()
-        self.last: Steady | None = None
-        self.branch: AdaptiveBranch | None = None
+        self._branches: list[AdaptiveBranch] = []
         self._own, self._kept = warm_start is None, warm_start or WarmStart()
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, failure: BaseException | None, *_: object) -> None:
-        if isinstance(failure, (NoSteadyState, BudgetSpent)):
+    def __exit__(self, kind: type[BaseException] | None, failure: BaseException | None, *_: object) -> bool:
+        ends = [self.ended, *(branch.ended for branch in self._branches)]
+        self.ended = next((end for end in ends if end is not None and end.failure is failure), None)
+        if self.ended is not None:
+            self.way = self.ended.way
+        elif isinstance(failure, SpentOnTheWay):
             self.way = failure.way
-        if isinstance(failure, NoSteadyState):
-            self.last = failure.last
+        for branch in self._branches[1:]:
+            branch.close()
         if self._own or kind is not None:
             self._kept.close()
+        return self.ended is not None and self.ended.proven
+
+    @property
+    def branch(self) -> AdaptiveBranch | None:
+        """The first branch, None until `begin`."""
+        return self._branches[0] if self._branches else None
+
+    @property
+    def outcome(self) -> Outcome:
+        """The outcome where it is proven that there is no steady state."""
+        assert self.ended is not None, "a branch has ended"
+        return Outcome("finished", self.ended.failure.reason, self.ended.failure.message)
 
     def begin(
         self,
@@ -69,6 +85,7 @@ class Solutions:
         places: Sequence[tuple[float, ...]] = (),
         sensitivities: bool = False,
         zeros_only: bool = False,
+        beside: bool = False,
     ) -> AdaptiveBranch:
         """Solve at the first parameters, on meshes that follow from `accuracy` where there is a dU.
 
@@ -76,6 +93,7 @@ class Solutions:
             problem: The problem.
             first: The first parameters.
             places, sensitivities, zeros_only: See `AdaptiveBranch`.
+            beside: Whether it is a further branch, of another problem.
 
         Raises:
             NoSteadyState: No solution was found.
@@ -83,8 +101,12 @@ class Solutions:
         """
         wanted = self.case.error_wanted if self.case.n > 1 and self.case.driven[1] is None else np.inf
         options = {"wanted": wanted, "held": self.case.held, "sensitivities": sensitivities, "zeros_only": zeros_only}
-        self.branch = self._kept.start(problem, first, places, options)
-        return self.branch
+        branch = (WarmStart() if beside else self._kept).start(problem, first, places, options)
+        if isinstance(branch, Ended):
+            self.ended = branch
+            raise branch.failure
+        self._branches.append(branch)
+        return branch
 
     def last_events(self, entries: Mapping[str, Any], warnings: Sequence[str] = ()) -> Iterator[Event]:
         """What run.json says, and a table of the way to parameters that were not reached."""
@@ -98,7 +120,9 @@ class Solutions:
         seen = [c.s_jump for p in self.points if (c := p.observation.conformation) is not None]
         stress = unresolved_stress(case, max(seen, default=0.0))
         common = [*beyond_checked(case), *coarse_mesh(case), *stress, *near_ends(case, case.cluster)]
-        return Summary({**entries, **counts}, [*warnings, *common], phases)
+        end = self.ended if self.ended is not None and self.ended.proven else None
+        place = {} if end is None else {"end_of_branch": {"kind": end.kind, **end.at}}
+        return Summary({**entries, **counts, **place}, [*warnings, *common], phases)
 
 
 def health_columns(case: SceneCase) -> tuple[str, ...]:

@@ -27,7 +27,7 @@ from pairsim.results.output import CHECKPOINT, RunFolder, plain
 from pairsim.results.table_files import TableWriter, read_table
 from pairsim.runtime.child_process import DISK
 from pairsim.runtime.duration import duration
-from pairsim.runtime.errors import BranchEnd, InputError, RunFailure, WriteFailure
+from pairsim.runtime.errors import InputError, RunFailure, WriteFailure
 from pairsim.runtime.locks import sole_writer
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import Signals, Stopped
@@ -174,7 +174,6 @@ class Session:
         self._tables: dict[str, TableWriter] = {}
         self._at_end: Callable[[], Iterable[events.Event]] = tuple
         self._summary = events.Summary({})
-        self._ended: dict[str, Any] = {}
         self._stopped_at_once = False
         self._latest: Checkpoint | None = None  # not written yet
         self._saved, self._cost = -float("inf"), 0.0
@@ -212,9 +211,6 @@ class Session:
         except RunFailure as failure:
             if not self._begun:
                 raise
-            if isinstance(failure, BranchEnd):  # the answer, though not by values
-                self._ended = {"end_of_branch": {"kind": failure.kind, **failure.at}}
-                return Outcome("finished", failure.reason, failure.message)
             return Outcome("failed", failure.reason, str(failure))
         except KeyboardInterrupt as interrupt:
             if self.resumable:
@@ -326,7 +322,6 @@ class Session:
                 with self._writing():
                     entries = {
                         **self._summary.entries,
-                        **self._ended,
                         "warnings": [*self._damage, *self._summary.warnings],
                     }
                     self.record.write(outcome, entries, dict(self._summary.phases))

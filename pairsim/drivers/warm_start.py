@@ -9,6 +9,8 @@ from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
+from pairsim.solvers.steady.ends import Ended
+from pairsim.solvers.steady.first_solution import first_scene
 
 
 class WarmStart:
@@ -20,7 +22,7 @@ class WarmStart:
 
     def start(
         self, problem: SteadyProblem, first: Parameters, places: Sequence[tuple[float, ...]], options: Mapping[str, Any]
-    ) -> AdaptiveBranch:
+    ) -> AdaptiveBranch | Ended:
         """A branch at the first point of a case, continued from the previous case if possible, else solved anew.
 
         Args:
@@ -29,8 +31,12 @@ class WarmStart:
             places: Distances of the case.
             options: Other options of `AdaptiveBranch`.
 
+        Returns:
+            The branch, or what is known of its end before the first point.
+
         Raises:
-            NoSteadyState: There is no solution at the first point.
+            NoSteadyState: No solution was found that could be continued to the first point.
+            MeshFailure: A mesh could not be generated.
         """
         laws = first.liquid.structure, [solid and solid.name for solid in first.solids]
         old, self._kind = self._kind, (problem, laws, dict(options))
@@ -41,7 +47,10 @@ class WarmStart:
             except NoSteadyState:
                 pass
         self.close()
-        self._branch = AdaptiveBranch(problem, first, places=places, **options)
+        scene = first_scene(problem, first)
+        if isinstance(scene, Ended):
+            return scene
+        self._branch = AdaptiveBranch(scene, places=places, **options)
         return self._branch
 
     def close(self) -> None:

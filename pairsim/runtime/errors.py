@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import sys
 import traceback
-from collections.abc import Iterable, Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from pairsim.runtime.text import as_typed, shortened
@@ -145,14 +144,9 @@ class WallTime(RunFailure):
 
 
 class BudgetSpent(RunFailure):
-    """The time that the user has given to a command is over.
-
-    Attributes:
-        way: Solutions on the way to the first parameters.
-    """
+    """The time that the user has given to a command is over."""
 
     reason = "budget"
-    way: Sequence[Any] = ()
 
 
 class TooManySteps(RunFailure):
@@ -177,31 +171,15 @@ class EnvironmentFailure(RunFailure):
 
 
 class NoSteadyState(RunFailure):
-    """No quasi-steady solution was found; whether there is one is not known.
-
-    Attributes:
-        way: The solutions on the way to the parameters wanted, each a `Passed` of `solvers.steady.continuation`.
-        last: The scene at the last of them, a `Steady` of `solvers.steady.scene` that may be closed, or None.
-        end: Where the branch ends on the mesh at hand, if that is seen: the parameters there, each with its error.
-        kind: What ends it, "fold" or "wrinkles".
-    """
+    """No quasi-steady solution was found; whether there is one is not known."""
 
     reason = "not_resolved"
-    way: Sequence[Any] = ()
-    last: Any = None
-    end: Mapping[str, tuple[float, float]] = MappingProxyType({})
-    kind = ""
 
 
 class BranchEnd(NoSteadyState):
-    """The branch of steady states ends before the parameters wanted, on whichever mesh.
-
-    Attributes:
-        at: The parameters at the end, such as Ca_e and d, each with its error, the spread between meshes included.
-    """
+    """The branch of steady states ends before the parameters wanted, on whichever mesh."""
 
     reason = "no_steady_state"
-    at: Mapping[str, tuple[float, float]] = MappingProxyType({})
 
 
 def failure_of(reason: str, message: str) -> RunFailure:
@@ -214,8 +192,7 @@ def failure_of(reason: str, message: str) -> RunFailure:
     Returns:
         An exception of the class with this `reason`, or a `RunFailure` if there is no such class.
     """
-    kinds: list[type[RunFailure]] = [*RunFailure.__subclasses__(), BranchEnd]
-    failure = next((kind for kind in kinds if kind.reason == reason), RunFailure)(message)
+    failure = next((kind for kind in RunFailure.__subclasses__() if kind.reason == reason), RunFailure)(message)
     failure.sentence = message  # which contains reason, time and step
     return failure
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import count
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -31,15 +32,16 @@ def test_a_curve_keeps_the_points_it_has_when_its_budget_is_spent() -> None:
     assert "the budget of 20 s is spent, on the way at Ca_e = 0.1, d = 0." in result.message
 
 
-def test_what_is_passed_on_the_way_to_the_first_point_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_passed_on_the_way_to_the_first_point_is_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     places: list[str] = []
     monkeypatch.setattr(Reporter, "on_the_way", lambda _, place: places.append(place))
     case = PAIR | {"De": 1, "Ca_e": 0.2, "d": [0.1], "mesh": {"Np": 16, "max_size": 0.07}}
-    result = api.curve(case, budget="3 s")
+    result = api.curve(case, budget="2 s", folder=tmp_path / "out")
     assert result.reason == "budget"
     assert len(result.table) == 0
     assert places
     assert all(place.startswith("De = ") for place in places)
+    assert len((tmp_path / "out" / "way.csv").read_text().splitlines()) > 1
 
 
 def test_a_limit_says_where_the_computation_is_until_it_has_a_result() -> None:

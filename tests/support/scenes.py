@@ -16,6 +16,8 @@ from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import trace
 from pairsim.solvers.nonlinear.newton import Newton
 from pairsim.solvers.problems import Problem
+from pairsim.solvers.steady.ends import Ended
+from pairsim.solvers.steady.scene import Steady
 from pairsim.solvers.stepping.step import Step
 from pairsim.solvers.stepping.step_size import StepControl
 from pairsim.solvers.transient.transient import Transient
@@ -81,3 +83,9 @@ def dU(step: Step) -> float:
 def traced(solver: Branch, places: list[tuple[float, ...]], tol: float, max_points: int) -> list[Point]:
     """The points of a curve in ascending d."""
     return sorted((point for point, _ in trace(solver, places, tol, max_points)), key=lambda point: point.d)
+
+
+def reached(found: Steady | Ended) -> Steady:
+    """The scene of a continuation that has arrived."""
+    assert isinstance(found, Steady), found.failure
+    return found

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.scenes import reached
 
 from pairsim.commands import COMMANDS
 from pairsim.drivers.problems import steady_problem
@@ -15,6 +16,7 @@ from pairsim.solvers.curves import adaptation
 from pairsim.solvers.curves.adaptation import ROUNDS, AdaptiveBranch, largest_dU
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.first_solution import first_scene
 
 TUBE = {"beta": 0.4, "d": [0.4], "ends": "developed", "length": "auto"}
 
@@ -24,7 +26,8 @@ def adaptive(wanted: float, zeros_only: bool = False, **keys: object) -> tuple[A
     case = parse_case(COMMANDS["curve"], TUBE | keys, "test")
     first = Parameters(case.places[0], case.solid_models, case.liquid_model)
     problem = steady_problem(case, first.gaps[0])
-    return AdaptiveBranch(problem, first, wanted=wanted, places=case.places, zeros_only=zeros_only), first
+    scene = reached(first_scene(problem, first))
+    return AdaptiveBranch(scene, wanted=wanted, places=case.places, zeros_only=zeros_only), first
 
 
 @pytest.mark.slow
@@ -83,7 +86,7 @@ def test_cells_that_were_given_are_held() -> None:
     first = Parameters(case.places[0], case.solid_models, case.liquid_model)
     problem = steady_problem(case, 0.1)
     assert case.held == {"Np"}
-    branch = AdaptiveBranch(problem, first, wanted=1e-9, places=case.places, held=case.held)
+    branch = AdaptiveBranch(reached(first_scene(problem, first)), wanted=1e-9, places=case.places, held=case.held)
     point = branch.at(first)
     assert branch.problem is problem
     assert point.estimate.dU_error[0] > 1e-9 * branch.dU
@@ -121,7 +124,7 @@ def test_a_finer_mesh_with_a_larger_error_is_not_kept(monkeypatch: pytest.Monkey
 def test_the_size_of_dU_at_a_single_distance_is_that_of_the_curve_it_lies_on() -> None:
     case = parse_case(COMMANDS["curve"], TUBE | {"De": 0, "Ca_e": 0.02, "d": [0.8], "mesh": {"Np": 16}}, "test")
     first = Parameters(case.places[0], case.solid_models, case.liquid_model)
-    branch = Branch(steady_problem(case, 0.8), first)
+    branch = Branch(reached(first_scene(steady_problem(case, 0.8), first)))
     assert largest_dU(branch.scene, case.places, np.inf) == pytest.approx(1.103e-3, rel=0.05), "N_p 40, d = .1"
     assert largest_dU(branch.scene, case.places, 1e-4) < 1e-3, "larger ones are not looked for"
     branch.close()

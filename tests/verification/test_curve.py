@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from support.points import made_point
-from support.scenes import traced
+from support.scenes import reached, traced
 
 import pairsim
 from pairsim.commands import COMMANDS
@@ -19,15 +19,16 @@ from pairsim.config.curve_case import CurveCase
 from pairsim.drivers.problems import steady_problem
 from pairsim.inputs.case_files import parse_case
 from pairsim.physics.solids import soft
-from pairsim.runtime.errors import BranchEnd, NoSteadyState
+from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import Zero, find_zeros, interpolants
 from pairsim.solvers.nonlinear.newton import STEADY
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.bordered import solve_with
 from pairsim.solvers.steady.continuation import follow
-from pairsim.solvers.steady.first_solution import started, walked
+from pairsim.solvers.steady.first_solution import adopted, first_scene, walked
 from pairsim.solvers.steady.pseudo_time import relax
+from pairsim.solvers.steady.scene import Steady
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 5.0, "mesh": {"Np": 12}}
 
@@ -45,7 +46,7 @@ def branch(made: CurveCase, *, sensitivities: bool = False) -> Branch:
     places = made.places
     start = Parameters(places[0], made.solid_models, made.liquid_model)
     narrowest = min((d for place in places for d in place), default=np.inf)
-    return Branch(steady_problem(made, narrowest), start, sensitivities)
+    return Branch(reached(first_scene(steady_problem(made, narrowest), start)), sensitivities)
 
 
 def points(**keys: object) -> list[Point]:
@@ -172,9 +173,9 @@ def test_a_new_mesh_on_the_way_changes_little(viscoelastic: Branch) -> None:
     scene = viscoelastic.scene
     before, held, meshes = scene.snapshot, viscoelastic.at(scene.parameters).discrete.dU, scene.meshes
     value = float(held[0])
-    follow(scene, scene.parameters.with_gap(0.2))
+    assert follow(scene, scene.parameters.with_gap(0.2)) is None
     assert scene.meshes > meshes
-    follow(scene, before.parameters)
+    assert follow(scene, before.parameters) is None
     back = float(scene.velocity_row() @ scene.y)
     assert back == pytest.approx(value, abs=0.02 * abs(value))
     scene.recall(before)
@@ -188,8 +189,9 @@ def test_the_first_solution_does_not_depend_on_the_way_to_it() -> None:
     made, larger = (case(**keys, mesh={"Np": Np, "max_size": 0.08}) for Np in (12, 10))
     start = Parameters((0.1,), made.solid_models, made.liquid_model)
     problem = replace(steady_problem(made, 0.1), newton=replace(STEADY, tolerance=1e-11))
-    scout = walked(steady_problem(larger, 0.1), start)
-    short, long = started(problem, start, scout), walked(problem, start)
+    scout = reached(walked(steady_problem(larger, 0.1), start))
+    short, long = Steady(problem, start), reached(walked(problem, start))
+    assert adopted(short, start, scout)
     assert short.factorisations <= 3 < long.factorisations
     for name, unknowns in short.constraints.fields.items():
         assert short.y[unknowns] == pytest.approx(long.y[unknowns], abs=1e-6 if name.startswith("p") else 1e-8)
@@ -314,10 +316,11 @@ def test_the_mesh_of_a_solution_is_that_of_its_extension_alone(viscoelastic: Bra
 def test_the_softest_shapes_end_and_the_message_has_the_place() -> None:
     """Two spheres of beta .4 at d .1 have no steady shape beyond a Ca_e near .16, which depends on the mesh."""
     solver = branch(case())
-    with pytest.raises(BranchEnd) as end:
-        follow(solver.scene, solver.scene.parameters.with_Ca_e(0.25))
+    end = follow(solver.scene, solver.scene.parameters.with_Ca_e(0.25))
     solver.close()
-    Ca_e, error = end.value.end["Ca_e"]
+    assert end is not None
+    assert end.proven
+    Ca_e, error = end.on_mesh["Ca_e"]
     assert 0.145 < Ca_e < 0.18
     assert error < 0.1 * Ca_e
 
@@ -347,7 +350,7 @@ def test_a_problem_remembers_its_narrowest_distance() -> None:
     wide, narrow = steady_problem(made, 0.3), steady_problem(made, 0.01)
     arcs = []
     for problem in (wide, narrow):
-        solver = Branch(problem, Parameters((0.3,), soft(0.0, 0.0)))
+        solver = Branch(reached(first_scene(problem, Parameters((0.3,), soft(0.0, 0.0)))))
         arcs.append(len(solver.scene.meshed.outlines[0].angles))
         solver.close()
     assert arcs[1] > arcs[0]

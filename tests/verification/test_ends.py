@@ -12,7 +12,6 @@ import pairsim
 from pairsim.config.softest import LARGEST, beyond_steady_shapes, largest_Ca_e
 from pairsim.fem.surface import UNSTABLE, compression
 from pairsim.physics.solids import soft
-from pairsim.runtime.errors import BranchEnd
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady import ends
 from pairsim.solvers.steady.continuation import MESH_SPREAD, SPREAD_OF_SEVERAL, ended
@@ -81,17 +80,18 @@ def test_the_softest_shapes_have_a_constant_product_of_size_and_softness_in_wide
 def test_an_end_proves_nothing_of_parameters_within_its_error() -> None:
     at = {"Ca_e": (0.16, 0.01), "d": (0.1, 0.0)}
     near, beyond = (ended("fold", at, Parameters((0.1,), soft(Ca_e, Ca_e)), 0.0) for Ca_e in (0.165, 0.18))
-    assert not isinstance(near, BranchEnd)
-    assert near.reason == "not_resolved"
-    assert isinstance(beyond, BranchEnd)
-    assert "steady states end at Ca_e = 0.16 +- 0.01, d = 0.1, in a fold, and do not reach Ca_e = 0.18" in str(beyond)
+    assert not near.proven
+    assert near.failure.reason == "not_resolved"
+    assert beyond.proven
+    said = str(beyond.failure)
+    assert "steady states end at Ca_e = 0.16 +- 0.01, d = 0.1, in a fold, and do not reach Ca_e = 0.18" in said
 
 
 def test_one_mesh_proves_less_than_two() -> None:
     target, at = Parameters((0.1,), soft(0.2, 0.2)), {"d": (0.1, 0.0)}
     alone, other = (ended("fold", at | {"Ca_e": (Ca_e, 0.01)}, target, MESH_SPREAD) for Ca_e in (0.16, 0.17))
-    assert not isinstance(agreed([alone], target), BranchEnd)
+    assert not agreed([alone], target).proven
     found = agreed([alone, other], target)
-    assert isinstance(found, BranchEnd)
+    assert found.proven
     assert found.at["Ca_e"] == pytest.approx((0.165, 0.015 + SPREAD_OF_SEVERAL * 0.165))
     assert found.at["d"] == (0.1, 0.0)

@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from support.scenes import reached
 
 from pairsim.commands import COMMANDS
 from pairsim.drivers.problems import steady_problem
@@ -32,7 +33,7 @@ def scene_of(keys: dict[str, object], **mesh: float) -> Steady:
     """The solution of the last place of a case with developed ends."""
     case = parse_case(COMMANDS["curve"], {"ends": "developed", "length": 5.0, "mesh": mesh, **keys}, "test")
     start = Parameters(case.places[-1], case.solid_models, case.liquid_model)
-    return walked(steady_problem(case, min(case.places[0], default=np.inf)), start)
+    return reached(walked(steady_problem(case, min(case.places[0], default=np.inf)), start))
 
 
 def solved(keys: dict[str, object], **mesh: float) -> tuple[Observation, ErrorEstimate]:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.sparse.linalg import LinearOperator, gmres
+from support.scenes import reached
 
 import pairsim
 from pairsim.commands import COMMANDS
@@ -14,6 +15,7 @@ from pairsim.drivers.problems import steady_problem
 from pairsim.inputs.case_files import parse_case
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.steady.motion import moving_residual
 from pairsim.solvers.steady.tangents import gap_tangents
 
@@ -25,7 +27,7 @@ def solved(**keys: Any) -> tuple[Branch, Point]:
     case = parse_case(COMMANDS["curve"], {**PAIR, "d": (0.1,), **keys}, "test")
     narrowest = min((d for place in case.places for d in place), default=np.inf)
     start = Parameters(case.places[0], case.solid_models, case.liquid_model)
-    branch = Branch(steady_problem(case, narrowest), start)
+    branch = Branch(reached(first_scene(steady_problem(case, narrowest), start)))
     return branch, branch.at(start)
 
 

@@ -7,6 +7,7 @@ factorisation and three in a hundred iterations more or fewer are let pass. The 
 from __future__ import annotations
 
 import pytest
+from support.scenes import reached
 
 from pairsim.commands import COMMANDS
 from pairsim.drivers.problems import problem_of, solution_order, steady_problem
@@ -14,6 +15,7 @@ from pairsim.inputs.case_files import parse_case
 from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.curves.curve import trace
 from pairsim.solvers.parameters import Parameters
+from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.transient.transient import Transient
 
 PAIR = {"beta": 0.4, "ends": "developed", "length": 4.0, "mesh": {"Np": 8, "max_size": 0.2}}
@@ -34,7 +36,8 @@ def test_work_of_quasi_steady_points(
     case = parse_case(COMMANDS["curve"], {**PAIR, **keys}, "test")
     places = solution_order(case)
     problem = steady_problem(case, min(place[0] for place in places))
-    branch = Branch(problem, Parameters(places[0], case.solid_models, case.liquid_model))
+    start = Parameters(places[0], case.solid_models, case.liquid_model)
+    branch = Branch(reached(first_scene(problem, start)))
     try:
         found = list(trace(branch, places, 1.0, len(places)))
         fine = branch.scene

@@ -24,7 +24,7 @@ from pairsim.solvers.curves.curve import ROUNDING
 from pairsim.solvers.errors.estimate import OF_SCATTER, ErrorEstimator
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
-from pairsim.solvers.steady.continuation import follow, prepared, where
+from pairsim.solvers.steady.continuation import prepared, where
 from pairsim.solvers.steady.first_solution import FEWEST_CELLS, adopted
 from pairsim.solvers.steady.scene import Steady
 from pairsim.solvers.steady.snapshot import Snapshot
@@ -126,7 +126,7 @@ class AdaptiveBranch(Branch):
     distances tell how large dU is.
 
     Args:
-        problem, parameters, sensitivities: As for `Branch`.
+        scene, sensitivities: As for `Branch`.
         wanted: Largest error of dU, relative to its largest value; infinite to keep the mesh.
         places: Distances of the case.
         held: Settings of the mesh that stay as they are, among Np and max_size; with Np the whole mesh does.
@@ -141,8 +141,7 @@ class AdaptiveBranch(Branch):
 
     def __init__(
         self,
-        problem: SteadyProblem,
-        parameters: Parameters,
+        scene: Steady,
         sensitivities: bool = False,
         *,
         wanted: float,
@@ -150,9 +149,9 @@ class AdaptiveBranch(Branch):
         held: frozenset[str] = frozenset(),
         zeros_only: bool = False,
     ) -> None:
-        super().__init__(problem, parameters, sensitivities)
-        self._first, self.wanted, self._held, self._zeros_only = problem, wanted, held, zeros_only
-        self._estimator = ErrorEstimator(cells=bool(parameters.liquid.modes) and np.isfinite(wanted))
+        super().__init__(scene, sensitivities)
+        self._first, self.wanted, self._held, self._zeros_only = scene.problem, wanted, held, zeros_only
+        self._estimator = ErrorEstimator(cells=bool(scene.parameters.liquid.modes) and np.isfinite(wanted))
         self._begin(places)
 
     def _begin(self, places: Sequence[tuple[float, ...]]) -> None:
@@ -213,7 +212,7 @@ class AdaptiveBranch(Branch):
             super().recall(snapshot)
         else:
             self._nearest(snapshot.parameters)
-            follow(self.scene, snapshot.parameters)
+            self._follow(snapshot.parameters)
 
     def allowed(self, point: Point) -> float:
         """The largest error of dU at a point that is not too large, as far as dU is known [U_av]."""

@@ -16,11 +16,11 @@ from pairsim.solvers.curves.slow_manifold import SlowMotion, slow_motion
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.estimate import ErrorEstimate, ErrorEstimator
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.bordered import solve_with
 from pairsim.solvers.steady.continuation import IN_TIME, follow, new_mesh, where
-from pairsim.solvers.steady.first_solution import first_scene
+from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.relaxation import relaxation_time
+from pairsim.solvers.steady.scene import Steady
 from pairsim.solvers.steady.snapshot import Snapshot
 from pairsim.solvers.steady.tangents import gap_tangents
 
@@ -113,22 +113,19 @@ class Branch:
     """Solutions of one scene at any parameters, each continued from the nearest known solution.
 
     Args:
-        problem: The problem.
-        parameters: Parameters of the first solution.
+        scene: The scene at its first solution; `close` closes it.
         sensitivities: Whether to compute derivatives with respect to Ca_e, De and beta.
 
     Attributes:
         scene: The scene at the present solution.
-
-    Raises:
-        NoSteadyState: No solution was found at the first parameters.
-        MeshFailure: A mesh could not be generated.
+        ended: What the last continuation has come to; None where it arrived.
     """
 
-    def __init__(self, problem: SteadyProblem, parameters: Parameters, sensitivities: bool = False) -> None:
+    def __init__(self, scene: Steady, sensitivities: bool = False) -> None:
         self._sensitivities, self._estimator = sensitivities, ErrorEstimator()
         self._at_zero = 0.0  # what is added to dU at the last zero, or expected to be at the next one
-        self.scene = first_scene(problem, parameters)
+        self.scene = scene
+        self.ended: Ended | None = None
         self._known = [self.scene.snapshot]
 
     def move(self, parameters: Parameters) -> None:
@@ -139,7 +136,7 @@ class Branch:
         """
         self.scene.forget_costs()
         self._nearest(parameters, 0.0)
-        follow(self.scene, parameters)
+        self._follow(parameters)
         if self.scene.scene.reference.deformed:  # as for a curve that is computed on its own, try spheres first
             new_mesh(self.scene, afresh=True)
         self._known = [self.scene.snapshot]
@@ -152,10 +149,20 @@ class Branch:
         """
         before = self.scene.iterations
         self._nearest(parameters)
-        follow(self.scene, parameters)
+        self._follow(parameters)
         if min(_apart(snapshot.parameters, parameters) for snapshot in self._known) > SPACING:
             self._known.append(self.scene.snapshot)
         return self._read(before)
+
+    def _follow(self, parameters: Parameters) -> None:
+        """Continue to other parameters.
+
+        Raises:
+            NoSteadyState: The continuation did not reach them; `ended` says more.
+        """
+        self.ended = follow(self.scene, parameters)
+        if self.ended is not None:
+            raise self.ended.failure
 
     def zero(self, left: float, right: float, guess: float) -> Point:
         """The solution at a distance between two others at which dU vanishes, by Newton's method with the slope of dU.

@@ -8,17 +8,16 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from pairsim.fem.diagnostics import taylor_parameter
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import BranchEnd, BudgetSpent, MeshFailure, NoSteadyState
 from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady.ends import LAST, end_after
+from pairsim.solvers.steady.ends import LAST, Ended, Passed, SpentOnTheWay, end_after
 from pairsim.solvers.steady.guesses import place_undeformed
 from pairsim.solvers.steady.pseudo_time import relax
 from pairsim.solvers.steady.scene import Steady
@@ -128,46 +127,38 @@ def reach(steady: Steady, tangent: Array, rates: Array) -> float:
     return float(step)
 
 
-@dataclass(frozen=True)
-class Passed:
-    """A solution on the way to other parameters.
-
-    Attributes:
-        parameters: Its parameters.
-        U: Velocities of the particles at held distances [U_av], shape (N,).
-        D: Taylor parameters, shape (N,).
-    """
-
-    parameters: Parameters
-    U: Array
-    D: Array
-
-    @classmethod
-    def of(cls, steady: Steady) -> Passed:
-        """The present solution of a scene."""
-        h, _ = steady.state()
-        shapes = [taylor_parameter(body.outline_points(h)) for body in steady.bodies]
-        return cls(steady.parameters, steady.y[steady.constraints.fields["U_p"]], np.array(shapes))
-
-
-def follow(steady: Steady, target: Parameters) -> None:
+def follow(steady: Steady, target: Parameters) -> Ended | None:
     """Continue the solution of a scene to other parameters, with tangent predictors.
 
     Args:
-        steady: The scene, at a solution. It is left at the target, or at the last solution in case of failure.
+        steady: The scene, at a solution. It is left at the target, or at the last solution if it is not reached.
         target: Parameters to reach.
 
+    Returns:
+        None at the target; else why it is not reached, because the branch ends or Newton's method fails. The message
+        contains the parameters reached.
+
     Raises:
-        NoSteadyState: The branch has a fold before the target, or Newton's method failed. The message contains the
-            parameters reached.
+        NoSteadyState: The matrix is singular, or there is no developed flow.
+        SpentOnTheWay: The time given to the computation is over.
     """
+    way: list[Passed] = []
+    try:
+        return _continued(steady, target, way)
+    except BudgetSpent as spent:
+        on_the_way = SpentOnTheWay(spent.message, advice=spent.advice)
+        on_the_way.way = way
+        raise on_the_way from spent
+
+
+def _continued(steady: Steady, target: Parameters, way: list[Passed]) -> Ended | None:
+    """See `follow`; adds the solutions passed to `way`."""
     start = steady.parameters
     if start == target:
-        return
+        return None
     along = partial(start.towards, target)
     tau, longest, refused, relaxed = 0.0, 1.0, "", 0
     trail: deque[tuple[float, Snapshot]] = deque(maxlen=LAST)
-    way: list[Passed] = []
     while tau < 1.0:
         steady.factor()
         trail.append((tau, steady.snapshot))
@@ -195,24 +186,19 @@ def follow(steady: Steady, target: Parameters) -> None:
                     break
             except MeshFailure as failure:
                 refused = str(failure)
-            except BudgetSpent as spent:
-                spent.way = [*spent.way, *way]
-                raise
             steady.recall(before)
             step /= 3
             if step < SMALLEST:
-                lost = _lost(steady, along, trail, refused)
+                found = _end(steady, along, trail, refused)
                 if steady.parameters != way[-1].parameters:  # a solution nearer to the end was found
                     way.append(Passed.of(steady))
-                lost.way, lost.last = way, steady
                 elastic, relaxed = bool(target.liquid.modes), relaxed + 1
-                if isinstance(lost, BranchEnd) or not elastic or relaxed > MOST_RELAXED:
-                    raise lost
-                if not relax(steady, there).converged:
-                    raise lost
+                if found.proven or not elastic or relaxed > MOST_RELAXED or not relax(steady, there).converged:
+                    return replace(found, way=[*way], last=steady)
                 longest = 3 * SMALLEST
                 break
         tau = to
+    return None
 
 
 def _far(here: Parameters, there: Parameters) -> bool:
@@ -221,10 +207,10 @@ def _far(here: Parameters, there: Parameters) -> bool:
     return any(max(old / new, new / old) > FAR for old, new in pairs if old and new)
 
 
-def _lost(
+def _end(
     steady: Steady, along: Callable[[float], Parameters], trail: deque[tuple[float, Snapshot]], refused: str
-) -> NoSteadyState:
-    """Error that says why the continuation stopped: at the end of the branch, or since `refused`."""
+) -> Ended:
+    """Why the continuation stopped: at the end of the branch, or since `refused`."""
     target, end = along(1.0), None
     if any(target.Ca_es):
         with suppress(MeshFailure, NoSteadyState):
@@ -234,7 +220,7 @@ def _lost(
     steady.recall(trail[-1][1])
     if end is None:
         message = f"the continuation to {where(target)} stopped at {where(steady.parameters)}: {refused}"
-        return NoSteadyState(message, advice=IN_TIME)
+        return Ended(NoSteadyState(message, advice=IN_TIME))
     there, off = _numbers(along(end.at)), _numbers(along(end.at + end.error))
     at = {name: (value, abs(off[name] - value)) for name, value in there.items()}
     return ended(end.kind, at, target, MESH_SPREAD)
@@ -263,8 +249,8 @@ WHY = {
 }
 
 
-def ended(kind: str, at: Mapping[str, tuple[float, float]], target: Parameters, spread: float) -> NoSteadyState:
-    """The failure of a branch that ends; no `BranchEnd` where the parameters wanted are within the error.
+def ended(kind: str, at: Mapping[str, tuple[float, float]], target: Parameters, spread: float) -> Ended:
+    """The end of a branch; not proven where the parameters wanted are within the error.
 
     Args:
         kind: See `End`.
@@ -276,13 +262,9 @@ def ended(kind: str, at: Mapping[str, tuple[float, float]], target: Parameters, 
     places = [f"{name} = {value:.4g}" + (f" +- {error:.2g}" if error else "") for name, (value, error) in known.items()]
     said, wanted = f"steady states end at {', '.join(places)}, {WHY[kind]}", _numbers(target)
     if all(abs(wanted.get(name, 0.0) - value) <= error for name, (value, error) in known.items()):
-        message = f"{said}; whether they reach {where(target)} is not known"
-        failure = NoSteadyState(message, advice=IN_TIME)
-    else:
-        failure = BranchEnd(f"{said}, and do not reach {where(target)}")
-        failure.at = known
-    failure.kind, failure.end = kind, dict(at)
-    return failure
+        unknown = NoSteadyState(f"{said}; whether they reach {where(target)} is not known", advice=IN_TIME)
+        return Ended(unknown, kind, at, known)
+    return Ended(BranchEnd(f"{said}, and do not reach {where(target)}"), kind, at, known)
 
 
 def _numbers(parameters: Parameters) -> dict[str, float]:

@@ -8,14 +8,18 @@ solution beyond the end is needed.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from types import MappingProxyType
 
 import numpy as np
 
+from pairsim.fem.diagnostics import taylor_parameter
 from pairsim.fem.surface import UNSTABLE, least_compression
-from pairsim.runtime.errors import NoSteadyState
+from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import BranchEnd, BudgetSpent, NoSteadyState
+from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.relaxation import shape_time
 from pairsim.solvers.steady.scene import Steady
 from pairsim.solvers.steady.snapshot import Snapshot
@@ -43,6 +47,64 @@ class End:
     at: float
     error: float
     compression: float
+
+
+@dataclass(frozen=True)
+class Passed:
+    """A solution on the way to other parameters.
+
+    Attributes:
+        parameters: Its parameters.
+        U: Velocities of the particles at held distances [U_av], shape (N,).
+        D: Taylor parameters, shape (N,).
+    """
+
+    parameters: Parameters
+    U: Array
+    D: Array
+
+    @classmethod
+    def of(cls, steady: Steady) -> Passed:
+        """The present solution of a scene."""
+        h, _ = steady.state()
+        shapes = [taylor_parameter(body.outline_points(h)) for body in steady.bodies]
+        return cls(steady.parameters, steady.y[steady.constraints.fields["U_p"]], np.array(shapes))
+
+
+@dataclass(frozen=True)
+class Ended:
+    """A continuation that has stopped before the parameters wanted.
+
+    Attributes:
+        failure: Says why; to be raised where a solution is needed.
+        kind: What ends the branch, "fold" or "wrinkles"; empty where no end is seen.
+        on_mesh: Parameters at the end on the mesh at hand, each with its error; empty likewise.
+        at: The same with what other meshes add to the errors.
+        way: The solutions passed, in order.
+        last: The scene at the last of them, which may be closed; None where there is none.
+    """
+
+    failure: NoSteadyState
+    kind: str = ""
+    on_mesh: Mapping[str, tuple[float, float]] = MappingProxyType({})
+    at: Mapping[str, tuple[float, float]] = MappingProxyType({})
+    way: Sequence[Passed] = ()
+    last: Steady | None = None
+
+    @property
+    def proven(self) -> bool:
+        """Whether the branch ends before the parameters wanted, on whichever mesh."""
+        return isinstance(self.failure, BranchEnd)
+
+
+class SpentOnTheWay(BudgetSpent):
+    """The time given to a command is over before a continuation has arrived.
+
+    Attributes:
+        way: The solutions passed, in order.
+    """
+
+    way: Sequence[Passed] = ()
 
 
 def end_after(steady: Steady, trail: Sequence[tuple[float, Snapshot]]) -> End | None:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 
-from pairsim.runtime.errors import BranchEnd, MeshFailure, NoSteadyState
+from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import (
@@ -20,6 +20,7 @@ from pairsim.solvers.steady.continuation import (
     follow,
     prepared,
 )
+from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.guesses import adopt, place_undeformed
 from pairsim.solvers.steady.scene import Steady
 
@@ -43,14 +44,17 @@ def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -
     return replace(problem, mesh=problem.mesh.scaled(factor, fewest))
 
 
-def walked(problem: SteadyProblem, parameters: Parameters) -> Steady:
+def walked(problem: SteadyProblem, parameters: Parameters) -> Steady | Ended:
     """Create a scene at given parameters by continuation from an easier liquid and nearly rigid particles.
 
     De and Ca_e are raised together. Particles nearly too soft for a steady shape, and what this does not reach, are
     approached in De first and then in Ca_e, so that what ends the branch lies at the De wanted.
 
+    Returns:
+        The scene, or why the continuation did not reach the parameters.
+
     Raises:
-        NoSteadyState: The continuation did not reach the parameters.
+        NoSteadyState: No solution was found at the start.
         MeshFailure: A mesh could not be generated.
     """
     start = cold_start(parameters)
@@ -58,45 +62,30 @@ def walked(problem: SteadyProblem, parameters: Parameters) -> Steady:
         return _by(problem, start, parameters)
     if max(beta * Ca_e for beta, Ca_e in zip(problem.betas, parameters.Ca_es, strict=True)) < SOFT:
         with suppress(NoSteadyState, MeshFailure):
-            return _by(problem, start, parameters)
+            found = _by(problem, start, parameters)
+            if isinstance(found, Steady):
+                return found
     return _by(problem, start, replace(parameters, solids=start.solids), parameters)
 
 
-def _by(problem: SteadyProblem, start: Parameters, *places: Parameters) -> Steady:
+def _by(problem: SteadyProblem, start: Parameters, *places: Parameters) -> Steady | Ended:
     """Create a scene at the last of some parameters, continued from a start by the others.
 
     Raises:
-        NoSteadyState: The continuation did not reach the parameters.
+        NoSteadyState: No solution was found at the start.
         MeshFailure: A mesh could not be generated.
     """
     scene = Steady(problem, start)
     try:
         begin(scene)
         for place in places:
-            follow(scene, place)
+            if (end := follow(scene, place)) is not None:
+                scene.close()
+                return end
     except (NoSteadyState, MeshFailure):
         scene.close()
         raise
     return scene
-
-
-def started(problem: SteadyProblem, parameters: Parameters, scout: Steady) -> Steady:
-    """Create a scene at given parameters, from a solution on another mesh or else by continuation (see `walked`).
-
-    Args:
-        problem: The problem.
-        parameters: Parameters at which to solve.
-        scout: The same scene on another mesh, at a solution for these parameters.
-
-    Raises:
-        NoSteadyState: No solution was found.
-        MeshFailure: A mesh could not be generated.
-    """
-    scene = Steady(problem, parameters)
-    if adopted(scene, parameters, scout):
-        return scene
-    scene.close()
-    return walked(problem, parameters)
 
 
 def at_once(scene: Steady) -> bool:
@@ -128,19 +117,24 @@ def adopted(scene: Steady, parameters: Parameters, scout: Steady) -> bool:
     return False
 
 
-def first_scene(problem: SteadyProblem, parameters: Parameters) -> Steady:
+def first_scene(problem: SteadyProblem, parameters: Parameters) -> Steady | Ended:
     """Create a scene at given parameters: at once, or from a solution on larger cells.
 
+    Returns:
+        The scene, or what is known of the end of its branch.
+
     Raises:
-        NoSteadyState: No solution was found.
+        NoSteadyState: No solution was found that could be continued.
         MeshFailure: A mesh could not be generated.
     """
-    ends: list[NoSteadyState] = []
-    scene, scout = Steady(problem, parameters), None
+    scene, scout, ends = Steady(problem, parameters), None, list[Ended]()
     try:
         if at_once(scene):
             return scene
         scout = _scout(problem, parameters, ends)
+        if scout is None and len(ends) == 2 and (end := agreed(ends, parameters)).proven:
+            scene.close()
+            return end
         found = scout is not None and adopted(scene, parameters, scout)
         if scout is not None:
             scene.take_over_costs(scout)
@@ -153,57 +147,47 @@ def first_scene(problem: SteadyProblem, parameters: Parameters) -> Steady:
     if found:
         return scene
     scene.close()
-    try:
-        other = walked(problem, parameters)
-    except NoSteadyState as failure:
-        if not failure.end:
-            raise
-        raise agreed([*ends, failure], parameters) from failure
+    other = walked(problem, parameters)
+    if isinstance(other, Ended):
+        return agreed([*ends, other], parameters) if other.kind else other
     other.take_over_costs(scene)
     return other
 
 
-def _scout(problem: SteadyProblem, parameters: Parameters, ends: list[NoSteadyState]) -> Steady | None:
+def _scout(problem: SteadyProblem, parameters: Parameters, ends: list[Ended]) -> Steady | None:
     """The scene on larger cells, at a rough solution; None where it is not needed or was not found.
 
     Args:
         problem: The problem.
         parameters: Parameters at which to solve.
         ends: Takes the ends of the branch that are seen on the way.
-
-    Raises:
-        BranchEnd: The branch ends before the parameters, on two meshes.
     """
     if cold_start(parameters) == parameters:
         return None
     for factor in (SCOUT, FINER_SCOUT):
-        try:
-            return walked(coarser(problem, factor, SCOUT_CELLS), parameters)
-        except MeshFailure:
-            pass
-        except NoSteadyState as failure:
-            ends += [failure] if failure.end else []
-    if len(ends) == 2 and isinstance(found := agreed(ends, parameters), BranchEnd):
-        raise found
+        with suppress(MeshFailure, NoSteadyState):
+            found = walked(coarser(problem, factor, SCOUT_CELLS), parameters)
+            if isinstance(found, Steady):
+                return found
+            ends += [found] if found.kind else []
     return None
 
 
-def agreed(ends: Sequence[NoSteadyState], target: Parameters) -> NoSteadyState:
-    """The end of a branch as several meshes tell it: half-way, with an error that holds all; of one mesh, its failure.
+def agreed(ends: Sequence[Ended], target: Parameters) -> Ended:
+    """The end of a branch as several meshes tell it: half-way, with an error that holds all; of one mesh, its own.
 
     Args:
-        ends: Failures with the end of the branch on each mesh.
+        ends: The end of the branch on each mesh.
         target: The parameters wanted.
     """
     *_, last = ends
     if len(ends) == 1:
         return last
     at = {}
-    for name in last.end:
-        found = sorted(each.end[name] for each in ends if name in each.end)
+    for name in last.on_mesh:
+        found = sorted(each.on_mesh[name] for each in ends if name in each.on_mesh)
         low, high = found[0][0], found[-1][0]
         at[name] = (low + high) / 2, (high - low) / 2 + max(error for _, error in found)
     kinds = {each.kind for each in ends}
-    failure = ended(last.kind if len(kinds) == 1 else "wrinkles", at, target, SPREAD_OF_SEVERAL)
-    failure.way, failure.last = last.way, last.last
-    return failure
+    end = ended(last.kind if len(kinds) == 1 else "wrinkles", at, target, SPREAD_OF_SEVERAL)
+    return replace(end, way=last.way, last=last.last)

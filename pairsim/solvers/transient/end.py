@@ -7,6 +7,8 @@ from typing import Literal
 
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.problems import Problem
+from pairsim.solvers.steady.ends import Ended
+from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.stepping.step_size import reached
 from pairsim.solvers.transient.start import steady_scene
 
@@ -42,7 +44,10 @@ def settled(problem: Problem, gaps: tuple[float, ...]) -> Point:
         MeshFailure: A mesh could not be generated.
     """
     steady, parameters = steady_scene(problem, gaps)
-    branch = Branch(steady, parameters)
+    scene = first_scene(steady, parameters)
+    if isinstance(scene, Ended):
+        raise scene.failure
+    branch = Branch(scene)
     try:
         return branch.at(parameters)
     finally:

@@ -19,6 +19,7 @@ from pairsim.solvers.mesh_transfer import free_unknowns
 from pairsim.solvers.meshed_scene import cut_particles
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import Problem, SteadyProblem
+from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.steady.scene import Steady
 
@@ -128,6 +129,8 @@ def quasi_steady(problem: Problem, clock: Clock) -> Start:
     """
     try:
         steady = first_scene(*steady_scene(problem, problem.gaps))
+        if isinstance(steady, Ended):
+            raise steady.failure
     except NoSteadyState as failure:
         message = f"the run has no quasi-steady state to start from: {failure.message}"
         raise NoSteadyState(message, advice="start: rest") from failure
