@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from pairsim.api.cases import load
 from pairsim.commands import COMMANDS
-from pairsim.config.bench_report import DEFAULTS, BenchReport, bench_report
 from pairsim.config.case import SceneCase
 from pairsim.config.physical import Physical
+from pairsim.config.units_report import DEFAULTS, UnitsReport, units_report
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,7 +25,7 @@ class Units:
         written: The keys of the case that were given or follow from what was.
     """
 
-    def __init__(self, case: SceneCase, report: BenchReport, written: Mapping[str, Any]) -> None:
+    def __init__(self, case: SceneCase, report: UnitsReport, written: Mapping[str, Any]) -> None:
         self.case, self.report, self.written = case, report, written
 
     @cached_property
@@ -72,4 +72,4 @@ def units(*, kind: str = "run", **given: Any) -> Units:
     if "distance" not in quantities and kind in COMMANDS:
         written = {**COMMANDS[kind].distances, **written}
     case = load({**written, "physical": DEFAULTS | quantities}, kind=kind)
-    return Units(case, bench_report(case, quantities), {"physical": quantities, **written})
+    return Units(case, units_report(case, quantities), {"physical": quantities, **written})

@@ -13,7 +13,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from pairsim.cli import bench, cases, first_steps, laws, pictures, sweeps, tables
+from pairsim.cli import cases, first_steps, laws, pictures, sweeps, tables, units
 from pairsim.cli.options import path_option, rank
 from pairsim.runtime.errors import (
     ENVIRONMENT,
@@ -51,7 +51,7 @@ app = typer.Typer(
     help="Soft and rigid spheres on the axis of a tube: do they separate or collide, and how fast?",
     epilog="Example: pairsim run configs/quickstart.yaml",
 )
-for _part in (cases, bench, sweeps, tables, first_steps, laws, pictures):
+for _part in (cases, units, sweeps, tables, first_steps, laws, pictures):
     app.add_typer(_part.app)
 
 

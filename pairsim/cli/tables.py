@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from pairsim.cli.options import OverwriteFile, Physical, check_free, path_argument, path_option
+from pairsim.cli.options import OverwriteFile, Physical, check_free, path_argument, path_option, write_file
 from pairsim.runtime.errors import InputError
 
 app = typer.Typer()
@@ -78,16 +78,11 @@ def table(
 
 def _print(text: str, output: Path | None) -> None:
     """Write a text to a file, or to stdout."""
-    from pairsim.results.output import write_text
-
     if output is None:
         typer.echo(text, nl=False)
-        return
-    try:
-        write_text(output, text)
-    except OSError as error:
-        raise InputError(str(output), "-o", None, f"must be a writable file ({error.strerror})") from None
-    typer.echo(str(output))
+    else:
+        write_file(output, text)
+        typer.echo(str(output))
 
 
 def _look_up_table(directory: Path) -> str:

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pairsim.cli.options import OfUnits, Settings, check_free, path_option, print_table
+from pairsim.cli.options import OfUnits, Settings, check_free, path_option, print_table, write_file
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
     from pairsim.api.units import Units
-    from pairsim.config.bench_report import BenchReport
+    from pairsim.config.units_report import UnitsReport
 
 app = typer.Typer()
 ENDS = {"ends": "developed", "length": "auto"}
@@ -134,33 +134,45 @@ def units(
     default used.
     """
     from pairsim.api.units import units as units_of
-    from pairsim.config.bench_file import case_text
     from pairsim.config.merging import section_of
+    from pairsim.config.units_file import case_text
     from pairsim.config.yaml_file import apply_settings
     from pairsim.physics import liquids
     from pairsim.results.output import plain
 
     check_free(output, overwrite)
-    quantities: dict[str, Any] = {
-        **{"tube": tube, "flow_rate": flow, "velocity": velocity, "particle": particle, "modulus": modulus},
-        **{"young": young, "density": density, "distance": distance, "end": end, "viscosity": viscosity},
-        **{"consistency": consistency, "relaxation": relaxation, "solvent": solvent, "time_constant": time_constant},
-        **{"viscosity_inf": viscosity_inf, "particle_viscosity": particle_viscosity},
+    options = {
+        "tube": tube,
+        "flow_rate": flow,
+        "velocity": velocity,
+        "particle": particle,
+        "modulus": modulus,
+        "young": young,
+        "density": density,
+        "distance": distance,
+        "end": end,
+        "viscosity": viscosity,
+        "consistency": consistency,
+        "relaxation": relaxation,
+        "solvent": solvent,
+        "time_constant": time_constant,
+        "viscosity_inf": viscosity_inf,
+        "particle_viscosity": particle_viscosity,
     }
-    quantities = {
-        key: value[0] if isinstance(value, list) and len(value) == 1 else value
-        for key, value in quantities.items()
-        if value
-    }
+    quantities: dict[str, Any] = {}
+    for key, value in options.items():
+        if value:
+            quantities[key] = value[0] if isinstance(value, list) and len(value) == 1 else value
+    numbers = {"n": n, "a": a, "L2": L2, "alpha": alpha, "epsilon": epsilon, "c": c}
     laws: dict[str, Any]
     if rheology or spectrum:
         picture = output and output.with_name(f"{output.stem}-fit.png")
         check_free(picture, overwrite)
         fitted, found = _fitted(rheology, spectrum, liquid, quantities, picture)
         quantities |= fitted
-        laws = {"liquid": found} | _laws(None, solid, {"c": c})
+        laws = {"liquid": found} | _laws(None, solid, numbers)
     else:
-        laws = _laws(liquid, solid, {"n": n, "a": a, "L2": L2, "alpha": alpha, "epsilon": epsilon, "c": c})
+        laws = _laws(liquid, solid, numbers)
         if relaxation and liquid is None:
             elastic = ", ".join(name for name, law in liquids.LAWS.items() if issubclass(law, liquids.ConformationLaw))
             allowed = (
@@ -171,12 +183,11 @@ def units(
         raise InputError("pairsim units", "--end", end, f"must be left out with --kind {kind}")
     section = section_of(quantities | laws | ENDS)
     apply_settings(section, tuple(set_ or ()))
-    given = {
-        key: value["law"] if isinstance(value, dict) and len(value) == 1 else value
-        for key, value in plain(section).items()
-    }
-
+    given: dict[str, Any] = plain(section)
     given |= given.pop("physical", {})  # of --set
+    for place in ("liquid", "solid"):
+        if isinstance(block := given.get(place), dict) and block.keys() == {"law"}:
+            given[place] = block["law"]
 
     def units_at(**more: str) -> Units:
         return units_of(kind=kind, **given, **more)
@@ -189,7 +200,7 @@ def units(
         raise _of_options(error) from None
     if output is not None:  # before the output, which a closed pipe may cut short
         head = _comments(result.report, kind)
-        _write(output, case_text({"name": output.stem, **result.written}, result.case, head))
+        write_file(output, case_text({"name": output.stem, **result.written}, result.case, head))
     _show(result.report)
     for note in result.case.notes:
         typer.echo(f"note: {note}")
@@ -273,16 +284,6 @@ def _laws(liquid: str | None, solid: str | None, numbers: Mapping[str, float | N
     return {key: block for key, block in blocks.items() if block["law"]}
 
 
-def _write(output: Path, text: str) -> None:
-    """Write a text file."""
-    from pairsim.results.output import write_text
-
-    try:
-        write_text(output, text)
-    except OSError as error:
-        raise InputError(str(output), "-o", None, f"must be a writable file ({error.strerror})") from None
-
-
 def _option_of(key: str) -> str:
     return "--flow" if key == "flow_rate" else f"--{key.replace('_', '-')}"
 
@@ -305,12 +306,12 @@ def _of_options(error: InputError) -> InputError:
     return InputError.of_all(found)
 
 
-def _comments(report: BenchReport, kind: str) -> list[str]:
+def _comments(report: UnitsReport, kind: str) -> list[str]:
     numbers = ", ".join(f"{name} {value}" for name, value, _ in report.numbers)
     return [f"Written by pairsim units; pairsim schema {kind} lists all keys.", numbers, *report.warnings]
 
 
-def _show(report: BenchReport) -> None:
+def _show(report: UnitsReport) -> None:
     from rich.table import Table
 
     table = Table(box=None, pad_edge=False, show_header=False)

@@ -22,7 +22,7 @@ Row = tuple[str, str, str]
 """Name, value with unit, and meaning."""
 
 
-class BenchReport(NamedTuple):
+class UnitsReport(NamedTuple):
     """The report of `pairsim units`.
 
     Attributes:
@@ -40,7 +40,7 @@ class BenchReport(NamedTuple):
     warnings: list[str]
 
 
-def bench_report(case: SceneCase, given: Mapping[str, Any]) -> BenchReport:
+def units_report(case: SceneCase, given: Mapping[str, Any]) -> UnitsReport:
     """Describe a case that was given in units.
 
     Args:
@@ -58,7 +58,7 @@ def bench_report(case: SceneCase, given: Mapping[str, Any]) -> BenchReport:
     particle_Re, drive = Re * max(case.betas) ** 2, max(*case.Ca_es, case.De)
     small = Re <= SMALL_RE and particle_Re <= SMALL_PART * drive
     comparison = f"Re beta^2 = {particle_Re:.2g} against {drive:.2g}, the larger of Ca_e and De"
-    return BenchReport(
+    return UnitsReport(
         [
             *_numbers(case),
             ("Re", f"{Re:.3g}", "Reynolds number rho U_av D_c/eta_0"),
