@@ -223,7 +223,7 @@ class Scene:
 
     @property
     def material(self) -> Liquid:
-        """The liquid, with the parameters of today."""
+        """The liquid, with its current parameters."""
         return self.liquid.material
 
     @property

@@ -26,6 +26,7 @@ from pairsim.results.table_files import TableWriter, read_table
 from pairsim.results.xdmf import read_times
 from pairsim.runtime.errors import InputError, WriteFailure
 from pairsim.solvers.stepping.step_size import StepControl
+from pairsim.solvers.transient.adaptation import RunAdaptation
 from pairsim.solvers.transient.transient import Transient
 
 SOFT: dict[str, Any] = {
@@ -379,3 +380,16 @@ def test_what_cannot_be_resumed_is_an_input_error(short: Path, tmp_path: Path, p
         done = pairsim("run", *arguments)
         assert done.returncode == 2, done.stdout + done.stderr
         assert "Traceback" not in done.stderr
+
+
+@pytest.mark.slow
+def test_an_adapted_run_goes_on_with_its_cells(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without a second coarse run."""
+    case = soft(mesh={}, accuracy="5%", dU_error=True)
+    assert run(case, tmp_path, Stops(6)).status == "interrupted"
+    before = json.loads((tmp_path / "run.json").read_text())["adaptation"]
+    monkeypatch.delattr(RunAdaptation, "begin")
+    result = run(case, tmp_path, resume=True)
+    assert result.record["adaptation"]["cells"] == before["cells"]
+    assert result.record["adaptation"]["coarse_run"] == before["coarse_run"]
+    assert "; accuracy: 5% was " in result.record["message"]

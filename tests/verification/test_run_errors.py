@@ -137,3 +137,12 @@ def test_errors_of_the_past_are_carried_like_a_difference_of_two_runs(monkeypatc
     departure = found[1][:, 0] - found[0][:, 0]
     assert found[0][:2, 1] == pytest.approx(departure[:2], rel=1e-3)
     assert found[0][:, 1] == pytest.approx(departure, rel=0.1)  # what one iteration a step leaves
+
+
+def test_steps_have_dU_and_its_error_without_the_command(soft: list[Step]) -> None:
+    """dU contains the estimate, as it does in series.csv; the interval holds at least what is corrected."""
+    for step in soft:
+        assert step.dU_correction is not None
+        assert step.dU_error is not None
+        assert step.dU == pytest.approx(step.dU_discrete + step.dU_correction, rel=1e-9)
+        assert (step.dU_error >= 2 * np.abs(step.dU_correction)).all()

@@ -60,7 +60,7 @@ class Phase[M: (Liquid, Solid)]:
         material: What it is made of; its parameters are constants of the forms.
 
     Attributes:
-        material: The same, with the parameters of today.
+        material: The same, with its current parameters.
         size: Number of canonical degrees of freedom.
         canonical: Canonical number of each degree of freedom of DOLFINx.
     """

@@ -113,13 +113,11 @@ class Liquid:
 
     def modulus(self, mode: ConformationLaw) -> Any:
         """Modulus G of a mode, (1 - xi) weight/De, in units of eta_0 U_av/D_c."""
-        if len(self.modes) == 1:
-            return (1 - self.xi) / self.De
         return (1 - self.xi) * mode.weight / (self.De * mode.time)
 
     def relaxation_time(self, mode: ConformationLaw) -> Any:
         """Relaxation time of a mode [D_c/U_av]."""
-        return self.De if len(self.modes) == 1 else self.De * mode.time
+        return self.De * mode.time
 
     @property
     def longest(self) -> float:
