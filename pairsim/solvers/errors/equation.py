@@ -28,9 +28,10 @@ from pairsim.solvers.nonlinear.newton import Newton
 from pairsim.solvers.stepping.history import ErrorHistory, History
 from pairsim.solvers.stepping.step_size import Scheme, extrapolation_weights
 
-# Part of the change of the error in a step that iterations with old factors may leave (chosen: with three times as much
-# the error of stresses lags behind), and their number where the error of the last step on this mesh is not known.
-LEFT, FIRST_ITERATIONS = 0.15, 3
+# Part of the change of the error in a step that iterations with old factors may leave; chosen: with three times as much
+# the error of stresses lags behind.
+LEFT = 0.15
+FIRST_ITERATIONS = 3  # where the error of the last step on this mesh is not known
 # Estimate of dU's error [U_av] above which it says nothing; chosen, far above any that was of use.
 USELESS = 1.0
 

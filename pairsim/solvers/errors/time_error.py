@@ -12,7 +12,8 @@ from pairsim.runtime.arrays import Array
 # SAFETY, FEW_FACTOR and SET_IN were fitted to errors measured against fine steps, with eleven step settings of three
 # pairs (docs/explanation/decisions.md, "Time steps").
 SAFETY = 1.1
-FEW, FEW_FACTOR = 3, 3.0  # number of first steps, whose error is less certain for lack of earlier values; their factor
+FEW = 3  # first steps, whose error is less certain for lack of earlier values
+FEW_FACTOR = 3.0  # by which their error counts
 SET_IN = 5e-3  # initial time that is excluded: stresses build up within it, and dU is not of interest [D_c/U_av]
 LEAST = 1e-6  # |dU| up to which dU consists of rounding and mesh errors, as for equal rigid particles [U_av]; chosen
 

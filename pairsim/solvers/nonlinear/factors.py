@@ -21,11 +21,14 @@ from pairsim.runtime.fenicsx import PETSc
 from pairsim.runtime.signals import sigterm_waits
 
 MOST_ANALYSES = 4  # attempts with the workspace of MUMPS doubled each time; chosen
-# Residuals of linear systems relative to the right-hand side: of derivatives, of Newton steps, of adjoints, of a last
-# Newton step, and of steps that leave larger errors themselves; all chosen. With factors of the same matrix in single
+# Residuals of linear systems relative to the right-hand side, all chosen. With factors of the same matrix in single
 # precision the first solution leaves 1e-6 to 1e-3, and every refinement gains a factor of 1e4; with those of an earlier
 # iterate a factor of 30. Adjoints to 1e-6 changed no dU by more than 1e-8 of the peak.
-EXACT, ACCURATE, ADJOINT, LAST, ROUGH = 1e-10, 1e-8, 1e-6, 1e-4, 1e-2
+EXACT = 1e-10  # of derivatives
+ACCURATE = 1e-8  # of Newton steps
+ADJOINT = 1e-6  # of adjoints
+LAST = 1e-4  # of a last Newton step
+ROUGH = 1e-2  # of Newton steps that leave larger errors themselves
 MOST_REFINEMENTS = 6  # chosen; a matrix that needs more is too close to a singular one for single precision
 DIRECTION = 9  # ICNTL(9): MUMPS solves with the matrix if it is 1, otherwise with its transpose
 PETSC_ORDER = 7  # ICNTL(7) with which PETSc hands its own order to MUMPS

@@ -12,16 +12,14 @@ from pairsim.solvers.problems import Problem
 from pairsim.solvers.transient.end import reason_to_end
 from pairsim.solvers.transient.transient import Transient
 
-# Factors of the coarse run's cells and of its tolerance over those of the problem, and its fewest cells on a
-# half-circle; chosen.
-COARSE, COARSE_TOLERANCE, FEWEST = 2.0, 4.0, 14
-# Order of dU_error in the cell size; measured (docs/explanation/decisions.md).
-ORDER = 3.0
-# Part of the error allowed that cells are made for, and bounds on the factor of the cells over those of the problem;
-# chosen.
-AIM, FACTORS = 0.8, (0.4, COARSE)
-# Part of dU_error that is due to the cells even where the coarse run's time steps seem to cause all of it; chosen.
-LEAST_PART = 0.1
+# All but the order were chosen.
+COARSE = 2.0  # cells of the coarse run over those of the problem
+COARSE_TOLERANCE = 4.0  # its tolerance of time steps over that of the problem
+FEWEST = 14  # cells on a half-circle, at least
+ORDER = 3.0  # of dU_error in the cell size; measured (docs/explanation/decisions.md)
+AIM = 0.8  # part of the error allowed that cells are made for
+FACTORS = (0.4, COARSE)  # least and largest factor of the cells over those of the problem
+LEAST_PART = 0.1  # of dU_error that is due to the cells, even where the coarse run's time steps seem to cause all of it
 
 
 @dataclass(frozen=True)

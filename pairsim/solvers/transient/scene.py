@@ -32,8 +32,8 @@ from pairsim.solvers.transient.stress_balance import balanced
 
 # First step for which Newton's method converges from a liquid at rest [D_c/U_av]; chosen.
 SURE_STEP = 1e-3
-# First step of the way to a strongly thinning liquid, and iterations after which the next is larger; chosen.
-THINNER, FEW_ITERATIONS = 0.2, 8
+THINNER = 0.2  # first step of the way to a strongly thinning liquid; chosen
+FEW_ITERATIONS = 8  # after which the next step of this way is larger; chosen
 
 
 class TimeScene(OnMeshedScene):
