@@ -94,7 +94,7 @@ def _of_result(result: Result | SweepResult) -> dict[str, Any]:
         failed = [
             f"{case.folder.name if case.folder else ''}: {case.message or case.reason}"
             for case in result.cases
-            if case.status in ("failed", "timeout")
+            if case.status == "failed"
         ]
         return {
             "status": result.status,

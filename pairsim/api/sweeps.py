@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from concurrent.futures import Executor
+from contextlib import nullcontext
 from functools import cached_property
 from html import escape
 from os import PathLike
@@ -12,15 +14,14 @@ from typing import TYPE_CHECKING, Any
 from pairsim.api.results import SHOWN, Result, result_of
 from pairsim.commands import COMMANDS
 from pairsim.config.merging import section_of
-from pairsim.drivers.progress import Style, make_reporter, style_of
+from pairsim.drivers.progress import Style, style_of
 from pairsim.results.output import plain
 from pairsim.runtime.errors import InputError
-from pairsim.runtime.launcher import launcher_communicator
 from pairsim.runtime.locks import is_locked
+from pairsim.runtime.signals import Signals
+from pairsim.sweeps.folder import ENDED, read_sweep, rows_of
 from pairsim.sweeps.grid import grid_from, read_grid
-from pairsim.sweeps.ledger import ENDED, read_sweep, rows_of
-from pairsim.sweeps.options import Options
-from pairsim.sweeps.sweep import run_sweep
+from pairsim.sweeps.sweep import Options, Slots, run_sweep, with_workers
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -38,7 +39,7 @@ class SweepResult:
 
     @cached_property
     def record(self) -> dict[str, Any]:
-        """The content of sweep.json, with the status of every case (of all shards)."""
+        """The content of sweep.json, with how each case stands by its folder, and `counts` by status."""
         return read_sweep(self.folder)
 
     @cached_property
@@ -75,9 +76,9 @@ class SweepResult:
 
     @property
     def status(self) -> str:
-        """One of "failed" (a case failed or timed out), "finished" (all cases), "running" and "interrupted"."""
+        """One of "failed" (a case has failed), "finished" (all cases), "running" and "interrupted"."""
         counts = self.record["counts"]
-        if counts["failed"] + counts["timeout"]:
+        if counts["failed"]:
             return "failed"
         if not counts["pending"] + counts["running"]:
             return "finished"
@@ -85,9 +86,8 @@ class SweepResult:
 
     @property
     def reason(self) -> str:
-        """Reasons of the cases that failed or timed out, separated by commas."""
-        ended = self.record["cases"]
-        return ", ".join(sorted({entry["reason"] for entry in ended if entry["status"] in ("failed", "timeout")}))
+        """Reasons of the cases that failed, separated by commas."""
+        return ", ".join(sorted({case["reason"] for case in self.record["cases"] if case["status"] == "failed"}))
 
     @property
     def warnings(self) -> list[str]:
@@ -123,27 +123,29 @@ def sweep(
     grid: str | PathLike[str] | Mapping[str, Any],
     *,
     folder: str | PathLike[str],
+    executor: Executor | None = None,
     workers: int = 1,
+    chain: int | None = None,
+    case_timeout: float | None = None,
     progress: bool | Style = False,
     signals: bool = False,
-    only_failed: bool = False,
-    limit: int | None = None,
-    case_timeout: float | None = None,
 ) -> SweepResult:
-    """Compute every case of a grid that is not finished yet, in child processes.
+    """Compute every case of a grid that is not finished yet.
 
-    Under mpirun, all processes call this function and each computes cases.
+    A case is computed in a child process of the worker that has it, so that one that crashes or hangs costs itself
+    alone. Under mpirun all processes call this function and compute cases.
 
     Args:
         grid: Path of a grid file, or a dict of its keys: base, grid, zip, cases, exclude, command.
         folder: Folder of the sweep; made, or continued.
-        workers: Cases that are computed at the same time, without mpirun.
-        progress: Show progress on stderr: True, "bar" or "lines".
-        signals: End in order at SIGINT and SIGTERM, as the command line does. Without it no signal handler is
-            installed; a KeyboardInterrupt stops the running cases, and the same call continues later.
-        only_failed: Repeat the cases that failed or timed out, and nothing else.
-        limit: Cases to start at most.
+        executor: A `concurrent.futures.Executor`, such as that of a Dask client; threads of this process by default.
+        workers: Cases that are computed at the same time; with an executor, how many it computes.
+        chain: Largest number of neighbouring curves that start from one another; by default as many as leave each
+            worker two chains. With 1, results do not depend on neighbours.
         case_timeout: Allowed wall time of a case, in seconds.
+        progress: Show progress on stderr: True, "bar" or "lines".
+        signals: End in order at SIGINT, SIGTERM and SIGHUP, as the command line does. Without it no signal handler is
+            installed; a KeyboardInterrupt stops the running cases, and the same call continues later.
 
     Returns:
         The result, also if cases failed or the sweep was interrupted.
@@ -151,13 +153,18 @@ def sweep(
     Raises:
         InputError: The grid is invalid, the folder belongs to another grid, or another sweep is writing to it.
     """
-    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
-        raise InputError("pairsim.sweep", "workers", workers, "must be a whole number of at least 1")
-    checked = grid_from(Path("grid"), section_of(plain(grid))) if isinstance(grid, Mapping) else read_grid(Path(grid))
-    comm = launcher_communicator()
-    reporter = make_reporter(style_of(progress), comm.rank if comm else 0)
-    options = Options(limit=limit, only_failed=only_failed, case_timeout=case_timeout, workers=workers, signals=signals)
-    run_sweep(checked, Path(folder), options, comm, reporter)
-    if comm:
-        comm.Barrier()
+    for name, value in (("workers", workers), ("chain", 1 if chain is None else chain)):
+        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+            raise InputError("pairsim.sweep", name, value, "must be a whole number of at least 1")
+
+    def compute(slots: Slots, count: int) -> None:
+        if isinstance(grid, Mapping):
+            checked = grid_from(Path("grid"), section_of(plain(grid)))
+        else:
+            checked = read_grid(Path(grid))
+        with Signals() if signals else nullcontext() as caught:
+            options = Options(case_timeout, chain, count, style_of(progress), caught)
+            run_sweep(checked, Path(folder), options, slots)
+
+    with_workers(compute, executor, workers)
     return SweepResult(Path(folder))

@@ -14,7 +14,7 @@ import typer
 from typer.core import TyperGroup
 
 from pairsim.cli import cases, first_steps, laws, pictures, sweeps, tables, units
-from pairsim.cli.options import path_option, rank
+from pairsim.cli.options import path_option
 from pairsim.runtime.errors import (
     ENVIRONMENT,
     EnvironmentFailure,
@@ -24,6 +24,7 @@ from pairsim.runtime.errors import (
     abort_others,
     unexpected,
 )
+from pairsim.runtime.launcher import rank
 from pairsim.runtime.version import __version__, commit
 
 

@@ -23,7 +23,6 @@ from pairsim.cli.options import (
     check_free,
     path_argument,
     path_option,
-    rank,
 )
 from pairsim.runtime.errors import InputError
 
@@ -176,7 +175,7 @@ def _compute(
     from pairsim.commands import COMMANDS
     from pairsim.config.identity import default_folder
     from pairsim.inputs.case_files import read_case
-    from pairsim.runtime.launcher import first_alone
+    from pairsim.runtime.launcher import first_alone, rank
     from pairsim.runtime.signals import Signals
 
     command = COMMANDS[name]

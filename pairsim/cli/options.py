@@ -1,8 +1,7 @@
-"""Shared by all commands: common arguments, tables on the terminal, and the MPI rank."""
+"""Shared by all commands: common arguments, and tables on the terminal."""
 
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -10,7 +9,6 @@ from typing import Annotated, Any, Literal
 import typer
 
 from pairsim.runtime.errors import InputError
-from pairsim.runtime.launcher import launched
 
 
 def path_argument(words: str, **more: Any) -> Any:
@@ -98,15 +96,3 @@ def print_table(view: object) -> None:
     from rich.console import Console
 
     Console(width=None if sys.stdout.isatty() else 160, markup=False, highlight=False).print(view)
-
-
-def rank() -> int:
-    """MPI rank of this process, without importing MPI.
-
-    The launcher's word counts where its processes do not see each other, each being the only one of its MPI.
-    """
-    mpi = sys.modules.get("mpi4py.MPI")
-    if mpi is not None and (mpi.COMM_WORLD.size > 1 or launched() == 1):
-        return int(mpi.COMM_WORLD.rank)
-    launchers = ("PMI_RANK", "PMIX_RANK", "OMPI_COMM_WORLD_RANK", "SLURM_PROCID")
-    return int(next((os.environ[name] for name in launchers if os.environ.get(name)), 0))

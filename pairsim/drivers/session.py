@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.config.case import SceneCase
-from pairsim.config.identity import sources_of
+from pairsim.config.identity import identity_of, key_of, sources_of
 from pairsim.drivers import events
 from pairsim.drivers.outcome import Outcome, Record
 from pairsim.drivers.progress import Reporter
@@ -160,7 +160,8 @@ class Session:
         self.case, self.folder, self.reporter = case, folder, options.reporter
         self.old = earlier.checkpoint if earlier is not None else None
         before = self.old.wall if self.old else 0.0
-        self.record = Record(folder, case.kind, options.command, before, case.scales, sources_of(case))
+        about = {"key": key_of(case.kind, identity_of(case)), **sources_of(case)}
+        self.record = Record(folder, case.kind, options.command, before, case.scales, about)
         self.resumable, self._complete = resumable, earlier is not None and earlier.finished
         self._begun, self._start, self._options = False, time.monotonic(), options
         self.monitor = Monitor(

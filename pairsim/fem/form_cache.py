@@ -16,23 +16,21 @@ import os
 import platform
 import re
 import shutil
+import signal
+import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterable
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from pairsim.fem.compilation.jit import JIT_OPTIONS, UNFINISHED, adopt_cache, cache, compiler, use_temporary_cache
+from pairsim.fem.compilation.jit import JIT_OPTIONS, UNFINISHED, cache, compiler, use_temporary_cache
 from pairsim.physics.declared import LAWS
 from pairsim.physics.own_laws import file_of
-from pairsim.runtime.child_process import FULL, Child, module_command
+from pairsim.runtime.child_process import FULL, clean_environment, end_with_parent, module_command
 from pairsim.runtime.errors import EnvironmentFailure
 from pairsim.runtime.monitor import Monitor
-
-if TYPE_CHECKING:
-    from mpi4py import MPI
 
 POLL = 0.02  # interval at which the compiling process is polled [s]
 ABANDONED = 3600.0  # age at which what a killed compilation has left is deleted [s]; chosen, far above any compilation
@@ -122,19 +120,28 @@ def compile_apart(forms: Iterable[str], note: Callable[[str], None], monitor: Mo
 
 def _failure_in_child(wanted: list[str], monitor: Monitor) -> str:
     """Compile forms in a child process; why that failed, empty if it did not."""
-    child = Child(module_command("pairsim.fem.form_cache", *wanted))
-    try:
-        while (code := child.poll()) is None:
-            monitor.check_signals()
-            time.sleep(POLL)
-    except KeyboardInterrupt:
-        child.kill()
-        while child.poll() is None:
-            time.sleep(POLL)
-        raise
-    if code == 0:
-        return ""
-    lines = [line.strip() for line in child.stderr.splitlines() if line.strip()] or [f"exit code {code}"]
+    with tempfile.TemporaryFile() as errors:
+        child = subprocess.Popen(
+            module_command("pairsim.fem.form_cache", *wanted),
+            env=clean_environment(),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=errors,
+            process_group=0,
+        )
+        try:
+            while (code := child.poll()) is None:
+                monitor.check_signals()
+                time.sleep(POLL)
+        except KeyboardInterrupt:
+            os.killpg(child.pid, signal.SIGKILL)  # with the compiler
+            child.wait()
+            raise
+        if code == 0:
+            return ""
+        errors.seek(0)
+        text = errors.read().decode(errors="replace")
+    lines = [line.strip() for line in text.splitlines() if line.strip()] or [f"exit code {code}"]
     telling = [line for line in lines if FULL.search(line)] or [line for line in lines if "error:" in line]
     return (telling or lines[-1:])[0]
 
@@ -148,13 +155,6 @@ def why_not_writable() -> str:
     except OSError as error:
         return error.strerror or str(error)
     return ""
-
-
-def share_cache(node: MPI.Comm) -> None:
-    """Use the cache of the first process on all processes of a machine; collective."""
-    base = node.bcast(os.environ.get("XDG_CACHE_HOME"))
-    if base is not None and node.rank > 0:
-        adopt_cache(base)
 
 
 def _compile(form: str) -> None:
@@ -178,4 +178,5 @@ def _compile(form: str) -> None:
 
 
 if __name__ == "__main__":
+    end_with_parent()
     compile_missing(sys.argv[1:])

@@ -1,4 +1,4 @@
-"""Detection of mpirun and srun, which set environment variables with the number of processes started."""
+"""What the processes of mpirun or srun do together."""
 
 from __future__ import annotations
 
@@ -12,19 +12,17 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pairsim.runtime.errors import InputError
+from pairsim.runtime.errors import InputError, PairsimError
+from pairsim.runtime.signals import ENDING
 
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-# SLURM_NTASKS is not used: it refers to the whole job, in which a batch script may run single processes.
-POLL = 0.1  # interval at which a waiting process looks for the end of the first one [s]
+POLL = 0.1
+"""Interval at which a waiting process looks for the end of the first one [s]."""
 SIZES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS")
-
-
-def launched() -> int:
-    """Number of processes started by the launcher; 1 without a launcher or if it does not set a known variable."""
-    return max((int(os.environ[name]) for name in SIZES if os.environ.get(name, "").isdigit()), default=1)
+"""Variables of mpirun and srun with the number of processes that they start; PMIx has none. SLURM_NTASKS is that of a
+whole job, in which a batch script may run single processes."""
 
 
 def find_mpirun() -> str | None:
@@ -33,24 +31,34 @@ def find_mpirun() -> str | None:
     return str(beside) if beside.exists() else shutil.which("mpirun")
 
 
-def launcher_communicator() -> MPI.Comm | None:
-    """The communicator of the processes started by mpirun or srun, None for a single one, which does not load MPI.
+def communicator() -> MPI.Intracomm | None:
+    """The communicator of the processes that mpirun or srun has started; None for a single one, which loads no MPI.
 
     Raises:
         InputError: The launcher belongs to another MPI than mpi4py: it started several processes, but the communicator
             has one, so that each would do all of the work.
     """
-    if launched() == 1 and "PMIX_RANK" not in os.environ:
+    started = max((int(os.environ[name]) for name in SIZES if os.environ.get(name, "").isdigit()), default=1)
+    if started == 1 and "PMIX_RANK" not in os.environ:
         return None
     from pairsim.runtime.mpi import MPI
 
-    if launched() > MPI.COMM_WORLD.size == 1:
-        problem = (
-            f"the launcher started {launched()} processes that do not see each other: its MPI is not that of mpi4py"
-        )
-        cure = "Use the mpirun installed with this Python, or --shard of a sweep; see docs/how-to/cluster.md"
-        raise InputError("mpirun", "", None, f"{problem}. {cure}")
-    return MPI.COMM_WORLD if MPI.COMM_WORLD.size > 1 else None
+    if MPI.COMM_WORLD.size > 1:
+        return MPI.COMM_WORLD
+    if started > 1:
+        problem = f"the launcher started {started} processes that do not see each other"
+        cure = "its MPI is not that of mpi4py: use the mpirun installed with this Python (docs/how-to/cluster.md)"
+        raise InputError("mpirun", "", None, f"{problem}; {cure}")
+    return None
+
+
+def rank() -> int:
+    """Rank of this process; 0 without a launcher, and where MPI cannot be used."""
+    try:
+        comm = communicator()
+    except PairsimError:
+        return 0
+    return comm.rank if comm is not None else 0
 
 
 @contextmanager
@@ -63,12 +71,12 @@ def first_alone(say: Callable[[str], None]) -> Iterator[None]:
         say: Shows a note to the user.
 
     Raises:
-        InputError: See `launcher_communicator`.
+        InputError: See `communicator`.
         SystemExit: The first process has ended; raised on the others.
     """
-    comm = launcher_communicator()
+    comm = communicator()
     if comm is not None and comm.rank > 0:
-        for number in (signal.SIGINT, signal.SIGTERM):  # which the first process heeds
+        for number in ENDING:  # which the first process heeds
             signal.signal(number, signal.SIG_IGN)
         end = comm.Ibarrier()
         while not end.Test():

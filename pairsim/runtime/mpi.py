@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import os
+
 from pairsim.runtime.errors import EnvironmentFailure
 
 INSTALL = (
     "install the wheel of FEniCSx with pip install 'pairsim[fenicsx]', or install pairsim into the Python of a FEniCSx "
     "with DOLFINx 0.11"
 )
+
+# UCX, which MPICH loads, would catch SIGHUP: a closed terminal would not end a command, and nohup would be undone.
+os.environ.setdefault("UCX_DEBUG_SIGNO", "0")
 
 try:
     from mpi4py import MPI

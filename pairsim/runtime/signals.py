@@ -9,6 +9,9 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""What ends a command in order."""
+
 
 class Stopped(KeyboardInterrupt):
     """A signal has stopped the computation between two solves.
@@ -47,10 +50,9 @@ class Signals:
     def __enter__(self) -> Signals:
         # Python allows signal handlers to be installed from the main thread only.
         if threading.current_thread() is threading.main_thread():
-            # What Python knows of SIGHUP is from its start, before MPI was loaded, whose UCX catches it.
-            hangup = () if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN else (signal.SIGHUP,)
-            for number in (signal.SIGINT, signal.SIGTERM, *hangup):
-                self._old[number] = signal.signal(number, self._catch)
+            for number in ENDING:
+                if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
+                    self._old[number] = signal.signal(number, self._catch)
         return self
 
     def __exit__(self, *_: object) -> None:

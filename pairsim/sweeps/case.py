@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 from pairsim.commands import Command
 from pairsim.config.cost import Estimate
 from pairsim.config.form_kinds import forms_of
 from pairsim.config.identity import folder_name, identity_of, key_of
-from pairsim.config.yaml_file import read_yaml
 from pairsim.inputs.case_files import parse_case
-from pairsim.results.folders import read_record
-from pairsim.runtime.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -30,7 +26,6 @@ class SweepCase:
         forms: Names in the form cache of the compiled forms that it needs.
         columns: Columns of its results in results.csv.
         parameters: Values of the varying keys of its grid.
-        resume: Whether to resume from a checkpoint if there is one.
     """
 
     folder: str
@@ -41,7 +36,6 @@ class SweepCase:
     forms: tuple[str, ...]
     columns: tuple[str, ...]
     parameters: dict[str, Any] = field(default_factory=dict)
-    resume: bool = True
 
     @classmethod
     def of(cls, command: Command[Any], data: Mapping[str, Any], source: str, entry: str = "") -> SweepCase:
@@ -68,13 +62,3 @@ class SweepCase:
             forms_of(case),
             tuple(command.in_sweeps.columns(case)),
         )
-
-    def finished_in(self, folder: Path, command: Command[Any]) -> bool:
-        """Whether a folder has its finished results; another case may have had the same folder."""
-        if read_record(folder).get("status") != "finished":
-            return False
-        try:
-            case = parse_case(command, read_yaml(folder / "case.yaml"), "case.yaml")
-        except InputError:
-            return False
-        return key_of(command.name, identity_of(case)) == self.key

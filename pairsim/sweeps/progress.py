@@ -3,163 +3,127 @@
 from __future__ import annotations
 
 import re
-import time
+import sys
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Self
 
-from rich.console import Group
-from rich.progress_bar import ProgressBar
+from rich.console import Console, Group
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
-from pairsim.drivers.progress import COLOURS, Reporter
-from pairsim.runtime.duration import duration
+from pairsim.drivers.progress import Style
+from pairsim.runtime.signals import sigterm_waits
+from pairsim.sweeps.folder import CaseState
 from pairsim.sweeps.grid import Grid
-from pairsim.sweeps.ledger import ENDED, FAILED, Entry, Ledger
-from pairsim.sweeps.options import Shard
 
-NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?")  # by which the warnings of one kind differ
-SHOW_EVERY = 0.25  # seconds
+COLOURS = {"finished": "green", "failed": "red", "running": "cyan"}
+NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?")
+"""By which the warnings of one kind differ."""
 
 
 class SweepProgress:
-    """Tells a reporter how a sweep goes on.
+    """Shows on stderr how a sweep goes on: a line for each case that ends, or a bar; a context.
 
     Args:
-        ledger: Its ledger.
-        workers: Number of its workers.
-        reporter: The reporter.
+        style: How.
+        cases: Number of its cases.
+        left: Number of those to be computed.
     """
 
-    def __init__(self, ledger: Ledger, workers: int, reporter: Reporter) -> None:
-        self.ledger, self.workers, self.reporter = ledger, workers, reporter
-        self._begin, self._shown, self._ended = time.monotonic(), 0.0, 0
+    def __init__(self, style: Style, cases: int, left: int) -> None:
+        self._cases, self._ended = cases, cases - left
+        self._console = Console(stderr=True, quiet=style == "none", highlight=False, soft_wrap=True)
+        bar = style == "bar" or (style == "auto" and sys.stderr.isatty())
+        columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn(), TextColumn("left"))
+        self._bar = Progress(*columns, console=self._console) if bar else None
+        self._task = self._bar.add_task("", total=left) if self._bar else None
 
-    def start(self, todo: int) -> None:
-        """Begin with so many cases to do."""
-        self._begin, cases = time.monotonic(), len(self.ledger.entries)
-        line = f"{cases} cases, {todo} to do, {self.workers} at once"
-        self.reporter.say(line)
+    def __enter__(self) -> Self:
+        self.note(f"{self._cases} cases, {self._cases - self._ended} to do")
+        if self._bar is not None:
+            with sigterm_waits():  # the thread that draws does not take it
+                self._bar.start()
+        return self
 
-    def case(self, entry: Entry) -> None:
-        """Tell that a case has ended."""
-        self._ended += entry.status != "pending"
-        if self.reporter.silent:  # what follows goes through all cases
-            return
-        counts, pace = self.ledger.counts, self._pace()
-        ended = sum(counts[status] for status in ENDED)
-        self.reporter.say(f"[{ended}/{len(self.ledger.entries)}] {_headline(entry)}" + (f"  ({pace})" if pace else ""))
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.stop()
 
-    def tick(self, running: Mapping[int, Sequence[str]]) -> None:
-        """Show the counts, the pace, and the case that each worker computes, now and then."""
-        if time.monotonic() - self._shown >= SHOW_EVERY:
-            self._shown = time.monotonic()
-            self.reporter.show(lambda: self._view(running))
+    def note(self, text: str, style: str = "") -> None:
+        """Show a line."""
+        self._console.print(Text(text, style=style))
 
-    def _view(self, running: Mapping[int, Sequence[str]]) -> Group:
-        counts, table = self.ledger.counts, Table(box=None, pad_edge=False, show_header=False)
-        for rank, folders in sorted(running.items()):
-            table.add_row(Text(f"worker {rank}", style="dim"), Text(folders[0]))
-        bar = ProgressBar(total=sum(counts.values()), completed=sum(counts[status] for status in ENDED), width=40)
-        return Group(bar, _counts(counts, "  "), Text(self._pace(), style="dim"), table)
+    def case(self, state: CaseState) -> None:
+        """Show that a case has ended."""
+        self._ended += 1
+        if self._bar is not None and self._task is not None:
+            self._bar.advance(self._task)
+        if self._bar is None or state.status == "failed":
+            self.note(f"[{self._ended}/{self._cases}] {_headline(state)}", COLOURS[state.status])
 
-    def finish(self, text: str) -> None:
-        """End with the warnings of all cases, and a line."""
-        self.reporter.show(lambda: self._view({}))
-        for warning in summarised(self.ledger.rows):
-            self.reporter.note(f"warning: {warning}")
-        self.reporter.finish(text)
-
-    def _pace(self) -> str:
-        """Rate and time left in words."""
-        left = time_left(self.ledger.rows, self.workers)
-        return pace_in_words(self._ended, time.monotonic() - self._begin, left)
+    def end(self, cases: Sequence[Mapping[str, Any]]) -> None:
+        """Show the warnings of all cases."""
+        for warning in summarised(cases):
+            self.note(f"warning: {warning}")
 
 
-def time_left(cases: Sequence[Mapping[str, Any]], workers: int) -> float | None:
-    """Seconds until the rest is done: its guessed cost, scaled by what the finished cases took. None: unknown yet."""
-    done = [(case["cost"], case["seconds"]) for case in cases if case["status"] == "finished" and case["seconds"]]
-    left = sum(case["cost"] for case in cases if case["status"] in ("pending", "running"))
-    if not done or not workers:
-        return None
-    return left * sum(seconds for _, seconds in done) / sum(cost for cost, _ in done) / workers
-
-
-def pace_in_words(ended: int, seconds: float, left: float | None) -> str:
-    """Rate and time left; empty while both are unknown."""
-    rate = [f"{60 * ended / seconds:.3g} cases/min"] if ended and seconds > 0 else []
-    return ", ".join(rate + ([f"{duration(left)} left"] if left else []))
-
-
-def _counts(counts: Mapping[str, int], between: str) -> Text:
-    found = [Text(f"{count} {status}", style=COLOURS.get(status, "")) for status, count in counts.items() if count]
-    return Text(between).join(found)
-
-
-def _headline(entry: Entry) -> str:
-    dU = entry.values.get("dU")
+def _headline(state: CaseState) -> str:
+    dU, seconds = state.values.get("dU"), state.values.get("wall_time")
+    reason = f" ({state.reason})" if state.reason not in ("", "end") else ""
     shown = f"  dU = {dU:+.4e}" if isinstance(dU, float) else ""
-    reason = f" ({entry.reason})" if entry.reason not in ("", "end") else ""
-    message = f"  {entry.message}" if entry.status != "finished" else ""
-    count = len(entry.warnings)
+    took = f"  {seconds:.1f} s" if isinstance(seconds, float) else ""
+    message = f"  {state.message}" if state.status == "failed" else ""
+    count = len(state.warnings)
     warnings = f"  {count} warning{'s' * (count > 1)}" if count else ""
-    return f"{entry.status}{reason} {entry.folder}{shown}  {entry.seconds:.1f} s{warnings}{message}"
+    return f"{state.status}{reason} {state.folder}{shown}{took}{warnings}{message}"
 
 
 def summarised(cases: Sequence[Mapping[str, Any]]) -> list[str]:
     """The warnings of all cases, each once with the number of its cases, and the first of them where they are several.
 
     Args:
-        cases: Entries of sweep.json.
+        cases: Entries of `read_sweep`.
     """
     kinds: dict[str, list[tuple[str, str]]] = {}
     for case in cases:
-        for warning in case.get("warnings", ()):
+        for warning in case["warnings"]:
             kinds.setdefault(NUMBER.sub("...", warning), []).append((warning, case["folder"]))
     return [
         f"{held[0][0]} ({held[0][1]}{f' and {len(held) - 1} more' if len(held) > 1 else ''})" for held in kinds.values()
     ]
 
 
-def status_view(sweep: dict[str, Any], working: bool) -> Group:
-    """What `pairsim status` shows of a merged ledger: counts, pace, and the cases that failed with their reasons."""
+def status_view(sweep: Mapping[str, Any], working: bool) -> Group:
+    """What `pairsim status` shows of a sweep: counts, warnings, and the cases that failed with their reasons.
+
+    Args:
+        sweep: From `read_sweep`.
+        working: Whether a command is at work in its folder.
+    """
     counts, cases = sweep["counts"], sweep["cases"]
-    parts: list[Any] = [
-        Text(f"{sweep['name']}: {len(cases)} cases of pairsim {sweep['command']}", style="bold"),
-        _counts(counts, ", "),
-    ]
-    if working:
-        sessions = [content["session"] for content in sweep["sessions"] if content["counts"]["running"]]
-        workers = [worker for session in sessions for worker in session["workers"].values()]
-        seconds = max((session["seconds"] for session in sessions), default=0.0)
-        ended = sum(worker["cases"] for worker in workers)
-        pace = pace_in_words(ended, seconds, time_left(cases, len(workers)))
-        parts.append(Text(f"at work with {len(workers)} at once" + (f", {pace}" if pace else "")))
-    elif counts["pending"] + counts["running"]:
-        parts.append(Text("no sweep is at work here; the same command goes on with the rest"))
+    shown = [Text(f"{count} {status}", style=COLOURS.get(status, "")) for status, count in counts.items() if count]
+    title = f"{sweep['name']}: {len(cases)} cases of pairsim {sweep['command']}"
+    parts: list[Any] = [Text(title, style="bold"), Text(", ").join(shown)]
+    if counts["pending"] + counts["running"]:
+        rest = "at work" if working else "no sweep is at work here; the same command goes on with the rest"
+        parts.append(Text(rest))
     parts += [Text(f"warning: {text}") for text in summarised(cases)]
-    if failures := [case for case in cases if case["status"] in FAILED]:
-        table = Table("case", "status", "reason", "what happened", box=None, pad_edge=False)
+    if failures := [case for case in cases if case["status"] == "failed"]:
+        table = Table("case", "reason", "what happened", box=None, pad_edge=False)
         for case in failures:
-            table.add_row(*(Text(case[key]) for key in ("folder", "status", "reason", "message")))
+            table.add_row(*(Text(case[key]) for key in ("folder", "reason", "message")))
         parts.append(table)
     return Group(*parts)
 
 
-def dry_run_view(grid: Grid, part: Shard | None) -> Group:
-    """The output of `--dry-run`: number of cases, and estimated unknowns and time of each."""
-    total = sum(case.estimate.seconds for case in grid.cases)
-    headline = f"{len(grid.cases)} cases of pairsim {grid.command.name}, about {duration(total)} on one core"
-    notes = [
-        f"{count} {what}"
-        for count, what in ((grid.duplicates, "duplicates left out"), (grid.excluded, "excluded"))
-        if count
-    ]
-    table = Table("folder", *grid.varying, "unknowns", "seconds", box=None, pad_edge=False)
+def dry_run_view(grid: Grid) -> Group:
+    """The output of `--dry-run`: number of cases, and estimated unknowns of each."""
+    counts = ((grid.duplicates, "duplicates left out"), (grid.excluded, "excluded"))
+    notes = ", ".join(f"{count} {what}" for count, what in counts if count)
+    table = Table("folder", *grid.varying, "unknowns", box=None, pad_edge=False)
     for case in grid.cases:
-        estimate = case.estimate
         values = [f"{value:g}" if isinstance(value, float) else str(value) for value in case.parameters.values()]
-        table.add_row(*map(Text, [case.folder, *values, f"~{estimate.unknowns}", f"~{estimate.seconds:.2g}"]))
-    lines = [headline + (f" ({', '.join(notes)})" if notes else "")]
-    lines += [f"part {part.i} of {part.n} would compute its share of them"] if part else []
-    return Group(*map(Text, lines), table)
+        table.add_row(*map(Text, [case.folder, *values, f"~{case.estimate.unknowns}"]))
+    headline = f"{len(grid.cases)} cases of pairsim {grid.command.name}" + (f" ({notes})" if notes else "")
+    return Group(Text(headline), table)

@@ -86,11 +86,10 @@ def run_study(
         if done[-1][0] == INTERRUPTED:
             break
     worst = max(done, key=lambda each: each[0])
-    if worst[1]:  # on the first process
-        table = study_table(file, grids, directory).dropna(axis="columns", how="all").convert_dtypes()
-        rows = table.astype(object).where(table.notna(), None).to_numpy().tolist()
-        write_text(directory / TABLE, table_text(list(table.columns), rows))
-        plot_study(directory)
+    table = study_table(file, grids, directory).dropna(axis="columns", how="all").convert_dtypes()
+    rows = table.astype(object).where(table.notna(), None).to_numpy().tolist()
+    write_text(directory / TABLE, table_text(list(table.columns), rows))
+    plot_study(directory)
     return worst
 
 

@@ -1,345 +1,282 @@
-"""`pairsim sweep`: compute the cases of a grid, distributed over the ranks of an MPI job, in child processes.
-
-Rank 0 keeps the ledger, distributes the cases and computes some itself. No rank blocks inside MPI, so that idle ranks
-use no processor time. Without mpirun, MPI is not imported.
-"""
+"""`pairsim sweep`: compute the cases of a grid that are not finished, on any `concurrent.futures.Executor`."""
 
 from __future__ import annotations
 
-import math
 import os
-import platform
 import signal
 import time
-from collections import deque
-from collections.abc import Iterator
-from contextlib import ExitStack, nullcontext
-from dataclasses import replace
+from collections import Counter, deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from math import ceil
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from queue import Empty, SimpleQueue
+from typing import Any, cast
 
-from pairsim.config.yaml_file import yaml_text
-from pairsim.drivers.progress import Reporter
+from pairsim.drivers.progress import Style
 from pairsim.fem import form_cache
-from pairsim.results.output import plain, write_text
-from pairsim.runtime.child_process import DISK, TOO_LARGE
-from pairsim.runtime.collective import collectively
+from pairsim.physics.own_laws import OWN
+from pairsim.results.output import write_text
+from pairsim.results.table_files import table_text
 from pairsim.runtime.errors import ENVIRONMENT, EnvironmentFailure, InputError
+from pairsim.runtime.launcher import communicator
 from pairsim.runtime.locks import command_line, sole_writer
-from pairsim.runtime.signals import Signals
-from pairsim.runtime.slurm import job_end
-from pairsim.runtime.version import __version__
+from pairsim.runtime.monitor import Monitor
+from pairsim.runtime.signals import ENDING, Signals
 from pairsim.sweeps.case import SweepCase
+from pairsim.sweeps.chains import chains
+from pairsim.sweeps.folder import ENDED, STOP, CaseState, begin, read_state, rows_of
 from pairsim.sweeps.grid import Grid
-from pairsim.sweeps.ledger import FAILED, Ledger
-from pairsim.sweeps.options import Options
 from pairsim.sweeps.progress import SweepProgress
-from pairsim.sweeps.queue import part_of, units
-from pairsim.sweeps.worker import CaseWorker, Result
+from pairsim.sweeps.task import Task, compute
 
-if TYPE_CHECKING:
-    from mpi4py import MPI
+POLL = 0.1
+"""Interval at which signals are heeded [s]."""
+LEAST, MULTIPLE = 1.0, 50.0
+"""Time between two writings of results.csv: at least so many seconds, and times what the last one took."""
+MACHINE = ("write_failed", "out_of_memory", "refused", EnvironmentFailure.reason)
+"""Reasons of failures of the machine, not of the case, which the next command repeats."""
+Slots = Sequence[tuple[Executor, int | None]]
+"""Executors, each with the number of tasks that it is given at a time; None: all."""
 
-POLL = 0.02  # interval at which child processes and messages are polled [s]
-AGAIN = "free disk space and repeat the command"
-# Failures of the machine, not of the case: always repeated.
-NOT_THE_CASE = ("disk_full", "write_failed", "not_started", EnvironmentFailure.reason)
+
+@dataclass(frozen=True)
+class Options:
+    """How the cases of a sweep are computed.
+
+    Attributes:
+        case_timeout: Largest wall time of a case [s]; None for no limit.
+        chain: Largest number of neighbouring curves that start from one another; None: as many as leave each worker
+            two chains.
+        workers: Number of cases at a time, for the length of chains.
+        progress: How progress is shown.
+        signals: The signals that end the sweep in order, caught by the caller; without, a KeyboardInterrupt does.
+        settings: The settings of --set, for grid.yaml.
+    """
+
+    case_timeout: float | None = None
+    chain: int | None = None
+    workers: int = 1
+    progress: Style = "none"
+    signals: Signals | None = None
+    settings: tuple[str, ...] = ()
 
 
-def run_sweep(
-    grid: Grid, directory: Path, options: Options, comm: MPI.Comm | None, reporter: Reporter
-) -> tuple[int, str]:
-    """Compute the cases of a grid that are not finished yet.
+def with_workers[T](work: Callable[[Slots, int], T], executor: Executor | None = None, workers: int = 1) -> T:
+    """Call a function with what computes the cases of its sweeps.
+
+    Under mpirun, where all processes call this, the first one calls it, and the others compute until it has ended.
+
+    Args:
+        work: The function; takes the executors and the number of cases at a time.
+        executor: The executor; None: threads of this process, or the processes of mpirun.
+        workers: Number of cases at a time; of an executor, what it has.
+
+    Returns:
+        The result of the function, on all processes.
+
+    Raises:
+        InputError: There are several workers under mpirun.
+        BaseException: What the function raises, on all processes.
+    """
+    if executor is not None:
+        return work([(executor, None)], workers)
+    comm = communicator()
+    if comm is None:
+        with ThreadPoolExecutor(workers) as threads:
+            return work([(threads, workers)], workers)
+    from mpi4py.futures import MPICommExecutor
+
+    result: T | None = None
+    error: BaseException | None = None
+    with _signals_left_to_the_first(comm.rank), MPICommExecutor(comm) as others:
+        if others is not None:
+            try:
+                if workers > 1:
+                    allowed = "must be 1 under mpirun, whose processes are the workers"
+                    raise InputError("--workers", "", workers, allowed)
+                with ThreadPoolExecutor(1) as here:
+                    result = work([(cast(Executor, others), comm.size - 1), (here, 1)], comm.size)
+            except BaseException as caught:
+                error = caught
+    result, error = comm.bcast((result, error))
+    if error is not None:
+        raise error
+    return cast(T, result)
+
+
+@contextmanager
+def _signals_left_to_the_first(rank: int) -> Iterator[None]:
+    """Context in which other processes than the first ignore what ends a sweep."""
+    if rank == 0:
+        yield
+        return
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in ENDING}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def run_sweep(grid: Grid, directory: Path, options: Options, slots: Slots) -> tuple[int, str]:
+    """Compute the cases of a grid that are not finished.
 
     Args:
         grid: The grid.
-        directory: Folder of the sweep; created, or continued if it exists.
+        directory: Folder of the sweep; made, or continued if it exists.
         options: The options.
-        comm: MPI communicator; every process of it calls this function. None: without MPI.
-        reporter: Shows progress (on the first process).
+        slots: What computes the cases, from `with_workers`.
 
     Returns:
-        Exit code (0: no case has failed; 3: some have, or the disk is full; 4: the environment is at fault; 130:
-        interrupted) and a message.
+        Exit code (0: no case has failed; 3: some have; 4: the environment is at fault; 130: interrupted) and a message.
 
     Raises:
         InputError: The folder belongs to another grid, or another sweep is writing to it.
         EnvironmentFailure: The forms cannot be compiled.
     """
-    rank, size = (comm.rank, comm.size) if comm else (0, 1)
-    if size > 1 and options.workers > 1:
-        raise InputError("--workers", "", options.workers, "must be 1 under mpirun, whose processes are the workers")
-    with Signals() if options.signals else nullcontext(Signals()) as signals, ExitStack() as held:
-
-        def begin() -> _Root:
-            _usable(directory)
-            if options.shard is None:
-                held.enter_context(sole_writer(directory, command_line()))
-            return _Root(grid, directory, options, comm, reporter, signals)
-
-        try:
-            root = collectively(comm, begin)
-        except OSError as error:
-            if error.errno in DISK:
-                return 3, f"{directory} cannot be written ({error.strerror}); {AGAIN}" if rank == 0 else ""
-            allowed = f"must be a folder that can be used ({error})"
-            raise InputError(str(directory), "-o", None, allowed) from error
-        _compile_forms(root.forms if root else (), comm, reporter)
-        count = options.workers if root is not None else 1
-        workers = [CaseWorker(grid.command, directory, options.case_timeout) for _ in range(count)]
-        for worker in workers:
-            held.callback(worker.close)
-        if root is not None:
-            return root.run(workers)
-        assert comm is not None
-        return _serve(comm, workers[0], signals), ""
+    with sole_writer(directory, command_line()):
+        (directory / STOP).unlink(missing_ok=True)
+        content = begin(directory, grid, options.settings)
+        return _Sweep(grid, directory.resolve(), content, options, slots).run()
 
 
-def _compile_forms(forms: tuple[str, ...], comm: MPI.Comm | None, reporter: Reporter) -> None:
-    """Compile the forms that are missing, on one process of each machine; the others wait without computing.
+class _Sweep:
+    """A sweep at work: its tasks, and how its cases stand.
 
-    Raises:
-        EnvironmentFailure: They cannot be compiled; raised on every process.
-    """
-    node = None
-    if comm:
-        forms = comm.bcast(forms)
-        from mpi4py import MPI
-
-        node = comm.Split_type(MPI.COMM_TYPE_SHARED)
-    error: EnvironmentFailure | None = None
-    if (node is None or node.rank == 0) and (wanted := form_cache.missing(forms)):
-        reporter.note(f"compiling {', '.join(wanted)}")
-        try:
-            form_cache.compile_apart(wanted, reporter.note)
-        except EnvironmentFailure as caught:
-            error = caught
-    if comm and node:
-        request = comm.Ibarrier()
-        while not request.Test():
-            time.sleep(POLL)
-        form_cache.share_cache(node)
-        node.Free()
-        error = next((each for each in comm.allgather(error) if each is not None), None)
-    if error is not None:
-        raise error
-
-
-def _serve(comm: MPI.Comm, worker: CaseWorker, signals: Signals) -> int:
-    """Loop of every process but the first: compute cases until the first process ends it with an exit code."""
-    reported = False
-    while True:
-        while comm.iprobe(source=0):
-            word, value = comm.recv(source=0)
-            if word == "leave":
-                return int(value)
-            _obey(worker, word, value)
-        if signals.number and not reported:
-            reported = True
-            comm.send(signals.number, dest=0)
-        if (result := worker.poll()) is not None:
-            comm.send(result, dest=0)
-        _pause(signals)
-
-
-def _obey(worker: CaseWorker, word: str, value: Any) -> None:
-    """Do what the first process says."""
-    if word == "unit":
-        worker.take(value)
-    else:
-        worker.stop()
-
-
-def _pause(signals: Signals) -> None:
-    """Sleep until the next poll. A KeyboardInterrupt, which almost always occurs here, counts as SIGINT."""
-    try:
-        time.sleep(POLL)
-    except KeyboardInterrupt:
-        signals.number = signal.SIGINT
-
-
-class _Root:
-    """The first process: keeps queue and ledger, and decides when the sweep ends.
-
-    Raises:
-        InputError, OSError: The folder cannot be used.
+    Args:
+        grid: The grid.
+        directory: Its folder.
+        content: The content of sweep.json.
+        options: The options.
+        slots: What computes the cases.
     """
 
-    def __init__(
-        self,
-        grid: Grid,
-        directory: Path,
-        options: Options,
-        comm: MPI.Comm | None,
-        reporter: Reporter,
-        signals: Signals,
-    ) -> None:
-        self.options, self.directory, self.comm = options, directory, comm
-        self.reporter, self.signals = reporter, signals
-        cases = part_of(grid.cases, options.shard)
-        self.ledger = Ledger(directory, grid, cases, options.shard)
-        self.ledger.recover()
-        self.ledger.about = {
-            "shard": [options.shard.i, options.shard.n] if options.shard else None,
-            "command_line": command_line(),
-            "folder": os.getcwd(),
-            "process": os.getpid(),
-            "machine": {"node": platform.node(), "system": platform.platform()},
-            "versions": {"pairsim": __version__, "python": platform.python_version()},
-        }
-        self.idle = deque(range(comm.size if comm and comm.size > 1 else options.workers))
-        self.workers = {rank: {"cases": 0, "busy": 0.0} for rank in self.idle}
-        self.running: dict[int, list[str]] = {}
-        wanted, neighbours = self._wanted(cases), grid.command.in_sweeps.neighbours
-        self.queue = deque([case] for case in wanted) if options.cold else units(wanted, neighbours, len(self.workers))
-        self.forms = tuple(dict.fromkeys(form for case in wanted for form in case.forms))
-        self.progress = SweepProgress(self.ledger, len(self.workers), reporter)
-        self.stopping, self.code, self.why = False, 0, ""
-        self.begin = time.monotonic()
-        self.deadline = self._deadline()
-        if not (directory / "grid.yaml").exists():
-            settings = "".join(f"# --set {setting}\n" for setting in options.settings)
-            text = yaml_text(plain(grid.content))
-            part = directory / f".grid.{platform.node()}.{os.getpid()}"  # shards may write it at the same time
-            write_text(part, settings + text)
-            part.replace(directory / "grid.yaml")
-        self.ledger.write(now=True)
+    def __init__(self, grid: Grid, directory: Path, content: dict[str, Any], options: Options, slots: Slots) -> None:
+        self.grid, self.directory, self.content, self.options = grid, directory, content, options
+        self.cases = {case["folder"]: case for case in content["cases"]}
+        left = []
+        for case in grid.cases:
+            state = read_state(directory / case.folder, case.key, grid.command)
+            if state.status not in ENDED or state.reason in MACHINE:
+                left.append(case)
+                state = CaseState(case.folder)
+            self.cases[case.folder].update(vars(state))
+        longest = options.chain or ceil(len(left) / (2 * options.workers))
+        self.todo = deque(chains(left, grid.command.in_sweeps.neighbours, longest))
+        self.free = [executor for executor, count in slots for _ in range(len(left) if count is None else count)]
+        self.running: dict[Future[list[CaseState]], tuple[Executor, list[SweepCase]]] = {}
+        self.ended: SimpleQueue[Future[list[CaseState]]] = SimpleQueue()
+        self.progress = SweepProgress(options.progress, len(grid.cases), len(left))
+        self.code, self.why = 0, ""
+        self._written, self._cost = 0.0, 0.0
 
-    def _wanted(self, cases: list[SweepCase]) -> list[SweepCase]:
-        """The cases to compute, the most expensive first."""
-        wanted = []
-        for case in cases:
-            entry = self.ledger.entries[case.folder]
-            failed, excused = entry.status in FAILED, entry.reason in NOT_THE_CASE
-            only_failed = self.options.only_failed
-            if (failed and (only_failed or excused)) or (
-                entry.status == "pending" and (entry.again or not only_failed)
-            ):
-                wanted.append(replace(case, resume=entry.status != "failed" or excused))
-        wanted.sort(key=lambda case: -case.estimate.seconds)
-        return wanted[: self.options.limit]
+    def run(self) -> tuple[int, str]:
+        """Compute all tasks; returns exit code and message."""
+        with self.progress:
+            self._write_results()
+            try:
+                self._compile_forms()
+                while self.running or (self.todo and not self.why):
+                    if self.options.signals is not None and (number := self.options.signals.number):
+                        self._stop(130, signal.Signals(number).name)
+                    self._step()
+            except KeyboardInterrupt as interrupt:  # of a compilation, or a second Ctrl-C
+                self._stop(130, str(interrupt) or signal.SIGINT.name)
+            except BaseException:
+                self._stop(1, "stopped")  # executors wait for their tasks
+                raise
+            self._write_results()
+            return self._verdict()
 
-    def _deadline(self) -> float:
-        """Time at which to stop, early enough for the running cases to end in order; infinite without a limit."""
-        end = job_end()
-        allowed = min(self.options.walltime or math.inf, math.inf if end is None else end - time.time())
-        return self.begin + allowed - min(30.0, 0.1 * allowed)
+    def _compile_forms(self) -> None:
+        """Compile the forms that are missing on this machine, before several processes need them.
 
-    def run(self, workers: list[CaseWorker]) -> tuple[int, str]:
-        """Distribute all cases to the workers of this process and to the other processes, and wait for the results."""
-        self.progress.start(sum(map(len, self.queue)))
-        stopped = False
-        while True:
-            for number, result in self._results(workers):
-                self._result(number, result)
-            if self.signals.number:
-                self._stop(130, signal.Signals(self.signals.number).name)
-            if time.monotonic() > self.deadline:
-                self._stop(130, "the wall time of the sweep is over")
-            if self.stopping and not stopped:
-                stopped = True
-                for number in self.workers:
-                    self._tell(workers, number, "stop")
-            while self.queue and self.idle and not self.stopping:
-                number, unit = self.idle.popleft(), self.queue.popleft()
-                self.running[number] = [case.folder for case in unit]
-                self._started(number)
-                self._tell(workers, number, "unit", unit)
-            self._write()
-            self.progress.tick(self.running)
-            if not self.running and (self.stopping or not self.queue):
-                break
-            _pause(self.signals)
-        self._write(now=True)
-        code, message = self._verdict()
-        for rank in range(1, self.comm.size if self.comm else 1):
-            self._tell(workers, rank, "leave", code)
-        self.progress.finish(message)
-        return code, message
+        Raises:
+            EnvironmentFailure: They cannot be compiled.
+        """
+        forms = dict.fromkeys(form for chain in self.todo for case in chain for form in case.forms)
+        if wanted := form_cache.missing(forms):
+            self.progress.note(f"compiling {', '.join(wanted)}")
+            form_cache.compile_apart(wanted, self.progress.note, Monitor(self.options.signals))
 
-    def _results(self, workers: list[CaseWorker]) -> Iterator[tuple[int, Result]]:
-        """Yield the results that have come, each with the number of its worker; a signal of a process counts here."""
-        while self.comm and self.comm.iprobe():
-            from mpi4py import MPI
+    def _step(self) -> None:
+        """Submit what can be submitted, and take what has ended, for which it waits a moment."""
+        while self.todo and self.free and not self.why:
+            self._submit(self.free.pop(), self.todo.popleft())
+        try:
+            future = self.ended.get(timeout=POLL)
+        except Empty:
+            return
+        executor, chain = self.running.pop(future)
+        self.free.append(executor)
+        for state in _result(future, chain):
+            self._take(state)
+        if time.monotonic() - self._written > max(LEAST, MULTIPLE * self._cost):
+            self._write_results()
 
-            status = MPI.Status()
-            news = self.comm.recv(status=status)
-            if isinstance(news, Result):
-                yield status.Get_source(), news
-            else:
-                self.signals.number = news
-        for number, worker in enumerate(workers):
-            if (result := worker.poll()) is not None:
-                yield number, result
+    def _submit(self, executor: Executor, chain: list[SweepCase]) -> None:
+        environment = {OWN: os.environ[OWN]} if OWN in os.environ else {}
+        task = Task(
+            self.grid.command.name,
+            self.directory,
+            tuple((case.folder, case.key, case.resolved) for case in chain),
+            command_line(),
+            self.options.case_timeout,
+            environment,
+        )
+        future = executor.submit(compute, task)
+        self.running[future] = executor, chain
+        future.add_done_callback(self.ended.put)
 
-    def _tell(self, workers: list[CaseWorker], number: int, word: str, value: Any = None) -> None:
-        """Tell a worker, of this or another process, what to do."""
-        if number < len(workers):
-            _obey(workers[number], word, value)
-        elif self.comm:
-            self.comm.send((word, value), dest=number)
+    def _take(self, state: CaseState) -> None:
+        self.cases[state.folder].update(vars(state))
+        if state.status in ENDED:
+            self.progress.case(state)
+        if state.reason == EnvironmentFailure.reason:
+            self._stop(ENVIRONMENT, state.message)
 
     def _stop(self, code: int, why: str) -> None:
-        if not self.stopping:
-            self.stopping, self.code, self.why = True, code, why
-            running = sum(map(len, self.running.values()))
-            self.reporter.note(why + (f": stopping {running} running cases" if running else ""))
+        """Begin no further cases, and let the running ones end in order."""
+        if self.why:
+            return
+        self.code, self.why = code, why
+        with suppress(OSError):
+            (self.directory / STOP).touch()
+        if self.running:
+            self.progress.note(f"{why}: stopping the running cases")
+        for future in list(self.running):
+            future.cancel()
 
-    def _started(self, rank: int) -> None:
-        folder = self.running[rank][0]
-        entry = self.ledger.entries[folder]
-        again, attempts = entry.again or entry.status in FAILED, entry.attempts + 1
-        news = {"rank": rank, "attempts": attempts, "again": again, "values": {}, "warnings": []}
-        self.ledger.change(folder, status="running", reason="", message="", **news)
-
-    def _result(self, rank: int, result: Result) -> None:
-        entry = self.ledger.change(**vars(result))
-        entry.again &= result.status == "pending"
-        self.workers[rank]["cases"] += 1
-        self.workers[rank]["busy"] += result.seconds
-        self.running[rank].remove(result.folder)
-        if not self.running[rank]:
-            del self.running[rank]
-            self.idle.append(rank)
-        elif not self.stopping:
-            self._started(rank)
-        self.progress.case(entry)
-        if result.reason == "disk_full" and not TOO_LARGE.search(result.message):
-            self._stop(3, f"the disk is full ({result.message}); {AGAIN}")
-        elif result.reason == EnvironmentFailure.reason:
-            self._stop(ENVIRONMENT, result.message)
-        elif self.options.fail_fast and result.status in FAILED:
-            self._stop(3, f"{result.folder} {result.status} ({result.reason})")
-
-    def _write(self, now: bool = False) -> None:
-        counts = {str(rank): counts for rank, counts in self.workers.items()}
-        self.ledger.about["session"] = {"seconds": time.monotonic() - self.begin, "workers": counts}
-        try:
-            self.ledger.write(now)
-        except OSError as error:
-            self._stop(3, f"{self.ledger.path} cannot be written ({error.strerror or error}); {AGAIN}")
+    def _write_results(self) -> None:
+        started = time.monotonic()
+        write_text(self.directory / "results.csv", table_text(*rows_of(self.content)))
+        self._written = time.monotonic()
+        self._cost = self._written - started
 
     def _verdict(self) -> tuple[int, str]:
-        ledger = self.ledger
-        failed, pending = ledger.count(*FAILED), ledger.count("pending", "running")
-        parts = [f"{ledger.count('finished')} of {len(ledger.entries)} cases finished"]
+        count = Counter(case["status"] for case in self.cases.values())
+        failed, pending = count["failed"], len(self.cases) - count["finished"] - count["failed"]
+        parts = [f"{count['finished']} of {len(self.cases)} cases finished"]
         parts += [f"{failed} failed"] if failed else []
         parts += [f"{pending} to do"] if pending else []
         text = ", ".join(parts)
-        if self.stopping:
+        self.progress.end([case for case in self.cases.values() if case["warnings"]])
+        if self.why:
             return self.code, f"{self.why}; {text}"
         if failed:
             return 3, f"{text}; pairsim status {self.directory} lists the reasons"
-        interrupted = any(entry.reason == "interrupted" for entry in ledger.entries.values())
-        return (130 if interrupted else 0), text
+        return (130 if pending else 0), text
 
 
-def _usable(directory: Path) -> None:
-    """Create the folder, or check that it is that of a sweep."""
-    if directory.exists() and not directory.is_dir():
-        raise InputError(str(directory), "-o", None, "must be a folder, but is a file")
-    directory.mkdir(parents=True, exist_ok=True)
-    names = [path.name for path in directory.iterdir() if not path.name.startswith(".")]
-    if names and not any(name.startswith("sweep") or name == "grid.yaml" for name in names):
-        allowed = "must be a new or empty folder, or one of a sweep"
-        raise InputError(str(directory), "-o", None, allowed)
+def _result(future: Future[list[CaseState]], chain: list[SweepCase]) -> list[CaseState]:
+    """How the cases of a task stand that has ended."""
+    try:
+        return future.result()
+    except CancelledError:
+        return []
+    except Exception as error:  # the executor's: a task raises nothing
+        why = f"the executor has not computed it ({type(error).__name__}: {error})"
+        return [CaseState(case.folder, "failed", "not_computed", why) for case in chain]

@@ -24,7 +24,7 @@ from pairsim.plots.units import Units
 from pairsim.results.answer import Zero
 from pairsim.results.columns import column
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.ledger import read_sweep
+from pairsim.sweeps.folder import read_sweep
 
 QUANTITIES = ("dU", "dU_1", "U_1", "dp")
 STILL = 1e-8  # a relative velocity below this is zero to rounding
@@ -125,7 +125,7 @@ def plot_sweep(
 
 def _read(directory: Path, group: str | None, panels: str | None, physical: bool | None) -> _Sweep:
     content = read_sweep(directory)
-    cases = [case for case in content["cases"] if case["status"] in ("finished", "failed", "timeout")]
+    cases = [case for case in content["cases"] if case["status"] in ("finished", "failed")]
     if not any(case["status"] == "finished" for case in cases):
         raise InputError(str(directory), "", None, "has no finished case yet; pairsim status shows how it stands")
     varying = _independent(content["varying"], cases, {group, panels})

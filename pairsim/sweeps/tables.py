@@ -11,7 +11,7 @@ from pairsim.results.folders import read_record
 from pairsim.results.tables import table_of
 from pairsim.results.units import scales_in
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.ledger import read_sweep
+from pairsim.sweeps.folder import read_sweep
 
 
 def table_of_all(directory: Path, name: str | None, physical: bool | None, by_gap: bool = False) -> pd.DataFrame:
@@ -30,7 +30,7 @@ def table_of_all(directory: Path, name: str | None, physical: bool | None, by_ga
         InputError: The command has no such table, no case has it yet, or `physical` is set and a case has no
             `physical` block.
     """
-    content = read_sweep(directory)
+    content = read_sweep(directory, values=False)
     tables, varying = COMMANDS[content["command"]].tables, content["varying"]
     name = name or tables[0]
     if name not in tables:

@@ -210,9 +210,6 @@ LINES: dict[str, str] = {
     "case into a missing folder": (
         "units --tube 50um --particle 20um --viscosity 1Pa.s --flow 1ul/min -o nowhere/case.yaml"
     ),
-    "unknown shard": "sweep grid.yaml --shard 3/2",
-    "unknown scheduler": "sweep grid.yaml --emit pbs",
-    "unknown time": "sweep grid.yaml --walltime soon",
     "setting without a case": "schema run --set De=1",
 }
 

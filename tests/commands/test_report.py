@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from support.commands import Pairsim
 from support.field_samples import PAIR, scene
-from support.result_folders import make_curve, make_run
+from support.result_folders import make_curve, make_run, make_sweep
 
 from pairsim.api.report import report
 from pairsim.results.output import RunFolder
@@ -37,18 +37,15 @@ def a_curve(folder: Path, **changes: object) -> Path:
 
 def a_sweep(folder: Path) -> Path:
     """Three curves, of which one has failed."""
-    cases = []
+    parameters = {}
     for i, Ca_e in enumerate((0.02, 0.05, 0.1)):
-        a_curve(folder / f"c{i}", warnings=["coarse"])
-        zeros = {"zeros": [0.2], "stable": [False], "dU_peak": 0.1 * Ca_e, "points": 5}
-        ended = {"status": "finished", "reason": "end", "message": "5 points"}
-        ended = ended if i else {"status": "failed", "reason": "newton", "message": "no <steady> state"}
-        parameters = {"Ca_e": Ca_e, "De": 0.5}
-        cases.append({"folder": f"c{i}", "parameters": parameters, "values": zeros if i else {}, "attempts": 1} | ended)
-    columns = {"columns": ["points", "zeros", "stable", "dU_peak"], "parameters": ["Ca_e", "De"]}
-    sweep = {"name": "grid", "command": "curve", "varying": ["Ca_e"], "updated": 0, "cases": cases, **columns}
-    (folder / "sweep.json").write_text(json.dumps(sweep | {"command_line": "pairsim sweep grid.yaml"}))
-    return folder
+        failed = {"status": "failed", "reason": "newton", "message": "no <steady> state"}
+        a_curve(folder / f"c{i}", warnings=["coarse"], **({} if i else failed))
+        parameters[f"c{i}"] = {"Ca_e": Ca_e, "De": 0.5}
+    for name in ("curve.csv", "equilibria.csv"):
+        (folder / "c0" / name).unlink()
+    columns = ["points", "zeros", "stable", "dU_peak"]
+    return make_sweep(folder, "curve", parameters, ["Ca_e"], columns=columns, command_line="pairsim sweep grid.yaml")
 
 
 def text_of(page: str) -> str:

@@ -277,7 +277,7 @@ def test_sigterm_during_the_ordering_of_a_matrix_does_no_harm() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "first",
-    ["pairsim.sweeps.case_worker, pairsim.drivers.curve", "pairsim.api.compute"],
+    ["pairsim.runtime.fenicsx, pairsim.drivers.curve", "pairsim.api.compute"],
 )
 def test_no_other_thread_takes_sigterm(first: str) -> None:
     """SIGTERM is blocked while MPI, numpy and scipy start their threads."""

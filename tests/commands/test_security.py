@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import json
 import os
-import subprocess
 import zipfile
 from pathlib import Path
 
@@ -110,25 +109,6 @@ def test_description_of_fields_names_files_of_its_folder_only(here: Path) -> Non
         described.write_text(text.replace("<Xdmf", head).replace(">fields/", ">&x9;fields/"))
         with pytest.raises(InputError, match="must be a readable file with fields"):
             read_times(here)
-
-
-def test_job_script_quotes_what_it_contains(here: Path, pairsim: Pairsim) -> None:
-    grid = here / f"grid {SHELL.replace('/', '')}.yaml"
-    grid.write_text("name: a b;c\n" + GRID)
-    setting = f"mesh={{Np: 8}} # {SHELL}"
-    script = pairsim("sweep", grid.name, "--emit", "slurm", "-o", f"out {SHELL}", "--set", setting).stdout
-    assert "#SBATCH --job-name=a-b-c\n" in script
-    commented = [line for line in script.splitlines() if line.startswith("#")]
-    assert not any("touch" in line for line in commented)
-    shown = script.replace("\nexec ", "\nprintf '%s\\0' ")  # the words in place of what they would start
-    environment = {**os.environ, "SLURM_ARRAY_TASK_ID": "1"}
-    done = subprocess.run(["bash", "-c", shown], cwd=here, env=environment, capture_output=True, text=True, check=True)
-    words = done.stdout.split("\0")
-    assert str(grid) in words
-    assert str(here / f"out {SHELL}") in words
-    assert setting in words
-    assert not (here / "executed").exists()
-    assert not any(path.name == "executed" for path in here.rglob("*"))
 
 
 def test_record_of_settings_holds_them_as_comments(here: Path) -> None:

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from support.result_folders import make_sweep
 from syrupy.assertion import SnapshotAssertion
 from typer.testing import CliRunner
 
@@ -46,21 +47,17 @@ def test_case_that_failed_before_its_table_is_found_by_its_record(tmp_path: Path
     assert status(folder) == snapshot
 
 
-def ledger(folder: Path, name: str) -> None:
+def a_sweep(folder: Path, name: str) -> None:
+    """One case that has failed, and one that has not begun."""
     folder.mkdir(parents=True)
-    counts = {"pending": 1, "running": 0, "finished": 0, "failed": 1, "timeout": 0}
-    cases = [
-        {"folder": "a-1", "status": "failed", "reason": "mesh_failed", "message": "no mesh", "attempts": 1},
-        {"folder": "b-2", "status": "pending", "reason": "", "message": "", "attempts": 0},
-    ]
-    content = {"name": name, "command": "run", "updated": 1.0, "counts": counts, "cases": cases}
-    (folder / "sweep.json").write_text(json.dumps(content))
+    make(folder / "a-1", "series.csv", status="failed", reason="mesh_failed", message="no mesh")
+    make_sweep(folder, "run", {"a-1": {}, "b-2": {}}, [], name=name)
 
 
 def test_status_of_sweep_and_study(tmp_path: Path, snapshot: SnapshotAssertion) -> None:
-    ledger(tmp_path / "sweep", "many")
+    a_sweep(tmp_path / "sweep", "many")
     for i in (1, 2):
-        ledger(tmp_path / "study" / f"sweep-{i}", f"repetition {i}")
+        a_sweep(tmp_path / "study" / f"sweep-{i}", f"repetition {i}")
     assert (kind_of(tmp_path / "sweep"), kind_of(tmp_path / "study")) == ("sweep", "study")
     assert status(tmp_path / "sweep") == snapshot
     assert status(tmp_path / "study") == snapshot

@@ -1,12 +1,11 @@
-"""`pairsim sweep` as a command: tables, restarts after any kind of end, isolated failures, shards, pictures."""
+"""`pairsim sweep`: tables on all executors, isolated failures, restarts after any kind of end, pictures."""
 
 from __future__ import annotations
 
 import csv
 import json
 import os
-import resource
-import shutil
+import re
 import signal
 import subprocess
 import sys
@@ -16,20 +15,52 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.commands import Pairsim, words_of
+from support.commands import Pairsim, descendants, words_of
 from support.inputs import ROOT, TINY
 from support.pictures import colours
+from support.result_folders import make_sweep
 from typer.testing import CliRunner
 
-from pairsim import sweep as swept_into
+import pairsim as package
 from pairsim.cli.app import app
-from pairsim.runtime.child_process import descendants, module_command
+from pairsim.results.folders import read_record
+from pairsim.runtime.child_process import module_command
 from pairsim.runtime.errors import InputError
+from pairsim.sweeps import task
+from pairsim.sweeps.folder import read_sweep
 from pairsim.sweeps.grid import read_grid
 from pairsim.sweeps.sweep_plots import plot_sweep
 
 THREE = TINY + "grid: {d0: [0.1, 0.2], beta: [0.4, 0.3]}\nexclude: [{d0: 0.1, beta: 0.3}]\n"
-ENDLESS = "time: {end: 500, max_step: 0.001}"
+DOOMED = TINY + "cases:\n- {d0: 0.1}\n"
+DOOMED += "".join(f"- {{d0: 0.1, liquid: {{law: doom, fate: {fate}}}}}\n" for fate in (1, 2, 3))
+DOOMED += "- {d0: 0.2}\n- {d0: 0.2, beta: 0.3}\n"
+ENDLESS = TINY.replace("time: {end: 0.01}", "time: {end: 500, max_step: 0.001}") + "grid: {d0: [0.1, 0.2, 0.3]}\n"
+CURVES = "command: curve\n" + TINY.replace("Ca_e: 0, ", "d: [0.15], tol: 1, ").replace(", time: {end: 0.01}", "")
+LAWS = """\
+import os, signal, sys, time
+from dataclasses import dataclass
+
+from pairsim.laws import ViscousLaw, parameter
+
+@dataclass(frozen=True)
+class Doom(ViscousLaw):
+    name, label, words = "doom", "doom", "ends the process that computes it"
+
+    fate: int = parameter("fate", "what befalls it", 0, 3)
+
+    def __post_init__(self):
+        if any("pairsim.sweeps.child" in word for word in sys.orig_argv):
+            if self.fate == 1:
+                os.kill(os.getpid(), signal.SIGKILL)
+            if self.fate == 2:
+                time.sleep(1000)
+            raise RuntimeError("a fault")
+
+    def viscosity(self, gamma2):
+        return 1.0
+"""
+PAGE = (ROOT / "docs" / "how-to" / "cluster.md").read_text()
 
 
 def command(*arguments: str, ranks: int = 0) -> list[str]:
@@ -37,28 +68,23 @@ def command(*arguments: str, ranks: int = 0) -> list[str]:
     return [*mpirun, *module_command("pairsim", "sweep", "grid.yaml", "-o", "out", "-q", *arguments)]
 
 
-def table(folder: Path, name: str = "results.csv") -> list[dict[str, str]]:
+def rows_of(folder: Path) -> list[dict[str, str]]:
     """Rows of results.csv without the wall time, the only value that is not reproducible."""
-    with (folder / name).open() as file:
+    with (folder / "results.csv").open() as file:
         return [{key: value for key, value in row.items() if key != "wall_time"} for row in csv.DictReader(file)]
 
 
-def ledger(folder: Path) -> dict[str, dict[str, Any]]:
-    return {case["folder"]: case for case in json.loads((folder / "sweep.json").read_text())["cases"]}
-
-
-def run_records(folder: Path) -> dict[str, str]:
+def records(folder: Path) -> dict[str, str]:
     return {path.parent.name: path.read_text() for path in folder.glob("*/run.json")}
 
 
 def counts(folder: Path) -> dict[str, int]:
-    content = json.loads((folder / "sweep.json").read_text())["counts"]
-    return {status: count for status, count in content.items() if count}
+    return {status: count for status, count in read_sweep(folder)["counts"].items() if count}
 
 
 @pytest.fixture(scope="module")
 def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Three cases on two ranks."""
+    """Three cases on two processes of mpirun."""
     folder = tmp_path_factory.mktemp("swept")
     (folder / "grid.yaml").write_text(THREE)
     done = subprocess.run(command(ranks=2), cwd=folder, capture_output=True, text=True, timeout=200, check=False)
@@ -69,7 +95,7 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.slow
 def test_table_has_a_row_a_case_and_the_promised_columns(swept: Path) -> None:
-    rows = table(swept / "out")
+    rows = rows_of(swept / "out")
     assert ",".join(rows[0]) == (
         "folder,status,reason,d0,beta,De,Ca_e,t,d,dU,U_L,U_T,D_L,D_T,dp,steps,unknowns,warnings"
     )
@@ -79,50 +105,88 @@ def test_table_has_a_row_a_case_and_the_promised_columns(swept: Path) -> None:
         series = (swept / "out" / row["folder"] / "series.csv").read_text().splitlines()
         last = dict(zip(series[0].split(","), series[-1].split(","), strict=True))
         assert all(last[name] == row[name] for name in ("d", "dU", "U_L", "U_T", "D_L", "D_T", "dp"))
-
-
-@pytest.mark.slow
-def test_both_ranks_compute_and_every_folder_says_how(swept: Path) -> None:
-    assert {case["rank"] for case in ledger(swept / "out").values()} == {0, 1}
-    for text in run_records(swept / "out").values():
-        assert "pairsim run" in json.loads(text)["command"]
     assert {"versions", "machine", "command_line"} <= set(json.loads((swept / "out" / "sweep.json").read_text()))
 
 
+def dask_script() -> str:
+    """The script of the page."""
+    found = re.search(r'```python title="dask_sweep.py"\n(.*?)```', PAGE, re.DOTALL)
+    assert found is not None
+    return found[1].replace("workers=2)\n", "workers=2, case_timeout=5)\n")
+
+
 @pytest.mark.slow
-def test_the_same_command_again_computes_nothing(swept: Path) -> None:
-    before, rows = run_records(swept / "out"), table(swept / "out")
-    (swept / "out" / "sweep.json").unlink()  # it is recovered from the folders
-    done = subprocess.run(command(), cwd=swept, capture_output=True, text=True, timeout=200, check=False)
-    assert done.returncode == 0, done.stderr
-    assert run_records(swept / "out") == before
-    assert table(swept / "out") == rows
+@pytest.mark.parametrize("how", ["alone", "threads", "mpirun", "dask"])
+def test_a_case_that_is_killed_hangs_or_raises_costs_itself_alone(how: str, swept: Path, tmp_path: Path) -> None:
+    """On every executor; the other rows are the same to the last digit."""
+    (tmp_path / "grid.yaml").write_text(DOOMED)
+    (tmp_path / "laws.py").write_text(LAWS)
+    (tmp_path / "dask_sweep.py").write_text(dask_script())
+    timeout = ("--case-timeout", "5")
+    words = {
+        "alone": command(*timeout),
+        "threads": command("--workers", "2", *timeout),
+        "mpirun": command(*timeout, ranks=2),
+        "dask": [sys.executable, "dask_sweep.py"],
+    }[how]
+    environment = os.environ | {"PAIRSIM_LAWS": str(tmp_path / "laws.py")}
+    done = subprocess.run(
+        words, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300, check=False
+    )
+    assert done.returncode == (0 if how == "dask" else 3), done.stderr
+    rows = rows_of(tmp_path / "out")
+    ends = ["end", "out_of_memory", "case_timeout", "error", "end", "end"]
+    assert [row["reason"] for row in rows] == ends
+    assert [row["status"] for row in rows] == ["finished" if end == "end" else "failed" for end in ends]
+    good = [row for row in rows if row["reason"] == "end"]
+    assert all(a.items() <= b.items() for a, b in zip(rows_of(swept / "out"), good, strict=True))
+    assert "a fault" in read_record(tmp_path / "out" / rows[3]["folder"])["message"]
+    assert how != "mpirun" or "3 of 6 cases finished, 3 failed" in done.stderr
+
+
+@pytest.mark.slow
+def test_the_same_command_repeats_failures_of_the_machine_only(tmp_path: Path) -> None:
+    (tmp_path / "grid.yaml").write_text(TINY + "cases: [{d0: 0.1}, {d0: 0.2}, {d0: 0.4, limits.max_steps: 2}]\n")
+    result = package.sweep(tmp_path / "grid.yaml", folder=tmp_path / "out")
+    assert [case.reason for case in result.cases] == ["end", "end", "max_steps"]
+    assert (result.status, result.reason) == ("failed", "max_steps")
+    before, rows = records(tmp_path / "out"), rows_of(tmp_path / "out")
+    killed = result.cases[1].folder
+    assert killed is not None
+    record = json.loads(before[killed.name]) | {"status": "failed", "reason": "out_of_memory"}
+    (killed / "run.json").write_text(json.dumps(record))
+    assert package.sweep(tmp_path / "grid.yaml", folder=tmp_path / "out").reason == "max_steps"
+    after = records(tmp_path / "out")
+    assert [name for name in before if after[name] != before[name]] == [killed.name]
+    assert rows_of(tmp_path / "out") == rows
+    shown = CliRunner().invoke(app, ["status", str(tmp_path / "out")]).output
+    assert "2 finished, 1 failed" in shown
+    assert "max_steps" in shown
 
 
 @pytest.mark.slow
 def test_another_grid_is_refused(swept: Path) -> None:
-    other = subprocess.run(command("--set", "mesh.Np=9"), cwd=swept, capture_output=True, text=True, check=False)
+    other = subprocess.run(
+        command("--set", "mesh.Np=9", ranks=2), cwd=swept, capture_output=True, text=True, check=False
+    )
     assert other.returncode == 2
-    assert "another grid" in other.stderr
+    assert other.stderr.count("another grid") == 1
     assert "Traceback" not in other.stderr
 
 
 def test_a_sweep_of_another_version_is_named(pairsim: Pairsim, tmp_path: Path) -> None:
     (tmp_path / "grid.yaml").write_text(THREE)
-    (tmp_path / "out").mkdir()
-    earlier = {"grid": "of then", "versions": {"pairsim": "0.1.0"}, "updated": 0, "cases": []}
-    (tmp_path / "out" / "sweep.json").write_text(json.dumps(earlier))
+    make_sweep(tmp_path / "out", "run", {}, [], grid="of then", versions={"pairsim": "0.2.9"})
     done = pairsim("sweep", "grid.yaml", "-o", "out")
     assert done.returncode == 2
-    assert "has a sweep by pairsim 0.1.0" in done.stderr
+    assert "has a sweep by pairsim 0.2.9" in done.stderr
 
 
-def test_folder_that_is_no_sweep_is_left_alone(tmp_path: Path) -> None:
+def test_folder_that_is_no_sweep_is_left_alone(pairsim: Pairsim, tmp_path: Path) -> None:
     (tmp_path / "grid.yaml").write_text(THREE)
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "thesis.tex").write_text("precious")
-    done = subprocess.run(command(), cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 2
+    assert pairsim("sweep", "grid.yaml", "-o", "out").returncode == 2
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["thesis.tex"]
 
 
@@ -133,154 +197,63 @@ def test_killed_sweep_is_finished_by_the_same_command(victim: str, swept: Path, 
     (tmp_path / "grid.yaml").write_text(THREE)
     job = subprocess.Popen(command(ranks=2), cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     out = tmp_path / "out"
-    while job.poll() is None and not any('"finished"' in text for text in run_records(out).values()):
+    while job.poll() is None and not any('"finished"' in text for text in records(out).values()):
         time.sleep(0.02)
     tree = descendants(job.pid)
-    # Breadth first, so that a child that has not executed its command yet comes after the ranks.
-    ranks = [pid for pid in tree if "sweep" in words_of(pid) and "mpirun" not in words_of(pid)[0]][:2]
+    ranks = [pid for pid in tree if "sweep" in words_of(pid) and "mpirun" not in words_of(pid)[0]]
     assert len(ranks) == 2
     for pid in [job.pid, *ranks] if victim == "all" else ranks[-1:]:
         with suppress(ProcessLookupError):  # ended with a process killed before
             os.kill(pid, signal.SIGKILL)
     assert job.wait(timeout=200) != 0
     deadline = time.monotonic() + 50
-    while any("run" in words_of(pid) for pid in tree):
+    while any("pairsim.sweeps.child" in words_of(pid) for pid in tree):
         assert time.monotonic() < deadline, "an orphan goes on"
         time.sleep(0.02)
-    finished = {name: text for name, text in run_records(out).items() if '"finished"' in text}
+    finished = {name: text for name, text in records(out).items() if '"finished"' in text}
     assert 0 < len(finished) < 3
     done = subprocess.run(command(ranks=2), cwd=tmp_path, capture_output=True, text=True, timeout=200, check=False)
     assert done.returncode == 0, done.stderr
-    assert finished.items() <= run_records(out).items()
-    assert table(out) == table(swept / "out")
+    assert finished.items() <= records(out).items()
+    assert rows_of(out) == rows_of(swept / "out")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("how", "ranks"), [("SIGTERM", 2), ("--walltime", 0)])
-def test_stopped_sweep_keeps_its_cases_pending(how: str, ranks: int, tmp_path: Path) -> None:
-    (tmp_path / "grid.yaml").write_text(TINY.replace("time: {end: 0.01}", ENDLESS) + "grid: {d0: [0.1, 0.2, 0.3]}\n")
-    arguments = command(*(["--walltime", "2"] if how == "--walltime" else []), ranks=ranks)
-    job = subprocess.Popen(arguments, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    if how == "SIGTERM":
-        while (
-            job.poll() is None
-            and sum(file.read_text().count("\n") > 1 for file in tmp_path.glob("out/*/series.csv")) < 2
-        ):
-            time.sleep(0.02)
-        job.terminate()
+@pytest.mark.parametrize(("name", "ranks"), [("SIGTERM", 2), ("SIGHUP", 0), ("SIGINT", 0)])
+def test_stopped_sweep_keeps_its_cases(name: str, ranks: int, tmp_path: Path) -> None:
+    """Meanwhile no other sweep may write into the folder."""
+    (tmp_path / "grid.yaml").write_text(ENDLESS)
+    words = command(*(() if ranks else ("--workers", "2")), ranks=ranks)
+    job = subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     try:
+        while sum(file.read_text().count("\n") > 1 for file in tmp_path.glob("out/*/series.csv")) < 2:
+            assert job.poll() is None
+            time.sleep(0.02)
+        with pytest.raises(InputError, match="another command is at work in this folder"):
+            package.sweep(tmp_path / "grid.yaml", folder=tmp_path / "out")
+        assert counts(tmp_path / "out") == {"running": 2, "pending": 1}
+        job.send_signal(signal.Signals[name])
         _, complaint = job.communicate(timeout=200)
     finally:
         job.kill()  # the cases are endless
     assert job.returncode == 130, complaint
-    assert ("SIGTERM" if how == "SIGTERM" else "the wall time of the sweep is over") in complaint
+    assert f"{name}; 0 of 3 cases finished, 3 to do" in complaint
     assert counts(tmp_path / "out") == {"pending": 3}
-    if how == "SIGTERM":
-        assert [json.loads(text)["status"] for text in run_records(tmp_path / "out").values()] == ["interrupted"] * 2
+    assert [json.loads(text)["status"] for text in records(tmp_path / "out").values()] == ["interrupted"] * 2
+    assert len(list(tmp_path.glob("out/*/checkpoint.npz"))) == 2
 
 
-@pytest.mark.slow
-def test_failures_stay_alone_and_are_repeated_only_when_asked(tmp_path: Path, pairsim: Pairsim) -> None:
-    hopeless = ["{d0: 0.4, limits.max_steps: 2}", "{d0: 0.6, limits.wall_time: 1e-3}"]
-    (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1]}\ncases: [" + ", ".join(hopeless) + "]\n")
-    done = pairsim("sweep", "grid.yaml", "-o", "out", "-q", ranks=2)
-    assert done.returncode == 3
-    assert "1 of 3 cases finished, 2 failed" in done.stderr
-    ends = [(case["status"], case["reason"]) for case in ledger(tmp_path / "out").values()]
-    assert ends == [("finished", "end"), ("failed", "max_steps"), ("timeout", "wall_time")]
-    assert [(row["status"], row["reason"]) for row in table(tmp_path / "out")] == ends
-    shown = CliRunner().invoke(app, ["status", str(tmp_path / "out")]).output
-    assert all(reason in shown for reason in ("max_steps", "wall_time"))
-    assert repeated(tmp_path) == [1, 1, 1]
-    assert repeated(tmp_path, only_failed=True) == [1, 2, 2]
-    content = json.loads((tmp_path / "out" / "sweep.json").read_text())
-    first = content["cases"][0]  # one that was stopped at its first attempt has not failed
-    first["status"] = "pending"
-    (tmp_path / "out" / first["folder"] / "run.json").write_text('{"status": "interrupted"}')
-    (failed,) = (case for case in content["cases"] if case["reason"] == "max_steps")
-    failed["status"], failed["again"] = "running", True  # killed while it repeats one of them: it goes on with that
-    (tmp_path / "out" / failed["folder"] / "run.json").unlink()
-    (tmp_path / "out" / "sweep.json").write_text(json.dumps(content))
-    assert repeated(tmp_path, only_failed=True) == [1, 3, 3]
-
-
-def repeated(folder: Path, *, only_failed: bool = False) -> list[int]:
-    """How often each case of the sweep has been begun after the same sweep again, in which some fail."""
-    result = swept_into(folder / "grid.yaml", folder=folder / "out", only_failed=only_failed)
-    assert result.status == "failed"
-    return [case["attempts"] for case in result.record["cases"]]
-
-
-@pytest.mark.slow
-def test_case_that_takes_too_long_is_stopped(tmp_path: Path) -> None:
-    (tmp_path / "grid.yaml").write_text(TINY + f"cases: [{{{ENDLESS}}}]\n".replace("{time", "{d0: 0.1, time"))
-    done = subprocess.run(command("--case-timeout", "2"), cwd=tmp_path, capture_output=True, check=False, timeout=200)
-    assert done.returncode == 3
-    (case,) = ledger(tmp_path / "out").values()
-    assert case["seconds"] > 2
-    assert (case["status"], case["reason"]) == ("timeout", "case_timeout")
-
-
-@pytest.mark.slow
-def test_fail_fast_stops(tmp_path: Path) -> None:
-    (tmp_path / "grid.yaml").write_text(
-        TINY + "grid: {d0: [0.1, 0.2]}\ncases: [{d0: 0.3, mesh.Np: 20, limits.max_steps: 1}]\n"
+def test_nohup_is_heeded_and_mpi_leaves_sighup_alone() -> None:
+    """UCX, which comes with MPICH, would catch the signal, also where nohup ignores it."""
+    program = (
+        "import signal; from pairsim.runtime.mpi import MPI; from pairsim.runtime.signals import Signals\n"
+        "with Signals() as signals:\n    signal.raise_signal(signal.SIGHUP)\n    print(int(signals.number))"
     )
-    done = subprocess.run(command("--fail-fast"), cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 3
-    assert counts(tmp_path / "out") == {"failed": 1, "pending": 2}  # the most expensive case is started first
-
-
-@pytest.mark.slow
-def test_files_that_cannot_be_written_are_tried_again(tmp_path: Path) -> None:
-    """A full disk, simulated by a limit on file sizes: no case is lost."""
-    (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1]}\n")
-
-    def limited() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
-
-    done = subprocess.run(
-        command(), cwd=tmp_path, capture_output=True, text=True, check=False, preexec_fn=limited, timeout=200
-    )
-    assert done.returncode == 3
-    assert "Traceback" not in done.stderr
-    assert "finished" not in counts(tmp_path / "out")
-    done = subprocess.run(command(), cwd=tmp_path, capture_output=True, text=True, check=False, timeout=200)
-    assert done.returncode == 0, done.stderr
-    assert counts(tmp_path / "out") == {"finished": 1}
-
-
-@pytest.mark.slow
-def test_run_that_could_not_write_goes_on_with_the_next_command(tmp_path: Path) -> None:
-    """The sweep was stopped before it heard of the full disk from its case, whose run.json tells of it."""
-    (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1]}\n")
-    assert swept_into(tmp_path / "grid.yaml", folder=tmp_path / "out").status == "finished"
-    (run,) = (tmp_path / "out").glob("*/run.json")
-    for path, old, new in (
-        (run, '"finished"', '"failed"'),
-        (run, '"reason": "end"', '"reason": "write_failed"'),
-        (tmp_path / "out" / "sweep.json", '"status": "finished"', '"status": "pending"'),
-    ):
-        text = path.read_text()
-        assert old in text
-        path.write_text(text.replace(old, new))
-    assert swept_into(tmp_path / "grid.yaml", folder=tmp_path / "out").status == "finished"
-    assert counts(tmp_path / "out") == {"finished": 1}
-
-
-def test_ledger_that_cannot_be_written_stops_the_sweep(tmp_path: Path) -> None:
-    (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: {start: 0.1, stop: 0.5, num: 9}}\n")
-
-    def limited() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (2_000, 2_000))
-
-    (tmp_path / "out").mkdir()
-    done = subprocess.run(
-        command(), cwd=tmp_path, capture_output=True, text=True, check=False, preexec_fn=limited, timeout=200
-    )
-    assert done.returncode == 3
-    assert "cannot be written (File too large)" in done.stderr
-    assert "Traceback" not in done.stderr
+    alone = [sys.executable, "-c", program]
+    done = [subprocess.run(words, capture_output=True, text=True, check=True) for words in (alone, ["nohup", *alone])]
+    assert [each.stdout.strip() for each in done] == [str(int(signal.SIGHUP)), "0"]
+    bare = "import os, signal; from pairsim.runtime.mpi import MPI; os.kill(os.getpid(), signal.SIGHUP)"
+    assert subprocess.run([sys.executable, "-c", bare], check=False).returncode == -signal.SIGHUP
 
 
 @pytest.mark.slow
@@ -288,34 +261,60 @@ def test_useless_checkpoint_does_not_make_a_case_hopeless(tmp_path: Path) -> Non
     (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1]}\n")
     (case,) = read_grid(tmp_path / "grid.yaml").cases
     folder = tmp_path / "out" / case.folder
-    folder.mkdir(parents=True)
-    (tmp_path / "out" / "grid.yaml").touch()
+    make_sweep(tmp_path / "out", "run", {}, [])
+    (tmp_path / "out" / "sweep.json").unlink()
+    result = package.sweep(tmp_path / "grid.yaml", folder=tmp_path / "out")
+    assert result.status == "finished"
     (folder / "run.json").write_text('{"status": "running"}')
     (folder / "checkpoint.npz").write_bytes(b"torn")
-    assert swept_into(tmp_path / "grid.yaml", folder=tmp_path / "out").status == "finished"
-    assert json.loads((folder / "run.json").read_text())["status"] == "finished"
+    assert package.sweep(tmp_path / "grid.yaml", folder=tmp_path / "out").status == "finished"
 
 
 @pytest.mark.slow
-def test_shards_share_a_folder_and_a_last_command_makes_one_table(swept: Path, tmp_path: Path) -> None:
+def test_a_child_that_has_grown_large_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    started: list[int] = []
+    begin = task.Child.__init__
+
+    def counted(child: task.Child, environment: Any) -> None:
+        begin(child, environment)
+        started.append(child.process.pid)
+
+    monkeypatch.setattr(task.Child, "__init__", counted)
     (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1, 0.2]}\n")
-    jobs = [subprocess.Popen(command("--shard", f"{i}/2"), cwd=tmp_path) for i in (1, 2)]
-    assert [job.wait(timeout=200) for job in jobs] == [0, 0]
-    assert [len(table(tmp_path / "out", f"results-{i}-of-2.csv")) for i in (1, 2)] == [1, 1]
-    assert "2 finished" in CliRunner().invoke(app, ["status", str(tmp_path / "out")]).output
-    before = run_records(tmp_path / "out")
-    assert swept_into(tmp_path / "grid.yaml", folder=tmp_path / "out").status == "finished"
-    assert run_records(tmp_path / "out") == before
-    alone = {row["folder"]: row for row in table(swept / "out")}
-    assert [row.items() <= alone[row["folder"]].items() for row in table(tmp_path / "out")] == [True, True]
+    assert package.sweep(tmp_path / "grid.yaml", folder=tmp_path / "first").status == "finished"
+    assert len(started) == 1
+    monkeypatch.setattr(task, "MOST_MEMORY", 0.0)
+    assert package.sweep(tmp_path / "grid.yaml", folder=tmp_path / "second").status == "finished"
+    assert len(started) == 3
+
+
+@pytest.mark.slow
+def test_a_chain_survives_the_death_of_a_member(tmp_path: Path) -> None:
+    """Each curve starts from the one before; its finished members are not repeated."""
+    grid = CURVES.replace("De: 0,", "De: 0.25,").replace("Np: 8", "Np: 8, max_size: 0.3")
+    (tmp_path / "grid.yaml").write_text(grid + "grid: {Ca_e: [0.02, 0.04, 0.06, 0.08]}\n")
+    folders = [tmp_path / "out" / case.folder for case in read_grid(tmp_path / "grid.yaml").cases]
+    job = subprocess.Popen(command("--chain", "4"), cwd=tmp_path, stderr=subprocess.DEVNULL)
+    while not (folders[2] / "run.json").exists():
+        assert job.poll() is None
+        time.sleep(0.005)
+    (child,) = (pid for pid in descendants(job.pid) if "pairsim.sweeps.child" in words_of(pid))
+    os.kill(child, signal.SIGKILL)
+    assert job.wait(timeout=300) == 3
+    first = list(map(read_record, folders))
+    assert [record["reason"] for record in first] == ["end", "end", "out_of_memory", "end"]
+    assert first[1]["newton_iterations"] < first[0]["newton_iterations"]
+    assert package.sweep(tmp_path / "grid.yaml", folder=tmp_path / "out").status == "finished"
+    assert [read_record(folder) == record for folder, record in zip(folders, first, strict=True)] == [1, 1, 0, 1]
+    cold = package.curve(folders[1] / "case.yaml").table["dU"][0]
+    assert package.open(folders[1]).table["dU"][0] == pytest.approx(cold, rel=1e-6)
 
 
 @pytest.mark.slow
 def test_curves_are_swept_too(tmp_path: Path) -> None:
     """results.csv has points, zeros and peak of every curve, as in its folder; pictures are drawn."""
-    base = TINY.replace("Ca_e: 0, ", "d: [0.1, 0.3], tol: 1, ").replace(", time: {end: 0.01}", "")
-    (tmp_path / "grid.yaml").write_text("command: curve\n" + base + "grid: {Ca_e: [0, 0.05]}\n")
-    result = swept_into(tmp_path / "grid.yaml", folder=tmp_path / "out", workers=2)
+    (tmp_path / "grid.yaml").write_text(CURVES.replace("[0.15]", "[0.1, 0.3]") + "grid: {Ca_e: [0, 0.05]}\n")
+    result = package.sweep(tmp_path / "grid.yaml", folder=tmp_path / "out", workers=2)
     assert result.status == "finished"
     assert ",".join(name for name in result.table if name != "wall_time") == (
         "folder,status,reason,Ca_e,beta,De,points,zeros,zeros_error,stable,d_peak,d_peak_error,dU_peak,dU_error,"
@@ -334,35 +333,24 @@ def test_curves_are_swept_too(tmp_path: Path) -> None:
 
 
 def test_pictures_of_critical_distances_show_the_zeros(tmp_path: Path) -> None:
-    def case(Ca_e: float, De: float, zeros: str, stable: str) -> dict[str, object]:
-        values = {"points": 2, "zeros": zeros, "stable": stable}
-        parameters = {"Ca_e": Ca_e, "De": De}
-        return {
-            "folder": f"{Ca_e}-{De}",
-            "status": "finished",
-            "reason": "end",
-            "parameters": parameters,
-            "values": values,
-        }
+    def drawn(name: str, cases: dict[tuple[float, float], str], varying: list[str]) -> list[str]:
+        """The pictures of a sweep of searches over Ca_e and De that found one zero or none."""
+        folder = tmp_path / name
+        for (Ca_e, De), zeros in cases.items():
+            case = folder / f"{Ca_e}-{De}"
+            case.mkdir(parents=True)
+            (case / "run.json").write_text('{"status": "finished", "reason": "end"}')
+            (case / "critical.csv").write_text(f"kind,d_cr,d_error,stable,Ca_e,De\n{zeros}")
+        parameters = {f"{Ca_e}-{De}": {"Ca_e": Ca_e, "De": De} for Ca_e, De in cases}
+        return [path.name for path in plot_sweep(make_sweep(folder, "critical", parameters, varying))]
 
-    cases = [case(0.1, 0.25, [0.18], [False]), case(0.02, 0.25, "[0.25]", "[false]"), case(0.1, 0.0, [], [])]
-    content = {"name": "zeros", "command": "critical", "varying": ["Ca_e", "De"], "updated": 0, "cases": cases}
-    (tmp_path / "sweep.json").write_text(json.dumps(content))
-    assert [path.name for path in plot_sweep(tmp_path)] == ["sweep_zeros.png"], "four places are no map"
-    many = [*cases, *(case(Ca_e, De, [0.2], [True]) for Ca_e in (0.04, 0.06) for De in (0.0, 0.5))]
-    (tmp_path / "sweep.json").write_text(json.dumps(content | {"cases": many}))
-    assert [path.name for path in plot_sweep(tmp_path)] == ["sweep_zeros.png", "sweep_map.png"]
-    (tmp_path / "sweep.json").write_text(json.dumps(content | {"varying": ["Ca_e"], "cases": cases[2:]}))
+    few = {(0.1, 0.25): "wanted,0.18,0.01,false,0.1,0.25\n", (0.02, 0.25): "wanted,0.25,0.01,false,0.02,0.25\n"}
+    few[0.1, 0.0] = "end,0.3,0.01,true,0.1,0\n"
+    assert drawn("few", few, ["Ca_e", "De"]) == ["sweep_zeros.png"], "four places are no map"
+    many = few | {(Ca_e, De): "wanted,0.2,0.01,true,0,0\n" for Ca_e in (0.04, 0.06) for De in (0.0, 0.5)}
+    assert drawn("many", many, ["Ca_e", "De"]) == ["sweep_zeros.png", "sweep_map.png"]
     with pytest.raises(InputError, match="no zero of dU"):
-        plot_sweep(tmp_path)
-
-
-@pytest.mark.slow
-def test_shipped_sweep_runs(tmp_path: Path, pairsim: Pairsim) -> None:
-    shutil.copy(ROOT / "configs" / "sweep.yaml", tmp_path)
-    done = pairsim("sweep", "sweep.yaml", "--limit", "1", "--set", "time.end=0.01")
-    assert done.returncode == 0, done.stderr
-    assert counts(tmp_path / "runs" / "sweep") == {"finished": 1, "pending": 23}
+        drawn("none", {(0.1, 0.0): few[0.1, 0.0]}, ["Ca_e"])
 
 
 @pytest.mark.slow
@@ -391,5 +379,17 @@ def test_a_case_without_a_steady_state_is_finished(tmp_path: Path, pairsim: Pair
     base = "base: {beta: 0.4, De: 0, d: [0.2], ends: developed, length: 3, mesh: {Np: 8}}\n"
     (tmp_path / "grid.yaml").write_text(f"command: curve\n{base}grid: {{Ca_e: [0.4]}}\n")
     assert pairsim("sweep", "grid.yaml", "-o", "out").returncode == 0
-    (row,) = table(tmp_path / "out")
+    (row,) = rows_of(tmp_path / "out")
     assert (row["status"], row["reason"]) == ("finished", "no_steady_state")
+
+
+@pytest.mark.slow
+def test_cases_do_not_import_what_lies_in_the_current_folder(
+    decoys: Path, tmp_path: Path, pairsim_apart: Pairsim
+) -> None:
+    """Above a clone of the project, its folder would be taken for the package."""
+    (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1]}\n")
+    done = pairsim_apart("sweep", "grid.yaml", "-o", "out", "-q")
+    assert done.returncode == 0, done.stderr
+    assert counts(tmp_path / "out") == {"finished": 1}
+    assert not decoys.exists()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -84,6 +85,19 @@ def interrupted(words: list[str], table: Path, number: int) -> dict[str, Any]:
     record: dict[str, Any] = json.loads((table.parent / "run.json").read_text())
     assert record["status"] == "interrupted"
     return record
+
+
+def descendants(pid: int) -> list[int]:
+    """Ids of a process and all its descendants, parents before children."""
+    children: dict[int, list[int]] = {}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError, ValueError, IndexError):
+            parent = int(stat.read_text().rpartition(")")[2].split()[1])
+            children.setdefault(parent, []).append(int(stat.parent.name))
+    found = [pid]
+    for process in found:
+        found += children.get(process, [])
+    return found
 
 
 def words_of(pid: int) -> list[str]:

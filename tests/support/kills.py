@@ -19,8 +19,8 @@ from pathlib import Path
 from pairsim.results.checkpoint import load
 from pairsim.results.table_files import read_table
 from pairsim.results.xdmf import read_frame, read_times
-from pairsim.runtime.child_process import descendants, module_command
-from support.commands import words_of
+from pairsim.runtime.child_process import module_command
+from support.commands import descendants, words_of
 from support.inputs import TINY
 
 RUN = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\nlength: 3\nends: developed\nmesh: {Np: 8}\n"

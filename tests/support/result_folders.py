@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import yaml
@@ -49,4 +52,27 @@ def make_curve(folder: Path, Ca_e: float, De: float = 0.5) -> Path:
     case = {"beta": 0.4, "De": De, "Ca_e": Ca_e, "particles": 2, "d": d.tolist()}
     case |= {"liquid": {"law": "giesekus", "alpha": 0.2}, "xi": 0.09} if De else {}
     (folder / "case.yaml").write_text(yaml.safe_dump(case | {"mesh": {"Np": 8 if De else 10}}))
+    return folder
+
+
+def make_sweep(
+    folder: Path, command: str, parameters: Mapping[str, Mapping[str, Any]], varying: list[str], **more: object
+) -> Path:
+    """A sweep of cases whose folders are there, or are not begun.
+
+    Args:
+        folder: The folder.
+        command: The command.
+        parameters: Those of each case, by its folder.
+        varying: The keys that vary.
+        more: Further entries of sweep.json.
+    """
+    folder.mkdir(exist_ok=True)
+    cases = [{"folder": name, "key": name, "parameters": values} for name, values in parameters.items()]
+    for name in parameters:
+        if (path := folder / name / "run.json").is_file():
+            path.write_text(json.dumps({**json.loads(path.read_text()), "key": name}))
+    keys = list(dict.fromkeys(key for values in parameters.values() for key in values))
+    content = {"name": "sweep", "command": command, "varying": varying, "parameters": keys, "columns": []}
+    (folder / "sweep.json").write_text(json.dumps({**content, "cases": cases, **more}))
     return folder

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
-import yaml
 from support.inputs import ROOT, examples
 
 from pairsim.commands import COMMANDS
@@ -16,11 +14,9 @@ from pairsim.config.merging import GROUPS
 from pairsim.config.ranges import spelled_out
 from pairsim.config.wording import groups_of
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps import queue
 from pairsim.sweeps.case import SweepCase
+from pairsim.sweeps.chains import chains
 from pairsim.sweeps.grid import Grid, read_grid
-from pairsim.sweeps.options import Shard
-from pairsim.sweeps.queue import MOST_SECONDS, part_of, units
 
 BASE = "base: {beta: 0.4, De: 0, Ca_e: 0.1, d0: 0.1, mesh: {Np: 10}}\n"
 
@@ -139,60 +135,30 @@ def test_folders_are_slug_and_hash(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "changes", ["{}", "{De: 1}", "{De: 1, liquid: {law: fene-p, L2: 50}}", "{ends: developed, length: auto}"]
 )
-def test_a_case_is_recognised_by_the_file_in_its_folder(changes: str, tmp_path: Path) -> None:
-    """Resolving a resolved case, as in case.yaml, changes nothing."""
+def test_a_resolved_case_is_the_same(changes: str, tmp_path: Path) -> None:
+    """A child process gets the resolved case, and writes the hash of what it reads."""
     (case,) = grid_of(tmp_path, f"cases: [{changes}]\n").cases
-    command = COMMANDS["run"]
-    assert SweepCase.of(command, case.resolved, "again").key == case.key
-    (tmp_path / "case.yaml").write_text(yaml.safe_dump(case.resolved))
-    (tmp_path / "run.json").write_text('{"status": "finished"}')
-    assert case.finished_in(tmp_path, command)
-    assert not replace(case, key="0" * 64).finished_in(tmp_path, command)
-    (tmp_path / "run.json").write_text('{"status": "failed"}')
-    assert not case.finished_in(tmp_path, command)
+    assert SweepCase.of(COMMANDS["run"], case.resolved, "again").key == case.key
 
 
-def test_shards_share_all_cases_and_their_cost(tmp_path: Path) -> None:
-    grid = grid_of(tmp_path, "grid: {mesh.Np: [10, 20, 40], d0: [0.1, 0.2, 0.3, 0.4]}\n")
-    parts = [part_of(grid.cases, Shard(i, 3)) for i in (1, 2, 3)]
-    assert sorted(case.folder for part in parts for case in part) == sorted(case.folder for case in grid.cases)
-    costs = [sum(case.estimate.seconds for case in part) for part in parts]
-    assert max(costs) < 1.1 * min(costs)
-
-
-def test_sequences_of_neighbours_are_cut_for_the_workers(tmp_path: Path) -> None:
+def test_chains_of_neighbours_are_cut(tmp_path: Path) -> None:
     base = "command: curve\nbase: {beta: 0.4, d: [0.1, 0.3]}\n"
     (tmp_path / "grid.yaml").write_text(base + "grid: {Ca_e: [0.1, 0.05], De: [0, 1, 2], beta: [0.4, 0.3]}\n")
-    tasks = list(read_grid(tmp_path / "grid.yaml").cases)
+    cases = read_grid(tmp_path / "grid.yaml").cases
 
-    def sequences(neighbours: tuple[str, ...], workers: int) -> list[list[tuple[float, float, float]]]:
-        found = units(tasks, neighbours, workers)
-        assert sorted(task.folder for unit in found for task in unit) == sorted(task.folder for task in tasks)
-        resolved = [[task.resolved for task in unit] for unit in found]
-        return [[(case["beta"], case["De"], case["Ca_e"]) for case in sequence] for sequence in resolved]
+    def found(neighbours: tuple[str, ...], longest: int) -> list[list[tuple[float, float, float]]]:
+        cut = chains(cases, neighbours, longest)
+        assert sorted(case.folder for chain in cut for case in chain) == sorted(case.folder for case in cases)
+        resolved = [[case.resolved for case in chain] for chain in cut]
+        return [[(case["beta"], case["De"], case["Ca_e"]) for case in chain] for chain in resolved]
 
-    whole = sequences(("De", "Ca_e"), 1)
     viscoelastic = [
         [(beta, De, Ca_e) for De, Ca_e in ((1, 0.05), (1, 0.1), (2, 0.1), (2, 0.05))] for beta in (0.4, 0.3)
     ]
     newtonian = [[(beta, 0, 0.05), (beta, 0, 0.1)] for beta in (0.4, 0.3)]
-    assert sorted(whole) == sorted(viscoelastic + newtonian)
-    assert max(map(len, sequences(("De", "Ca_e"), 3))) == 2
-
-
-def test_short_cases_share_a_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    tasks = list(grid_of(tmp_path, "grid: {d0: {start: 0.1, stop: 0.4, num: 12}, De: [0, 1]}\n").cases)
-
-    def seconds(unit: list[SweepCase]) -> float:
-        return sum(task.estimate.seconds for task in unit)
-
-    found = units(tasks, (), 1)
-    assert sorted(task.folder for unit in found for task in unit) == sorted(task.folder for task in tasks)
-    assert all(len(unit) == 1 or seconds(unit) <= MOST_SECONDS for unit in found)
-    assert max(map(len, found)) > 1
-    assert max(map(len, units(tasks, (), 4))) <= 3
-    monkeypatch.setattr(queue, "MOST_CASES", 2)
-    assert max(map(len, units(tasks, (), 1))) == 2
+    assert sorted(found(("De", "Ca_e"), 6)) == sorted(viscoelastic + newtonian)
+    assert max(map(len, found(("De", "Ca_e"), 2))) == 2
+    assert found(("De", "Ca_e"), 1) == found((), 6) == [[each] for (each,) in found((), 6)]
 
 
 def test_estimated_unknowns_are_near_the_true_ones(tmp_path: Path) -> None:

@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.commands import descendants
 from support.scenes import soft_pair
 
 from pairsim.fem import form_cache
 from pairsim.fem.meshes import meshing
 from pairsim.fem.meshes.geometry import MeshSettings
-from pairsim.runtime.child_process import descendants
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import Signals, Stopped
 from pairsim.solvers.transient.transient import Transient

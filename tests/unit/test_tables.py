@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.pictures import drawn_figures
-from support.result_folders import make_curve
+from support.result_folders import make_curve, make_sweep
 
 from pairsim.api.pictures import plot
 from pairsim.fem.diagnostics import Health
@@ -189,31 +189,19 @@ def test_forces_have_a_unit_of_the_laboratory(tmp_path: Path) -> None:
     assert table["F_1"][0] == pytest.approx(2 * 0.85 * 10e-3 * 50e-6 * 1e9)
 
 
-def make_sweep(folder: Path, times: dict[str, float]) -> Path:
+def a_sweep(folder: Path, times: dict[str, float]) -> Path:
     """A sweep of curves over the relaxation time, with De that follows from it, in a tube of 50 um."""
-    cases = []
+    parameters = {}
     for i, (time, De) in enumerate(times.items()):
         curve = make_curve(folder / f"curve-{i}", 0.1, De)
         scales = {"length": 50e-6, "time": 5e-3, "velocity": 10e-3, "stress": 170.0}
         (curve / "run.json").write_text(json.dumps({"kind": "curve", "status": "finished", "scales": scales}))
-        values = {"zeros": [0.2], "stable": [False], "dU_peak": 0.1}
-        case = {"folder": curve.name, "status": "finished", "reason": "end", "attempts": 1, "values": values}
-        cases.append(case | {"parameters": {"physical.relaxation": time, "De": De, "beta": 0.4}})
-    varying = ["physical.relaxation", "De"]
-    content = {
-        "command": "curve",
-        "name": "s",
-        "updated": 0,
-        "varying": varying,
-        "parameters": [*varying, "beta"],
-        "cases": cases,
-    }
-    (folder / "sweep.json").write_text(json.dumps(content))
-    return folder
+        parameters[curve.name] = {"physical.relaxation": time, "De": De, "beta": 0.4}
+    return make_sweep(folder, "curve", parameters, ["physical.relaxation", "De"])
 
 
 def test_the_tables_of_a_sweep_are_one_below_the_other(tmp_path: Path) -> None:
-    sweep = make_sweep(tmp_path, {"1 ms": 0.2, "2 ms": 0.4})
+    sweep = a_sweep(tmp_path, {"1 ms": 0.2, "2 ms": 0.4})
     zeros = table_of_all(sweep, "equilibria", physical=True)
     assert list(zeros.columns[:3]) == ["physical.relaxation", "De", "d"]
     assert zeros[["physical.relaxation", "De", "d"]].to_numpy().tolist() == [["1 ms", 0.2, 10.0], ["2 ms", 0.4, 10.0]]
@@ -226,7 +214,7 @@ def test_the_tables_of_a_sweep_are_one_below_the_other(tmp_path: Path) -> None:
 
 def test_a_sweep_over_a_quantity_is_drawn_over_it_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """De, which follows from the relaxation time, has no place in the legend, and no map."""
-    sweep = make_sweep(tmp_path / "sweep", {"1 ms": 0.2, "2 ms": 0.4, "4 ms": 0.8})
+    sweep = a_sweep(tmp_path / "sweep", {"1 ms": 0.2, "2 ms": 0.4, "4 ms": 0.8})
     with drawn_figures(monkeypatch) as figures:
         files = plot(sweep, out=tmp_path / "out")
     assert [file.stem for file in files] == ["sweep_curves", "sweep_zeros"]

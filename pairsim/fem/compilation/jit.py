@@ -88,12 +88,7 @@ def use_temporary_cache() -> None:
     """Make the cache a new temporary folder, for this process and its children; it is removed when the process ends."""
     folder = tempfile.mkdtemp(prefix="pairsim-")
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    adopt_cache(folder)
-
-
-def adopt_cache(base: str) -> None:
-    """Use the cache in another base folder (XDG_CACHE_HOME), for this process and its children."""
-    os.environ["XDG_CACHE_HOME"] = base
+    os.environ["XDG_CACHE_HOME"] = folder
     JIT_OPTIONS["cache_dir"] = _default()
 
 

@@ -1,0 +1,84 @@
+"""The process in which a worker of a sweep computes its cases: `python -P -m pairsim.sweeps.child DESCRIPTOR`.
+
+Libraries are loaded once. Each master curve of a chain starts from the solutions of the one before, which saves the way
+from undeformed spheres. What becomes of a case is in its folder.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import traceback
+from contextlib import suppress
+from multiprocessing.connection import Connection
+
+import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that loads MPI or makes threads
+
+# isort: split
+from pairsim.commands import COMMANDS
+from pairsim.drivers.outcome import memory
+from pairsim.drivers.progress import Reporter
+from pairsim.drivers.session import Options
+from pairsim.drivers.warm_start import WarmStart
+from pairsim.inputs.case_files import parse_case
+from pairsim.plots.style import Page
+from pairsim.results.output import CHECKPOINT
+from pairsim.runtime.child_process import end_with_parent
+from pairsim.runtime.errors import InputError, RunFailure
+from pairsim.runtime.signals import Signals
+from pairsim.sweeps.task import Job, Said
+
+IDLE = 60.0
+"""Seconds without a case after which the process ends: workers of other executors live on after a sweep."""
+
+
+def serve(connection: Connection) -> None:
+    """Compute the cases that come, until the other end is closed, or none has come for a while."""
+    warm_start = WarmStart()
+    connection.send(True)  # ready
+    with suppress(EOFError):
+        while connection.poll(IDLE):
+            job: Job = connection.recv()
+            if not job.warm:
+                warm_start.close()
+            connection.send(Said(*compute(job, warm_start), memory()))
+
+
+def compute(job: Job, warm_start: WarmStart) -> tuple[str, str]:
+    """Compute a case and write it to its folder, from its checkpoint if it has one.
+
+    Returns:
+        Reason and message of its failure, where run.json does not have them; else empty.
+    """
+    command = COMMANDS[job.command]
+    more = {"warm_start": warm_start} if command.in_sweeps.neighbours else {}
+    try:
+        case, outcome = parse_case(command, job.data, job.line), None
+        with Signals() as signals:
+            options = Options(True, Reporter(), job.line, signals)
+            if command.resumable and (job.folder / CHECKPOINT).is_file():
+                with suppress(InputError):  # it cannot be used
+                    outcome = command.compute(case, job.folder, options, resume=True, **more)
+            if outcome is None:
+                outcome = command.compute(case, job.folder, options, **more)
+        if outcome.status == "finished" and command.draws_from is not None:
+            with suppress(OSError, InputError):  # a picture can be drawn again
+                command.draw(job.folder, job.folder, Page())
+    except InputError as error:
+        return "refused", str(error)
+    except RunFailure as failure:
+        return failure.reason, str(failure)
+    except MemoryError as error:
+        return "out_of_memory", str(error) or "MemoryError"
+    except Exception as error:
+        traceback.print_exc()
+        return "error", f"{type(error).__name__}: {error}"
+    return "", ""
+
+
+if __name__ == "__main__":
+    end_with_parent()
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # which a process of mpirun ignores that waits for its child
+    serve(Connection(int(sys.argv[1])))
+    os._exit(0)  # all is written, and MPI and PETSc need not take their leave

@@ -1,0 +1,177 @@
+"""The folder of a sweep: what it computes is in sweep.json, how its cases stand is in their folders.
+
+sweep.json is written once, when the sweep begins, and says nothing of how it goes on.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pairsim.commands import COMMANDS, Command
+from pairsim.commands.command import Value
+from pairsim.config.yaml_file import yaml_text
+from pairsim.results.folders import read_record
+from pairsim.results.output import plain, write_text
+from pairsim.runtime.errors import InputError
+from pairsim.runtime.locks import command_line, is_locked
+from pairsim.runtime.version import __version__
+from pairsim.sweeps.grid import Grid
+
+STOP = ".stop"
+"""File in the folder of a sweep whose presence stops it."""
+STATUSES = ("pending", "running", "finished", "failed")
+ENDED = ("finished", "failed")
+
+
+@dataclass(frozen=True)
+class CaseState:
+    """How a case stands.
+
+    Attributes:
+        folder: Name of its folder.
+        status: "pending", "running", "finished" or "failed".
+        reason, message: As in run.json.
+        warnings: What its run.json warns of.
+        values: What it gives to results.csv.
+    """
+
+    folder: str
+    status: str = "pending"
+    reason: str = ""
+    message: str = ""
+    warnings: Sequence[str] = ()
+    values: Mapping[str, Value] = field(default_factory=dict)
+
+
+def read_state(directory: Path, key: str, command: Command[Any], values: bool = True) -> CaseState:
+    """How a case stands, by its folder.
+
+    Args:
+        directory: The folder of the case.
+        key: The case's hash: a folder with that of another case says nothing.
+        command: The command of the sweep.
+        values: Whether to read its tables.
+    """
+    record = read_record(directory)
+    status = record.get("status")
+    if record.get("key") != key or status not in ("running", *ENDED):
+        return CaseState(directory.name)
+    known = command.values(directory) if values and status in ENDED else {}
+    words = record.get("reason", ""), record.get("message", "")
+    return CaseState(directory.name, str(status), *words, record.get("warnings", ()), known)
+
+
+def begin(directory: Path, grid: Grid, settings: Sequence[str]) -> dict[str, Any]:
+    """Write sweep.json and grid.yaml, unless they are there.
+
+    Args:
+        directory: The folder of the sweep, made if needed.
+        grid: The grid.
+        settings: Those of --set.
+
+    Returns:
+        The content of sweep.json.
+
+    Raises:
+        InputError: The folder belongs to another grid, or is not that of a sweep.
+        OSError: The files cannot be written.
+    """
+    names = [path.name for path in directory.iterdir() if not path.name.startswith(".")]
+    if (directory / "sweep.json").is_file():
+        earlier = _read(directory)
+        if earlier.get("grid") != grid.key:
+            version = earlier.get("versions", {}).get("pairsim", __version__)
+            whose = "of another grid" if version == __version__ else f"by pairsim {version}, whose keys differ"
+            raise InputError(str(directory), "-o", None, f"must be a folder for this grid, but has a sweep {whose}")
+        return earlier
+    if names:
+        raise InputError(str(directory), "-o", None, "must be a new or empty folder, or one of a sweep")
+    content = {
+        "name": grid.name,
+        "command": grid.command.name,
+        "grid": grid.key,
+        "varying": list(grid.varying),
+        "parameters": list(dict.fromkeys((*grid.varying, *grid.command.in_sweeps.parameters))),
+        "columns": list(grid.columns),
+        "command_line": command_line(),
+        "working_folder": os.getcwd(),
+        "machine": {"node": platform.node(), "system": platform.platform()},
+        "versions": {"pairsim": __version__, "python": platform.python_version()},
+        "cases": [
+            {
+                "folder": case.folder,
+                "key": case.key,
+                "parameters": {
+                    **case.parameters,
+                    **{key: case.resolved.get(key) for key in grid.command.in_sweeps.parameters},
+                },
+            }
+            for case in grid.cases
+        ],
+    }
+    write_text(
+        directory / "grid.yaml", "".join(f"# --set {each}\n" for each in settings) + yaml_text(plain(grid.content))
+    )
+    text = json.dumps(plain(content), indent=1, ensure_ascii=False)
+    write_text(directory / "sweep.json", f"{text}\n")
+    found: dict[str, Any] = json.loads(text)
+    return found
+
+
+def _read(directory: Path) -> dict[str, Any]:
+    path = directory / "sweep.json"
+    try:
+        content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        [(case["folder"], case["key"], case["parameters"]) for case in content["cases"]]
+    except FileNotFoundError:
+        raise InputError(str(directory), "", None, "must be the folder of a sweep, but has no sweep.json") from None
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(str(path), "", None, f"must be that of a sweep of this version ({error})") from error
+    return content
+
+
+def read_sweep(directory: Path, values: bool = True) -> dict[str, Any]:
+    """What sweep.json has, and how each case stands: all of `CaseState` in its entry, and `counts` by status.
+
+    Args:
+        directory: The folder of the sweep.
+        values: Whether to read the tables of the cases.
+
+    Raises:
+        InputError: The folder is not that of a sweep.
+    """
+    content = _read(directory)
+    command, working = COMMANDS[content["command"]], is_locked(directory)
+    for case in content["cases"]:
+        case.update(vars(read_state(directory / case["folder"], case["key"], command, values)))
+        if case["status"] == "running" and not working:  # it was killed
+            case["status"] = "pending"
+    count = Counter(case["status"] for case in content["cases"])
+    return content | {"counts": {status: count[status] for status in STATUSES}}
+
+
+def rows_of(content: Mapping[str, Any]) -> tuple[list[str], list[list[Any]]]:
+    """Columns and rows of results.csv: a row for each case that has ended, in the order of the grid.
+
+    Args:
+        content: As `read_sweep` returns it.
+    """
+    parameters, columns = content["parameters"], content["columns"]
+    rows = [
+        [
+            *(case[key] for key in ("folder", "status", "reason")),
+            *(case["parameters"].get(key) for key in parameters),
+            *(case["values"].get(key) for key in columns),
+            "; ".join(case["warnings"]),
+        ]
+        for case in content["cases"]
+        if case["status"] in ENDED
+    ]
+    return ["folder", "status", "reason", *parameters, *columns, "warnings"], rows

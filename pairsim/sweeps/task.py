@@ -1,0 +1,234 @@
+"""What a sweep gives to an executor: a case, or a chain of neighbouring curves, computed in a child process.
+
+The child belongs to the thread of the executor that computes the task, and is used for the next one. A case that
+crashes, hangs or is killed therefore costs itself alone, whichever executor it is.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import multiprocessing
+import signal
+import subprocess
+import tempfile
+import threading
+import time
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pairsim.commands import COMMANDS
+from pairsim.results.folders import read_record
+from pairsim.results.output import write_text
+from pairsim.runtime.child_process import clean_environment, module_command
+from pairsim.runtime.errors import EnvironmentFailure
+from pairsim.sweeps.folder import STOP, CaseState, read_state
+
+POLL = 0.25
+"""Interval at which a task that waits for its child looks whether the sweep is to stop [s]."""
+GRACE = 20.0
+"""Seconds from SIGTERM to SIGKILL; chosen, long enough for a step and its checkpoint."""
+MOST_MEMORY = 1e9
+"""Memory of a child above which it computes no further case [bytes]; a run of the default mesh at De 1 takes half."""
+STOPPING = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+_own = threading.local()
+
+
+@dataclass(frozen=True)
+class Task:
+    """Cases that are computed one after another, each from the solutions of the one before.
+
+    Attributes:
+        command: Name of the command.
+        directory: Folder of the sweep.
+        cases: Folder, key and content of each case.
+        line: Command line of the sweep, for run.json.
+        timeout: Largest wall time of a case [s]; None for no limit.
+        environment: Environment variables of the child.
+    """
+
+    command: str
+    directory: Path
+    cases: tuple[tuple[str, str, dict[str, Any]], ...]
+    line: str
+    timeout: float | None
+    environment: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Job:
+    """A case for a child process.
+
+    Attributes:
+        command: Name of the command.
+        data: The case with every default.
+        folder: Its folder.
+        line: The command line, for run.json.
+        warm: Whether it starts from the solutions of the case before.
+    """
+
+    command: str
+    data: dict[str, Any]
+    folder: Path
+    line: str
+    warm: bool
+
+
+@dataclass(frozen=True)
+class Said:
+    """What a child process says of a case.
+
+    Attributes:
+        reason, message: Why it has failed, where run.json does not say so; else empty.
+        memory: Memory of the process [bytes].
+    """
+
+    reason: str
+    message: str
+    memory: float
+
+
+def compute(task: Task) -> list[CaseState]:
+    """Compute a task; called by a worker of any executor.
+
+    Returns:
+        How its cases stand; those that the sweep did not let end are "pending".
+    """
+    command, states = COMMANDS[task.command], []
+    for place, (folder, key, data) in enumerate(task.cases):
+        where = task.directory / folder
+        if not (task.directory / STOP).exists() and not _is_finished(where, key):
+            refusal = _compute(task, Job(task.command, data, where, task.line, warm=place > 0), key)
+        states.append(refusal or read_state(where, key, command))
+    return states
+
+
+class Child:
+    """The child process of a thread.
+
+    Raises:
+        OSError: It cannot be started.
+    """
+
+    def __init__(self, environment: Mapping[str, str]) -> None:
+        self.connection, end = multiprocessing.Pipe()
+        self._output = tempfile.TemporaryFile()  # noqa: SIM115  # closed with the child
+        self.process = subprocess.Popen(
+            module_command("pairsim.sweeps.child", str(end.fileno())),
+            env={**clean_environment(), **environment},
+            stdin=subprocess.DEVNULL,
+            stdout=self._output,
+            stderr=self._output,
+            pass_fds=[end.fileno()],
+            process_group=0,  # Ctrl-C is for the sweep
+        )
+        end.close()
+        self.ready = False
+
+    def wait(self, stop: Path, timeout: float | None = None) -> tuple[Any, str]:
+        """Wait for its word, and end it when the sweep is to stop or a time is over.
+
+        Args:
+            stop: File whose presence stops the sweep.
+            timeout: The time [s]; None for no limit.
+
+        Returns:
+            The word, None if it has ended without one; and why it was stopped: "interrupted" or "case_timeout", empty
+            if it was not.
+        """
+        why, deadline = "", time.monotonic() + (timeout or math.inf)
+        while not self.connection.poll(POLL):
+            late = time.monotonic() > deadline
+            if why and late:
+                self.process.kill()
+            elif not why and (late or stop.exists()):
+                why, deadline = "case_timeout" if late else "interrupted", time.monotonic() + GRACE
+                self.process.terminate()
+        try:
+            return self.connection.recv(), why
+        except (EOFError, ConnectionError):
+            self.process.wait()
+            return None, why
+
+    @property
+    def last_line(self) -> str:
+        """The last line that it has written to stdout or stderr."""
+        self._output.seek(0)
+        lines = self._output.read().decode(errors="replace").split("\n")
+        return next((line.strip() for line in reversed(lines) if line.strip()), "")
+
+    def close(self) -> None:
+        """Let it end, if it has not."""
+        self.connection.close()
+        self.process.wait()
+
+
+def _compute(task: Task, job: Job, key: str) -> CaseState | None:
+    """Compute a case, and complete its run.json where the child could not.
+
+    Returns:
+        How it stands, if its folder cannot say so.
+    """
+    begin, stop = time.monotonic(), task.directory / STOP
+    child, said, why = _ask(task, job, stop)
+    if said is not None:
+        interrupted = read_record(job.folder).get("status") == "interrupted"
+    else:
+        interrupted = -child.process.returncode in STOPPING
+    if said is None or why or interrupted or said.memory > MOST_MEMORY:
+        child.close()
+        _own.child = None
+    if why == "interrupted" or (interrupted and not why) or _is_finished(job.folder, key):  # the next command goes on
+        return None
+    reason, message = (said.reason, said.message) if said is not None else _death(child)
+    if why:
+        reason, message = why, f"stopped after {time.monotonic() - begin:.0f} s"
+    if reason == "refused":  # the folder is someone else's
+        return CaseState(job.folder.name, "failed", reason, message)
+    if reason:
+        record = read_record(job.folder)
+        about = {"kind": job.command, "command": job.line, "key": key}
+        record = {**(record if record.get("key") == key else about), "wall_time": time.monotonic() - begin}
+        text = json.dumps({**record, "status": "failed", "reason": reason, "message": message}, indent=2)
+        try:
+            job.folder.mkdir(exist_ok=True)
+            write_text(job.folder / "run.json", text + "\n")
+        except OSError as error:
+            return CaseState(job.folder.name, "failed", "write_failed", str(error))
+    return None
+
+
+def _ask(task: Task, job: Job, stop: Path) -> tuple[Child, Said | None, str]:
+    """Give a case to the child of this thread, a new one where there is none: what it says, and why it was stopped."""
+    while True:
+        child: Child = getattr(_own, "child", None) or Child(task.environment)
+        _own.child, fresh = child, not child.ready
+        if fresh:
+            child.ready, why = child.wait(stop)
+            if not child.ready or why:
+                return child, None, why
+        with suppress(OSError):
+            child.connection.send(job)
+        said, why = child.wait(stop, task.timeout)
+        if said is not None or fresh or child.process.returncode:
+            return child, said, why
+        _own.child = None  # it had ended because there was nothing to do
+
+
+def _death(child: Child) -> tuple[str, str]:
+    """Reason and message for a child that has ended without a word."""
+    code, last = child.process.returncode, child.last_line
+    if not child.ready:
+        return EnvironmentFailure.reason, f"the process of a case cannot start: {last or f'exit code {code}'}"
+    if code == -signal.SIGKILL:
+        return "out_of_memory", "killed by SIGKILL, probably because the system ran out of memory"
+    name = f"exit code {code}" if code >= 0 else signal.Signals(-code).name
+    return "crashed", f"ended by {name}" + (f": {last}" if last else "")
+
+
+def _is_finished(folder: Path, key: str) -> bool:
+    record = read_record(folder)
+    return record.get("key") == key and record.get("status") == "finished"
