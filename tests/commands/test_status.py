@@ -19,7 +19,9 @@ TABLES = {"run": "series.csv", "curve": "curve.csv", "critical": "critical.csv"}
 def make(folder: Path, table: str, **record: object) -> Path:
     folder.mkdir()
     (folder / table).write_text("t\n0.1\n")
-    content = {"status": "finished", "reason": "end", "message": "finished at t = 2", "wall_time": 5.25} | record
+    kind = next(name for name, file in TABLES.items() if file == table)
+    content = {"kind": kind, "status": "finished", "reason": "end", "message": "finished at t = 2", "wall_time": 5.25}
+    content |= record
     (folder / "run.json").write_text(json.dumps(content))
     return folder
 
