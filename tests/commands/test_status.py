@@ -60,6 +60,7 @@ def test_status_of_sweep_and_study(tmp_path: Path, snapshot: SnapshotAssertion) 
     a_sweep(tmp_path / "sweep", "many")
     for i in (1, 2):
         a_sweep(tmp_path / "study" / f"sweep-{i}", f"repetition {i}")
+    (tmp_path / "study" / "study.csv").touch()
     assert (kind_of(tmp_path / "sweep"), kind_of(tmp_path / "study")) == ("sweep", "study")
     assert status(tmp_path / "sweep") == snapshot
     assert status(tmp_path / "study") == snapshot
