@@ -17,7 +17,6 @@ from typer.cli import get_docs_for_click
 import pairsim
 from pairsim.cli.app import app
 from pairsim.commands import COMMANDS
-from pairsim.config import yaml_file
 from pairsim.config.example import write_example
 from pairsim.inputs.case_files import FILES, read_case
 from pairsim.inputs.schema import schema_rows
@@ -98,7 +97,6 @@ def environment() -> Environment:
         "commands": COMMANDS,
         "keys": keys,
         "shared_keys": [row for row in keys["run"] if all(row in keys[command] for command in COMMANDS)],
-        "yaml_file": yaml_file,
         "tables": tables,
         "curve_columns": tables.curve_columns(2, True, ("Ca_e", "De", "beta"), True),
         "numbered_columns": [each for each in tables.COLUMNS if each.name.endswith("_i")],
