@@ -26,7 +26,7 @@ from pairsim.solvers.nonlinear.newton import STEADY
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.bordered import solve_with
 from pairsim.solvers.steady.continuation import follow
-from pairsim.solvers.steady.first_solution import adopted, first_scene, walked
+from pairsim.solvers.steady.first_solution import by_continuation, first_scene, try_from_other_mesh
 from pairsim.solvers.steady.pseudo_time import relax
 from pairsim.solvers.steady.scene import Steady
 
@@ -189,9 +189,9 @@ def test_the_first_solution_does_not_depend_on_the_way_to_it() -> None:
     made, larger = (case(**keys, mesh={"Np": Np, "max_size": 0.08}) for Np in (12, 10))
     start = Parameters((0.1,), made.solid_models, made.liquid_model)
     problem = replace(steady_problem(made, 0.1), newton=replace(STEADY, tolerance=1e-11))
-    scout = reached(walked(steady_problem(larger, 0.1), start))
-    short, long = Steady(problem, start), reached(walked(problem, start))
-    assert adopted(short, start, scout)
+    scout = reached(by_continuation(steady_problem(larger, 0.1), start))
+    short, long = Steady(problem, start), reached(by_continuation(problem, start))
+    assert try_from_other_mesh(short, start, scout)
     assert short.factorisations <= 3 < long.factorisations
     for name, unknowns in short.constraints.fields.items():
         assert short.y[unknowns] == pytest.approx(long.y[unknowns], abs=1e-6 if name.startswith("p") else 1e-8)

@@ -19,7 +19,7 @@ from pairsim.inputs.case_files import parse_case
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.estimate import ROUNDING, ErrorEstimate, ErrorEstimator
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady.first_solution import walked
+from pairsim.solvers.steady.first_solution import by_continuation
 from pairsim.solvers.steady.scene import Steady
 
 NEWTONIAN = {"beta": 0.4, "De": 0}
@@ -33,7 +33,7 @@ def scene_of(keys: dict[str, object], **mesh: float) -> Steady:
     """The solution of the last place of a case with developed ends."""
     case = parse_case(COMMANDS["curve"], {"ends": "developed", "length": 5.0, "mesh": mesh, **keys}, "test")
     start = Parameters(case.places[-1], case.solid_models, case.liquid_model)
-    return reached(walked(steady_problem(case, min(case.places[0], default=np.inf)), start))
+    return reached(by_continuation(steady_problem(case, min(case.places[0], default=np.inf)), start))
 
 
 def solved(keys: dict[str, object], **mesh: float) -> tuple[Observation, ErrorEstimate]:

@@ -25,7 +25,7 @@ from pairsim.solvers.errors.estimate import OF_SCATTER, ErrorEstimator
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import prepared, where
-from pairsim.solvers.steady.first_solution import FEWEST_CELLS, adopted
+from pairsim.solvers.steady.first_solution import FEWEST_CELLS, try_from_other_mesh
 from pairsim.solvers.steady.scene import Steady
 from pairsim.solvers.steady.snapshot import Snapshot
 from pairsim.solvers.steady.tangents import gap_tangents
@@ -93,7 +93,7 @@ def _carried_over(problem: SteadyProblem, parameters: Parameters, known: Steady)
     scene: Steady | None = None
     with suppress(NoSteadyState, MeshFailure):
         scene = Steady(problem, parameters)
-        if adopted(scene, parameters, known):
+        if try_from_other_mesh(scene, parameters, known):
             return scene
     if scene is not None:
         scene.close()

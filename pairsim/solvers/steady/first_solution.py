@@ -44,7 +44,7 @@ def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -
     return replace(problem, mesh=problem.mesh.scaled(factor, fewest))
 
 
-def walked(problem: SteadyProblem, parameters: Parameters) -> Steady | Ended:
+def by_continuation(problem: SteadyProblem, parameters: Parameters) -> Steady | Ended:
     """Create a scene at given parameters by continuation from an easier liquid and nearly rigid particles.
 
     De and Ca_e are raised together. Particles nearly too soft for a steady shape, and what this does not reach, are
@@ -59,16 +59,16 @@ def walked(problem: SteadyProblem, parameters: Parameters) -> Steady | Ended:
     """
     start = cold_start(parameters)
     if not parameters.De or not any(parameters.Ca_es):
-        return _by(problem, start, parameters)
+        return _continued_through(problem, start, parameters)
     if max(beta * Ca_e for beta, Ca_e in zip(problem.betas, parameters.Ca_es, strict=True)) < SOFT:
         with suppress(NoSteadyState, MeshFailure):
-            found = _by(problem, start, parameters)
+            found = _continued_through(problem, start, parameters)
             if isinstance(found, Steady):
                 return found
-    return _by(problem, start, replace(parameters, solids=start.solids), parameters)
+    return _continued_through(problem, start, replace(parameters, solids=start.solids), parameters)
 
 
-def _by(problem: SteadyProblem, start: Parameters, *places: Parameters) -> Steady | Ended:
+def _continued_through(problem: SteadyProblem, start: Parameters, *places: Parameters) -> Steady | Ended:
     """Create a scene at the last of some parameters, continued from a start by the others.
 
     Raises:
@@ -88,7 +88,7 @@ def _by(problem: SteadyProblem, start: Parameters, *places: Parameters) -> Stead
     return scene
 
 
-def at_once(scene: Steady) -> bool:
+def try_from_rest(scene: Steady) -> bool:
     """Solve for the parameters of a new scene from spheres in a liquid at rest, without a memory and little thinning.
 
     Measured for beta 0.2, 0.4 and 0.6 and distances of 0.02 to 0.5: it converges up to Ca_e 0.2, 0.1 and 0.05.
@@ -105,7 +105,7 @@ def at_once(scene: Steady) -> bool:
     return False
 
 
-def adopted(scene: Steady, parameters: Parameters, scout: Steady) -> bool:
+def try_from_other_mesh(scene: Steady, parameters: Parameters, scout: Steady) -> bool:
     """Solve at given parameters from a solution of the same scene on another mesh.
 
     Returns:
@@ -129,13 +129,13 @@ def first_scene(problem: SteadyProblem, parameters: Parameters) -> Steady | Ende
     """
     scene, scout, ends = Steady(problem, parameters), None, list[Ended]()
     try:
-        if at_once(scene):
+        if try_from_rest(scene):
             return scene
         scout = _scout(problem, parameters, ends)
         if scout is None and len(ends) == 2 and (end := agreed(ends, parameters)).proven:
             scene.close()
             return end
-        found = scout is not None and adopted(scene, parameters, scout)
+        found = scout is not None and try_from_other_mesh(scene, parameters, scout)
         if scout is not None:
             scene.take_over_costs(scout)
     except NoSteadyState:
@@ -147,7 +147,7 @@ def first_scene(problem: SteadyProblem, parameters: Parameters) -> Steady | Ende
     if found:
         return scene
     scene.close()
-    other = walked(problem, parameters)
+    other = by_continuation(problem, parameters)
     if isinstance(other, Ended):
         return agreed([*ends, other], parameters) if other.kind else other
     other.take_over_costs(scene)
@@ -166,7 +166,7 @@ def _scout(problem: SteadyProblem, parameters: Parameters, ends: list[Ended]) ->
         return None
     for factor in (SCOUT, FINER_SCOUT):
         with suppress(MeshFailure, NoSteadyState):
-            found = walked(coarser(problem, factor, SCOUT_CELLS), parameters)
+            found = by_continuation(coarser(problem, factor, SCOUT_CELLS), parameters)
             if isinstance(found, Steady):
                 return found
             ends += [found] if found.kind else []
