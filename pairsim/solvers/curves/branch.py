@@ -29,8 +29,8 @@ BESIDE = 1.05
 # Logarithm of the ratio of parameters between known solutions. Closer ones are not kept: a solution takes much memory,
 # and a known one is only needed where the present one is far away. Chosen.
 SPACING = 0.05
-# Part of the half-width of dU that may be left of it at a zero, and how many solutions are made to get below; chosen.
-LEFT, MOST_CORRECTIONS = 0.1, 4
+ZERO_TOLERANCE = 0.1  # part of the half-width of dU up to which it is zero; chosen
+MOST_CORRECTIONS = 4  # solutions that are made to get below; chosen
 
 
 @dataclass(frozen=True)
@@ -181,7 +181,7 @@ class Branch:
             for _ in range(MOST_CORRECTIONS):
                 point = Branch.at(self, parameters.with_gap(d))
                 left_over = float(point.held_dUs[0])
-                if abs(left_over) <= LEFT * point.estimate.dU_error[0]:
+                if abs(left_over) <= ZERO_TOLERANCE * point.estimate.dU_error[0]:
                     return replace(point, newton=scene.iterations - before)
                 d -= left_over / float(point.slopes[0])
                 if not left / BESIDE < d < right * BESIDE:
@@ -215,7 +215,7 @@ class Branch:
                 return None
             point, place, y = self._read(before), found, scene.y
             left, self._at_zero = point.held_dUs[0], float(point.correction[0])
-            if abs(left) <= LEFT * point.estimate.dU_error[0]:
+            if abs(left) <= ZERO_TOLERANCE * point.estimate.dU_error[0]:
                 break
         return point
 

@@ -26,8 +26,11 @@ from pairsim.solvers.steady.tangents import tangent_along
 Followed = Literal["Ca_e", "De"]
 Kind = Literal["wanted", "added", "vanishes", "edge"]
 
-FIRST, LONGEST, SHORTEST = 0.1, 0.4, 1e-3  # steps of the arc length; chosen
-EASY = 3  # number of Newton iterations up to which the step grows; chosen
+# Steps of the arc length; chosen.
+FIRST = 0.1
+LONGEST = 0.4
+SHORTEST = 1e-3
+FEW_ITERATIONS = 3  # Newton iterations up to which the step grows; chosen
 MOST_STEPS = 400  # on one line of zeros; chosen
 
 
@@ -222,7 +225,7 @@ class Follower:
             if point is not None and np.linalg.norm(self._here() - at) < max(length, 0.02):
                 if kind != "wanted" and (landed := self._landed(here, change, before)) is not None:
                     point, kind = landed, "wanted"
-                easy = scene.iterations - iterations <= EASY
+                easy = scene.iterations - iterations <= FEW_ITERATIONS
                 return point, kind, min(LONGEST, step * 1.5) if easy else step
             branch.recall(before)
             step = length / 3

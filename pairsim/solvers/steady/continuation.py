@@ -34,14 +34,15 @@ SMALLEST = 2e-3  # step, relative to the distance to the target, below which nat
 FAR = 1.05
 # What helps where continuation does not: a run needs no steady state, and says whether it comes near one.
 IN_TIME = "pairsim run from this distance, which shows whether a steady state is approached"
-EASY, HARD = 2, 5  # numbers of Newton iterations up to which the step is doubled, and from which it is halved
+FEW_ITERATIONS = 2  # Newton iterations up to which the step is doubled
+MANY_ITERATIONS = 5  # Newton iterations from which it is halved
 MOST_RELAXED = 3  # consecutive steps by pseudo-time; without a limit they could approach a fold in ever smaller steps
 # By how much the end of a branch may differ from that on other meshes, as a part of the parameter followed, where it is
 # known on one mesh, and on several: the largest difference that was measured, and that at beta up to 0.5, rounded up
 # (docs/explanation/decisions.md, "Laws").
 MESH_SPREAD, SPREAD_OF_SEVERAL = 0.3, 0.1
-# Part of the distance to a fold by which it is approached at a time, and part of the way below which it is known.
-CLOSER, NEAR_ENOUGH = 0.7, 2e-3
+CLOSER = 0.7  # part of the distance to a fold by which it is approached at a time
+NEAR_ENOUGH = 2e-3  # part of the way to a fold below which the fold is known
 COLD_CAPILLARY = 0.01
 STIFFER = (1.0, 0.2, 0.04, 0.008)  # factors of Ca_e that are tried in turn for the first solution
 
@@ -181,7 +182,7 @@ def _continued(steady: Steady, target: Parameters, way: list[Passed]) -> Ended |
                 report = steady.solve(there, guess)
                 refused = report.reason
                 if report.converged:
-                    longest = step * (2.0 if report.iterations <= EASY else 1.0 if report.iterations < HARD else 0.5)
+                    longest = step * _growth(report.iterations)
                     relaxed = 0
                     break
             except MeshFailure as failure:
@@ -199,6 +200,13 @@ def _continued(steady: Steady, target: Parameters, way: list[Passed]) -> Ended |
                 break
         tau = to
     return None
+
+
+def _growth(iterations: int) -> float:
+    """Factor of the next step after so many Newton iterations."""
+    if iterations <= FEW_ITERATIONS:
+        return 2.0
+    return 1.0 if iterations < MANY_ITERATIONS else 0.5
 
 
 def _far(here: Parameters, there: Parameters) -> bool:

@@ -25,9 +25,8 @@ from pairsim.solvers.steady.scene import Steady
 from pairsim.solvers.steady.snapshot import Snapshot
 
 LAST = 4  # solutions before the end from which it is told; chosen
-# Part of the fastest of their rates below which the last one must be for the way to end in a fold, and the largest
-# distance of the fold from the last solution, in steps to it from the solution before; chosen.
-SLOW, NEAR = 0.6, 3.0
+SLOWED_DOWN = 0.6  # part of the fastest of their rates below which the last one must be before a fold; chosen
+FARTHEST_FOLD = 3.0  # distance from the last solution, in steps to it from the solution before; chosen
 # Compression at which waves of the length of the cells were found to be neutral, over that of an ideal surface.
 MARGIN = 1.25
 
@@ -125,7 +124,7 @@ def end_after(steady: Steady, trail: Sequence[tuple[float, Snapshot]]) -> End | 
     compression = least_compression(steady.bodies, steady.state()[0])
     tau, step = rates[-1][0], max((b[0] - a[0] for a, b in pairwise(rates)), default=0.0)
     fold = _fold(rates)
-    if fold is not None and fold[0] - tau < NEAR * step:
+    if fold is not None and fold[0] - tau < FARTHEST_FOLD * step:
         return End("fold", *fold, compression)
     if compression < MARGIN * UNSTABLE:
         return End("wrinkles", tau, step, compression)
@@ -135,7 +134,7 @@ def end_after(steady: Steady, trail: Sequence[tuple[float, Snapshot]]) -> End | 
 def _fold(rates: Sequence[tuple[float, float]]) -> tuple[float, float] | None:
     """Place at which the square of the rates vanishes, and its error; None where they do not fall towards it."""
     tau, rate = np.array(rates).T
-    if len(rates) < 3 or rate[-1] > SLOW * rate.max() or rate[-1] > rate[-2]:
+    if len(rates) < 3 or rate[-1] > SLOWED_DOWN * rate.max() or rate[-1] > rate[-2]:
         return None
     places = []
     for count in (2, 3):

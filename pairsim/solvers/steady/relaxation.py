@@ -27,10 +27,13 @@ from pairsim.solvers.steady.motion import moving_residual
 from pairsim.solvers.steady.scene import Steady
 from pairsim.solvers.steady.tangents import gap_tangents, tangent_along
 
-# Krylov steps at least, at most, and at most with viscous solids, whose insides have waves of their own; residual of an
-# eigenpair, relative to tau_0 + De, at which they end and at which it counts; least part of a mode in the start. All
-# chosen: short waves have less than 0.005, and tau_0 is good to 5 %, with viscous solids to 15 %.
-FEWEST, MOST, MOST_INSIDE, ENOUGH, COUNTS, EXCITED = 4, 8, 25, 0.03, 0.1, 0.02
+# All chosen: tau_0 is good to 5 %, with viscous solids to 15 %.
+FEWEST_STEPS = 4  # Krylov steps
+MOST_STEPS = 8
+MOST_STEPS_VISCOUS = 25  # with viscous solids, whose insides have waves of their own
+CONVERGED = 0.03  # residual of an eigenpair, relative to tau_0 + De, at which the steps end
+ACCEPTED = 0.1  # the same, up to which an eigenpair counts
+LEAST_EXCITED = 0.02  # part of a mode in the start from which it counts; short waves have less than 0.005
 PROBE = 1e-3  # largest velocity of the surfaces in a probe [U_av], small enough for SUPG to be linear; chosen
 SOLVED = 1e-2  # residual of the linear systems: changes times by up to 1e-3 of themselves, .1 by 4 %
 
@@ -79,7 +82,7 @@ def _shape_time(steady: Steady, moving: np.ndarray, De: float) -> tuple[float, f
     parameters, still = steady.parameters, steady.residual()
     no_rates = np.zeros(len(parameters.gaps))
     viscous = any(_is_viscous(body) for body in steady.bodies)
-    most = MOST_INSIDE if viscous else MOST
+    most = MOST_STEPS_VISCOUS if viscous else MOST_STEPS
 
     def times(v: Array, *, solids: bool = True) -> Array:
         y_t, scale = np.zeros(len(moving)), PROBE / float(np.abs(v).max())
@@ -101,10 +104,10 @@ def _shape_time(steady: Steady, moving: np.ndarray, De: float) -> tuple[float, f
         mu, vectors = np.linalg.eig(H[: j + 1, : j + 1])
         part = np.abs(np.linalg.solve(vectors, np.eye(j + 1)[0].astype(complex)))
         left = np.abs(H[j + 1, j] * vectors[-1]) / (np.abs(mu) + De)
-        slowest = int(np.argmax(np.where(part > EXCITED, np.abs(mu), 0.0)))
-        if j + 1 >= FEWEST and left[slowest] < ENOUGH:
+        slowest = int(np.argmax(np.where(part > LEAST_EXCITED, np.abs(mu), 0.0)))
+        if j + 1 >= FEWEST_STEPS and left[slowest] < CONVERGED:
             break
-    counted = (part > EXCITED) & ((left < COUNTS) | (np.arange(len(mu)) == slowest)) & (mu.real > 0)
+    counted = (part > LEAST_EXCITED) & ((left < ACCEPTED) | (np.arange(len(mu)) == slowest)) & (mu.real > 0)
     # A disturbance exp(-t/mu) decays with the real part of 1/mu.
     times_of = np.where(counted, 1 / np.where(counted, np.real(1 / mu), 1.0), 0.0)
     if not counted.any():

@@ -229,7 +229,7 @@ class Steady(ParametricScene):
     def factor(self) -> None:
         """Assemble the matrix at the solution for tangents, and factorise it unless the factors in hand serve.
 
-        One iteration with it takes away what those with the matrices of earlier iterates have left.
+        One step with this matrix removes the error that lagged matrices leave.
 
         Raises:
             NoSteadyState: The matrix is singular.
