@@ -143,10 +143,9 @@ def status(directory: Annotated[Path, _path("Folder of results.")]) -> None:
     from pairsim.sweeps.folder import read_sweep
     from pairsim.sweeps.progress import status_view
 
-    kind, working = kind_of(directory), is_locked(directory)
-    if kind in ("sweep", "study"):
+    if (kind := kind_of(directory)) in ("sweep", "study"):
         inner = sorted(path.parent for path in directory.glob("*/sweep.json"))
         sweeps = [directory] if kind == "sweep" else inner
-        print_table(Group(*(status_view(read_sweep(sweep, values=False), working) for sweep in sweeps)))
+        print_table(Group(*(status_view(read_sweep(sweep, values=False), is_locked(sweep)) for sweep in sweeps)))
     else:
-        print_table(standing_view(directory, working))
+        print_table(standing_view(directory, is_locked(directory)))

@@ -43,7 +43,8 @@ def read_study(path: Path, settings: tuple[str, ...] = ()) -> tuple[StudyFile, l
     file, wrong = check_file("study", StudyFile, check_study, data, str(path))
     if file is not None and not wrong:
         names = [f"discretisations[{i}]" for i in range(len(file.discretisations))]
-        grids = [grid_from(path, _grid_file(file, data, i), settings, names) for i in range(max(file.repeats))]
+        by_count = {n: grid_from(path, _grid_file(file, data, n), settings, names) for n in sorted({*file.repeats})}
+        grids = [next(by_count[n] for n in by_count if n > i) for i in range(max(file.repeats))]
         known = series_columns(grids[0].cases[0].resolved["particles"])[1:]
         if file.quantity not in known:
             wrong.append(Mistake("quantity", file.quantity, f"must be one of {', '.join(known)}"))
@@ -54,12 +55,12 @@ def read_study(path: Path, settings: tuple[str, ...] = ()) -> tuple[StudyFile, l
     return file, grids
 
 
-def _grid_file(file: StudyFile, data: dict[str, Any], repetition: int) -> dict[str, Any]:
-    """The content of the grid file of a repetition, counted from 0."""
+def _grid_file(file: StudyFile, data: dict[str, Any], repetitions: int) -> dict[str, Any]:
+    """The content of the grid file of the discretisations with at least so many repetitions."""
     at = {"d" if file.command == "curve" else "output.times": file.at} if file.at else {}
     cases = []
     for entry, count in zip(data["discretisations"], file.repeats, strict=True):
-        if count > repetition:
+        if count >= repetitions:
             changes = {key: value for key, value in entry.items() if key != "repeat"}
             cases.append(Section(changes | at, places_in(entry)))
     return {key: data[key] for key in ("name", "base", "command") if key in data} | {"cases": cases}

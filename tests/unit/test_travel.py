@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
+import re
 
 import numpy as np
 import pytest
 from support.result_folders import curve_table
-from typer.testing import CliRunner
 
-from pairsim.cli.app import app
-from pairsim.results.table_files import table_text
 from pairsim.results.travel import travel
 from pairsim.runtime.errors import InputError
 
@@ -129,17 +125,21 @@ def test_what_cannot_be_reached_is_refused(start: float, stop: float, key: str, 
         ("0.1", "0.34", "--to: got 0.34; must be between"),
     ],
 )
-def test_messages_show_the_distance_as_it_was_typed(start: str, stop: str, message: str, tmp_path: Path) -> None:
+def test_messages_show_the_distance_as_it_was_typed(start: str, stop: str, message: str) -> None:
     """17 um in a tube of 50 um is .33999999999999997 D_c in double precision."""
-    record = {"status": "finished", "kind": "curve"}
-    record |= {"scales": {"length": 50e-6, "time": 0.005, "velocity": 0.01, "stress": 170.0}}
-    (tmp_path / "run.json").write_text(json.dumps(record))
-    two = {"U_L": np.full(2, 1.8), "U_T": np.full(2, 1.8)}
-    columns = curve_table(np.array([0.1, 0.3]), np.full(2, 1e-3), np.zeros(2), **two)
-    (tmp_path / "curve.csv").write_text(table_text(list(columns), zip(*columns.values(), strict=True)))
-    result = CliRunner().invoke(app, ["travel", str(tmp_path), "--from", start, "--to", stop])
-    assert isinstance(result.exception, InputError)
-    assert message in str(result.exception)
+    record = {"scales": {"length": 50e-6, "time": 0.005, "velocity": 0.01, "stress": 170.0}}
+    d, same = np.array([0.1, 0.3]), np.full(2, 1e-3)
+    columns = {
+        "d": d,
+        "dU": same,
+        "dU_held": same,
+        "dU_discrete": same,
+        "slope": 0 * d,
+        "U_L": 0 * d,
+        "U_T": 1.8 + 0 * d,
+    }
+    with pytest.raises(InputError, match=re.escape(message)):
+        travel(columns, start, stop, "test", record)
 
 
 def test_curve_of_one_particle_has_no_way() -> None:
