@@ -138,7 +138,7 @@ def status(directory: Annotated[Path, _path("Folder of results.")]) -> None:
     from rich.console import Group
 
     from pairsim.results.folders import kind_of
-    from pairsim.results.standing import standing_view
+    from pairsim.results.status import case_status
     from pairsim.runtime.locks import is_locked
     from pairsim.sweeps.folder import read_sweep
     from pairsim.sweeps.progress import status_view
@@ -148,4 +148,4 @@ def status(directory: Annotated[Path, _path("Folder of results.")]) -> None:
         sweeps = [directory] if kind == "sweep" else inner
         print_table(Group(*(status_view(read_sweep(sweep, values=False), is_locked(sweep)) for sweep in sweeps)))
     else:
-        print_table(standing_view(directory, is_locked(directory)))
+        print_table(case_status(directory, is_locked(directory)))

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable
 from contextlib import suppress
 from typing import Literal, get_args
 
-from rich.console import Console, Group, RenderableType
+from rich.console import Console, Group
 from rich.live import Live
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Column
@@ -21,18 +20,11 @@ from pairsim.runtime.signals import sigterm_waits
 Style = Literal["auto", "bar", "lines", "none"]
 """How progress is shown; auto: a bar on a terminal, lines elsewhere."""
 LINE_EVERY = 5.0  # seconds between plain lines
-COLOURS = {"finished": "green", "failed": "red", "timeout": "yellow", "running": "cyan"}
-"""Colours of the cases of a sweep, by status."""
 
 
 class Reporter:
-    """Shows nothing; the base of the others.
+    """Shows nothing; the base of the others."""
 
-    Attributes:
-        silent: Whether it shows nothing.
-    """
-
-    silent = True
     title = ""
 
     def start(self, title: str, goal: str, total: float) -> None:
@@ -55,9 +47,6 @@ class Reporter:
     def on_the_way(self, place: str) -> None:
         """Show where a computation is that has no step or point to show yet."""
 
-    def show(self, view: Callable[[], RenderableType]) -> None:
-        """Show the state of a sweep in place of that before, on a terminal."""
-
     def note(self, text: str) -> None:
         """Show what the user should know."""
         self.say(f"{self.title}: note: {text}" if self.title else text)
@@ -69,8 +58,6 @@ class Reporter:
 
 class LineReporter(Reporter):
     """Lines for logs. Steps now and then: percent, state of the solution, seconds so far, seconds left."""
-
-    silent = False
 
     def start(self, title: str, goal: str, total: float) -> None:
         super().start(title, goal, total)
@@ -98,14 +85,10 @@ class LineReporter(Reporter):
 
 
 class BarReporter(Reporter):
-    """A live bar, and below it the state of the solution; both fit a terminal of 80 columns. Of a sweep its view."""
-
-    silent = False
+    """A live bar, and below it the state of the solution; both fit a terminal of 80 columns."""
 
     def __init__(self) -> None:
         self.console = Console(stderr=True)
-        # Refreshed by hand in a sweep: a thread must not be alive when children are forked.
-        self.live = Live(console=self.console, auto_refresh=False)
 
     def start(self, title: str, goal: str, total: float) -> None:
         self.title = title
@@ -132,11 +115,6 @@ class BarReporter(Reporter):
     def on_the_way(self, place: str) -> None:
         self.live.update(self._view(f"on the way: {place}"))
 
-    def show(self, view: Callable[[], RenderableType]) -> None:
-        if not self.live.is_started:
-            self.live.start()
-        self.live.update(view(), refresh=True)
-
     def finish(self, text: str) -> None:
         self.live.stop()
         super().finish(text)
@@ -158,9 +136,9 @@ def style_of(progress: bool | Style) -> Style:
     return progress
 
 
-def make_reporter(style: Style, rank: int = 0) -> Reporter:
-    """The reporter of a style; one that shows nothing on other processes than the first."""
-    if style == "none" or rank > 0:
+def make_reporter(style: Style) -> Reporter:
+    """The reporter of a style."""
+    if style == "none":
         return Reporter()
     bar = style == "bar" or (style == "auto" and sys.stderr.isatty())
     return BarReporter() if bar else LineReporter()

@@ -13,11 +13,11 @@ from rich.table import Table
 from rich.text import Text
 
 from pairsim.drivers.progress import Style
+from pairsim.results.status import COLOURS
 from pairsim.runtime.signals import sigterm_waits
 from pairsim.sweeps.folder import CaseState
 from pairsim.sweeps.grid import Grid
 
-COLOURS = {"finished": "green", "failed": "red", "running": "cyan"}
 NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?")
 """By which the warnings of one kind differ."""
 

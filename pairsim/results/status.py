@@ -1,4 +1,4 @@
-"""Status of a run, curve or search for critical distances, from its run.json."""
+"""How a case stands, from its run.json, for `pairsim status`."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from rich.text import Text
 from pairsim.results.folders import valid_record
 
 COLOURS = {"finished": "green", "failed": "red", "interrupted": "yellow", "running": "cyan"}
+"""Of cases, by status."""
 
 
-def standing_view(directory: Path, working: bool) -> Group:
+def case_status(directory: Path, working: bool) -> Group:
     """Status, message, wall time and warnings of a folder, for the terminal.
 
     Args:
