@@ -46,8 +46,8 @@ def solve(
     expected = len(between(places, case.max_points)) if case.common else len(places)
     yield events.Begin(f"{expected} point{'s' * (expected > 1)}, more as needed", expected, forms_of(case))
     with Solutions(case, warm_start) as found:
-        points, frames, warnings = found.points, list[FieldFrame](), list[str]()
-        yield events.AtEnd(partial(_end, case, found, frames, warnings))
+        points, warnings = found.points, list[str]()
+        yield events.AtEnd(partial(_end, case, found, warnings))
         start = Parameters(places[0], case.solid_models, case.liquid_model)
         narrowest = min((d for place in places for d in place), default=np.inf)
         problem = steady_problem(case, narrowest, monitor)
@@ -59,9 +59,9 @@ def solve(
                 points.sort(key=lambda p: p.d)
             count = len(points)
             yield events.Row("curve", point_row(point) | {"wanted": float(wanted)})
-            yield events.Progress(min(count, expected), _shown(point, count), count)
             if any(abs(point.d - d) < 1e-9 * d for d in case.fields):
-                frames.append(_frame(point.d, branch.scene))
+                yield events.Frame(_frame(point.d, branch.scene))
+            yield events.Progress(min(count, expected), _shown(point, count), count)
         message = f"{len(points)} points"
         if case.n == 2 and case.velocity is None:
             zeros = yield from _zeros(branch, points, warnings)
@@ -94,7 +94,7 @@ def _shown(point: Point, count: int) -> str:
 def _frame(d: float, scene: Steady) -> FieldFrame:
     """The fields of the present solution."""
     (h, x), flow = scene.state(), scene.developed_flow
-    moment = SteadyMoment(d, scene.scene, scene.meshes, x, h, scene.constraints.V @ scene.y)
+    moment = SteadyMoment(d, scene.scene, x, h, scene.constraints.V @ scene.y)
     return frame(moment, scene.h_star(scene.parameters), flow)
 
 
@@ -134,8 +134,8 @@ def _said(zero: Equilibrium) -> str:
     return f"{kind} at d = {zero.d:.5g}{'' if zero.certain else ' (uncertain)'}"
 
 
-def _end(case: CurveCase, found: Solutions, frames: list[FieldFrame], warnings: list[str]) -> Iterator[events.Event]:
-    """What run.json says, and the fields in ascending distance."""
+def _end(case: CurveCase, found: Solutions, warnings: list[str]) -> Iterator[events.Event]:
+    """What run.json says, and the fields of the last state on a way that has not arrived."""
     points, entries = found.points, dict[str, Any](points=len(found.points))
     if case.velocity is not None:
         warnings = [*warnings, *_large_force_errors(case, points)]
@@ -149,9 +149,7 @@ def _end(case: CurveCase, found: Solutions, frames: list[FieldFrame], warnings: 
         warnings = [*warnings, *missed, *moved, *(far_apart(case, curves, size) if size > ROUNDING else [])]
     yield from found.last_events(entries, warnings)
     if found.ended is not None and found.ended.last is not None and case.n > 1:
-        frames.append(_last_shapes(found.ended.last))
-    for each in sorted(frames, key=lambda each: each.t):
-        yield events.Frame(each)
+        yield events.Frame(_last_shapes(found.ended.last))
 
 
 def _large_force_errors(case: CurveCase, points: list[Point]) -> list[str]:

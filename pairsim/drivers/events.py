@@ -89,7 +89,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame of fields.xdmf, after those before it in time or distance; where it is a function, this computes it."""
+    """A frame of fields.xdmf; where it is a function, this computes it."""
 
     fields: FieldFrame | Callable[[], FieldFrame]
 
@@ -99,7 +99,7 @@ class Resumable:
     """A state from which the computation can go on; the last one is always kept.
 
     Attributes:
-        checkpoint: Makes it a `Checkpoint`, from the rows and frames written and the wall time.
+        checkpoint: Makes it a `Checkpoint`, from the numbers of rows and frames written and the wall time.
         every: Wall time after which a checkpoint is due [s].
         convenient: Whether this is a good moment for one, if it costs little.
     """

@@ -10,7 +10,6 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -21,10 +20,10 @@ from pairsim.drivers.outcome import Outcome, Record
 from pairsim.drivers.progress import Reporter
 from pairsim.fem.form_cache import compile_apart
 from pairsim.results.checkpoint import Checkpoint, check_same, load
-from pairsim.results.fields_writer import FieldsWriter, gather_frames
 from pairsim.results.folders import kind_of, read_record
 from pairsim.results.output import CHECKPOINT, RunFolder, plain
 from pairsim.results.table_files import TableWriter, read_table
+from pairsim.results.xdmf import FieldsWriter
 from pairsim.runtime.child_process import DISK
 from pairsim.runtime.duration import duration
 from pairsim.runtime.errors import InputError, RunFailure, WriteFailure
@@ -170,7 +169,7 @@ class Session:
             patience=options.patience if options.budget is None else None,
             listener=self.on_the_way,
         )
-        self._notes, self._damage = notes, list[str]()
+        self._notes = notes
         self._t, self._step = (self.old.state.history.t[0], self.old.state.counts.steps) if self.old else (0.0, 0)
         self._tables: dict[str, TableWriter] = {}
         self._at_end: Callable[[], Iterable[events.Event]] = tuple
@@ -192,6 +191,7 @@ class Session:
         if self.old is None:
             with self._writing():
                 self.record.write(None, {}, {})
+                self._fields = FieldsWriter(self.folder.path)
         outcome = self._follow(computation)
         nothing = self.old is not None and not self._tables and outcome.status == "finished"
         try:
@@ -230,7 +230,7 @@ class Session:
             case events.Begin():
                 self._begun = True
                 self.reporter.start(self.case.name or self._options.title or self.case.slug, event.goal, event.total)
-                for note in (*self._notes, *self._damage):
+                for note in self._notes:
                     self.reporter.note(note)
                 compile_apart(event.forms, self.reporter.note, self.monitor)
             case events.Note(text):
@@ -269,23 +269,14 @@ class Session:
         flags = {"appended": table.appended, "ascending": table.ascending}
         self._tables[table.name] = TableWriter(path, table.columns, rows, **flags)
         if old is not None:
-            lost = old.frames - self._fields.frames if old.frames else 0
-            self._damage += [f"{lost} frames of fields.xdmf could not be read and are lost"] if lost else []
+            self._fields = FieldsWriter(self.folder.path, old.frames)
             self.folder.write_yaml("case.yaml", self.case.resolved())
             self.record.write(None, {}, {})
-
-    @cached_property
-    def _fields(self) -> FieldsWriter:
-        """The writer of frames, after those of the checkpoint."""
-        old = self.old
-        return FieldsWriter(self.folder.path, *((old.frames, old.state.history.t[0]) if old is not None else ()))
 
     def _keep(self, event: events.Resumable) -> None:
         """Keep a state in memory, and write it if a checkpoint is due."""
         (table,) = (table for table in self._tables.values() if table.appended)
-        # Fields that come at the end are not counted: a computation with another end has none at this time.
-        frames = self._fields.frames if "_fields" in vars(self) else 0
-        self._latest = event.checkpoint(table.count, frames, self.record.passed)
+        self._latest = event.checkpoint(table.count, self._fields.frames, self.record.passed)
         passed = time.monotonic() - self._saved
         if passed >= event.every or (event.convenient and passed > CHEAP * self._cost):
             self._save()
@@ -316,15 +307,9 @@ class Session:
         except WriteFailure as failure:
             outcome = Outcome("failed", failure.reason, str(failure))
         finally:
-            if outcome.status != "interrupted":
-                with suppress(OSError):  # the frames are complete as they are
-                    gather_frames(self.folder.path)
             if not recorded:
                 with self._writing():
-                    entries = {
-                        **self._summary.entries,
-                        "warnings": [*self._damage, *self._summary.warnings],
-                    }
+                    entries = {**self._summary.entries, "warnings": [*self._summary.warnings]}
                     self.record.write(outcome, entries, dict(self._summary.phases))
         return outcome
 

@@ -59,8 +59,6 @@ class Moment(Protocol):
     @property
     def scene(self) -> Scene: ...
     @property
-    def mesh_id(self) -> int: ...
-    @property
     def x(self) -> Array: ...
     @property
     def h(self) -> Array: ...
@@ -74,7 +72,6 @@ class SteadyMoment:
 
     t: float
     scene: Scene
-    mesh_id: int
     x: Array
     h: Array
     velocity: Array
@@ -126,7 +123,7 @@ def frame(step: Moment, origin: Array, flow: PipeState) -> FieldFrame:
     for name, values in fields.items():  # of the liquid; 0 in particles
         data[name] = np.zeros((len(points), *values.shape[1:]))
         data[name][: len(nodes)] = values
-    return FieldFrame(step.t, step.mesh_id, points, np.vstack(cells), np.concatenate(region), data)
+    return FieldFrame(step.t, points, np.vstack(cells), np.concatenate(region), data)
 
 
 def _at_nodes(values: Array, mesh: SixNodeMesh) -> Array:

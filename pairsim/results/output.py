@@ -19,9 +19,8 @@ from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import LOCK_FILES
 
 SERIES, WAY, CHECKPOINT, REPORT = "series.csv", "way.csv", "checkpoint.npz", "report.html"
-FIELDS_XDMF, FIELDS_LAST, FIELDS_H5 = "fields.xdmf", "fields_last.xdmf", "fields.h5"
-FRAMES = "fields"
-"""Folder with a file for each frame of fields, while a command is at work."""
+FIELDS_XDMF, FRAMES = "fields.xdmf", "fields"
+"""The index of the frames of fields, and the folder with a file for each."""
 PICTURES = ("fields", "runs", "curves")
 EXTRA = ("velocity_extra", "tau_zz_extra", "pressure_extra")
 FIELD_NAMES = ("velocity", "streamlines", "tr_c", "N1", "tau_zz", "pressure", *EXTRA)
@@ -31,8 +30,8 @@ OWN_FILES = (
     "run.json",
     CHECKPOINT,
     FIELDS_XDMF,
-    FIELDS_LAST,
-    FIELDS_H5,
+    "fields_last.xdmf",  # these two of version 0.2
+    "fields.h5",
     REPORT,
     *(f"{stem}.{end}" for stem in (*PICTURES, *(f"field-{n}" for n in FIELD_NAMES)) for end in PICTURE_ENDINGS),
 )
@@ -65,7 +64,7 @@ def part_of(path: Path) -> Path:
 def frame_files(folder: Path) -> list[tuple[int, Path]]:
     """The files of single frames of fields with their numbers, also those that a killed run left unfinished."""
     found = [
-        (re.fullmatch(r"(\d{6,})\.h5|\.(\d{6,})\.h5\.part", file.name), file) for file in folder.glob(f"{FRAMES}/*")
+        (re.fullmatch(r"(\d{4,})\.h5|\.(\d{4,})\.h5\.part", file.name), file) for file in folder.glob(f"{FRAMES}/*")
     ]
     return sorted((int(match[1] or match[2]), file) for match, file in found if match)
 
@@ -96,8 +95,6 @@ def replaced(path: Path) -> Iterator[BinaryIO]:
     try:
         with part.open("wb") as file:
             yield file
-            file.flush()
-            os.fsync(file.fileno())
         os.replace(part, path)
     except BaseException:
         with suppress(OSError):  # on a file system that is read-only

@@ -1,46 +1,42 @@
-"""Fields on a moving mesh, and how they are read from a folder: fields.xdmf describes them, HDF5 files hold the data.
+"""Fields on a moving mesh: a file for each frame, and fields.xdmf, the index of these files.
 
-Each time has its own geometry, because the mesh moves, and refers to a topology, which changes at remeshing. Only
-features of XDMF are used that ParaView, pyvista (VTK) and meshio all read:
+A frame, `fields/NUMBER.h5`, holds the fields at one time together with their mesh, since geometry and topology change
+with time. It is written aside and renamed, and fields.xdmf, which is then replaced in the same way, names whole frames
+only, whatever ends the process. Its paths are relative, so that a folder may be moved.
 
-* `fields.xdmf` is a temporal collection. ParaView and pyvista show the deformed particles at every time.
-  `meshio.xdmf.TimeSeriesReader` uses the mesh of the first time for all times; for another one set
-  `reader.mesh_grid = reader.collection[k]` before `read_points_cells`, or take the points from the field `position`.
-* `fields_last.xdmf` has the last time only, for meshio and ParaView: `meshio.read` rejects XDMF files with times, and
-  pyvista rejects those without.
+fields.xdmf is a temporal collection, with those features of XDMF alone that ParaView, pyvista (VTK) and meshio all
+read. ParaView and pyvista show the deformed particles at every time. `meshio.xdmf.TimeSeriesReader` uses the mesh of
+the first time for all times; for another one set `reader.mesh_grid = reader.collection[k]` before
+`read_points_cells`. `meshio.read` rejects XDMF files with times.
 
 Vectors are stored with three components (z, r, 0), symmetric tensors as four scalars `name_zz`, `_zr`, `_rr`, `_tt`.
-The data of a frame are in the group `/frames/NUMBER`, those of a mesh in `/mesh/NUMBER`: of a command at work in
-`fields/NUMBER.h5`, of one that has ended in `fields.h5` (see `pairsim.results.fields_writer`). Which frames there are,
-and where, is what fields.xdmf says.
 """
 
 from __future__ import annotations
 
-import errno
+import io
 import re
-from collections.abc import Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pairsim.results.output import FIELDS_XDMF
+from pairsim.results.output import FIELDS_XDMF, FRAMES, frame_files, write_bytes, write_text
 from pairsim.runtime.errors import InputError
-
-if TYPE_CHECKING:
-    import h5py
 
 TENSOR = ("zz", "zr", "rr", "tt")
 TOPOLOGY = {6: "Tri_6", 9: "Quad_9"}
 """XDMF cell types by number of nodes, in the spelling that both VTK and meshio read."""
-DAMAGE = (OSError, LookupError, RuntimeError, TypeError, ValueError)
-"""What h5py and numpy raise for files that are missing, damaged, or hold something else."""
-REFERENCE = re.compile(r"(fields(?:/\d+)?\.h5):(/(?:frames|mesh)/\d+)/\w+")
+HEAD = '<?xml version="1.0" encoding="utf-8"?>\n<Xdmf Version="3.0">\n <Domain>\n'
+HEAD += '  <Grid Name="fields" GridType="Collection" CollectionType="Temporal">\n'
+END = "  </Grid>\n </Domain>\n</Xdmf>\n"
+REFERENCE = re.compile(r"(fields(?:/\d+)?\.h5):((?:/\w+)+)")
+"""File, relative to the folder, and dataset of an array; until version 0.2 the file was `fields.h5`."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +45,6 @@ class FieldFrame:
 
     Attributes:
         t: Time [D_c/U_av]; for a curve the distance [D_c].
-        mesh_id: Number of the mesh; increases at remeshing.
         points: Coordinates z, r of the nodes of the deformed mesh [D_c], shape (n, 2).
         cells: Node numbers in the order of VTK: triangles, shape (m, 6), or quadrilaterals, shape (m, 9).
         region: 0 in the liquid, i in particle i from upstream, shape (m,).
@@ -57,7 +52,6 @@ class FieldFrame:
     """
 
     t: float
-    mesh_id: int
     points: NDArray[np.float64]
     cells: NDArray[np.int64]
     region: NDArray[np.int64]
@@ -84,74 +78,132 @@ def components(values: NDArray[np.float64], name: str) -> dict[str, NDArray[np.f
     return {f"{name}_{part}": values[:, i] for i, part in enumerate(TENSOR)}
 
 
-@dataclass(frozen=True)
-class Place:
-    """Where the data of a frame are.
+class FieldsWriter:
+    """Writes frames as they are computed.
 
-    Attributes:
-        t: Time of the frame [D_c/U_av]; for a curve the distance [D_c].
-        data: HDF5 file, relative to the folder of the results, and group of the fields.
-        mesh: HDF5 file and group of the topology.
-    """
-
-    t: float
-    data: tuple[str, str]
-    mesh: tuple[str, str]
-
-
-def place_of(grid: ElementTree.Element) -> Place:
-    """Where the data of a grid of fields.xdmf are.
+    Args:
+        folder: Existing folder.
+        keep: Number of frames of the folder to keep, in the order of times; the others are removed.
 
     Raises:
-        ValueError: It is not a grid as pairsim writes it.
+        InputError: fields.xdmf is damaged.
+        OSError: The files cannot be written.
     """
-    time, found = grid.find("Time"), []
-    for part in ("Geometry", "Topology"):
-        if (match := REFERENCE.fullmatch(grid.findtext(f"{part}/DataItem", "").strip())) is None:
-            raise ValueError(f"{grid.get('Name')} has no {part} of pairsim")
-        found.append((match[1], match[2]))
-    if time is None:
-        raise ValueError(f"{grid.get('Name')} has no time")
-    return Place(float(time.get("Value", "")), *found)
+
+    def __init__(self, folder: Path | str, keep: int = 0) -> None:
+        self.folder = Path(folder)
+        grids = grids_of(self.folder)
+        self._grids = {time_of(grid): _text(grid) for grid in grids[:keep]}
+        if len(self._grids) < len(grids):
+            self._write_index()
+        for number, file in frame_files(self.folder):
+            if number >= len(self._grids):
+                file.unlink()
+
+    @property
+    def frames(self) -> int:
+        """Number of frames."""
+        return len(self._grids)
+
+    def write(self, frame: FieldFrame) -> None:
+        """Write a frame, and the index in the order of times; a time that has a frame keeps it.
+
+        Raises:
+            ValueError: A number of the frame is not finite.
+            OSError: The files cannot be written; the frames before are kept.
+        """
+        frame.check()
+        if frame.t in self._grids:
+            return
+        fields = {"position": np.pad(np.asarray(frame.points, dtype=np.float64), ((0, 0), (0, 1)))}
+        for name, values in frame.point_data.items():
+            fields |= components(values, name)
+        mesh = {name: np.asarray(getattr(frame, name), dtype=np.int64) for name in ("cells", "region")}
+        file = f"{FRAMES}/{self.frames:04d}.h5"
+        (self.folder / FRAMES).mkdir(exist_ok=True)
+        write_bytes(self.folder / file, _hdf5_content({**mesh, **fields}))
+        self._grids[frame.t] = _text(_grid(frame.t, file, **mesh, fields=fields))
+        self._write_index()
+
+    def _write_index(self) -> None:
+        grids = [text for _, text in sorted(self._grids.items())]
+        if grids:
+            write_text(self.folder / FIELDS_XDMF, "".join([HEAD, *grids, END]))
+        else:
+            (self.folder / FIELDS_XDMF).unlink()
 
 
-def grids_of(path: Path) -> Iterator[ElementTree.Element]:
-    """The descriptions of the frames in fields.xdmf, one at a time, as a long run has many.
+def _hdf5_content(arrays: dict[str, NDArray[Any]]) -> bytes:
+    """The content of an HDF5 file with these datasets; made in memory, as a full disk may crash HDF5."""
+    import h5py
 
-    Raises:
-        OSError: The file is missing or damaged.
-    """
-    with path.open("rb") as file:
-        try:
-            series = None
-            for event, element in ElementTree.iterparse(file, ("start", "end")):
-                if series is None and event == "start" and element.get("GridType") == "Collection":
-                    series = element
-                elif series is not None and event == "end" and element.get("GridType") == "Uniform":
-                    series.remove(element)
-                    yield element
-        except ElementTree.ParseError as error:
-            raise OSError(errno.EIO, f"damaged ({error})", str(path)) from error
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w", libver="earliest") as h5:
+        for name, values in arrays.items():
+            h5.create_dataset(name, data=values, compression="gzip", compression_opts=4, shuffle=True)
+    return buffer.getvalue()
+
+
+def _grid(
+    t: float, file: str, cells: NDArray[Any], region: NDArray[Any], fields: dict[str, NDArray[Any]]
+) -> ElementTree.Element:
+    """The description of a frame."""
+    grid = ElementTree.Element("Grid", Name=f"t = {t:.6g}", GridType="Uniform")
+    ElementTree.SubElement(grid, "Time", Value=repr(float(t)))
+
+    def add(name: str, values: NDArray[Any], tag: str, **attributes: str) -> None:
+        kind = {"DataType": "Int" if values.dtype.kind == "i" else "Float", "Precision": str(values.dtype.itemsize)}
+        shape = {"Dimensions": " ".join(map(str, values.shape)), "Format": "HDF"}
+        element = ElementTree.SubElement(grid, tag, attributes)
+        ElementTree.SubElement(element, "DataItem", kind | shape).text = f"{file}:/{name}"
+
+    add("cells", cells, "Topology", TopologyType=TOPOLOGY[cells.shape[1]], NumberOfElements=str(len(cells)))
+    add("position", fields["position"], "Geometry", GeometryType="XYZ")
+    add("region", region, "Attribute", Name="region", AttributeType="Scalar", Center="Cell")
+    for name, values in fields.items():
+        shape = "Scalar" if values.ndim == 1 else "Vector"
+        add(name, values, "Attribute", Name=name, AttributeType=shape, Center="Node")
+    return grid
+
+
+def _text(grid: ElementTree.Element) -> str:
+    ElementTree.indent(grid, " ", 3)
+    return "   " + ElementTree.tostring(grid, encoding="unicode").rstrip() + "\n"
 
 
 @lru_cache(maxsize=4)
-def _places(path: Path, *_signature: int) -> tuple[Place, ...]:
-    return tuple(map(place_of, grids_of(path)))
+def _parsed(path: Path, *_signature: int) -> tuple[ElementTree.Element, ...]:
+    grids = tuple(ElementTree.parse(path).iterfind("Domain/Grid/Grid"))
+    for grid in grids:
+        time_of(grid)
+    return grids
 
 
-def places(folder: Path | str) -> tuple[Place, ...]:
-    """Where the frames of a folder are.
+def grids_of(folder: Path | str) -> tuple[ElementTree.Element, ...]:
+    """The descriptions of the frames in fields.xdmf, none without the file.
 
     Raises:
-        InputError: There is no readable fields.xdmf.
+        InputError: It is damaged.
     """
     path = Path(folder) / FIELDS_XDMF
     try:
-        # The file is replaced as a whole, so that these numbers tell whether it is still the same.
-        state = path.stat()
-        return _places(path, state.st_ino, state.st_mtime_ns, state.st_size)
-    except (OSError, ValueError) as error:
+        state = path.stat()  # the file is replaced as a whole: these numbers tell whether it is still the same
+        return _parsed(path, state.st_ino, state.st_mtime_ns, state.st_size)
+    except FileNotFoundError:
+        return ()
+    except (OSError, ValueError, ElementTree.ParseError) as error:
         raise InputError(str(path), "", None, f"must be a readable file with fields ({error})") from error
+
+
+def time_of(grid: ElementTree.Element) -> float:
+    """The time of a frame [D_c/U_av]; for a curve the distance [D_c].
+
+    Raises:
+        ValueError: It has none.
+    """
+    if (time := grid.find("Time")) is None:
+        raise ValueError(f"{grid.get('Name')} has no time")
+    return float(time.get("Value", ""))
 
 
 def read_times(folder: Path | str) -> NDArray[np.float64]:
@@ -166,28 +218,7 @@ def read_times(folder: Path | str) -> NDArray[np.float64]:
     Raises:
         InputError: fields.xdmf is damaged.
     """
-    there = (Path(folder) / FIELDS_XDMF).exists()
-    return np.array([place.t for place in places(folder)] if there else [], dtype=float)
-
-
-def hdf5(path: Any, mode: str, **more: Any) -> h5py.File:
-    """An open HDF5 file; h5py is imported for the first one, since most commands have none.
-
-    Args:
-        path: The file, or a buffer.
-        mode, more: Of `h5py.File`.
-    """
-    import h5py
-
-    return h5py.File(path, mode, **more)
-
-
-def open_data(folder: Path, name: str) -> h5py.File:
-    """Open an HDF5 file of a folder for reading.
-
-    Without HDF5's locks, which some file systems of clusters do not have.
-    """
-    return hdf5(folder / name, "r", locking=False)
+    return np.array([time_of(grid) for grid in grids_of(folder)], dtype=float)
 
 
 def read_frame(folder: Path | str, index: int = -1) -> FieldFrame:
@@ -195,36 +226,50 @@ def read_frame(folder: Path | str, index: int = -1) -> FieldFrame:
 
     Args:
         folder: Folder of the results.
-        index: Index of the frame; negative indices count from the end.
+        index: Index of the frame in the order of times; negative indices count from the end.
 
     Raises:
         InputError: There is no such frame, or its files cannot be read.
     """
-    frames = places(folder)
-    if not -len(frames) <= index < len(frames):
-        raise InputError(str(Path(folder) / FIELDS_XDMF), "frame", index, f"must be below {len(frames)}")
+    grids = grids_of(folder)
+    if not -len(grids) <= index < len(grids):
+        raise InputError(str(Path(folder) / FIELDS_XDMF), "frame", index, f"must be below {len(grids)}")
     try:
-        return _read(Path(folder), frames[index])
-    except DAMAGE as error:
-        if (now := places(folder)) != frames and index < len(now):  # a run that has ended meanwhile
-            return read_frame(folder, index)
-        name = frames[index].data[0]
-        raise InputError(
-            str(Path(folder) / name), "", None, f"must be a readable file with fields ({error})"
-        ) from error
+        return _frame(time_of(grids[index]), _arrays(Path(folder), grids[index]))
+    except (OSError, LookupError, RuntimeError, TypeError, ValueError) as error:  # of h5py and numpy for other content
+        name = f"{Path(folder) / FIELDS_XDMF}, {grids[index].get('Name')}"
+        raise InputError(name, "", None, f"must be a readable file with fields ({error})") from error
 
 
-def _read(folder: Path, place: Place) -> FieldFrame:
-    with open_data(folder, place.data[0]) as h5:
-        stored = {key: np.asarray(values[()]) for key, values in h5[place.data[1]].items()}
-    with open_data(folder, place.mesh[0]) as h5:
-        cells, region = h5[place.mesh[1]]["cells"][()], h5[place.mesh[1]]["region"][()]
-    points = stored.pop("position")[:, :2]
+def _arrays(folder: Path, grid: ElementTree.Element) -> dict[str, NDArray[Any]]:
+    """The arrays to which a description refers, by name, those without a name by the tag of their element.
+
+    Files are opened without HDF5's locks, which some file systems of clusters do not have.
+    """
+    import h5py
+
+    arrays, files = {}, dict[str, Any]()
+    with ExitStack() as opened:
+        for part in grid.iterfind("*[DataItem]"):
+            if part.tag == "Geometry":  # the field `position`
+                continue
+            if (match := REFERENCE.fullmatch(part.findtext("DataItem", "").strip())) is None:
+                raise ValueError(f"{part.tag} of another program")
+            file, dataset = match.groups()
+            if file not in files:
+                files[file] = opened.enter_context(h5py.File(folder / file, "r", locking=False))
+            arrays[part.get("Name", part.tag)] = files[file][dataset][()]
+    return arrays
+
+
+def _frame(t: float, arrays: dict[str, NDArray[Any]]) -> FieldFrame:
+    """The frame that was stored as these arrays."""
+    points, cells, region = (arrays.pop(name) for name in ("position", "Topology", "region"))
     data: dict[str, NDArray[np.float64]] = {}
-    for key, values in stored.items():
-        stem, _, part = key.rpartition("_")
-        if part in TENSOR and all(f"{stem}_{other}" in stored for other in TENSOR):
-            data[stem] = np.stack([stored[f"{stem}_{other}"] for other in TENSOR], axis=1)
+    for name, values in arrays.items():
+        stem, _, part = name.rpartition("_")
+        if part in TENSOR and all(f"{stem}_{other}" in arrays for other in TENSOR):
+            data[stem] = np.stack([arrays[f"{stem}_{other}"] for other in TENSOR], axis=1)
         else:
-            data[key] = values[:, :2] if values.ndim == 2 else values
-    return FieldFrame(place.t, int(place.mesh[1].rpartition("/")[2]), points, cells, region, data)
+            data[name] = values[:, :2] if values.ndim == 2 else values
+    return FieldFrame(t, points[:, :2], cells, region, data)

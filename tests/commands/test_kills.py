@@ -1,29 +1,106 @@
-"""SIGKILL at random moments: the next command finishes, and the outcome is that of a command that was never killed."""
+"""SIGKILL at random moments: finished rows and frames are kept, and the next command finishes."""
 
 from __future__ import annotations
 
+import json
 import os
 import random
+import subprocess
+import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from support.kills import KINDS, Victim
+from support.frames import frames_everywhere
+
+from pairsim.results.table_files import read_table
+from pairsim.runtime.child_process import module_command
 
 KILLS = int(os.environ.get("PAIRSIM_KILLS", "20"))
-"""Number of kills over all kinds of commands."""
-EACH = 5  # kills of a command and those that continue it, before one may finish
-SEED = 28
+"""Number of kills of a run."""
+SEED = 61
+PAIR = "beta: 0.4\nDe: 0\nCa_e: 0.1\nlength: 3\nends: developed\nmesh: {Np: 8}\n"
+RUN = PAIR + "d0: 0.1\ntime: {end: 0.3, max_step: 0.01}\noutput: {checkpoint: 0, frames: 20}\n"
+CURVE = PAIR + "tol: 1\nd: {start: 0.1, stop: 0.4, num: 8}\nfields: [0.1, 0.4]\n"
+PATIENCE = 300.0  # seconds
 
 
-@pytest.mark.long
-@pytest.mark.timeout(120 + 60 * KILLS)
-@pytest.mark.parametrize("name", KINDS)
-def test_killed_commands_lose_nothing(name: str, tmp_path: Path) -> None:
-    """Also those that were killed while they continued one that had been killed."""
-    victim, chance = Victim(name, tmp_path), random.Random(f"{SEED} {name}")
-    count, kills, met, finished = max(1, KILLS // len(KINDS)), 0, 0, 0
-    while kills < count:
-        done = victim.kill(min(EACH, count - kills), chance)
-        kills, met, finished = kills + done[0], met + done[1], finished + 1
-    print(f"{name}: {kills} kills, {met} of them of a running process; {finished} outcomes compared, nothing lost")
+def rows_of(path: Path) -> int:
+    """Number of rows of a table, 0 without it."""
+    with suppress(FileNotFoundError):
+        return max(path.read_bytes().count(b"\n") - 1, 0)
+    return 0
+
+
+class Command:
+    """A command in a folder that has `in.yaml`, whose results are in `out`."""
+
+    def __init__(self, folder: Path, *words: str) -> None:
+        self._errors = folder / "stderr"
+        with self._errors.open("wb") as errors:
+            self._process = subprocess.Popen(
+                module_command("pairsim", *words, "-q"), cwd=folder, stdout=subprocess.DEVNULL, stderr=errors
+            )
+
+    def kill(self, table: Path, rows: int, moment: float) -> bool:
+        """Kill it some seconds after its table has so many rows; returns whether it was still at work."""
+        deadline = time.monotonic() + PATIENCE
+        while rows_of(table) < rows and self._process.poll() is None:
+            assert time.monotonic() < deadline, self._errors.read_text()
+            time.sleep(0.005)
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(moment)
+        alive = self._process.poll() is None
+        self._process.kill()
+        self._process.wait()
+        assert "Traceback" not in self._errors.read_text()
+        return alive
+
+    def finish(self) -> None:
+        assert self._process.wait(PATIENCE) == 0, self._errors.read_text()
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(300 + 60 * KILLS)
+@pytest.mark.parametrize("kills", [2, pytest.param(KILLS, marks=pytest.mark.long)])
+def test_a_run_killed_again_and_again_loses_nothing(kills: int, tmp_path: Path) -> None:
+    """The frames open in pyvista and meshio after each kill, and are in the end those of a run that was not killed."""
+    folders = tmp_path / "whole", tmp_path / "killed"
+    for folder in folders:
+        folder.mkdir()
+        (folder / "in.yaml").write_text(RUN)
+    whole, killed = (folder / "out" for folder in folders)
+    Command(folders[0], "run", "in.yaml", "-o", "out").finish()
+    chance, table = random.Random(SEED), killed / "series.csv"
+    met, counts, last = 0, [], rows_of(whole / "series.csv")
+    for rows in sorted(chance.choices(range(last), k=kills)):
+        words = ("--resume", "out") if killed.exists() else ("-o", "out")
+        before = rows_of(table)
+        met += Command(folders[1], "run", "in.yaml", *words).kill(table, rows, chance.uniform(0, 0.5))
+        counts.append(len(frames_everywhere(killed)))
+        assert rows_of(table) >= before - 1, "one step at most has no checkpoint yet, and is computed again"
+        assert counts[-1] >= max(counts) - 1
+    Command(folders[1], "run", "in.yaml", "--resume", "out").finish()
+    print(f"{kills} kills, {met} of a running process; frames after each: {counts}")
     assert met
+    assert json.loads((killed / "run.json").read_text())["status"] == "finished"
+    frames = [frames_everywhere(folder) for folder in (whole, killed)]
+    assert [frame.t for frame in frames[1]] == pytest.approx([frame.t for frame in frames[0]], rel=1e-3)
+    ends = [
+        {name: values[-1] for name, values in read_table(folder / "series.csv").items()} for folder in (whole, killed)
+    ]
+    for name in ("t", "d", "dU"):
+        assert ends[1][name] == pytest.approx(ends[0][name], rel=1e-4), name
+
+
+@pytest.mark.slow
+def test_a_killed_curve_has_whole_rows_and_frames(tmp_path: Path) -> None:
+    (tmp_path / "in.yaml").write_text(CURVE)
+    table = tmp_path / "out" / "curve.csv"
+    Command(tmp_path, "curve", "in.yaml", "-o", "out").kill(table, 4, 0.1)
+    text = table.read_text()
+    assert text.endswith("\n")
+    assert len({line.count(",") for line in text.splitlines()}) == 1
+    assert [frame.t for frame in frames_everywhere(tmp_path / "out")][-1:] == [pytest.approx(0.4)]
+    Command(tmp_path, "curve", "in.yaml", "-o", "out", "--overwrite").finish()
+    assert [frame.t for frame in frames_everywhere(tmp_path / "out")] == pytest.approx([0.1, 0.4])

@@ -17,8 +17,7 @@ from pairsim.commands import COMMANDS
 from pairsim.config.quantities import LENGTH, si
 from pairsim.inputs.case_files import read_case
 from pairsim.results.checkpoint import load
-from pairsim.results.fields_writer import FieldsWriter
-from pairsim.results.xdmf import read_frame, read_times
+from pairsim.results.xdmf import FieldsWriter, read_frame, read_times
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import read_grid
 
@@ -99,8 +98,8 @@ def test_description_of_fields_names_files_of_its_folder_only(here: Path) -> Non
     text = described.read_text()
     (here / "below").mkdir()
     assert read_times(here).tolist() == [0.1]
-    for named in ("../fields/000000.h5", str(here / "fields" / "000000.h5"), "fields/../../fields/000000.h5"):
-        (here / "below" / "fields.xdmf").write_text(text.replace("fields/000000.h5", named))
+    for named in ("../fields/0000.h5", str(here / "fields" / "0000.h5"), "fields/../../fields/0000.h5"):
+        (here / "below" / "fields.xdmf").write_text(text.replace("fields/0000.h5", named))
         with pytest.raises(InputError, match="must be a readable file with fields"):
             read_frame(here / "below")
     bomb = "".join(f'<!ENTITY x{i + 1} "{f"&x{i};" * 10}">' for i in range(9))

@@ -33,7 +33,6 @@ def scene(
     t: float,
     shapes: list[tuple[float, float, float]],
     *,
-    mesh_id: int = 0,
     kind: int = 6,
     rigid: bool = False,
     rays: int = 8,
@@ -83,7 +82,7 @@ def scene(
         soft = (owner > 0).astype(float)
         data["displacement"] = np.column_stack([0.01 * z, -0.01 * r])
         data["tau_s"] = soft[:, None] * np.column_stack([np.sin(9 * z), z * r, -r, r - 0.1])
-    return FieldFrame(t, mesh_id, points, cells, region, data)
+    return FieldFrame(t, points, cells, region, data)
 
 
 PAIR = [(-0.3, 0.22, 0.19), (0.3, 0.21, 0.2)]

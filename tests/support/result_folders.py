@@ -11,9 +11,8 @@ import numpy as np
 import yaml
 
 from pairsim.results.columns import series_columns, table_row
-from pairsim.results.fields_writer import FieldsWriter
 from pairsim.results.table_files import TableWriter, table_text
-from pairsim.results.xdmf import FieldFrame
+from pairsim.results.xdmf import FieldFrame, FieldsWriter
 
 
 def make_run(folder: Path, n: int, frames: list[FieldFrame], rows: int = 12) -> Path:

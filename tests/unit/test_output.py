@@ -38,7 +38,7 @@ def test_overwrite_removes_own_files_and_no_others(tmp_path: Path) -> None:
         (tmp_path / name).write_text("x")
     for name in ("fields", "sub"):
         (tmp_path / name).mkdir()
-    for name in ("000000.h5", "000012.h5", ".000013.h5.part"):
+    for name in ("0000.h5", "000012.h5", ".0013.h5.part"):
         (tmp_path / "fields" / name).write_text("x")
     (tmp_path / "sub" / "series.csv").write_text("x")
     RunFolder.create(tmp_path, True, own_files())
@@ -48,7 +48,7 @@ def test_overwrite_removes_own_files_and_no_others(tmp_path: Path) -> None:
 
 def test_overwrite_removes_frames_and_nothing_else_from_their_folder(tmp_path: Path) -> None:
     (tmp_path / "fields").mkdir()
-    for name in ("000000.h5", "mine.h5"):
+    for name in ("0000.h5", "mine.h5"):
         (tmp_path / "fields" / name).write_text("x")
     RunFolder.create(tmp_path, overwrite=True)
     assert names(tmp_path / "fields") == ["mine.h5"]

@@ -34,8 +34,8 @@ from pairsim.runtime.errors import InputError
 
 CASES = {
     "pipe": (0, [scene(0.5, [])]),
-    "single": (1, [scene(0.1, [(0.0, 0.2, 0.2)]), scene(0.5, [(0.2, 0.23, 0.19)], mesh_id=1)]),
-    "pair": (2, [scene(0.1, PAIR), scene(0.5, PAIR, mesh_id=1)]),
+    "single": (1, [scene(0.1, [(0.0, 0.2, 0.2)]), scene(0.5, [(0.2, 0.23, 0.19)])]),
+    "pair": (2, [scene(0.1, PAIR), scene(0.5, PAIR)]),
     "pair of quadrilaterals": (2, [scene(0.1, PAIR, kind=9)]),
     "rigid pair": (2, [scene(0.1, PAIR, rigid=True)]),
     "three": (3, [scene(0.1, [(-0.6, 0.2, 0.2), (0.0, 0.2, 0.2), (0.6, 0.2, 0.2)])]),

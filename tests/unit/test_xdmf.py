@@ -2,29 +2,30 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import time
 from pathlib import Path
 
 import h5py
-import meshio
 import numpy as np
 import pytest
 import pyvista
 from support.field_samples import scene
+from support.frames import assert_frame, frames_everywhere
 
-from pairsim.results.fields_writer import FieldsWriter, gather_frames
-from pairsim.results.xdmf import FieldFrame, read_frame, read_times
+from pairsim.results.xdmf import FieldFrame, FieldsWriter, read_frame, read_times
 from pairsim.runtime.errors import InputError
 
 SHAPES = [(0.20, 0.20), (0.21, 0.195), (0.23, 0.187)]  # half axes of both particles at each time
-VTK_TYPE = {6: pyvista.CellType.QUADRATIC_TRIANGLE, 9: pyvista.CellType.BIQUADRATIC_QUAD}
 
 
-def sequence(kind: int) -> list[FieldFrame]:
+def sequence(kind: int = 6) -> list[FieldFrame]:
     """Three times; the mesh is another one at the last."""
     frames = []
     for k, (a, b) in enumerate(SHAPES):
         shapes = [(-0.3 + 0.05 * k, a, b), (0.3 + 0.05 * k, a, b)]
-        frames.append(scene(0.1 * (k + 1), shapes, mesh_id=k // 2, kind=kind, rays=(8, 8, 10)[k]))
+        frames.append(scene(0.1 * (k + 1), shapes, kind=kind, rays=(8, 8, 10)[k]))
     return frames
 
 
@@ -33,147 +34,111 @@ def frames(request: pytest.FixtureRequest) -> list[FieldFrame]:
     return sequence(request.param)
 
 
-@pytest.fixture(params=[False, True], ids=["at work", "ended"])
-def folder(request: pytest.FixtureRequest, frames: list[FieldFrame], tmp_path: Path) -> Path:
-    writer = FieldsWriter(tmp_path)
+def written(folder: Path, frames: list[FieldFrame]) -> Path:
+    writer = FieldsWriter(folder)
     for frame in frames:
         writer.write(frame)
-    if request.param:
-        gather_frames(tmp_path)
-    return tmp_path
+    return folder
 
 
-def extents(points: np.ndarray, cells: np.ndarray, region: np.ndarray, particle: int) -> tuple[float, float]:
-    """Axial extent and largest radius of a particle."""
-    nodes = points[np.unique(cells[region == particle])]
-    return float(np.ptp(nodes[:, 0])), float(nodes[:, 1].max())
-
-
-def test_frames_come_back_as_they_were_given(frames: list[FieldFrame], folder: Path) -> None:
-    assert read_times(folder).tolist() == [frame.t for frame in frames]
-    for k, frame in enumerate(frames):
-        back = read_frame(folder, k)
-        assert (back.t, back.mesh_id) == (frame.t, frame.mesh_id)
-        for name in ("points", "cells", "region"):
-            assert np.array_equal(getattr(back, name), getattr(frame, name))
-        assert set(back.point_data) == set(frame.point_data)
-        for name, values in frame.point_data.items():
-            assert np.array_equal(back.point_data[name], values)
-
-
-def test_pyvista_shows_every_time_deformed(frames: list[FieldFrame], folder: Path) -> None:
-    reader = pyvista.get_reader(folder / "fields.xdmf")
-    assert list(reader.time_values) == [frame.t for frame in frames]
-    for index in (2, 0, 1):  # any order: nothing may be left over from the time before
-        frame, (a, b) = frames[index], SHAPES[index]
-        reader.set_active_time_value(frame.t)
-        grid = reader.read()
-        kind = frame.cells.shape[1]
-        assert set(grid.celltypes) == {VTK_TYPE[kind]}
-        assert np.array_equal(grid.cells_dict[VTK_TYPE[kind]], frame.cells)
-        assert np.array_equal(grid.points[:, :2], frame.points)
-        region = grid.cell_data["region"]
-        assert np.array_equal(region, frame.region)
+def test_frames_are_shown_as_they_were_given_also_after_the_folder_was_moved(
+    frames: list[FieldFrame], tmp_path: Path
+) -> None:
+    (tmp_path / "here").mkdir()
+    folder = written(tmp_path / "here", frames).rename(tmp_path / "there")
+    found = frames_everywhere(folder)
+    for one, frame in zip(found, frames, strict=True):
+        assert_frame(one, frame)
+    for one, (a, b) in zip(found, SHAPES, strict=True):
         for particle in (1, 2):
-            assert extents(grid.points, frame.cells, region, particle) == pytest.approx((2 * a, b), rel=1e-12)
-        assert np.array_equal(grid["velocity"][:, :2], frame.point_data["velocity"])
-        assert np.array_equal(grid["pressure"], frame.point_data["pressure"])
-        for i, part in enumerate(("zz", "zr", "rr", "tt")):
-            assert np.array_equal(grid[f"tau_s_{part}"], frame.point_data["tau_s"][:, i])
+            nodes = one.points[np.unique(one.cells[one.region == particle])]
+            assert (np.ptp(nodes[:, 0]), nodes[:, 1].max()) == pytest.approx((2 * a, b), rel=1e-12)
+    files = {str(file.relative_to(folder)) for file in folder.rglob("*.*")}
+    assert files == {"fields.xdmf", "fields/0000.h5", "fields/0001.h5", "fields/0002.h5"}
 
 
-def test_meshio_time_series_shows_every_time_deformed(frames: list[FieldFrame], folder: Path) -> None:
-    with meshio.xdmf.TimeSeriesReader(folder / "fields.xdmf") as reader:
-        assert reader.num_steps == len(frames)
-        points, _ = reader.read_points_cells()
-        assert np.array_equal(points[:, :2], frames[0].points)
-        for k, (frame, (a, b)) in enumerate(zip(frames, SHAPES, strict=True)):
-            reader.mesh_grid = reader.collection[k]
-            points, cells = reader.read_points_cells()
-            t, point_data, cell_data = reader.read_data(k)
-            assert t == frame.t
-            assert cells[0].type == {6: "triangle6", 9: "quad9"}[frame.cells.shape[1]]
-            for particle in (1, 2):
-                found = extents(points, cells[0].data, cell_data["region"][0], particle)
-                assert found == pytest.approx((2 * a, b), rel=1e-12)
-            assert np.array_equal(point_data["position"], points)
-            assert np.array_equal(point_data["displacement"][:, :2], frame.point_data["displacement"])
+def test_frames_can_be_read_while_others_are_written_in_any_order(tmp_path: Path) -> None:
+    writer, frames = FieldsWriter(tmp_path), sequence()
+    for count, k in enumerate((2, 0, 1), 1):
+        writer.write(frames[k])
+        assert len(frames_everywhere(tmp_path)) == count
+    writer.write(frames[1])
+    assert read_times(tmp_path).tolist() == [frame.t for frame in frames]
 
 
-def test_meshio_read_shows_the_last_time_deformed(frames: list[FieldFrame], folder: Path) -> None:
-    mesh = meshio.read(folder / "fields_last.xdmf")
-    found = extents(mesh.points, mesh.cells[0].data, mesh.cell_data["region"][0], 2)
-    assert found == pytest.approx((2 * SHAPES[-1][0], SHAPES[-1][1]), rel=1e-12)
-    assert np.array_equal(mesh.point_data["tau_s_zz"], frames[-1].point_data["tau_s"][:, 0])
-
-
-def test_meshes_are_stored_once_and_no_other_files_are_left(folder: Path) -> None:
-    stored = []
-    for file in [*folder.glob("fields/*"), *folder.glob("fields.h5")]:
-        with h5py.File(file) as h5:
-            stored += [group.name for kind in h5.values() for group in kind.values()]
-    assert sorted(stored) == [*(f"/frames/00000{k}" for k in range(3)), "/mesh/000000", "/mesh/000001"]
-    data = "fields.h5" if (folder / "fields.h5").exists() else "fields"
-    assert sorted(file.name for file in folder.iterdir()) == [data, "fields.xdmf", "fields_last.xdmf"]
-
-
-def test_frames_can_be_read_while_the_run_goes_on(tmp_path: Path) -> None:
-    writer = FieldsWriter(tmp_path)
-    for k, frame in enumerate(sequence(6), 1):
-        writer.write(frame)
-        assert len(read_times(tmp_path)) == k
-        assert pyvista.get_reader(tmp_path / "fields.xdmf").number_time_points == k
-
-
-def test_new_writer_replaces_an_earlier_run(folder: Path) -> None:
-    FieldsWriter(folder).write(sequence(6)[0])
-    assert len(read_times(folder)) == 1
-    assert not (folder / "fields.h5").exists()
-    assert [file.name for file in folder.glob("fields/*")] == ["000000.h5"]
+def test_a_new_writer_replaces_earlier_frames_but_for_the_first_ones(tmp_path: Path) -> None:
+    frames = sequence()
+    index = [(written(tmp_path, frames[:k]) / "fields.xdmf").read_text() for k in (1, 2, 3)]
+    (tmp_path / "fields" / ".0003.h5.part").touch()
+    writer = FieldsWriter(tmp_path, keep=2)
+    assert (tmp_path / "fields.xdmf").read_text() == index[1]
+    assert sorted(file.name for file in (tmp_path / "fields").iterdir()) == ["0000.h5", "0001.h5"]
+    writer.write(frames[2])
+    assert (tmp_path / "fields.xdmf").read_text() == index[2]
+    written(tmp_path, frames[:1])
+    assert (tmp_path / "fields.xdmf").read_text() == index[0]
+    assert [file.name for file in (tmp_path / "fields").iterdir()] == ["0000.h5"]
 
 
 def test_rigid_scene_and_empty_tube_are_written(tmp_path: Path) -> None:
     for frame in (scene(0.0, [(0.0, 0.2, 0.2)], rigid=True), scene(0.0, [])):
-        FieldsWriter(tmp_path).write(frame)
+        written(tmp_path, [frame])
         assert set(read_frame(tmp_path).point_data) == {"velocity", "pressure"}
-        grid = pyvista.get_reader(tmp_path / "fields.xdmf").read()
-        assert grid.n_cells == len(frame.cells)
+        assert pyvista.get_reader(tmp_path / "fields.xdmf").read().n_cells == len(frame.cells)
 
 
-def broken(**changes: object) -> FieldFrame:
-    frame = scene(0.5, [(0.0, 0.2, 0.2)])
-    return FieldFrame(**{**{name: getattr(frame, name) for name in frame.__dataclass_fields__}, **changes})
+def test_a_frame_with_an_unknown_number_is_refused_and_the_others_stay(tmp_path: Path) -> None:
+    writer, (first, second, _) = FieldsWriter(tmp_path), sequence()
+    writer.write(first)
+    second.point_data["pressure"][3] = np.nan
+    with pytest.raises(ValueError, match="pressure is not finite"):
+        writer.write(second)
+    assert len(frames_everywhere(tmp_path)) == 1
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"t": float("nan")}, "t is not finite"),
-        ({"t": 0.1}, "after one at"),
-        ({"point_data": {"pressure": np.full(len(broken().points), np.nan)}}, "pressure is not finite"),
-        ({"cells": broken().cells[1:], "region": broken().region[1:]}, "another topology"),
-        ({"cells": broken().cells[::-1]}, "another topology"),
-    ],
-)
-def test_inconsistent_frame_is_refused_and_the_file_stays(
-    tmp_path: Path, changes: dict[str, object], message: str
-) -> None:
-    writer = FieldsWriter(tmp_path)
-    writer.write(scene(0.25, [(0.0, 0.2, 0.2)]))
-    with pytest.raises(ValueError, match=message):
-        writer.write(broken(**changes))
-    assert read_times(tmp_path).tolist() == [0.25]
-    assert pyvista.get_reader(tmp_path / "fields.xdmf").number_time_points == 1
-
-
-def test_what_cannot_be_read_is_an_input_error(folder: Path, tmp_path: Path) -> None:
-    assert read_times(tmp_path / "empty").size == 0
+def test_what_cannot_be_read_is_an_input_error(tmp_path: Path) -> None:
+    assert read_times(tmp_path).size == 0
+    written(tmp_path, sequence())
     with pytest.raises(InputError, match="frame"):
-        read_frame(folder, 3)
-    for file in [*folder.glob("fields/000001.h5"), *folder.glob("fields.h5")]:
-        file.write_bytes(file.read_bytes()[:1000])
+        read_frame(tmp_path, 3)
+    file = tmp_path / "fields" / "0001.h5"
+    file.write_bytes(file.read_bytes()[:1000])
     with pytest.raises(InputError, match="readable file with fields"):
-        read_frame(folder, 1)
-    (folder / "fields.xdmf").write_text("<Xdmf>")
+        read_frame(tmp_path, 1)
+    (tmp_path / "fields.xdmf").write_text("<Xdmf>")
     with pytest.raises(InputError, match="readable file with fields"):
-        read_times(folder)
+        read_times(tmp_path)
+
+
+def test_frames_of_version_0_2_can_be_read(tmp_path: Path) -> None:
+    """Those of a run that had ended were in one file."""
+    frame = sequence()[0]
+    text = (written(tmp_path, [frame]) / "fields.xdmf").read_text()
+    with h5py.File(tmp_path / "fields.h5", "w") as new, h5py.File(tmp_path / "fields" / "0000.h5") as old:
+        for name in old:
+            old.copy(name, new.require_group("mesh/000000" if name in ("cells", "region") else "frames/000000"))
+    for name in ("cells", "region"):
+        text = text.replace(f"fields/0000.h5:/{name}<", f"fields.h5:/mesh/000000/{name}<")
+    (tmp_path / "fields.xdmf").write_text(text.replace("fields/0000.h5:/", "fields.h5:/frames/000000/"))
+    (tmp_path / "fields" / "0000.h5").unlink()
+    (found,) = frames_everywhere(tmp_path)
+    assert_frame(found, frame)
+
+
+@pytest.mark.parametrize("moment", [0.02, 0.05])
+def test_a_kill_leaves_an_index_of_whole_frames(moment: float, tmp_path: Path) -> None:
+    frames = [scene(0.1 * (k + 1), [(0.02 * k, 0.2, 0.2)], rays=8 + k // 3) for k in range(40)]
+    if not (child := os.fork()):
+        try:
+            written(tmp_path, frames)
+        finally:
+            os._exit(1)
+    while not (tmp_path / "fields.xdmf").exists():
+        time.sleep(0.001)
+    time.sleep(moment)
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    found = frames_everywhere(tmp_path)
+    assert 0 < len(found) < len(frames)
+    for one, frame in zip(found, frames, strict=False):
+        assert_frame(one, frame)
