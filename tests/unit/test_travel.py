@@ -128,16 +128,7 @@ def test_what_cannot_be_reached_is_refused(start: float, stop: float, key: str, 
 def test_messages_show_the_distance_as_it_was_typed(start: str, stop: str, message: str) -> None:
     """17 um in a tube of 50 um is .33999999999999997 D_c in double precision."""
     record = {"scales": {"length": 50e-6, "time": 0.005, "velocity": 0.01, "stress": 170.0}}
-    d, same = np.array([0.1, 0.3]), np.full(2, 1e-3)
-    columns = {
-        "d": d,
-        "dU": same,
-        "dU_held": same,
-        "dU_discrete": same,
-        "slope": 0 * d,
-        "U_L": 0 * d,
-        "U_T": 1.8 + 0 * d,
-    }
+    columns = curve_table(np.array([0.1, 0.3]), np.full(2, 1e-3), np.zeros(2), U_L=np.ones(2), U_T=np.ones(2))
     with pytest.raises(InputError, match=re.escape(message)):
         travel(columns, start, stop, "test", record)
 
