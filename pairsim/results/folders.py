@@ -32,8 +32,7 @@ def kind_of(directory: Path) -> str:
             return kind
     if isinstance(named := read_record(directory).get("kind"), str):
         return named
-    files = "run.json with the kind of the command, sweep.json, study.csv"
-    held = "is empty" if not any(directory.iterdir()) else f"has none of {files}"
+    held = "is empty" if not any(directory.iterdir()) else "has no run.json, sweep.json or study.csv"
     held = f"must be a folder of results, but {held}"
     inside = sorted({path.parent.name for path in directory.glob("*/run.json")})
     hint = (

@@ -220,7 +220,7 @@ def folder(tmp_path: Path) -> Path:
     for name, file in (("folder", ""), ("full", "notes.txt"), ("ran", "run.json"), ("ran", "series.csv")):
         (tmp_path / name).mkdir(exist_ok=True)
         if file:
-            (tmp_path / name / file).write_text(json.dumps({"status": "finished"}))
+            (tmp_path / name / file).write_text(json.dumps({"kind": "run", "status": "finished"}))
     (tmp_path / "grid.yaml").write_text(SWEEP)
     os.mkfifo(tmp_path / "pipe")
     return tmp_path
