@@ -98,7 +98,7 @@ def solve(case: ShapeCase, *, monitor: Monitor) -> Events:
             found.points.append(branch.at(place))
             row = point_row(found.points[-1]) | {"Ca_e": Ca_e}
             row["D_error"] = abs(point_row(beside.at(place))["D_1"] - row["D_1"])
-            scene = branch.scene
+            scene = branch.solver
             names = (each.name for each in CONTOUR)
             row |= dict(zip(names, contour(scene.bodies[0].outline_points(scene.state()[0])), strict=True))
             yield Row("shape", row)

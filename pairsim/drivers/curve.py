@@ -28,7 +28,7 @@ from pairsim.solvers.curves.curve import ROUNDING, Equilibrium, Zero, equilibria
 from pairsim.solvers.curves.distances import between
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.continuation import where
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 
 
 def solve(
@@ -60,7 +60,7 @@ def solve(
             count = len(points)
             yield events.Row("curve", point_row(point) | {"wanted": float(wanted)})
             if any(abs(point.d - d) < 1e-9 * d for d in case.fields):
-                yield events.Frame(_frame(point.d, branch.scene))
+                yield events.Frame(_frame(point.d, branch.solver))
             yield events.Progress(min(count, expected), _shown(point, count), count)
         message = f"{len(points)} points"
         if case.n == 2 and case.velocity is None:
@@ -91,20 +91,20 @@ def _shown(point: Point, count: int) -> str:
     return f"{gaps}{name} = {values}  Newton {point.newton}  point {count}"
 
 
-def _frame(d: float, scene: Steady) -> FieldFrame:
+def _frame(d: float, solver: SteadySolver) -> FieldFrame:
     """The fields of the present solution."""
-    (h, x), flow = scene.state(), scene.developed_flow
-    moment = SteadyMoment(d, scene.scene, x, h, scene.constraints.V @ scene.y)
-    return frame(moment, scene.h_star(scene.parameters), flow)
+    (h, x), flow = solver.state(), solver.developed_flow
+    moment = SteadyMoment(d, solver.scene, x, h, solver.constraints.V @ solver.y)
+    return frame(moment, solver.h_star(solver.parameters), flow)
 
 
-def _last_shapes(scene: Steady) -> FieldFrame:
+def _last_shapes(solver: SteadySolver) -> FieldFrame:
     """The fields of the last solution on the way to parameters that were not reached."""
-    scene.reopen()
+    solver.reopen()
     try:
-        return _frame(min(scene.parameters.gaps), scene)
+        return _frame(min(solver.parameters.gaps), solver)
     finally:
-        scene.close()
+        solver.close()
 
 
 def _zeros(

@@ -198,9 +198,9 @@ def _costs(branch: Branch | None) -> tuple[dict[str, Any], dict[str, float]]:
     if branch is None:
         return {}, {}
     counts = {
-        "newton_iterations": branch.scene.iterations,
-        "factorisations": branch.scene.factorisations,
-        "meshes": branch.scene.meshes,
-        "unknowns": branch.scene.constraints.size,
+        "newton_iterations": branch.solver.iterations,
+        "factorisations": branch.solver.factorisations,
+        "meshes": branch.solver.meshes,
+        "unknowns": branch.solver.constraints.size,
     }
-    return counts, dict(branch.scene.clock.seconds)
+    return counts, dict(branch.solver.clock.seconds)

@@ -14,7 +14,7 @@ from pairsim.physics.solids.neo_hookean import NeoHookean
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import begin, follow
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 from validation_book.page import Page, verification
 
 SOLID, L_0 = NeoHookean(0.1), 1.3
@@ -27,7 +27,7 @@ def problem(Np: int) -> SteadyProblem:
 
 def steady(page: Page) -> pd.DataFrame:
     """Taylor parameters of steady shapes."""
-    sphere, D = Steady(problem(14 if page.quick else 28), Parameters((), soft(0.05))), {}
+    sphere, D = SteadySolver(problem(14 if page.quick else 28), Parameters((), soft(0.05))), {}
     begin(sphere)
     for Ca in (0.05, 0.1, 0.2):
         follow(sphere, Parameters((), soft(Ca)))

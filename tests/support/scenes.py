@@ -17,7 +17,7 @@ from pairsim.solvers.curves.curve import trace
 from pairsim.solvers.nonlinear.newton import Newton
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.steady.ends import Ended
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.stepping.step import Step
 from pairsim.solvers.stepping.step_size import StepControl
 from pairsim.solvers.transient.transient import Transient
@@ -85,7 +85,7 @@ def traced(solver: Branch, places: list[tuple[float, ...]], tol: float, max_poin
     return sorted((point for point, _ in trace(solver, places, tol, max_points)), key=lambda point: point.d)
 
 
-def reached(found: Steady | Ended) -> Steady:
+def reached(found: SteadySolver | Ended) -> SteadySolver:
     """The scene of a continuation that has arrived."""
-    assert isinstance(found, Steady), found.failure
+    assert isinstance(found, SteadySolver), found.failure
     return found

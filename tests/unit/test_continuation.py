@@ -18,7 +18,7 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady import continuation
 from pairsim.solvers.steady.continuation import follow
 from pairsim.solvers.steady.pseudo_time import relax
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 
 
 def report(converged: bool) -> Report:
@@ -80,7 +80,7 @@ def test_a_limit_is_not_crept_up_to_through_pseudo_time(monkeypatch: pytest.Monk
 
 def test_pseudo_time_in_which_stress_keeps_growing_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     rate = SimpleNamespace(value=0.0)
-    scene: Any = Steady.__new__(Steady)
+    scene: Any = SteadySolver.__new__(SteadySolver)
     scene.meshed = SimpleNamespace(
         scene=SimpleNamespace(liquid=SimpleNamespace(constants={"rate": rate}, size=0, set_star=lambda s: None)),
         newton=SimpleNamespace(
@@ -89,6 +89,6 @@ def test_pseudo_time_in_which_stress_keeps_growing_is_given_up(monkeypatch: pyte
     )
     scene.y, scene.parameters, scene.problem = np.zeros(1), None, SimpleNamespace(monitor=Monitor())
     scene.iterations = scene.factorisations = 0
-    monkeypatch.setattr(Steady, "apply", lambda *_: np.zeros(0))
-    monkeypatch.setattr(Steady, "distortion_of", lambda *_: 1.0)
+    monkeypatch.setattr(SteadySolver, "apply", lambda *_: np.zeros(0))
+    monkeypatch.setattr(SteadySolver, "distortion_of", lambda *_: 1.0)
     assert not relax(scene, at(1.0)).converged

@@ -38,7 +38,7 @@ class Formula:
         self.line = line
         d = float(np.exp(line(np.log(Ca_e))))
         nothing: Any = lambda *_: False  # noqa: E731
-        self.scene: Any = Scene(
+        self.solver: Any = Scene(
             parameters=Parameters((d,), soft(Ca_e, Ca_e)),
             y=np.zeros(1),
             iterations=0,
@@ -64,11 +64,11 @@ class Formula:
         if not len(signs):
             return None
         nearest = signs[np.argmin(np.abs(tried[signs] - tau))]
-        self.scene.parameters = along(brentq(lambda t: self.dU(along(t)), tried[nearest], tried[nearest + 1]))
-        return SimpleNamespace(parameters=self.scene.parameters, d=self.scene.parameters.gaps[0])
+        self.solver.parameters = along(brentq(lambda t: self.dU(along(t)), tried[nearest], tried[nearest + 1]))
+        return SimpleNamespace(parameters=self.solver.parameters, d=self.solver.parameters.gaps[0])
 
     def recall(self, snapshot: Any) -> None:
-        self.scene.parameters = snapshot
+        self.solver.parameters = snapshot
 
     def improved(self, zero: Any) -> Any:
         return zero
@@ -87,8 +87,8 @@ class Folding(Formula):
 
 
 def followed(branch: Any, values: list[float]) -> tuple[list[Critical], End]:
-    point = SimpleNamespace(parameters=branch.scene.parameters, d=branch.scene.parameters.gaps[0])
-    start: Any = SimpleNamespace(point=point, snapshot=branch.scene.snapshot)
+    point = SimpleNamespace(parameters=branch.solver.parameters, d=branch.solver.parameters.gaps[0])
+    start: Any = SimpleNamespace(point=point, snapshot=branch.solver.snapshot)
     *found, end = Follower(branch, Region("Ca_e", tuple(values), 0.02, 0.8)).follow(1, start, 1.0)
     assert isinstance(end, End)
     assert all(isinstance(each, Critical) for each in found), "none is missed"

@@ -24,7 +24,7 @@ class Analytic:
 
     def __init__(self, values: Callable[[float], list[float]], slopes: Callable[[float], list[float]]) -> None:
         self.values, self.slopes, self.solved = values, slopes, 0
-        self.scene = SimpleNamespace(parameters=Parameters((0.8, 0.8), soft(0.0, 0.0, 0.0)))
+        self.solver = SimpleNamespace(parameters=Parameters((0.8, 0.8), soft(0.0, 0.0, 0.0)))
 
     def at(self, parameters: Parameters) -> Any:
         self.solved += 1
@@ -51,11 +51,11 @@ def test_points_are_added_where_any_gap_of_three_particles_asks_for_them(gap: in
 
 def test_two_distances_mean_a_range_that_is_looked_at() -> None:
     """The peak lies between them, and neither value nor slope at the ends tells of it."""
-    solver: Any = Analytic(
+    branch: Any = Analytic(
         lambda x: [1 / np.cosh(3 * x + 5) ** 2], lambda x: [-6 * np.tanh(3 * x + 5) / np.cosh(3 * x + 5) ** 2]
     )
-    solver.scene.parameters = Parameters((1.0,), soft(0.0, 0.0))
-    curve = interpolants(traced(solver, [(1.0,), (0.04,)], 1e-2, 200))[0]
+    branch.solver.parameters = Parameters((1.0,), soft(0.0, 0.0))
+    curve = interpolants(traced(branch, [(1.0,), (0.04,)], 1e-2, 200))[0]
     assert curve.d[[0, -1]] == pytest.approx([0.04, 1.0])
     assert abs(curve.peak.dU - 1) < curve.peak.error + 1e-12
     assert abs(curve.peak.d - np.exp(-5 / 3)) < curve.peak.d_error
@@ -71,7 +71,7 @@ def test_no_point_is_added_for_the_noise_of_meshes() -> None:
         rough = noise.uniform(-1e-2, 1e-2, 2)
         return made_point(d, 1 + 0.1 * np.log(d) + rough[0], (0.1 + rough[1]) / d, error=2e-2)
 
-    stub: Any = SimpleNamespace(scene=SimpleNamespace(parameters=Parameters((0.8,), soft(0.1, 0.1))), at=at)
+    stub: Any = SimpleNamespace(solver=SimpleNamespace(parameters=Parameters((0.8,), soft(0.1, 0.1))), at=at)
     places = [(float(d),) for d in np.geomspace(0.8, 0.02, 9)]
     assert len(traced(stub, places, 2e-3, 200)) == len(places)
 
@@ -86,7 +86,7 @@ def test_points_are_added_until_the_half_width_between_them_is_small(part: float
         slope = 2 / np.cosh(2 * x + 4.5) ** 2
         return made_point(parameters.gaps[0], np.tanh(2 * x + 4.5), slope / parameters.gaps[0], error=part * tol)
 
-    stub: Any = SimpleNamespace(scene=SimpleNamespace(parameters=Parameters((0.8,), soft(0.1, 0.1))), at=at)
+    stub: Any = SimpleNamespace(solver=SimpleNamespace(parameters=Parameters((0.8,), soft(0.1, 0.1))), at=at)
     places = [(float(d),) for d in np.geomspace(0.8, 0.02, 8)]
     (curve,) = interpolants(traced(stub, places, tol, 200))
     assert curve.half_widths(np.sqrt(curve.d[1:] * curve.d[:-1])).max() <= max(1.0, 2 * part) * tol
@@ -99,17 +99,17 @@ def test_a_jump_between_meshes_is_not_chased() -> None:
         d = parameters.gaps[0]
         return made_point(d, 1.0 + (d > 0.1), 0.0, error=1e-6)
 
-    stub: Any = SimpleNamespace(scene=SimpleNamespace(parameters=Parameters((0.8,), soft(0.1, 0.1))), at=at)
+    stub: Any = SimpleNamespace(solver=SimpleNamespace(parameters=Parameters((0.8,), soft(0.1, 0.1))), at=at)
     places = [(float(d),) for d in np.geomspace(0.8, 0.02, 9)]
     assert len(traced(stub, places, 2e-3, 200)) < 30
 
 
 def test_distances_that_were_asked_for_are_marked_and_never_left_out() -> None:
-    solver: Any = Analytic(lambda x: [x], lambda x: [1])
-    solver.scene.parameters = Parameters((0.8,), soft(0.0, 0.0))
-    marked = list(trace(solver, [(0.8,), (0.05,), (0.04,)], 1e-2, 2))
+    branch: Any = Analytic(lambda x: [x], lambda x: [1])
+    branch.solver.parameters = Parameters((0.8,), soft(0.0, 0.0))
+    marked = list(trace(branch, [(0.8,), (0.05,), (0.04,)], 1e-2, 2))
     assert [(point.d, wanted) for point, wanted in marked] == [(0.8, True), (0.05, True), (0.04, True)]
-    marked = list(trace(solver, [(0.8,), (0.05,), (0.04,)], 1e-2, 100))
+    marked = list(trace(branch, [(0.8,), (0.05,), (0.04,)], 1e-2, 100))
     assert [point.d for point, wanted in marked if wanted] == [0.8, 0.05, 0.04]
     d = np.sort([point.d for point, _ in marked])
     assert (d[1:] / d[:-1]).max() <= WIDEST
@@ -138,7 +138,7 @@ def test_a_zero_that_newton_misses_between_smooth_points_is_no_jump() -> None:
         raise NoSteadyState("no")
 
     stub: Any = SimpleNamespace(
-        zero=refuse, at=lambda parameters: point(parameters.gaps[0]), scene=SimpleNamespace(snapshot=None)
+        zero=refuse, at=lambda parameters: point(parameters.gaps[0]), solver=SimpleNamespace(snapshot=None)
     )
     (zero,) = find_zeros(stub, [point(0.1), point(0.3)])
     assert isinstance(zero, Zero)

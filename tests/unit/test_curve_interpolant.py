@@ -48,7 +48,7 @@ def test_the_interval_of_a_curve_holds_the_function_between_its_points(name: str
     """Whatever was asked for: points are added until the interpolant is known to 1 % of the peak."""
     f, slope = SHAPES[name]
     fine: Any = SimpleNamespace(parameters=Parameters((1.0,), soft(0.0, 0.0)))
-    stub: Any = SimpleNamespace(scene=fine, at=lambda at: made_point(at.gaps[0], f(at.gaps[0]), slope(at.gaps[0])))
+    stub: Any = SimpleNamespace(solver=fine, at=lambda at: made_point(at.gaps[0], f(at.gaps[0]), slope(at.gaps[0])))
     (found,) = interpolants(traced(stub, [(float(d),) for d in np.geomspace(1.0, 0.02, asked)], 1e-2, 200))
     off, peak = np.abs(found.values(FINE) - f(FINE)), np.abs(f(FINE)).max()
     assert (off <= found.half_widths(FINE) + 1e-12).mean() > 0.95

@@ -34,18 +34,18 @@ def adaptive(wanted: float, zeros_only: bool = False, **keys: object) -> tuple[A
 def test_a_newtonian_error_is_kept_by_smaller_cells() -> None:
     truth, wanted = 6.7851e-3, 2e-3  # N_p 80
     branch, first = adaptive(wanted, De=0, Ca_e=0.1, d=[0.1], mesh={"Np": 12})
-    coarse = branch.scene.snapshot
+    coarse = branch.solver.snapshot
     point = branch.at(first)
     assert point.estimate.dU_error[0] <= wanted * branch.dU
     assert abs(point.held_dUs[0] - truth) <= point.estimate.dU_error[0]
     assert 1 <= max(branch.rounds.values()) <= ROUNDS
-    assert branch.unknowns[(0.1,)] == branch.scene.constraints.size
+    assert branch.unknowns[(0.1,)] == branch.solver.constraints.size
     branch.at(replace(first, gaps=(0.12,)))
     branch.recall(coarse)  # on cells that are no more
-    assert branch.scene.parameters == first
-    assert branch.scene.constraints.size > len(coarse.y)
+    assert branch.solver.parameters == first
+    assert branch.solver.constraints.size > len(coarse.y)
     branch.restart(branch._first, first, [first.gaps])
-    assert branch.scene.constraints.size == len(coarse.y), "another curve begins on the first cells"
+    assert branch.solver.constraints.size == len(coarse.y), "another curve begins on the first cells"
     branch.close()
 
 
@@ -57,7 +57,7 @@ def test_a_viscoelastic_error_is_kept_by_smaller_cells_where_they_count() -> Non
     point = branch.at(first)
     assert point.estimate.dU_error[0] <= wanted * branch.dU
     assert abs(point.held_dUs[0] - truth) <= point.estimate.dU_error[0]
-    assert branch.scene.constraints.size < 24_000
+    assert branch.solver.constraints.size < 24_000
     assert isinstance(branch.problem.mesh.sizes, AdaptedSizes)
     other = branch.at(replace(first, gaps=(0.3,)))  # of another nominal distance: the cells move with the particles
     assert other.dU_errors[0] <= wanted * branch.dU
@@ -96,17 +96,17 @@ def test_cells_that_were_given_are_held() -> None:
 def test_what_cannot_be_kept_ends_with_the_error_reached(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(adaptation, "ROUNDS", 1)
     branch, first = adaptive(1e-7, De=0, Ca_e=0.1, d=[0.1], mesh={"Np": 6})
-    before = branch.scene.constraints.size
+    before = branch.solver.constraints.size
     point = branch.at(first)
     assert point.dU_errors[0] > 1e-7 * branch.dU
-    assert branch.scene.constraints.size > 2 * before
+    assert branch.solver.constraints.size > 2 * before
     branch.close()
 
 
 def test_a_finer_mesh_with_a_larger_error_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     """As near the softest shapes, where fine cells resolve wrinkles."""
     branch, first = adaptive(1e-7, De=0, Ca_e=0.1, d=[0.1], mesh={"Np": 6})
-    coarse, own = branch.scene.constraints.size, Branch.at
+    coarse, own = branch.solver.constraints.size, Branch.at
 
     def worse_on_finer_cells(self: Branch, parameters: Parameters) -> Point:
         point = own(self, parameters)
@@ -115,7 +115,7 @@ def test_a_finer_mesh_with_a_larger_error_is_not_kept(monkeypatch: pytest.Monkey
 
     monkeypatch.setattr(Branch, "at", worse_on_finer_cells)
     point = branch.at(first)
-    assert branch.scene.constraints.size < 1.1 * coarse
+    assert branch.solver.constraints.size < 1.1 * coarse
     assert point.estimate.widening == 1.0
     assert max(branch.rounds.values()) == ROUNDS
     branch.close()
@@ -125,8 +125,8 @@ def test_the_size_of_dU_at_a_single_distance_is_that_of_the_curve_it_lies_on() -
     case = parse_case(COMMANDS["curve"], TUBE | {"De": 0, "Ca_e": 0.02, "d": [0.8], "mesh": {"Np": 16}}, "test")
     first = Parameters(case.places[0], case.solid_models, case.liquid_model)
     branch = Branch(reached(first_scene(steady_problem(case, 0.8), first)))
-    assert largest_dU(branch.scene, case.places, np.inf) == pytest.approx(1.103e-3, rel=0.05), "N_p 40, d = .1"
-    assert largest_dU(branch.scene, case.places, 1e-4) < 1e-3, "larger ones are not looked for"
+    assert largest_dU(branch.solver, case.places, np.inf) == pytest.approx(1.103e-3, rel=0.05), "N_p 40, d = .1"
+    assert largest_dU(branch.solver, case.places, 1e-4) < 1e-3, "larger ones are not looked for"
     branch.close()
 
 

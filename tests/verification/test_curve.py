@@ -28,7 +28,7 @@ from pairsim.solvers.steady.bordered import solve_with
 from pairsim.solvers.steady.continuation import follow
 from pairsim.solvers.steady.first_solution import by_continuation, first_scene, try_from_other_mesh
 from pairsim.solvers.steady.pseudo_time import relax
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 5.0, "mesh": {"Np": 12}}
 
@@ -42,7 +42,7 @@ def case(**keys: object) -> CurveCase:
     return parse_case(COMMANDS["curve"], {**PAIR, "d": (0.1,), **keys}, "test")
 
 
-def branch(made: CurveCase, *, sensitivities: bool = False) -> Branch:
+def branch_of(made: CurveCase, *, sensitivities: bool = False) -> Branch:
     places = made.places
     start = Parameters(places[0], made.solid_models, made.liquid_model)
     narrowest = min((d for place in places for d in place), default=np.inf)
@@ -52,9 +52,9 @@ def branch(made: CurveCase, *, sensitivities: bool = False) -> Branch:
 def points(**keys: object) -> list[Point]:
     """The points of one branch in the order of their distances, which a curve does not keep."""
     made = case(**keys)
-    solver = branch(made)
-    found = [solver.at(replace(solver.scene.parameters, gaps=place)) for place in made.places]
-    solver.close()
+    branch = branch_of(made)
+    found = [branch.at(replace(branch.solver.parameters, gaps=place)) for place in made.places]
+    branch.close()
     return found
 
 
@@ -62,7 +62,7 @@ def points(**keys: object) -> list[Point]:
 def viscoelastic() -> Iterator[Branch]:
     """A soft behind a softer, smaller sphere in a Giesekus liquid."""
     mesh = {"Np": 8, "max_size": 0.12}
-    made = branch(case(De=0.5, Ca_e=(0.05, 0.1), beta=(0.4, 0.35), mesh=mesh), sensitivities=True)
+    made = branch_of(case(De=0.5, Ca_e=(0.05, 0.1), beta=(0.4, 0.35), mesh=mesh), sensitivities=True)
     yield made
     made.close()
 
@@ -86,11 +86,11 @@ def test_equal_rigid_spheres_in_a_newtonian_liquid_keep_their_distance() -> None
 
 
 def test_rounding_has_neither_zeros_nor_bends() -> None:
-    solver = branch(case(Ca_e=0, d=(0.4,), mesh={"Np": 8}))
-    found = traced(solver, [(0.4,), (0.24,), (0.14,), (0.08,)], 2e-3, 20)
+    branch = branch_of(case(Ca_e=0, d=(0.4,), mesh={"Np": 8}))
+    found = traced(branch, [(0.4,), (0.24,), (0.14,), (0.08,)], 2e-3, 20)
     assert len(found) == 4
-    assert list(find_zeros(solver, found)) == []
-    solver.close()
+    assert list(find_zeros(branch, found)) == []
+    branch.close()
 
 
 def test_periodic_and_developed_ends_give_the_same_curve() -> None:
@@ -118,7 +118,7 @@ def test_three_particles_with_their_own_gaps() -> None:
 
 
 def test_the_matrix_is_the_derivative_of_the_residual(viscoelastic: Branch) -> None:
-    scene = viscoelastic.scene
+    scene = viscoelastic.solver
     scene.factor()
     y = scene.y
     direction = np.random.default_rng(3).standard_normal(y.size) * np.maximum(np.abs(y), 1e-3)
@@ -135,7 +135,7 @@ def test_the_matrix_is_the_derivative_of_the_residual(viscoelastic: Branch) -> N
 
 
 def test_sensitivities_are_differences_of_neighbouring_solutions(viscoelastic: Branch) -> None:
-    here = viscoelastic.scene.parameters
+    here = viscoelastic.solver.parameters
     exact = viscoelastic.at(here).sensitivities
     e = 1e-3
     softer = [here.softer(1 + s * e) for s in (1, -1)]
@@ -155,13 +155,13 @@ def test_sensitivity_to_beta_is_the_difference_of_other_spheres() -> None:
     assert found == pytest.approx((high - low) / 0.008, rel=0.02)
 
 
-def _solved(solver: Branch, place: Parameters) -> float:
-    assert solver.scene.solve(place).converged
-    return float(solver.scene.velocity_row() @ solver.scene.y)
+def _solved(branch: Branch, place: Parameters) -> float:
+    assert branch.solver.solve(place).converged
+    return float(branch.solver.velocity_row() @ branch.solver.y)
 
 
 def test_slopes_are_differences_along_the_curve(viscoelastic: Branch) -> None:
-    here = viscoelastic.scene.parameters
+    here = viscoelastic.solver.parameters
     point = viscoelastic.at(here)
     high, low = (_solved(viscoelastic, here.with_gap(0.1 * (1 + e))) for e in (1e-3, -1e-3))
     assert point.slopes[0] == pytest.approx((high - low) / 2e-4, rel=1e-3)
@@ -170,7 +170,7 @@ def test_slopes_are_differences_along_the_curve(viscoelastic: Branch) -> None:
 
 def test_a_new_mesh_on_the_way_changes_little(viscoelastic: Branch) -> None:
     """A step that asks for a new mesh is solved on it; going back finds the old solution."""
-    scene = viscoelastic.scene
+    scene = viscoelastic.solver
     before, held, meshes = scene.snapshot, viscoelastic.at(scene.parameters).discrete.dU, scene.meshes
     value = float(held[0])
     assert follow(scene, scene.parameters.with_gap(0.2)) is None
@@ -190,7 +190,7 @@ def test_the_first_solution_does_not_depend_on_the_way_to_it() -> None:
     start = Parameters((0.1,), made.solid_models, made.liquid_model)
     problem = replace(steady_problem(made, 0.1), newton=replace(STEADY, tolerance=1e-11))
     scout = reached(by_continuation(steady_problem(larger, 0.1), start))
-    short, long = Steady(problem, start), reached(by_continuation(problem, start))
+    short, long = SteadySolver(problem, start), reached(by_continuation(problem, start))
     assert try_from_other_mesh(short, start, scout)
     assert short.factorisations <= 3 < long.factorisations
     for name, unknowns in short.constraints.fields.items():
@@ -232,7 +232,7 @@ def test_the_finest_accuracy_is_kept() -> None:
 
 
 def test_pseudo_time_reaches_the_steady_solution(viscoelastic: Branch) -> None:
-    scene = viscoelastic.scene
+    scene = viscoelastic.solver
     before = scene.snapshot
     faster = before.parameters.with_De(0.55)
     assert scene.solve(faster).converged
@@ -244,7 +244,7 @@ def test_pseudo_time_reaches_the_steady_solution(viscoelastic: Branch) -> None:
 
 
 def test_a_steady_solution_does_not_change_in_pseudo_time(viscoelastic: Branch) -> None:
-    scene = viscoelastic.scene
+    scene = viscoelastic.solver
     liquid, left = scene.scene.liquid, scene.residual()
     liquid.set_star(scene.state()[1][: liquid.size])
     liquid.constants["rate"].value = 10.0
@@ -255,10 +255,10 @@ def test_a_steady_solution_does_not_change_in_pseudo_time(viscoelastic: Branch) 
 @pytest.mark.parametrize(("Ca_e", "d"), [(0.02, 0.0474), (0.1, 0.0554)])
 def test_small_spheres_have_a_stable_distance(Ca_e: float, d: float) -> None:
     """Closer they separate, farther apart they attract; distances: N_p 40, docs/explanation/decisions.md."""
-    solver = branch(case(beta=0.2, Ca_e=Ca_e, length=3.0, d=(0.15, 0.03)))
-    found = traced(solver, [(0.15,), (0.06,), (0.03,)], 0.02, 20)
-    (zero,) = find_zeros(solver, found)
-    solver.close()
+    branch = branch_of(case(beta=0.2, Ca_e=Ca_e, length=3.0, d=(0.15, 0.03)))
+    found = traced(branch, [(0.15,), (0.06,), (0.03,)], 0.02, 20)
+    (zero,) = find_zeros(branch, found)
+    branch.close()
     assert isinstance(zero, Zero)
     assert abs(zero.point.dU) < 0.1 * zero.point.dU_errors[0]
     assert zero.point.d == pytest.approx(d, rel=0.1)
@@ -268,9 +268,9 @@ def test_small_spheres_have_a_stable_distance(Ca_e: float, d: float) -> None:
 
 def test_the_distance_of_a_given_dU_is_found_by_a_few_iterations_of_newtons_method() -> None:
     """The distance is an unknown, and dU one of the equations; the iterations converge quadratically."""
-    solver = branch(case(d=(0.3,)))
-    solver.at(solver.scene.parameters)
-    steady = solver.scene
+    branch = branch_of(case(d=(0.3,)))
+    branch.at(branch.solver.parameters)
+    steady = branch.solver
 
     def along(d: float) -> Parameters:
         return replace(steady.parameters, gaps=(d,))
@@ -282,8 +282,8 @@ def test_the_distance_of_a_given_dU_is_found_by_a_few_iterations_of_newtons_meth
     iterations = steady.iterations - before
     assert d is not None
     assert d > 0.3
-    again = solver.at(along(d)).discrete.dU
-    solver.close()
+    again = branch.at(along(d)).discrete.dU
+    branch.close()
     assert again == pytest.approx([wanted], rel=1e-6)
     assert iterations <= 4
 
@@ -296,7 +296,7 @@ def test_a_bad_mesh_at_one_place_does_not_excuse_the_others() -> None:
         return made_point(d, np.sin(2 * x), np.cos(2 * x) * 2 / d, error=0.5 if d < 0.06 else 1e-6)
 
     fine: Any = SimpleNamespace(parameters=Parameters((0.8,), soft(0.1, 0.1)))
-    stub: Any = SimpleNamespace(scene=fine, at=lambda parameters: point(parameters.gaps[0]))
+    stub: Any = SimpleNamespace(solver=fine, at=lambda parameters: point(parameters.gaps[0]))
     found = traced(stub, [(0.8,), (0.2,), (0.05,), (0.02,)], 2e-3, 100)
     d = np.geomspace(0.2, 0.8, 500)
     assert np.abs(interpolants(found)[0].values(d) - np.sin(2 * np.log(d / 0.1))).max() < 2e-3
@@ -305,7 +305,7 @@ def test_a_bad_mesh_at_one_place_does_not_excuse_the_others() -> None:
 
 def test_the_mesh_of_a_solution_is_that_of_its_extension_alone(viscoelastic: Branch) -> None:
     """Assembled in numpy, and from the form in UFL."""
-    scene = viscoelastic.scene
+    scene = viscoelastic.solver
     scene.factor()
     eta = scene.y[scene.constraints.fields["eta"]]
     assert np.abs(eta).max() > 1e-3
@@ -315,9 +315,9 @@ def test_the_mesh_of_a_solution_is_that_of_its_extension_alone(viscoelastic: Bra
 @pytest.mark.slow
 def test_the_softest_shapes_end_and_the_message_has_the_place() -> None:
     """Two spheres of beta .4 at d .1 have no steady shape beyond a Ca_e near .16, which depends on the mesh."""
-    solver = branch(case())
-    end = follow(solver.scene, solver.scene.parameters.with_Ca_e(0.25))
-    solver.close()
+    branch = branch_of(case())
+    end = follow(branch.branch, branch.solver.parameters.with_Ca_e(0.25))
+    branch.close()
     assert end is not None
     assert end.proven
     Ca_e, error = end.on_mesh["Ca_e"]
@@ -326,11 +326,11 @@ def test_the_softest_shapes_end_and_the_message_has_the_place() -> None:
 
 
 def test_a_matrix_that_cannot_be_factored_ends_the_branch() -> None:
-    solver = branch(case())
-    solver.scene.y = np.full_like(solver.scene.y, np.nan)
+    branch = branch_of(case())
+    branch.solver.y = np.full_like(branch.solver.y, np.nan)
     with pytest.raises(NoSteadyState, match="singular"):
-        solver.scene.factor()
-    solver.close()
+        branch.solver.factor()
+    branch.close()
 
 
 def test_an_estimate_that_is_no_number_ends_the_branch_and_no_decay_is_an_empty_column(
@@ -350,9 +350,9 @@ def test_a_problem_remembers_its_narrowest_distance() -> None:
     wide, narrow = steady_problem(made, 0.3), steady_problem(made, 0.01)
     arcs = []
     for problem in (wide, narrow):
-        solver = Branch(reached(first_scene(problem, Parameters((0.3,), soft(0.0, 0.0)))))
-        arcs.append(len(solver.scene.meshed.outlines[0].angles))
-        solver.close()
+        branch = Branch(reached(first_scene(problem, Parameters((0.3,), soft(0.0, 0.0)))))
+        arcs.append(len(branch.solver.meshed.outlines[0].angles))
+        branch.close()
     assert arcs[1] > arcs[0]
 
 

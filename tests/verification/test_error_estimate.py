@@ -20,7 +20,7 @@ from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.estimate import ROUNDING, ErrorEstimate, ErrorEstimator
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.first_solution import by_continuation
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 
 NEWTONIAN = {"beta": 0.4, "De": 0}
 CLOSE = NEWTONIAN | {"Ca_e": 0.1, "d": (0.1,)}
@@ -29,7 +29,7 @@ RIGID = NEWTONIAN | {"Ca_e": 0, "d": (0.1,)}
 SINGLE = {"particles": 1, "beta": 0.4, "De": 1, "Ca_e": 0}
 
 
-def scene_of(keys: dict[str, object], **mesh: float) -> Steady:
+def scene_of(keys: dict[str, object], **mesh: float) -> SteadySolver:
     """The solution of the last place of a case with developed ends."""
     case = parse_case(COMMANDS["curve"], {"ends": "developed", "length": 5.0, "mesh": mesh, **keys}, "test")
     start = Parameters(case.places[-1], case.solid_models, case.liquid_model)
@@ -47,7 +47,7 @@ def solved(keys: dict[str, object], **mesh: float) -> tuple[Observation, ErrorEs
 
 
 @cache
-def scene_mesh() -> Steady:
+def scene_mesh() -> SteadySolver:
     return scene_of(RIGID, Np=10)
 
 

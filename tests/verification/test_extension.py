@@ -22,7 +22,7 @@ from pairsim.solvers.meshed_scene import MeshedScene
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import begin, follow
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 
 START_UP = {0.5: 1.0727, 1: 1.1272, 2: 1.1980, 3: 1.2371, 5: 1.2707, 10: 1.2848}
 STEADY = {Ca: reference("extension", f"D Ca {Ca}") for Ca in (0.05, 0.1, 0.2)}
@@ -76,7 +76,7 @@ def test_below_the_fold_it_settles_and_past_it_it_goes_on() -> None:
     assert past[3] > end
 
 
-class SmoothSphere(Steady):
+class SmoothSphere(SteadySolver):
     """A steady scene whose displacement inside the sphere is a polynomial in X, its pressure one of two degrees less.
 
     Past l = 2.25 the steady equations are not well posed (wrinkles of any length, see docs/explanation/limits.md):

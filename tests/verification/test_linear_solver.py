@@ -16,30 +16,30 @@ from pairsim.solvers.nonlinear import factors
 from pairsim.solvers.nonlinear.factors import Factors, MumpsOptions
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.continuation import begin
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.steady.tangents import gap_tangents
 
 KEYS = {"beta": 0.4, "De": 0, "Ca_e": 0.01, "d": [0.1], "ends": "developed", "length": 4.0, "mesh": {"Np": 8}}
 
 
-def pair() -> Steady:
+def pair() -> SteadySolver:
     case = parse_case(COMMANDS["curve"], KEYS, "test")
-    return Steady(steady_problem(case, 0.1), Parameters((0.1,), case.solid_models))
+    return SteadySolver(steady_problem(case, 0.1), Parameters((0.1,), case.solid_models))
 
 
 @pytest.fixture
-def scene() -> Iterator[Steady]:
+def scene() -> Iterator[SteadySolver]:
     steady = pair()
     yield steady
     steady.close()
 
 
-def solved(steady: Steady) -> float:
+def solved(steady: SteadySolver) -> float:
     begin(steady)
     return float(steady.velocity_row() @ steady.y)
 
 
-def test_unknowns_of_a_node_are_eliminated_together_and_those_of_all_nodes_last(scene: Steady) -> None:
+def test_unknowns_of_a_node_are_eliminated_together_and_those_of_all_nodes_last(scene: SteadySolver) -> None:
     order = elimination_order(scene.scene, scene.constraints)
     assert order is not None
     assert np.array_equal(np.sort(order), np.arange(scene.constraints.size))
@@ -51,7 +51,7 @@ def test_unknowns_of_a_node_are_eliminated_together_and_those_of_all_nodes_last(
 
 
 def test_order_of_nodes_gives_factors_as_small_as_the_order_of_unknowns(
-    scene: Steady, monkeypatch: pytest.MonkeyPatch
+    scene: SteadySolver, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     solved(scene)
     ours = scene.newton.factor_megabytes
@@ -62,7 +62,9 @@ def test_order_of_nodes_gives_factors_as_small_as_the_order_of_unknowns(
     other.close()
 
 
-def test_double_precision_takes_over_where_refinement_fails(scene: Steady, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_double_precision_takes_over_where_refinement_fails(
+    scene: SteadySolver, monkeypatch: pytest.MonkeyPatch
+) -> None:
     expected = solved(scene)
     assert scene.newton.single
     monkeypatch.setattr(factors, "MOST_REFINEMENTS", 1)
@@ -73,7 +75,7 @@ def test_double_precision_takes_over_where_refinement_fails(scene: Steady, monke
 
 
 @pytest.mark.parametrize("transposed", [False, True])
-def test_linear_solves_are_refined(scene: Steady, transposed: bool) -> None:
+def test_linear_solves_are_refined(scene: SteadySolver, transposed: bool) -> None:
     solved(scene)
     scene.factor()
     row = scene.velocity_row()
@@ -87,7 +89,7 @@ def test_linear_solves_are_refined(scene: Steady, transposed: bool) -> None:
 
 
 @pytest.mark.parametrize("transposed", [False, True])
-def test_several_systems_are_solved_at_once(scene: Steady, transposed: bool) -> None:
+def test_several_systems_are_solved_at_once(scene: SteadySolver, transposed: bool) -> None:
     solved(scene)
     scene.factor()
     rows = np.eye(scene.constraints.size)[scene.constraints.fields["U_p"]]
@@ -96,7 +98,7 @@ def test_several_systems_are_solved_at_once(scene: Steady, transposed: bool) -> 
     assert np.linalg.norm(together - apart) < 1e-6 * np.linalg.norm(together)
 
 
-def test_factors_of_the_last_iterations_serve_at_the_solution(scene: Steady) -> None:
+def test_factors_of_the_last_iterations_serve_at_the_solution(scene: SteadySolver) -> None:
     solved(scene)
     made = scene.newton.factorisations
     scene.factor()
@@ -121,5 +123,5 @@ def test_a_matrix_without_enough_workspace_is_not_regular() -> None:
         ksp.getPC().getFactorMatrix().getMumpsInfog.return_value = -9
 
     ksp.reset.side_effect, ksp.setUp.side_effect = without_factors, with_too_small_a_workspace
-    assert factors.make()
+    factors.make()
     assert not factors.regular

@@ -22,7 +22,7 @@ from pairsim.solvers.nonlinear.renewal import MatrixPolicy
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.guesses import place_undeformed
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.transient.transient import Transient
 
 EXACT = NewtonOptions(tolerance=1e-13, matrix=MatrixPolicy(slow=0.0, other_step=-1.0, far=0.0))
@@ -79,7 +79,7 @@ def test_newton_converges_quadratically_on_a_curve(liquid: Liquid) -> None:
     problem = SteadyProblem((0.4, 0.4), 4.0, False, MeshSettings(Np=8), newton=EXACT)
     places = ((0.05, 0.3), (0.08, 0.6))
     start, end = (Parameters((0.1,), soft(Ca_e, Ca_e), liquid.with_De(De)) for Ca_e, De in places)
-    steady = Steady(problem, start)
+    steady = SteadySolver(problem, start)
     place_undeformed(steady)
     try:
         assert steady.solve(start).converged

@@ -42,7 +42,7 @@ def decays(branch: Branch, dt: float, steps: int) -> np.ndarray:
 
     Steps of the implicit Euler method, with all rates; for a single exponential the time is that of the equations.
     """
-    scene, here = branch.scene, branch.scene.parameters
+    scene, here = branch.solver, branch.solver.parameters
     scene.factor()
     still, held = scene.y.copy(), np.zeros(len(here.gaps))
     y, dU = still + 1e-3 * gap_tangents(scene).sum(axis=0), []

@@ -40,7 +40,7 @@ def test_work_of_quasi_steady_points(
     branch = Branch(reached(first_scene(problem, start)))
     try:
         found = list(trace(branch, places, 1.0, len(places)))
-        fine = branch.scene
+        fine = branch.solver
         work = (len(found), fine.iterations, fine.factorisations, fine.meshes)
         assert work == (points, iterations, factorisations, meshes)
     finally:

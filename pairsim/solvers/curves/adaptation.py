@@ -26,7 +26,7 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import prepared, where
 from pairsim.solvers.steady.first_solution import FEWEST_CELLS, try_from_other_mesh
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.steady.snapshot import Snapshot
 from pairsim.solvers.steady.tangents import gap_tangents
 
@@ -47,11 +47,11 @@ SCALE_CELLS, SCALE_GROWTH, SCALE_SIZE = 10, 0.3, 0.35
 STEP = 1.6  # largest ratio of distances in a step of it; chosen
 
 
-def largest_dU(known: Steady, places: Sequence[tuple[float, ...]], enough: float) -> float:
+def largest_dU(known: SteadySolver, places: Sequence[tuple[float, ...]], enough: float) -> float:
     """The largest |dU| of a curve, or of the curve that a single point lies on, from coarse solutions [U_av].
 
     Args:
-        known: A scene at a solution of the curve.
+        known: A solver at a solution of the curve.
         places: The distances of the case.
         enough: Value beyond which no larger one is looked for [U_av].
 
@@ -88,19 +88,19 @@ def largest_dU(known: Steady, places: Sequence[tuple[float, ...]], enough: float
         scout.close()
 
 
-def _carried_over(problem: SteadyProblem, parameters: Parameters, known: Steady) -> Steady | None:
+def _carried_over(problem: SteadyProblem, parameters: Parameters, known: SteadySolver) -> SteadySolver | None:
     """The scene on other cells; None where its solution does not follow at once, as the way to it may be long."""
-    scene: Steady | None = None
+    solver: SteadySolver | None = None
     with suppress(NoSteadyState, MeshFailure):
-        scene = Steady(problem, parameters)
-        if try_from_other_mesh(scene, parameters, known):
-            return scene
-    if scene is not None:
-        scene.close()
+        solver = SteadySolver(problem, parameters)
+        if try_from_other_mesh(solver, parameters, known):
+            return solver
+    if solver is not None:
+        solver.close()
     return None
 
 
-def _moved(scout: Steady, gaps: tuple[float, ...]) -> bool:
+def _moved(scout: SteadySolver, gaps: tuple[float, ...]) -> bool:
     """Solve at other distances; False where a step on the way there fails, as finding a shorter one may take long."""
     here = np.array(scout.parameters.gaps)
     count = int(np.ceil(np.abs(np.log(np.divide(gaps, here))).max() / np.log(STEP)))
@@ -114,7 +114,7 @@ def _moved(scout: Steady, gaps: tuple[float, ...]) -> bool:
     return True
 
 
-def _largest(scout: Steady) -> float:
+def _largest(scout: SteadySolver) -> float:
     """The largest |dU| of a solution [U_av]."""
     return float(np.abs(np.diff(scout.y[scout.constraints.fields["U_p"]])).max())
 
@@ -126,7 +126,7 @@ class AdaptiveBranch(Branch):
     distances tell how large dU is.
 
     Args:
-        scene, sensitivities: As for `Branch`.
+        solver, sensitivities: As for `Branch`.
         wanted: Largest error of dU, relative to its largest value; infinite to keep the mesh.
         places: Distances of the case.
         held: Settings of the mesh that stay as they are, among Np and max_size; with Np the whole mesh does.
@@ -141,7 +141,7 @@ class AdaptiveBranch(Branch):
 
     def __init__(
         self,
-        scene: Steady,
+        solver: SteadySolver,
         sensitivities: bool = False,
         *,
         wanted: float,
@@ -149,9 +149,9 @@ class AdaptiveBranch(Branch):
         held: frozenset[str] = frozenset(),
         zeros_only: bool = False,
     ) -> None:
-        super().__init__(scene, sensitivities)
-        self._first, self.wanted, self._held, self._zeros_only = scene.problem, wanted, held, zeros_only
-        self._estimator = ErrorEstimator(cells=bool(scene.parameters.liquid.modes) and np.isfinite(wanted))
+        super().__init__(solver, sensitivities)
+        self._first, self.wanted, self._held, self._zeros_only = solver.problem, wanted, held, zeros_only
+        self._estimator = ErrorEstimator(cells=bool(solver.parameters.liquid.modes) and np.isfinite(wanted))
         self._begin(places)
 
     def _begin(self, places: Sequence[tuple[float, ...]]) -> None:
@@ -163,7 +163,7 @@ class AdaptiveBranch(Branch):
     @property
     def problem(self) -> SteadyProblem:
         """The problem with the cells of the present mesh."""
-        return self.scene.problem
+        return self.solver.problem
 
     def restart(self, problem: SteadyProblem, parameters: Parameters, places: Sequence[tuple[float, ...]]) -> None:
         """Continue to the first parameters of another curve with its distances, on the cells of the first mesh.
@@ -177,9 +177,9 @@ class AdaptiveBranch(Branch):
             NoSteadyState: The continuation did not reach the parameters.
         """
         if self.problem is self._first:
-            self.scene.obey(problem.monitor)
-        elif not self._go_on(problem, self.scene.parameters):
-            raise NoSteadyState(f"no solution on the first cells at {where(self.scene.parameters)}")
+            self.solver.obey(problem.monitor)
+        elif not self._go_on(problem, self.solver.parameters):
+            raise NoSteadyState(f"no solution on the first cells at {where(self.solver.parameters)}")
         self._first = self.problem
         self.move(parameters)
         self._begin(places)
@@ -208,7 +208,7 @@ class AdaptiveBranch(Branch):
         Raises:
             NoSteadyState: The continuation with the present cells did not reach the stored parameters.
         """
-        if snapshot.reference.outlines[0] is self.scene.meshed.outlines[0]:
+        if snapshot.reference.outlines[0] is self.solver.meshed.outlines[0]:
             super().recall(snapshot)
         else:
             self._nearest(snapshot.parameters)
@@ -227,13 +227,13 @@ class AdaptiveBranch(Branch):
         error = float(point.estimate.dU_error.max())
         if error > self.allowed(point) and error > self._looked and not self._zeros_only:
             self._looked = error
-            self.dU = max(self.dU, largest_dU(self.scene, self._places, error / self.wanted))
+            self.dU = max(self.dU, largest_dU(self.solver, self._places, error / self.wanted))
         # There is no dU that errors could be compared to: that of equal rigid spheres in Newtonian liquids is 0.
         return error > self.allowed(point) and (self._zeros_only or self.dU > ROUNDING)
 
     def _kept(self, solve: Callable[[Point | None], Point]) -> Point:
         """Solve for a point, and again on finer meshes while its error is too large and becomes smaller."""
-        before, point = self.scene.iterations, solve(None)
+        before, point = self.solver.iterations, solve(None)
         while self._too_large(point):
             coarser, fields, error = self.problem, dict(self._fields), float(point.estimate.dU_error.max())
             if not self._refine(point):
@@ -248,8 +248,8 @@ class AdaptiveBranch(Branch):
                 self._fields = fields
                 with suppress(NoSteadyState, MeshFailure):
                     point = solve(point)
-        self.unknowns[self._nominal(point)] = self.scene.constraints.size
-        return replace(point, newton=self.scene.iterations - before)
+        self.unknowns[self._nominal(point)] = self.solver.constraints.size
+        return replace(point, newton=self.solver.iterations - before)
 
     def _nominal(self, point: Point) -> tuple[float, ...]:
         return self.problem.nominal(point.gaps)
@@ -298,11 +298,11 @@ class AdaptiveBranch(Branch):
 
     def _go_on(self, problem: SteadyProblem, parameters: Parameters) -> bool:
         """Carry the solution over to other cells; False, with the old ones kept, if that fails."""
-        scene = _carried_over(problem, parameters, self.scene)
-        if scene is None:
+        solver = _carried_over(problem, parameters, self.solver)
+        if solver is None:
             return False
-        scene.take_over_costs(self.scene)
-        self.scene.close()
-        self.scene = scene
-        self._known = [scene.snapshot]
+        solver.take_over_costs(self.solver)
+        self.solver.close()
+        self.solver = solver
+        self._known = [solver.snapshot]
         return True

@@ -20,7 +20,7 @@ from pairsim.solvers.steady.bordered import solve_with
 from pairsim.solvers.steady.continuation import IN_TIME, follow, new_mesh, where
 from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.relaxation import relaxation_time
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.steady.snapshot import Snapshot
 from pairsim.solvers.steady.tangents import gap_tangents
 
@@ -113,20 +113,20 @@ class Branch:
     """Solutions of one scene at any parameters, each continued from the nearest known solution.
 
     Args:
-        scene: The scene at its first solution; `close` closes it.
+        solver: The solver at its first solution; `close` closes it.
         sensitivities: Whether to compute derivatives with respect to Ca_e, De and beta.
 
     Attributes:
-        scene: The scene at the present solution.
+        solver: The solver at the present solution.
         ended: What the last continuation has come to; None where it arrived.
     """
 
-    def __init__(self, scene: Steady, sensitivities: bool = False) -> None:
+    def __init__(self, solver: SteadySolver, sensitivities: bool = False) -> None:
         self._sensitivities, self._estimator = sensitivities, ErrorEstimator()
         self._at_zero = 0.0  # what is added to dU at the last zero, or expected to be at the next one
-        self.scene = scene
+        self.solver = solver
         self.ended: Ended | None = None
-        self._known = [self.scene.snapshot]
+        self._known = [self.solver.snapshot]
 
     def move(self, parameters: Parameters) -> None:
         """Continue to the first parameters of another curve; resets counters, times and the list of known solutions.
@@ -134,12 +134,12 @@ class Branch:
         Raises:
             NoSteadyState: The continuation did not reach the parameters.
         """
-        self.scene.forget_costs()
+        self.solver.forget_costs()
         self._nearest(parameters, 0.0)
         self._follow(parameters)
-        if self.scene.scene.reference.deformed:  # as for a curve that is computed on its own, try spheres first
-            new_mesh(self.scene, afresh=True)
-        self._known = [self.scene.snapshot]
+        if self.solver.scene.reference.deformed:  # as for a curve that is computed on its own, try spheres first
+            new_mesh(self.solver, afresh=True)
+        self._known = [self.solver.snapshot]
 
     def at(self, parameters: Parameters) -> Point:
         """The solution at given parameters.
@@ -147,11 +147,11 @@ class Branch:
         Raises:
             NoSteadyState: The continuation did not reach the parameters, or the error there cannot be estimated.
         """
-        before = self.scene.iterations
+        before = self.solver.iterations
         self._nearest(parameters)
         self._follow(parameters)
         if min(_apart(snapshot.parameters, parameters) for snapshot in self._known) > SPACING:
-            self._known.append(self.scene.snapshot)
+            self._known.append(self.solver.snapshot)
         return self._read(before)
 
     def _follow(self, parameters: Parameters) -> None:
@@ -160,7 +160,7 @@ class Branch:
         Raises:
             NoSteadyState: The continuation did not reach them; `ended` says more.
         """
-        self.ended = follow(self.scene, parameters)
+        self.ended = follow(self.solver, parameters)
         if self.ended is not None:
             raise self.ended.failure
 
@@ -175,14 +175,14 @@ class Branch:
         Raises:
             NoSteadyState: No zero was found; the previous solutions are restored.
         """
-        scene, old = self.scene, self.scene.snapshot
-        before, parameters, d = scene.iterations, scene.parameters, guess
+        solver, old = self.solver, self.solver.snapshot
+        before, parameters, d = solver.iterations, solver.parameters, guess
         try:
             for _ in range(MOST_CORRECTIONS):
                 point = Branch.at(self, parameters.with_gap(d))
                 left_over = float(point.held_dUs[0])
                 if abs(left_over) <= ZERO_TOLERANCE * point.estimate.dU_error[0]:
-                    return replace(point, newton=scene.iterations - before)
+                    return replace(point, newton=solver.iterations - before)
                 d -= left_over / float(point.slopes[0])
                 if not left / BESIDE < d < right * BESIDE:
                     break
@@ -205,15 +205,15 @@ class Branch:
             settled: Whether to solve again on the mesh for the distance of the zero, so that the result does not depend
                 on the previous solutions.
         """
-        scene = self.scene
-        before, place, point = scene.iterations, tau, None
+        solver = self.solver
+        before, place, point = solver.iterations, tau, None
         for _ in range(MOST_CORRECTIONS):
-            found = solve_with(scene, along, place, y, scene.velocity_row(), -self._at_zero)
-            if found is not None and settled and not scene.as_made:
+            found = solve_with(solver, along, place, y, solver.velocity_row(), -self._at_zero)
+            if found is not None and settled and not solver.as_made:
                 found = self._settled(along, found)
             if found is None:
                 return None
-            point, place, y = self._read(before), found, scene.y
+            point, place, y = self._read(before), found, solver.y
             left, self._at_zero = point.held_dUs[0], float(point.correction[0])
             if abs(left) <= ZERO_TOLERANCE * point.estimate.dU_error[0]:
                 break
@@ -224,58 +224,58 @@ class Branch:
 
         If two meshes lead alternately to the distance of the other one, the mesh for the smaller distance is used.
         """
-        scene, found = self.scene, tau
+        solver, found = self.solver, tau
         made: set[tuple[float, ...]] = set()
         last: tuple[float, ...] = (np.inf,)
         while True:
-            wanted = scene.problem.nominal(scene.parameters.gaps)
+            wanted = solver.problem.nominal(solver.parameters.gaps)
             if wanted in made and wanted >= last:
                 return found
             again = wanted in made
             made.add(wanted)
-            scene.remesh(afresh=True)
-            place = solve_with(scene, along, found, scene.y, scene.velocity_row(), -self._at_zero)
+            solver.remesh(afresh=True)
+            place = solve_with(solver, along, found, solver.y, solver.velocity_row(), -self._at_zero)
             if place is None or again:
                 return place
             found, last = place, wanted
 
     def recall(self, snapshot: Snapshot) -> None:
         """Restore a stored solution."""
-        self.scene.recall(snapshot)
+        self.solver.recall(snapshot)
 
     def _nearest(self, parameters: Parameters, margin: float = float(np.log(GAP_RATIO))) -> None:
         """Restore the known solution nearest to given parameters if it is nearer than the present one."""
         nearest = min(self._known, key=lambda snapshot: _apart(snapshot.parameters, parameters))
-        if _apart(self.scene.parameters, parameters) > margin + _apart(nearest.parameters, parameters):
-            self.scene.recall(nearest)
+        if _apart(self.solver.parameters, parameters) > margin + _apart(nearest.parameters, parameters):
+            self.solver.recall(nearest)
 
     def _read(self, iterations_before: int) -> Point:
-        scene = self.scene
-        scene.factor()
-        adjoints = Adjoints.of(scene)
-        slopes = np.diff(gap_tangents(scene).sum(axis=0)[scene.constraints.fields["U_p"]])
-        discrete = scene.observe()
-        estimate, t_relax = self._estimator.estimate(scene, adjoints, discrete), relaxation_time(scene)
+        solver = self.solver
+        solver.factor()
+        adjoints = Adjoints.of(solver)
+        slopes = np.diff(gap_tangents(solver).sum(axis=0)[solver.constraints.fields["U_p"]])
+        discrete = solver.observe()
+        estimate, t_relax = self._estimator.estimate(solver, adjoints, discrete), relaxation_time(solver)
         if not np.isfinite(estimate.U).all():
-            raise NoSteadyState(f"the estimate of the error is no number at {where(scene.parameters)}", advice=IN_TIME)
+            raise NoSteadyState(f"the estimate of the error is no number at {where(solver.parameters)}", advice=IN_TIME)
         held, least = estimate.corrected(discrete), float(estimate.dU_error.min(initial=np.inf))
         return Point(
-            scene.parameters,
+            solver.parameters,
             discrete,
             held,
-            slow_motion(scene, held.dU, adjoints, t_relax, least),
+            slow_motion(solver, held.dU, adjoints, t_relax, least),
             t_relax,
             slopes,
-            sensitivities(scene, adjoints) if self._sensitivities else {},
+            sensitivities(solver, adjoints) if self._sensitivities else {},
             estimate,
-            scene.iterations - iterations_before,
-            scene.meshes,
-            liquid_distortion(scene.scene, scene.state()[1]),
+            solver.iterations - iterations_before,
+            solver.meshes,
+            liquid_distortion(solver.scene, solver.state()[1]),
         )
 
     def close(self) -> None:
         """Free the memory of the solvers."""
-        self.scene.close()
+        self.solver.close()
 
 
 def _apart(a: Parameters, b: Parameters) -> float:

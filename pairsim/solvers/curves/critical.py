@@ -77,7 +77,7 @@ def follow_all(branch: Branch, region: Region) -> Iterator[Finding]:
     follower = Follower(branch, region)
     count = 0
     for value, forward in ((region.values[0], 1.0), (region.values[-1], -1.0)):
-        branch.at(with_value(region.name, branch.scene.parameters.with_gap(region.most), value))
+        branch.at(with_value(region.name, branch.solver.parameters.with_gap(region.most), value))
         zeros = yield from search(branch, region.least, region.most)
         for zero in zeros:
             if any(same_zero(zero.point, c.point) for c in seen):

@@ -121,7 +121,7 @@ def trace(
     Raises:
         RunFailure: The branch could not be followed.
     """
-    parameters, requested = branch.scene.parameters, set(places)
+    parameters, requested = branch.solver.parameters, set(places)
     curve = all(place and len(set(place)) == 1 for place in places)
     points = []
     for place in between(places, max_points) if curve else places:
@@ -131,7 +131,7 @@ def trace(
         return
     points.sort(key=lambda p: p.d)
     while new := _unresolved(points, tol)[: max(max_points - len(points), 0)]:
-        if abs(branch.scene.parameters.gaps[0] - new[-1][1].d) < abs(branch.scene.parameters.gaps[0] - new[0][0].d):
+        if abs(branch.solver.parameters.gaps[0] - new[-1][1].d) < abs(branch.solver.parameters.gaps[0] - new[0][0].d):
             new.reverse()  # start with the interval nearest to the present solution
         for a, b in new:
             points.append(branch.at(parameters.with_gap(float(np.sqrt(a.d * b.d)))))
@@ -166,7 +166,7 @@ def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Jump | None:
     """
     for _ in range(HALVINGS):
         with suppress(NoSteadyState, MeshFailure):
-            return Zero(branch.zero(a.d, b.d, _guess(a, b)), branch.scene.snapshot)
+            return Zero(branch.zero(a.d, b.d, _guess(a, b)), branch.solver.snapshot)
         if any(abs(point.dU) < point.dU_errors[0] for point in (a, b)):
             return None
         point = branch.at(a.parameters.with_gap(float(np.sqrt(a.d * b.d))))
@@ -176,7 +176,7 @@ def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Jump | None:
         # interpolant is then accepted if |dU| is small there.
         point = branch.at(a.parameters.with_gap(_guess(a, b)))
         if abs(point.dU) < ALMOST * max(abs(a.dU), abs(b.dU)):
-            return Zero(point, branch.scene.snapshot)
+            return Zero(point, branch.solver.snapshot)
         raise NoSteadyState(f"the zero of dU between d = {a.d:.5g} and {b.d:.5g} was not found")
     return Jump(a, b)
 

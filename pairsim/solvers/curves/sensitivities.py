@@ -13,11 +13,11 @@ import numpy as np
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.steady.tangents import residual_change
 
 
-def sensitivities(steady: Steady, adjoints: Adjoints) -> dict[str, Array]:
+def sensitivities(steady: SteadySolver, adjoints: Adjoints) -> dict[str, Array]:
     """Derivatives of dU at held distances with respect to Ca_e, De and beta, by the adjoint.
 
     If the values of the particles differ, their ratios are fixed and the derivative is with respect to the largest

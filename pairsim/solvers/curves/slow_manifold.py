@@ -28,7 +28,7 @@ from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.nonlinear.factors import LAST
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.motion import moving_residual
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.steady.tangents import gap_tangents
 
 # Bound on the term of second order, relative to t_relax rate times the larger of the first and t_relax rate dU, with
@@ -57,11 +57,11 @@ class SlowMotion:
     stretch: Array
 
 
-def slow_motion(steady: Steady, dU: Array, adjoints: Adjoints, t_relax: float, error: float) -> SlowMotion:
+def slow_motion(steady: SteadySolver, dU: Array, adjoints: Adjoints, t_relax: float, error: float) -> SlowMotion:
     """Go on from velocities at held distances to those of particles that move.
 
     Args:
-        steady: The scene, at a solution; its matrix must have been assembled by `Steady.factor`.
+        steady: The scene, at a solution; its matrix must have been assembled by `SteadySolver.factor`.
         dU: Relative velocities at held distances, those of the solution or better ones [U_av], shape (N-1,).
         adjoints: The adjoints of the solution.
         t_relax: How long the scene remembers [D_c/U_av].
@@ -100,13 +100,13 @@ def slow_motion(steady: Steady, dU: Array, adjoints: Adjoints, t_relax: float, e
     return replace(still, U=first, remainder=np.minimum(sizes[1], most))
 
 
-def _centres(steady: Steady, parameters: Parameters, y: Array) -> Array:
+def _centres(steady: SteadySolver, parameters: Parameters, y: Array) -> Array:
     """Distances between the centres of volume of neighbours, shape (N-1,)."""
     h = steady.constraints.positions(y, steady.h_star(parameters), 1.0, 0.0)
     return np.asarray(centres(steady.bodies, h))
 
 
-def _centres_by_gaps(steady: Steady) -> Array:
+def _centres_by_gaps(steady: SteadySolver) -> Array:
     """Derivatives of the distances between centres (rows) by those between surfaces (columns), shape (N-1, N-1)."""
     here, step = steady.parameters, STEP * min(steady.parameters.gaps)
     columns = []
@@ -117,7 +117,7 @@ def _centres_by_gaps(steady: Steady) -> Array:
 
 
 def _second(
-    steady: Steady, dU: Array, adjoints: Adjoints, neglected: Array, rates: Array, first: Array, stretch: Array
+    steady: SteadySolver, dU: Array, adjoints: Adjoints, neglected: Array, rates: Array, first: Array, stretch: Array
 ) -> Array:
     """The term of second order in every velocity [U_av], shape (N,).
 

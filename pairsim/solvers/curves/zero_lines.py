@@ -134,24 +134,24 @@ class Follower:
 
     def _place(self, x: float, q: float) -> Parameters:
         value = self._exact.get(float(q), float(np.exp(q)))
-        return with_value(self.name, self.branch.scene.parameters.with_gap(float(np.exp(x))), value)
+        return with_value(self.name, self.branch.solver.parameters.with_gap(float(np.exp(x))), value)
 
     def _line(self, at: Array, direction: Array) -> Callable[[float], Parameters]:
         return lambda tau: self._place(*(at + tau * direction))
 
     def _here(self) -> Array:
-        parameters = self.branch.scene.parameters
+        parameters = self.branch.solver.parameters
         return np.log([parameters.gaps[0], value_of(self.name, parameters)])
 
     def _pose(self, onwards: Array) -> _Pose:
         """The present zero, with the tangent oriented such that its product with `onwards` is not negative."""
-        scene = self.branch.scene
+        scene = self.branch.solver
         scene.factor()
         here = self._here()
         rows = np.array([tangent_along(scene, self._line(here, direction)) for direction in np.eye(2)])
         gradient = rows @ scene.velocity_row()
         tangent = np.array([gradient[1], -gradient[0]]) / np.linalg.norm(gradient)
-        return _Pose(here, -tangent if tangent @ onwards < 0 else tangent, rows, self.branch.scene.snapshot)
+        return _Pose(here, -tangent if tangent @ onwards < 0 else tangent, rows, self.branch.solver.snapshot)
 
     def follow(self, number: int, start: Zero, forward: float) -> Iterator[Critical | Missed | End]:
         """Follow one zero until it leaves the range of parameter or distance.
@@ -171,7 +171,7 @@ class Follower:
         yield Critical(start.point, number, "wanted")
         pose, step = self._pose(np.array([0.0, forward])), FIRST
         for _ in range(MOST_STEPS):
-            change, scene = pose.tangent @ pose.rows, self.branch.scene
+            change, scene = pose.tangent @ pose.rows, self.branch.solver
             step = min(step, reach(scene, change, np.array([scene.parameters.gaps[0] * pose.tangent[0]])))
             taken = self._step(number, pose, change, step)
             if isinstance(taken, End):
@@ -192,7 +192,7 @@ class Follower:
                 message = f"the smallest or largest distance is reached at {where(scene.parameters)}"
                 yield End(number, "edge", message)
                 return
-        message = f"the line of zeros has not ended after {MOST_STEPS} steps, at {where(self.branch.scene.parameters)}"
+        message = f"the line of zeros has not ended after {MOST_STEPS} steps, at {where(self.branch.solver.parameters)}"
         yield End(number, "no_steady_state", message)
 
     def _step(self, number: int, pose: _Pose, change: Array, step: float) -> End | tuple[Point, Kind, float]:
@@ -201,7 +201,7 @@ class Follower:
         Returns:
             The end of the line, or the new point with its kind and the length of the next step.
         """
-        branch, scene, here, tangent = self.branch, self.branch.scene, pose.here, pose.tangent
+        branch, scene, here, tangent = self.branch, self.branch.solver, pose.here, pose.tangent
         ahead = self.values[(self.values - here[1]) * np.sign(tangent[1]) > 1e-9]
         if not len(ahead):
             return End(number, "range", f"the last value is reached at {where(scene.parameters)}")
@@ -216,7 +216,7 @@ class Follower:
                 length, line, kind, q = (edge - here[0]) / tangent[0], np.array([0.0, 1.0]), "edge", None
             at = here + length * tangent
             at[1] = at[1] if q is None else q
-            before, iterations, why = branch.scene.snapshot, scene.iterations, "Newton's method found no zero"
+            before, iterations, why = branch.solver.snapshot, scene.iterations, "Newton's method found no zero"
             try:
                 guess = prepared(scene, self._place(*at), scene.y + length * change)
                 point = branch.zero_on(self._line(at, line), 0.0, guess, settled=kind == "wanted")
@@ -238,7 +238,7 @@ class Follower:
 
         Steps along which the distance changes much faster than the parameter cannot end at requested values.
         """
-        there, onwards = self._here(), self.branch.scene.snapshot
+        there, onwards = self._here(), self.branch.solver.snapshot
         passed = self.values[(self.values - here[1]) * (there[1] - self.values) > 0]
         passed = passed[np.abs(passed - here[1]) > 1e-9]
         if not len(passed):
@@ -250,7 +250,7 @@ class Follower:
         self.branch.recall(before)
         point = None
         with suppress(MeshFailure, NoSteadyState):
-            guess = prepared(self.branch.scene, self._place(*at), self.branch.scene.y + part * length * change)
+            guess = prepared(self.branch.solver, self._place(*at), self.branch.solver.y + part * length * change)
             point = self.branch.zero_on(self._line(at, np.array([1.0, 0.0])), 0.0, guess, settled=True)
         if point is None or abs(self._here()[0] - at[0]) > max(length, 0.02):
             self.branch.recall(onwards)
@@ -294,7 +294,7 @@ class Follower:
 
     def _by_parameter(self) -> float:
         """Derivative of dU with respect to the parameter at the present zero."""
-        scene, here = self.branch.scene, self._here()
+        scene, here = self.branch.solver, self._here()
         scene.factor()
         change = tangent_along(scene, self._line(here, np.array([0.0, 1.0])))
         return float(change @ scene.velocity_row() / np.exp(here[1]))
@@ -305,6 +305,8 @@ class Follower:
         line = np.array([1.0, 0.0] if kind == "wanted" else [0.0, 1.0])
         point = None
         with suppress(MeshFailure, NoSteadyState):
-            guess = prepared(self.branch.scene, self._place(*at), self.branch.scene.y + (at - start.here) @ start.rows)
+            guess = prepared(
+                self.branch.solver, self._place(*at), self.branch.solver.y + (at - start.here) @ start.rows
+            )
             point = self.branch.zero_on(self._line(at, line), 0.0, guess, settled=kind == "wanted")
         return point if point is not None and np.linalg.norm(self._here() - at) < max(most, 0.02) else None

@@ -13,7 +13,7 @@ import numpy as np
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.nonlinear.factors import ADJOINT
 from pairsim.solvers.steady.pressure_drop import InnerDrop
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,8 @@ class Adjoints:
     drop: InnerDrop
 
     @staticmethod
-    def of(steady: Steady) -> Adjoints:
-        """Solve for them at a solution; its matrix must have been assembled there (`Steady.factor`)."""
+    def of(steady: SteadySolver) -> Adjoints:
+        """Solve for them at a solution; its matrix must have been assembled there (`SteadySolver.factor`)."""
         fields, drop = steady.constraints.fields, InnerDrop.of(steady)
         own = np.concatenate([fields["U_p"], fields.get("F", np.empty(0, np.int64))])
         rows = np.zeros((len(own) + 1, steady.constraints.size))

@@ -14,14 +14,14 @@ from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.fem.scene import poiseuille
 from pairsim.physics.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array, Indices
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 
 # Distances from the ends at which the perturbation is read [D_c]. It oscillates along the tube, and where one of them
 # meets a zero the other does not. How far the result is from the effect: docs/explanation/error-estimate.md.
 INSIDE = (0.25, 0.5)
 
 
-def end_effects(steady: Steady, adjoints: Array, residual: Array) -> Array:
+def end_effects(steady: SteadySolver, adjoints: Array, residual: Array) -> Array:
     """Changes of functionals when the ends carry the perturbation that is found inside the tube.
 
     Args:
@@ -60,7 +60,7 @@ def _on_plane(mesh: SixNodeMesh, positions: Array, values: Array, places: Array)
     return interpolate(part, positions[nodes], values[nodes], places)
 
 
-def _developed(steady: Steady, nodes: Indices) -> Array:
+def _developed(steady: SteadySolver, nodes: Indices) -> Array:
     """Velocity and log c of the M modes in the flow without particles at nodes, (n, 2 + 4 M)."""
     points = steady.scene.liquid.six_node_mesh.points[nodes]
     if steady.scene.material.newtonian:

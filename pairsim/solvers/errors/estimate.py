@@ -22,7 +22,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.end_effects import end_effects
 from pairsim.solvers.errors.resolution import widening_at
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 
 # Half-widths of what a correction leaves: this times the correction and its spread, in a Newtonian and in a
 # viscoelastic liquid, or times the scatter, whichever is larger. Determined on half of the scenes of scripts/error_bars
@@ -123,7 +123,7 @@ class ErrorEstimator:
         self._cells = cells
         self._enriched: EnrichedScene[EnrichedTests] | None = None
 
-    def estimate(self, steady: Steady, adjoints: Adjoints, discrete: Observation) -> ErrorEstimate:
+    def estimate(self, steady: SteadySolver, adjoints: Adjoints, discrete: Observation) -> ErrorEstimate:
         """The estimate at a solution: one assembly of the enriched residual.
 
         Args:
@@ -195,7 +195,7 @@ def _regular(change: Array, spread: Array, scatter: Array, cancelled: Array) -> 
     return np.asarray(factor * (np.abs(change) + np.abs(spread)) + OF_CANCELLED * cancelled)
 
 
-def _flow_rate_defect(steady: Steady, residual: Array) -> Array:
+def _flow_rate_defect(steady: SteadySolver, residual: Array) -> Array:
     """Change of the residual when the velocity at prescribed ends is scaled to the flow rate that it should have.
 
     What interpolation does to the profile of a viscoelastic liquid changes the flow rate by 4e-5 of itself in coarse

@@ -12,7 +12,7 @@ import numpy as np
 
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.steady.tangents import DIFFERENCE
 
 MOST_BORDERED, TOLERANCE = 12, 1e-8  # iterations, and the last step relative to the fields; chosen
@@ -21,7 +21,7 @@ FRESH_ABOVE = 1e-4
 
 
 def solve_with(
-    steady: Steady, along: Callable[[float], Parameters], tau: float, y: Array, row: Array, value: float
+    steady: SteadySolver, along: Callable[[float], Parameters], tau: float, y: Array, row: Array, value: float
 ) -> float | None:
     """Solve for y and the coordinate tau on a line of parameters, with the equation row . y = value.
 

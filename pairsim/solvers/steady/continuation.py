@@ -20,7 +20,7 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import LAST, Ended, Passed, SpentOnTheWay, end_after
 from pairsim.solvers.steady.guesses import place_undeformed
 from pairsim.solvers.steady.pseudo_time import relax
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.steady.snapshot import Snapshot
 from pairsim.solvers.steady.tangents import gap_tangents, tangent_along
 
@@ -54,7 +54,7 @@ def cold_start(parameters: Parameters) -> Parameters:
     return replace(parameters.softer(factor), liquid=parameters.liquid.easier())
 
 
-def begin(steady: Steady) -> None:
+def begin(steady: SteadySolver) -> None:
     """Find a first solution, at the present parameters of the scene (see `cold_start`) or for stiffer spheres.
 
     Stiffer spheres are tried because the deformation at a given Ca_e increases as the gaps narrow.
@@ -72,7 +72,7 @@ def begin(steady: Steady) -> None:
         new_mesh(steady)
 
 
-def _from_spheres(steady: Steady) -> Report:
+def _from_spheres(steady: SteadySolver) -> Report:
     """Solve at the present parameters, or for stiffer spheres, from undeformed ones."""
     wanted, liquid = steady.parameters, steady.parameters.liquid
     # The flow of a thinning liquid through a narrow gap is found from a liquid at rest, that past a large sphere on its
@@ -88,7 +88,7 @@ def _from_spheres(steady: Steady) -> Report:
     return report
 
 
-def new_mesh(steady: Steady, *, afresh: bool = False) -> None:
+def new_mesh(steady: SteadySolver, *, afresh: bool = False) -> None:
     """Solve at the same parameters on a new mesh.
 
     Args:
@@ -108,7 +108,7 @@ def new_mesh(steady: Steady, *, afresh: bool = False) -> None:
         raise NoSteadyState(message, advice=IN_TIME)
 
 
-def reach(steady: Steady, tangent: Array, rates: Array) -> float:
+def reach(steady: SteadySolver, tangent: Array, rates: Array) -> float:
     """Largest step along a tangent, limited by the changes of distances, shapes and log-conformation.
 
     Args:
@@ -128,7 +128,7 @@ def reach(steady: Steady, tangent: Array, rates: Array) -> float:
     return float(step)
 
 
-def follow(steady: Steady, target: Parameters) -> Ended | None:
+def follow(steady: SteadySolver, target: Parameters) -> Ended | None:
     """Continue the solution of a scene to other parameters, with tangent predictors.
 
     Args:
@@ -152,7 +152,7 @@ def follow(steady: Steady, target: Parameters) -> Ended | None:
         raise on_the_way from spent
 
 
-def _continued(steady: Steady, target: Parameters, way: list[Passed]) -> Ended | None:
+def _continued(steady: SteadySolver, target: Parameters, way: list[Passed]) -> Ended | None:
     """See `follow`; adds the solutions passed to `way`."""
     start = steady.parameters
     if start == target:
@@ -216,7 +216,7 @@ def _far(here: Parameters, there: Parameters) -> bool:
 
 
 def _end(
-    steady: Steady, along: Callable[[float], Parameters], trail: deque[tuple[float, Snapshot]], refused: str
+    steady: SteadySolver, along: Callable[[float], Parameters], trail: deque[tuple[float, Snapshot]], refused: str
 ) -> Ended:
     """Why the continuation stopped: at the end of the branch, or since `refused`."""
     target, end = along(1.0), None
@@ -235,7 +235,7 @@ def _end(
 
 
 def _closer(
-    steady: Steady, along: Callable[[float], Parameters], trail: deque[tuple[float, Snapshot]], fold: float
+    steady: SteadySolver, along: Callable[[float], Parameters], trail: deque[tuple[float, Snapshot]], fold: float
 ) -> bool:
     """Add a solution nearer to a fold to the last ones; False where it is near enough or there is no such solution."""
     tau, last = trail[-1]
@@ -281,7 +281,7 @@ def _numbers(parameters: Parameters) -> dict[str, float]:
     return {name: value for name, value in found.items() if value}
 
 
-def prepared(steady: Steady, there: Parameters, guess: Array) -> Array:
+def prepared(steady: SteadySolver, there: Parameters, guess: Array) -> Array:
     """Prepare the mesh for a predicted solution: remesh if the present mesh would be too distorted there.
 
     Args:

@@ -21,7 +21,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import BranchEnd, BudgetSpent, NoSteadyState
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.relaxation import shape_time
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.steady.snapshot import Snapshot
 
 LAST = 4  # solutions before the end from which it is told; chosen
@@ -63,7 +63,7 @@ class Passed:
     D: Array
 
     @classmethod
-    def of(cls, steady: Steady) -> Passed:
+    def of(cls, steady: SteadySolver) -> Passed:
         """The present solution of a scene."""
         h, _ = steady.state()
         shapes = [taylor_parameter(body.outline_points(h)) for body in steady.bodies]
@@ -88,7 +88,7 @@ class Ended:
     on_mesh: Mapping[str, tuple[float, float]] = MappingProxyType({})
     at: Mapping[str, tuple[float, float]] = MappingProxyType({})
     way: Sequence[Passed] = ()
-    last: Steady | None = None
+    last: SteadySolver | None = None
 
     @property
     def proven(self) -> bool:
@@ -106,7 +106,7 @@ class SpentOnTheWay(BudgetSpent):
     way: Sequence[Passed] = ()
 
 
-def end_after(steady: Steady, trail: Sequence[tuple[float, Snapshot]]) -> End | None:
+def end_after(steady: SteadySolver, trail: Sequence[tuple[float, Snapshot]]) -> End | None:
     """The end of the branch that the last solutions show, None if they show none.
 
     Args:

@@ -22,7 +22,7 @@ from pairsim.solvers.steady.continuation import (
 )
 from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.guesses import adopt, place_undeformed
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 
 # Factor by which the cells of the coarser mesh are larger, on which the error estimate is checked; chosen.
 COARSER = 2**0.5
@@ -44,7 +44,7 @@ def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -
     return replace(problem, mesh=problem.mesh.scaled(factor, fewest))
 
 
-def by_continuation(problem: SteadyProblem, parameters: Parameters) -> Steady | Ended:
+def by_continuation(problem: SteadyProblem, parameters: Parameters) -> SteadySolver | Ended:
     """Create a scene at given parameters by continuation from an easier liquid and nearly rigid particles.
 
     De and Ca_e are raised together. Particles nearly too soft for a steady shape, and what this does not reach, are
@@ -63,19 +63,19 @@ def by_continuation(problem: SteadyProblem, parameters: Parameters) -> Steady | 
     if max(beta * Ca_e for beta, Ca_e in zip(problem.betas, parameters.Ca_es, strict=True)) < SOFT:
         with suppress(NoSteadyState, MeshFailure):
             found = _continued_through(problem, start, parameters)
-            if isinstance(found, Steady):
+            if isinstance(found, SteadySolver):
                 return found
     return _continued_through(problem, start, replace(parameters, solids=start.solids), parameters)
 
 
-def _continued_through(problem: SteadyProblem, start: Parameters, *places: Parameters) -> Steady | Ended:
+def _continued_through(problem: SteadyProblem, start: Parameters, *places: Parameters) -> SteadySolver | Ended:
     """Create a scene at the last of some parameters, continued from a start by the others.
 
     Raises:
         NoSteadyState: No solution was found at the start.
         MeshFailure: A mesh could not be generated.
     """
-    scene = Steady(problem, start)
+    scene = SteadySolver(problem, start)
     try:
         begin(scene)
         for place in places:
@@ -88,7 +88,7 @@ def _continued_through(problem: SteadyProblem, start: Parameters, *places: Param
     return scene
 
 
-def try_from_rest(scene: Steady) -> bool:
+def try_from_rest(scene: SteadySolver) -> bool:
     """Solve for the parameters of a new scene from spheres in a liquid at rest, without a memory and little thinning.
 
     Measured for beta 0.2, 0.4 and 0.6 and distances of 0.02 to 0.5: it converges up to Ca_e 0.2, 0.1 and 0.05.
@@ -105,7 +105,7 @@ def try_from_rest(scene: Steady) -> bool:
     return False
 
 
-def try_from_other_mesh(scene: Steady, parameters: Parameters, scout: Steady) -> bool:
+def try_from_other_mesh(scene: SteadySolver, parameters: Parameters, scout: SteadySolver) -> bool:
     """Solve at given parameters from a solution of the same scene on another mesh.
 
     Returns:
@@ -117,7 +117,7 @@ def try_from_other_mesh(scene: Steady, parameters: Parameters, scout: Steady) ->
     return False
 
 
-def first_scene(problem: SteadyProblem, parameters: Parameters) -> Steady | Ended:
+def first_scene(problem: SteadyProblem, parameters: Parameters) -> SteadySolver | Ended:
     """Create a scene at given parameters: at once, or from a solution on larger cells.
 
     Returns:
@@ -127,7 +127,7 @@ def first_scene(problem: SteadyProblem, parameters: Parameters) -> Steady | Ende
         NoSteadyState: No solution was found that could be continued.
         MeshFailure: A mesh could not be generated.
     """
-    scene, scout, ends = Steady(problem, parameters), None, list[Ended]()
+    scene, scout, ends = SteadySolver(problem, parameters), None, list[Ended]()
     try:
         if try_from_rest(scene):
             return scene
@@ -154,7 +154,7 @@ def first_scene(problem: SteadyProblem, parameters: Parameters) -> Steady | Ende
     return other
 
 
-def _scout(problem: SteadyProblem, parameters: Parameters, ends: list[Ended]) -> Steady | None:
+def _scout(problem: SteadyProblem, parameters: Parameters, ends: list[Ended]) -> SteadySolver | None:
     """The scene on larger cells, at a rough solution; None where it is not needed or was not found.
 
     Args:
@@ -167,7 +167,7 @@ def _scout(problem: SteadyProblem, parameters: Parameters, ends: list[Ended]) ->
     for factor in (SCOUT, FINER_SCOUT):
         with suppress(MeshFailure, NoSteadyState):
             found = by_continuation(coarser(problem, factor, SCOUT_CELLS), parameters)
-            if isinstance(found, Steady):
+            if isinstance(found, SteadySolver):
                 return found
             ends += [found] if found.kind else []
     return None

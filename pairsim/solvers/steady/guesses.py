@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from pairsim.solvers.mesh_transfer import carry_particles, free_unknowns
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 
 
-def place_undeformed(steady: Steady, *, at_rest: bool = False) -> None:
+def place_undeformed(steady: SteadySolver, *, at_rest: bool = False) -> None:
     """Take undeformed spheres as first guess, in the developed flow or in a liquid at rest.
 
     Without flow and pressure the matrix has no shape derivatives of them. The first iteration is then Stokes flow
@@ -36,7 +36,7 @@ def place_undeformed(steady: Steady, *, at_rest: bool = False) -> None:
     steady.y[constraints.fields["U_p"]] = velocity if fixed is None else fixed
 
 
-def adopt(steady: Steady, other: Steady) -> None:
+def adopt(steady: SteadySolver, other: SteadySolver) -> None:
     """Take the solution of the same scene on another mesh, interpolated, as first guess.
 
     Args:

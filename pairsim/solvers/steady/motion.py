@@ -13,12 +13,12 @@ import numpy as np
 
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.steady.tangents import DIFFERENCE
 
 
 def moving_residual(
-    steady: Steady,
+    steady: SteadySolver,
     parameters: Parameters,
     y: Array,
     y_t: Array,
@@ -73,7 +73,7 @@ def moving_residual(
     return residual
 
 
-def _undeformed_rates(steady: Steady, parameters: Parameters, rates: Array) -> Array:
+def _undeformed_rates(steady: SteadySolver, parameters: Parameters, rates: Array) -> Array:
     """Rates of the positions of undeformed particles, shape (n_h,), which are linear in the distances."""
     fastest = float(np.abs(rates).max(initial=0.0))
     if fastest == 0.0:

@@ -8,7 +8,7 @@ import numpy as np
 
 from pairsim.fem.meshes.quadrature import CellQuadrature
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 
 # Length of tube over which the pressure is averaged at each end [D_c], at most this part of the free length there.
 # Averages over .5 and 1 agree with fine meshes, over 2 the particles are too near (docs/explanation/error-estimate.md).
@@ -32,7 +32,7 @@ class InnerDrop:
     row: Array
 
     @staticmethod
-    def of(steady: Steady) -> InnerDrop:
+    def of(steady: SteadySolver) -> InnerDrop:
         """Read off a solution; in an infinite tube it is that between the same two cross-sections."""
         scene, x = steady.scene, steady.state()[1]
         mesh, positions = scene.liquid.six_node_mesh, scene.positions(x)

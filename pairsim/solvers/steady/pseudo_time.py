@@ -9,14 +9,14 @@ from dataclasses import replace
 
 from pairsim.solvers.nonlinear.convergence import Report
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 
 # First and last step of pseudo-time in relaxation times, chosen. The step is doubled each time, in eleven steps.
 RELAX_FIRST, RELAX_LAST = 0.1, 200.0
 MOST_RELAXED = 40  # steps; chosen
 
 
-def relax(steady: Steady, parameters: Parameters) -> Report:
+def relax(steady: SteadySolver, parameters: Parameters) -> Report:
     """Solve by pseudo-time: implicit steps of increasing size in s, with all other equations in equilibrium.
 
     Args:

@@ -24,7 +24,7 @@ from numpy.polynomial import Polynomial
 from pairsim.fem.scene import Body
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.steady.motion import moving_residual
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 from pairsim.solvers.steady.tangents import gap_tangents, tangent_along
 
 # All chosen: tau_0 is good to 5 %, with viscous solids to 15 %.
@@ -38,8 +38,8 @@ PROBE = 1e-3  # largest velocity of the surfaces in a probe [U_av], small enough
 SOLVED = 1e-2  # residual of the linear systems: changes times by up to 1e-3 of themselves, .1 by 4 %
 
 
-def relaxation_time(steady: Steady) -> float:
-    """Slowest decay time of a disturbance at held distances [D_c/U_av]; `Steady.factor` must have been called."""
+def relaxation_time(steady: SteadySolver) -> float:
+    """Slowest decay time of a disturbance at held distances [D_c/U_av]; `SteadySolver.factor` must have been called."""
     liquid, (tau_0, of_solids) = steady.scene.material, shape_time(steady)
     if not liquid.modes or math.isinf(tau_0):
         return tau_0
@@ -53,7 +53,7 @@ def relaxation_time(steady: Steady) -> float:
     return float(np.real(whole.roots()).max())
 
 
-def shape_time(steady: Steady) -> tuple[float, float]:
+def shape_time(steady: SteadySolver) -> tuple[float, float]:
     """Slowest decay time tau_0 of the shapes, in a liquid that follows at once, and the part due to viscous solids."""
     moving = _unknowns_that_move(steady)
     return _shape_time(steady, moving, steady.scene.material.longest) if moving.any() else (0.0, 0.0)
@@ -63,7 +63,7 @@ def _is_viscous(body: Body) -> bool:
     return body.phase is not None and body.phase.material.viscosity is not None
 
 
-def _unknowns_that_move(steady: Steady) -> np.ndarray:
+def _unknowns_that_move(steady: SteadySolver) -> np.ndarray:
     """Which free unknowns move the surfaces of soft particles, or the inside of viscous ones; boolean, shape (n_y,)."""
     wanted = np.zeros(steady.scene.h_size)
     for body in steady.bodies:
@@ -74,7 +74,7 @@ def _unknowns_that_move(steady: Steady) -> np.ndarray:
     return np.asarray(abs(steady.constraints.M).T @ wanted > 0)
 
 
-def _shape_time(steady: Steady, moving: np.ndarray, De: float) -> tuple[float, float]:
+def _shape_time(steady: SteadySolver, moving: np.ndarray, De: float) -> tuple[float, float]:
     """The largest tau_0, and the part of it that is due to the viscosity of solids.
 
     By Arnoldi's method from the change of the shapes with the distances, or with Ca_e.
@@ -119,7 +119,7 @@ def _shape_time(steady: Steady, moving: np.ndarray, De: float) -> tuple[float, f
     return tau, of_solids
 
 
-def _disturbance(steady: Steady) -> Array:
+def _disturbance(steady: SteadySolver) -> Array:
     """What changes the shapes smoothly: a change of all distances, or of Ca_e where there are none, shape (n_y,)."""
     if steady.parameters.gaps:
         return np.asarray(gap_tangents(steady).sum(axis=0))

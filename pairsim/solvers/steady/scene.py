@@ -47,7 +47,7 @@ class Factored:
     gap_tangents: Array | None = None
 
 
-class Steady(ParametricScene):
+class SteadySolver(ParametricScene):
     """A quasi-steady solution at one set of parameters.
 
     Args:
@@ -127,7 +127,7 @@ class Steady(ParametricScene):
         closer = all(d <= before for d, before in zip(there.gaps, last.gaps, strict=True))
         return closer and all(Ca_e >= before for Ca_e, before in zip(there.Ca_es, last.Ca_es, strict=True))
 
-    def take_over_costs(self, other: Steady) -> None:
+    def take_over_costs(self, other: SteadySolver) -> None:
         """Add the iterations, factorisations, meshes and times of another scene to those of this one."""
         self.iterations += other.iterations
         self.factorisations += other.factorisations

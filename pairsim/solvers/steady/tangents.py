@@ -9,14 +9,14 @@ import numpy as np
 
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.parameters import Parameters
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 
 # Step of the central differences that approximate derivatives with respect to parameters. Chosen; sensitivities agree
 # with neighbouring solutions to 1e-3.
 DIFFERENCE = 1e-5
 
 
-def residual_change(steady: Steady, along: Callable[[float], Parameters]) -> Array:
+def residual_change(steady: SteadySolver, along: Callable[[float], Parameters]) -> Array:
     """Derivative dR/dtau at fixed y along a line of parameters by a central difference, shape (n_y,).
 
     Args:
@@ -30,13 +30,13 @@ def residual_change(steady: Steady, along: Callable[[float], Parameters]) -> Arr
     return (ends[0] - ends[1]) / (2 * DIFFERENCE)
 
 
-def tangent_along(steady: Steady, along: Callable[[float], Parameters]) -> Array:
-    """Derivative dy/dtau along a line of parameters, shape (n_y,); `Steady.factor` must have been called."""
+def tangent_along(steady: SteadySolver, along: Callable[[float], Parameters]) -> Array:
+    """Derivative dy/dtau along a line of parameters, shape (n_y,); `SteadySolver.factor` must have been called."""
     return -steady.newton.linear_solve(residual_change(steady, along))
 
 
-def gap_tangents(steady: Steady) -> Array:
-    """Derivatives of y with respect to each distance, shape (N-1, n_y); `Steady.factor` must have been called."""
+def gap_tangents(steady: SteadySolver) -> Array:
+    """Derivatives of y with respect to each distance, shape (N-1, n_y); `SteadySolver.factor` must have been called."""
     at = steady.factored
     assert at is not None
     if at.gap_tangents is None:

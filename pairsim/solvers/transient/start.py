@@ -21,7 +21,7 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import Problem, SteadyProblem
 from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.first_solution import first_scene
-from pairsim.solvers.steady.scene import Steady
+from pairsim.solvers.steady.scene import SteadySolver
 
 SCALARS = ("p_s", "m", "dp")  # fields in the same numbering in scenes in time and quasi-steady scenes
 
@@ -45,7 +45,7 @@ class Flow:
     dU_error: Array
 
     @staticmethod
-    def of(steady: Steady, x: Array, dU_error: bool) -> Flow:
+    def of(steady: SteadySolver, x: Array, dU_error: bool) -> Flow:
         """The flow of a quasi-steady solution.
 
         Args:
