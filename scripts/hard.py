@@ -25,7 +25,7 @@ from book.computing import CONFIGS, pairsim, parser_of
 import pairsim as api
 from pairsim.results.output import write_text
 
-UNTYPED = ("error", "crashed", "refused", "not_started", "out_of_memory", "case_timeout", "disk_full")
+UNTYPED = ("error", "crashed", "refused", "not_computed", "out_of_memory", "case_timeout", "write_failed")
 """Reasons that the sweep assigns to cases that did not report their own end."""
 WORST = {
     "c_max": ("largest tr c", "max"),
@@ -70,7 +70,7 @@ def main() -> int:
         if grid["cases"] and not arguments.table:
             output.mkdir(parents=True, exist_ok=True)
             write_text(output / f"{name}.yaml", yaml.safe_dump(grid, sort_keys=False))
-            limits = ("--cold", "--case-timeout", arguments.case_timeout, "--workers", arguments.workers)
+            limits = ("--chain", 1, "--case-timeout", arguments.case_timeout, "--workers", arguments.workers)
             pairsim("sweep", output / f"{name}.yaml", "-o", output / name, *limits)
         if (output / name / "sweep.json").is_file():
             rows += [row_of(case) for case in api.open(output / name).cases]
@@ -78,7 +78,7 @@ def main() -> int:
     text = found.map(lambda cell: f"{cell:.3g}" if isinstance(cell, float) else str(cell)).replace(["nan", "None"], "")
     write_text(output / "hard.csv", text.to_csv(index=False))
     write_text(output / "hard.md", pages.markdown(text))
-    ended = found["outcome"].isin(["finished", "failed", "timeout"])
+    ended = found["outcome"].isin(["finished", "failed"])
     wrong = found[found["reason"].isin(UNTYPED) | ~ended | (found["all finite"] == "NO")]
     finished = int((found["outcome"] == "finished").sum())
     print(f"{len(found)} cases: {finished} finished, {len(found) - finished} did not; see {output / 'hard.md'}")

@@ -137,7 +137,7 @@ class Result:
 
     @property
     def status(self) -> str:
-        """One of "finished", "failed", "interrupted", "timeout" (in a sweep) or "running" (or killed)."""
+        """One of "finished", "failed", "interrupted" or "running" (or killed)."""
         return self._ended("status") or "running"
 
     @property

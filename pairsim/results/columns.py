@@ -216,7 +216,7 @@ CURVE_HEALTH = ("t_relax", "meshes", *OBSERVED, "distortion")
 
 
 _OF_CASES = (
-    _plain("status", "pending, finished, failed or timeout; the worst of all repetitions"),
+    _plain("status", "pending, finished or failed; the worst of all repetitions"),
     _plain("reason", "why the case ended"),
     _plain("points", "points of the curve or of the lines of critical distances", whole=True),
     _plain("steps", "accepted time steps of a run", whole=True),

@@ -138,7 +138,8 @@ def _read(directory: Path) -> dict[str, Any]:
 
 
 def read_sweep(directory: Path, values: bool = True) -> dict[str, Any]:
-    """What sweep.json has, and how each case stands: all of `CaseState` in its entry, and `counts` by status.
+    """What sweep.json has, and how each case stands: all of `CaseState` in its entry, `counts` by status, and
+    `updated`, when results.csv was written [s since 1970].
 
     Args:
         directory: The folder of the sweep.
@@ -154,7 +155,8 @@ def read_sweep(directory: Path, values: bool = True) -> dict[str, Any]:
         if case["status"] == "running" and not working:  # it was killed
             case["status"] = "pending"
     count = Counter(case["status"] for case in content["cases"])
-    return content | {"counts": {status: count[status] for status in STATUSES}}
+    made = (directory / "results.csv").stat().st_mtime if (directory / "results.csv").is_file() else 0.0
+    return content | {"counts": {status: count[status] for status in STATUSES}, "updated": made}
 
 
 def rows_of(content: Mapping[str, Any]) -> tuple[list[str], list[list[Any]]]:

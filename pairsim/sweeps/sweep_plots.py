@@ -41,7 +41,7 @@ FAILURES = ("x", "+", "1", "2", "3", "4", "*")
 
 @dataclass(frozen=True)
 class _Sweep:
-    """A sweep's ledger and what the pictures need of it.
+    """The cases of a sweep, and what the pictures need of it.
 
     Attributes:
         varying: Keys that vary, without those that follow from others.
