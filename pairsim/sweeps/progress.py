@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any, Self
 
 from rich.console import Console, Group
@@ -52,7 +53,8 @@ class SweepProgress:
 
     def note(self, text: str, style: str = "") -> None:
         """Show a line."""
-        self._console.print(Text(text, style=style))
+        with suppress(OSError):  # a terminal that is gone is not worth a sweep
+            self._console.print(Text(text, style=style))
 
     def case(self, state: CaseState) -> None:
         """Show that a case has ended."""

@@ -27,7 +27,7 @@ from pairsim.runtime.child_process import clean_environment, module_command
 from pairsim.runtime.errors import EnvironmentFailure
 from pairsim.sweeps.folder import STOP, CaseState, read_state
 
-POLL = 0.25
+POLL = 1.0
 """Interval at which a task that waits for its child looks whether the sweep is to stop [s]."""
 GRACE = 20.0
 """Seconds from SIGTERM to SIGKILL; chosen, long enough for a step and its checkpoint."""
@@ -185,7 +185,7 @@ def _compute(task: Task, job: Job, key: str) -> CaseState | None:
         return None
     reason, message = (said.reason, said.message) if said is not None else _death(child)
     if why:
-        reason, message = why, f"stopped after {time.monotonic() - begin:.0f} s"
+        reason, message = why, f"stopped after {task.timeout:g} s"
     if reason == "refused":  # the folder is someone else's
         return CaseState(job.folder.name, "failed", reason, message)
     if reason:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import random
 import re
 import signal
 import subprocess
@@ -112,7 +113,7 @@ def dask_script() -> str:
     """The script of the page."""
     found = re.search(r'```python title="dask_sweep.py"\n(.*?)```', PAGE, re.DOTALL)
     assert found is not None
-    return found[1].replace("workers=2)\n", "workers=2, case_timeout=5)\n")
+    return found[1].replace("workers=2)\n", "workers=2, case_timeout=15)\n")
 
 
 @pytest.mark.slow
@@ -122,7 +123,7 @@ def test_a_case_that_is_killed_hangs_or_raises_costs_itself_alone(how: str, swep
     (tmp_path / "grid.yaml").write_text(DOOMED)
     (tmp_path / "laws.py").write_text(LAWS)
     (tmp_path / "dask_sweep.py").write_text(dask_script())
-    timeout = ("--case-timeout", "5")
+    timeout = ("--case-timeout", "15")
     words = {
         "alone": command(*timeout),
         "threads": command("--workers", "2", *timeout),
@@ -216,6 +217,41 @@ def test_killed_sweep_is_finished_by_the_same_command(victim: str, swept: Path, 
     assert done.returncode == 0, done.stderr
     assert finished.items() <= records(out).items()
     assert rows_of(out) == rows_of(swept / "out")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("ranks", [0, 2])
+def test_sweep_killed_ten_times_loses_nothing(ranks: int, tmp_path: Path) -> None:
+    """What has finished is not computed again, what has not is computed, and the table is that of no kill."""
+    (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: {start: 0.1, stop: 0.4, num: 10}, Ca_e: [0, 0.05]}\n")
+    out, chance = tmp_path / "out", random.Random(ranks)
+    finished: dict[str, str] = {}
+    words, killed = command(*(() if ranks else ("--workers", "2")), ranks=ranks), 0
+    while killed < 10 and len(finished) < 18:
+        job = subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.DEVNULL, start_new_session=True)
+        wanted = len(finished) + chance.randint(0, 2)
+        while sum('"finished"' in text for text in records(out).values()) < wanted:
+            assert job.poll() is None
+            time.sleep(0.01)
+        time.sleep(chance.uniform(0, 2))
+        tree = descendants(job.pid)
+        os.killpg(job.pid, signal.SIGKILL)
+        job.wait()
+        while any("pairsim.sweeps.child" in words_of(pid) or "sweep" in words_of(pid) for pid in tree):
+            time.sleep(0.01)
+        killed += 1
+        now = {name: text for name, text in records(out).items() if '"finished"' in text}
+        assert finished.items() <= now.items(), "a finished case was computed again"
+        finished = now
+    assert killed >= 5
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert finished.items() <= records(out).items()
+    package.sweep(tmp_path / "grid.yaml", folder=tmp_path / "alone")
+    assert [row["folder"] for row in rows_of(out)] == [row["folder"] for row in rows_of(tmp_path / "alone")]
+    for name in ("dU", "d", "D_L"):
+        ours, theirs = ([float(row[name]) for row in rows_of(folder)] for folder in (out, tmp_path / "alone"))
+        assert ours == pytest.approx(theirs, rel=1e-5, abs=1e-9)
 
 
 @pytest.mark.slow
