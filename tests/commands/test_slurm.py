@@ -53,7 +53,7 @@ def rows_in(sweep: Path) -> int:
 
 
 def test_the_script_of_the_page_runs_into_its_limit_and_is_submitted_again(slurm: Slurm) -> None:
-    """Cases end in order, with all of their rows in the checkpoint; the next job goes on, and so does a requeued one."""
+    """Cases end in order, all rows in the checkpoint; the next job goes on, and so does a requeued one."""
     sweep = slurm.work / "out"
     slurm.wait_for_end(slurm.submit("--time=3 job.sh"))
     records = [json.loads(path.read_text()) for path in sweep.glob("*/run.json")]
