@@ -48,7 +48,7 @@ def row_of(case: Any) -> dict[str, Any]:
     return row | {
         "steps or points": len(table),
         "wall s": case.record.get("wall_time"),
-        "announced s": case.command.estimate(api.load(case.folder / "case.yaml", kind=case.command.name)).seconds,
+        "announced": case.command.estimate(api.load(case.folder / "case.yaml", kind=case.command.name)).duration,
         "t": last["t"].max() if "t" in table else None,
         "d": last.filter(regex=r"^d(_\d+)?$").min(axis=None) if text else None,
         "warnings": "; ".join(re.split("[,:]", warning)[0] for warning in case.warnings),

@@ -17,6 +17,7 @@ import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that load
 from pairsim.api.cases import AnyCase, load
 from pairsim.api.results import CriticalResult, CurveResult, Result, RunResult, result_of
 from pairsim.commands import COMMANDS
+from pairsim.config.cost import LARGE
 from pairsim.config.quantities import seconds_of
 from pairsim.drivers.progress import Style, make_reporter, style_of
 from pairsim.drivers.session import Options
@@ -25,9 +26,9 @@ from pairsim.runtime.locks import command_line
 from pairsim.runtime.signals import Signals
 
 Folder = str | PathLike[str]
-# Time without any result after which a command ends where no budget is given: so many seconds, or times what was
-# announced. The longest proof that there is no steady state among fifty scenes took 200 s on a busy machine; chosen.
-PATIENCE, MULTIPLE = 240.0, 3.0
+# Time without any result after which a command ends where no budget is given [s]; in proportion to the unknowns of a
+# large case. The longest proof that there is no steady state among fifty scenes took 200 s on a busy machine; chosen.
+PATIENCE = 240.0
 
 
 class Computation[R: Result]:
@@ -83,15 +84,12 @@ class Computation[R: Result]:
         overwrite = overwrite and not flags.get("resume")
         checked = load(case, kind=self.__name__, **more)
         reporter = make_reporter(style := style_of(progress))
-        announced = self.command.estimate(checked).seconds
-        patience = max(PATIENCE, MULTIPLE * announced)
+        patience = PATIENCE * max(self.command.estimate(checked).unknowns / LARGE, 1.0)
         title = "" if folder is None else Path(folder).resolve().name
         directory = Path(tempfile.mkdtemp(prefix="pairsim-") if folder is None else folder)
         try:
             with Signals() if signals is True else nullcontext(signals or None) as caught:
-                options = Options(
-                    overwrite, reporter, command_line(), caught, seconds_of(budget), patience, announced, title
-                )
+                options = Options(overwrite, reporter, command_line(), caught, seconds_of(budget), patience, title)
                 outcome = self.command.compute(checked, directory, options, **flags)
         except BaseException:
             if folder is None:

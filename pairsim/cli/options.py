@@ -39,7 +39,11 @@ Output = Annotated[
     ),
 ]
 DryRun = Annotated[
-    bool, typer.Option("--dry-run", help="Check the case and estimate unknowns, time and memory; compute nothing.")
+    bool,
+    typer.Option(
+        "--dry-run",
+        help="Check the case; print its unknowns and whether it takes seconds, minutes or hours.",
+    ),
 ]
 Budget = Annotated[
     str | None,

@@ -73,7 +73,7 @@ class Command[C: SceneCase]:
     Attributes:
         model: Keys of its case file; `model.kind` is the name of the command.
         check: Yields the mistakes in which keys do not go together.
-        estimate: Estimates the cost of a case.
+        estimate: Estimates the size and the duration of a case.
         solve: Its computation, a generator of the events in `drivers/events.py`: takes the case, and as keywords its
             `monitor`, the flags, `warm_start` where its cases have `neighbours`, and `earlier` where it is `resumable`.
         tables: Names of its tables without .csv, the main one first.

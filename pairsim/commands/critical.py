@@ -24,7 +24,7 @@ def solve(case: CriticalCase, **more: Any) -> Events:
 
 
 def estimate(case: CriticalCase) -> Estimate:
-    """Estimated cost of critical distances: on each line a search for zeros, then two branches over all values."""
+    """Size and duration of critical distances: on each line a search for zeros, then two branches over all values."""
     values = len(next(iter(case.along.values()))) if case.along else 1
     lines = len(next(iter(case.lines.values()))) if case.lines else 1
     return steady_estimate(case, lines * (15 + 4 * values))

@@ -24,7 +24,7 @@ def solve(case: CurveCase, **more: Any) -> Events:
 
 
 def estimate(case: CurveCase) -> Estimate:
-    """Estimated cost of a master curve: the points between those requested, and a third more where dU is curved."""
+    """Size and duration of a master curve: the points between those requested, and a third more where dU is curved."""
     points = len(case.places)
     if case.common and points > 1:
         points = len(between(sorted(case.places), case.max_points))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pairsim.commands.command import Command, InSweeps, Tables
 from pairsim.config.case import Case
 from pairsim.config.case_checks import check_together
-from pairsim.config.cost import ERROR_TOO, RUN_BYTES, START, Estimate, memory_of, unknowns
+from pairsim.config.cost import Estimate
 from pairsim.results.columns import names_of
 
 if TYPE_CHECKING:
@@ -25,17 +25,16 @@ def solve(case: Case, **more: Any) -> Events:
 
 
 def estimate(case: Case) -> Estimate:
-    """Estimated cost of a run in time."""
-    size, polymer = unknowns(case), bool(case.liquid_model.modes)
+    """Size and duration of a run in time."""
+    polymer = bool(case.liquid_model.modes)
     end, first = case.time.end, case.time.first_step
     if case.time.fixed_step is not None:
         steps = end / case.time.fixed_step
     else:
         pace = (3e-4 / case.time.tol) ** 0.45 if any(case.Ca_es) or polymer else 0.25
         steps = 10 * pace * math.log(1 + end / first) * (3 if polymer else 1) + end / case.time.max_step
-    each = 0.7e-6 * size**1.15 * (ERROR_TOO if case.estimates_error else 1.0)
     adapted = "; the mesh is adapted: what the run needs is known after a coarse one" if case.adapts else ""
-    return Estimate(round(size), START + steps * each, memory_of(size, RUN_BYTES, polymer), adapted)
+    return Estimate.of(case, steps, adapted)
 
 
 def answer(tables: Tables, record: dict[str, Any]) -> list[str]:

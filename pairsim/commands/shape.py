@@ -69,7 +69,7 @@ def check(case: ShapeCase) -> Iterator[Mistake]:
 
 
 def estimate(case: ShapeCase) -> Estimate:
-    """Estimated cost of the shapes."""
+    """Size and duration of the shapes."""
     return steady_estimate(case, len(case.series), COARSE_TOO)
 
 

@@ -14,7 +14,6 @@ from pydantic import Field, ModelWrapValidatorHandler, create_model, model_valid
 from pairsim.config import values
 from pairsim.config.accuracy import DEFAULT, Accuracy, percent, settings_of
 from pairsim.config.default_end import default_end
-from pairsim.config.difficulty import beyond_tension
 from pairsim.config.groups import Keys, Limits, MeshOptions, OutputOptions, TimeOptions
 from pairsim.config.material_keys import material_fields
 from pairsim.config.materials import (
@@ -28,7 +27,7 @@ from pairsim.config.materials import (
     viscosities_of,
 )
 from pairsim.config.physical import Physical
-from pairsim.config.softest import beyond_steady_shapes
+from pairsim.config.softest import beyond_steady_shapes, beyond_tension
 from pairsim.physics import liquids, solids
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.scales import Scales

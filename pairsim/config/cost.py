@@ -1,60 +1,52 @@
-"""Estimates of unknowns, wall time and memory of a case from its parameters, without making a mesh.
+"""How large a case is and how long it takes, from its parameters, without making a mesh.
 
-A sweep starts the most expensive cases first by these estimates, and `--dry-run` prints them. The unknowns were within
-25 % in 20 cases with N_p up to 40, and a third too few at N_p 80. The wall time was within a factor of 2; it cannot be
-predicted for very soft pairs and for pairs that come into contact. Memory was within 15 % for the examples in configs.
+The unknowns were within 25 % in 20 cases with N_p up to 40, and a third too few at N_p 80.
 """
 
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal
 
 from pairsim.config.case import SceneCase
-from pairsim.config.difficulty import first_point_factor
 from pairsim.config.mistakes import Mistake
 from pairsim.fem.meshes.columns import LONGEST
-from pairsim.runtime.duration import duration
 
 STRIPS = 200  # slices of the tube over which the number of cells is summed
 MOST_UNKNOWNS = 2e7  # a larger mesh takes gmsh days or exhausts the memory
 LARGE = 3e5  # unknowns whose first mesh and factorisation take so long that the user is told beforehand; chosen
-START = 1.0  # seconds for imports and the first mesh
-LIBRARIES = 210e6  # memory after all imports [bytes]
-# Bytes per unknown at 15,000 unknowns, in a Newtonian and in a viscoelastic liquid. The memory of the LU factors grows
-# slightly faster than the number of unknowns.
-RUN_BYTES, STEADY_BYTES = (4e3, 6e3), (6e3, 8e3)
-USUAL, GROWTH = 15e3, 0.1
-# Newton iterations of the continuation to the first point and to each further one, and what the estimate of the error
-# of a point costs, in Newton iterations: .3 to .6, and .5 to 1.5 on a new mesh.
-FIRST_POINT, NEXT_POINT, ERROR_ESTIMATE = 20, 14, 0.8
-ERROR_TOO = 1.45  # factor of the time of a run for carrying its error along
+# Unknowns times Newton iterations or time steps, twice where the liquid has modes, up to which a case takes seconds
+# and up to which it takes minutes on one core.
+SECONDS, MINUTES = 3e7, 2e9
+FIRST_POINT, NEXT_POINT = 20, 14  # Newton iterations of the continuation to the first point, and to each further one
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """Estimated cost of a case.
+    """Estimated size and duration of a case.
 
     Attributes:
         unknowns: Unknowns of one Newton solve.
-        seconds: Wall time on one core.
-        memory: Peak memory of one process, libraries included [bytes].
+        duration: Order of the wall time on one core; longer where particles hardly have a steady shape.
         adaptation: What adapting the mesh may make of it, empty without adaptation.
     """
 
     unknowns: int
-    seconds: float
-    memory: float
+    duration: Literal["seconds", "minutes", "hours"]
     adaptation: str = ""
 
+    @classmethod
+    def of(cls, case: SceneCase, solves: float, adaptation: str = "") -> Estimate:
+        """The estimate of a case with so many Newton iterations or time steps."""
+        size = unknowns(case)
+        work = size * solves * (2 if case.liquid_model.modes else 1)
+        duration = "seconds" if work < SECONDS else "minutes" if work < MINUTES else "hours"
+        return cls(round(size), duration, adaptation)
+
     def __str__(self) -> str:
-        """One line, which says so if this machine has less memory."""
-        here = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-        less = f"; this machine has {here / 1e6:.0f} MB of memory" if here < self.memory else ""
-        took = f"{duration(self.seconds)} on one core, {self.memory / 1e6:.0f} MB"
-        return f"about {self.unknowns:,} unknowns, {took}{less}{self.adaptation}"
+        return f"about {self.unknowns:,} unknowns, {self.duration} on one core{self.adaptation}"
 
     @property
     def notes(self) -> list[str]:
@@ -111,22 +103,12 @@ def check_size(case: SceneCase) -> Iterator[Mistake]:
         yield Mistake("mesh", None, allowed)
 
 
-def memory_of(size: float, per_unknown: tuple[float, float], polymer: bool) -> float:
-    """Peak memory of a process with so many unknowns [bytes], `per_unknown` in a Newtonian and another liquid."""
-    return LIBRARIES + size * per_unknown[polymer] * (size / USUAL) ** GROWTH
-
-
 def steady_estimate(case: SceneCase, points: int, factor: float = 1.0) -> Estimate:
-    """Estimated cost of quasi-steady solutions.
+    """Estimate of quasi-steady solutions.
 
     Args:
         case: The case.
         points: Number of points after the first one.
         factor: Factor of the time of each.
     """
-    size, polymer = unknowns(case), bool(case.liquid_model.modes)
-    each = 0.46e-6 * size**1.15 * (2 if polymer else 1) * factor
-    memory = memory_of(size, STEADY_BYTES, polymer)
-    first = FIRST_POINT * first_point_factor(case.liquid_model, case.betas, case.Ca_es)
-    iterations = first + NEXT_POINT * points + ERROR_ESTIMATE * (points + 1)
-    return Estimate(round(size), START + iterations * each, memory)
+    return Estimate.of(case, factor * (FIRST_POINT + NEXT_POINT * points))

@@ -1,9 +1,13 @@
-"""The softest particles that have a steady shape in a Newtonian liquid."""
+"""The softest particles that have a steady shape, in a Newtonian liquid and under the tension of a polymer."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pairsim.physics.liquids import Liquid
 
 # Largest Ca_e with steady shapes, and how far it varies, as a part of itself: equal pairs at six distances from 0.02 to
 # 0.8, each followed in Ca_e to the end of its branch on two meshes (docs/explanation/decisions.md, "Soft particles").
@@ -17,6 +21,11 @@ LARGEST = {
     0.6: (0.110, 0.25),
     0.7: (0.093, 0.30),
 }
+WALL_RATE = 8.0  # shear rate at the wall of Poiseuille flow [U_av/D_c]
+# Tension of the polymer at the wall, times beta, over the modulus from which steady states end before: one of nineteen
+# points above it had a steady state, of the nineteen soft ones below it eighteen (fifty points at random, all laws,
+# De .2 to 5, Ca_e to .3, beta .15 to .75, and ten of another seed).
+TENSION = 1.5
 
 
 def largest_Ca_e(beta: float) -> tuple[float, float]:
@@ -34,7 +43,7 @@ def largest_Ca_e(beta: float) -> tuple[float, float]:
 
 
 def beyond_steady_shapes(betas: Sequence[float], Ca_es: Sequence[float]) -> Iterator[str]:
-    """What is said of particles so soft that they should have no steady shape in a Newtonian liquid."""
+    """A warning for particles softer than the last with a steady shape in a Newtonian liquid."""
     for beta, Ca_e in sorted(set(zip(betas, Ca_es, strict=True))):
         largest, error = largest_Ca_e(beta)
         if Ca_e > largest * (1 + error):
@@ -42,3 +51,24 @@ def beyond_steady_shapes(betas: Sequence[float], Ca_es: Sequence[float]) -> Iter
                 f"Ca_e = {Ca_e:.3g} exceeds {largest:.2g} (within {100 * error:.0f} %), the largest at which particles "
                 f"of beta {beta:.3g} have a steady shape in a Newtonian liquid: beyond it they stretch without limit"
             )
+
+
+def tension(liquid: Liquid, betas: Sequence[float], Ca_es: Sequence[float]) -> float:
+    """First normal stress difference at the wall times beta over the modulus G_p, of the softest particle."""
+    softest = max((beta * Ca_e for beta, Ca_e in zip(betas, Ca_es, strict=True)), default=0.0)
+    if not liquid.modes or not softest:
+        return 0.0
+    from numpy import array
+
+    from pairsim.physics.homogeneous import steady_shear
+
+    return float(steady_shear(liquid, array([WALL_RATE]))[1][0] * softest)
+
+
+def beyond_tension(liquid: Liquid, betas: Sequence[float], Ca_es: Sequence[float]) -> Iterator[str]:
+    """A warning for particles that the tension of the polymer should stretch without limit."""
+    if (ratio := tension(liquid, betas, Ca_es)) > TENSION:
+        yield (
+            f"the tension of the polymer at the wall times beta is {ratio:.2g} times the modulus of the particles: one "
+            f"of nineteen points with more than {TENSION:g} had a steady state (docs/explanation/limits.md)"
+        )

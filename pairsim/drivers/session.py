@@ -31,6 +31,7 @@ from pairsim.runtime.locks import sole_writer
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import Signals, Stopped
 
+SOON = 0.1  # part of the largest wall time after which it is shown where a computation has no result yet; chosen
 CHEAP = 50.0  # least time between checkpoints at convenient moments, over the wall time of writing one; chosen
 
 
@@ -45,7 +46,6 @@ class Options:
         signals: The signals that end the computation in order, caught by the caller.
         budget: Largest wall time of the computation [s]; None for no limit.
         patience: Largest wall time up to the first row [s], if there is no budget; None for no limit.
-        announced: Estimated wall time [s], None where there is no estimate.
         title: What progress is headed with; the name or the parameters of the case by default.
     """
 
@@ -55,7 +55,6 @@ class Options:
     signals: Signals | None = None
     budget: float | None = None
     patience: float | None = None
-    announced: float | None = None
     title: str = ""
 
 
@@ -180,10 +179,8 @@ class Session:
 
     def on_the_way(self, place: str) -> None:
         """Show where a computation is that has no result yet, for how long, and how long that may go on."""
-        passed, announced = time.monotonic() - self._start, self._options.announced
-        most = self._options.budget or self._options.patience
-        late = announced is not None and passed > announced
-        limit = f", {duration(announced or 0.0)} were announced, ends at {duration(most)}" if late and most else ""
+        passed, most = time.monotonic() - self._start, self._options.budget or self._options.patience
+        limit = f", ends at {duration(most)}" if most and passed > SOON * most else ""
         self.reporter.on_the_way(f"{place} ({duration(passed)}{limit})")
 
     def carry_out(self, computation: events.Events) -> Outcome:

@@ -22,7 +22,7 @@ class SweepCase:
         resolved: The case with every default, as written to its case file.
         identity: The part of `resolved` that makes two cases the same.
         key: Its hash.
-        estimate: Estimated cost.
+        estimate: Estimated size and duration.
         forms: Names in the form cache of the compiled forms that it needs.
         columns: Columns of its results in results.csv.
         parameters: Values of the varying keys of its grid.

@@ -40,7 +40,7 @@ def test_computations_are_grids(name: str, quick: bool) -> None:
     cases = grid(name, quick=quick).cases
     assert cases
     if quick:  # a CI machine computes each in a minute at most
-        assert max(case.estimate.seconds for case in cases) < 60
+        assert {case.estimate.duration for case in cases} == {"seconds"}
 
 
 def test_all_figures_have_what_they_show() -> None:
