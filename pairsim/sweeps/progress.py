@@ -120,12 +120,12 @@ def status_view(sweep: Mapping[str, Any], working: bool) -> Group:
 
 
 def dry_run_view(grid: Grid) -> Group:
-    """The output of `--dry-run`: number of cases, and estimated unknowns of each."""
+    """The output of `--dry-run`: number of cases, and the unknowns and the duration of each."""
     counts = ((grid.duplicates, "duplicates left out"), (grid.excluded, "excluded"))
     notes = ", ".join(f"{count} {what}" for count, what in counts if count)
-    table = Table("folder", *grid.varying, "unknowns", box=None, pad_edge=False)
+    table = Table("folder", *grid.varying, "unknowns", "takes", box=None, pad_edge=False)
     for case in grid.cases:
         values = [f"{value:g}" if isinstance(value, float) else str(value) for value in case.parameters.values()]
-        table.add_row(*map(Text, [case.folder, *values, f"~{case.estimate.unknowns}"]))
+        table.add_row(*map(Text, [case.folder, *values, f"~{case.estimate.unknowns}", case.estimate.duration]))
     headline = f"{len(grid.cases)} cases of pairsim {grid.command.name}" + (f" ({notes})" if notes else "")
     return Group(Text(headline), table)

@@ -74,7 +74,6 @@ def test_a_budget_is_a_time(pairsim: Pairsim) -> None:
 @pytest.mark.slow
 def test_a_command_that_finds_nothing_ends_by_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pairsim.api.compute.PATIENCE", 6.0)
-    monkeypatch.setattr("pairsim.api.compute.MULTIPLE", 0.0)
     found = api.curve(PAIR | {"De": 1, "Ca_e": 0.2, "d": [0.1], "mesh": {"Np": 16, "max_size": 0.07}})
     assert (found.status, found.reason) == ("failed", "budget")
     assert "nothing was found within 6 s, on the way at De = " in found.message

@@ -124,7 +124,9 @@ def test_shell_completion_offers_commands_options_and_choices(line: str, offered
 
 
 @pytest.mark.parametrize("kind", ["run", "curve", "critical"])
-def test_dry_run_prints_the_estimate_and_writes_nothing(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_dry_run_prints_the_estimate_and_writes_nothing(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     config = CONFIGS / ("quickstart.yaml" if kind == "run" else f"{kind}.yaml")
     printed = say(kind, str(config), "--dry-run")
