@@ -21,6 +21,7 @@ LARGE = 3e5  # unknowns whose first mesh and factorisation take so long that the
 # and up to which it takes minutes on one core.
 SECONDS, MINUTES = 3e7, 2e9
 FIRST_POINT, NEXT_POINT = 20, 14  # Newton iterations of the continuation to the first point, and to each further one
+Duration = Literal["seconds", "minutes", "hours"]
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class Estimate:
     """
 
     unknowns: int
-    duration: Literal["seconds", "minutes", "hours"]
+    duration: Duration
     adaptation: str = ""
 
     @classmethod
@@ -42,7 +43,7 @@ class Estimate:
         """The estimate of a case with so many Newton iterations or time steps."""
         size = unknowns(case)
         work = size * solves * (2 if case.liquid_model.modes else 1)
-        duration = "seconds" if work < SECONDS else "minutes" if work < MINUTES else "hours"
+        duration: Duration = "seconds" if work < SECONDS else "minutes" if work < MINUTES else "hours"
         return cls(round(size), duration, adaptation)
 
     def __str__(self) -> str:
