@@ -99,7 +99,7 @@ def environment() -> Environment:
         "shared_keys": [row for row in keys["run"] if all(row in keys[command] for command in COMMANDS)],
         "tables": tables,
         "curve_columns": tables.curve_columns(2, True, ("Ca_e", "De", "beta"), True),
-        "numbered_columns": [each for each in tables.COLUMNS if each.name.endswith("_i")],
+        "numbered_columns": tables.NUMBERED,
         "examples": {path.name: path.read_text() for path in sorted(CONFIGS.glob("*.yaml"))},
     }
     return jinja

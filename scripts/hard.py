@@ -23,6 +23,7 @@ from book import pages
 from book.computing import CONFIGS, pairsim, parser_of
 
 import pairsim as api
+from pairsim.results.columns import suffixes_in
 from pairsim.results.output import write_text
 
 UNTYPED = ("error", "crashed", "refused", "not_computed", "out_of_memory", "case_timeout", "write_failed")
@@ -50,7 +51,7 @@ def row_of(case: Any) -> dict[str, Any]:
         "wall s": case.record.get("wall_time"),
         "announced": case.command.estimate(api.load(case.folder / "case.yaml", kind=case.command.name)).duration,
         "t": last["t"].max() if "t" in table else None,
-        "d": last.filter(regex=r"^d(_\d+)?$").min(axis=None) if text else None,
+        "d": last[[f"d{gap}" for gap in suffixes_in(last.columns, "d")]].min(axis=None) if text else None,
         "warnings": "; ".join(re.split("[,:]", warning)[0] for warning in case.warnings),
         "all finite": "NO" if re.search(r"\b(nan|inf)\b", text) else "yes" if text else "nothing",
     }

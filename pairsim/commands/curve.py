@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from pairsim.commands.command import Command, InSweeps, Tables, Value, rows_in
 from pairsim.config.cost import Estimate, steady_estimate
 from pairsim.config.curve_case import CurveCase, check_curve
-from pairsim.results.columns import FORCES, GAP, suffixes, suffixes_in
+from pairsim.results.columns import FORCES, GAP, names_of, suffixes, suffixes_in
 from pairsim.solvers.curves.distances import between
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def draw(directory: Path, out: Path, page: Page) -> list[Path]:
     return draw_curve(directory, out, page)
 
 
-FORCE = [f"{name}_1" for name in FORCES]  # columns of the only point of a single particle that is moved
+FORCE = names_of(1, *FORCES)  # columns of the only point of a single particle that is moved
 
 
 def result_columns(case: CurveCase) -> tuple[str, ...]:

@@ -125,9 +125,9 @@ class Solutions:
         return Summary({**entries, **counts, **place}, [*warnings, *common], phases)
 
 
-def health_columns(case: SceneCase) -> tuple[str, ...]:
+def health_columns(case: SceneCase) -> list[str]:
     """Diagnostic columns in a table of quasi-steady solutions."""
-    return CURVE_HEALTH + (POLYMER_HEALTH if case.liquid_model.modes else ())
+    return names_of(case.n, *CURVE_HEALTH, *(POLYMER_HEALTH if case.liquid_model.modes else ()))
 
 
 def point_row(point: Point) -> dict[str, float]:

@@ -19,7 +19,7 @@ from pairsim.drivers.problems import problem_of
 from pairsim.drivers.run_end import end_of, settled_entry
 from pairsim.drivers.run_warnings import accuracy_of, entry_of, row_of, warnings_of
 from pairsim.results.checkpoint import Checkpoint
-from pairsim.results.columns import HEALTH, POLYMER_HEALTH, error_columns, series_columns
+from pairsim.results.columns import HEALTH, POLYMER_HEALTH, error_columns, names_of, series_columns
 from pairsim.results.fields import frame
 from pairsim.results.output import plain
 from pairsim.runtime.errors import TooManySteps, WallTime
@@ -74,7 +74,7 @@ class _Run:
         if old is not None and (ended := end_of(self.problem, old.state.history.t[0], old.state.gaps)) is not None:
             return (yield from self._confirm(begin, ended))
         polymer = POLYMER_HEALTH if case.liquid_model.modes else ()
-        columns = [*series_columns(case.n), *self._errors, *HEALTH, *polymer]
+        columns = [*series_columns(case.n), *self._errors, *names_of(case.n, *HEALTH, *polymer)]
         yield events.Table("series", columns, appended=True)
         yield begin
         if old is not None:

@@ -10,7 +10,7 @@ from pairsim.physics.scales import Scales
 from pairsim.results.answer import Zero
 from pairsim.results.columns import LENGTH, column
 from pairsim.results.folders import read_record
-from pairsim.results.units import UNITS, scales_in, scales_of, unit_of
+from pairsim.results.units import UNITS, factor, scales_in, scales_of, unit_of
 from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.arrays import Array
 
@@ -43,7 +43,7 @@ class Units:
 
     def factor(self, unit: str) -> float:
         """Factor from a unit of the tables to the one that is drawn."""
-        return UNITS[unit][2](self.scales) if self.scales is not None and unit in UNITS else 1.0
+        return factor(self.scales, unit)
 
     def name(self, unit: str) -> str:
         """The unit that is drawn for one of the tables (TeX)."""

@@ -204,15 +204,15 @@ COLUMNS: tuple[Column, ...] = (
 )
 """All columns, but for those of one command alone. Plots take their labels from symbol and unit."""
 OBSERVED = tuple(entry.name for entry in COLUMNS if entry.value is not None and not entry.polymer)
-"""Columns that are read off the observation of a solution."""
+"""Quantities that are read off the observation of a solution."""
 HEALTH = ("dt", "newton", "mesh", *OBSERVED, "distortion")
-"""Diagnostic columns of series.csv, after `series_columns`."""
+"""Diagnostics in series.csv, after `series_columns`."""
 POLYMER_HEALTH = tuple(entry.name for entry in COLUMNS if entry.polymer)
-"""Diagnostic columns that follow in a viscoelastic liquid."""
+"""Diagnostics that follow in a viscoelastic liquid."""
 FORCES = ("F", "F_correction", "F_error")
-"""Columns of every particle in curve.csv, if the velocity of the particles is prescribed."""
+"""What curve.csv has of every particle, if their velocity is prescribed."""
 CURVE_HEALTH = ("t_relax", "meshes", *OBSERVED, "distortion")
-"""Diagnostic columns of curve.csv and critical.csv, before those of a viscoelastic liquid."""
+"""Diagnostics in curve.csv and critical.csv, before those of a viscoelastic liquid."""
 
 
 _OF_CASES = (
@@ -249,8 +249,8 @@ STUDY_COLUMNS = (
     _plain("order_time", "observed order in time, from the next larger steps: of error over 1/steps"),
 )
 """Columns that only study.csv has; `*` stands for a variable part of the name."""
-WHOLE = frozenset(entry.name for entry in (*COLUMNS, *_OF_CASES) if entry.whole)
-"""Names of the columns with whole numbers, in all tables including results.csv."""
+WHOLE = frozenset(entry.name for entry in (*COLUMNS, *SWEEP_COLUMNS, *STUDY_COLUMNS) if entry.whole)
+"""Names of the columns with whole numbers, in all tables including results.csv and study.csv."""
 
 
 _LISTED: dict[str, Column] = {}  # by name, with `_i` for numbers

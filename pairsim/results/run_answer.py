@@ -11,7 +11,7 @@ import numpy as np
 from pairsim.results.answer import Table, shapes_in
 from pairsim.results.columns import LENGTH, TIME, VELOCITY, suffixes_in
 from pairsim.results.memory import FORGOTTEN
-from pairsim.results.units import UNITS, in_unit, scales_in, with_error
+from pairsim.results.units import factor, in_unit, scales_in, with_error
 from pairsim.runtime.arrays import Array
 
 SETTLED = "settled"  # entry of run.json
@@ -94,7 +94,7 @@ def answer_of_run(series: Table, record: Mapping[str, Any]) -> list[str]:
         d, (dU, error), settled = series[f"d{gap}"], _last_dU(series, gap), Settled.of(record, i)
         lines.append(f"{who} {_motion(series['t'], d, dU, error, settled, record)}")
         if scales is not None:
-            first, last = (f"{each:.5g} um" for each in d[[0, -1]] * UNITS[LENGTH][2](scales))
+            first, last = (f"{each:.5g} um" for each in d[[0, -1]] * factor(scales, LENGTH))
             took, speed = in_unit(scales, TIME, series["t"][-1]), in_unit(scales, VELOCITY, dU, error, "+")
             lines.append(f"In physical units: from d = {first} to {last} in {took}, dU = {speed} at the end.")
     if gaps and (message := record.get(SETTLED, {}).get("message")):
@@ -117,7 +117,7 @@ def _train(series: Table, gaps: Sequence[str], record: Mapping[str, Any]) -> lis
     scales, (low, high) = scales_in(record), (int(np.argmin(last)), int(np.argmax(last)))
 
     def said(d: float) -> str:
-        return f"{d:.5g}" if scales is None else f"{d * UNITS[LENGTH][2](scales):.5g} um"
+        return f"{d * factor(scales, LENGTH):.5g}{' um' if scales else ''}"
 
     return [
         *([f"Gap {low + 1} collides."] if record.get("reason") == "contact" else []),

@@ -12,7 +12,7 @@ from pairsim.physics.scales import Scales
 from pairsim.results.columns import WHOLE, column, suffixes_in
 from pairsim.results.folders import read_record, valid_record
 from pairsim.results.table_files import read_table, table_text
-from pairsim.results.units import UNITS, scales_in, scales_of, unit_of
+from pairsim.results.units import UNITS, factor, scales_in, scales_of, unit_of
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
@@ -48,8 +48,8 @@ def in_units(table: pd.DataFrame, scales: Scales) -> pd.DataFrame:
         ValueError: A column that has a unit has something else than numbers.
     """
     units = {str(name): unit_of(str(name)) for name in table.columns}
-    factors = {name: UNITS[unit][2](scales) for name, unit in units.items() if unit in UNITS}
-    return with_units(table.assign(**{name: table[name].astype(float) * each for name, each in factors.items()}), True)
+    converted = {n: table[n].astype(float) * factor(scales, unit) for n, unit in units.items() if unit in UNITS}
+    return with_units(table.assign(**converted), True)
 
 
 def tidy(table: pd.DataFrame) -> pd.DataFrame:

@@ -31,6 +31,11 @@ def unit_of(name: str) -> str:
         return ""
 
 
+def factor(scales: Scales | None, unit: str) -> float:
+    """The factor from a unit of the columns to the physical one; 1 without scales, and for pure numbers."""
+    return UNITS[unit][2](scales) if scales is not None and unit in UNITS else 1.0
+
+
 def scales_in(record: Mapping[str, Any]) -> Scales | None:
     """The units of length, velocity and stress, in SI units, in run.json; None without a `physical` block."""
     scales = record.get("scales")
@@ -75,6 +80,5 @@ def with_error(value: float, error: float | None, sign: str = "") -> str:
 
 def in_unit(scales: Scales, unit: str, value: float, error: float | None = None, sign: str = "") -> str:
     """A number with its error in the physical unit that belongs to a unit of the columns, such as 10.0 +- 0.5 um."""
-    _, name, factor_of = UNITS[unit]
-    factor = factor_of(scales)
-    return f"{with_error(factor * value, None if error is None else factor * error, sign)} {name}"
+    by = factor(scales, unit)
+    return f"{with_error(by * value, None if error is None else by * error, sign)} {UNITS[unit][1]}"
