@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 
 from pairsim.plots.units import Units
 from pairsim.results.answer import Zero, zeros_in
-from pairsim.results.columns import suffixes_in
+from pairsim.results.columns import error_of, suffixes_in
 from pairsim.results.curve_table import curve_of
 from pairsim.results.table_files import read_table
 from pairsim.runtime.arrays import Array
@@ -53,8 +53,8 @@ class Line:
 
     @property
     def error(self) -> Array | None:
-        """The half-width of dU, where that is what is drawn and its error is known."""
-        return self.table.get(f"dU_error{self.gap}") if self.y.startswith("dU") else None
+        """The half-width of what is drawn, where it is known."""
+        return self.table.get(error_of(self.y))
 
     @property
     def d(self) -> str:
@@ -156,7 +156,7 @@ def fill(axis: Axes, x: Array, y: Array, error: Array, look: Mapping[str, Any]) 
 def notes(lines: Sequence[Line]) -> list[Any]:
     """Entries of the legend for what else is drawn: bands, zeros, failures."""
     entries: list[Any] = []
-    if any(line.drawn("d")[2] is not None for line in lines if line.y.startswith("dU")):
+    if any(line.error is not None for line in lines):
         entries.append(Patch(color="0.35", alpha=BAND, linewidth=0, label=r"error of $\Delta U$"))
     entries += zero_notes([zero for line in lines for zero in line.zeros])
     if any(line.failed for line in lines):

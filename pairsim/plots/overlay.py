@@ -18,7 +18,7 @@ from pairsim.plots.labels import case_parts, equation, hashable, read_case, symb
 from pairsim.plots.lines import BAND, TOGETHER, Line, draw_line, lines_of, notes
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
-from pairsim.results.columns import column
+from pairsim.results.columns import column, error_of
 from pairsim.results.folders import kind_of
 from pairsim.runtime.errors import InputError
 
@@ -179,7 +179,7 @@ def _differences(lines: Sequence[Line], encoding: Encoding) -> list[Line]:
             if len(common) and 0 < np.abs(apart).max() < ALIKE * np.ptp(reference):
                 table = {line.column(x): common, line.y: apart}
                 if error is not None and more is not None:
-                    table[f"dU_error{line.gap}"] = np.interp(common, a, error) + np.interp(common, b, more)
+                    table[error_of(line.y)] = np.interp(common, a, error) + np.interp(common, b, more)
                 found.append(replace(line, table=table, curve=False, zeros=(), failed=False))
     return found
 

@@ -17,7 +17,7 @@ from pairsim.plots.lines import BAND, fill
 from pairsim.plots.space_time import draw_space_time
 from pairsim.plots.style import COLOURS, LINES, Page, printing
 from pairsim.plots.units import Units
-from pairsim.results.columns import TIME, VELOCITY, column, suffixes_in
+from pairsim.results.columns import TIME, VELOCITY, column, error_of, suffixes_in
 from pairsim.results.folders import read_record
 from pairsim.results.output import SERIES
 from pairsim.results.run_answer import Settled, start_up
@@ -80,8 +80,7 @@ def _draw_panel(
         look: dict[str, Any] = {"color": COLOURS[i], "linestyle": LINES[i]}
         look |= {"label": f"${column(name).symbol}$" if over_t else f"${column(name).symbol}({column(x).symbol})$"}
         axis.plot(series[x], series[name], marker="o" if len(series[x]) == 1 else "", **look)
-        error = series.get(name.replace("dU", "dU_error"))
-        if name.startswith("dU") and error is not None:
+        if (error := series.get(error_of(name))) is not None:
             fill(axis, series[x], series[name], error, look | {"band": BAND})
         if not over_t and starting:
             wide: dict[str, Any] = {"linewidth": 5, "linestyle": "-", "solid_capstyle": "butt", "zorder": 0.1}

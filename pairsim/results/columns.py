@@ -78,6 +78,11 @@ def suffixes_in(names: Iterable[str], quantity: str) -> list[str]:
     return [name.removeprefix(quantity) for name in names if re.fullmatch(rf"{quantity}(_\d+|_[LT])?", name)]
 
 
+def error_of(name: str) -> str:
+    """The column of the error of a column: `dU_error_1` of `dU_1`."""
+    return re.sub(r"(_\d+|_[LT])?$", r"_error\1", name, count=1)
+
+
 RATE = r"U_{av}/D_c"
 TIME, VELOCITY, LENGTH, STRESS = r"D_c/U_{av}", r"U_{av}", r"D_c", r"\eta_0 U_{av}/D_c"
 FORCE = r"\eta_0 U_{av} D_c"

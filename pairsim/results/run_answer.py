@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pairsim.results.answer import Table, shapes_in
-from pairsim.results.columns import LENGTH, TIME, VELOCITY, suffixes_in
+from pairsim.results.columns import LENGTH, TIME, VELOCITY, error_of, suffixes_in
 from pairsim.results.memory import FORGOTTEN
 from pairsim.results.units import factor, in_unit, scales_in, with_error
 from pairsim.runtime.arrays import Array
@@ -130,7 +130,7 @@ def _train(series: Table, gaps: Sequence[str], record: Mapping[str, Any]) -> lis
 
 def _last_dU(series: Table, gap: str) -> tuple[float, float | None]:
     """dU of a gap in the last row, and the half-width of its interval, None if it was not estimated."""
-    error = series.get(f"dU_error{gap}")
+    error = series.get(error_of(f"dU{gap}"))
     return float(series[f"dU{gap}"][-1]), None if error is None else float(error[-1])
 
 

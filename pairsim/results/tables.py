@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 
 from pairsim.physics.scales import Scales
-from pairsim.results.columns import WHOLE, column, suffixes_in
+from pairsim.results.columns import WHOLE, column, error_of, suffixes_in
 from pairsim.results.folders import read_record, valid_record
 from pairsim.results.table_files import read_table, table_text
 from pairsim.results.units import UNITS, factor, scales_in, scales_of, unit_of
@@ -113,10 +113,9 @@ def headings(table: pd.DataFrame) -> list[str]:
 def readable(table: pd.DataFrame, whole: bool = False) -> pd.DataFrame:
     """The table with errors beside what they belong to, and `INNER` columns last if `whole`, else left out."""
     names = [str(name) for name in table.columns]
-    error_of = {name: re.sub(r"(?=_[^_]*$)|$", "_error", name, count=1) for name in names}
-    errors = {error for error in error_of.values() if error in names}
+    errors = {error_of(name) for name in names}
     main = [name for name in names if not INNER.fullmatch(name) and name not in errors]
-    ordered = [each for name in main for each in (name, error_of[name]) if each in names]
+    ordered = [each for name in main for each in (name, error_of(name)) if each in names]
     return table[[*ordered, *(name for name in names if whole and name not in ordered)]]
 
 

@@ -128,7 +128,7 @@ def _measured(folders: Sequence[Path], file: StudyFile, compared: Sequence[str])
     times = [each["wall_time"] for each in records]
     row |= {"wall_time": np.median(times), "wall_time_spread": max(times) - min(times)}
     series = read_table(folders[0] / f"{COMMANDS[file.command].tables[0]}.csv")
-    axis = series[next(name for name in ("t", "d", "d_1", *series) if name in series)]
+    axis = next(iter(series.values()))
     at = np.array(file.at or axis[-1:])
     nearest = np.abs(axis[:, None] - at).argmin(axis=0)
     reached = np.allclose(axis[nearest], at, rtol=SAME, atol=SAME)
