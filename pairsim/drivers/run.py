@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Generator, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -103,12 +103,12 @@ class _Run:
 
     def _integrate(self, transient: Transient) -> events.Events:
         """Take all steps, and find what the particles do at the end."""
-        outcome, gaps = yield from self._march(transient)
+        outcome = yield from self._march(transient)
         transient.close()  # its memory serves the quasi-steady solution
         longest = max(SETTLES, time.perf_counter() - self._begun)
         problem = replace(self.problem, monitor=self.problem.monitor.within(longest, "it was not found within {}"))
         with transient.clock("quasi-steady"):
-            self._entries |= settled_entry(self.case, problem, gaps, outcome)
+            self._entries |= settled_entry(self.case, problem, transient.gaps, outcome)
         return self._with_accuracy(outcome, transient.run_errors)
 
     def _with_accuracy(self, outcome: Outcome, errors: RunErrors) -> Outcome:
@@ -117,36 +117,35 @@ class _Run:
             return outcome
         return replace(outcome, message=outcome.message + accuracy_of(self.case, errors)[1])
 
-    def _march(self, transient: Transient) -> Generator[events.Event, None, tuple[Outcome, tuple[float, ...]]]:
-        """Take all time steps; returns how the run ended, and the last distances.
+    def _march(self, transient: Transient) -> events.Events:
+        """Take all time steps; returns how the run ended.
 
         Raises:
             Stopped: The process has received a signal; all steps taken are written.
             WallTime, TooManySteps: A limit of the case was exceeded.
         """
-        case, limits, gaps = self.case, self.case.limits, self.case.gaps
-        wanted, problem = milestones(case), plain(case.resolved() | sources_of(case))
+        case, limits = self.case, self.case.limits
+        wanted, resolved = milestones(case), plain(case.resolved() | sources_of(case))
         for step in transient.steps(iter(wanted)):
             count = transient.counts.steps
-            gaps = tuple(map(float, step.observation.d))
             with transient.clock("output"):
                 yield events.Row("series", row_of(step))
                 self._pending = step
                 at_output = any(abs(step.t - t) <= 1e-9 * max(1.0, t) for t in wanted)
                 if at_output or count == 1 or passes_frame(case, step.t, step.dt):
                     yield from self._fields(transient)
-                checkpoint = partial(Checkpoint, transient.state, problem, self.adaptation)
+                checkpoint = partial(Checkpoint, transient.state, resolved, self.adaptation)
                 yield events.Resumable(checkpoint, case.output.checkpoint, convenient=at_output)
             yield events.Progress(step.t, _shown(step, count), count)
-            if (outcome := end_of(self.problem, step.t, gaps)) is not None:
-                return outcome, gaps
+            if (outcome := end_of(self.problem, step.t, transient.gaps)) is not None:
+                return outcome
             self.problem.monitor.check()
             if limits.wall_time is not None and (passed := time.perf_counter() - self._begun) > limits.wall_time:
                 raise WallTime(f"{passed:.0f} s have passed", t=step.t, step=count, advice=ADVICE[WallTime])
             if count >= limits.max_steps:
                 message = f"{limits.max_steps} steps were taken"
                 raise TooManySteps(message, t=step.t, step=count, advice=ADVICE[TooManySteps])
-        return Outcome("finished", "end", f"finished at t = {transient.history.t[0]:g}"), gaps
+        return Outcome("finished", "end", f"finished at t = {transient.history.t[0]:g}")
 
     def _fields(self, transient: Transient) -> Iterator[events.Event]:
         """The fields of the last step, unless they were written."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -78,7 +78,7 @@ class Interval:
 
 @dataclass
 class RunErrors:
-    """The errors of dU in a run up to its last step.
+    """The errors of dU in a run up to its last step. Lists and arrays are replaced, never changed in place.
 
     Attributes:
         steps: Estimate of the error due to the time steps.
@@ -116,6 +116,10 @@ class RunErrors:
         elif t > SET_IN:
             self.largest = max(self.largest, float(error.max(initial=0.0)))
         return error
+
+    def copy(self) -> RunErrors:
+        """The same, which later steps do not change."""
+        return replace(self, steps=replace(self.steps), interval=replace(self.interval))
 
     @property
     def part(self) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -44,6 +43,7 @@ class Transient(TimeScene):
         run_errors: Errors of dU up to the last step.
         extremes: Extreme values up to the last step.
         origin: Positions h of the material at t = 0 [D_c], shape (n_h,).
+        gaps: Distances after the last step [D_c], N-1 values.
 
     Raises:
         MeshFailure: The first mesh could not be generated.
@@ -54,6 +54,7 @@ class Transient(TimeScene):
     def __init__(self, problem: Problem, state: State | None = None) -> None:
         super().__init__(problem)
         self.counts, self.run_errors, self.extremes = Counts(), RunErrors.of(problem.liquid), Extremes()
+        self.gaps = problem.gaps
         self._U_m, self._dt, self._due = problem.U_m, problem.control.fixed or problem.first_step, False
         self._error: ErrorEquation | None = None
         if state is None:
@@ -86,7 +87,8 @@ class Transient(TimeScene):
         self.meshed = self._particles(state.reference.outlines, state.inside)
         self.meshed.put(state.reference, state.mesh)
         self.history, self.origin, self.counts = replace(state.history), state.origin, replace(state.counts)
-        self.run_errors, self.extremes = deepcopy(state.run_errors), replace(state.extremes)
+        self.run_errors, self.extremes = state.run_errors.copy(), replace(state.extremes)
+        self.gaps = state.gaps
         self._U_m, self._dt, self._due = state.U_m, state.dt, state.due
         if state.error_history is not None:
             self._error = ErrorEquation(replace(state.error_history))
@@ -107,8 +109,8 @@ class Transient(TimeScene):
             counts=replace(self.counts),
             seconds=dict(self.clock.seconds),
             origin=self.origin,
-            gaps=tuple(map(float, diagnostics.gaps(self.bodies, self.history.h[0]))),
-            run_errors=deepcopy(self.run_errors),
+            gaps=self.gaps,
+            run_errors=self.run_errors.copy(),
             extremes=replace(self.extremes),
             error_history=replace(self._error.errors) if self._error is not None else None,
         )
@@ -233,6 +235,7 @@ class Transient(TimeScene):
         observation = diagnostics.observe(self.scene, self.constraints, y, h, x, without_particles)
         correction = self._estimated(self.history, t, self._U_m, y, observation.U)
         self.history.push(t, h, x, y)
+        self.gaps = tuple(map(float, observation.d))
         self._U_m = float(observation.U.mean()) if observation.U.size else 0.0
         self._dt = self.problem.control.next(self._dt, size, error)
         self._due = needs_mesh(distortion, observation.d, self.scene.reference.geometry.gaps)
