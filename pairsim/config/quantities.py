@@ -19,7 +19,6 @@ from pairsim.runtime.errors import InputError
 if TYPE_CHECKING:
     import pint
 
-LONGEST = 100  # characters of a quantity
 LEAST, MOST = 1e-30, 1e30  # limits of a quantity in its SI unit, whose products and ratios double precision can hold
 QUANTITY = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d_].*)")  # number and unit
 MOST_DISTANCES = 10_000
@@ -47,7 +46,7 @@ def _parsed(text: Any) -> tuple[float, pint.Unit]:
     Raises:
         ValueError: The text is not a number with a known unit; says why.
     """
-    match = QUANTITY.fullmatch(text.strip()) if isinstance(text, str) and len(text) <= LONGEST else None
+    match = QUANTITY.fullmatch(text.strip()) if isinstance(text, str) else None
     if match is None:
         raise ValueError("is not a number with a unit")
     number, unit = match.groups()

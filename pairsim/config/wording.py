@@ -20,7 +20,6 @@ from pairsim.physics.declared import PARAMETERS
 from pairsim.runtime.text import as_typed
 
 Groups = dict[str, type[BaseModel]]
-MOST_READ = 1000  # mistakes of a file that are read
 CLOSE = 0.65  # least similarity (difflib) at which a key counts as a misspelling of another
 BEYOND = re.compile(r"inertia|reynolds|^re$|gravity|off_?(axis|set)|eccentric|lateral|channel|wall|square")
 """Names of keys for what is not modelled."""
@@ -107,7 +106,7 @@ def mistakes_of(error: ValidationError, model: type[BaseModel], data: Mapping[st
     groups, found = groups_of(model), dict[str, Mistake]()
     if "liquid" in model.model_fields and (block := LIQUIDS.get(liquid_block(data)["law"])):
         groups["liquid"] = block  # whose keys may be meant
-    for problem in error.errors(include_url=False, include_context=False)[:MOST_READ]:
+    for problem in error.errors(include_url=False, include_context=False):
         mistake = _mistake(problem, groups, data)
         found.setdefault(mistake.key, mistake)
     # A key that takes alternatives, such as a number or a list, yields an error for each; the one that names an entry
