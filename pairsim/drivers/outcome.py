@@ -16,7 +16,6 @@ from typing import Any
 
 from pairsim.physics.scales import Scales
 from pairsim.results.output import RunFolder
-from pairsim.runtime.child_process import DISK
 from pairsim.runtime.errors import ENVIRONMENT, BranchEnd, EnvironmentFailure
 from pairsim.runtime.fenicsx import petsc_version
 from pairsim.runtime.version import __version__
@@ -145,8 +144,4 @@ class Record:
             content["scales"] = {name: getattr(scales, name) for name in names} | {"units": "m, s, m/s, Pa"}
         if phases:
             content["wall_time_by_phase"] = {**phases, "other": wall - sum(phases.values())}
-        try:
-            self._folder.write_json("run.json", content)
-        except OSError as error:
-            if outcome is None or error.errno not in DISK or not self._folder.overwrite_json("run.json", content):
-                raise
+        self._folder.write_json("run.json", content)

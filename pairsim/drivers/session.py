@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import ExitStack, closing, contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,6 @@ from pairsim.results.folders import kind_of, read_record
 from pairsim.results.output import CHECKPOINT, RunFolder, plain
 from pairsim.results.table_files import TableWriter, read_table
 from pairsim.results.xdmf import FieldsWriter
-from pairsim.runtime.child_process import DISK
 from pairsim.runtime.duration import duration
 from pairsim.runtime.errors import InputError, RunFailure, WriteFailure
 from pairsim.runtime.locks import sole_writer
@@ -90,20 +89,16 @@ def carry_out(
     Raises:
         InputError: The folder exists and may not be overwritten, cannot be resumed, belongs to another command, or
             another command is writing to it.
-        WriteFailure: The first files of the folder or the last run.json cannot be written.
+        WriteFailure: case.yaml or run.json cannot be written.
     """
     with sole_writer(directory, options.command):
         earlier = _earlier(case, directory, f"{appended}.csv") if resume else None
-        try:
-            if earlier is not None:
-                folder = RunFolder.reopen(directory, files)
-                more["earlier"] = earlier
-            else:
-                folder = RunFolder.create(directory, options.overwrite or resume, files)
-                folder.write_yaml("case.yaml", case.resolved())
-        except OSError as error:
-            raise write_failure(error, directory, "the same command") from error
-        notes = [*notes, *(["no checkpoint: starting at t = 0"] if resume and earlier is None else [])]
+        if earlier is not None:
+            folder = RunFolder(directory, files)
+            more["earlier"] = earlier
+        else:
+            folder = RunFolder.create(directory, options.overwrite or resume, files)
+            notes = [*notes, *(["no checkpoint: starting at t = 0"] if resume else [])]
         session = Session(case, folder, options, notes, earlier, resumable=bool(appended))
         with closing(solve(case, monitor=session.monitor, **more)) as computation:
             return session.carry_out(computation)
@@ -169,7 +164,7 @@ class Session:
             listener=self.on_the_way,
         )
         self._notes = notes
-        self._t, self._step = (self.old.state.history.t[0], self.old.state.counts.steps) if self.old else (0.0, 0)
+        self._t = self.old.state.history.t[0] if self.old else 0.0
         self._tables: dict[str, TableWriter] = {}
         self._at_end: Callable[[], Iterable[events.Event]] = tuple
         self._summary = events.Summary({})
@@ -187,7 +182,7 @@ class Session:
         """Carry out a computation to its end; see the function."""
         if self.old is None:
             with self._writing():
-                self.record.write(None, {}, {})
+                self._begin_files()
                 self._fields = FieldsWriter(self.folder.path)
         outcome = self._follow(computation)
         nothing = self.old is not None and not self._tables and outcome.status == "finished"
@@ -234,7 +229,7 @@ class Session:
                 self.reporter.note(text)
             case events.Progress(done, text, count):
                 if self.resumable:
-                    self._t, self._step = done, count
+                    self._t = done
                 self.reporter.update(done, text, count)
             case events.Summary():
                 self._summary = event
@@ -267,8 +262,11 @@ class Session:
         self._tables[table.name] = TableWriter(path, table.columns, rows, **flags)
         if old is not None:
             self._fields = FieldsWriter(self.folder.path, old.frames)
-            self.folder.write_yaml("case.yaml", self.case.resolved())
-            self.record.write(None, {}, {})
+            self._begin_files()
+
+    def _begin_files(self) -> None:
+        self.folder.write_yaml("case.yaml", self.case.resolved())
+        self.record.write(None, {}, {})
 
     def _keep(self, event: events.Resumable) -> None:
         """Keep a state in memory, and write it if a checkpoint is due."""
@@ -295,12 +293,12 @@ class Session:
             WriteFailure: run.json cannot be written.
         """
         try:
-            with self._writing(), ExitStack() as last:  # all of these, even if some fail
+            for event in self._at_end():
+                self.take(event)
+            with self._writing():
+                self._save()
                 for table in self._tables.values():
-                    last.callback(table.close)
-                last.callback(self._save)
-                for event in self._at_end():
-                    self.take(event)
+                    table.close()
         except WriteFailure as failure:
             outcome = Outcome("failed", failure.reason, str(failure))
         finally:
@@ -320,12 +318,9 @@ class Session:
         try:
             yield
         except OSError as error:
-            raise write_failure(error, self.folder.path, self._retry, self._t, self._step) from error
-
-    @property
-    def _retry(self) -> str:
-        """The command to give once files can be written again."""
-        return "--resume" if self.resumable else "the same command with --overwrite"
+            message = f"{error.filename or self.folder.path} cannot be written ({error.strerror or error})"
+            again = "--resume" if self.resumable else "the same command with --overwrite"
+            raise WriteFailure(message, advice=f"{again} once it can be") from error
 
 
 def _first_rows(path: Path, columns: Sequence[str], count: int) -> list[dict[str, float]]:
@@ -340,20 +335,3 @@ def _first_rows(path: Path, columns: Sequence[str], count: int) -> list[dict[str
         allowed = f"must have at least {count} rows with the columns {','.join(columns)}, to fit the checkpoint"
         raise InputError(str(path), "", None, allowed)
     return rows[:count]
-
-
-def write_failure(error: OSError, directory: Path, retry: str, t: float = 0.0, step: int = 0) -> WriteFailure:
-    """The failure for an error in writing to a folder, with advice for its cause.
-
-    Args:
-        error: The error.
-        directory: The folder.
-        retry: The command to give once files can be written again.
-        t: Time reached [D_c/U_av].
-        step: Number of accepted steps.
-    """
-    if not directory.is_dir():
-        message = f"the folder {directory} was removed while the command was at work"
-        return WriteFailure(message, t=t, step=step, advice="the case again, with a folder that stays")
-    remedy = "freeing disk space" if error.errno in DISK else f"making {directory} writable"
-    return WriteFailure(str(error), t=t, step=step, advice=f"{remedy}, then {retry}")

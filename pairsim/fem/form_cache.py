@@ -28,7 +28,7 @@ from pathlib import Path
 from pairsim.fem.compilation.jit import JIT_OPTIONS, UNFINISHED, cache, compiler, use_temporary_cache
 from pairsim.physics.declared import LAWS
 from pairsim.physics.own_laws import file_of
-from pairsim.runtime.child_process import FULL, clean_environment, end_with_parent, module_command
+from pairsim.runtime.child_process import clean_environment, end_with_parent, module_command
 from pairsim.runtime.errors import EnvironmentFailure
 from pairsim.runtime.monitor import Monitor
 
@@ -88,8 +88,7 @@ def compile_missing(forms: Iterable[str]) -> None:
 def compile_apart(forms: Iterable[str], note: Callable[[str], None], monitor: Monitor | None = None) -> None:
     """Compile the missing kinds of forms in a child process, which a signal to this process ends within a moment.
 
-    A cache that cannot be written to, or that is on a full disk, is replaced by a temporary one (for this process and
-    its children).
+    A cache that cannot be written to is replaced by a temporary one (for this process and its children).
 
     Args:
         forms: As for `compile_missing`.
@@ -103,14 +102,10 @@ def compile_apart(forms: Iterable[str], note: Callable[[str], None], monitor: Mo
     wanted, monitor = missing(forms), monitor or Monitor()
     if not wanted:
         return
-    why = why_not_writable()
-    failure = "" if why else _failure_in_child(wanted, monitor)
-    if FULL.search(failure):
-        why = "No space left on device"
-    if why:
+    if why := why_not_writable():
         note(f"{cache()} cannot be written ({why}): forms are compiled into a temporary folder, each time anew")
         use_temporary_cache()
-        failure = _failure_in_child(wanted, monitor)
+    failure = _failure_in_child(wanted, monitor)
     if failure and shutil.which(compiler()) is None:
         advice = "apt install gcc libc6-dev, or the environment variable CC (docs/how-to/install.md)"
         raise EnvironmentFailure(f"there is no C compiler ({compiler()}), which compiles the forms", advice=advice)
@@ -142,8 +137,7 @@ def _failure_in_child(wanted: list[str], monitor: Monitor) -> str:
         errors.seek(0)
         text = errors.read().decode(errors="replace")
     lines = [line.strip() for line in text.splitlines() if line.strip()] or [f"exit code {code}"]
-    telling = [line for line in lines if FULL.search(line)] or [line for line in lines if "error:" in line]
-    return (telling or lines[-1:])[0]
+    return next((line for line in lines if "error:" in line), lines[-1])
 
 
 def why_not_writable() -> str:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
@@ -70,35 +69,37 @@ def frame_files(folder: Path) -> list[tuple[int, Path]]:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file atomically: readers see either the old or the new content.
-
-    Raises:
-        OSError: It cannot be written; the old file is kept.
-    """
+    """Write a text file as `write_bytes` does."""
     write_bytes(path, text.encode())
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Write a file as `write_text` does."""
-    with replaced(path) as file:
-        file.write(content)
+    """Write a file aside and rename it: whatever ends the process, readers see either the old or the new content.
+
+    It is not forced onto the disk, which takes 5 to 10 ms a file: what counts is the death of the process, not that of
+    the machine.
+
+    Raises:
+        OSError: It cannot be written; the old file is kept, and the error names it.
+    """
+    part = part_of(path)
+    with naming(path):
+        try:
+            part.write_bytes(content)
+            part.replace(path)
+        except BaseException:
+            with suppress(OSError):  # on a file system that is read-only
+                part.unlink(missing_ok=True)
+            raise
 
 
 @contextmanager
-def replaced(path: Path) -> Iterator[BinaryIO]:
-    """Context with a new file that replaces `path` at its end, as `write_text` does.
-
-    Raises:
-        OSError: It cannot be written; the old file is kept.
-    """
-    part = part_of(path)
+def naming(path: Path) -> Iterator[None]:
+    """Context in which an OSError gets the name of a file, which those of writing to an open one do not have."""
     try:
-        with part.open("wb") as file:
-            yield file
-        os.replace(part, path)
-    except BaseException:
-        with suppress(OSError):  # on a file system that is read-only
-            part.unlink(missing_ok=True)
+        yield
+    except OSError as error:
+        error.filename = str(path)
         raise
 
 
@@ -130,7 +131,7 @@ def plain(value: Any, where: str = "") -> Any:
 
 @dataclass(frozen=True)
 class RunFolder:
-    """A folder for the results of one case; made with `RunFolder.create` or `RunFolder.reopen`."""
+    """A folder for the results of one case; `RunFolder.create` makes a new one."""
 
     path: Path
     files: Sequence[str] = OWN_FILES
@@ -145,46 +146,23 @@ class RunFolder:
             files: Names of the files that pairsim writes into folders.
 
         Raises:
-            InputError: `path` is a file or not writable, or it is not empty and `overwrite` is not set.
+            InputError: `path` cannot be used as a folder, or it is not empty and `overwrite` is not set.
         """
         folder = Path(path)
-
-        def refuse(allowed: str) -> InputError:
-            return InputError(file=str(path), key="-o", value=None, allowed=allowed)
-
         try:
-            if folder.exists() and not folder.is_dir():
-                raise refuse("must be a folder, but is a file")
-            present = [file for file in folder.iterdir() if file.name not in LOCK_FILES] if folder.is_dir() else []
-            if present and not overwrite:
-                raise refuse("must be a new or empty folder, unless --overwrite replaces the results in it")
             folder.mkdir(parents=True, exist_ok=True)
+            if not overwrite and any(file.name not in LOCK_FILES for file in folder.iterdir()):
+                allowed = "must be a new or empty folder, unless --overwrite replaces the results in it"
+                raise InputError(str(path), "-o", None, allowed)
             old = [file for name in files for file in (folder / name, part_of(folder / name))]
-            for file in old:
-                if file.is_dir() and not file.is_symlink():
-                    raise refuse(f"must be another folder: {file.name} in it is a folder, where pairsim writes a file")
-            if (folder / FRAMES).exists() and not (folder / FRAMES).is_dir():
-                raise refuse(f"must be another folder: {FRAMES} in it is a file, where pairsim makes a folder")
             for file in (*old, *(file for _, file in frame_files(folder))):
                 file.unlink(missing_ok=True)
             with suppress(OSError):  # not there, or not empty
                 (folder / FRAMES).rmdir()
-            if not os.access(folder, os.W_OK | os.X_OK):
-                raise refuse("must be a folder with write permission")
         except OSError as error:
-            raise refuse(f"must be a folder that can be used ({error.strerror or error})") from error
+            why = "is a file" if folder.is_file() else str(error)
+            raise InputError(str(path), "-o", None, f"must be a folder that can be used ({why})") from error
         return cls(folder, files)
-
-    @classmethod
-    def reopen(cls, path: Path | str, files: Sequence[str] = OWN_FILES) -> RunFolder:
-        """Open an existing folder and keep its files.
-
-        Raises:
-            InputError: It is not writable.
-        """
-        if not os.access(path, os.W_OK | os.X_OK):
-            raise InputError(str(path), "--resume", None, "must be a folder with write permission")
-        return cls(Path(path), files)
 
     def file(self, name: str) -> Path:
         """Path of one of `files`; other names are refused, as `--overwrite` would not find them again."""
@@ -217,27 +195,6 @@ class RunFolder:
             OSError: The file cannot be written.
         """
         path = self.file(name)
-        write_text(path, _json(content))
+        text = json.dumps(plain(content), indent=2, allow_nan=False, ensure_ascii=False)
+        write_text(path, text + "\n")
         return path
-
-    def overwrite_json(self, name: str, content: Mapping[str, Any]) -> bool:
-        """Overwrite a JSON file in place, within the disk space that it has: on a full disk, where `write_json` fails.
-
-        Returns:
-            Whether it has enough space; otherwise the old content is kept.
-
-        Raises:
-            ValueError: A number is nan or infinite.
-            OSError: The file cannot be written.
-        """
-        path, text = self.file(name), _json(content).encode()
-        if not path.is_file() or len(text) > 512 * path.stat().st_blocks:
-            return False
-        with path.open("r+b") as file:
-            file.write(text)
-            file.truncate()
-        return True
-
-
-def _json(content: Mapping[str, Any]) -> str:
-    return json.dumps(plain(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n"

@@ -13,7 +13,7 @@ from typing import Any, Self
 import numpy as np
 
 from pairsim.results.columns import may_be_unknown
-from pairsim.results.output import write_text
+from pairsim.results.output import naming, write_text
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
@@ -125,8 +125,9 @@ class TableWriter:
         """
         row = self._values(values)
         if self._file is not None:
-            self._file.write(_line(row))
-            self._file.flush()
+            with naming(self.path):
+                self._file.write(_line(row))
+                self._file.flush()
         else:
             self._rows.append(row)
             self._replace()

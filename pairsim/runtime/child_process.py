@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import ctypes
-import errno
 import os
-import re
 import signal
 import sys
 
 LAUNCHER = ("PMI_", "PMI2_", "PMIX_", "HYDRA_", "HYDI_", "MPI_", "PALS_", "PRTE_", "OMPI_", "SLURM_")
-FULL = re.compile(r"No space left on device|Disk quota exceeded|\b[Ee]rrno (= )?(28|122)\b")
-DISK = (errno.EFBIG, errno.ENOSPC, errno.EDQUOT)
 _PR_SET_PDEATHSIG = 1
 
 
