@@ -5,6 +5,8 @@ Large libraries are imported inside the commands, so that --help and input error
 
 from __future__ import annotations
 
+import atexit
+import gc
 import sys
 from itertools import islice
 from pathlib import Path
@@ -44,6 +46,8 @@ class _All(TyperGroup):
 
 CODES: dict[type[PairsimError], int] = {InputError: 2, EnvironmentFailure: ENVIRONMENT, RunFailure: 3}
 """Exit codes of errors, the special ones first."""
+ALLOCATIONS = 50_000
+"""Objects between two searches for cyclic garbage: a tenth of a short command went into searching imported modules."""
 app = typer.Typer(
     cls=_All,
     no_args_is_help=True,
@@ -82,6 +86,8 @@ def _common(
 
 def main() -> NoReturn:
     """Entry point: every `PairsimError` is printed as one message, without a traceback, and sets the exit code."""
+    gc.set_threshold(ALLOCATIONS)
+    atexit.register(gc.freeze)  # or else Python searches all that it holds when it ends
     try:
         app(standalone_mode=True)
     except PairsimError as error:
