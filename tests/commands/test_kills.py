@@ -88,7 +88,7 @@ def test_a_run_killed_again_and_again_loses_nothing(kills: int, tmp_path: Path) 
     assert len(frames[0]) == 21
     for one, other in zip(*frames, strict=True):
         assert other.t == pytest.approx(one.t)
-        assert other.points == pytest.approx(one.points, abs=1e-5), "the same meshes, moved by other steps"
+        assert other.points == pytest.approx(one.points, abs=1e-4), "the same mesh, moved by other steps"
     one, other = (read_table(folder / "series.csv") for folder in (whole, killed))
     assert other["d"][-1] == pytest.approx(one["d"][-1], rel=1e-5)
     assert other["dU"][-1] == pytest.approx(one["dU"][-1], rel=1e-3)
