@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import errno
 import os
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
+from support.inputs import TINY
 
 from pairsim.fem import form_cache
 from pairsim.fem.compilation.jit import JIT_OPTIONS, UNFINISHED, in_cache
+from pairsim.runtime.child_process import module_command
 
 
 @pytest.fixture(autouse=True)
@@ -66,3 +71,35 @@ def test_what_a_killed_compilation_left_is_deleted_when_it_is_old(cache: Path) -
     os.utime(cache / f"{UNFINISHED}old", (0, 0))
     form_cache.compile_missing([])
     assert sorted(path.name for path in cache.iterdir()) == ["compile.lock", f"{UNFINISHED}new"]
+
+
+@pytest.mark.slow
+def test_warming_up_compiles_all_that_a_case_needs_after_a_killed_compilation(tmp_path: Path) -> None:
+    """What a killed process has begun is not in the cache, and what is there after another one is all of it."""
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
+    kinds = ["newtonian:moving", "neo-hookean", "newtonian:moving:enriched", "neo-hookean:enriched"]
+    forms = module_command("pairsim.fem.form_cache", *kinds)
+
+    def modules() -> set[Path]:
+        return {path for path in (tmp_path / "cache").rglob("form-*") if not path.parent.name.startswith(UNFINISHED)}
+
+    warming = subprocess.Popen(forms, env=environment)
+    while warming.poll() is None and not list((tmp_path / "cache").rglob("libffcx*.c")):
+        time.sleep(0.01)
+    warming.kill()
+    warming.wait()
+    assert list((tmp_path / "cache").rglob("libffcx*.c"))
+    assert not modules()
+    subprocess.run(forms, env=environment, check=True, timeout=600)
+    compiled = modules()
+    assert len(compiled) == 6
+    assert all(list(path.glob("*.so")) and list(path.glob("*.c.cached")) for path in compiled)
+    (tmp_path / "case.yaml").write_text(TINY.partition(": ")[2].replace("Ca_e: 0", "Ca_e: 0.1, d0: 0.1"))
+    run = module_command("pairsim", "run", "case.yaml", "-q")
+    subprocess.run(run, cwd=tmp_path, env=environment, check=True, capture_output=True)
+    assert modules() == compiled
+    known = (
+        "import sys; from pairsim.fem.form_cache import compile_missing; compile_missing(sys.argv[1:]); "
+        "assert 'dolfinx' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", known, *kinds], env=environment, check=True)  # by its stamps
