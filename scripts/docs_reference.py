@@ -16,10 +16,10 @@ from typer.cli import get_docs_for_click
 
 import pairsim
 from pairsim.cli.app import app
-from pairsim.commands import COMMANDS
 from pairsim.config.example import write_example
 from pairsim.inputs.case_files import FILES, read_case
 from pairsim.inputs.schema import schema_rows
+from pairsim.questions import QUESTIONS
 from pairsim.results import columns as tables
 from pairsim.results.columns import Column, column
 from pairsim.runtime import errors
@@ -60,7 +60,7 @@ def table_of_columns(*groups: Iterable[str | Column]) -> str:
 
 def in_sweeps(name: str) -> str:
     """Columns of results.csv for a sweep of a command over a pair, as text."""
-    command, shown = COMMANDS[name], COMMANDS[name].in_sweeps
+    command, shown = QUESTIONS[name], QUESTIONS[name].in_sweeps
     with TemporaryDirectory() as folder:
         columns = shown.columns(read_case(command, write_example(name, name, Path(folder))))
     return ", ".join(code(entry) for entry in (*shown.parameters, *columns, *shown.last))
@@ -94,9 +94,9 @@ def environment() -> Environment:
     keys = {command: schema_rows(command) for command in FILES}
     jinja = Environment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     jinja.globals |= {function.__name__: function for function in functions} | {
-        "commands": COMMANDS,
+        "commands": QUESTIONS,
         "keys": keys,
-        "shared_keys": [row for row in keys["run"] if all(row in keys[command] for command in COMMANDS)],
+        "shared_keys": [row for row in keys["run"] if all(row in keys[command] for command in QUESTIONS)],
         "tables": tables,
         "curve_columns": tables.curve_columns(2, True, ("Ca_e", "De", "beta"), True),
         "numbered_columns": tables.NUMBERED,

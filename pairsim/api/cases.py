@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any, Literal, NoReturn, overload
 
 from pairsim.api.laws import with_blocks
-from pairsim.commands import COMMANDS
 from pairsim.config.case import Case, SceneCase
 from pairsim.config.curve_case import CriticalCase, CurveCase
 from pairsim.config.merging import merge, section_of
 from pairsim.config.physical import forget_numbers
 from pairsim.config.yaml_file import Section, read_yaml
 from pairsim.inputs.case_files import parse_case
+from pairsim.questions import QUESTIONS
 from pairsim.results.output import plain
 from pairsim.runtime.errors import InputError
 
@@ -53,8 +53,8 @@ def load(path_or_dict: AnyCase, *, kind: str = "run", **overrides: Any) -> Scene
         >>> pairsim.load({"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}, mesh={"Np": 20}).tube_length
         20.0
     """
-    if kind not in COMMANDS:
-        raise InputError("pairsim.load", "kind", kind, f"must be {' or '.join(COMMANDS)}")
+    if kind not in QUESTIONS:
+        raise InputError("pairsim.load", "kind", kind, f"must be {' or '.join(QUESTIONS)}")
     if isinstance(path_or_dict, SceneCase) and path_or_dict.kind == kind and not overrides:
         return path_or_dict  # valid already
     data, source = content_of(path_or_dict)
@@ -68,7 +68,7 @@ def load(path_or_dict: AnyCase, *, kind: str = "run", **overrides: Any) -> Scene
         merge(data, plain(overrides), refuse)
     except (TypeError, ValueError) as error:
         raise InputError(source, "", None, str(error)) from None
-    return parse_case(COMMANDS[kind], data, source)
+    return parse_case(QUESTIONS[kind], data, source)
 
 
 def content_of(given: AnyCase) -> tuple[Section, str]:

@@ -16,11 +16,11 @@ import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that load
 # isort: split
 from pairsim.api.cases import AnyCase, load
 from pairsim.api.results import CriticalResult, CurveResult, Result, RunResult, result_of
-from pairsim.commands import COMMANDS
 from pairsim.config.cost import LARGE
 from pairsim.config.quantities import seconds_of
-from pairsim.drivers.progress import Style, make_reporter, style_of
-from pairsim.drivers.session import Options
+from pairsim.questions import QUESTIONS
+from pairsim.questions.progress import Style, make_reporter, style_of
+from pairsim.questions.session import Options
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import command_line
 from pairsim.runtime.signals import Signals
@@ -40,7 +40,7 @@ class Computation[R: Result]:
     """
 
     def __init__(self, name: str, about: str) -> None:
-        self.command = COMMANDS[name]
+        self.command = QUESTIONS[name]
         self.__name__, self.__doc__ = name, f"{about}\n\n{cleandoc(str(Computation.__call__.__doc__))}"
 
     def __call__(

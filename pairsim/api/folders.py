@@ -8,7 +8,7 @@ from typing import Any
 
 from pairsim.api.results import result_of
 from pairsim.api.sweeps import SweepResult
-from pairsim.commands import COMMANDS
+from pairsim.questions import QUESTIONS
 from pairsim.results.folders import kind_of
 from pairsim.runtime.errors import InputError
 
@@ -36,6 +36,6 @@ def open(folder: str | PathLike[str]) -> Any:
             None,
             "must not be a folder of study: read its study.csv, or open one of its sweeps, sweep-1 ...",
         )
-    if kind not in COMMANDS:
-        raise InputError(str(path / "run.json"), "kind", kind, f"must be {' or '.join(COMMANDS)}")
-    return result_of(COMMANDS[kind], path)
+    if kind not in QUESTIONS:
+        raise InputError(str(path / "run.json"), "kind", kind, f"must be {' or '.join(QUESTIONS)}")
+    return result_of(QUESTIONS[kind], path)

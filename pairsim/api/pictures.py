@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 
-from pairsim.commands import COMMANDS
 from pairsim.plots.style import FORMATS, MOVIES, Page
+from pairsim.questions import QUESTIONS
 from pairsim.results.folders import kind_of
 from pairsim.results.output import FIELDS_XDMF
 from pairsim.runtime.errors import InputError
@@ -70,7 +70,7 @@ def plot(
         if key is not None and kind != "sweep":
             allowed = f"must be left out: it goes with a sweep or several folders, {directory} holds a {kind}"
             raise InputError(option, "", key, allowed)
-    command = COMMANDS.get(kind)
+    command = QUESTIONS.get(kind)
     frames = command.frames if command is not None else ""
     if not frames and (field is not None or animate):
         option, value = ("--field", field) if field is not None else ("--animate", None)

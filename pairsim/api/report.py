@@ -19,7 +19,7 @@ from pairsim.api import folders
 from pairsim.api.pictures import plot
 from pairsim.api.results import Result
 from pairsim.api.sweeps import SweepResult
-from pairsim.commands import COMMANDS
+from pairsim.questions import QUESTIONS
 from pairsim.results.folders import kind_of
 from pairsim.results.output import REPORT, write_text
 from pairsim.results.tables import headings, in_units, readable
@@ -136,7 +136,7 @@ def _html(table: pd.DataFrame) -> str:
 
 def _pictures(directory: Path, kind: str) -> list[tuple[str, str]]:
     """The pictures that `pairsim plot` draws, each with its caption as a data URI; none where there is nothing yet."""
-    captions = CAPTIONS | dict(COMMANDS[kind].captions if kind in COMMANDS else {})
+    captions = CAPTIONS | dict(QUESTIONS[kind].captions if kind in QUESTIONS else {})
     with tempfile.TemporaryDirectory() as out:
         try:
             files = plot(directory, out=out)

@@ -14,10 +14,10 @@ import numpy as np
 
 from pairsim.api.cases import load
 from pairsim.api.curve import Curve
-from pairsim.commands import Command
-from pairsim.commands.command import Tables, rows_in
 from pairsim.config.case import SceneCase
 from pairsim.physics.scales import Scales
+from pairsim.questions import Question
+from pairsim.questions.question import Tables, rows_in
 from pairsim.results.answer import cost_line
 from pairsim.results.columns import EQUILIBRIA_COLUMNS
 from pairsim.results.folders import valid_record
@@ -52,7 +52,7 @@ class Result:
     """
 
     def __init__(
-        self, folder: Path, command: Command[Any], ending: Mapping[str, Any] | None = None, temporary: bool = False
+        self, folder: Path, command: Question[Any], ending: Mapping[str, Any] | None = None, temporary: bool = False
     ) -> None:
         self.folder = None if temporary else folder
         self.command, self._ending, self._place = command, ending, folder
@@ -320,7 +320,7 @@ TYPES: dict[str, type[Result]] = {"run": RunResult, "curve": CurveResult, "criti
 
 
 def result_of(
-    command: Command[Any], folder: Path, ending: Mapping[str, Any] | None = None, temporary: bool = False
+    command: Question[Any], folder: Path, ending: Mapping[str, Any] | None = None, temporary: bool = False
 ) -> Any:
     """The result of a command in a folder; arguments as for `Result`."""
     return TYPES.get(command.name, Result)(folder, command, ending, temporary)

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pairsim.api.results import SHOWN, Result, result_of
-from pairsim.commands import COMMANDS
 from pairsim.config.merging import section_of
-from pairsim.drivers.progress import Style, style_of
+from pairsim.questions import QUESTIONS
+from pairsim.questions.progress import Style, style_of
 from pairsim.results.output import plain
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import is_locked
@@ -70,7 +70,7 @@ class SweepResult:
     @cached_property
     def cases(self) -> list[Result]:
         """Results of the cases that have ended, in the order of `table`."""
-        command = COMMANDS[self.record["command"]]
+        command = QUESTIONS[self.record["command"]]
         ended = [entry for entry in self.record["cases"] if entry["status"] in ENDED]
         return [result_of(command, self.folder / entry["folder"], entry) for entry in ended]
 

@@ -7,10 +7,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from pairsim.api.cases import load
-from pairsim.commands import COMMANDS
 from pairsim.config.case import SceneCase
 from pairsim.config.physical import Physical
 from pairsim.config.units_report import DEFAULTS, UnitsReport, units_report
+from pairsim.questions import QUESTIONS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -69,7 +69,7 @@ def units(*, kind: str = "run", **given: Any) -> Units:
         written.setdefault("particles", len(sizes))
     if not quantities.keys() & {"modulus", "young"}:
         written.setdefault("Ca_e", 0)
-    if "distance" not in quantities and kind in COMMANDS:
-        written = {**COMMANDS[kind].distances, **written}
+    if "distance" not in quantities and kind in QUESTIONS:
+        written = {**QUESTIONS[kind].distances, **written}
     case = load({**written, "physical": DEFAULTS | quantities}, kind=kind)
     return Units(case, units_report(case, quantities), {"physical": quantities, **written})

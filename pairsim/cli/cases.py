@@ -28,7 +28,7 @@ from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
     from pairsim.api.results import Result
-    from pairsim.drivers.progress import Style
+    from pairsim.questions.progress import Style
 
 app = typer.Typer(rich_markup_mode="rich")
 
@@ -172,13 +172,13 @@ def _compute(
     flags: dict[str, bool],
 ) -> None:
     """Check a case, and show its cost, or compute it by the function of the Python interface."""
-    from pairsim.commands import COMMANDS
     from pairsim.config.identity import default_folder
     from pairsim.inputs.case_files import read_case
+    from pairsim.questions import QUESTIONS
     from pairsim.runtime.launcher import first_alone, rank
     from pairsim.runtime.signals import Signals
 
-    command = COMMANDS[name]
+    command = QUESTIONS[name]
     case = read_case(command, file, tuple(settings or ()))
     directory = folder or default_folder(name, case, file.stem)
     if dry_run:
@@ -199,8 +199,8 @@ def _compute(
 
 def _end(result: Result, directory: Path, shown: Style) -> NoReturn:
     """Draw, give the folder (stdout) and what to do next (stderr), and exit with the code of the outcome."""
-    from pairsim.commands.command import rows_in
-    from pairsim.drivers.outcome import exit_code
+    from pairsim.questions.outcome import exit_code
+    from pairsim.questions.question import rows_in
     from pairsim.results.answer import advice
     from pairsim.results.output import FIELDS_XDMF
 
@@ -234,15 +234,15 @@ def mesh(
 
     Lengths are in tube diameters D_c. Prints the numbers of cells and nodes.
     """
-    from pairsim.commands import COMMANDS
     from pairsim.inputs.case_files import read_case
+    from pairsim.questions import QUESTIONS
 
-    checked = read_case(COMMANDS["run"], case, tuple(set_ or ()))
+    checked = read_case(QUESTIONS["run"], case, tuple(set_ or ()))
     check_free(output, overwrite)
     if output.suffix not in (".msh", ".vtu", ".xdmf"):
         raise InputError(str(output), "-o", output.suffix, "must be a name ending in .msh, .vtu or .xdmf")
 
-    from pairsim.drivers.mesh import write_mesh
+    from pairsim.questions.mesh import write_mesh
 
     for name, count in write_mesh(checked, output).items():
         typer.echo(f"{name}: {count}")

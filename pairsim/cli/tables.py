@@ -48,7 +48,7 @@ def table(
     a physical block, else D_c, U_av and D_c/U_av. Of a sweep, the tables of all
     cases, one below the other, with the parameters that vary.
     """
-    from pairsim.commands import COMMANDS
+    from pairsim.questions import QUESTIONS
     from pairsim.results.folders import kind_of
     from pairsim.results.tables import csv_text, screen_text, table_of
 
@@ -62,13 +62,13 @@ def table(
         from pairsim.sweeps.tables import table_of_all
 
         found = table_of_all(directory, name, physical, tidy)
-    elif kind in COMMANDS:
-        tables = COMMANDS[kind].tables
+    elif kind in QUESTIONS:
+        tables = QUESTIONS[kind].tables
         if name is not None and name not in tables:
             raise InputError(str(directory), "", name, f"must be {' or '.join(tables)}, a table of `pairsim {kind}`")
         found = table_of(directory, name or tables[0], physical, tidy)
     else:
-        names = " or ".join(COMMANDS)
+        names = " or ".join(QUESTIONS)
         raise InputError(str(directory), "", None, f"must be a folder of {names} or sweep, not of `pairsim {kind}`")
     if output is None and sys.stdout.isatty():
         typer.echo(screen_text(found, shutil.get_terminal_size().columns, all_))

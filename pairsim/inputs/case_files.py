@@ -9,7 +9,6 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from pairsim.commands import COMMANDS, Command
 from pairsim.config.case import SceneCase
 from pairsim.config.cost import check_size
 from pairsim.config.mistakes import Mistake, input_error, without
@@ -17,17 +16,18 @@ from pairsim.config.physical import BLOCK, Translation, forget_numbers, tuples
 from pairsim.config.wording import mistakes_of
 from pairsim.config.yaml_file import Section, apply_settings, read_yaml
 from pairsim.inputs.many_cases import StudyFile, SweepFile
+from pairsim.questions import QUESTIONS, Question
 from pairsim.runtime.errors import InputError
 
 FILES: dict[str, type[BaseModel]] = {
-    **{name: command.model for name, command in COMMANDS.items()},
+    **{name: command.model for name, command in QUESTIONS.items()},
     "sweep": SweepFile,
     "study": StudyFile,
 }
 """The model that defines each kind of file, by the command that reads it."""
 
 
-def read_case[C: SceneCase](command: Command[C], path: Path, overrides: tuple[str, ...] = ()) -> C:
+def read_case[C: SceneCase](command: Question[C], path: Path, overrides: tuple[str, ...] = ()) -> C:
     """Read and validate the case file of a command.
 
     Args:
@@ -53,7 +53,7 @@ def read_with(path: Path, overrides: tuple[str, ...]) -> Section:
     return data
 
 
-def parse_case[C: SceneCase](command: Command[C], data: Mapping[str, Any], source: str, entry: str = "") -> C:
+def parse_case[C: SceneCase](command: Question[C], data: Mapping[str, Any], source: str, entry: str = "") -> C:
     """Validate the keys and values of a case: physical units, each key on its own, then the keys against each other.
 
     Args:
@@ -128,7 +128,7 @@ def file_of_another_command(data: Mapping[str, Any], command: str, in_grid: bool
     return Mistake("", None, f"must be a file for `pairsim {command}`, but {one}{instead}{grid}")
 
 
-def wrong_keys(command: Command[Any], data: Mapping[str, Any], source: str, entry: str) -> InputError | None:
+def wrong_keys(command: Question[Any], data: Mapping[str, Any], source: str, entry: str) -> InputError | None:
     """The keys of a case that are wrong on their own, if any; missing keys and those that do not go together are not.
 
     For the cases of a file whose other mistakes may have left out some of their keys.

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from pairsim.commands import COMMANDS
 from pairsim.config.mistakes import Mistake, missing
 from pairsim.config.quantities import quantity_range
 from pairsim.config.ranges import RANGE, range_schema, spelled_out
 from pairsim.config.values import FOLDER_WORDS, Number, Positive, Whole, fits_a_folder, is_finite
+from pairsim.questions import QUESTIONS
 
 MOST_CASES = 100_000
 MOST_VALUES = 10 * MOST_CASES  # of all keys of grid, or of a group of zip
@@ -107,7 +107,7 @@ if TYPE_CHECKING:  # mypy cannot know them
     CommandName = str
 else:
     Numbers, Positives = _one_or_more(Number), _one_or_more(Positive, exclusiveMinimum=0)
-    CommandName = Literal[tuple(COMMANDS)]
+    CommandName = Literal[tuple(QUESTIONS)]
 
 
 class _Keys(BaseModel):

@@ -9,11 +9,11 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from pairsim.commands import COMMANDS
 from pairsim.config.material_keys import BLOCKS
 from pairsim.config.physical import BLOCK
 from pairsim.config.wording import allowed_in, groups_of
 from pairsim.inputs.case_files import FILES, read_case
+from pairsim.questions import QUESTIONS
 from pairsim.runtime.errors import InputError
 
 
@@ -59,11 +59,11 @@ def values_in(command: str, path: Path, settings: tuple[str, ...]) -> dict[str, 
     Raises:
         InputError: The case is invalid, or the command is another one.
     """
-    if command not in COMMANDS:
+    if command not in QUESTIONS:
         raise InputError(
-            "pairsim schema", "--case", command, f"must be left out, or be used with {', '.join(COMMANDS)}"
+            "pairsim schema", "--case", command, f"must be left out, or be used with {', '.join(QUESTIONS)}"
         )
-    resolved = read_case(COMMANDS[command], path, settings).resolved()
+    resolved = read_case(QUESTIONS[command], path, settings).resolved()
     values: dict[str, str] = {}
     for key, value in resolved.items():
         inner = value if isinstance(value, Mapping) and key in groups_of(FILES[command]) else {"": value}

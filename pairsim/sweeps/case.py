@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from pairsim.commands import Command
 from pairsim.config.cost import Estimate
 from pairsim.config.form_kinds import forms_of
 from pairsim.config.identity import folder_name, identity_of, key_of
 from pairsim.inputs.case_files import parse_case
+from pairsim.questions import Question
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class SweepCase:
     parameters: dict[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, command: Command[Any], data: Mapping[str, Any], source: str, entry: str = "") -> SweepCase:
+    def of(cls, command: Question[Any], data: Mapping[str, Any], source: str, entry: str = "") -> SweepCase:
         """Validate keys and values.
 
         Args:

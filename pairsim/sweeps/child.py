@@ -16,13 +16,13 @@ from multiprocessing.connection import Connection
 import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that loads MPI or makes threads
 
 # isort: split
-from pairsim.commands import COMMANDS
-from pairsim.drivers.outcome import memory
-from pairsim.drivers.progress import Reporter
-from pairsim.drivers.session import Options
-from pairsim.drivers.warm_start import WarmStart
 from pairsim.inputs.case_files import parse_case
 from pairsim.plots.style import Page
+from pairsim.questions import QUESTIONS
+from pairsim.questions.outcome import memory
+from pairsim.questions.progress import Reporter
+from pairsim.questions.session import Options
+from pairsim.questions.warm_start import WarmStart
 from pairsim.results.output import CHECKPOINT
 from pairsim.runtime.child_process import end_with_parent
 from pairsim.runtime.errors import InputError, RunFailure
@@ -51,7 +51,7 @@ def compute(job: Job, warm_start: WarmStart) -> tuple[str, str]:
     Returns:
         Reason and message of its failure, where run.json does not have them; else empty.
     """
-    command = COMMANDS[job.command]
+    command = QUESTIONS[job.command]
     more = {"warm_start": warm_start} if command.in_sweeps.neighbours else {}
     try:
         case, outcome = parse_case(command, job.data, job.line), None

@@ -14,9 +14,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pairsim.commands import COMMANDS, Command
-from pairsim.commands.command import Value
 from pairsim.config.yaml_file import yaml_text
+from pairsim.questions import QUESTIONS, Question
+from pairsim.questions.question import Value
 from pairsim.results.folders import read_record
 from pairsim.results.output import plain, write_text
 from pairsim.runtime.errors import InputError
@@ -50,7 +50,7 @@ class CaseState:
     values: Mapping[str, Value] = field(default_factory=dict)
 
 
-def read_state(directory: Path, key: str, command: Command[Any], values: bool = True) -> CaseState:
+def read_state(directory: Path, key: str, command: Question[Any], values: bool = True) -> CaseState:
     """How a case stands, by its folder.
 
     Args:
@@ -149,7 +149,7 @@ def read_sweep(directory: Path, values: bool = True) -> dict[str, Any]:
         InputError: The folder is not that of a sweep.
     """
     content = _read(directory)
-    command, working = COMMANDS[content["command"]], is_locked(directory)
+    command, working = QUESTIONS[content["command"]], is_locked(directory)
     for case in content["cases"]:
         case.update(vars(read_state(directory / case["folder"], case["key"], command, values)))
         if case["status"] == "running" and not working:  # it was killed

@@ -12,7 +12,6 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from pairsim.commands import COMMANDS, Command
 from pairsim.config.merging import flat
 from pairsim.config.mistakes import Mistake, Mistakes, input_error
 from pairsim.config.physical import BLOCK, forget_numbers
@@ -20,6 +19,7 @@ from pairsim.config.values import FOLDER_WORDS, fits_a_folder, is_finite, is_nam
 from pairsim.config.yaml_file import DEFAULT_LAWS, Section, apply_settings, places_in, read_yaml
 from pairsim.inputs.case_files import check_file, wrong_keys
 from pairsim.inputs.many_cases import SweepFile, check_sweep
+from pairsim.questions import QUESTIONS, Question
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.case import SweepCase
 from pairsim.sweeps.reader import file_named, merged_into, value_at
@@ -45,7 +45,7 @@ class Grid:
 
     source: Path
     name: str
-    command: Command[Any]
+    command: Question[Any]
     cases: tuple[SweepCase, ...]
     varying: tuple[str, ...]
     key: str
@@ -129,7 +129,7 @@ class GridReader:
                 base = file_named(path, base, "base", data) if isinstance(base, str) else base
                 forget_numbers(base)
                 merged_into(self.base, base, (str(path), "base", data))
-        self.command = COMMANDS[self.file.command]
+        self.command = QUESTIONS[self.file.command]
 
     def refuse(self, *mistakes: Mistake) -> None:
         """Collect mistakes in the content."""

@@ -13,7 +13,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
-from pairsim.drivers.progress import Style
+from pairsim.questions.progress import Style
 from pairsim.results.status import COLOURS
 from pairsim.runtime.signals import sigterm_waits
 from pairsim.sweeps.folder import CaseState

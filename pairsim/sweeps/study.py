@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pairsim.commands import COMMANDS
 from pairsim.config.mistakes import Mistake, input_error
 from pairsim.config.yaml_file import Section, places_in, read_yaml
 from pairsim.inputs.case_files import check_file
 from pairsim.inputs.many_cases import StudyFile, check_study
+from pairsim.questions import QUESTIONS
 from pairsim.results.columns import series_columns
 from pairsim.results.folders import read_record
 from pairsim.results.output import write_text
@@ -127,7 +127,7 @@ def _measured(folders: Sequence[Path], file: StudyFile, compared: Sequence[str])
         return row
     times = [each["wall_time"] for each in records]
     row |= {"wall_time": np.median(times), "wall_time_spread": max(times) - min(times)}
-    series = read_table(folders[0] / f"{COMMANDS[file.command].tables[0]}.csv")
+    series = read_table(folders[0] / f"{QUESTIONS[file.command].tables[0]}.csv")
     axis = next(iter(series.values()))
     at = np.array(file.at or axis[-1:])
     nearest = np.abs(axis[:, None] - at).argmin(axis=0)

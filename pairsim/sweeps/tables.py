@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from pairsim.commands import COMMANDS
+from pairsim.questions import QUESTIONS
 from pairsim.results.folders import read_record
 from pairsim.results.tables import table_of
 from pairsim.results.units import scales_in
@@ -31,7 +31,7 @@ def table_of_all(directory: Path, name: str | None, physical: bool | None, by_ga
             `physical` block.
     """
     content = read_sweep(directory, values=False)
-    tables, varying = COMMANDS[content["command"]].tables, content["varying"]
+    tables, varying = QUESTIONS[content["command"]].tables, content["varying"]
     name = name or tables[0]
     if name not in tables:
         allowed = f"must be {' or '.join(tables)}, a table of `pairsim {content['command']}`"

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pairsim.commands import COMMANDS
+from pairsim.questions import QUESTIONS
 from pairsim.results.folders import read_record
 from pairsim.results.output import write_text
 from pairsim.runtime.child_process import clean_environment, module_command
@@ -97,7 +97,7 @@ def compute(task: Task) -> list[CaseState]:
     Returns:
         How its cases stand; those that the sweep did not let end are "pending".
     """
-    command, states = COMMANDS[task.command], []
+    command, states = QUESTIONS[task.command], []
     for place, (folder, key, data) in enumerate(task.cases):
         where = task.directory / folder
         if not (task.directory / STOP).exists() and not _is_finished(where, key):

@@ -17,7 +17,7 @@ import pandas as pd
 import pytest
 
 import pairsim
-from pairsim.drivers.progress import Reporter
+from pairsim.questions.progress import Reporter
 from pairsim.results.table_files import read_table
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 3, "mesh": {"Np": 8, "max_size": 0.3}}
@@ -206,7 +206,7 @@ def test_a_failure_is_a_result_whose_check_raises_it(monkeypatch: pytest.MonkeyP
     def none(*_: object) -> Iterator[Any]:
         raise pairsim.errors.NoSteadyState("there is none", advice="softer words")
 
-    monkeypatch.setattr("pairsim.drivers.curve.trace", none)
+    monkeypatch.setattr("pairsim.questions.curve_solving.trace", none)
     result = pairsim.curve(CURVE, fields=[])
     assert (result.status, result.reason) == ("failed", "not_resolved")
     with pytest.raises(pairsim.errors.NoSteadyState) as caught:

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 import pairsim as package
 from pairsim.cli.app import app
-from pairsim.drivers.progress import BarReporter
+from pairsim.questions.progress import BarReporter
 from pairsim.runtime.child_process import module_command
 
 COMMANDS = sorted(get_command(app).commands)  # type: ignore[attr-defined]

@@ -19,12 +19,12 @@ from support.references import reference
 
 import pairsim
 from pairsim.api.results import Result
-from pairsim.commands import COMMANDS
-from pairsim.drivers.progress import Reporter
-from pairsim.drivers.session import Options
-from pairsim.drivers.warm_start import WarmStart
 from pairsim.inputs.case_files import read_case
 from pairsim.plots.meridional_section import outlines
+from pairsim.questions import QUESTIONS
+from pairsim.questions.progress import Reporter
+from pairsim.questions.session import Options
+from pairsim.questions.warm_start import WarmStart
 from pairsim.results.table_files import read_table
 from pairsim.results.xdmf import read_frame
 from pairsim.runtime.arrays import Array
@@ -65,8 +65,8 @@ def test_force_on_a_moved_sphere_is_written_answered_and_swept(tmp_path: Path, p
     (force,) = read_table(tmp_path / "out" / "curve.csv")["F_1"]
     assert force == pytest.approx(reference("sphere in tube, Newtonian", "K") * 3 * np.pi * 0.5, rel=5e-3)
     assert f"F_1 = {int(force)}." in done.stderr
-    assert COMMANDS["curve"].values(tmp_path / "out")["F_1"] == force
-    assert "F_1" in SweepCase.of(COMMANDS["curve"], yaml.safe_load(keys), "case.yaml").columns
+    assert QUESTIONS["curve"].values(tmp_path / "out")["F_1"] == force
+    assert "F_1" in SweepCase.of(QUESTIONS["curve"], yaml.safe_load(keys), "case.yaml").columns
 
 
 @pytest.mark.slow
@@ -117,7 +117,7 @@ def test_a_curve_that_starts_from_its_neighbour_has_the_stresses_of_its_own_para
 ) -> None:
     """As a sweep of curves does it."""
     warm_start, options = WarmStart(), Options(False, Reporter(), "test")
-    compute = COMMANDS["curve"].compute
+    compute = QUESTIONS["curve"].compute
     compute(pairsim.load(GIESEKUS, kind="curve", **first), tmp_path / "neighbour", options, warm_start=warm_start)
     branch = warm_start._branch
     compute(pairsim.load(GIESEKUS, kind="curve"), tmp_path / "warm", options, warm_start=warm_start)
@@ -208,7 +208,7 @@ def test_bad_case_is_refused(name: str, tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
     path.write_text(yaml.safe_dump(plain | changed))
     with pytest.raises(InputError) as caught:
-        read_case(COMMANDS[command], path)
+        read_case(QUESTIONS[command], path)
     assert re.match(rf"{path}(:\d+)?: {key}: ", str(caught.value))
     assert allowed in str(caught.value)
 
@@ -248,7 +248,7 @@ def test_zeros_before_one_that_was_lost_are_written(monkeypatch: pytest.MonkeyPa
         yield Zero(points[1], branch.solver.snapshot)
         raise NoSteadyState("the second one was lost")
 
-    monkeypatch.setattr("pairsim.drivers.curve.find_zeros", zeros)
+    monkeypatch.setattr("pairsim.questions.curve_solving.find_zeros", zeros)
     result = pairsim.curve(PAIR, d=[0.1, 0.2, 0.3], tol=1)
     assert (result.status, result.reason) == ("failed", "not_resolved")
     assert len(result.zeros) == 1

@@ -15,9 +15,9 @@ import pytest
 from support.commands import Pairsim
 from syrupy.assertion import SnapshotAssertion
 
-from pairsim.commands import COMMANDS
 from pairsim.inputs.case_files import read_case
 from pairsim.inputs.schema import json_schema
+from pairsim.questions import QUESTIONS
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import as_typed
 
@@ -294,7 +294,7 @@ def test_every_number_has_limits_and_is_named_with_them(command: str, text: str,
     for name, least, most in bounded:
         for value in (least - 0.1, most + 0.1):
             with pytest.raises(InputError) as caught:
-                read_case(COMMANDS[command], path, (f"{name}={value!r}",))
+                read_case(QUESTIONS[command], path, (f"{name}={value!r}",))
             assert any(each.key == name and each.value == value for each in caught.value.mistakes)
 
 
@@ -302,13 +302,13 @@ def test_every_number_has_limits_and_is_named_with_them(command: str, text: str,
 def test_dates_and_words_are_text(name: str, tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
     path.write_text(RUN + f"name: {name}\n")
-    assert read_case(COMMANDS["run"], path).name == name
+    assert read_case(QUESTIONS["run"], path).name == name
 
 
 def test_settings_replace_keys_of_the_file(tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
     path.write_text(RUN)
-    case = read_case(COMMANDS["run"], path, ("mesh.Np=20", "Ca_e=[0.1, 0]"))
+    case = read_case(QUESTIONS["run"], path, ("mesh.Np=20", "Ca_e=[0.1, 0]"))
     assert (case.mesh.Np, case.Ca_e) == (20, (0.1, 0))
 
 

@@ -244,13 +244,13 @@ def test_an_interrupted_run_keeps_its_rows(number: int, tmp_path: Path) -> None:
 ORDERINGS = """
 import os, signal, subprocess, sys
 from pairsim.runtime.fenicsx import MPI
-from pairsim.commands import COMMANDS
+from pairsim.questions import QUESTIONS
 from pairsim.inputs.case_files import parse_case
-from pairsim.drivers.problems import problem_of
+from pairsim.questions.problems import problem_of
 from pairsim.solvers.transient.transient import Transient
 
 keys = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": "auto", "mesh": {"Np": 8}}
-transient = Transient(problem_of(parse_case(COMMANDS["run"], keys, "test")))
+transient = Transient(problem_of(parse_case(QUESTIONS["run"], keys, "test")))
 next(transient.steps(iter([0.01])))
 caught = []
 signal.signal(signal.SIGTERM, lambda *_: caught.append(1))
@@ -277,11 +277,11 @@ def test_sigterm_during_the_ordering_of_a_matrix_does_no_harm() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "first",
-    ["pairsim.runtime.fenicsx, pairsim.drivers.curve", "pairsim.api.compute"],
+    ["pairsim.runtime.fenicsx, pairsim.questions.curve_solving", "pairsim.api.compute"],
 )
 def test_no_other_thread_takes_sigterm(first: str) -> None:
     """SIGTERM is blocked while MPI, numpy and scipy start their threads."""
-    script = f"import {first}\nimport glob, os, pairsim.drivers.run\n" + (
+    script = f"import {first}\nimport glob, os, pairsim.questions.run_solving\n" + (
         "for task in glob.glob('/proc/self/task/*'):\n"
         "    if int(task.rpartition('/')[2]) != os.getpid():\n"
         "        print(next(line.split()[1] for line in open(task + '/status') if line.startswith('SigBlk')))"

@@ -13,9 +13,9 @@ import pytest
 from support.commands import Pairsim
 from support.field_samples import scene
 
-from pairsim.commands import COMMANDS
 from pairsim.config.quantities import LENGTH, si
 from pairsim.inputs.case_files import read_case
+from pairsim.questions import QUESTIONS
 from pairsim.results.checkpoint import load
 from pairsim.results.xdmf import FieldsWriter, read_frame, read_times
 from pairsim.runtime.errors import InputError
@@ -53,7 +53,7 @@ def test_yaml_makes_no_objects(value: str, here: Path) -> None:
     path = here / "case.yaml"
     path.write_text(CASE + f"name: {value}\n")
     with pytest.raises(InputError, match="tags such as"):
-        read_case(COMMANDS["run"], path)
+        read_case(QUESTIONS["run"], path)
     assert not (here / "executed").exists()
 
 
@@ -71,7 +71,7 @@ def test_name_of_a_case_is_no_path(name: str, here: Path) -> None:
     path = here / "case.yaml"
     path.write_text(CASE + f"name: '{name}'\n")
     with pytest.raises(InputError, match="must be a word"):
-        read_case(COMMANDS["run"], path)
+        read_case(QUESTIONS["run"], path)
 
 
 @pytest.mark.parametrize("name", ["../out", "/tmp/out", "..", ".hidden", "a/b"])

@@ -10,9 +10,9 @@ import pytest
 from support.commands import Pairsim
 
 import pairsim
-from pairsim.commands import COMMANDS
 from pairsim.config.checked_range import beyond_checked
 from pairsim.inputs.case_files import parse_case
+from pairsim.questions import QUESTIONS
 
 
 @pytest.mark.slow
@@ -38,9 +38,9 @@ def test_every_computation_tells_of_a_short_tube_and_of_a_De_above_all_that_were
 
 def test_largest_De_of_all_critical_distances_counts() -> None:
     asked = {"beta": 0.4, "De": 0.5, "Ca_e": 0.01, "d": [0.1, 0.5], "along": {"De": [0.5, 8]}}
-    (warning,) = beyond_checked(parse_case(COMMANDS["critical"], asked, "test"))
+    (warning,) = beyond_checked(parse_case(QUESTIONS["critical"], asked, "test"))
     assert "De = 8" in warning
-    assert not beyond_checked(parse_case(COMMANDS["critical"], {**asked, "along": {"De": [0.5, 2]}}, "test"))
+    assert not beyond_checked(parse_case(QUESTIONS["critical"], {**asked, "along": {"De": [0.5, 2]}}, "test"))
 
 
 def test_pair_that_outgrows_its_tube_ends_typed() -> None:

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from support.inputs import ROOT
 
-from pairsim.commands import COMMANDS, own_files
 from pairsim.config.case import Case
 from pairsim.config.example import write_example
 from pairsim.inputs.case_files import read_case
+from pairsim.questions import QUESTIONS, own_files
 from pairsim.results.columns import STUDY_COLUMNS, SWEEP_COLUMNS, column
 from pairsim.results.output import PICTURE_ENDINGS
 from pairsim.sweeps.study import COUNTS
@@ -48,11 +48,11 @@ def test_every_file_is_described() -> None:
     assert all(f"`{ending}`" in page for ending in others)
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("name", QUESTIONS)
 def test_columns_of_sweeps_are_described(name: str, tmp_path: Path) -> None:
     known = {each.name for each in SWEEP_COLUMNS} | Case.model_fields.keys()
-    shown = COMMANDS[name].in_sweeps
-    columns = shown.columns(read_case(COMMANDS[name], write_example(name, name, tmp_path)))
+    shown = QUESTIONS[name].in_sweeps
+    columns = shown.columns(read_case(QUESTIONS[name], write_example(name, name, tmp_path)))
     assert all(column(entry) for entry in (*shown.parameters, *columns, *shown.last) if entry not in known)
 
 

@@ -14,11 +14,11 @@ import yaml
 from typer.testing import CliRunner
 
 from pairsim.cli.app import app
-from pairsim.commands import COMMANDS
 from pairsim.config.cost import Estimate
 from pairsim.config.identity import default_folder
 from pairsim.inputs.case_files import FILES, read_case
 from pairsim.inputs.schema import schema_rows
+from pairsim.questions import QUESTIONS
 from pairsim.sweeps.grid import read_grid
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -67,7 +67,7 @@ def test_keys_of_an_example_that_are_commented_out_are_right(tmp_path: Path, mon
             if kind == "sweep":
                 assert read_grid(tmp_path / "changed.yaml").cases
             else:
-                read_case(COMMANDS[kind], tmp_path / "changed.yaml")
+                read_case(QUESTIONS[kind], tmp_path / "changed.yaml")
 
 
 @pytest.mark.parametrize("command", FILES)
@@ -152,7 +152,7 @@ def test_user_of_a_large_case_is_told_beforehand() -> None:
 )
 def test_duration_is_what_was_measured(command: str, name: str, duration: str) -> None:
     """Measured with one thread; configs/README.md has the table."""
-    assert COMMANDS[command].estimate(read_case(COMMANDS[command], CONFIGS / f"{name}.yaml")).duration == duration
+    assert QUESTIONS[command].estimate(read_case(QUESTIONS[command], CONFIGS / f"{name}.yaml")).duration == duration
 
 
 def test_default_folders_of_different_cases_differ(tmp_path: Path) -> None:
@@ -160,12 +160,12 @@ def test_default_folders_of_different_cases_differ(tmp_path: Path) -> None:
     text = "beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\n"
     (tmp_path / "case.yaml").write_text(text)
     settings = [(), ("mesh.Np=20",), ("time.end=3",), ("ends=developed",), ("particles=3",)]
-    cases = [read_case(COMMANDS["run"], tmp_path / "case.yaml", each) for each in settings]
+    cases = [read_case(QUESTIONS["run"], tmp_path / "case.yaml", each) for each in settings]
     folders = [default_folder("run", case) for case in cases]
     assert len(set(folders)) == len(folders)
     assert len({case.slug for case in cases}) == 2
-    assert default_folder("run", read_case(COMMANDS["run"], tmp_path / "case.yaml", ("d0=[0.1]",))) == folders[0]
-    named = read_case(COMMANDS["run"], tmp_path / "case.yaml", ("name=mine",))
+    assert default_folder("run", read_case(QUESTIONS["run"], tmp_path / "case.yaml", ("d0=[0.1]",))) == folders[0]
+    named = read_case(QUESTIONS["run"], tmp_path / "case.yaml", ("name=mine",))
     assert default_folder("run", named, "case") == Path("runs/mine")
     assert default_folder("run", cases[0], "case").name == f"case-{folders[0].name.rpartition('-')[2]}"
 
@@ -174,4 +174,4 @@ def test_a_sweep_finds_its_folders_by_the_same_hash(tmp_path: Path) -> None:
     (tmp_path / "grid.yaml").write_text("base: {beta: 0.4, De: 0, Ca_e: 0.1}\ngrid: {d0: [0.1, 0.2]}\n")
     (tmp_path / "case.yaml").write_text("beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.2\n")
     folder = read_grid(tmp_path / "grid.yaml").cases[1].folder
-    assert default_folder("run", read_case(COMMANDS["run"], tmp_path / "case.yaml")).name == folder
+    assert default_folder("run", read_case(QUESTIONS["run"], tmp_path / "case.yaml")).name == folder

@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 from support.inputs import ROOT, examples
 
-from pairsim.commands import COMMANDS
 from pairsim.config.case import Case
 from pairsim.config.curve_case import CriticalCase, CurveCase
 from pairsim.config.merging import GROUPS
 from pairsim.config.ranges import spelled_out
 from pairsim.config.wording import groups_of
+from pairsim.questions import QUESTIONS
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.case import SweepCase
 from pairsim.sweeps.chains import chains
@@ -138,7 +138,7 @@ def test_folders_are_slug_and_hash(tmp_path: Path) -> None:
 def test_a_resolved_case_is_the_same(changes: str, tmp_path: Path) -> None:
     """A child process gets the resolved case, and writes the hash of what it reads."""
     (case,) = grid_of(tmp_path, f"cases: [{changes}]\n").cases
-    assert SweepCase.of(COMMANDS["run"], case.resolved, "again").key == case.key
+    assert SweepCase.of(QUESTIONS["run"], case.resolved, "again").key == case.key
 
 
 def test_chains_of_neighbours_are_cut(tmp_path: Path) -> None:

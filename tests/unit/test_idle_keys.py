@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from pairsim.commands import COMMANDS
 from pairsim.inputs.case_files import parse_case
+from pairsim.questions import QUESTIONS
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}
 
@@ -29,14 +29,14 @@ PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}
     ],
 )
 def test_keys_without_effect_are_named(changes: dict[str, object], notes: list[str]) -> None:
-    assert parse_case(COMMANDS["run"], PAIR | changes, "test").notes == notes
+    assert parse_case(QUESTIONS["run"], PAIR | changes, "test").notes == notes
 
 
 def test_curves_name_them_too() -> None:
-    case = parse_case(COMMANDS["curve"], {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d": [0.1], "xi": 0.1}, "test")
+    case = parse_case(QUESTIONS["curve"], {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d": [0.1], "xi": 0.1}, "test")
     assert case.notes == ["xi has no effect: the liquid is Newtonian at De = 0"]
 
 
 def test_a_case_read_from_its_folder_names_none() -> None:
-    case = parse_case(COMMANDS["run"], PAIR, "test")
-    assert parse_case(COMMANDS["run"], case.resolved(), "test").notes == []
+    case = parse_case(QUESTIONS["run"], PAIR, "test")
+    assert parse_case(QUESTIONS["run"], case.resolved(), "test").notes == []

@@ -12,7 +12,6 @@ from typer.testing import CliRunner
 
 import pairsim
 from pairsim.cli.app import app
-from pairsim.commands import COMMANDS
 from pairsim.config.case import Case
 from pairsim.config.form_kinds import forms_of
 from pairsim.config.identity import default_folder
@@ -21,6 +20,7 @@ from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.plots.labels import case_parts
+from pairsim.questions import QUESTIONS
 from pairsim.runtime.errors import InputError
 
 PAIR: dict[str, Any] = {"beta": 0.4, "Ca_e": 0.1, "d0": 0.1}
@@ -33,7 +33,7 @@ RATE = 1e-9 / 60 * 4 / (3.141592653589793 * 50e-6**2) / 50e-6  # U_av/D_c [1/s]
 
 
 def case(**keys: Any) -> Case:
-    return parse_case(COMMANDS["run"], {**PAIR, **keys}, "test")
+    return parse_case(QUESTIONS["run"], {**PAIR, **keys}, "test")
 
 
 @pytest.mark.parametrize(
@@ -84,7 +84,7 @@ def test_each_particle_may_have_a_solid_of_its_own() -> None:
 
 def test_a_consistency_gives_the_unit_of_viscosity() -> None:
     block = {"physical": {**BENCH, "consistency": "0.5 Pa.s^0.6"}, "liquid": {"law": "power-law", "n": 0.6}}
-    thin = parse_case(COMMANDS["run"], block, "test")
+    thin = parse_case(QUESTIONS["run"], block, "test")
     assert thin.scales is not None
     assert thin.scales.viscosity == pytest.approx(0.5 * RATE**-0.4)
     assert thin.Ca_e == pytest.approx(0.5 * RATE**0.6 / 5e3)
@@ -94,10 +94,10 @@ def test_quantities_of_laws_become_their_numbers() -> None:
     block = {**BENCH, "viscosity": "2 Pa.s", "time_constant": "20 ms", "viscosity_inf": "20 mPa.s"}
     block |= {"particle_viscosity": "4 Pa.s"}
     keys = {"liquid": {"law": "carreau", "n": 0.5}, "solid": "kelvin-voigt"}
-    thin = parse_case(COMMANDS["run"], {"physical": block, **keys}, "test")
+    thin = parse_case(QUESTIONS["run"], {"physical": block, **keys}, "test")
     assert thin.liquid_model.solvent.numbers == pytest.approx({"n": 0.5, "Cu": 0.02 * RATE, "a": 2.0, "eta_inf": 0.01})
     assert thin.solid_models[0] == KelvinVoigt(pytest.approx(2 * RATE / 5e3), eta=2.0)
-    again = parse_case(COMMANDS["run"], thin.resolved(), "test")
+    again = parse_case(QUESTIONS["run"], thin.resolved(), "test")
     assert again.resolved() == thin.resolved()
 
 
@@ -107,7 +107,7 @@ def test_units_writes_a_case_of_any_law(tmp_path: Path) -> None:
     given = [*words.split(), "--consistency", "0.5Pa.s^0.6", "--solid", "kelvin-voigt", "--particle-viscosity", "1Pa.s"]
     result = CliRunner().invoke(app, [*given, "-o", str(path)])
     assert result.exit_code == 0, result.output
-    assert read_case(COMMANDS["run"], path).liquid_model.solvent == PowerLaw(n=0.6)
+    assert read_case(QUESTIONS["run"], path).liquid_model.solvent == PowerLaw(n=0.6)
 
 
 def test_pictures_name_the_materials() -> None:
@@ -139,16 +139,16 @@ def test_a_solvent_has_its_own_viscosity_at_rest() -> None:
     """eta_inf is over that, not over eta_0: the stress of the solvent is xi eta(gamma)."""
     block = {**BENCH, "viscosity": "1 Pa.s", "solvent": "0.1 Pa.s", "relaxation": "2 ms", "viscosity_inf": "1 mPa.s"}
     liquid = {"law": "oldroyd-b", "solvent": {"law": "carreau", "n": 0.5, "Cu": 1}}
-    model = parse_case(COMMANDS["run"], {"physical": block, "liquid": liquid}, "test").liquid_model
+    model = parse_case(QUESTIONS["run"], {"physical": block, "liquid": liquid}, "test").liquid_model
     assert (model.xi, model.solvent.numbers["eta_inf"]) == pytest.approx((0.1, 0.01))
 
 
 def test_a_unit_that_depends_on_a_parameter_needs_it_first() -> None:
     thin = {"physical": {**BENCH, "consistency": "0.5 Pa.s^0.6"}, "liquid": {"law": "power-law"}}
     with pytest.raises(InputError, match=r"^test: liquid.n: is missing; [^\n]*$"):
-        parse_case(COMMANDS["run"], thin, "test")
+        parse_case(QUESTIONS["run"], thin, "test")
     with pytest.raises(InputError, match=r"must be a consistency above 0 with its unit, such as 0.5 Pa.s\^0.7"):
-        parse_case(COMMANDS["run"], {**thin, "liquid": {"law": "power-law", "n": 0.7}}, "test")
+        parse_case(QUESTIONS["run"], {**thin, "liquid": {"law": "power-law", "n": 0.7}}, "test")
 
 
 def test_parameters_of_a_liquid_without_elasticity_are_kept_for_another_De() -> None:
@@ -164,7 +164,8 @@ def test_only_soft_particles_delay_a_run() -> None:
 
 def test_settings_reach_into_the_group_of_a_law(tmp_path: Path) -> None:
     (tmp_path / "case.yaml").write_text("beta: 0.4\nCa_e: 0.1\nd0: 0.1\nliquid: power-law\n")
-    assert read_case(COMMANDS["run"], tmp_path / "case.yaml", ("liquid.n=0.7",)).liquid_model.solvent == PowerLaw(n=0.7)
+    case = read_case(QUESTIONS["run"], tmp_path / "case.yaml", ("liquid.n=0.7",))
+    assert case.liquid_model.solvent == PowerLaw(n=0.7)
     thin = pairsim.load({**PAIR, "liquid": {"law": "carreau", "n": 0.5, "Cu": 2}}, liquid={"n": 0.6})
     assert thin.liquid_model.solvent.numbers == {"n": 0.6, "Cu": 2.0, "a": 2.0, "eta_inf": 0.0}
 
@@ -173,7 +174,7 @@ def test_settings_reach_into_the_group_of_a_law(tmp_path: Path) -> None:
 def test_a_setting_of_a_parameter_needs_no_block(liquid: str, tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
     path.write_text(f"beta: 0.4\nCa_e: 0.1\nd0: 0.1\nDe: 1\n{liquid}")
-    set_by_hand = read_case(COMMANDS["run"], path, ("liquid.alpha=0.3",))
+    set_by_hand = read_case(QUESTIONS["run"], path, ("liquid.alpha=0.3",))
     assert set_by_hand.liquid_model.modes == (Giesekus(alpha=0.3),)
     assert pairsim.load(path, liquid={"alpha": 0.3}) == set_by_hand
 

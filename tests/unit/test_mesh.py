@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from pairsim.commands import COMMANDS
 from pairsim.config.cost import liquid_cells
 from pairsim.fem.meshes import cell_sizes
 from pairsim.fem.meshes.cell_sizes import Distances, make_outlines
@@ -17,6 +16,7 @@ from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Reference
 from pairsim.fem.meshes.meshing import liquid_mesh
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.inputs.case_files import parse_case
+from pairsim.questions import QUESTIONS
 
 
 def test_cells_around_deformed_outlines_grow_with_the_distance_from_them() -> None:
@@ -121,7 +121,7 @@ def test_a_tube_without_room_for_rows_has_none() -> None:
 @pytest.mark.parametrize("rows", [0.0, 0.5])
 def test_the_cost_of_a_case_is_guessed_with_its_rows(rows: float) -> None:
     mesh = {"Np": 20, "max_size": 0.05, "rows": rows}
-    case = parse_case(COMMANDS["run"], {"beta": 0.4, "De": 1, "Ca_e": 0.1, "d0": 0.1, "mesh": mesh}, "test")
+    case = parse_case(QUESTIONS["run"], {"beta": 0.4, "De": 1, "Ca_e": 0.1, "d0": 0.1, "mesh": mesh}, "test")
     geometry, settings = Geometry(case.betas, case.gaps, case.tube_length), MeshSettings(**mesh)
     made = liquid_mesh(Reference.spheres(geometry, make_outlines(geometry, settings)), settings)
     assert liquid_cells(case) == pytest.approx(len(made.cells), rel=0.25)

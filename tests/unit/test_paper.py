@@ -15,8 +15,8 @@ import pandas as pd
 import pytest
 from support.inputs import ROOT
 
-from pairsim.commands import COMMANDS
 from pairsim.inputs.case_files import read_case
+from pairsim.questions import QUESTIONS
 from pairsim.sweeps.grid import Grid, read_grid
 
 sys.path.append(str(ROOT / "scripts"))  # the modules of a script lie beside it
@@ -47,7 +47,7 @@ def test_all_figures_have_what_they_show() -> None:
     assert list(paper.FIGURES) == [f"fig{number:02d}" for number in range(2, 18) if number != 5]
     assert all((paper.FOLDER / f"{name}.yaml").is_file() for name in paper.needed(paper.KNOWN))
     for name in paper.computations(["fig02"]):
-        assert read_case(COMMANDS["run"], paper.FOLDER / f"{name}.yaml").mesh.Np >= 20
+        assert read_case(QUESTIONS["run"], paper.FOLDER / f"{name}.yaml").mesh.Np >= 20
 
 
 def test_each_curve_has_a_transient_and_six_have_three() -> None:

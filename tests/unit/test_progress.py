@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pairsim.drivers import progress
+from pairsim.questions import progress
 
 
 def test_time_left_is_that_at_the_latest_pace(

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pairsim.commands import COMMANDS
-from pairsim.drivers.run_warnings import warnings_of
-from pairsim.drivers.warnings import long_steps
 from pairsim.inputs.case_files import parse_case
+from pairsim.questions import QUESTIONS
+from pairsim.questions.run_warnings import warnings_of
+from pairsim.questions.warnings import long_steps
 from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.errors.time_error import SAFETY, TimeError
 from pairsim.solvers.stepping.step_size import Scheme
@@ -69,7 +69,7 @@ def test_rounding_errors_of_a_rigid_pair_do_not_count() -> None:
 
 def test_error_to_quote_above_the_requested_accuracy_gives_a_warning() -> None:
     """Relative to the largest |dU|, after stresses have set in; nothing without estimates."""
-    case = parse_case(COMMANDS["run"], KEYS | {"dU_error": True}, "")
+    case = parse_case(QUESTIONS["run"], KEYS | {"dU_error": True}, "")
     for correction, shown in ((5e-3, True), (1e-3, False), (None, False)):
         errors = RunErrors.of(case.liquid_model)
 
@@ -84,10 +84,10 @@ def test_error_to_quote_above_the_requested_accuracy_gives_a_warning() -> None:
 
 
 def test_estimated_error_above_the_requested_accuracy_gives_a_warning() -> None:
-    assert not long_steps(parse_case(COMMANDS["run"], KEYS, ""), 0.009)
-    (warning,) = long_steps(parse_case(COMMANDS["run"], KEYS | {"time": {"fixed_step": 0.1}}, ""), 0.24)
+    assert not long_steps(parse_case(QUESTIONS["run"], KEYS, ""), 0.009)
+    (warning,) = long_steps(parse_case(QUESTIONS["run"], KEYS | {"time": {"fixed_step": 0.1}}, ""), 0.24)
     assert (
         "24 % of the largest |dU|, more than accuracy: 1%; use shorter steps (--set time.fixed_step=0.025)" in warning
     )
-    assert not long_steps(parse_case(COMMANDS["run"], KEYS | {"accuracy": "5%"}, ""), 0.04)
-    assert "time.tol" in long_steps(parse_case(COMMANDS["run"], KEYS | {"accuracy": "5%"}, ""), 0.06)[0]
+    assert not long_steps(parse_case(QUESTIONS["run"], KEYS | {"accuracy": "5%"}, ""), 0.04)
+    assert "time.tol" in long_steps(parse_case(QUESTIONS["run"], KEYS | {"accuracy": "5%"}, ""), 0.06)[0]

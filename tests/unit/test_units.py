@@ -13,11 +13,11 @@ import yaml
 from typer.testing import CliRunner
 
 from pairsim.cli.app import app
-from pairsim.commands import COMMANDS
 from pairsim.config.quantities import LENGTH, quantity_range, si
 from pairsim.inputs.case_files import parse_case, read_case, read_with
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
 from pairsim.physics.scales import Scales, mean_velocity
+from pairsim.questions import QUESTIONS
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import read_grid
 
@@ -41,7 +41,7 @@ def test_scales_follow_their_definitions() -> None:
 
 
 def test_block_becomes_the_numbers_worked_by_hand() -> None:
-    case = parse_case(COMMANDS["run"], bench(solvent="90 mPa.s"), "test")
+    case = parse_case(QUESTIONS["run"], bench(solvent="90 mPa.s"), "test")
     U, D = 1e-9 / 60 * 4 / (np.pi * 50e-6**2), 50e-6
     expected = (0.4, 2e-3 * U / D, 1.0 * U / (D * 5e3), 0.09, 0.1, 50e-3 * U / D)
     assert (case.beta, case.De, case.Ca_e, case.xi, case.d0, case.time.end) == pytest.approx(expected, rel=1e-12)
@@ -59,14 +59,14 @@ def test_block_becomes_the_numbers_worked_by_hand() -> None:
     ],
 )
 def test_equivalent_inputs_give_the_same_numbers(changes: dict[str, Any], same: dict[str, Any]) -> None:
-    one, other = (parse_case(COMMANDS["run"], bench(**words), "test") for words in (changes, same))
+    one, other = (parse_case(QUESTIONS["run"], bench(**words), "test") for words in (changes, same))
     for name in ("beta", "De", "Ca_e", "d0"):
         assert getattr(one, name) == pytest.approx(getattr(other, name), rel=1e-12)
 
 
 def test_lists_have_one_value_for_each_particle_and_gap() -> None:
     block = bench(particle=["20 um", "15 um", "20 um"], modulus=["5 kPa", "1 kPa", "5 kPa"], distance=["5 um", "10 um"])
-    case = parse_case(COMMANDS["run"], {**block, "particles": 3}, "test")
+    case = parse_case(QUESTIONS["run"], {**block, "particles": 3}, "test")
     assert case.beta == pytest.approx((0.4, 0.3, 0.4))
     assert case.gaps == pytest.approx((0.1, 0.2))
     assert case.Ca_es[1] == pytest.approx(5 * case.Ca_es[0])
@@ -74,36 +74,36 @@ def test_lists_have_one_value_for_each_particle_and_gap() -> None:
 
 def test_curves_and_critical_distances_take_the_block_too() -> None:
     block = bench(distance={"start": "5 um", "stop": "20 um", "num": 3}, end=None)
-    assert parse_case(COMMANDS["curve"], block, "test").places == [pytest.approx((d,)) for d in (0.1, 0.2, 0.4)]
+    assert parse_case(QUESTIONS["curve"], block, "test").places == [pytest.approx((d,)) for d in (0.1, 0.2, 0.4)]
     critical = parse_case(
-        COMMANDS["critical"], {**bench(distance=["1 um", "40 um"], end=None), "along": {"De": [0.5, 1]}}, "test"
+        QUESTIONS["critical"], {**bench(distance=["1 um", "40 um"], end=None), "along": {"De": [0.5, 1]}}, "test"
     )
     assert critical.d == pytest.approx((0.02, 0.8))
 
 
 def test_numbers_have_no_digits_of_rounding() -> None:
     """17 um over 50 um is .33999999999999997 in double precision."""
-    assert parse_case(COMMANDS["run"], bench(distance="17 um"), "test").d0 == 0.34
+    assert parse_case(QUESTIONS["run"], bench(distance="17 um"), "test").d0 == 0.34
 
 
 def test_without_relaxation_time_the_liquid_is_newtonian_and_rigid_particles_need_no_modulus() -> None:
-    case = parse_case(COMMANDS["run"], {**bench(relaxation=None, modulus=None), "Ca_e": 0}, "test")
+    case = parse_case(QUESTIONS["run"], {**bench(relaxation=None, modulus=None), "Ca_e": 0}, "test")
     assert (case.De, case.Ca_e) == (0, 0)
 
 
 def test_number_that_agrees_with_the_physical_block_may_stand_beside_it() -> None:
-    case = parse_case(COMMANDS["run"], bench(), "test")
-    assert parse_case(COMMANDS["run"], {**bench(), "De": case.De, "beta": 0.4}, "test") == case
+    case = parse_case(QUESTIONS["run"], bench(), "test")
+    assert parse_case(QUESTIONS["run"], {**bench(), "De": case.De, "beta": 0.4}, "test") == case
 
 
 def test_case_of_a_folder_can_be_read_and_changed(tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
-    case = parse_case(COMMANDS["run"], bench(), "test")
+    case = parse_case(QUESTIONS["run"], bench(), "test")
     path.write_text(yaml.safe_dump(case.resolved()))
-    assert read_case(COMMANDS["run"], path) == read_case(COMMANDS["run"], path, ("physical.tube=50um",)).model_copy(
+    assert read_case(QUESTIONS["run"], path) == read_case(QUESTIONS["run"], path, ("physical.tube=50um",)).model_copy(
         update={"physical": case.physical}
     )
-    faster = read_case(COMMANDS["run"], path, ("physical.flow_rate=2 ul/min",))
+    faster = read_case(QUESTIONS["run"], path, ("physical.flow_rate=2 ul/min",))
     assert (faster.De, faster.Ca_e) == pytest.approx((2 * case.De, 2 * case.Ca_e))
     assert not {"De", "beta", "d0"} & read_with(path, ()).keys()
 
@@ -152,7 +152,7 @@ def test_examples_of_the_page_are_those_worked_by_hand(i: int, tmp_path: Path) -
     U, time, beta, De, Ca_e, Re = (float(value) for value in BY_HAND[i].split("|")[1:])
     found = tuple(printed[name] for name in ("velocity", "time", "beta", "De", "Ca_e", "Re"))
     assert found == pytest.approx((U, time, beta, De, Ca_e, Re), rel=5e-3)
-    case = read_case(COMMANDS["run"], tmp_path / "case.yaml")
+    case = read_case(QUESTIONS["run"], tmp_path / "case.yaml")
     assert (case.beta, case.De, case.Ca_e) == pytest.approx((beta, De, Ca_e), rel=1e-3)
 
 
@@ -229,7 +229,7 @@ def test_units_writes_a_case_of_each_command(
     assert result.exit_code == 0, result.output
     assert result.output.endswith(f"next: pairsim {kind} {path} --dry-run\n")
     assert f"\nd{'0' * (kind == 'run')} " in result.output
-    case = read_case(COMMANDS[kind], path)
+    case = read_case(QUESTIONS[kind], path)
     found = case.d0 if kind == "run" else case.d
     assert (np.min(found), np.max(found)) == pytest.approx(distances)
     assert (case.name, case.ends, case.length) == ("case", "developed", "auto")
@@ -242,7 +242,7 @@ def test_units_writes_a_case_only_when_asked_and_replaces_none(tmp_path: Path, m
     assert list(tmp_path.iterdir()) == []
     words = [*UNITS, "--flow", "1ul/min", "-o", "case.yaml"]
     assert CliRunner().invoke(app, words).exit_code == 0
-    assert read_case(COMMANDS["run"], tmp_path / "case.yaml").Ca_e == 0
+    assert read_case(QUESTIONS["run"], tmp_path / "case.yaml").Ca_e == 0
     refused = CliRunner().invoke(app, words)
     assert isinstance(refused.exception, InputError)
     assert CliRunner().invoke(app, [*words, "--overwrite"]).exit_code == 0

@@ -8,11 +8,12 @@ from typing import Any
 import pytest
 from syrupy.assertion import SnapshotAssertion
 
-from pairsim.commands import COMMANDS
 from pairsim.config.case import Case
-from pairsim.drivers.problems import problem_of
-from pairsim.drivers.run_end import end_of
-from pairsim.drivers.warnings import (
+from pairsim.inputs.case_files import parse_case
+from pairsim.questions import QUESTIONS
+from pairsim.questions.problems import problem_of
+from pairsim.questions.run_end import end_of
+from pairsim.questions.warnings import (
     ErrorAt,
     coarse_mesh,
     large_errors,
@@ -21,12 +22,11 @@ from pairsim.drivers.warnings import (
     near_ends,
     unresolved_stress,
 )
-from pairsim.inputs.case_files import parse_case
 
 
 def case(**keys: Any) -> Case:
     plain = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": "auto"}
-    return parse_case(COMMANDS["run"], {**plain, **keys}, "test")
+    return parse_case(QUESTIONS["run"], {**plain, **keys}, "test")
 
 
 SMALL, LARGE = ErrorAt(0.002, "d = 0.3", 0.0), ErrorAt(0.03, "d = 0.1", 0.0)

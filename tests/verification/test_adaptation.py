@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from support.scenes import reached
 
-from pairsim.commands import COMMANDS
-from pairsim.drivers.problems import steady_problem
 from pairsim.fem.meshes.size_field import AdaptedSizes
 from pairsim.inputs.case_files import parse_case
+from pairsim.questions import QUESTIONS
+from pairsim.questions.problems import steady_problem
 from pairsim.solvers.curves import adaptation
 from pairsim.solvers.curves.adaptation import ROUNDS, AdaptiveBranch, largest_dU
 from pairsim.solvers.curves.branch import Branch, Point
@@ -23,7 +23,7 @@ TUBE = {"beta": 0.4, "d": [0.4], "ends": "developed", "length": "auto"}
 
 def adaptive(wanted: float, zeros_only: bool = False, **keys: object) -> tuple[AdaptiveBranch, Parameters]:
     """A branch on the cells of a case; those given are not held."""
-    case = parse_case(COMMANDS["curve"], TUBE | keys, "test")
+    case = parse_case(QUESTIONS["curve"], TUBE | keys, "test")
     first = Parameters(case.places[0], case.solid_models, case.liquid_model)
     problem = steady_problem(case, first.gaps[0])
     scene = reached(first_scene(problem, first))
@@ -82,7 +82,7 @@ def test_all_cells_become_smaller_where_the_signed_part_of_the_error_prevails(mo
 
 
 def test_cells_that_were_given_are_held() -> None:
-    case = parse_case(COMMANDS["curve"], TUBE | {"De": 0, "Ca_e": 0.1, "d": [0.1], "mesh": {"Np": 8}}, "test")
+    case = parse_case(QUESTIONS["curve"], TUBE | {"De": 0, "Ca_e": 0.1, "d": [0.1], "mesh": {"Np": 8}}, "test")
     first = Parameters(case.places[0], case.solid_models, case.liquid_model)
     problem = steady_problem(case, 0.1)
     assert case.held == {"Np"}
@@ -122,7 +122,7 @@ def test_a_finer_mesh_with_a_larger_error_is_not_kept(monkeypatch: pytest.Monkey
 
 
 def test_the_size_of_dU_at_a_single_distance_is_that_of_the_curve_it_lies_on() -> None:
-    case = parse_case(COMMANDS["curve"], TUBE | {"De": 0, "Ca_e": 0.02, "d": [0.8], "mesh": {"Np": 16}}, "test")
+    case = parse_case(QUESTIONS["curve"], TUBE | {"De": 0, "Ca_e": 0.02, "d": [0.8], "mesh": {"Np": 16}}, "test")
     first = Parameters(case.places[0], case.solid_models, case.liquid_model)
     branch = Branch(reached(first_scene(steady_problem(case, 0.8), first)))
     assert largest_dU(branch.solver, case.places, np.inf) == pytest.approx(1.103e-3, rel=0.05), "N_p 40, d = .1"

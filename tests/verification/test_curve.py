@@ -14,11 +14,11 @@ from support.points import made_point
 from support.scenes import reached, traced
 
 import pairsim
-from pairsim.commands import COMMANDS
 from pairsim.config.curve_case import CurveCase
-from pairsim.drivers.problems import steady_problem
 from pairsim.inputs.case_files import parse_case
 from pairsim.physics.solids import soft
+from pairsim.questions import QUESTIONS
+from pairsim.questions.problems import steady_problem
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import Zero, find_zeros, interpolants
@@ -39,7 +39,7 @@ def curve(**keys: Any) -> pd.DataFrame:
 
 
 def case(**keys: object) -> CurveCase:
-    return parse_case(COMMANDS["curve"], {**PAIR, "d": (0.1,), **keys}, "test")
+    return parse_case(QUESTIONS["curve"], {**PAIR, "d": (0.1,), **keys}, "test")
 
 
 def branch_of(made: CurveCase, *, sensitivities: bool = False) -> Branch:

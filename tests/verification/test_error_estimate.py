@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from support.scenes import reached
 
-from pairsim.commands import COMMANDS
-from pairsim.drivers.problems import steady_problem
 from pairsim.fem.diagnostics import Observation
 from pairsim.fem.meshes.six_node_mesh import shape_values
 from pairsim.fem.recovery.enriched_nodes import EnrichedNodes, nodes_of
 from pairsim.fem.recovery.enriched_residual import EnrichedTests
 from pairsim.fem.recovery.patch_recovery import WIDE, PatchRecovery
 from pairsim.inputs.case_files import parse_case
+from pairsim.questions import QUESTIONS
+from pairsim.questions.problems import steady_problem
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.estimate import ROUNDING, ErrorEstimate, ErrorEstimator
 from pairsim.solvers.parameters import Parameters
@@ -31,7 +31,7 @@ SINGLE = {"particles": 1, "beta": 0.4, "De": 1, "Ca_e": 0}
 
 def scene_of(keys: dict[str, object], **mesh: float) -> SteadySolver:
     """The solution of the last place of a case with developed ends."""
-    case = parse_case(COMMANDS["curve"], {"ends": "developed", "length": 5.0, "mesh": mesh, **keys}, "test")
+    case = parse_case(QUESTIONS["curve"], {"ends": "developed", "length": 5.0, "mesh": mesh, **keys}, "test")
     start = Parameters(case.places[-1], case.solid_models, case.liquid_model)
     return reached(by_continuation(steady_problem(case, min(case.places[0], default=np.inf)), start))
 

@@ -8,10 +8,10 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 
-from pairsim.commands import COMMANDS
-from pairsim.drivers.problems import steady_problem
 from pairsim.fem.algebra.elimination_order import dependence_on_unknowns, elimination_order, node_of_unknowns
 from pairsim.inputs.case_files import parse_case
+from pairsim.questions import QUESTIONS
+from pairsim.questions.problems import steady_problem
 from pairsim.solvers.nonlinear import factors
 from pairsim.solvers.nonlinear.factors import Factors, MumpsOptions
 from pairsim.solvers.parameters import Parameters
@@ -23,7 +23,7 @@ KEYS = {"beta": 0.4, "De": 0, "Ca_e": 0.01, "d": [0.1], "ends": "developed", "le
 
 
 def pair() -> SteadySolver:
-    case = parse_case(COMMANDS["curve"], KEYS, "test")
+    case = parse_case(QUESTIONS["curve"], KEYS, "test")
     return SteadySolver(steady_problem(case, 0.1), Parameters((0.1,), case.solid_models))
 
 

@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pairsim.commands import COMMANDS
-from pairsim.drivers.problems import problem_of
 from pairsim.fem.meshes.six_node_mesh import shape_values
 from pairsim.fem.recovery.enriched_nodes import EnrichedNodes, nodes_of
 from pairsim.fem.recovery.enriched_residual import EnrichedUnknowns
@@ -16,6 +14,8 @@ from pairsim.fem.recovery.enriched_scene import EnrichedScene
 from pairsim.fem.recovery.patch_recovery import WIDE, PatchRecovery
 from pairsim.fem.recovery.recovered_solution import RecoveredSolution
 from pairsim.inputs.case_files import parse_case
+from pairsim.questions import QUESTIONS
+from pairsim.questions.problems import problem_of
 from pairsim.solvers.stepping.step import Step
 from pairsim.solvers.transient.transient import Transient
 
@@ -26,7 +26,7 @@ SHORT = {"ends": "developed", "length": 4, "dU_error": True}
 
 def transient_of(keys: dict[str, Any], fixed: float, **mesh: float) -> Transient:
     """Equal steps: those of a run and of one on finer cells have the same error."""
-    case = parse_case(COMMANDS["run"], {**SHORT, **keys, "mesh": mesh, "time": {"fixed_step": fixed}}, "test")
+    case = parse_case(QUESTIONS["run"], {**SHORT, **keys, "mesh": mesh, "time": {"fixed_step": fixed}}, "test")
     return Transient(problem_of(case))
 
 

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pairsim.commands import COMMANDS
-from pairsim.drivers.problems import problem_of
 from pairsim.inputs.case_files import parse_case
 from pairsim.physics.pipe import Pipe
+from pairsim.questions import QUESTIONS
+from pairsim.questions.problems import problem_of
 from pairsim.solvers.curves.branch import Point
 from pairsim.solvers.stepping.step import Step
 from pairsim.solvers.transient.end import settled
@@ -26,7 +26,7 @@ SHORT = {"ends": "developed", "length": 3}
 def steps_of(keys: dict[str, Any], end: float, **more: Any) -> list[Step]:
     """All steps of a run up to a time."""
     case = {**SHORT, **keys, **more, "time": {"end": end}}
-    transient = Transient(problem_of(parse_case(COMMANDS["run"], case, "test")))
+    transient = Transient(problem_of(parse_case(QUESTIONS["run"], case, "test")))
     try:
         return list(transient.steps(iter([end])))
     finally:
@@ -35,7 +35,7 @@ def steps_of(keys: dict[str, Any], end: float, **more: Any) -> list[Step]:
 
 def settled_at(keys: dict[str, Any], gaps: tuple[float, ...]) -> Point:
     """The quasi-steady solution on the cells of a run."""
-    return settled(problem_of(parse_case(COMMANDS["run"], {**SHORT, **keys}, "test")), gaps)
+    return settled(problem_of(parse_case(QUESTIONS["run"], {**SHORT, **keys}, "test")), gaps)
 
 
 @pytest.mark.parametrize(
@@ -87,14 +87,14 @@ def test_a_single_particle_and_the_tube_alone_start_as_they_go_on() -> None:
         tube = {"particles": 0, **law, "mesh": {"max_size": 0.07}, "ends": ends}
         dp = [step.observation.dp for step in steps_of(tube, 0.03)]
         assert np.ptp(dp) < 1e-8 * dp[0]
-        liquid = parse_case(COMMANDS["run"], {**SHORT, **tube}, "test").liquid_model
+        liquid = parse_case(QUESTIONS["run"], {**SHORT, **tube}, "test").liquid_model
         assert dp[0] == pytest.approx(3 * Pipe(liquid).steady().gradient, rel=1e-4)
 
 
 def test_error_of_the_start_is_part_of_the_errors() -> None:
     """The estimate that a run carries forward begins with exact stresses and positions, which a curve has not."""
     transient = Transient(
-        problem_of(parse_case(COMMANDS["run"], {**SHORT, **UNEQUAL, "start": "steady", "dU_error": True}, "test"))
+        problem_of(parse_case(QUESTIONS["run"], {**SHORT, **UNEQUAL, "start": "steady", "dU_error": True}, "test"))
     )
     try:
         errors = transient.state.error_history

@@ -10,9 +10,9 @@ from scipy.sparse.linalg import LinearOperator, gmres
 from support.scenes import reached
 
 import pairsim
-from pairsim.commands import COMMANDS
-from pairsim.drivers.problems import steady_problem
 from pairsim.inputs.case_files import parse_case
+from pairsim.questions import QUESTIONS
+from pairsim.questions.problems import steady_problem
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.first_solution import first_scene
@@ -24,7 +24,7 @@ PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 5.0, "
 
 def solved(**keys: Any) -> tuple[Branch, Point]:
     """A branch at the first distance of a case, and its point there."""
-    case = parse_case(COMMANDS["curve"], {**PAIR, "d": (0.1,), **keys}, "test")
+    case = parse_case(QUESTIONS["curve"], {**PAIR, "d": (0.1,), **keys}, "test")
     narrowest = min((d for place in case.places for d in place), default=np.inf)
     start = Parameters(case.places[0], case.solid_models, case.liquid_model)
     branch = Branch(reached(first_scene(steady_problem(case, narrowest), start)))

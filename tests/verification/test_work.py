@@ -9,9 +9,9 @@ from __future__ import annotations
 import pytest
 from support.scenes import reached
 
-from pairsim.commands import COMMANDS
-from pairsim.drivers.problems import problem_of, solution_order, steady_problem
 from pairsim.inputs.case_files import parse_case
+from pairsim.questions import QUESTIONS
+from pairsim.questions.problems import problem_of, solution_order, steady_problem
 from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.curves.curve import trace
 from pairsim.solvers.parameters import Parameters
@@ -33,7 +33,7 @@ PAIR = {"beta": 0.4, "ends": "developed", "length": 4.0, "mesh": {"Np": 8, "max_
 def test_work_of_quasi_steady_points(
     keys: dict[str, object], points: int, iterations: int, factorisations: int, meshes: int
 ) -> None:
-    case = parse_case(COMMANDS["curve"], {**PAIR, **keys}, "test")
+    case = parse_case(QUESTIONS["curve"], {**PAIR, **keys}, "test")
     places = solution_order(case)
     problem = steady_problem(case, min(place[0] for place in places))
     start = Parameters(places[0], case.solid_models, case.liquid_model)
@@ -55,7 +55,7 @@ def test_work_of_quasi_steady_points(
     ],
 )
 def test_work_of_runs(De: float, end: float, attempts: int, iterations: int, factorisations: int) -> None:
-    case = parse_case(COMMANDS["run"], {**PAIR, "De": De, "Ca_e": 0.1, "d0": 0.1, "time": {"end": end}}, "test")
+    case = parse_case(QUESTIONS["run"], {**PAIR, "De": De, "Ca_e": 0.1, "d0": 0.1, "time": {"end": end}}, "test")
     transient = Transient(problem_of(case))
     try:
         list(transient.steps(iter([end])))

@@ -6,22 +6,22 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pairsim.commands.command import Command, InSweeps, Tables
 from pairsim.config.case import Case
 from pairsim.config.case_checks import check_together
 from pairsim.config.cost import Estimate
+from pairsim.questions.question import InSweeps, Question, Tables
 from pairsim.results.columns import names_of
 
 if TYPE_CHECKING:
-    from pairsim.drivers.events import Events
     from pairsim.plots.style import Page
+    from pairsim.questions.events import Events
 
 
 def solve(case: Case, **more: Any) -> Events:
-    """See `pairsim.drivers.run.solve`."""
-    from pairsim.drivers import run
+    """See `pairsim.questions.run_solving.solve`."""
+    from pairsim.questions import run_solving
 
-    return run.solve(case, **more)
+    return run_solving.solve(case, **more)
 
 
 def estimate(case: Case) -> Estimate:
@@ -56,7 +56,7 @@ def result_columns(case: Case) -> tuple[str, ...]:
     return ("t", *names_of(case.n, "d", "dU", "U", "D"), "dp")
 
 
-COMMAND = Command(
+QUESTION = Question(
     model=Case,
     check=check_together,
     estimate=estimate,

@@ -10,13 +10,13 @@ import numpy as np
 
 from pairsim.config.curve_case import CurveCase
 from pairsim.config.form_kinds import forms_of
-from pairsim.drivers import events
-from pairsim.drivers.adaptive import adaptation_report
-from pairsim.drivers.outcome import Outcome
-from pairsim.drivers.problems import solution_order, steady_problem
-from pairsim.drivers.quasi_steady import Solutions, health_columns, moving_errors, point_row
-from pairsim.drivers.warm_start import WarmStart
-from pairsim.drivers.warnings import ErrorAt, far_apart, large_errors
+from pairsim.questions import events
+from pairsim.questions.adaptive import adaptation_report
+from pairsim.questions.outcome import Outcome
+from pairsim.questions.problems import solution_order, steady_problem
+from pairsim.questions.steady import Solutions, health_columns, moving_errors, point_row
+from pairsim.questions.warm_start import WarmStart
+from pairsim.questions.warnings import ErrorAt, far_apart, large_errors
 from pairsim.results.columns import EQUILIBRIA_COLUMNS, curve_columns
 from pairsim.results.fields import SteadyMoment, frame
 from pairsim.results.xdmf import FieldFrame

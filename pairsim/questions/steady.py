@@ -9,10 +9,10 @@ import numpy as np
 
 from pairsim.config.case import SceneCase
 from pairsim.config.checked_range import beyond_checked
-from pairsim.drivers.events import Event, Summary, Table
-from pairsim.drivers.outcome import Outcome
-from pairsim.drivers.warm_start import WarmStart
-from pairsim.drivers.warnings import ErrorAt, coarse_mesh, moves_on, near_ends, unresolved_stress
+from pairsim.questions.events import Event, Summary, Table
+from pairsim.questions.outcome import Outcome
+from pairsim.questions.warm_start import WarmStart
+from pairsim.questions.warnings import ErrorAt, coarse_mesh, moves_on, near_ends, unresolved_stress
 from pairsim.results.columns import (
     CURVE_HEALTH,
     FORCES,

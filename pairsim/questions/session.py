@@ -1,4 +1,4 @@
-"""Carry out the computation of a command: all that it yields (`drivers/events.py`) is written, shown and kept here.
+"""Carry out the computation of a command: all that it yields (`questions/events.py`) is written, shown and kept here.
 
 A session has a locked folder, run.json, tables, fields, a checkpoint, progress and signals. A failure of any
 of these is an outcome.
@@ -15,10 +15,10 @@ from typing import Any
 
 from pairsim.config.case import SceneCase
 from pairsim.config.identity import identity_of, key_of, sources_of
-from pairsim.drivers import events
-from pairsim.drivers.outcome import Outcome, Record
-from pairsim.drivers.progress import Reporter
 from pairsim.fem.form_cache import compile_apart
+from pairsim.questions import events
+from pairsim.questions.outcome import Outcome, Record
+from pairsim.questions.progress import Reporter
 from pairsim.results.checkpoint import Checkpoint, check_same, load
 from pairsim.results.folders import kind_of, read_record
 from pairsim.results.output import CHECKPOINT, RunFolder, plain

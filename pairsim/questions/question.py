@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from pairsim.config.case import SceneCase
     from pairsim.config.cost import Estimate
     from pairsim.config.mistakes import Mistake
-    from pairsim.drivers.events import Events
-    from pairsim.drivers.outcome import Outcome
-    from pairsim.drivers.session import Options
     from pairsim.plots.style import Page
+    from pairsim.questions.events import Events
+    from pairsim.questions.outcome import Outcome
+    from pairsim.questions.session import Options
 
 Value = float | int | str | list[float] | list[bool] | None
 """A value in results.csv."""
@@ -49,7 +49,7 @@ class InSweeps[C: SceneCase]:
             out.
         parameters: Keys that results.csv always has, also if they do not vary.
         last: Last columns of results.csv, taken from run.json.
-        neighbours: Keys along which a case can start from the solutions of the previous one (`drivers/warm_start.py`);
+        neighbours: Keys along which a case can start from the solutions of the last one (`questions/warm_start.py`);
             empty where it cannot.
     """
 
@@ -65,7 +65,7 @@ def _drawn_again(folder: Path, _: bool) -> str:
 
 
 @dataclass(frozen=True)
-class Command[C: SceneCase]:
+class Question[C: SceneCase]:
     """A command that computes one case and writes it to a folder.
 
     Its functions import large libraries when they are called, since the command line lists all commands at once.
@@ -74,7 +74,7 @@ class Command[C: SceneCase]:
         model: Keys of its case file; `model.kind` is the name of the command.
         check: Yields the mistakes in which keys do not go together.
         estimate: Estimates the size and the duration of a case.
-        solve: Its computation, a generator of the events in `drivers/events.py`: takes the case, and as keywords its
+        solve: Its computation, a generator of the events in `questions/events.py`: takes the case, and as keywords its
             `monitor`, the flags, `warm_start` where its cases have `neighbours`, and `earlier` where it is `resumable`.
         tables: Names of its tables without .csv, the main one first.
         columns: The first columns of its main table, in its reference; those that no other command has are described.
@@ -116,9 +116,9 @@ class Command[C: SceneCase]:
         return self.model.kind
 
     def compute(self, case: C, directory: Path, options: Options, **more: Any) -> Outcome:
-        """Compute a case and write it to a folder; `more` goes to `carry_out` (`drivers/session.py`)."""
-        from pairsim.commands import own_files
-        from pairsim.drivers.session import carry_out
+        """Compute a case and write it to a folder; `more` goes to `carry_out` (`questions/session.py`)."""
+        from pairsim.questions import own_files
+        from pairsim.questions.session import carry_out
         from pairsim.results.output import files_of
 
         notes = [*case.notes, *self.estimate(case).notes]

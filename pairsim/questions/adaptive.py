@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from pairsim.config.case import SceneCase
-from pairsim.drivers.warnings import above
+from pairsim.questions.warnings import above
 from pairsim.solvers.curves.adaptation import AdaptiveBranch
 from pairsim.solvers.curves.branch import Point
 from pairsim.solvers.curves.curve import ROUNDING

@@ -5,22 +5,22 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pairsim.commands.command import Command, InSweeps, Tables, Value, rows_in
 from pairsim.config.cost import Estimate, steady_estimate
 from pairsim.config.curve_case import CurveCase, check_curve
+from pairsim.questions.question import InSweeps, Question, Tables, Value, rows_in
 from pairsim.results.columns import FORCES, GAP, names_of, suffixes, suffixes_in
 from pairsim.solvers.curves.distances import between
 
 if TYPE_CHECKING:
-    from pairsim.drivers.events import Events
     from pairsim.plots.style import Page
+    from pairsim.questions.events import Events
 
 
 def solve(case: CurveCase, **more: Any) -> Events:
-    """See `pairsim.drivers.curve.solve`."""
-    from pairsim.drivers import curve
+    """See `pairsim.questions.curve_solving.solve`."""
+    from pairsim.questions import curve_solving
 
-    return curve.solve(case, **more)
+    return curve_solving.solve(case, **more)
 
 
 def estimate(case: CurveCase) -> Estimate:
@@ -79,7 +79,7 @@ def read(tables: Tables) -> dict[str, Value]:
     return values | {name: zeros[column].tolist() for name, column in shown.items() if column in zeros}
 
 
-COMMAND = Command(
+QUESTION = Question(
     model=CurveCase,
     check=check_curve,
     estimate=estimate,

@@ -13,11 +13,11 @@ import numpy as np
 from pairsim.config.case import Case
 from pairsim.config.form_kinds import forms_of
 from pairsim.config.identity import sources_of
-from pairsim.drivers import events
-from pairsim.drivers.outcome import Outcome
-from pairsim.drivers.problems import problem_of
-from pairsim.drivers.run_end import end_of, settled_entry
-from pairsim.drivers.run_warnings import accuracy_of, entry_of, row_of, warnings_of
+from pairsim.questions import events
+from pairsim.questions.outcome import Outcome
+from pairsim.questions.problems import problem_of
+from pairsim.questions.run_end import end_of, settled_entry
+from pairsim.questions.run_warnings import accuracy_of, entry_of, row_of, warnings_of
 from pairsim.results.checkpoint import Checkpoint
 from pairsim.results.columns import HEALTH, POLYMER_HEALTH, error_columns, names_of, series_columns
 from pairsim.results.fields import frame

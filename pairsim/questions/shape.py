@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import Field
 
-from pairsim.commands.command import Command, InSweeps, Tables
 from pairsim.config.case import SceneCase
 from pairsim.config.case_checks import check_scene
 from pairsim.config.cost import Estimate, steady_estimate
 from pairsim.config.curve_case import Values
 from pairsim.config.mistakes import Mistake, missing
+from pairsim.questions.question import InSweeps, Question, Tables
 from pairsim.results.columns import AREA, Column
 
 if TYPE_CHECKING:
-    from pairsim.drivers.events import Events
     from pairsim.plots.style import Page
+    from pairsim.questions.events import Events
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.curves.adaptation import AdaptiveBranch
 
@@ -76,11 +76,11 @@ def estimate(case: ShapeCase) -> Estimate:
 def solve(case: ShapeCase, *, monitor: Monitor) -> Events:
     """Solve the shapes in ascending Ca_e."""
     from pairsim.config.form_kinds import forms_of
-    from pairsim.drivers.events import AtEnd, Begin, Progress, Row, Table
-    from pairsim.drivers.outcome import Outcome
-    from pairsim.drivers.problems import steady_problem
-    from pairsim.drivers.quasi_steady import Solutions, health_columns, point_row
     from pairsim.fem.diagnostics import contour
+    from pairsim.questions.events import AtEnd, Begin, Progress, Row, Table
+    from pairsim.questions.outcome import Outcome
+    from pairsim.questions.problems import steady_problem
+    from pairsim.questions.steady import Solutions, health_columns, point_row
     from pairsim.solvers.parameters import Parameters
     from pairsim.solvers.steady.first_solution import coarser
 
@@ -141,7 +141,7 @@ def draw(directory: Path, out: Path, page: Page) -> list[Path]:
     return drawn()
 
 
-COMMAND = Command(
+QUESTION = Question(
     model=ShapeCase,
     check=check,
     estimate=estimate,

@@ -8,12 +8,12 @@ from typing import Any, cast
 
 from pairsim.config.curve_case import CriticalCase
 from pairsim.config.form_kinds import forms_of
-from pairsim.drivers import events
-from pairsim.drivers.adaptive import adaptation_report
-from pairsim.drivers.outcome import Outcome
-from pairsim.drivers.problems import steady_problem
-from pairsim.drivers.quasi_steady import Solutions, error_at, health_columns, point_row
-from pairsim.drivers.warnings import ErrorAt, large_errors
+from pairsim.questions import events
+from pairsim.questions.adaptive import adaptation_report
+from pairsim.questions.outcome import Outcome
+from pairsim.questions.problems import steady_problem
+from pairsim.questions.steady import Solutions, error_at, health_columns, point_row
+from pairsim.questions.warnings import ErrorAt, large_errors
 from pairsim.results.columns import CRITICAL_COLUMNS
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 from pairsim.runtime.monitor import Monitor

@@ -1,7 +1,7 @@
 """What the computation of a command yields: all that it says to the session that carries it out.
 
 A computation is a generator of these events that returns an `Outcome`. It knows no folder, opens no file, shows nothing
-and catches no signal (`drivers/session.py` does), and may end anywhere by a `RunFailure`.
+and catches no signal (`questions/session.py` does), and may end anywhere by a `RunFailure`.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from pairsim.drivers.outcome import Outcome
+from pairsim.questions.outcome import Outcome
 
 if TYPE_CHECKING:
     from pairsim.results.checkpoint import Checkpoint

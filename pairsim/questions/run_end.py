@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pairsim.config.case import Case
-from pairsim.drivers.outcome import Outcome
+from pairsim.questions.outcome import Outcome
 from pairsim.results.run_answer import SETTLED
 from pairsim.runtime.errors import RunFailure
 from pairsim.runtime.signals import Stopped

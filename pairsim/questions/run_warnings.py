@@ -7,7 +7,7 @@ from typing import Any
 
 from pairsim.config.case import Case
 from pairsim.config.checked_range import beyond_checked
-from pairsim.drivers.warnings import (
+from pairsim.questions.warnings import (
     above,
     coarse_mesh,
     large_run_error,

@@ -5,22 +5,22 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pairsim.commands.command import Command, InSweeps, Tables, Value, rows_in
 from pairsim.config.cost import Estimate, steady_estimate
 from pairsim.config.curve_case import CriticalCase, check_critical
+from pairsim.questions.question import InSweeps, Question, Tables, Value, rows_in
 
 if TYPE_CHECKING:
-    from pairsim.drivers.events import Events
     from pairsim.plots.style import Page
+    from pairsim.questions.events import Events
 
 SHOWN = {"zeros": "d_cr", "stable": "stable"}
 
 
 def solve(case: CriticalCase, **more: Any) -> Events:
-    """See `pairsim.drivers.critical.solve`."""
-    from pairsim.drivers import critical
+    """See `pairsim.questions.critical_solving.solve`."""
+    from pairsim.questions import critical_solving
 
-    return critical.solve(case, **more)
+    return critical_solving.solve(case, **more)
 
 
 def estimate(case: CriticalCase) -> Estimate:
@@ -51,7 +51,7 @@ def read(tables: Tables) -> dict[str, Value]:
     return {"points": rows_in(table), **{name: table[of][wanted].tolist() for name, of in SHOWN.items()}}
 
 
-COMMAND = Command(
+QUESTION = Question(
     model=CriticalCase,
     check=check_critical,
     estimate=estimate,

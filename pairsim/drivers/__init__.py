@@ -1,1 +1,0 @@
-"""Compute one case, from validated input to a folder of results."""
