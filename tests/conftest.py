@@ -3,30 +3,18 @@
 from __future__ import annotations
 
 import importlib
-import time
 from collections import defaultdict
 from pathlib import Path
 
 import pytest
 from support.commands import Done, Pairsim, apart, in_process
-from support.forms import FORMS, compile_forms
-
-from pairsim.fem.form_cache import missing
 
 SLOWEST = 10
 """Number of the tests that are named at the end."""
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Compile all forms before the workers of pytest-xdist start, which then only load them.
-
-    A process that runs tests imports MPI through pairsim first, as the commands do.
-    """
-    if not hasattr(session.config, "workerinput") and (forms := missing(FORMS)):
-        started = time.perf_counter()
-        compile_forms(forms)
-        terminal = session.config.pluginmanager.getplugin("terminalreporter")
-        terminal.write_line(f"{len(forms)} kinds of forms compiled in {time.perf_counter() - started:.0f} s")
+    """Import MPI through pairsim first, as the commands do."""
     if not session.config.pluginmanager.hasplugin("dsession"):  # which starts workers and runs no test itself
         importlib.import_module("pairsim.runtime.fenicsx")
 

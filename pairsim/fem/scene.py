@@ -20,7 +20,6 @@ from pairsim.fem.meshes.geometry import Outline, Reference
 from pairsim.fem.meshes.quadrature import CellQuadrature, end_load
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh, nodes_at
 from pairsim.fem.phases.compiled_phase import liquid_phase, solid_phase
-from pairsim.fem.phases.moving_mesh import mesh_moves
 from pairsim.fem.phases.phase import Phase
 from pairsim.physics.conformation import exponential
 from pairsim.physics.liquids import NEWTONIAN, Liquid
@@ -162,6 +161,22 @@ def make_bodies(
         bodies.append(Body(outline, phase, nodes, start))
         start += bodies[-1].size
     return bodies
+
+
+def mesh_moves(particles: int, *, soft: bool, viscoelastic: bool, steady: bool) -> bool:
+    """Whether the mesh of the liquid moves; forms for fixed meshes are cheaper.
+
+    In the frame of a single rigid particle the mesh is at rest. In time-dependent problems of viscoelastic liquids it
+    moves nevertheless, since the velocity of the frame is that of the particle at the previous step, and s is
+    convected relative to the mesh.
+
+    Args:
+        particles: Number of particles.
+        soft: Whether any particle is deformable.
+        viscoelastic: Whether the liquid is viscoelastic.
+        steady: Whether the problem is quasi-steady.
+    """
+    return soft or particles > (0 if viscoelastic and not steady else 1)
 
 
 class Scene:

@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Any, cast
 
 from pairsim.config.curve_case import CriticalCase
-from pairsim.config.form_kinds import forms_of
 from pairsim.questions import events
 from pairsim.questions.adaptive import adaptation_report
 from pairsim.questions.outcome import Outcome
@@ -38,7 +37,7 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
     region = _region(case)
     lines = list(_lines(case, region))
     count = len(lines) * (len(region.values) if region is not None else 1)
-    yield events.Begin(f"zeros of dU between d = {least:g} and {most:g}", count, forms_of(case))
+    yield events.Begin(f"zeros of dU between d = {least:g} and {most:g}", count)
     with Solutions(case) as found:
         zeros = _Zeros(found, None if region is None else region.name)
         yield events.AtEnd(zeros.end)

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from pairsim.config.curve_case import CurveCase
-from pairsim.config.form_kinds import forms_of
 from pairsim.questions import events
 from pairsim.questions.adaptive import adaptation_report
 from pairsim.questions.outcome import Outcome
@@ -44,7 +43,7 @@ def solve(
     """
     places = solution_order(case)
     expected = len(between(places, case.max_points)) if case.common else len(places)
-    yield events.Begin(f"{expected} point{'s' * (expected > 1)}, more as needed", expected, forms_of(case))
+    yield events.Begin(f"{expected} point{'s' * (expected > 1)}, more as needed", expected)
     with Solutions(case, warm_start) as found:
         points, warnings = found.points, list[str]()
         yield events.AtEnd(partial(_end, case, found, warnings))

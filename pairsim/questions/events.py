@@ -24,12 +24,10 @@ class Begin:
     Attributes:
         goal: What it is to reach, such as "to t = 2".
         total: The same as a number; `Progress.done` says how much of it is done.
-        forms: Names of the compiled forms that it needs.
     """
 
     goal: str
     total: float
-    forms: Sequence[str] = ()
 
 
 @dataclass(frozen=True)

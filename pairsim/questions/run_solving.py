@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from pairsim.config.case import Case
-from pairsim.config.form_kinds import forms_of
 from pairsim.config.identity import sources_of
 from pairsim.questions import events
 from pairsim.questions.outcome import Outcome
@@ -70,7 +69,7 @@ class _Run:
     def computation(self) -> events.Events:
         """The computation."""
         case, old = self.case, self.old
-        begin = events.Begin(f"to t = {case.time.end:g}", case.time.end, forms_of(case))
+        begin = events.Begin(f"to t = {case.time.end:g}", case.time.end)
         if old is not None and (ended := end_of(self.problem, old.state.history.t[0], old.state.gaps)) is not None:
             return (yield from self._confirm(begin, ended))
         polymer = POLYMER_HEALTH if case.liquid_model.modes else ()
@@ -92,10 +91,9 @@ class _Run:
     def _confirm(self, begin: events.Begin, ended: Outcome) -> events.Events:
         """The end of a run that was killed after its last checkpoint, unless run.json already says so."""
         assert self.earlier is not None
-        if self.earlier.finished:
-            yield replace(begin, forms=())
-            return ended
         yield begin
+        if self.earlier.finished:
+            return ended
         yield events.AtEnd(self._end)
         state = self.earlier.checkpoint.state
         self._entries |= settled_entry(self.case, self.problem, state.gaps, ended)

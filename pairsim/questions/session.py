@@ -6,6 +6,7 @@ of these is an outcome.
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
@@ -15,7 +16,7 @@ from typing import Any
 
 from pairsim.config.case import SceneCase
 from pairsim.config.identity import identity_of, key_of, sources_of
-from pairsim.fem.form_cache import compile_apart
+from pairsim.fem.compilation import jit
 from pairsim.questions import events
 from pairsim.questions.outcome import Outcome, Record
 from pairsim.questions.progress import Reporter
@@ -25,7 +26,7 @@ from pairsim.results.output import CHECKPOINT, RunFolder, plain
 from pairsim.results.table_files import TableWriter, read_table
 from pairsim.results.xdmf import FieldsWriter
 from pairsim.runtime.duration import duration
-from pairsim.runtime.errors import InputError, RunFailure, WriteFailure
+from pairsim.runtime.errors import EnvironmentFailure, InputError, RunFailure, WriteFailure
 from pairsim.runtime.locks import sole_writer
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import Signals, Stopped
@@ -184,7 +185,11 @@ class Session:
             with self._writing():
                 self._begin_files()
                 self._fields = FieldsWriter(self.folder.path)
-        outcome = self._follow(computation)
+        jit.LOG.addHandler(compiling := _FirstMessage(self.reporter.note))
+        try:
+            outcome = self._follow(computation)
+        finally:
+            jit.LOG.removeHandler(compiling)
         nothing = self.old is not None and not self._tables and outcome.status == "finished"
         try:
             outcome = self._finish(outcome, recorded=nothing and self._complete)
@@ -195,7 +200,6 @@ class Session:
 
     def _follow(self, computation: events.Events) -> Outcome:
         """Carry out all events; failures and interrupts are outcomes, too."""
-        kept = "; the results written so far are kept"
         try:
             while True:
                 self.take(next(computation))
@@ -204,12 +208,21 @@ class Session:
         except RunFailure as failure:
             if not self._begun:
                 raise
+            if isinstance(failure, EnvironmentFailure):
+                try:  # Ctrl-C ends the compiler, too
+                    self.monitor.check_signals()
+                except Stopped as stopped:
+                    return self._interrupted(stopped)
             return Outcome("failed", failure.reason, str(failure))
         except KeyboardInterrupt as interrupt:
-            if self.resumable:
-                kept = f" at t = {self._t:g}; continue with pairsim {self.case.kind} --resume"
-            self._stopped_at_once = not isinstance(interrupt, Stopped)
-            return Outcome("interrupted", "interrupted", f"{str(interrupt) or 'stopped at once'}{kept}")
+            return self._interrupted(interrupt)
+
+    def _interrupted(self, interrupt: KeyboardInterrupt) -> Outcome:
+        kept = "; the results written so far are kept"
+        if self.resumable:
+            kept = f" at t = {self._t:g}; continue with pairsim {self.case.kind} --resume"
+        self._stopped_at_once = not isinstance(interrupt, Stopped)
+        return Outcome("interrupted", "interrupted", f"{str(interrupt) or 'stopped at once'}{kept}")
 
     def take(self, event: events.Event) -> None:
         """Carry out an event.
@@ -224,7 +237,6 @@ class Session:
                 self.reporter.start(self.case.name or self._options.title or self.case.slug, event.goal, event.total)
                 for note in self._notes:
                     self.reporter.note(note)
-                compile_apart(event.forms, self.reporter.note, self.monitor)
             case events.Note(text):
                 self.reporter.note(text)
             case events.Progress(done, text, count):
@@ -321,6 +333,19 @@ class Session:
             message = f"{error.filename or self.folder.path} cannot be written ({error.strerror or error})"
             again = "--resume" if self.resumable else "the same command with --overwrite"
             raise WriteFailure(message, advice=f"{again} once it can be") from error
+
+
+class _FirstMessage(logging.Handler):
+    """Shows the first message of a log."""
+
+    def __init__(self, show: Callable[[str], None]) -> None:
+        super().__init__()
+        self._show: Callable[[str], None] | None = show
+
+    def emit(self, record: logging.LogRecord) -> None:
+        show, self._show = self._show, None
+        if show is not None:
+            show(record.getMessage())
 
 
 def _first_rows(path: Path, columns: Sequence[str], count: int) -> list[dict[str, float]]:

@@ -75,7 +75,6 @@ def estimate(case: ShapeCase) -> Estimate:
 
 def solve(case: ShapeCase, *, monitor: Monitor) -> Events:
     """Solve the shapes in ascending Ca_e."""
-    from pairsim.config.form_kinds import forms_of
     from pairsim.fem.diagnostics import contour
     from pairsim.questions.events import AtEnd, Begin, Progress, Row, Table
     from pairsim.questions.outcome import Outcome
@@ -84,7 +83,7 @@ def solve(case: ShapeCase, *, monitor: Monitor) -> Events:
     from pairsim.solvers.parameters import Parameters
     from pairsim.solvers.steady.first_solution import coarser
 
-    yield Begin(f"{len(case.series)} shapes", len(case.series), forms_of(case))
+    yield Begin(f"{len(case.series)} shapes", len(case.series))
     own = [each.name if isinstance(each, Column) else each for each in COLUMNS]
     yield Table("shape", [*own, *health_columns(case)])
     with Solutions(case) as found:

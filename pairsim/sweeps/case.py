@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from pairsim.config.cost import Estimate
-from pairsim.config.form_kinds import forms_of
 from pairsim.config.identity import folder_name, identity_of, key_of
 from pairsim.inputs.case_files import parse_case
 from pairsim.questions import Question
@@ -23,7 +22,6 @@ class SweepCase:
         identity: The part of `resolved` that makes two cases the same.
         key: Its hash.
         estimate: Estimated size and duration.
-        forms: Names in the form cache of the compiled forms that it needs.
         columns: Columns of its results in results.csv.
         parameters: Values of the varying keys of its grid.
     """
@@ -33,7 +31,6 @@ class SweepCase:
     identity: dict[str, Any]
     key: str
     estimate: Estimate
-    forms: tuple[str, ...]
     columns: tuple[str, ...]
     parameters: dict[str, Any] = field(default_factory=dict)
 
@@ -59,6 +56,5 @@ class SweepCase:
             identity,
             key,
             command.estimate(case),
-            forms_of(case),
             tuple(command.in_sweeps.columns(case)),
         )

@@ -15,7 +15,6 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, cast
 
-from pairsim.fem import form_cache
 from pairsim.physics.own_laws import OWN
 from pairsim.questions.progress import Style
 from pairsim.results.output import write_text
@@ -23,7 +22,6 @@ from pairsim.results.table_files import table_text
 from pairsim.runtime.errors import ENVIRONMENT, EnvironmentFailure, InputError
 from pairsim.runtime.launcher import communicator
 from pairsim.runtime.locks import command_line, sole_writer
-from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import ENDING, Signals
 from pairsim.sweeps.case import SweepCase
 from pairsim.sweeps.chains import chains
@@ -135,7 +133,6 @@ def run_sweep(grid: Grid, directory: Path, options: Options, slots: Slots) -> tu
 
     Raises:
         InputError: The folder belongs to another grid, or another sweep is writing to it.
-        EnvironmentFailure: The forms cannot be compiled.
     """
     with sole_writer(directory, command_line()):
         (directory / STOP).unlink(missing_ok=True)
@@ -178,29 +175,17 @@ class _Sweep:
         with self.progress:
             self._write_results()
             try:
-                self._compile_forms()
                 while self.running or (self.todo and not self.why):
                     if self.options.signals is not None and (number := self.options.signals.number):
                         self._stop(130, signal.Signals(number).name)
                     self._step()
-            except KeyboardInterrupt as interrupt:  # of a compilation, or a second Ctrl-C
+            except KeyboardInterrupt as interrupt:  # a second Ctrl-C
                 self._stop(130, str(interrupt) or signal.SIGINT.name)
             except BaseException:
                 self._stop(1, "stopped")  # executors wait for their tasks
                 raise
             self._write_results()
             return self._verdict()
-
-    def _compile_forms(self) -> None:
-        """Compile the forms that are missing on this machine, before several processes need them.
-
-        Raises:
-            EnvironmentFailure: They cannot be compiled.
-        """
-        forms = dict.fromkeys(form for chain in self.todo for case in chain for form in case.forms)
-        if wanted := form_cache.missing(forms):
-            self.progress.note(f"compiling {', '.join(wanted)}")
-            form_cache.compile_apart(wanted, self.progress.note, Monitor(self.options.signals))
 
     def _step(self) -> None:
         """Submit what can be submitted, and take what has ended, for which it waits a moment."""

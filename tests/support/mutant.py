@@ -2,8 +2,7 @@
 
 The current folder is the changed copy of the checkout. Before the tests the cache of compiled forms is made anew from
 that of the unchanged code: the name of a compiled form contains its signature, with constants and quadrature, so that
-none can hide a mutant. All forms are then marked as compiled, so that tests compile those that they need, and not all
-of them before the first test.
+none can hide a mutant.
 """
 
 from __future__ import annotations
@@ -15,9 +14,6 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-
-from pairsim.fem import form_cache
-from support.forms import FORMS
 
 MEMORY = 8_000_000_000  # bytes of a process
 OPTIONS = ("-x", "-q", "-p", "no:cacheprovider", "--tb=line", "-m", "not long")
@@ -37,18 +33,9 @@ def main(module: str, *tiers: str) -> bool:
     # FFCx does not change files that it has written: hard links suffice.
     without = shutil.ignore_patterns("*.lock")
     shutil.copytree(cache.with_name("compiled"), cache / "pairsim", copy_function=os.link, ignore=without)
-    form_cache.cache().mkdir(exist_ok=True)
-    stamps = [form_cache._stamp(form) for form in form_cache.missing(FORMS)]
-    for stamp in stamps:
-        stamp.touch()
     files = [file for tier in tiers for file in sorted(Path("tests", tier).glob("test_*.py"))]
     files.sort(key=lambda file: Path(module).stem not in file.read_text(encoding="utf-8"))
-    commands = [file for file in files if file.parent.name == "commands"]
-    if not passed([file for file in files if file not in commands]):
-        return False
-    for stamp in stamps:  # commands come with all forms compiled: their ranks cannot wait for the compiler
-        stamp.unlink()
-    return passed(commands)
+    return passed(files)
 
 
 if __name__ == "__main__":

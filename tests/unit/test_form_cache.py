@@ -1,20 +1,35 @@
-"""The cache of compiled forms: entries are there whole or not at all."""
+"""The cache of compiled forms: entries are there whole or not at all, and a killed compilation blocks none."""
 
 from __future__ import annotations
 
 import errno
 import os
+import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
 import pytest
+from filelock import FileLock
 from support.inputs import TINY
 
-from pairsim.fem import form_cache
 from pairsim.fem.compilation.jit import JIT_OPTIONS, UNFINISHED, in_cache
+from pairsim.results.folders import read_record
 from pairsim.runtime.child_process import module_command
+from pairsim.runtime.errors import EnvironmentFailure
+
+PROGRAM = """
+import subprocess
+from pairsim.fem.compilation.jit import compiler_command, in_cache
+
+def build(folder):
+    subprocess.run([*compiler_command(), "-x", "c", "-c", "/dev/null", "-o", folder / "module.o"], check=True)
+
+in_cache("form", build)
+"""
+CASE = TINY.partition(": ")[2]
 
 
 @pytest.fixture(autouse=True)
@@ -33,7 +48,7 @@ def test_a_full_disk_leaves_no_part_of_a_module(cache: Path) -> None:
         (folder / "module.so").write_text("wh")
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    with pytest.raises(OSError, match="No space left"):
+    with pytest.raises(EnvironmentFailure, match=r"cannot be written \(No space left"):
         in_cache("form", torn)
     assert not list(cache.iterdir())
     assert (in_cache("form", build) / "module.so").read_text() == "whole"
@@ -46,60 +61,117 @@ def test_a_disk_that_is_full_only_when_files_are_written_to_it(cache: Path, monk
         raise OSError(errno.EDQUOT, os.strerror(errno.EDQUOT))
 
     monkeypatch.setattr(os, "fsync", fsync)
-    with pytest.raises(OSError, match="quota"):
+    with pytest.raises(EnvironmentFailure, match="quota"):
         in_cache("form", build)
     assert not list(cache.iterdir())
 
 
-def test_of_two_processes_that_build_the_same_the_first_one_counts(cache: Path) -> None:
+def test_of_two_that_need_the_same_the_second_waits_for_the_first(cache: Path) -> None:
+    built, begun = [], threading.Event()
+
+    def slow(folder: Path) -> None:
+        begun.set()
+        time.sleep(0.3)
+        built.append("first")
+        build(folder)
+
+    first = threading.Thread(target=in_cache, args=("form", slow))
+    first.start()
+    begun.wait()
+    assert (in_cache("form", lambda _: built.append("second")) / "module.so").read_text() == "whole"
+    first.join()
+    assert built == ["first"]
+    assert [path.name for path in cache.iterdir()] == ["form"]
+
+
+def test_without_locks_several_may_build_and_the_first_one_counts(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def acquire(_: FileLock) -> None:
+        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
+
     def second(folder: Path) -> None:
         in_cache("form", build)
         (folder / "module.so").write_text("the same, later")
 
+    monkeypatch.setattr(FileLock, "acquire", acquire)
     assert (in_cache("form", second) / "module.so").read_text() == "whole"
     assert [path.name for path in cache.iterdir()] == ["form"]
 
 
-def test_what_is_there_is_not_built(cache: Path) -> None:
+def test_what_is_there_is_not_built_and_needs_no_compiler(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     in_cache("form", build)
+    monkeypatch.setenv("CC", "no-such-compiler")
     assert in_cache("form", lambda _: pytest.fail("is there")) == cache / "form"
+    with pytest.raises(EnvironmentFailure, match=r"no C compiler \(no-such-compiler\)"):
+        in_cache("another", build)
 
 
-def test_what_a_killed_compilation_left_is_deleted_when_it_is_old(cache: Path) -> None:
-    for name in ("old", "new"):
-        (cache / f"{UNFINISHED}{name}").mkdir(parents=True)
-    os.utime(cache / f"{UNFINISHED}old", (0, 0))
-    form_cache.compile_missing([])
-    assert sorted(path.name for path in cache.iterdir()) == ["compile.lock", f"{UNFINISHED}new"]
+def compiler(folder: Path, script: str) -> dict[str, str]:
+    """An environment with an empty cache and a C compiler of our own."""
+    path = folder / "cc.sh"
+    path.write_text(f"#!/bin/sh\n{script}\n")
+    path.chmod(0o755)
+    return {**os.environ, "XDG_CACHE_HOME": str(folder / "empty"), "CC": str(path)}
+
+
+def test_a_process_that_is_killed_while_the_compiler_runs_leaves_nothing_in_the_way(tmp_path: Path) -> None:
+    started = tmp_path / "started"
+    hanging = compiler(tmp_path, f"touch {started}; exec sleep 1000")
+    words = [sys.executable, "-P", "-c", PROGRAM]
+    killed = subprocess.Popen(words, env=hanging, process_group=0)
+    while not started.exists():
+        assert killed.poll() is None
+        time.sleep(0.01)
+    killed.kill()
+    killed.wait()
+    os.killpg(killed.pid, signal.SIGKILL)  # the compiler
+    (processor,) = (tmp_path / "empty" / "pairsim").iterdir()
+    assert [path for path in processor.iterdir() if path.name.startswith(UNFINISHED)]
+    assert not (processor / "form").exists()
+    sound = {name: value for name, value in hanging.items() if name != "CC"}
+    subprocess.run(words, env=sound, check=True, timeout=60)
+    assert [path.name for path in processor.iterdir()] == ["form"]
+    assert (processor / "form" / "module.o").is_file()
 
 
 @pytest.mark.slow
-def test_warming_up_compiles_all_that_a_case_needs_after_a_killed_compilation(tmp_path: Path) -> None:
+def test_a_run_compiles_what_it_needs_after_one_that_was_killed_in_the_compiler(tmp_path: Path) -> None:
     """What a killed process has begun is not in the cache, and what is there after another one is all of it."""
-    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
-    kinds = ["newtonian:moving", "neo-hookean", "newtonian:moving:enriched", "neo-hookean:enriched"]
-    forms = module_command("pairsim.fem.form_cache", *kinds)
+    (tmp_path / "case.yaml").write_text(CASE.replace("Ca_e: 0", "Ca_e: 0.1, d0: 0.1"))
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "empty")}
+    run = module_command("pairsim", "run", "case.yaml", "-o", "out", "--overwrite")
 
-    def modules() -> set[Path]:
-        return {path for path in (tmp_path / "cache").rglob("form-*") if not path.parent.name.startswith(UNFINISHED)}
-
-    warming = subprocess.Popen(forms, env=environment)
-    while warming.poll() is None and not list((tmp_path / "cache").rglob("libffcx*.c")):
+    killed = subprocess.Popen(run, cwd=tmp_path, env=environment, stderr=subprocess.DEVNULL)
+    while not list((tmp_path / "empty").rglob("libffcx*.c")):
+        assert killed.poll() is None
         time.sleep(0.01)
-    warming.kill()
-    warming.wait()
-    assert list((tmp_path / "cache").rglob("libffcx*.c"))
-    assert not modules()
-    subprocess.run(forms, env=environment, check=True, timeout=600)
-    compiled = modules()
-    assert len(compiled) == 6
-    assert all(list(path.glob("*.so")) and list(path.glob("*.c.cached")) for path in compiled)
-    (tmp_path / "case.yaml").write_text(TINY.partition(": ")[2].replace("Ca_e: 0", "Ca_e: 0.1, d0: 0.1"))
-    run = module_command("pairsim", "run", "case.yaml", "-q")
-    subprocess.run(run, cwd=tmp_path, env=environment, check=True, capture_output=True)
-    assert modules() == compiled
-    known = (
-        "import sys; from pairsim.fem.form_cache import compile_missing; compile_missing(sys.argv[1:]); "
-        "assert 'dolfinx' not in sys.modules"
-    )
-    subprocess.run([sys.executable, "-c", known, *kinds], env=environment, check=True)  # by its stamps
+    killed.kill()
+    killed.wait()
+    done = subprocess.run(run, cwd=tmp_path, env=environment, check=True, capture_output=True, text=True, timeout=600)
+    assert done.stderr.count("note: compiling") == 1
+    assert not list((tmp_path / "empty").rglob(f"{UNFINISHED}*"))
+    modules = list((tmp_path / "empty").glob("pairsim/*/form-*"))
+    assert len(modules) >= 4
+    assert all(list(path.glob("*.so")) and list(path.glob("*.c.cached")) for path in modules)
+    done = subprocess.run(run, cwd=tmp_path, env=environment, check=True, capture_output=True, text=True)
+    assert "compiling" not in done.stderr
+
+
+@pytest.mark.slow
+def test_ctrl_c_during_a_compilation_ends_in_order(tmp_path: Path) -> None:
+    """The terminal sends it to the compiler, too, which fails."""
+    (tmp_path / "case.yaml").write_text(CASE.replace("Ca_e: 0", "Ca_e: 0, d0: 0.1"))
+    run = module_command("pairsim", "run", "case.yaml", "-o", "out", "-q")
+    environment = compiler(tmp_path, "kill -INT $PPID; exit 1")
+    done = subprocess.run(run, cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert done.returncode == 130, done.stderr
+    assert read_record(tmp_path / "out")["status"] == "interrupted"
+
+
+@pytest.mark.slow
+def test_a_compiler_that_fails_is_not_the_fault_of_a_case(tmp_path: Path) -> None:
+    (tmp_path / "case.yaml").write_text(CASE.replace("Ca_e: 0", "Ca_e: 0, d0: 0.1"))
+    run = module_command("pairsim", "run", "case.yaml", "-o", "out", "-q")
+    done = subprocess.run(run, cwd=tmp_path, env=compiler(tmp_path, "exit 1"), capture_output=True, text=True)
+    assert done.returncode == 4, done.stderr
+    assert "the forms cannot be compiled" in done.stderr
+    assert "Traceback" not in done.stderr

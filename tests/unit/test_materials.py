@@ -13,7 +13,6 @@ from typer.testing import CliRunner
 import pairsim
 from pairsim.cli.app import app
 from pairsim.config.case import Case
-from pairsim.config.form_kinds import forms_of
 from pairsim.config.identity import default_folder
 from pairsim.inputs.case_files import parse_case, read_case
 from pairsim.physics.liquids.giesekus import Giesekus
@@ -69,7 +68,7 @@ def test_modes_have_a_law_and_a_part_of_the_viscosity_each() -> None:
     assert [(mode.name, mode.time) for mode in model.modes] == [("giesekus", 1.0), ("fene-p", 0.1)]
     assert [mode.weight for mode in model.modes] == pytest.approx([2 / 3, 1 / 3])
     assert model.modes[0].numbers == {"alpha": 0.1}
-    assert forms_of(liquid)[0] == "giesekus+fene-p/carreau:moving"
+    assert model.structure == "giesekus+fene-p/carreau"
     assert liquid.time.end == 12
 
 

@@ -1,22 +1,17 @@
-"""Signals as flags, and where a computation heeds them: between Newton iterations, in a mesh, in a compilation."""
+"""Signals as flags, and where a computation heeds them: between Newton iterations and in a mesh."""
 
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
 import sys
-import threading
-import time
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
-from support.commands import descendants
 from support.scenes import soft_pair
 
-from pairsim.fem import form_cache
 from pairsim.fem.meshes import meshing
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.runtime.monitor import Monitor
@@ -123,19 +118,6 @@ def test_an_interrupt_within_the_generation_of_a_mesh_is_raised() -> None:
     with pytest.raises(KeyboardInterrupt):
         meshing._run_gmsh(build, size, [])
     assert 3 < len(asked) < 1000
-
-
-def test_compilation_ends_within_a_moment(monkeypatch: pytest.MonkeyPatch) -> None:
-    sleep = [sys.executable, "-c", "import time; time.sleep(60)"]
-    monkeypatch.setattr(form_cache, "missing", lambda forms: list(forms))
-    monkeypatch.setattr(form_cache, "module_command", lambda *words: sleep)
-    begin, before = time.monotonic(), descendants(os.getpid())
-    with Signals() as signals:
-        threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGTERM)).start()
-        with pytest.raises(Stopped):
-            form_cache.compile_apart(["newtonian:fixed"], print, Monitor(signals))
-    assert time.monotonic() - begin < 30
-    assert set(descendants(os.getpid())) <= set(before), "the compilation has ended"
 
 
 def test_signal_after_the_last_file_changes_nothing() -> None:

@@ -3,7 +3,7 @@
 `cell_loop.c` assembles the matrix of the free unknowns, `patch_recovery.c` fits polynomials on patches of cells, and
 `point_location.c` finds points in cells.
 
-They are compiled with the forms (`pairsim.fem.form_cache`), with the same compiler and flags into the same cache.
+They are compiled when one is first called, with the compiler and flags of the forms and into the same cache.
 """
 
 from __future__ import annotations
@@ -11,16 +11,15 @@ from __future__ import annotations
 import ctypes
 import functools
 import hashlib
-import os
 import shlex
 import subprocess
-import sysconfig
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pairsim.fem.compilation.jit import JIT_OPTIONS, in_cache
+from pairsim.fem.compilation.jit import JIT_OPTIONS, compiler_command, in_cache
+from pairsim.runtime.errors import EnvironmentFailure
 
 SOURCES = tuple(Path(__file__).with_name(name) for name in ("cell_loop.c", "patch_recovery.c", "point_location.c"))
 LIBRARY = "loops.so"
@@ -32,11 +31,10 @@ def _options() -> list[str]:
 
 def _build(folder: Path) -> None:
     """Compile the library."""
-    compiler = shlex.split(os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc")
-    command = [*compiler, *_options(), *map(str, SOURCES), "-o", str(folder / LIBRARY), "-lm"]
+    command = [*compiler_command(), *_options(), *map(str, SOURCES), "-o", str(folder / LIBRARY), "-lm"]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode != 0:
-        raise RuntimeError(f"{shlex.join(done.args)} failed: {done.stderr.strip()}")
+        raise EnvironmentFailure(f"{shlex.join(done.args)} failed: {done.stderr.strip()}", advice="pairsim doctor")
 
 
 def compile_loops() -> Path:
@@ -46,8 +44,7 @@ def compile_loops() -> Path:
     the sources and of the options.
 
     Raises:
-        RuntimeError: The compiler failed.
-        OSError: There is no compiler, or the cache is not writable.
+        EnvironmentFailure: There is no compiler, it failed, or the cache cannot be written to.
     """
     content = b"".join(each.read_bytes() for each in SOURCES) + shlex.join(_options()).encode()
     return in_cache(f"loops-{hashlib.sha256(content).hexdigest()[:16]}", _build) / LIBRARY

@@ -11,9 +11,11 @@ from typing import Any
 import ffcx.naming
 import ffcx.options
 import ufl
+from cffi import VerificationError
 from ufl.algorithms.analysis import extract_coefficients, extract_constants
 
 from pairsim.fem.compilation.jit import JIT_OPTIONS, in_cache
+from pairsim.runtime.errors import EnvironmentFailure
 from pairsim.runtime.fenicsx import MPI, dolfinx
 
 fem = dolfinx.fem
@@ -64,15 +66,17 @@ def compiled(form: ufl.Form) -> CompiledForm:
     therefore finds the module, or compiles it where no other process looks for it.
 
     Raises:
-        OSError: The cache cannot be written to.
-        VerificationError: The compiler failed; of cffi.
+        EnvironmentFailure: There is no compiler, it failed, or the cache cannot be written to.
     """
     options = {name: value for name, value in dolfinx.jit.get_options(JIT_OPTIONS).items() if name != "cache_dir"}
     python = sysconfig.get_config_vars("CFLAGS", "SOABI")
     name = ffcx.naming.compute_signature([form], str((options, ffcx.options.get_options(), python)))
 
     def load(folder: Path) -> Any:
-        return fem.compile_form(MPI.COMM_SELF, form, jit_options={**options, "cache_dir": str(folder)})
+        try:
+            return fem.compile_form(MPI.COMM_SELF, form, jit_options={**options, "cache_dir": str(folder)})
+        except VerificationError as error:
+            raise EnvironmentFailure(f"the forms cannot be compiled: {error}", advice="pairsim doctor") from error
 
     found, known = load(in_cache(f"form-{name}", load)), extract_coefficients(form)
     order = found.ufcx_form.original_coefficient_positions

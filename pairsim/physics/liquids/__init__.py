@@ -14,15 +14,6 @@ DEFAULT = next(law for law in LAWS.values() if vars(law).get("default"))
 """The law of a viscoelastic liquid in a case that names none."""
 
 
-def of_structure(structure: str) -> Liquid:
-    """A liquid of the laws that `Liquid.structure` names; the values of its parameters have no meaning."""
-    polymer, _, solvent = structure.partition("/")
-    laws = [LAWS[name].anyhow() for name in (*polymer.split("+"), *filter(None, [solvent]))]
-    solvents = [law for law in laws if isinstance(law, ViscousLaw)]
-    modes = tuple(law for law in laws if isinstance(law, ConformationLaw))
-    return Liquid(solvents[0] if solvents else Newtonian(), modes=modes)
-
-
 __all__ = [
     "DEFAULT",
     "LAWS",
@@ -31,6 +22,5 @@ __all__ = [
     "Liquid",
     "Newtonian",
     "ViscousLaw",
-    "of_structure",
     "single",
 ]
