@@ -18,9 +18,10 @@ from matplotlib.lines import Line2D
 from paper_statements import distances
 
 from pairsim.plots.axes import by_rows, finish, key
+from pairsim.plots.chart import BAND, fill
 from pairsim.plots.field_values import FIELDS
 from pairsim.plots.labels import equation
-from pairsim.plots.lines import BAND, fill, fine_distances
+from pairsim.plots.lines import fine_distances
 from pairsim.plots.meridional_section import outlines
 from pairsim.plots.sections import draw_view, layer_of, scale_of, sheet, views_of
 from pairsim.plots.style import COLOURS, LINES, MARKERS, NARROW, Page, printing

@@ -10,13 +10,13 @@ from pathlib import Path
 import matplotlib as mpl
 
 from pairsim.plots.axes import small_print
-from pairsim.plots.fields import frame_count, pictures_of
+from pairsim.plots.fields import pictures_of
 from pairsim.plots.labels import case_parts, read_case
 from pairsim.plots.sections import Layer, View, draw_view, mark_view, sheet, views_of
 from pairsim.plots.style import Page, picture_file, printing
 from pairsim.plots.units import Units
 from pairsim.results.output import make_folder
-from pairsim.results.xdmf import read_frame
+from pairsim.results.xdmf import read_frame, read_times
 from pairsim.runtime.errors import InputError
 
 DPI = 150
@@ -60,7 +60,7 @@ def animate(directory: Path, out: Path, page: Page, *, curve: bool, field: str |
     if "mp4" in page.formats and ffmpeg() is None:
         allowed = "needs ffmpeg, which was not found: pip install imageio-ffmpeg, or use --format gif"
         raise InputError("--format", "", "mp4", allowed)
-    count = frame_count(directory)
+    count = len(read_times(directory))
     if count < 2:
         allowed = f"must be left out: {directory} has {'one frame' if count else 'no frame'} of fields"
         raise InputError("--animate", "", None, allowed)

@@ -3,31 +3,26 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 
-from pairsim.plots.axes import finish, key, small_print, spread
+from pairsim.plots.chart import ENDS, ZEROS, Panel, Series, draw_chart, point
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import case_parts, read_case
-from pairsim.plots.lines import draw_zero, zero_notes
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
-from pairsim.results.answer import Zero
 from pairsim.results.table_files import read_table
 
 OTHER = {"Ca_e": "De", "De": "Ca_e"}
 """The parameter that a picture is drawn over, and the one that tells its lines apart."""
-ENDS = {"vanishes": ("X", "a stable and an unstable one meet"), "edge": ("s", "leaves the range of $d$")}
 
 
 @printing()
 def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
-    """Draw `critical`: d_cr over the parameter that was followed, one line a branch.
+    """Draw `critical`: d_cr over the parameter that was followed, one line a branch, dashed where it is unstable.
 
     Args:
         directory: Folder of critical distances.
@@ -48,47 +43,29 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
         return []
     name = next(iter(case["along"]))
     encoding = Encoding.of(rows, [OTHER[name]])
-    figure, (axis,) = page.panels(1, height=82, extra=0)
-    axis.margins(y=0.15)
-    for branch in dict.fromkeys(row["branch"] for row in rows):
-        _draw_branch(axis, name, [row for row in rows if row["branch"] == branch], encoding)
-    spread(axis, "x", [row[name] for row in rows])
-    spread(axis, "y", [row["d_cr"] for row in rows])
-    seen = axis.get_ylim()
-    for row in rows:
-        _draw_row(axis, name, row, encoding.look(row)["color"])
-    axis.set_ylim(seen)  # the error of a distance grows without bound towards a fold
-    finish(axis, units.axis_label([name]), units.axis_label(["d_cr"]), [np.array([row["d_cr"] for row in rows])])
-    encoding.bar(figure, [axis])
-    look: dict[str, Any] = {"linestyle": "", "markersize": 5, "color": "0.2"}
-    known = {row["kind"] for row in rows}
-    ends = [Line2D([], [], marker=mark, label=words, **look) for kind, (mark, words) in ENDS.items() if kind in known]
-    key(figure, [*encoding.handles(), *zero_notes([_zero(row) for row in rows if row["kind"] == "wanted"]), *ends])
+    series = []
+    for first, second in itertools.pairwise(rows):
+        if first["branch"] == second["branch"]:
+            end = second if first["kind"] == "vanishes" else first  # what vanishes is neither: the other end tells
+            look = {"color": encoding.look(first)["color"], "linestyle": "-" if end["stable"] else "--"}
+            x, y = (np.array([first[column], second[column]]) for column in (name, "d_cr"))
+            series.append(Series(0, x, y, look))
+    series += [each for row in rows for each in point_of(row, name, {"color": encoding.look(row)["color"]})]
+    # The error of a distance grows without bound towards a fold.
+    panel = Panel(units.axis_label([name]), units.axis_label(["d_cr"]), wide="xy", margins=(0.05, 0.15), bars=False)
     lines = len(encoding.values[OTHER[name]]) > 1
-    small_print(figure, case_parts(case, {name, OTHER[name]} if lines else {name}))
+    parts = case_parts(case, {name, OTHER[name]} if lines else {name})
+    figure, _ = draw_chart(page, [panel], series, parts, encoding)
     return page.save(figure, out, "critical")
 
 
-def _zero(row: Mapping[str, Any]) -> Zero:
-    return Zero(row["d_cr"], bool(row["stable"]))
+def point_of(row: Mapping[str, Any], name: str, look: Mapping[str, Any]) -> list[Series]:
+    """A distance, or the end of a branch, with the interval of the distance or, where two meet, of the parameter.
 
-
-def _draw_branch(axis: Axes, name: str, points: Sequence[Mapping[str, Any]], encoding: Encoding) -> None:
-    """A line through the points of a branch, dashed where its distances are unstable."""
-    colour = encoding.look(points[0])["color"]
-    for first, second in itertools.pairwise(points):
-        # What vanishes is neither: the other end tells.
-        end = second if first["kind"] == "vanishes" else first
-        style = "-" if _zero(end).stable else "--"
-        axis.plot([first[name], second[name]], [first["d_cr"], second["d_cr"]], linestyle=style, color=colour)
-
-
-def _draw_row(axis: Axes, name: str, row: Mapping[str, Any], colour: Any) -> None:
-    """A distance, or the end of a branch, with the interval of the distance or, where two meet, of the parameter."""
-    of = {"yerr": "d_error", "xerr": "parameter_error"}
-    error: dict[str, Any] = {which: row[column] for which, column in of.items() if np.isfinite(row[column])}
-    if row["kind"] == "wanted":
-        draw_zero(axis, row[name], row["d_cr"], _zero(row), colour, **error)
-    elif row["kind"] in ENDS:
-        mark = ENDS[row["kind"]][0]
-        axis.errorbar([row[name]], [row["d_cr"]], marker=mark, markersize=5, color=colour, elinewidth=0.8, **error)
+    Args:
+        row: A row of critical.csv.
+        name: The parameter that was followed.
+        look: Its colour.
+    """
+    mark = ZEROS[bool(row["stable"])] if row["kind"] == "wanted" else ENDS.get(row["kind"], "")
+    return [point(0, row[name], row["d_cr"], mark, look, row["d_error"], row["parameter_error"])] if mark else []

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy
-from matplotlib.axes import Axes
 
-from pairsim.plots.axes import finish, spread
+from pairsim.plots.chart import Panel, Series
 from pairsim.plots.labels import case_parts, read_case
 from pairsim.plots.lines import fine_distances, lines_of
 from pairsim.plots.overlay import draw_overlay
@@ -47,28 +46,24 @@ def draw_curve(directory: Path, out: Path, page: Page) -> list[Path]:
     lines = lines_of(directory, {}, units, curve=True)
     if not lines:
         return []
-    shapes = partial(_draw_shapes, table=table, d=lines[0].d, units=units)
-    return draw_overlay(lines, [], case_parts(read_case(directory / "case.yaml")), out, page, "curve", beside=shapes)
+    parts = case_parts(read_case(directory / "case.yaml"))
+    return draw_overlay(lines, [], parts, out, page, "curve", beside=_shapes(table, lines[0].d, units))
 
 
-def _draw_shapes(axis: Axes, table: Mapping[str, Array], d: str, units: Units) -> None:
+def _shapes(table: Mapping[str, Array], d: str, units: Units) -> tuple[Panel, list[Series]]:
     """The Taylor parameters: smooth lines over log d, which do not overshoot, through their points."""
     points, shapes = table[d], [f"D{each}" for each in suffixes_in(table, "D")]
     fine, many = fine_distances(points), len(shapes) > len(COLOURS)
+    marked = np.searchsorted(fine, points).tolist()
+    series = []
     for i, name in enumerate(shapes):
         values = table[name]
         if len(points) > 1:
             values = scipy.interpolate.PchipInterpolator(np.log(points), values)(np.log(fine))
-        axis.plot(
-            fine,
-            values,
-            label=f"${column(name).symbol}$" if not many or i in (0, len(shapes) - 1) else None,
-            color=ORDERED(i / (len(shapes) - 1)) if many else COLOURS[i],
-            linestyle=LINES[0] if many else LINES[i % len(LINES)],
-            marker="." if many else MARKERS[i],
-            markersize=2.5,
-            markevery=np.searchsorted(fine, points).tolist(),
-        )
-    spread(axis, "x", table[d])
-    finish(axis, units.axis_label([d]), units.axis_label(shapes), [table[name] for name in shapes])
-    axis.legend()
+        look: dict[str, Any] = {"color": COLOURS[i % len(COLOURS)], "linestyle": LINES[i % len(LINES)]}
+        look |= {"marker": MARKERS[i % len(MARKERS)], "markersize": 2.5}
+        if many:
+            look |= {"color": ORDERED(i / (len(shapes) - 1)), "linestyle": "-", "marker": "."}
+        label = f"${column(name).symbol}$" if not many or i in (0, len(shapes) - 1) else ""
+        series.append(Series(0, fine, values, look, label=label, marked=marked))
+    return Panel(units.axis_label([d]), units.axis_label(shapes), wide="x"), series

@@ -16,7 +16,7 @@ from matplotlib.ticker import LogLocator, StrMethodFormatter
 
 from pairsim.plots.axes import WIDE
 from pairsim.plots.labels import equation, hashable, measured, parameter_label, symbol
-from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED, Page
+from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED
 from pairsim.runtime.errors import InputError
 
 MOST_PANELS = 6
@@ -98,30 +98,14 @@ class Encoding:
         numbers, _, scale = self._scale()
         return {"color": scale.to_rgba(np.array(numbers))[place], "linestyle": LINES[style], "marker": marker}
 
-    def grid(self, page: Page, height: float) -> tuple[Figure, list[tuple[Axes, Hashable]]]:
-        """A figure with a panel for each value that has one, on shared axes, and these values.
-
-        Args:
-            page: What it is drawn for.
-            height: Of a panel, in mm.
-        """
-        figure, axes = page.panels(len(self.panels), height, extra=14)
-        for axis, value in zip(axes, self.panels, strict=True):
-            if self.panel:
-                axis.set_title(equation(self.panel, value))
-            if axis is not axes[0]:
-                axis.sharex(axes[0])
-                axis.sharey(axes[0])
-        return figure, list(zip(axes, self.panels, strict=True))
+    def panel_of(self, case: Mapping[str, Any]) -> int:
+        """Number of the panel of a case."""
+        return self._place(self.panel, case)
 
     @property
-    def panels(self) -> tuple[Hashable, ...]:
-        """Values that have a panel each; one None without such a parameter."""
-        return self.values[self.panel] if self.panel else (None,)
-
-    def inside(self, case: Mapping[str, Any], value: Hashable) -> bool:
-        """Whether a case lies in the panel of a value."""
-        return not self.panel or hashable(case.get(self.panel)) == value
+    def titles(self) -> list[str]:
+        """The titles of the panels; one without words where no parameter has panels."""
+        return [equation(self.panel, value) for value in self.values[self.panel]] if self.panel else [""]
 
     def handles(self, *, lines: bool = True, points: bool = False) -> list[Line2D]:
         """Entries of the legend; what is drawn has lines, points or both."""

@@ -23,11 +23,6 @@ from pairsim.runtime.errors import InputError
 MOST_VIEWS = 4
 
 
-def frame_count(directory: Path) -> int:
-    """Frames of fields.xdmf, 0 without the file."""
-    return len(read_times(directory))
-
-
 @printing()
 def draw_fields(directory: Path, out: Path, page: Page, *, curve: bool, field: str | None = None) -> list[Path]:
     """Draw `fields`: what particles change in the liquid, and the stress in them; or the fields that were asked for.
@@ -47,7 +42,7 @@ def draw_fields(directory: Path, out: Path, page: Page, *, curve: bool, field: s
     Raises:
         InputError: A field is asked for that is unknown or not there.
     """
-    count = frame_count(directory)
+    count = len(read_times(directory))
     if not count:
         if field is not None:
             key = "fields, a list of distances," if curve else "output: {fields: true}"

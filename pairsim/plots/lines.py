@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
+from pairsim.plots.chart import FAILED, ZEROS, Series, point
 from pairsim.plots.units import Units
 from pairsim.results.answer import Zero, zeros_in
 from pairsim.results.columns import error_of, suffixes_in
@@ -20,8 +18,6 @@ from pairsim.results.table_files import read_table
 from pairsim.runtime.arrays import Array
 
 FINE = 400  # points of a smooth line
-BAND, TOGETHER = 0.22, 6  # opacity of a band; so many bands over each other are still told apart
-ZERO = 4.5  # size of the marker, points
 
 
 @dataclass(frozen=True)
@@ -118,56 +114,24 @@ def lines_of(
     ]
 
 
-def draw_line(axis: Axes, line: Line, x: str, look: Mapping[str, Any], y: str = "y") -> None:
-    """One line with its band, that of a curve with points and zeros; a cross ends that of a case which failed.
+def series_of(line: Line, panel: int, x: str, look: Mapping[str, Any], y: str = "y") -> list[Series]:
+    """What is drawn of a line: that of a curve has points and zeros; a cross ends that of a case which failed.
 
     Args:
-        axis: The panel.
         line: The line.
+        panel: Number of the panel.
         x, y: What is drawn over what, as in `Line.column`.
-        look: `color`, `linestyle`, `marker`, and the opacity of its `band`.
+        look: `color`, `linestyle` and `marker`.
     """
     points, values = line.table[line.column(x)], line.table[line.column(y)]
     fine, curve, error = line.drawn(x, y)
-    axis.plot(fine, curve, color=look["color"], linestyle=look["linestyle"])
-    if error is not None:
-        fill(axis, fine, curve, error, look)
-    if line.curve or len(points) == 1:
-        size = 2.5 if look["marker"] != "." else 3.5
-        axis.plot(points, values, look["marker"], color=look["color"], markersize=size)
+    look = {**look, "markersize": 3.5 if look["marker"] == "." else 2.5}
+    marked = np.searchsorted(fine, points).tolist() if line.curve else ()
+    t = None if line.curve else line.table.get("t")
+    found = [Series(panel, fine, curve, look, error, marked=marked, t=t)]
+    colour = {"color": look["color"]}
     for zero in line.zeros:
-        draw_zero(axis, zero.d, 0.0, zero, look["color"], xerr=zero.error)
+        found.append(point(panel, zero.d, 0.0, ZEROS[zero.stable], colour, x_error=zero.error))
     if line.failed:
-        axis.plot(points[-1:], values[-1:], "x", color=look["color"], markersize=5)
-
-
-def draw_zero(axis: Axes, x: float, y: float, zero: Zero, colour: Any, marker: str = "o", **error: Any) -> None:
-    """A zero of dU with the bar of its error, filled where it is stable."""
-    look: dict[str, Any] = {"color": colour, "markerfacecolor": colour if zero.stable else "white", "zorder": 5}
-    axis.errorbar([x], [y], marker=marker, markersize=ZERO, elinewidth=0.8, linestyle="", **look, **error)
-
-
-def fill(axis: Axes, x: Array, y: Array, error: Array, look: Mapping[str, Any]) -> None:
-    """The band of half-width `error` around a line."""
-    error = np.where(np.isfinite(error), error, np.nan)  # between two points alone nothing is known
-    axis.fill_between(x, y - error, y + error, color=look["color"], alpha=look["band"], linewidth=0)
-
-
-def notes(lines: Sequence[Line]) -> list[Any]:
-    """Entries of the legend for what else is drawn: bands, zeros, failures."""
-    entries: list[Any] = []
-    if any(line.error is not None for line in lines):
-        entries.append(Patch(color="0.35", alpha=BAND, linewidth=0, label=r"error of $\Delta U$"))
-    entries += zero_notes([zero for line in lines for zero in line.zeros])
-    if any(line.failed for line in lines):
-        entries.append(Line2D([], [], marker="x", linestyle="", color="0.2", label="failed here"))
-    return entries
-
-
-def zero_notes(zeros: Sequence[Zero]) -> list[Line2D]:
-    """Entries of the legend for zeros, each with whether it is stable."""
-    look: dict[str, Any] = {"marker": "o", "linestyle": "", "markersize": ZERO, "color": "0.2"}
-    known = {zero.stable for zero in zeros}
-    stable = [Line2D([], [], label="stable zero", **look)] if True in known else []
-    open_one = Line2D([], [], label="unstable zero", markerfacecolor="white", **look)
-    return [*stable, *([open_one] if False in known else [])]
+        found.append(point(panel, points[-1], values[-1], FAILED, colour))
+    return found

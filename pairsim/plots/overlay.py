@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from pairsim.config.merging import flat
-from pairsim.plots.axes import finish, key, leave_out_spikes, small_print, spread
+from pairsim.plots.chart import Panel, Series, draw_chart
 from pairsim.plots.encoding import Encoding
-from pairsim.plots.labels import case_parts, equation, hashable, read_case, symbol
-from pairsim.plots.lines import BAND, TOGETHER, Line, draw_line, lines_of, notes
+from pairsim.plots.labels import case_parts, equation, hashable, read_case
+from pairsim.plots.lines import Line, lines_of, series_of
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.results.columns import column, error_of
@@ -100,7 +98,7 @@ def draw_overlay(
     stem: str,
     group: str | None = None,
     panels: str | None = None,
-    beside: Callable[[Axes], None] | None = None,
+    beside: tuple[Panel, Sequence[Series]] | None = None,
 ) -> list[Path]:
     """Draw lines whose cases differ in some keys: those of runs over time and distance, those of curves over distance.
 
@@ -115,7 +113,7 @@ def draw_overlay(
         stem: Name of the files without their endings.
         group: The key that chooses colours.
         panels: The key whose values have a panel each.
-        beside: Draws one panel more.
+        beside: One panel more, and what is in it.
 
     Raises:
         InputError: `group` or `panels` does not differ.
@@ -126,43 +124,29 @@ def draw_overlay(
         kinds = [("d" if lines[0].curve else "t", "y")]
     else:
         kinds = [("t", "d"), ("t", "y"), ("d", "y")][: 2 if encoding.panel else 3]
-    places = [(value, x, y) for value in encoding.panels for x, y in kinds]
+    table = [
+        each
+        for line in lines
+        for i, (x, y) in enumerate(kinds, encoding.panel_of(line.parameters) * len(kinds))
+        for each in series_of(line, i, x, encoding.look(line.parameters), y)
+    ]
+    places = [_panel(lines, title, i, x, y) for title in encoding.titles for i, (x, y) in enumerate(kinds)]
+    count = len(places)
     if differences := [] if encoding.panel else _differences(lines, encoding):
-        beside = partial(_draw_differences, differences=differences, encoding=encoding, x=kinds[0][0])
-    count = len(places) + (beside is not None)
-    height = 62 if len(places) == 1 else 50 if count <= 6 else 40
-    columns = len(kinds) if encoding.panel and len(kinds) > 1 else None
-    figure, axes = page.panels(count, height, extra=16, columns=columns)
-    for place, (axis, (value, x, y)) in enumerate(zip(axes, places, strict=False)):
-        if place >= len(kinds):
-            axis.sharex(axes[place % len(kinds)])
-            if y == "y":  # distances move little beside the differences of their starts
-                axis.sharey(axes[place % len(kinds)])
-        _draw_panel(axis, lines, encoding, value, x, y)
-        if encoding.panel:
-            axis.set_title(equation(encoding.panel, value))
+        beside = _panel_of_differences(differences, encoding, kinds[0][0])
     if beside is not None:
-        beside(axes[-1])
-    encoding.bar(figure, axes)
-    key(figure, [*encoding.handles(points=lines[0].curve), *notes(lines)])
-    unseen = [f"all values of {symbol(name)}" for name in encoding.untold]
-    small_print(figure, [*parts, *unseen])
+        places.append(beside[0])
+        table += [replace(each, panel=count) for each in beside[1]]
+    columns = len(kinds) if encoding.panel and len(kinds) > 1 else None
+    figure, _ = draw_chart(page, places, table, parts, encoding, columns=columns)
     return page.save(figure, out, stem)
 
 
-def _draw_panel(axis: Axes, lines: Sequence[Line], encoding: Encoding, value: Hashable, x: str, y: str) -> None:
-    """The lines of a panel, on axes for those of all panels."""
-    inside = [line for line in lines if encoding.inside(line.parameters, value)]
-    band = BAND * min(1.0, TOGETHER / max(len(inside), 1))
-    for line in inside:
-        draw_line(axis, line, x, encoding.look(line.parameters) | {"band": band}, y)
+def _panel(lines: Sequence[Line], title: str, like: int, x: str, y: str) -> Panel:
+    """The axes of lines; distances of runs move little beside the differences of their starts, and have their own."""
     over, names = ([*dict.fromkeys(line.column(each) for line in lines)] for each in (x, y))
-    units = lines[0].units
-    finish(axis, units.axis_label(over), units.axis_label(names), [line.table[line.column(y)] for line in lines])
-    if lines[0].curve:
-        spread(axis, "x", [float(v) for line in lines for v in line.table[line.d]])
-    elif y == "y":
-        leave_out_spikes(axis, [(line.table["t"], line.table[line.y]) for line in lines])
+    labels = lines[0].units.axis_label(over), lines[0].units.axis_label(names)
+    return Panel(*labels, title=title, wide="x" if lines[0].curve else "", like=like if title and y == "y" else None)
 
 
 def _differences(lines: Sequence[Line], encoding: Encoding) -> list[Line]:
@@ -189,14 +173,11 @@ def _reference(encoding: Encoding) -> str:
     return encoding.line or encoding.colour
 
 
-def _draw_differences(axis: Axes, differences: Sequence[Line], encoding: Encoding, x: str) -> None:
+def _panel_of_differences(differences: Sequence[Line], encoding: Encoding, x: str) -> tuple[Panel, list[Series]]:
     """Differences over t or d, with their bands."""
-    for line in differences:
-        draw_line(axis, line, x, encoding.look(line.parameters) | {"band": BAND})
     key, line = _reference(encoding), differences[0]
     entry, over = column(line.y), line.column(x)
     compared = f"${entry.symbol} - {entry.symbol}$({equation(key, encoding.values[key][0])})"
-    label = f"{compared}  [{line.units.name(entry.unit)}]"
-    if x == "d":
-        spread(axis, "x", line.table[over])
-    finish(axis, line.units.axis_label([over]), label, [each.table[each.y] for each in differences])
+    panel = Panel(line.units.axis_label([over]), f"{compared}  [{line.units.name(entry.unit)}]", wide="x" * (x == "d"))
+    looks = (encoding.look(each.parameters) for each in differences)
+    return panel, [each for line, look in zip(differences, looks, strict=True) for each in series_of(line, 0, x, look)]

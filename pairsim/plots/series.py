@@ -7,13 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from pairsim.plots.axes import finish, key, leave_out_spikes, small_print, widen
+from pairsim.plots.axes import small_print
+from pairsim.plots.chart import SETTLED, START_UP, Panel, Series, draw_chart, point
 from pairsim.plots.labels import case_parts, read_case
-from pairsim.plots.lines import BAND, fill
 from pairsim.plots.space_time import draw_space_time
 from pairsim.plots.style import COLOURS, LINES, Page, printing
 from pairsim.plots.units import Units
@@ -25,7 +23,6 @@ from pairsim.results.table_files import read_table
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
-START_UP = "0.88"  # grey of the part in which a run starts up
 MOST_LINES = 3  # gaps in a panel; the gaps of more particles are rows of a picture over time
 
 
@@ -53,59 +50,53 @@ def draw_series(directory: Path, out: Path, page: Page) -> list[Path]:
     d, relative, U, D = ([name + each for each in suffixes_in(series, name)] for name in ("d", "dU", "U", "D"))
     record = read_record(directory)
     starting = min(start_up(record) * units.factor(TIME), float(series["t"][-1]))
+    parts = case_parts(read_case(directory / "case.yaml"))
     if len(relative) > MOST_LINES:
-        notes: list[Any] = []
         figure = draw_space_time(page, series, [d, relative, D], units)
-    else:
-        notes = [Patch(color=START_UP, label="start-up")] if starting else []
-        over_t = [d, relative or U or ["dp"], D]
-        panels = [(["t"], names) for names in over_t if names] + [(d, relative)] * bool(relative)
-        figure, axes = page.panels(len(panels), height=48)
-        for axis, (against, names) in zip(axes, panels, strict=True):
-            _draw_panel(axis, series, against, names, starting, units)
-        if relative:
-            notes += _draw_settled(axes[-1], series, *panels[-1], record, units.factor(VELOCITY))
-    key(figure, notes)
-    small_print(figure, case_parts(read_case(directory / "case.yaml")))
+        small_print(figure, parts)
+        return page.save(figure, out, "series")
+    over_t = [(["t"], names) for names in (d, relative or U or ["dp"], D) if names]
+    columns = over_t + [(d, relative)] * bool(relative)
+    shade = (0.0, starting) if starting else None
+    panels = [Panel(units.axis_label(x), units.axis_label(y), shade=shade if x == ["t"] else None) for x, y in columns]
+    table = [each for i, (x, y) in enumerate(columns) for each in _lines(i, series, x, y)]
+    if relative:
+        last = len(panels) - 1
+        table += _start_up(last, series, d, relative, starting)
+        table += _settled(last, series, d, record, units.factor(VELOCITY))
+    handles = [Patch(color=START_UP, label="start-up")] if starting else []
+    figure, _ = draw_chart(page, panels, table, parts, handles=handles)
     return page.save(figure, out, "series")
 
 
-def _draw_panel(
-    axis: Axes, series: Mapping[str, Array], against: Sequence[str], names: Sequence[str], starting: float, units: Units
-) -> None:
-    """Columns over t, or each over a column of its own, with the start-up marked."""
-    starts = int(np.count_nonzero(series["t"] < starting)) + 1
-    over_t = against == ["t"]
-    for i, (x, name) in enumerate(zip([*against] * len(names), names, strict=False)):
-        look: dict[str, Any] = {"color": COLOURS[i], "linestyle": LINES[i]}
-        look |= {"label": f"${column(name).symbol}$" if over_t else f"${column(name).symbol}({column(x).symbol})$"}
-        axis.plot(series[x], series[name], marker="o" if len(series[x]) == 1 else "", **look)
-        if (error := series.get(error_of(name))) is not None:
-            fill(axis, series[x], series[name], error, look | {"band": BAND})
-        if not over_t and starting:
-            wide: dict[str, Any] = {"linewidth": 5, "linestyle": "-", "solid_capstyle": "butt", "zorder": 0.1}
-            axis.plot(series[x][:starts], series[name][:starts], color=START_UP, **wide)
-    if over_t and starting:
-        axis.axvspan(0.0, starting, color=START_UP, linewidth=0, zorder=0.1)
-    finish(axis, units.axis_label([*against]), units.axis_label([*names]), [series[name] for name in names])
-    widen(axis, "x", [series[x] for x in against])
-    leave_out_spikes(axis, [(series["t"], series[name]) for name in names])
-    if len(names) > 1:
-        axis.legend()
+def _lines(panel: int, series: Mapping[str, Array], against: Sequence[str], names: Sequence[str]) -> list[Series]:
+    """Columns over t, or each over a column of its own."""
+    found = []
+    for i, name in enumerate(names):
+        x = against[i % len(against)]
+        label = f"${column(name).symbol}$" if x == "t" else f"${column(name).symbol}({column(x).symbol})$"
+        look = {"color": COLOURS[i], "linestyle": LINES[i]}
+        error = series.get(error_of(name))
+        found.append(Series(panel, series[x], series[name], look, error, label=label, t=series["t"]))
+    return found
 
 
-def _draw_settled(
-    axis: Axes,
-    series: Mapping[str, Array],
-    d: Sequence[str],
-    dU: Sequence[str],
-    record: Mapping[str, Any],
-    velocity: float,
-) -> list[Line2D]:
-    """Quasi-steady motion at the last distances, times a velocity, where it is known, and its entry of the legend."""
-    known = [(i, settled) for i in range(len(dU)) if (settled := Settled.of(record, i)) is not None]
-    look: dict[str, Any] = {"marker": "o", "markerfacecolor": "white", "linestyle": "", "zorder": 3}
-    for i, settled in known:
-        bar: dict[str, Any] = {"elinewidth": 0.8, "capsize": 2, "color": COLOURS[i]}
-        axis.errorbar(series[d[i]][-1:], [settled.dU * velocity], [settled.error * velocity], **look, **bar)
-    return [Line2D([], [], color=COLOURS[0], label="quasi-steady motion at the last distance", **look)] if known else []
+def _start_up(
+    panel: int, series: Mapping[str, Array], d: Sequence[str], dU: Sequence[str], starting: float
+) -> list[Series]:
+    """The part of dU over d in which a run starts up, as a wide line behind it."""
+    starts = int(np.count_nonzero(series["t"] < starting)) + 1 if starting else 0
+    wide = {"color": START_UP, "linewidth": 5, "linestyle": "-", "solid_capstyle": "butt", "zorder": 0.1}
+    pairs = zip(d, dU, strict=True) if starts > 1 else ()
+    return [Series(panel, series[x][:starts], series[name][:starts], wide) for x, name in pairs]
+
+
+def _settled(
+    panel: int, series: Mapping[str, Array], d: Sequence[str], record: Mapping[str, Any], velocity: float
+) -> list[Series]:
+    """Quasi-steady motion at the last distances, times a velocity, where it is known."""
+    known = [(i, settled) for i in range(len(d)) if (settled := Settled.of(record, i)) is not None]
+    return [
+        point(panel, series[d[i]][-1], at.dU * velocity, SETTLED, {"color": COLOURS[i]}, at.error * velocity)
+        for i, at in known
+    ]

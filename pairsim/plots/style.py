@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from contextlib import ContextDecorator, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -38,9 +38,11 @@ ORDERED = ListedColormap(mpl.colormaps["viridis"](range(0, 236)))  # without its
 GREY = "0.72"
 
 
-def printing() -> ContextDecorator:
-    """The style, as a decorator of whatever draws."""
-    return mpl.rc_context(PRINT)
+@contextmanager
+def printing() -> Iterator[None]:
+    """The style of whatever is drawn meanwhile; also a decorator."""
+    with mpl.rc_context(PRINT):
+        yield
 
 
 @contextmanager

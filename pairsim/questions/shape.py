@@ -118,7 +118,7 @@ def answer(tables: Tables, _: dict[str, Any]) -> list[str]:
 
 def draw(directory: Path, out: Path, page: Page) -> list[Path]:
     """D and U over Ca_e."""
-    from pairsim.plots.axes import finish, small_print
+    from pairsim.plots.chart import POINT, Panel, Series, draw_chart
     from pairsim.plots.labels import case_parts, read_case
     from pairsim.plots.style import printing
     from pairsim.plots.units import Units
@@ -126,18 +126,13 @@ def draw(directory: Path, out: Path, page: Page) -> list[Path]:
 
     units = Units.of(directory, page.physical)
     table = units.table(read_table(directory / "shape.csv"))
-
-    @printing()
-    def drawn() -> list[Path]:
-        figure, axes = page.panels(2, height=48)
-        for axis, name in zip(axes, ("D_1", "U_1"), strict=True):
-            error = table["D_error"] if name == "D_1" else None
-            axis.errorbar(table["Ca_e"], table[name], yerr=error, marker="o", markersize=3)
-            finish(axis, units.axis_label(["Ca_e"]), units.axis_label([name]), [table[name]])
-        small_print(figure, case_parts(read_case(directory / "case.yaml"), {"Ca_e"}))
+    names, look = ("D_1", "U_1"), {"color": "C0", "linestyle": "-"}
+    errors = table["D_error"], None
+    series = [Series(i, table["Ca_e"], table[name], look, errors[i], mark=POINT) for i, name in enumerate(names)]
+    panels = [Panel(units.axis_label(["Ca_e"]), units.axis_label([name])) for name in names]
+    with printing():
+        figure, _ = draw_chart(page, panels, series, case_parts(read_case(directory / "case.yaml"), {"Ca_e"}))
         return page.save(figure, out, "shape")
-
-    return drawn()
 
 
 QUESTION = Question(

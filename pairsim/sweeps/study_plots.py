@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 from matplotlib.axes import Axes
 
-from pairsim.plots.axes import key, small_print, spread
+from pairsim.plots.chart import Panel, Series, draw_chart
 from pairsim.plots.labels import shown
 from pairsim.plots.style import COLOURS, MARKERS, SMALL, Page, printing
 from pairsim.results.columns import column
@@ -30,30 +31,32 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
     if "error" not in table or (points := table[table["error"] > 0]).empty:
         return []
     page = page or Page()
-    figure, (axes,) = page.panels(1, height=85, extra=0)
-    handles: list[Any] = []
+    series = []
     for i, group in enumerate(families(points, "space")):
-        look: dict[str, Any] = {
-            "marker": MARKERS[i % len(MARKERS)],
-            "color": COLOURS[i % len(COLOURS)],
-            "linestyle": "-",
-        }
+        look = {"color": COLOURS[i % len(COLOURS)], "marker": MARKERS[i % len(MARKERS)], "markersize": 4.5}
         label = _words(group.iloc[0], of_mesh=False) or "as in the file"
-        handles += axes.plot(group["wall_time"], group["error"], label=label, linewidth=0.8, markersize=4.5, **look)
+        series.append(_line(group, {**look, "linestyle": "-"}, label, range(len(group))))
+    dotted = {"color": "0.6", "linestyle": ":", "zorder": 1}
+    series += [_line(group, dotted) for group in families(points, "time") if len(group) > 1]
+    compared = column(list(table.columns)[list(table.columns).index("wall_time_spread") + 1].partition("@")[0])
+    error = f"error of ${compared.symbol}$  [${compared.unit or '-'}$]"
+    panel = Panel("wall time  [s]", error, wide="x", margins=(0.2, 0.14))  # labels stand right of their points
+    figure, (axes,) = draw_chart(page, [panel], series, [ORDERS])
+    axes.set_yscale("log")
+    for i, group in enumerate(families(points, "space")):
         for _, row in group.iterrows():
             place = row["wall_time"], row["error"]
             axes.annotate(_words(row, of_mesh=True), place, (4, -9 if i % 2 else 3), color="0.25", **NOTE)
         _note_orders(axes, group, 2)
     for group in families(points, "time"):
-        axes.plot(group["wall_time"], group["error"], color="0.6", linestyle=":", linewidth=0.8, zorder=1)
         _note_orders(axes, group, -8)
-    compared = column(list(table.columns)[list(table.columns).index("wall_time_spread") + 1].partition("@")[0])
-    axes.set(yscale="log", xlabel="wall time  [s]", ylabel=f"error of ${compared.symbol}$  [${compared.unit or '-'}$]")
-    spread(axes, "x", points["wall_time"])
-    axes.margins(x=0.2, y=0.14)  # labels stand right of their points
-    key(figure, handles)
-    small_print(figure, [ORDERS])
     return page.save(figure, out or directory, "study")
+
+
+def _line(group: pd.DataFrame, look: dict[str, Any], label: str = "", marked: Sequence[int] = ()) -> Series:
+    """Error against wall time of a family."""
+    x, y = (group[name].to_numpy() for name in ("wall_time", "error"))
+    return Series(0, x, y, {"linewidth": 0.8, **look}, label=label, marked=marked)
 
 
 def _note_orders(axes: Axes, group: pd.DataFrame, below: float) -> None:

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from pairsim.config.merging import flat
 from pairsim.config.physical import BLOCK
-from pairsim.plots.axes import finish, key, small_print, spread
+from pairsim.plots.chart import POINT, ZEROS, Panel, Series, draw_chart, point
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.labels import case_parts, hashable, measured, parameter_label, read_case
-from pairsim.plots.lines import Line, draw_zero, lines_of, zero_notes
+from pairsim.plots.lines import Line, lines_of
 from pairsim.plots.overlay import draw_overlay
 from pairsim.plots.style import COLOURS, Page, printing
 from pairsim.plots.units import Units
@@ -188,38 +187,31 @@ def _draw_parameters(sweep: _Sweep, out: Path, page: Page) -> list[Path]:
     others = [other for other in sweep.varying if other != name]
     group, panels = (wanted if wanted in others else None for wanted in (sweep.group, sweep.panels))
     encoding = Encoding.of([case["parameters"] for case in sweep.cases], others, group, panels)
-    figure, places = encoding.grid(page, 66)
     run = sweep.command == "run"
     named = sweep.units_of_all.axis_label
     label = named([sweep.quantity], " at the end") if run else named(["d_cr"])
-    for axis, value in places:
-        pairs = zip(sweep.numbers[name], sweep.cases, strict=True)
-        inside = [(x, case) for x, case in pairs if encoding.inside(case["parameters"], value)]
-        drawn = (_draw_ends if run else _draw_zeros)(axis, sweep, name, inside, encoding)
-        spread(axis, "x", sweep.numbers[name])
-        finish(axis, parameter_label(name, sweep.units[name]), label, [np.array(drawn)])
-    encoding.bar(figure, [axis for axis, _ in places])
-    notes = [] if run else zero_notes([zero for case in sweep.cases for zero in sweep.zeros(case)])
-    key(figure, [*encoding.handles(lines=run, points=True), *notes])
-    small_print(figure, [*sweep.parts, *(f"all values of {each}" for each in encoding.untold)])
+    places = [Panel(parameter_label(name, sweep.units[name]), label, each, "x", like=0) for each in encoding.titles]
+    table = (_ends if run else _zero_points)(sweep, name, encoding)
+    figure, _ = draw_chart(page, places, table, sweep.parts, encoding)
     return page.save(figure, out, "sweep_parameters" if run else "sweep_zeros")
 
 
-def _draw_ends(
-    axis: Axes, sweep: _Sweep, name: str, cases: Sequence[tuple[float, dict[str, Any]]], encoding: Encoding
-) -> list[float]:
-    """The last values, which are returned; lines join cases that differ in this parameter alone."""
+def _ends(sweep: _Sweep, name: str, encoding: Encoding) -> list[Series]:
+    """The last values; lines join cases that differ in this parameter alone."""
     lines: dict[tuple[Any, ...], list[tuple[float, float]]] = defaultdict(list)
-    looks: dict[tuple[Any, ...], dict[str, Any]] = {}
-    for x, case in cases:
+    parameters: dict[tuple[Any, ...], Mapping[str, Any]] = {}
+    for x, case in zip(sweep.numbers[name], sweep.cases, strict=True):
         if case["status"] == "finished" and sweep.quantity in case["values"]:
             rest = tuple((k, hashable(v)) for k, v in case["parameters"].items() if k != name)
             factor = sweep.drawn[case["folder"]].factor(column(sweep.quantity).unit)
             lines[rest].append((x, factor * case["values"][sweep.quantity]))
-            looks[rest] = encoding.look(case["parameters"])
+            parameters[rest] = case["parameters"]
+    found = []
     for rest, points in lines.items():
-        axis.plot(*zip(*sorted(points), strict=True), markersize=3, **looks[rest])
-    return [value for points in lines.values() for _, value in points]
+        x, y = np.array(sorted(points)).T
+        look = {**encoding.look(parameters[rest]), "markersize": 3}
+        found.append(Series(encoding.panel_of(parameters[rest]), x, y, look, marked=range(len(x))))
+    return found
 
 
 def _zeros(case: Mapping[str, Any]) -> list[Zero]:
@@ -228,15 +220,15 @@ def _zeros(case: Mapping[str, Any]) -> list[Zero]:
     return [Zero(*each) for each in zip(zeros, stable, errors, strict=True)]
 
 
-def _draw_zeros(
-    axis: Axes, sweep: _Sweep, _: str, cases: Sequence[tuple[float, dict[str, Any]]], encoding: Encoding
-) -> list[float]:
-    """The zeros of dU, which are returned, with their errors, filled where they are stable."""
-    for x, case in cases:
+def _zero_points(sweep: _Sweep, name: str, encoding: Encoding) -> list[Series]:
+    """The zeros of dU with their errors."""
+    found = []
+    for x, case in zip(sweep.numbers[name], sweep.cases, strict=True):
         look = encoding.look(case["parameters"])
-        for zero in sweep.zeros(case):
-            draw_zero(axis, x, zero.d, zero, look["color"], look["marker"].replace(".", "o"), yerr=zero.error)
-    return [zero.d for _, case in cases for zero in sweep.zeros(case)]
+        look = {"color": look["color"], "marker": look["marker"].replace(".", "o")}
+        panel = encoding.panel_of(case["parameters"])
+        found += [point(panel, x, zero.d, ZEROS[zero.stable], look, zero.error) for zero in sweep.zeros(case)]
+    return found
 
 
 def outcome(case: Mapping[str, Any], quantity: str) -> str:
@@ -260,19 +252,18 @@ def _draw_map(sweep: _Sweep, numbers: Sequence[str], out: Path, page: Page) -> l
     x, y, *more = sorted(numbers, key=lambda name: -len(set(sweep.numbers[name])))
     found = [outcome(case, sweep.quantity) for case in sweep.cases]
     kinds = [*(kind for kind in OUTCOMES if kind in found), *sorted(set(found) - set(OUTCOMES))]
-    looks = {kind: OUTCOMES.get(kind, ("black", FAILURES[i % len(FAILURES)])) for i, kind in enumerate(kinds)}
+    pairs = {kind: OUTCOMES.get(kind, ("black", FAILURES[i % len(FAILURES)])) for i, kind in enumerate(kinds)}
+    looks: dict[str, dict[str, Any]] = {
+        kind: {"color": colour, "marker": marker, "markersize": 5} for kind, (colour, marker) in pairs.items()
+    }
     encoding = Encoding.of([case["parameters"] for case in sweep.cases], more[:1], panels=(*more, None)[0])
-    figure, places = encoding.grid(page, 60)
-    for axis, value in places:
-        for a, b, case, kind in zip(sweep.numbers[x], sweep.numbers[y], sweep.cases, found, strict=True):
-            if encoding.inside(case["parameters"], value):
-                axis.plot(a, b, looks[kind][1], color=looks[kind][0], markersize=5)
-        axis.margins(0.08)
-        spread(axis, "x", sweep.numbers[x])
-        spread(axis, "y", sweep.numbers[y])
-        finish(axis, parameter_label(x, sweep.units[x]), parameter_label(y, sweep.units[y]), [])
+    points = zip(sweep.numbers[x], sweep.numbers[y], sweep.cases, found, strict=True)
+    table = [point(encoding.panel_of(c["parameters"]), a, b, POINT, looks[kind]) for a, b, c, kind in points]
+    labels = {name: parameter_label(name, sweep.units[name]) for name in (x, y)}
+    axes = Panel(labels[x], labels[y], wide="xy", like=0, margins=(0.08, 0.08))
     words = {kind: kind.replace("dU", r"$\Delta U$") for kind in kinds}
-    key(figure, [Line2D([], [], linestyle="", color=c, marker=m, label=words[k]) for k, (c, m) in looks.items()])
+    handles = [Line2D([], [], label=words[kind], linestyle="", **look) for kind, look in looks.items()]
     unseen = [f"all values of {name}" for name in sweep.varying if name not in (x, y, *more[:1])]
-    small_print(figure, [*sweep.parts, *unseen])
+    panels = [replace(axes, title=title) for title in encoding.titles]
+    figure, _ = draw_chart(page, panels, table, [*sweep.parts, *unseen], handles=handles)
     return page.save(figure, out, "sweep_map")

@@ -9,7 +9,6 @@ import imageio_ffmpeg
 import numpy as np
 import pytest
 from matplotlib import image
-from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 from PIL import Image
 from support.field_samples import PAIR, scene
@@ -19,11 +18,12 @@ from support.result_folders import curve_table, make_curve, make_run
 from pairsim.api.pictures import plot
 from pairsim.plots.animation import default_movie
 from pairsim.plots.axes import leave_out_spikes
-from pairsim.plots.critical import _draw_row
+from pairsim.plots.chart import POINT, Panel, draw_chart, draw_series, notes, point
+from pairsim.plots.critical import point_of
 from pairsim.plots.encoding import Encoding
 from pairsim.plots.field_values import FIELDS
 from pairsim.plots.labels import measured
-from pairsim.plots.lines import BAND, Line, draw_line, notes
+from pairsim.plots.lines import Line, series_of
 from pairsim.plots.meridional_section import outlines, tessellate
 from pairsim.plots.overlay import varying_keys
 from pairsim.plots.sections import _streamlines, views_of
@@ -165,14 +165,14 @@ def test_run_is_drawn_with_the_band_of_its_error() -> None:
     t = np.array([1.0, 2.0, 3.0])
     table = {"t": t, "d": t / 10, "dU": t**2, "dU_error": t / 10}
     for shown, bands in ((table, 1), ({name: table[name] for name in ("t", "d", "dU")}, 0)):
-        figure, axis = plt.subplots()
+        axis = Figure().subplots()
         line = Line({}, shown, "dU", Units(), False)
-        draw_line(axis, line, "t", {"color": "C0", "linestyle": "-", "marker": "o", "band": BAND})
-        assert len(axis.collections) == len(notes([line])) == bands
+        (series,) = series_of(line, 0, "t", {"color": "C0", "linestyle": "-", "marker": "o"})
+        draw_series(axis, series)
+        assert len(axis.collections) == len(notes([series])) == bands
         if bands:
             edge = axis.collections[0].get_paths()[0].vertices
             assert (edge[:, 1].min(), edge[:, 1].max()) == pytest.approx((0.9, 9.3))
-        plt.close(figure)
 
 
 @pytest.mark.slow
@@ -307,11 +307,20 @@ def test_intervals_of_critical_distances() -> None:
     for d_error, parameter_error in ((0.01, np.nan), (np.nan, 0.2), (np.nan, np.nan)):
         row = {"De": 1.0, "d_cr": 0.1, "kind": "wanted", "stable": True}
         row |= {"d_error": d_error, "parameter_error": parameter_error}
-        _draw_row(axis, "De", row, "k")
+        for series in point_of(row, "De", {"color": "k"}):
+            draw_series(axis, series)
     drawn = [np.array(collection.get_segments()[0]) for collection in axis.collections]
     assert len(drawn) == 2
     assert drawn[0] == pytest.approx(np.array([[1.0, 0.09], [1.0, 0.11]]))
     assert drawn[1] == pytest.approx(np.array([[0.8, 0.1], [1.2, 0.1]]))
+
+
+def test_bars_are_seen_whole_unless_a_panel_says_otherwise() -> None:
+    single = point(0, 1.0, 0.5, POINT, {}, error=2.0)
+    for bars in (True, False):
+        _, (axis,) = draw_chart(Page(), [Panel("x", "y", bars=bars)], [single], [])
+        low, high = axis.get_ylim()
+        assert (low < -1.5 and high > 2.5) == bars
 
 
 def test_brief_start_up_reaches_out_of_the_axis() -> None:
