@@ -13,8 +13,8 @@ from scipy.sparse.csgraph import depth_first_order
 from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.arrays import Array, Indices
 
-EDGES = {6: [(0, 1, 3), (1, 2, 4), (2, 0, 5)], 9: [(0, 1, 4), (1, 2, 5), (2, 3, 6), (3, 0, 7)]}
-"""Corners and mid-node of the edges of a cell, by its number of nodes (VTK's order)."""
+EDGES = [(0, 1, 3), (1, 2, 4), (2, 0, 5)]
+"""Corners and mid-node of the edges of a cell (VTK's order)."""
 ON_AXIS = 1e-8
 
 
@@ -36,31 +36,26 @@ def _line(s: Array) -> Array:
     return np.stack([(1 - s) * (1 - 2 * s), s * (2 * s - 1), 4 * s * (1 - s)], axis=-1)
 
 
-def _lattice(kind: int, level: int) -> tuple[Array, NDArray[np.int64]]:
-    """Shape functions on a regular lattice of one cell, (nodes, kind), and the triangles between its nodes."""
-    grid = [(i, j) for j in range(level + 1) for i in range(level + 1 - (j if kind == 6 else 0))]
-    x, y = np.array(grid, dtype=float).T / level
-    triangles = Triangulation(x, y).triangles.astype(np.int64)
-    if kind == 6:
-        a, b, c = 1 - x - y, x, y
-        shapes = [a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1), 4 * a * b, 4 * b * c, 4 * c * a]
-        return np.stack(shapes, axis=1), triangles
-    order = [(0, 0), (1, 0), (1, 1), (0, 1), (2, 0), (1, 2), (2, 1), (0, 2), (2, 2)]
-    along, across = _line(x), _line(y)
-    return np.stack([along[:, i] * across[:, j] for i, j in order], axis=1), triangles
+def _lattice(level: int) -> tuple[Array, NDArray[np.int64]]:
+    """Shape functions on a regular lattice of one cell, (nodes, 6), and the triangles between its nodes."""
+    grid = [(i, j) for j in range(level + 1) for i in range(level + 1 - j)]
+    b, c = np.array(grid, dtype=float).T / level
+    a = 1 - b - c
+    shapes = [a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1), 4 * a * b, 4 * b * c, 4 * c * a]
+    return np.stack(shapes, axis=1), Triangulation(b, c).triangles.astype(np.int64)
 
 
 def tessellate(frame: FieldFrame, chosen: NDArray[np.bool_], values: Array, level: int = 3) -> Surface:
     """Some cells of a frame, each edge divided into `level` pieces along its curve.
 
     Args:
-        frame: Mesh, (m) cells and (n) nodes.
+        frame: Mesh, (m) six-node triangles and (n) nodes.
         chosen: Which cells, (m,).
         values: What to show, at the nodes, (n,).
         level: Pieces of an edge.
     """
     cells = frame.cells[chosen]
-    shapes, triangles = _lattice(frame.cells.shape[1], level)
+    shapes, triangles = _lattice(level)
     points = np.einsum("qa,mai->mqi", shapes, frame.points[cells]).reshape(-1, 2)
     starts = np.arange(len(cells))[:, None, None] * len(shapes)
     return Surface(points, (triangles + starts).reshape(-1, 3), (values[cells] @ shapes.T).ravel())
@@ -72,7 +67,7 @@ def surface_nodes(frame: FieldFrame) -> list[Indices]:
     They are read off the liquid, so that rigid particles, which have no cells, have them too.
     """
     cells = frame.cells[frame.region == 0]
-    edges = np.vstack([cells[:, edge] for edge in EDGES[frame.cells.shape[1]]])
+    edges = np.vstack([cells[:, edge] for edge in EDGES])
     _, first, count = np.unique(np.sort(edges[:, :2], axis=1), axis=0, return_index=True, return_counts=True)
     edges = edges[first[count == 1]]
     edges = edges[(np.abs(frame.points[edges, 1]) > ON_AXIS).any(axis=1)]

@@ -36,7 +36,6 @@ CASES = {
     "pipe": (0, [scene(0.5, [])]),
     "single": (1, [scene(0.1, [(0.0, 0.2, 0.2)]), scene(0.5, [(0.2, 0.23, 0.19)])]),
     "pair": (2, [scene(0.1, PAIR), scene(0.5, PAIR)]),
-    "pair of quadrilaterals": (2, [scene(0.1, PAIR, kind=9)]),
     "rigid pair": (2, [scene(0.1, PAIR, rigid=True)]),
     "three": (3, [scene(0.1, [(-0.6, 0.2, 0.2), (0.0, 0.2, 0.2), (0.6, 0.2, 0.2)])]),
 }
@@ -101,10 +100,9 @@ def test_folder_without_anything_to_draw_is_an_input_error(tmp_path: Path) -> No
         plot(folder, out=folder / "case.yaml")
 
 
-@pytest.mark.parametrize("kind", [6, 9])
 @pytest.mark.parametrize("rigid", [False, True])
-def test_outlines_are_the_curved_surfaces_from_upstream(kind: int, rigid: bool) -> None:
-    found = outlines(scene(0.1, PAIR, kind=kind, rigid=rigid))
+def test_outlines_are_the_curved_surfaces_from_upstream(rigid: bool) -> None:
+    found = outlines(scene(0.1, PAIR, rigid=rigid))
     assert len(found) == 2
     for line, (z, a, b) in zip(found, PAIR, strict=True):
         assert line[0] == pytest.approx([z - a, 0], abs=1e-12)
@@ -113,9 +111,8 @@ def test_outlines_are_the_curved_surfaces_from_upstream(kind: int, rigid: bool) 
         assert np.all(np.diff(line[:, 0]) > 0)
 
 
-@pytest.mark.parametrize("kind", [6, 9])
-def test_tessellation_follows_the_curves_and_keeps_quadratic_values(kind: int) -> None:
-    frame = scene(0.1, PAIR, kind=kind)
+def test_tessellation_follows_the_curves_and_keeps_quadratic_values() -> None:
+    frame = scene(0.1, PAIR)
     surface = tessellate(frame, frame.region == 1, frame.points[:, 0], level=4)
     assert surface.values == pytest.approx(surface.points[:, 0], abs=1e-12)
     a, b, c = (surface.points[surface.triangles[:, i]] for i in range(3))
