@@ -17,8 +17,8 @@ from pairsim.api.curve import Curve
 from pairsim.config.case import SceneCase
 from pairsim.physics.scales import Scales
 from pairsim.questions import Question
+from pairsim.questions.answer import cost_line
 from pairsim.questions.question import Tables, rows_in
-from pairsim.results.answer import cost_line
 from pairsim.results.columns import EQUILIBRIA_COLUMNS
 from pairsim.results.folders import valid_record
 from pairsim.results.travel import Travel, travel

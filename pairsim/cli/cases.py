@@ -199,9 +199,9 @@ def _compute(
 
 def _end(result: Result, directory: Path, shown: Style) -> NoReturn:
     """Draw, give the folder (stdout) and what to do next (stderr), and exit with the code of the outcome."""
-    from pairsim.questions.outcome import exit_code
+    from pairsim.questions.answer import advice
     from pairsim.questions.question import rows_in
-    from pairsim.results.answer import advice
+    from pairsim.questions.record import exit_code
     from pairsim.results.output import FIELDS_XDMF
 
     command, code = result.command, exit_code(result.status, result.reason)

@@ -18,7 +18,7 @@ from pairsim.plots.units import Units
 from pairsim.results.columns import TIME, VELOCITY, column, error_of, suffixes_in
 from pairsim.results.folders import read_record
 from pairsim.results.output import SERIES
-from pairsim.results.run_answer import Settled, start_up
+from pairsim.results.settled import Settled, start_up
 from pairsim.results.table_files import read_table
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pairsim.physics.scales import Scales
-from pairsim.results.answer import Zero
 from pairsim.results.columns import LENGTH, column
 from pairsim.results.folders import read_record
 from pairsim.results.units import UNITS, factor, scales_in, scales_of, unit_of
 from pairsim.results.xdmf import FieldFrame
+from pairsim.results.zeros import Zero
 from pairsim.runtime.arrays import Array
 
 

@@ -13,19 +13,15 @@ from pairsim.results.columns import Column, declare
 ORDER = ("run", "curve", "critical")
 """The questions that come first in lists; others follow by name."""
 SHARED = {
-    "adaptive",
+    "answer",
     "check_law",
-    "critical_solving",
-    "curve_solving",
     "events",
     "mesh",
-    "outcome",
     "problems",
     "progress",
     "question",
-    "run_end",
-    "run_solving",
-    "run_warnings",
+    "record",
+    "run_answer",
     "session",
     "sphere_in_extension",
     "steady",

@@ -1,26 +1,33 @@
-"""`pairsim critical`: the distances at which dU = 0."""
+"""`pairsim critical`: the distances at which dU = 0, followed over a parameter."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from pairsim.config.cost import Estimate, steady_estimate
 from pairsim.config.curve_case import CriticalCase, check_critical
+from pairsim.questions import events
 from pairsim.questions.question import InSweeps, Question, Tables, Value, rows_in
+from pairsim.results.columns import CRITICAL_COLUMNS, LENGTH
+from pairsim.runtime.errors import MeshFailure, NoSteadyState
 
 if TYPE_CHECKING:
     from pairsim.plots.style import Page
-    from pairsim.questions.events import Events
+    from pairsim.questions.steady import Solutions
+    from pairsim.questions.warnings import ErrorAt
+    from pairsim.results.zeros import Zero
+    from pairsim.runtime.monitor import Monitor
+    from pairsim.solvers.curves.branch import Point
+    from pairsim.solvers.curves.critical import Finding
+    from pairsim.solvers.curves.zero_lines import Critical, Followed, Region
+    from pairsim.solvers.parameters import Parameters
 
+Line = dict[str, float]
+"""The parameter of a line of critical distances and its value; empty without `lines`."""
 SHOWN = {"zeros": "d_cr", "stable": "stable"}
-
-
-def solve(case: CriticalCase, **more: Any) -> Events:
-    """See `pairsim.questions.critical_solving.solve`."""
-    from pairsim.questions import critical_solving
-
-    return critical_solving.solve(case, **more)
 
 
 def estimate(case: CriticalCase) -> Estimate:
@@ -30,11 +37,180 @@ def estimate(case: CriticalCase) -> Estimate:
     return steady_estimate(case, lines * (15 + 4 * values))
 
 
+def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
+    """Find the critical distances of every line, and follow them over the parameter of the case.
+
+    Args:
+        case: The validated case.
+        monitor: Ends the computation.
+    """
+    from pairsim.questions.problems import steady_problem
+    from pairsim.questions.steady import Solutions, health_columns
+    from pairsim.solvers.curves.critical import find_all, follow_all
+
+    least, most = case.d
+    region = _region(case)
+    lines = list(_lines(case, region))
+    count = len(lines) * (len(region.values) if region is not None else 1)
+    yield events.Begin(f"zeros of dU between d = {least:g} and {most:g}", count)
+    with Solutions(case) as found:
+        zeros = _Zeros(found, None if region is None else region.name)
+        yield events.AtEnd(zeros.end)
+        yield events.Table("critical", [*CRITICAL_COLUMNS, *health_columns(case)])
+        failures: list[str] = []
+        for line, start in lines:
+            try:
+                # Meshes are adapted to the zeros asked for, not to those between them.
+                problem = steady_problem(case, least, monitor)
+                branch = found.branch or found.begin(problem, start, zeros_only=True)
+                branch.at(start)
+                of_line = find_all(branch, least, most) if region is None else follow_all(branch, region)
+                yield from zeros.take(of_line, line)
+            except (NoSteadyState, MeshFailure) as failure:
+                if not line:
+                    raise
+                failures += [f"{name} = {value:g}: {failure}" for name, value in line.items()]
+                yield events.Note(failures[-1])
+        if failures:
+            raise NoSteadyState("; ".join(failures))
+        return events.Outcome("finished", "end", f"{len(found.points)} critical distances on {zeros.branches} branches")
+    return found.outcome  # the branch ends before all distances were reached
+
+
+class _Zeros:
+    """The critical distances found so far.
+
+    Args:
+        found: The quasi-steady solutions of the command; those at critical distances are added to its points.
+        followed: The parameter over which they are followed, None if they are not.
+
+    Attributes:
+        branches: Number of branches with a critical distance.
+    """
+
+    def __init__(self, found: Solutions, followed: Followed | None) -> None:
+        self.found, self.followed = found, followed
+        self.branches = 0
+        self._wanted: list[Point] = []  # those at requested values, whose error `accuracy` is kept for
+        self._errors: list[ErrorAt] = []  # of parameters where two zeros meet, relative to them
+        self._ends: list[dict[str, Any]] = []
+        self._warnings: list[str] = []
+        self._solved = 0
+
+    def take(self, findings: Iterable[Finding], line: Line) -> Iterator[events.Event]:
+        """Show the findings on a line, whose branches are numbered after those before, and write its zeros."""
+        from pairsim.solvers.curves.branch import Point
+        from pairsim.solvers.curves.curve import Jump
+        from pairsim.solvers.curves.zero_lines import Critical, End, Missed
+
+        before = self.branches
+        for each in findings:
+            match each:
+                case Point():
+                    yield self._shown(f"search: d = {each.d:.5f}  dU = {each.dU:+.4e}")
+                case Critical():
+                    self.branches = max(self.branches, each.branch + before)
+                    yield from self._critical(each, each.branch + before)
+                case End():
+                    numbered = replace(each, branch=each.branch + before)
+                    self._ends.append({**line, **vars(numbered)})
+                    yield events.Note(f"branch {numbered.branch}: {numbered.message}")
+                case Jump() | Missed():
+                    self._warnings.append(each.message)
+
+    def _shown(self, text: str) -> events.Progress:
+        self._solved += 1
+        return events.Progress(len(self._wanted), text, self._solved)
+
+    def _critical(self, critical: Critical, branch: int) -> Iterator[events.Event]:
+        from pairsim.questions.steady import error_at, point_row
+        from pairsim.solvers.curves.zero_lines import value_of
+
+        point = critical.point
+        place, row = point.parameters, dict[str, Any](point_row(point))
+        self.found.points.append(point)
+        self._wanted += [point] if critical.kind == "wanted" else []
+        slope = point.slope_at_rest
+        row |= {"Ca_e": max(place.Ca_es), "De": place.De, "d_cr": point.d, "U": row["U_T"], "slope": slope}
+        row |= {"kind": critical.kind, "branch": branch, "stable": slope < 0}
+        row |= {"d_error": None, "parameter_error": None}
+        if critical.by_parameter is None:
+            row["d_error"] = row["dU_error"] / abs(slope)
+        else:  # where two zeros meet, the slope vanishes
+            row["parameter_error"] = row["dU_error"] / abs(critical.by_parameter)
+            assert self.followed is not None
+            size = abs(critical.by_parameter) * value_of(self.followed, place)
+            self._errors.append(error_at(point, 0, size))
+        yield events.Row("critical", row)
+        yield self._shown(f"Ca_e = {row['Ca_e']:.5g}  De = {place.De:.5g}  d_cr = {point.d:.5f}  {critical.kind}")
+
+    def end(self) -> Iterator[events.Event]:
+        """What run.json says."""
+        from pairsim.questions.steady import adaptation_report
+        from pairsim.questions.warnings import large_errors
+
+        entries: dict[str, Any] = {"ends": self._ends}
+        case, branch, warnings = self.found.case, self.found.branch, [*self._warnings]
+        if branch is not None:
+            sizes = [abs(point.slope_at_rest) * point.d for point in self._wanted]
+            what = "itself, that of a critical distance"
+            entries["adaptation"], missed = adaptation_report(case, branch, self._wanted, sizes, what)
+            warnings += missed
+        warnings += large_errors(case, "the error of a parameter at which two zeros meet", "itself", self._errors)
+        yield from self.found.last_events(entries, warnings)
+
+
+def _region(case: CriticalCase) -> Region | None:
+    """Parameter values and distances within which zeros are followed, None to find zeros of this case only."""
+    from pairsim.solvers.curves.zero_lines import Region
+
+    if case.along is None:
+        return None
+    name, values = next(iter(case.along.items()))
+    return Region(cast("Followed", name), tuple(sorted(values)), *case.d)
+
+
+def _lines(case: CriticalCase, region: Region | None) -> Iterator[tuple[Line, Parameters]]:
+    """Yield, for each line, the value of its parameter (empty without `lines`) and the parameters where it begins."""
+    from pairsim.solvers.curves.zero_lines import with_value
+    from pairsim.solvers.parameters import Parameters
+
+    start = Parameters((case.d[1],), case.solid_models, case.liquid_model)
+    if region is not None:
+        start = with_value(region.name, start, region.values[0])
+    if case.lines is None:
+        yield {}, start
+        return
+    name, values = next(iter(case.lines.items()))
+    for value in sorted(values):
+        yield {name: value}, with_value(cast("Followed", name), start, value)
+
+
 def answer(tables: Tables, record: dict[str, Any]) -> list[str]:
     """Which critical distances there are, and where branches of them end."""
-    from pairsim.results.answer import answer_of_critical, zeros_in
+    from pairsim.results.zeros import zeros_in
 
     return answer_of_critical(zeros_in(tables["critical"], "d_cr"), record)
+
+
+def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list[str]:
+    """The answer of a search that has found critical distances."""
+    from pairsim.results.units import in_unit, scales_in
+
+    lines = []
+    scales = scales_in(record)
+    for stable, meaning in ((False, "closer pairs come together, wider ones separate"), (True, "pairs come to rest")):
+        found = [zero.d for zero in zeros if zero.stable == stable]
+        if found:
+            kind = "stable" if stable else "unstable"
+            where = f"d = {min(found):.4g} to {max(found):.4g}" if len(found) > 1 else f"d = {found[0]:.4g}"
+            if scales is not None:
+                where += (
+                    f" ({' to '.join(dict.fromkeys(in_unit(scales, LENGTH, d) for d in (min(found), max(found))))})"
+                )
+            lines.append(f"{len(found)} {kind} critical distance{'s' * (len(found) > 1)}, {where}: {meaning}.")
+    ends = [str(end["message"]) for end in record.get("ends", ()) if end.get("message")]
+    return [*lines, *(f"A branch ends: {message}." for message in ends)]
 
 
 def draw(directory: Path, out: Path, page: Page) -> list[Path]:

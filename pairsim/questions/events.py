@@ -10,11 +10,24 @@ from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from pairsim.questions.outcome import Outcome
-
 if TYPE_CHECKING:
     from pairsim.results.checkpoint import Checkpoint
     from pairsim.results.xdmf import FieldFrame
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a command ended.
+
+    Attributes:
+        status: "finished", "failed" or "interrupted".
+        reason: "end", "contact", "max_gap", "no_steady_state", "interrupted", or the `reason` of a `RunFailure`.
+        message: One line of text for the user.
+    """
+
+    status: str
+    reason: str
+    message: str
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from pairsim.config.cost import Estimate
     from pairsim.config.mistakes import Mistake
     from pairsim.plots.style import Page
-    from pairsim.questions.events import Events
-    from pairsim.questions.outcome import Outcome
+    from pairsim.questions.events import Events, Outcome
     from pairsim.questions.session import Options
 
 Value = float | int | str | list[float] | list[bool] | None

@@ -1,27 +1,48 @@
-"""`pairsim run`: one case in time."""
+"""`pairsim run`: one case in time, from a start of its own or from a checkpoint."""
 
 from __future__ import annotations
 
 import math
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pairsim.config.case import Case
 from pairsim.config.case_checks import check_together
 from pairsim.config.cost import Estimate
+from pairsim.config.identity import sources_of
+from pairsim.questions import events
 from pairsim.questions.question import InSweeps, Question, Tables
-from pairsim.results.columns import names_of
+from pairsim.results.columns import (
+    HEALTH,
+    POLYMER_HEALTH,
+    error_columns,
+    names_of,
+    observed,
+    series_columns,
+    table_row,
+)
+from pairsim.runtime.errors import RunFailure, TooManySteps, WallTime
+from pairsim.runtime.signals import Stopped
 
 if TYPE_CHECKING:
     from pairsim.plots.style import Page
-    from pairsim.questions.events import Events
+    from pairsim.runtime.monitor import Monitor
+    from pairsim.solvers.errors.run_errors import RunErrors
+    from pairsim.solvers.problems import Problem
+    from pairsim.solvers.stepping.step import Step
+    from pairsim.solvers.transient.adaptation import RunAdaptation
+    from pairsim.solvers.transient.state import Counts
+    from pairsim.solvers.transient.transient import Transient
 
-
-def solve(case: Case, **more: Any) -> Events:
-    """See `pairsim.questions.run_solving.solve`."""
-    from pairsim.questions import run_solving
-
-    return run_solving.solve(case, **more)
+ADVICE = {
+    WallTime: "a larger limits.wall_time, with --resume",
+    TooManySteps: "a larger limits.max_steps, with --resume",
+}
+SETTLES = 10.0  # time for the settled state at the end of a run [s], at least: else what the run itself took; chosen
 
 
 def estimate(case: Case) -> Estimate:
@@ -37,9 +58,279 @@ def estimate(case: Case) -> Estimate:
     return Estimate.of(case, steps, adapted)
 
 
+def solve(case: Case, *, monitor: Monitor, earlier: events.Earlier | None = None) -> events.Events:
+    """Integrate a case in time, from its start or from where an earlier run has stopped."""
+    return _Run(case, monitor, earlier).computation()
+
+
+class _Run:
+    """A run as it advances.
+
+    Args:
+        case: The case.
+        monitor: Ends the computation.
+        earlier: What it resumes, None to start at t = 0.
+    """
+
+    def __init__(self, case: Case, monitor: Monitor, earlier: events.Earlier | None) -> None:
+        from pairsim.questions.problems import problem_of
+
+        self.case, self.problem, self.earlier = case, problem_of(case, monitor), earlier
+        self.old = old = earlier.checkpoint if earlier is not None else None
+        self.transient: Transient | None = None
+        self._adapt(old.adaptation if old is not None else None)
+        self._errors = error_columns(case.n) if case.estimates_error else []
+        self._entries: dict[str, Any] = {}
+        self._pending: Step | None = None  # its fields are not written
+        self._begun = time.perf_counter() - (old.wall if old else 0.0)
+
+    def _adapt(self, adaptation: RunAdaptation | None) -> None:
+        """Take the cells that a coarse run tells."""
+        self.adaptation = adaptation
+        if adaptation is not None:
+            self.problem = adaptation.adapted(self.problem)
+
+    def computation(self) -> events.Events:
+        """The computation."""
+        from pairsim.solvers.transient.adaptation import RunAdaptation
+        from pairsim.solvers.transient.transient import Transient
+
+        case, old = self.case, self.old
+        begin = events.Begin(f"to t = {case.time.end:g}", case.time.end)
+        if old is not None and (ended := end_of(self.problem, old.state.history.t[0], old.state.gaps)) is not None:
+            return (yield from self._confirm(begin, ended))
+        polymer = POLYMER_HEALTH if case.liquid_model.modes else ()
+        columns = [*series_columns(case.n), *self._errors, *names_of(case.n, *HEALTH, *polymer)]
+        yield events.Table("series", columns, appended=True)
+        yield begin
+        if old is not None:
+            yield events.Note(f"resuming from t = {old.state.history.t[0]:g} (step {old.state.counts.steps})")
+        yield events.AtEnd(self._end)
+        if case.adapts and old is None:
+            yield events.Note(f"a coarse run first: it tells which cells accuracy: {case.accuracy} needs")
+            self._adapt(RunAdaptation.begin(self.problem, case.error_wanted))
+        self.transient = Transient(self.problem, old.state if old is not None else None)
+        try:
+            return (yield from self._integrate(self.transient))
+        finally:
+            self.transient.close()
+
+    def _confirm(self, begin: events.Begin, ended: events.Outcome) -> events.Events:
+        """The end of a run that was killed after its last checkpoint, unless run.json already says so."""
+        assert self.earlier is not None
+        yield begin
+        if self.earlier.finished:
+            return ended
+        yield events.AtEnd(self._end)
+        state = self.earlier.checkpoint.state
+        self._entries |= settled_entry(self.case, self.problem, state.gaps, ended)
+        return self._with_accuracy(ended, state.run_errors)
+
+    def _integrate(self, transient: Transient) -> events.Events:
+        """Take all steps, and find what the particles do at the end."""
+        outcome = yield from self._march(transient)
+        transient.close()  # its memory serves the quasi-steady solution
+        longest = max(SETTLES, time.perf_counter() - self._begun)
+        problem = replace(self.problem, monitor=self.problem.monitor.within(longest, "it was not found within {}"))
+        with transient.clock("quasi-steady"):
+            self._entries |= settled_entry(self.case, problem, transient.gaps, outcome)
+        return self._with_accuracy(outcome, transient.run_errors)
+
+    def _with_accuracy(self, outcome: events.Outcome, errors: RunErrors) -> events.Outcome:
+        """An outcome whose message says whether an adapted run has kept its accuracy."""
+        from pairsim.questions.warnings import accuracy_of
+
+        if self.adaptation is None or outcome.status != "finished":
+            return outcome
+        return replace(outcome, message=outcome.message + accuracy_of(self.case, errors)[1])
+
+    def _march(self, transient: Transient) -> events.Events:
+        """Take all time steps; returns how the run ended.
+
+        Raises:
+            Stopped: The process has received a signal; all steps taken are written.
+            WallTime, TooManySteps: A limit of the case was exceeded.
+        """
+        from pairsim.results.checkpoint import Checkpoint
+        from pairsim.results.output import plain
+
+        case, limits = self.case, self.case.limits
+        wanted, resolved = milestones(case), plain(case.resolved() | sources_of(case))
+        for step in transient.steps(iter(wanted)):
+            count = transient.counts.steps
+            with transient.clock("output"):
+                yield events.Row("series", row_of(step))
+                self._pending = step
+                at_output = any(abs(step.t - t) <= 1e-9 * max(1.0, t) for t in wanted)
+                if at_output or count == 1 or passes_frame(case, step.t, step.dt):
+                    yield from self._fields(transient)
+                checkpoint = partial(Checkpoint, transient.state, resolved, self.adaptation)
+                yield events.Resumable(checkpoint, case.output.checkpoint, convenient=at_output)
+            yield events.Progress(step.t, _shown(step, count), count)
+            if (outcome := end_of(self.problem, step.t, transient.gaps)) is not None:
+                return outcome
+            self.problem.monitor.check()
+            if limits.wall_time is not None and (passed := time.perf_counter() - self._begun) > limits.wall_time:
+                raise WallTime(f"{passed:.0f} s have passed", t=step.t, step=count, advice=ADVICE[WallTime])
+            if count >= limits.max_steps:
+                message = f"{limits.max_steps} steps were taken"
+                raise TooManySteps(message, t=step.t, step=count, advice=ADVICE[TooManySteps])
+        return events.Outcome("finished", "end", f"finished at t = {transient.history.t[0]:g}")
+
+    def _fields(self, transient: Transient) -> Iterator[events.Event]:
+        """The fields of the last step, unless they were written."""
+        from pairsim.results.fields import frame
+
+        step, self._pending = self._pending, None
+        if step is not None and self.case.output.fields:
+            last = step
+            yield events.Frame(lambda: frame(last, transient.origin, transient.pipe(last.t)))
+
+    def _end(self) -> Iterator[events.Event]:
+        """What run.json says, and the last fields."""
+        from pairsim.questions.warnings import accuracy_of, warnings_of_run
+        from pairsim.solvers.errors.run_errors import RunErrors
+        from pairsim.solvers.transient.state import Extremes
+
+        entries, seconds = dict[str, Any](), dict[str, float]()
+        errors, extremes = RunErrors.of(self.problem.liquid), Extremes()
+        if (transient := self.transient) is not None:
+            entries = _summary(transient.counts, transient.history.t[0], transient.constraints.size)
+            seconds, errors, extremes = transient.clock.seconds, transient.run_errors, transient.extremes
+        elif self.old is not None:
+            state = self.old.state
+            entries = _summary(state.counts, state.history.t[0], state.history.y[0].size)
+            seconds, errors, extremes = state.seconds, state.run_errors, state.extremes
+        entries |= self._entries
+        if self.adaptation is not None:
+            entries |= {"adaptation": _coarse_run(self.adaptation) | accuracy_of(self.case, errors)[0]}
+        yield events.Summary(entries, warnings_of_run(self.case, errors, extremes), seconds)
+        if transient is not None:
+            yield from self._fields(transient)
+
+
+def milestones(case: Case) -> list[float]:
+    """Times that steps must land on: the output times and the end time, ascending."""
+    end, every = case.time.end, case.output.every
+    times = {t for t in case.output.times if 0 < t < end}
+    if every is not None:
+        times |= {k * every for k in range(1, math.ceil(end / every - 1e-9))}
+    return [*sorted(times), end]
+
+
+def passes_frame(case: Case, t: float, dt: float) -> bool:
+    """Whether a step passes one of the `output.frames` times, which are spread evenly up to the end.
+
+    Unlike `milestones` they cost no steps. Where a run was stopped makes no difference to them.
+
+    Args:
+        case: The case.
+        t: End of the step.
+        dt: Its size.
+    """
+    output = case.output
+    if output.times or output.every is not None:
+        return False
+    rate = output.frames / case.time.end
+    return int(t * rate) > int((t - dt) * rate)
+
+
+def end_of(problem: Problem, t: float, gaps: Sequence[float]) -> events.Outcome | None:
+    """The outcome of a run that has reached its end at a time and distances, else None."""
+    from pairsim.solvers.transient.end import reason_to_end
+
+    match reason_to_end(problem, t, gaps):
+        case "contact":
+            message = f"contact: the gap fell below {problem.min_gap:g} at t = {t:g}"
+            return events.Outcome("finished", "contact", message)
+        case "max_gap":
+            return events.Outcome("finished", "max_gap", f"the gap exceeded {problem.max_gap:g} at t = {t:g}")
+        case "tube_too_short":
+            message = (
+                f"the particles are only {problem.room(gaps):.3g} D_c from the ends of the tube at t = {t:g}; try a "
+                "larger length, or limits.max_gap"
+            )
+            return events.Outcome("failed", "tube_too_short", message)
+        case "end":
+            return events.Outcome("finished", "end", f"finished at t = {t:g}")
+        case None:
+            return None
+
+
+def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: events.Outcome) -> dict[str, Any]:
+    """The quasi-steady solution at the last distances of a run.
+
+    Args:
+        case: The case.
+        problem: Its problem, with the cells of the run.
+        gaps: The last distances [D_c], N-1 values.
+        ended: How the run ended.
+
+    Returns:
+        The entry of run.json: dU with its error at every gap [U_av], the decay time of a disturbance [D_c/U_av], how
+        the run started and which part of dU `accuracy` allows as error; a message, if there is no such solution. Empty
+        for a single particle, and for a run that ended early.
+    """
+    from pairsim.results.settled import SETTLED
+    from pairsim.solvers.transient.end import settled
+
+    if case.n < 2 or ended.reason not in ("end", "max_gap"):
+        return {}
+    try:
+        point = settled(problem, gaps)
+    except RunFailure as failure:
+        return {SETTLED: {"message": failure.message}}
+    except Stopped:
+        return {SETTLED: {"message": "the quasi-steady solution at the last distances was interrupted"}}
+    if not math.isfinite(point.t_relax):
+        return {SETTLED: {"message": "disturbances of the quasi-steady state at the last distances do not decay"}}
+    # What a run without estimates tends to is the solution on its cells, without the estimate of their error.
+    left = 0 * point.correction if case.estimates_error else point.correction
+    dU, error = point.dUs - left, point.dU_errors + abs(left)
+    entry = {"d": list(point.gaps), "dU": dU.tolist(), "dU_error": error.tolist()}
+    return {SETTLED: entry | {"t_relax": point.t_relax, "start": case.start, "accuracy": case.error_wanted}}
+
+
+def row_of(step: Step) -> dict[str, float]:
+    """The row of a step in series.csv."""
+    o = step.observation
+    values: dict[str, Any] = {"t": step.t, "d": o.d, "U": step.U, "dU": step.dU, "D": o.D}
+    values |= {"dp": o.dp, "dp_plus": o.dp_plus, "dt": step.dt, "newton": step.report.iterations}
+    values |= {"mesh": step.mesh_id, "distortion": step.distortion, **observed(o)}
+    if step.dU_correction is not None and step.dU_error is not None:
+        values |= {"dU_discrete": step.dU_discrete, "dU_correction": step.dU_correction, "dU_error": step.dU_error}
+    return table_row(o.U.size, **values)
+
+
+def _shown(step: Step, count: int) -> str:
+    """A line of progress for a step."""
+    o = step.observation
+    gap = f"d = {o.d[0]:.5f}  dU = {o.dU[0]:+.4e}  " if o.d.size == 1 else ""
+    return f"t = {step.t:.4g}  {gap}dt = {step.dt:.2g}  Newton {step.report.iterations}  step {count}"
+
+
+def _summary(counts: Counts, t: float, unknowns: int) -> dict[str, Any]:
+    """Entries of run.json: time, unknowns and counts."""
+    return {
+        "t": t,
+        "unknowns": unknowns,
+        "steps": counts.steps,
+        "rejected_steps": counts.rejected,
+        "newton_iterations": counts.newton,
+        "factorisations": counts.factorisations,
+        "remeshings": counts.remeshings,
+    }
+
+
+def _coarse_run(adaptation: RunAdaptation) -> dict[str, Any]:
+    """The part of the entry of run.json that is known before an adapted run."""
+    coarse = {"t": adaptation.t, "unknowns": adaptation.unknowns, "dU": adaptation.dU, "dU_error": adaptation.error}
+    return {"wanted": adaptation.wanted, "cells": adaptation.factor, "coarse_run": coarse}
+
+
 def answer(tables: Tables, record: dict[str, Any]) -> list[str]:
     """What the particles do at the end."""
-    from pairsim.results.run_answer import answer_of_run
+    from pairsim.questions.run_answer import answer_of_run
 
     return answer_of_run(tables["series"], record)
 

@@ -18,8 +18,9 @@ from pairsim.config.case import SceneCase
 from pairsim.config.identity import identity_of, key_of, sources_of
 from pairsim.fem.compilation import jit
 from pairsim.questions import events
-from pairsim.questions.outcome import Outcome, Record
+from pairsim.questions.events import Outcome
 from pairsim.questions.progress import Reporter
+from pairsim.questions.record import Record
 from pairsim.results.checkpoint import Checkpoint, check_same, load
 from pairsim.results.folders import kind_of, read_record
 from pairsim.results.output import CHECKPOINT, RunFolder, plain

@@ -76,8 +76,7 @@ def estimate(case: ShapeCase) -> Estimate:
 def solve(case: ShapeCase, *, monitor: Monitor) -> Events:
     """Solve the shapes in ascending Ca_e."""
     from pairsim.fem.diagnostics import contour
-    from pairsim.questions.events import AtEnd, Begin, Progress, Row, Table
-    from pairsim.questions.outcome import Outcome
+    from pairsim.questions.events import AtEnd, Begin, Outcome, Progress, Row, Table
     from pairsim.questions.problems import steady_problem
     from pairsim.questions.steady import Solutions, health_columns, point_row
     from pairsim.solvers.parameters import Parameters

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from pairsim.config.accuracy import SETTINGS, settings_of
 from pairsim.config.case import Case, SceneCase
+from pairsim.config.checked_range import beyond_checked
 from pairsim.config.curve_case import CurveCase
 from pairsim.solvers.curves.interpolant import CurveInterpolant
+from pairsim.solvers.errors.run_errors import RunErrors
+from pairsim.solvers.errors.time_error import LEAST
+from pairsim.solvers.transient.state import Extremes
 
 LONG_ARC = 1.5  # allowed length of an arc over the gap beside it; dU is 2.5 % off at 3 (N_p 40, gap 0.005)
 # Least length of tube on each side, relative to that with `length: auto`; with less, errors above about 1 % of the peak
@@ -225,3 +231,31 @@ def near_ends(case: SceneCase, span: float) -> list[str]:
         off = next(error for below, error in ENDS_ERRORS if left < below * case.margin)
         message += f", by up to {off} % of the largest |dU| in the tubes measured"
     return [f"{message}; use {_longer(case)}, or limits.max_gap in a run"]
+
+
+def warnings_of_run(case: Case, errors: RunErrors, extremes: Extremes) -> list[str]:
+    """Warnings about the results of a run."""
+    return [
+        *beyond_checked(case),
+        *coarse_mesh(case),
+        *long_steps(case, errors.steps.part),
+        *large_run_error(case, errors.part),
+        *unknown_run_error(case, errors.lost),
+        *unresolved_stress(case, extremes.s_jump),
+        *narrow_gap(case, *extremes.narrowest),
+        *near_ends(case, extremes.span),
+    ]
+
+
+def accuracy_of(case: Case, errors: RunErrors) -> tuple[dict[str, Any], str]:
+    """The part of the entry that is known after an adapted run, and what the closing line says of it."""
+    peak, wanted = errors.steps.peak, case.error_wanted
+    if peak <= LEAST:
+        return {"kept": True}, ""
+    if math.isfinite(errors.lost):
+        return {"kept": False}, f"; accuracy: {case.accuracy} was not kept, dU_error is not known"
+    reached = errors.largest / peak
+    entry = {"reached": reached, "kept": reached <= wanted, "reference_dU": peak}
+    kept = "kept" if reached <= wanted else "not kept"
+    percent = f"{100 * reached:.2g}" if reached <= wanted else above(100 * reached, 100 * wanted)
+    return entry, f"; accuracy: {case.accuracy} was {kept}, dU_error is up to {percent} %"

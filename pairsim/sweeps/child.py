@@ -19,8 +19,8 @@ import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that load
 from pairsim.inputs.case_files import parse_case
 from pairsim.plots.style import Page
 from pairsim.questions import QUESTIONS
-from pairsim.questions.outcome import memory
 from pairsim.questions.progress import Reporter
+from pairsim.questions.record import memory
 from pairsim.questions.session import Options
 from pairsim.questions.warm_start import WarmStart
 from pairsim.results.output import CHECKPOINT

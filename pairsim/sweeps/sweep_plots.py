@@ -20,8 +20,8 @@ from pairsim.plots.lines import Line, lines_of
 from pairsim.plots.overlay import draw_overlay
 from pairsim.plots.style import COLOURS, Page, printing
 from pairsim.plots.units import Units
-from pairsim.results.answer import Zero
 from pairsim.results.columns import column
+from pairsim.results.zeros import Zero
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.folder import read_sweep
 

@@ -277,11 +277,11 @@ def test_sigterm_during_the_ordering_of_a_matrix_does_no_harm() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "first",
-    ["pairsim.runtime.fenicsx, pairsim.questions.curve_solving", "pairsim.api.compute"],
+    ["pairsim.runtime.fenicsx, pairsim.questions.steady", "pairsim.api.compute"],
 )
 def test_no_other_thread_takes_sigterm(first: str) -> None:
     """SIGTERM is blocked while MPI, numpy and scipy start their threads."""
-    script = f"import {first}\nimport glob, os, pairsim.questions.run_solving\n" + (
+    script = f"import {first}\nimport glob, os, pairsim.solvers.transient.transient\n" + (
         "for task in glob.glob('/proc/self/task/*'):\n"
         "    if int(task.rpartition('/')[2]) != os.getpid():\n"
         "        print(next(line.split()[1] for line in open(task + '/status') if line.startswith('SigBlk')))"

@@ -10,9 +10,12 @@ import pytest
 from support.result_folders import curve_table
 from syrupy.assertion import SnapshotAssertion
 
-from pairsim.results.answer import Zero, advice, answer_of_critical, answer_of_curve
-from pairsim.results.run_answer import answer_of_run
+from pairsim.questions.answer import advice
+from pairsim.questions.critical import answer_of_critical
+from pairsim.questions.curve import answer_of_curve
+from pairsim.questions.run_answer import answer_of_run
 from pairsim.results.units import with_error
+from pairsim.results.zeros import Zero
 from pairsim.runtime.errors import (
     BranchEnd,
     MeshFailure,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.result_folders import curve_table
 
-from pairsim.results.answer import answer_of_curve
+from pairsim.questions.curve import answer_of_curve
 from pairsim.results.memory import FORGOTTEN, forgotten_at
 
 D = np.geomspace(0.05, 1.0, 9)

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from syrupy.assertion import SnapshotAssertion
 
-from pairsim.results.run_answer import SETTLED, answer_of_run, start_up
+from pairsim.questions.run_answer import answer_of_run
+from pairsim.results.settled import SETTLED, start_up
 
 
 def series(t: float, d: list[float], dU: list[float], **more: list[float]) -> dict[str, np.ndarray]:

@@ -9,8 +9,7 @@ import pytest
 
 from pairsim.inputs.case_files import parse_case
 from pairsim.questions import QUESTIONS
-from pairsim.questions.run_warnings import warnings_of
-from pairsim.questions.warnings import long_steps
+from pairsim.questions.warnings import long_steps, warnings_of_run
 from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.errors.time_error import SAFETY, TimeError
 from pairsim.solvers.stepping.step_size import Scheme
@@ -78,9 +77,9 @@ def test_error_to_quote_above_the_requested_accuracy_gives_a_warning() -> None:
 
         for t in np.arange(1, 20) * 0.1:
             add(float(t), 1.0)
-        assert not any("dU_error is up to 2 %" in text for text in warnings_of(case, errors, Extremes()))
+        assert not any("dU_error is up to 2 %" in text for text in warnings_of_run(case, errors, Extremes()))
         add(2.0, 2.0)
-        assert any("dU_error is up to 2 %" in text for text in warnings_of(case, errors, Extremes())) is shown
+        assert any("dU_error is up to 2 %" in text for text in warnings_of_run(case, errors, Extremes())) is shown
 
 
 def test_estimated_error_above_the_requested_accuracy_gives_a_warning() -> None:

@@ -12,7 +12,7 @@ from pairsim.config.case import Case
 from pairsim.inputs.case_files import parse_case
 from pairsim.questions import QUESTIONS
 from pairsim.questions.problems import problem_of
-from pairsim.questions.run_end import end_of
+from pairsim.questions.run import end_of
 from pairsim.questions.warnings import (
     ErrorAt,
     coarse_mesh,

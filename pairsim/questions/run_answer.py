@@ -3,84 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from pairsim.results.answer import Table, shapes_in
+from pairsim.questions.answer import shapes_in
 from pairsim.results.columns import LENGTH, TIME, VELOCITY, error_of, suffixes_in
-from pairsim.results.memory import FORGOTTEN
+from pairsim.results.settled import NOTHING, SETTLED, Settled
 from pairsim.results.units import factor, in_unit, scales_in, with_error
 from pairsim.runtime.arrays import Array
 
-SETTLED = "settled"  # entry of run.json
 MOST_GAPS = 3  # that have a sentence each
-NOTHING = 1e-9  # |dU| of particles that keep their distance [U_av]; chosen
 
 
-@dataclass(frozen=True)
-class Settled:
-    """What quasi-steady solutions at the last distances of a run say of one gap.
-
-    Attributes:
-        dU: Relative velocity once the start-up has decayed [U_av].
-        error: Half-width of its interval.
-        t_relax: Slowest decay time of a disturbance [D_c/U_av].
-        from_rest: Whether the run started from rest.
-        accuracy: Error wanted, as a part of |dU|.
-    """
-
-    dU: float
-    error: float
-    t_relax: float
-    from_rest: bool
-    accuracy: float
-
-    @staticmethod
-    def of(record: Mapping[str, Any], gap: int) -> Settled | None:
-        """What run.json has of a gap, counted from 0; None if there is no quasi-steady solution."""
-        entry = record.get(SETTLED, {})
-        if "dU" not in entry:
-            return None
-        from_rest, accuracy = entry["start"] == "rest", entry["accuracy"]
-        return Settled(entry["dU"][gap], entry["dU_error"][gap], entry["t_relax"], from_rest, accuracy)
-
-    def allowed(self, error: float | None) -> float:
-        """Difference from dU of a run that errors explain; without an estimate in the run, on the same cells."""
-        own = max(self.error, self.accuracy * abs(self.dU)) if error is None else error
-        return max(self.error + own, NOTHING)
-
-    def decayed(self, t: float, dU: float, error: float | None) -> bool:
-        """Whether the start-up has decayed at the end of a run.
-
-        Args:
-            t: Time [D_c/U_av].
-            dU: Relative velocity then [U_av].
-            error: Half-width of its interval, None if it was not estimated.
-        """
-        return t >= self.least_end and abs(dU - self.dU) <= self.allowed(error)
-
-    @property
-    def least_end(self) -> float:
-        """Time before which a run from rest is starting up [D_c/U_av]."""
-        return FORGOTTEN * self.t_relax if self.from_rest else 0.0
-
-    def end_needed(self, t: float, dU: float, error: float | None) -> float:
-        """A `time.end` at which the start-up will have decayed, to two digits; see `decayed`."""
-        excess = max(abs(dU - self.dU) / self.allowed(error), 1.0)
-        end = max(t + self.t_relax * np.log(2 * excess), self.least_end)
-        scale = 10.0 ** (np.floor(np.log10(end)) - 1)
-        return float(scale * np.ceil(end / scale))
-
-
-def start_up(record: Mapping[str, Any]) -> float:
-    """Time up to which a run is starting up, at least [D_c/U_av]; 0 where it is not known or starts from no rest."""
-    settled = Settled.of(record, 0)
-    return settled.least_end if settled is not None else 0.0
-
-
-def answer_of_run(series: Table, record: Mapping[str, Any]) -> list[str]:
+def answer_of_run(series: Mapping[str, Array], record: Mapping[str, Any]) -> list[str]:
     """The answer of a run in time.
 
     Args:
@@ -105,7 +41,7 @@ def answer_of_run(series: Table, record: Mapping[str, Any]) -> list[str]:
     return [*lines, *shapes_in(series, -1, "at the end")]
 
 
-def _train(series: Table, gaps: Sequence[str], record: Mapping[str, Any]) -> list[str]:
+def _train(series: Mapping[str, Array], gaps: Sequence[str], record: Mapping[str, Any]) -> list[str]:
     """What the gaps of many particles do: how many separate and come closer, their mean, and the extreme ones."""
     signs = []
     for i, gap in enumerate(gaps):
@@ -128,7 +64,7 @@ def _train(series: Table, gaps: Sequence[str], record: Mapping[str, Any]) -> lis
     ]
 
 
-def _last_dU(series: Table, gap: str) -> tuple[float, float | None]:
+def _last_dU(series: Mapping[str, Array], gap: str) -> tuple[float, float | None]:
     """dU of a gap in the last row, and the half-width of its interval, None if it was not estimated."""
     error = series.get(error_of(f"dU{gap}"))
     return float(series[f"dU{gap}"][-1]), None if error is None else float(error[-1])

@@ -7,7 +7,6 @@ import resource
 import sys
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -15,6 +14,7 @@ from types import MappingProxyType
 from typing import Any
 
 from pairsim.physics.scales import Scales
+from pairsim.questions.events import Outcome
 from pairsim.results.output import RunFolder
 from pairsim.runtime.errors import ENVIRONMENT, BranchEnd, EnvironmentFailure
 from pairsim.runtime.fenicsx import petsc_version
@@ -33,26 +33,6 @@ def exit_code(status: str, reason: str) -> int:
     130 interrupted.
     """
     return REASON_CODES.get(reason, EXIT_CODES[status])
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """How a command ended.
-
-    Attributes:
-        status: "finished", "failed" or "interrupted".
-        reason: "end", "contact", "max_gap", "no_steady_state", "interrupted", or the `reason` of a `RunFailure`.
-        message: One line of text for the user.
-    """
-
-    status: str
-    reason: str
-    message: str
-
-    @property
-    def exit_code(self) -> int:
-        """See the function `exit_code`."""
-        return exit_code(self.status, self.reason)
 
 
 @cache
