@@ -1,15 +1,14 @@
 """The keys of a case, and the quantities that follow from them.
 
 The models here and in `pairsim.config.groups` are the only definition of keys, defaults, limits and their
-documentation. `pairsim.inputs.case_files` validates YAML files against them; `pairsim.config.wording` writes the error
-messages.
+documentation. `pairsim.inputs.case_files` validates YAML files against them.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
-from pydantic import Field, ModelWrapValidatorHandler, create_model, model_validator
+from pydantic import Field, create_model, model_validator
 
 from pairsim.config import values
 from pairsim.config.accuracy import DEFAULT, Accuracy, percent, settings_of
@@ -40,10 +39,7 @@ class _Scene(Keys):
     beta: values.Diameter | tuple[values.Diameter, ...] | None = Field(
         None, description="particle over tube diameter D_p/D_c, between 0 and 1"
     )
-    De: values.Deborah = Field(
-        description="Deborah number lambda U_av/D_c; 0 is a liquid without elasticity. Not needed with a liquid whose "
-        "law is a viscosity"
-    )
+    De: values.Deborah = Field(0.0, description="Deborah number lambda U_av/D_c; 0 is a liquid without elasticity")
     Ca_e: values.Capillary | tuple[values.Capillary, ...] | None = Field(
         None, description="elastic capillary number eta_0 U_av/(D_c G_p); 0 is a rigid particle"
     )
@@ -88,19 +84,21 @@ class SceneCase(_WithMaterials):
         "and of parameters of the laws",
     )
 
-    @model_validator(mode="wrap")
-    @classmethod
-    def _with_chosen(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
-        """Validate the keys as given, and again with what follows from them for those left out."""
-        if not isinstance(data, dict):
-            return handler(data)
-        given: dict[str, Any] = {"De": 0.0} | data if is_viscous(data) else data
-        chosen = handler(given)._chosen()
-        groups = {key: chosen[key] | dict(given.get(key, {})) for key in chosen if isinstance(chosen[key], dict)}
-        return handler(chosen | given | groups)
+    @model_validator(mode="after")
+    def _with_defaults(self) -> Self:
+        """Fill in the keys that follow from others where they are not given."""
+        update: dict[str, Any] = {}
+        for key, value in self._defaults().items():
+            group = getattr(self, key)
+            if not isinstance(group, Keys):
+                if key not in self.model_fields_set:
+                    update[key] = value
+            elif absent := {name: each for name, each in value.items() if name not in group.model_fields_set}:
+                update[key] = group.model_copy(update=absent)
+        return self.model_copy(update=update)
 
-    def _chosen(self) -> dict[str, Any]:
-        """The keys that follow from others where they are not given: those that `accuracy` sets."""
+    def _defaults(self) -> dict[str, Any]:
+        """Defaults that follow from other keys: those that `accuracy` sets."""
         return {"mesh": self._cells | {"adapt": "Np" not in self.mesh.model_fields_set}}
 
     @property
@@ -278,10 +276,10 @@ class Case(SceneCase):
     limits: Limits = Limits()
     output: OutputOptions = OutputOptions()
 
-    def _chosen(self) -> dict[str, Any]:
+    def _defaults(self) -> dict[str, Any]:
         viscosities = viscosities_of(dict(self), self.Ca_es)
         end = default_end(self.De * slowest_of(dict(self)), zip(self.Ca_es, viscosities, strict=True))
-        return super()._chosen() | {"time": {"tol": settings_of(self.accuracy).time_tol, "end": end}}
+        return super()._defaults() | {"time": {"tol": settings_of(self.accuracy).time_tol, "end": end}}
 
     @property
     def gaps(self) -> tuple[float, ...]:

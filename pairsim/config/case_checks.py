@@ -59,7 +59,9 @@ def _check_laws(case: SceneCase) -> Iterator[Mistake]:
                 "liquid", law, "has no memory: leave out De (or physical.relaxation), or name a viscoelastic law"
             )
     elif case.De == 0:
-        if "solvent" in block:
+        if case.liquid is not None and "De" not in case.model_fields_set:
+            yield missing("De", f"must be given with liquid: {law}")
+        elif "solvent" in block:
             yield Mistake("De", case.De, "must be above 0 with a liquid.solvent; a liquid without elasticity has none")
     elif case.xi == 0:
         yield Mistake("xi", case.xi, "must be above 0 in a viscoelastic liquid")

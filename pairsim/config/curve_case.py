@@ -27,7 +27,7 @@ def expanded(value: Any) -> Any:
         PydanticCustomError: The range is invalid.
     """
     if not isinstance(value, dict):
-        return value if isinstance(value, tuple) else (value,)
+        return value if isinstance(value, list | tuple) else (value,)
     try:
         if not value.keys() <= set(RANGE):
             raise ValueError
@@ -97,8 +97,8 @@ class CurveCase(SceneCase):
         "these are developed, in which velocity must be given: with velocity: 1 the unit is that of the particles",
     )
 
-    def _chosen(self) -> dict[str, Any]:
-        return super()._chosen() | {"tol": self.error_wanted}
+    def _defaults(self) -> dict[str, Any]:
+        return super()._defaults() | {"tol": self.error_wanted}
 
     @property
     def places(self) -> list[tuple[float, ...]]:

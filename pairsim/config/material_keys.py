@@ -69,7 +69,10 @@ def _one_of(models: Mapping[str, type[BaseModel]]) -> Any:
         model = models.get(law) if isinstance(law, str) else None
         return model.__name__ if model else None
 
-    return Annotated[Union[*(Annotated[model, Tag(model.__name__)] for model in models.values())], Discriminator(tag)]
+    by_law = Discriminator(
+        tag, custom_error_type="law", custom_error_message="must be a group with law and its parameters"
+    )
+    return Annotated[Union[*(Annotated[model, Tag(model.__name__)] for model in models.values())], by_law]
 
 
 def _named(laws: Iterable[str]) -> Any:

@@ -9,15 +9,27 @@ from __future__ import annotations
 import copy
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
+from pydantic import BaseModel, ConfigDict, Field, create_model
 
 from pairsim.config.materials import declared_in, liquid_block
 from pairsim.config.mistakes import Mistake, missing
-from pairsim.config.quantities import a_length, converted, distances, known_unit, many, quantity, rounded, si
+from pairsim.config.quantities import (
+    LENGTH,
+    MOST_DISTANCES,
+    RANGE_OF_LENGTHS,
+    a_length,
+    distances,
+    known_unit,
+    many,
+    quantity,
+    quantity_range,
+    rounded,
+    si,
+)
 from pairsim.config.values import is_finite
 from pairsim.physics import liquids
 from pairsim.physics.declared import DIMENSIONS
@@ -51,11 +63,26 @@ class Quantity(NamedTuple):
 
     @property
     def field(self) -> Any:
-        """Type and description of the field."""
+        """Type and description of the field; `pairsim.config.physical.values_in` checks its values."""
         one = distances(self.dimension) if self.gives == "d" else quantity(self.dimension)
         kind = one | many(one) if self.many else one
         words = self.dimension.words
         return (kind, Field(description=words)) if self.key == "tube" else (kind | None, Field(None, description=words))
+
+    def in_si(self, value: Any, place: str, of: Dimension, mistakes: list[Mistake]) -> Any:
+        """A value in SI units, or a tuple of the values of a list or range; mistakes are added to a list."""
+        ranged = self.gives == "d"
+        entries = value
+        try:
+            if isinstance(value, Mapping) and ranged:
+                entries = quantity_range(value, MOST_DISTANCES, "log")
+            if not isinstance(entries, list | tuple) or not (self.many or ranged):
+                return si(value, of)
+        except ValueError as error:
+            also = f"; may be a list or a range, too, such as {RANGE_OF_LENGTHS}" if ranged else ""
+            mistakes.append(Mistake(place, value, f"{error}{also}"))
+            return None
+        return tuple(self.in_si(each, f"{place}[{i}]", of, mistakes) for i, each in enumerate(entries))
 
 
 def _measured(key: str, kind: str, words: str, unit: str, example: str, symbol: str) -> Quantity:
@@ -114,55 +141,14 @@ else:
 class Physical(_Keys):
     """Quantities of an experiment. particle, modulus, young: one value for all particles, or a list from upstream."""
 
-    @property
-    def given(self) -> dict[str, Any]:
-        """The quantities that are given, by key."""
-        return {key: value for key, value in self if value is not None}
-
     def scales(self, case: Mapping[str, Any]) -> Scales:
-        """The units of length, velocity and stress in SI units.
-
-        Args:
-            case: The case, whose other keys need not be validated yet.
-        """
-        known = {key: si(self.given[key], QUANTITIES[key].dimension) for key in _OF_FLOW if key in self.given}
-        length = known["tube"]
-        velocity = known["velocity"] if "velocity" in known else mean_velocity(known["flow_rate"], length)
-        law = viscosity_law(case)
-        value = si(self.given[law.measured.key], known_unit(law.measured, law.numbers))
-        return Scales(length, velocity, law.unit_viscosity(value, velocity / length))
+        """The units of length, velocity and stress in SI units, in a valid case."""
+        return _scales(values_in(dict(self), case, []), viscosity_law(case))
 
     def reynolds(self, scales: Scales) -> float | None:
         """Reynolds number rho U_av D_c/eta_0, None if no density is given."""
-        given = self.given.get(DENSITY.key)
+        given = dict(self).get(DENSITY.key)
         return None if given is None else scales.reynolds(si(given, DENSITY.dimension))
-
-    def numbers(self, case: Mapping[str, Any]) -> dict[str, tuple[str, Any]]:
-        """The dimensionless numbers computed from the block.
-
-        Args:
-            case: The case, whose other keys need not be validated yet.
-
-        Returns:
-            For each dotted key of a case (`d` for `d` and `d0`): the key of the block, and the number or tuple.
-        """
-        scales, given = self.scales(case), self.given
-        found: dict[str, tuple[str, Any]] = {}
-        for key, of in stands_for(case):
-            if of.key not in given:
-                continue
-            # A solvent is in units of its own viscosity.
-            of_solvent = key.startswith("liquid.solvent.") and "xi" in found
-            own = replace(scales, viscosity=found["xi"][1] * scales.viscosity) if of_solvent else scales
-
-            def number(text: str, of: Dimension = of, own: Scales = own) -> float:
-                return rounded(of.number(si(text, of), own))
-
-            found[key] = of.key, converted(given[of.key], number)
-        return found
-
-
-_OF_FLOW = ("tube", "flow_rate", "velocity")
 
 
 def viscosity_law(case: Mapping[str, Any]) -> ViscousLaw:
@@ -183,122 +169,171 @@ def stands_for(case: Mapping[str, Any]) -> list[tuple[str, Dimension]]:
     return own + [(key, dimension) for key, dimension in of_materials if dimension is not None]
 
 
-def check_physical(physical: Physical, case: Mapping[str, Any]) -> Iterator[Mistake]:
-    """Check the keys of the block against each other and against the laws of the case; yields mistakes."""
-    given = physical.given
+def values_in(block: Mapping[str, Any], case: Mapping[str, Any], mistakes: list[Mistake]) -> dict[str, Any]:
+    """The quantities of a block in SI units, by key; mistakes are added to a list."""
+    liquid, measured = liquid_block(case), viscosity_law(case).measured
+    numbers = {name: liquid[name] for name in measured.of_unit if is_finite(liquid.get(name))}
+    return {
+        key: QUANTITIES[key].in_si(
+            value,
+            f"{BLOCK}.{key}",
+            known_unit(QUANTITIES[key].dimension, numbers if key == measured.key else {}),
+            mistakes,
+        )
+        for key, value in block.items()
+        if key in QUANTITIES and value is not None
+    }
+
+
+def _scales(values: Mapping[str, Any], law: ViscousLaw) -> Scales:
+    """The scales from quantities in SI units."""
+    length = values["tube"]
+    velocity = values["velocity"] if "velocity" in values else mean_velocity(values["flow_rate"], length)
+    return Scales(length, velocity, law.unit_viscosity(values[law.measured.key], velocity / length))
+
+
+def numbers_of(case: Mapping[str, Any], mistakes: list[Mistake]) -> dict[str, tuple[str, Any]]:
+    """The dimensionless numbers that follow from the `physical` block of a case.
+
+    Args:
+        case: The case, whose other keys need not be validated yet.
+        mistakes: A list to which those of the block are added.
+
+    Returns:
+        For each dotted key of a case (`d` for `d` and `d0`): the key of the block, and the number or tuple. Nothing
+        without a block, or if it has mistakes.
+    """
+    block = case.get(BLOCK)
+    if not isinstance(block, Mapping):
+        return {}
+    values = values_in(block, case, mistakes)
+    if not mistakes:
+        mistakes += _check_together(values, block, case)
+    if mistakes or "tube" not in values:
+        return {}
+    scales = _scales(values, viscosity_law(case))
+    found: dict[str, tuple[str, Any]] = {}
+    for key, of in stands_for(case):
+        if of.key not in values:
+            continue
+        # A solvent is in units of its own viscosity.
+        of_solvent = key.startswith("liquid.solvent.") and "xi" in found
+        own = replace(scales, viscosity=found["xi"][1] * scales.viscosity) if of_solvent else scales
+
+        def number(value: float, of: Dimension = of, own: Scales = own) -> float:
+            return rounded(of.number(value, own))
+
+        found[key] = of.key, each_of(values[of.key], number)
+    return found
+
+
+def each_of(value: Any, convert: Callable[[Any], Any]) -> Any:
+    """Convert a value, or each of those in nested tuples."""
+    return tuple(each_of(each, convert) for each in value) if isinstance(value, tuple) else convert(value)
+
+
+def _check_together(values: Mapping[str, Any], block: Mapping[str, Any], case: Mapping[str, Any]) -> Iterator[Mistake]:
+    """Check quantities in SI units against each other and against the laws of the case; yields mistakes."""
 
     def wrong(key: str, allowed: str) -> Mistake:
-        return Mistake(f"{BLOCK}.{key}", given[key], allowed)
+        return Mistake(f"{BLOCK}.{key}", block[key], allowed)
 
     for one, other in (("flow_rate", "velocity"), ("modulus", "young")):
-        if one in given and other in given:
+        if one in values and other in values:
             yield wrong(other, f"must be left out if {BLOCK}.{one} is given")
-    if "flow_rate" not in given and "velocity" not in given:
+    if "flow_rate" not in values and "velocity" not in values:
         yield missing(f"{BLOCK}.flow_rate", f"must be given, or else {BLOCK}.velocity")
-    law = viscosity_law(case)
-    measured = law.measured
+    measured = viscosity_law(case).measured
     if unknown := [name for name in measured.of_unit if not is_finite(liquid_block(case).get(name))]:
         yield from (missing(f"liquid.{name}", "must be a number, with liquid: {law: ...}") for name in unknown)
         return
-    if measured.key not in given:
+    if measured.key not in values:
         yield missing(f"{BLOCK}.{measured.key}", f"must be given in {BLOCK}")
         return
-    try:
-        eta = si(given[measured.key], known_unit(measured, law.numbers))
-    except ValueError as error:
-        yield wrong(measured.key, str(error))
-        return
-    yield from _check_laws(given, measured, stands_for(case))
-    if measured is ZERO_SHEAR and "solvent" in given and si(given["solvent"], ZERO_SHEAR) > eta:
-        yield wrong("solvent", f"must be at most {BLOCK}.{measured.key} = {given[measured.key]}, which includes it")
-
-
-def _check_laws(given: Mapping[str, Any], measured: Dimension, keys: list[tuple[str, Dimension]]) -> Iterator[Mistake]:
-    """Find quantities that stand for no parameter of the laws, or for several."""
-    for key in (key for key in DIMENSIONS if key in given and key != measured.key):
+    keys = stands_for(case)
+    for key in (key for key in DIMENSIONS if key in values and key != measured.key):
         of = [place for place, dimension in keys if dimension.key == key]
+        in_liquid = [place for place in of if place.startswith("liquid.")]
         if not of:
-            allowed = f"must be left out: the laws of this case need no {key} ({DIMENSIONS[key].words})"
-            yield Mistake(f"{BLOCK}.{key}", given[key], allowed)
-        elif len(in_liquid := [place for place in of if place.startswith("liquid.")]) > 1:
-            allowed = f"must be left out: it would stand for {' and '.join(in_liquid)}, which are to be given"
-            yield Mistake(f"{BLOCK}.{key}", given[key], allowed)
+            yield wrong(key, f"must be left out: the laws of this case need no {key} ({DIMENSIONS[key].words})")
+        elif len(in_liquid) > 1:
+            yield wrong(key, f"must be left out: it would stand for {' and '.join(in_liquid)}, which are to be given")
+    if measured is ZERO_SHEAR and values.get("solvent", 0) > values[measured.key]:
+        yield wrong("solvent", f"must be at most {BLOCK}.{measured.key} = {block[measured.key]}, which includes it")
 
 
-class Translation:
-    """The keys and values of a case with the numbers of its `physical` block filled in.
+class InNumbers:
+    """A case with the numbers that follow from its `physical` block.
 
     Args:
-        data: The case as given, with lists as tuples.
+        given: The case as given.
         fields: Keys that this kind of case has.
 
     Attributes:
-        data: The case with the numbers; unchanged if there is no `physical` block or it has mistakes.
-        mistakes: Inconsistent keys of the block, and keys of the case that contradict it.
-        given: Keys of the case that the block has quantities for.
+        data: The case with the numbers; as given if there is no `physical` block or it has mistakes.
     """
 
-    def __init__(self, data: Mapping[str, Any], fields: Mapping[str, Any]) -> None:
-        self.data, self.mistakes, self.given = dict(data), list[Mistake](), set[str]()
-        self._origins: dict[str, str] = {}
-        self._instead: dict[str, str] = {}
-        self._physical = read_block(data)
-        if self._physical is None:
-            return
-        for key, dimension in reversed(stands_for(data)):  # modulus rather than young
-            self._instead[_own(key, fields)] = dimension.key
-        self.given = {key for key, origin in self._instead.items() if origin in self._physical.given}
-        self.mistakes += check_physical(self._physical, data)
-        if self.mistakes:
-            return
-        self.data = copy.deepcopy(self.data)
-        if isinstance(solid := self.data.get("solid"), tuple):
-            self.data["solid"] = tuple({"law": each} if isinstance(each, str) else each for each in solid)
-        for key, (origin, number) in self._physical.numbers(data).items():
-            self._fill(_own(key, fields), f"{BLOCK}.{origin}", number, fields)
-        self.data.setdefault("De", 0.0)
+    def __init__(self, given: Mapping[str, Any], fields: Iterable[str]) -> None:
+        self._mistakes: list[Mistake] = []
+        self._origins: dict[str, str] = {}  # of the numbers filled in
+        numbers = numbers_of(given, self._mistakes)
+        self.data: dict[str, Any] = copy.deepcopy(dict(given)) if numbers else dict(given)
+        block = given.get(BLOCK)
+        self._block: Mapping[str, Any] = block if isinstance(block, Mapping) else {}
+        # Quantities in place of keys: modulus rather than young.
+        instead = reversed(stands_for(given)) if isinstance(block, Mapping) else ()
+        self._instead = {_own(key, fields): of.key for key, of in instead}
+        for key, (origin, number) in numbers.items():
+            self._fill(_own(key, fields), origin, number, fields)
 
-    def _fill(self, key: str, origin: str, number: Any, fields: Mapping[str, Any]) -> None:
+    def _fill(self, key: str, origin: str, number: Any, fields: Iterable[str]) -> None:
         first = re.split(r"[.\[]", key)[0]
         if first not in fields:
-            self.mistakes.append(Mistake(origin, None, f"must be left out: this kind of case has no {key}"))
+            self._mistakes.append(
+                Mistake(f"{BLOCK}.{origin}", None, f"must be left out: this kind of case has no {key}")
+            )
             self.data.pop(first, None)
             return
         inner, name = group_of(self.data, key)
         if inner is None:
             return  # rejected by the validation
         if inner.get(name) is not None and not same(inner[name], number):
-            allowed = f"must be left out, or be {shown(number)} as given by {origin}"
-            self.mistakes.append(Mistake(key, inner[name], allowed))
+            allowed = f"must be left out, or be {shown(number)} as given by {BLOCK}.{origin}"
+            self._mistakes.append(Mistake(key, inner[name], allowed))
         else:
             inner[name] = number
             self._origins[key] = origin
 
-    def at_origin(self, mistake: Mistake) -> Mistake:
-        """Turn a mistake in a number that was filled in into one of the key of the block that it was computed from."""
+    def mistakes(self, others: Iterable[Mistake]) -> list[Mistake]:
+        """All mistakes of the case, those of numbers as mistakes of the quantities that they follow from.
+
+        Args:
+            others: The mistakes of `data`.
+        """
+        others = list(others)
+        intended = {each.meant for each in others}
+        own = [each for each in self._mistakes if each.key not in intended]
+        # Quantities are checked here; without numbers the keys that they stand for are missing.
+        given = {key for key, origin in self._instead.items() if self._mistakes and origin in self._block}
+        given |= {f"{BLOCK}.{key}" for key in self._block if key in QUANTITIES}
+        found = [each for each in others if re.split(r"\[", each.key)[0] not in given]
+        found = [*own, *map(self._at_origin, found)]
+        return list({(each.key, each.is_missing): each for each in reversed(found)}.values())[::-1]
+
+    def _at_origin(self, mistake: Mistake) -> Mistake:
         if mistake.is_missing and mistake.key in self._instead:
-            return Mistake(mistake.key, None, f"{mistake.allowed}, or be given by {BLOCK}.{self._instead[mistake.key]}")
+            return replace(mistake, allowed=f"{mistake.allowed}, or be given by {BLOCK}.{self._instead[mistake.key]}")
         origin = self._origins.get(mistake.key) or self._origins.get(mistake.key.partition("[")[0])
-        if origin is None or mistake.value is None or self._physical is None:
+        if origin is None or mistake.value is None:
             return mistake
-        given = self._physical.given[origin.removeprefix(f"{BLOCK}.")]
-        sizes = mistake.value if isinstance(mistake.value, list | tuple) else [mistake.value]
-        if mistake.key.startswith("beta") and all(is_finite(each) for each in sizes) and max(sizes) >= 1:
-            return Mistake(origin, given, f"must be smaller than the tube of {self._physical.given['tube']}")
-        return Mistake(origin, given, f"gives {mistake.key} = {shown(mistake.value)}, which {mistake.allowed}")
+        where = f"in a tube of {self._block['tube']} " if QUANTITIES[origin].dimension.unit == LENGTH.unit else ""
+        number = f"{where}that is {mistake.key} = {shown(mistake.value)}"
+        return Mistake(f"{BLOCK}.{origin}", self._block[origin], f"{number}; {mistake.allowed}")
 
 
-def _own(key: str, fields: Mapping[str, Any]) -> str:
+def _own(key: str, fields: Iterable[str]) -> str:
     """The key of this kind of case: `d0` for `d` where it has that."""
     return "d0" if key == "d" and "d0" in fields else key
-
-
-def read_block(data: Mapping[str, Any]) -> Physical | None:
-    """The validated `physical` block; None if it is absent or invalid, which the validation of the case reports."""
-    try:
-        return Physical.model_validate(data[BLOCK]) if BLOCK in data else None
-    except ValidationError:
-        return None
 
 
 def forget_numbers(data: dict[str, Any]) -> None:
@@ -307,17 +342,13 @@ def forget_numbers(data: dict[str, Any]) -> None:
     They would contradict the block after a change of it. Numbers that differ from those of the block are kept, so that
     the contradiction is reported.
     """
-    given = tuples(data)
-    physical = read_block(given)
-    if physical is None or any(check_physical(physical, given)):
-        return
-    numbers = physical.numbers(given)
+    numbers = numbers_of(data, [])
     for key, (_, number) in numbers.items():
         for name in ("d", "d0") if key == "d" else (key,):
             inner, last = group_of(data, name)
-            if inner is not None and inner.get(last) is not None and same(tuples(inner[last]), number):
+            if inner is not None and inner.get(last) is not None and same(inner[last], number):
                 del inner[last]
-    if "De" not in numbers and data.get("De") == 0:
+    if numbers and "De" not in numbers and data.get("De") == 0:
         del data["De"]
 
 
@@ -326,24 +357,23 @@ def group_of(data: dict[str, Any], key: str) -> tuple[dict[str, Any] | None, str
 
     The name of a law becomes its block. The group is None if there is another value in its place.
     """
-    *groups, name = re.findall(r"[^.\[\]]+", key)
+    *groups, name = [int(part) if part.isdigit() else part for part in re.findall(r"[^.\[\]]+", key)]
     inner: Any = data
     for group in groups:
-        if isinstance(inner, list | tuple):
-            inner = inner[int(group)]
-            continue
-        if not isinstance(inner, dict):
+        if not isinstance(inner, dict if isinstance(group, str) else list):
             return None, name
-        if isinstance(inner.get(group), str):
+        if isinstance(group, str):
+            inner.setdefault(group, {})
+        if isinstance(inner[group], str):
             inner[group] = {"law": inner[group]}
-        inner = inner.setdefault(group, {})
-    return (inner if isinstance(inner, dict) else None), name
+        inner = inner[group]
+    return (inner if isinstance(inner, dict) else None), str(name)
 
 
 def same(given: Any, number: Any) -> bool:
     """Whether two numbers, or two lists of numbers, are equal within the relative tolerance `SAME`."""
-    if isinstance(given, tuple) or isinstance(number, tuple):
-        many = [value if isinstance(value, tuple) else (value,) for value in (given, number)]
+    if isinstance(given, list | tuple) or isinstance(number, tuple):
+        many = [value if isinstance(value, list | tuple) else (value,) for value in (given, number)]
         return len(many[0]) == len(many[1]) and all(same(a, b) for a, b in zip(*many, strict=True))
     return is_finite(given) and math.isclose(given, number, rel_tol=SAME)
 
@@ -353,10 +383,3 @@ def shown(number: Any) -> str:
     if isinstance(number, tuple | list):
         return f"[{', '.join(map(shown, number))}]"
     return f"{number:.4g}" if is_finite(number) else str(number)
-
-
-def tuples(value: Any) -> Any:
-    """Convert lists within nested data to tuples, as the models expect."""
-    if isinstance(value, dict):
-        return {key: tuples(entry) for key, entry in value.items()}
-    return tuple(map(tuples, value)) if isinstance(value, list) else value

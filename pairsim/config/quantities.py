@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import BeforeValidator, Field
-from pydantic_core import PydanticCustomError
+from pydantic import Field
 
 from pairsim.config.ranges import spelled_out
 from pairsim.physics.material import Dimension
@@ -172,49 +171,16 @@ def quantity_range(described: Mapping[str, Any], most: int, spacing: str = "line
     return [f"{value:.12g} {unit:~C}" for value in values]
 
 
-def converted(value: Any, convert: Callable[[Any], Any]) -> Any:
-    """Convert a value, or each of those in a list, in lists of these, or in a range of quantities.
-
-    Raises:
-        ValueError: It is an invalid range, or raised by `convert`.
-    """
-    if isinstance(value, Mapping):
-        value = tuple(quantity_range(value, MOST_DISTANCES, "log"))
-    return tuple(converted(entry, convert) for entry in value) if isinstance(value, tuple) else convert(value)
-
-
-def _checked(check: Callable[[Any], Any]) -> BeforeValidator:
-    """A validator with the message of a ValueError that `check` raises."""
-
-    def validate(value: Any) -> Any:
-        try:
-            check(value)
-        except ValueError as error:
-            raise PydanticCustomError("quantity", "{said}", {"said": str(error)}) from None
-        return value
-
-    return BeforeValidator(validate)
-
-
 def quantity(of: Dimension) -> Any:
     """The type of a key with a quantity."""
-    any_unit = known_unit(of, {})
-    extra = Field(json_schema_extra={"words": words_of(of), "examples": [of.example]})
-    return Annotated[str, extra, _checked(lambda value: si(value, any_unit))]
+    return Annotated[str, Field(json_schema_extra={"words": words_of(of), "examples": [of.example]})]
 
 
 def distances(of: Dimension) -> Any:
     """The type of a key with a length, a list of lengths (or of lists, one for each gap), or a range of lengths."""
-
-    def check(value: Any) -> None:
-        try:
-            converted(value, lambda text: si(text, of))
-        except ValueError as error:
-            said = str(error) if words_of(of) in str(error) else f"{error}; must be {words_of(of)}"
-            raise ValueError(f"{said}, a list of these, or {RANGE_OF_LENGTHS}") from None
-
-    extra = Field(json_schema_extra={"words": f"{words_of(of)}, a list of these, or a range"})
-    return Annotated[str | tuple[str | tuple[str, ...], ...] | dict[str, Any], extra, _checked(check)]
+    words = f"{words_of(of)}, a list of these, or a range"
+    extra = Field(json_schema_extra={"words": words})
+    return Annotated[str | tuple[str | tuple[str, ...], ...] | dict[str, Any], extra]
 
 
 def many(one: Any) -> Any:

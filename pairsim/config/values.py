@@ -52,11 +52,17 @@ def _zero_or(least: float, most: float) -> Any:
     return Field(ge=0, le=most, json_schema_extra={"words": words}), AfterValidator(check)
 
 
+def _named(text: str) -> str:
+    if not is_name(text):
+        raise ValueError(f"must be {NAME_WORDS}")
+    return text
+
+
 # Strict: booleans and texts are no numbers.
 Whole = Annotated[int, Field(strict=True)]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0)]
-CaseName = Annotated[str, Field(pattern=NAME, json_schema_extra={"words": NAME_WORDS})]
+CaseName = Annotated[str, Field(json_schema_extra={"pattern": NAME, "words": NAME_WORDS}), AfterValidator(_named)]
 DIAMETERS = 1e-3, 0.999  # [D_c]; cell sizes by default follow from the diameter
 Diameter = Annotated[Number, Field(ge=DIAMETERS[0], le=DIAMETERS[1])]
 _SHARED = {name: (p.least, p.most) for name, p in {**Liquid.OF_POLYMER, **Solid.OF_ALL}.items()}

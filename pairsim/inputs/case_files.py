@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError
 from pairsim.config.case import SceneCase
 from pairsim.config.cost import check_size
 from pairsim.config.mistakes import Mistake, input_error, without
-from pairsim.config.physical import BLOCK, Translation, forget_numbers, tuples
+from pairsim.config.physical import InNumbers, forget_numbers
 from pairsim.config.wording import mistakes_of
 from pairsim.config.yaml_file import Section, apply_settings, read_yaml
 from pairsim.inputs.many_cases import StudyFile, SweepFile
@@ -65,24 +65,19 @@ def parse_case[C: SceneCase](command: Question[C], data: Mapping[str, Any], sour
     Raises:
         InputError: The case has mistakes; lists each wrong key, its value and what is allowed.
     """
-    translation = Translation(tuples(data), command.model.model_fields)
-    case, wrong = _validated(command.model, translation.data)
+    numbers = InNumbers(data, command.model.model_fields)
+    case, wrong = _validated(command.model, numbers.data)
     if wrong and (other := file_of_another_command(data, command.name, bool(entry))) is not None:
         raise input_error([other], data, source, entry)
-    mistakes = translation.mistakes + wrong
-    if wrong and any(each.key.startswith((f"{BLOCK}.", "liquid")) for each in mistakes):  # which may need no De
-        mistakes = [mistake for mistake in mistakes if mistake.key != "De" or not mistake.is_missing]
-    elif wrong and case is not None:
+    if wrong and case is not None:
         # Checks that combine keys are unreliable where values are wrong: then only missing keys are reported.
         whole = all(mistake.is_unknown for mistake in wrong)
-        mistakes += [each for each in _others(command.check(case), wrong) if whole or each.is_missing]
-    elif case is not None:
-        mistakes = mistakes or list(command.check(case)) or list(check_size(case))
-    if translation.mistakes:  # nothing was filled in
-        mistakes = [each for each in mistakes if not (each.is_missing and each.key in translation.given)]
-    mistakes = list({(each.key, each.is_missing): each for each in reversed(mistakes)}.values())[::-1]
+        wrong += [each for each in _others(command.check(case), wrong) if whole or each.is_missing]
+    mistakes = numbers.mistakes(wrong)
+    if case is not None and not mistakes:
+        mistakes = numbers.mistakes(list(command.check(case)) or list(check_size(case)))
     if mistakes or case is None:
-        raise input_error([translation.at_origin(mistake) for mistake in mistakes], data, source, entry)
+        raise input_error(mistakes, data, source, entry)
     return case
 
 
@@ -92,9 +87,8 @@ def _validated[M: BaseModel](model: type[M], data: Mapping[str, Any]) -> tuple[M
         return model.model_validate(dict(data)), []
     except ValidationError as error:
         mistakes = mistakes_of(error, model, data)
-    needed = {"De": 0.0} if "De" in model.model_fields else {}
     try:
-        return model.model_validate(needed | without(data, mistakes)), mistakes
+        return model.model_validate(without(data, mistakes)), mistakes
     except ValidationError:
         return None, mistakes
 
@@ -133,9 +127,9 @@ def wrong_keys(command: Question[Any], data: Mapping[str, Any], source: str, ent
 
     For the cases of a file whose other mistakes may have left out some of their keys.
     """
-    translation = Translation(tuples(data), command.model.model_fields)
-    _, wrong = _validated(command.model, translation.data)
-    found = [translation.at_origin(mistake) for mistake in wrong if not mistake.is_missing]
+    numbers = InNumbers(data, command.model.model_fields)
+    _, wrong = _validated(command.model, numbers.data)
+    found = numbers.mistakes([mistake for mistake in wrong if not mistake.is_missing])
     return input_error(found, data, source, entry) if found else None
 
 

@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel
 
 from pairsim.config.material_keys import BLOCKS
-from pairsim.config.physical import BLOCK
-from pairsim.config.wording import allowed_in, groups_of
+from pairsim.config.wording import groups_of
 from pairsim.inputs.case_files import FILES, read_case
 from pairsim.questions import QUESTIONS
 from pairsim.runtime.errors import InputError
+
+LIST = "a list, each entry "
+KINDS = {
+    "number": "a finite number",
+    "integer": "a whole number",
+    "boolean": "true or false",
+    "string": "a word",
+    "object": "keys with their values",
+}
+"""What a value must be, by its type in a JSON schema."""
+LIMITS = {"exclusiveMinimum": "above", "minimum": "at least", "exclusiveMaximum": "below", "maximum": "at most"}
 
 
 def schema_rows(command: str = "run") -> list[tuple[str, str, str, str]]:
@@ -27,7 +38,7 @@ def schema_rows(command: str = "run") -> list[tuple[str, str, str, str]]:
                 continue
             key = f"{group}.{name}" if group else name
             default = f"required{f' in {group}' if group else ''}" if field.is_required() else _text(field.default)
-            rows.append((key, allowed_in(model, name), default, field.description or ""))
+            rows.append((key, _allowed_in(model, name), default, field.description or ""))
             if not group:
                 rows += _rows_of_laws(key, BLOCKS.get(key, {}))
     return rows
@@ -40,7 +51,7 @@ def _rows_of_laws(key: str, models: Mapping[str, type[BaseModel]]) -> list[tuple
         for name, field in model.model_fields.items():
             if name != "law":
                 default = f"required in {key}" if field.is_required() else _text(field.default)
-                row = f"{key}.{name}", allowed_in(model, name), default, field.description or ""
+                row = f"{key}.{name}", _allowed_in(model, name), default, field.description or ""
                 found.setdefault(row, []).append(law)
     return [(*row[:3], f"{row[3]} ({', '.join(laws)})") for row, laws in found.items()]
 
@@ -81,13 +92,9 @@ def _text(value: Any) -> str:
 
 
 def json_schema(command: str) -> str:
-    """The JSON Schema for the file of a command; `De` is not required with a `physical` block, nor of every liquid."""
-    model = FILES[command]
-    schema = model.model_json_schema()
+    """The JSON Schema for the file of a command."""
+    schema = FILES[command].model_json_schema()
     schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": f"pairsim {command}"}
-    if BLOCK in model.model_fields:
-        required = schema.pop("required")
-        schema["anyOf"] = [{"required": required}, {"required": [BLOCK]}, {"required": ["liquid"]}]
     return json.dumps(_plain(schema), indent=2)
 
 
@@ -96,3 +103,42 @@ def _plain(schema: Any) -> Any:
     if isinstance(schema, Mapping):
         return {key: _plain(value) for key, value in schema.items() if key != "words" or not isinstance(value, str)}
     return list(map(_plain, schema)) if isinstance(schema, list) else schema
+
+
+def _allowed_in(model: type[BaseModel], name: str) -> str:
+    """What a key allows, as text made from its JSON schema."""
+    return _words(_json_schema(model)["properties"][name])
+
+
+@cache
+def _json_schema(model: type[BaseModel]) -> dict[str, Any]:
+    return model.model_json_schema()
+
+
+def _joined(choices: Iterable[str]) -> str:
+    """Join alternatives without repetition; a list of another alternative becomes "a list of these"."""
+    each = list(dict.fromkeys(choices))
+    texts = ["a list of these" if c.startswith(LIST) and c.removeprefix(LIST) in each else c for c in each]
+    return ", or ".join(texts)
+
+
+def _words(schema: Mapping[str, Any]) -> str:
+    """What a part of a JSON schema allows, as text."""
+    kind = KINDS.get(str(schema.get("type")), "a value")
+    if "words" in schema:
+        return str(schema["words"])
+    if "const" in schema or "enum" in schema:
+        *others, last = map(str, schema.get("enum", [schema.get("const")]))
+        return f"{', '.join(others)} or {last}" if others else last
+    if "oneOf" in schema:
+        return "a group with law and its parameters"
+    if "anyOf" in schema:
+        return _joined(_words(each) for each in schema["anyOf"] if each.get("type") != "null")
+    if isinstance(values := schema.get("additionalProperties"), dict):
+        return f"a key with {_words(values)}"
+    if "prefixItems" in schema:
+        return f"two numbers, each {_words(schema['prefixItems'][0])}"
+    if schema.get("type") == "array":
+        return f"{LIST}{_words(schema['items'])}"
+    limits = " and ".join(f"{word} {schema[limit]:g}" for limit, word in LIMITS.items() if limit in schema)
+    return f"{kind} {limits}".strip()
