@@ -357,17 +357,18 @@ def group_of(data: dict[str, Any], key: str) -> tuple[dict[str, Any] | None, str
 
     The name of a law becomes its block. The group is None if there is another value in its place.
     """
-    *groups, name = [int(part) if part.isdigit() else part for part in re.findall(r"[^.\[\]]+", key)]
+    *groups, name = re.findall(r"[^.\[\]]+", key)
     inner: Any = data
-    for group in groups:
-        if not isinstance(inner, dict if isinstance(group, str) else list):
+    for each in groups:
+        group = int(each) if each.isdigit() else each
+        if not isinstance(inner, list if each.isdigit() else dict):
             return None, name
-        if isinstance(group, str):
+        if isinstance(inner, dict):
             inner.setdefault(group, {})
         if isinstance(inner[group], str):
             inner[group] = {"law": inner[group]}
         inner = inner[group]
-    return (inner if isinstance(inner, dict) else None), str(name)
+    return (inner if isinstance(inner, dict) else None), name
 
 
 def same(given: Any, number: Any) -> bool:

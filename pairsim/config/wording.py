@@ -78,7 +78,8 @@ def mistakes_of(error: ValidationError, model: type[BaseModel], data: Mapping[st
 
 def _key(problem: Any, data: Mapping[str, Any]) -> str:
     """The dotted key of a problem; the names of alternatives, which pydantic has in its place, are not in the data."""
-    key, inner, place = "", data, problem["loc"]
+    key, place = "", problem["loc"]
+    inner: Any = data
     for i, part in enumerate(place):
         if isinstance(part, int):
             if isinstance(inner, list | tuple) and part < len(inner):

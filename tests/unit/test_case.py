@@ -37,8 +37,6 @@ def test_lists_count_from_upstream() -> None:
         QUESTIONS["run"],
         {**MINIMAL, "particles": 3, "beta": [0.2, 0.3, 0.4], "Ca_e": [0, 0.1, 0], "d0": [1, 2]},
         "test",
-        {**MINIMAL, "particles": 3, "beta": [0.2, 0.3, 0.4], "Ca_e": [0, 0.1, 0], "d0": [1, 2]},
-        "test",
     )
     assert case.betas == (0.2, 0.3, 0.4)
     assert case.gaps == (1.0, 2.0)

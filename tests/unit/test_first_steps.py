@@ -94,11 +94,12 @@ def test_shipped_files_pass_the_json_schema_of_their_command(path: Path) -> None
         jsonschema.validate({**content, "lenght": 3}, schema)
 
 
-def test_json_schema_takes_units_in_place_of_De() -> None:
+def test_json_schema_takes_units_in_place_of_numbers() -> None:
     schema = schema_of("run")
     jsonschema.validate({"physical": {"tube": "50 um", "viscosity": "1 Pa.s", "flow_rate": "1 ul/min"}}, schema)
-    with pytest.raises(jsonschema.ValidationError):
-        jsonschema.validate({"beta": 0.4}, schema)
+    for wrong in ({"physical": {"viscosity": "1 Pa.s"}}, {"De": -1}, {"name": "../x"}):
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate(wrong, schema)
 
 
 @pytest.mark.parametrize(("De", "Np", "size"), [("0", "40", "0.2"), ("1", "28", "0.05")])
