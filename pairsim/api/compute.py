@@ -20,7 +20,7 @@ from pairsim.config.cost import LARGE
 from pairsim.config.quantities import seconds_of
 from pairsim.questions import QUESTIONS
 from pairsim.questions.progress import Style, make_reporter, style_of
-from pairsim.questions.session import Options
+from pairsim.questions.session import Options, carry_out
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import command_line
 from pairsim.runtime.signals import Signals
@@ -40,7 +40,7 @@ class Computation[R: Result]:
     """
 
     def __init__(self, name: str, about: str) -> None:
-        self.command = QUESTIONS[name]
+        self.question = QUESTIONS[name]
         self.__name__, self.__doc__ = name, f"{about}\n\n{cleandoc(str(Computation.__call__.__doc__))}"
 
     def __call__(
@@ -76,26 +76,25 @@ class Computation[R: Result]:
             InputError: The case or the folder cannot be used.
             WriteFailure: The first files of the folder or the last run.json cannot be written.
         """
-        own = (*self.command.flags, *(("resume",) if self.command.resumable else ()))
-        flags = {name: more.pop(name, False) for name in own}
+        flags = {name: more.pop(name, False) for name in self.question.flags}
         if flags.get("resume") and folder is None:
             allowed = "must be left out without a folder, which has the checkpoint"
             raise InputError(f"pairsim.{self.__name__}", "resume", True, allowed)
         overwrite = overwrite and not flags.get("resume")
         checked = load(case, kind=self.__name__, **more)
         reporter = make_reporter(style := style_of(progress))
-        patience = PATIENCE * max(self.command.estimate(checked).unknowns / LARGE, 1.0)
+        patience = PATIENCE * max(self.question.estimate(checked).unknowns / LARGE, 1.0)
         title = "" if folder is None else Path(folder).resolve().name
         directory = Path(tempfile.mkdtemp(prefix="pairsim-") if folder is None else folder)
         try:
             with Signals() if signals is True else nullcontext(signals or None) as caught:
                 options = Options(overwrite, reporter, command_line(), caught, seconds_of(budget), patience, title)
-                outcome = self.command.compute(checked, directory, options, **flags)
+                outcome = carry_out(self.question, checked, directory, options, **flags)
         except BaseException:
             if folder is None:
                 shutil.rmtree(directory, ignore_errors=True)
             raise
-        result: R = result_of(self.command, directory, asdict(outcome), temporary=folder is None)
+        result: R = result_of(self.question, directory, asdict(outcome), temporary=folder is None)
         if style != "none":
             reporter.say(result.answer)
         return result

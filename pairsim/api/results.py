@@ -183,9 +183,9 @@ class Result:
         return "\n".join([*ended, *found, *warnings, *cost])
 
     def _answer(self) -> list[str]:
-        if rows_in(self.columns):
-            return self.command.answer(self._columns, self.record)
-        return [] if self.reason == BranchEnd.reason else [self.command.nothing]
+        if self.reason == BranchEnd.reason and not rows_in(self.columns):
+            return []
+        return self.command.answer(self._columns, self.record)
 
     def plot(self, folder: Path | str, **options: Any) -> list[Path]:
         """Draw the result, as `pairsim plot` does.

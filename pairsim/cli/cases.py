@@ -178,20 +178,19 @@ def _compute(
     from pairsim.runtime.launcher import first_alone, rank
     from pairsim.runtime.signals import Signals
 
-    command = QUESTIONS[name]
-    case = read_case(command, file, tuple(settings or ()))
+    question = QUESTIONS[name]
+    case = read_case(question, file, tuple(settings or ()))
     directory = folder or default_folder(name, case, file.stem)
     if dry_run:
         if rank() == 0:
             notes = (f"note: {note}" for note in case.notes)
-            typer.echo("\n".join([f"{directory}: {command.estimate(case)}", *notes]))
+            typer.echo("\n".join([f"{directory}: {question.estimate(case)}", *notes]))
         return
     with first_alone(lambda note: typer.echo(f"pairsim: note: {note}", err=True)):
         from pairsim.api import compute
 
         with Signals(final=True) as signals:
-            question = getattr(compute, name)
-            result = question(
+            result = getattr(compute, name)(
                 case, folder=directory, overwrite=overwrite, progress=shown, signals=signals, budget=budget, **flags
             )
             _end(result, directory, shown)
@@ -204,8 +203,8 @@ def _end(result: Result, directory: Path, shown: Style) -> NoReturn:
     from pairsim.questions.record import exit_code
     from pairsim.results.output import FIELDS_XDMF
 
-    command, code = result.command, exit_code(result.status, result.reason)
-    rows, least = rows_in(result.columns), command.draws_from
+    question, code = result.command, exit_code(result.status, result.reason)
+    rows, least = rows_in(result.columns), question.draws_from
     drawn = least is not None and (rows >= least or (directory / FIELDS_XDMF).exists())
     if result.status == "finished" and drawn:
         try:
@@ -217,9 +216,9 @@ def _end(result: Result, directory: Path, shown: Style) -> NoReturn:
     if shown == "none" and code:
         typer.echo(result.message, err=True)
     elif shown != "none" and directory.is_dir():
-        afterwards = command.afterwards(directory, rows > 1 and "dU" in result.columns)
+        afterwards = question.afterwards(directory, rows > 1 and "dU" in result.columns)
         ended = result.status, result.reason, result.message
-        typer.echo(advice(afterwards, *ended, directory, command.resumable), err=True)
+        typer.echo(advice(afterwards, *ended, directory, question.resumable), err=True)
     raise typer.Exit(code)
 
 

@@ -190,6 +190,8 @@ def answer(tables: Tables, record: dict[str, Any]) -> list[str]:
     """Which critical distances there are, and where branches of them end."""
     from pairsim.results.zeros import zeros_in
 
+    if not rows_in(tables["critical"]):
+        return ["No critical distance was found in the given range: dU keeps its sign."]
     return answer_of_critical(zeros_in(tables["critical"], "d_cr"), record)
 
 
@@ -234,7 +236,6 @@ QUESTION = Question(
     solve=solve,
     tables=("critical", "way"),
     answer=answer,
-    nothing="No critical distance was found in the given range: dU keeps its sign.",
     in_sweeps=InSweeps(lambda _: ("points", "zeros", "stable"), read),
     draw=draw,
     captions={"critical": "Critical distances"},

@@ -209,6 +209,8 @@ def answer(tables: Tables, record: dict[str, Any]) -> list[str]:
     """Where particles separate and come closer, and how fast."""
     from pairsim.results.zeros import zeros_in
 
+    if not rows_in(tables["curve"]):
+        return ["No point was solved."]
     return answer_of_curve(tables["curve"], zeros_in(tables["equilibria"]), record)
 
 

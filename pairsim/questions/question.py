@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from pairsim.config.cost import Estimate
     from pairsim.config.mistakes import Mistake
     from pairsim.plots.style import Page
-    from pairsim.questions.events import Events, Outcome
-    from pairsim.questions.session import Options
+    from pairsim.questions.events import Events
 
 Value = float | int | str | list[float] | list[bool] | None
 """A value in results.csv."""
@@ -74,11 +73,10 @@ class Question[C: SceneCase]:
         check: Yields the mistakes in which keys do not go together.
         estimate: Estimates the size and the duration of a case.
         solve: Its computation, a generator of the events in `questions/events.py`: takes the case, and as keywords its
-            `monitor`, the flags, `warm_start` where its cases have `neighbours`, and `earlier` where it is `resumable`.
+            `monitor`, the flags, `warm_start` where its cases have `neighbours`, and `earlier` to resume.
         tables: Names of its tables without .csv, the main one first.
         columns: The first columns of its main table, in its reference; those that no other command has are described.
-        answer: Says in words what the tables and run.json hold, where the main table has a row.
-        nothing: The answer where it has none.
+        answer: Says in words what the tables and run.json hold.
         in_sweeps: What a sweep shows of it.
         draw: Draws what the tables of a folder hold into another one, and returns the pictures. Fields are drawn
             elsewhere.
@@ -86,8 +84,8 @@ class Question[C: SceneCase]:
         afterwards: What may come next, for a folder and whether it has a relative velocity at several places.
         distances: Distances of a case of `pairsim units` that has none [D_c]; empty where it makes no such cases.
         frames: What its fields are written at: "t", "d", or "" where it writes none.
-        flags: Keywords of its computation that are off by default.
-        resumable: Whether it goes on from a checkpoint; the main table is then an appended one.
+        flags: Keywords of its computation that are off by default; with "resume" it goes on from a checkpoint, and its
+            main table is an appended one.
         draws_from: Rows of its main table from which on its pictures are drawn when it ends; None where they are not.
     """
 
@@ -102,11 +100,9 @@ class Question[C: SceneCase]:
     captions: Mapping[str, str]
     afterwards: Callable[[Path, bool], str] = _drawn_again
     distances: Mapping[str, Any] = field(default_factory=dict)
-    nothing: str = "No point was solved."
     columns: tuple[str | Column, ...] = ()
     frames: str = ""
     flags: tuple[str, ...] = ()
-    resumable: bool = False
     draws_from: int | None = 1
 
     @property
@@ -114,16 +110,10 @@ class Question[C: SceneCase]:
         """Its name on the command line and in Python."""
         return self.model.kind
 
-    def compute(self, case: C, directory: Path, options: Options, **more: Any) -> Outcome:
-        """Compute a case and write it to a folder; `more` goes to `carry_out` (`questions/session.py`)."""
-        from pairsim.questions import own_files
-        from pairsim.questions.session import carry_out
-        from pairsim.results.output import files_of
-
-        notes = [*case.notes, *self.estimate(case).notes]
-        files = own_files() if options.overwrite else files_of(self.tables, self.captions)
-        appended = self.tables[0] if self.resumable else ""
-        return carry_out(self.solve, case, directory, options, notes, files, appended=appended, **more)
+    @property
+    def resumable(self) -> bool:
+        """Whether it goes on from a checkpoint."""
+        return "resume" in self.flags
 
     def read_tables(self, directory: Path) -> Tables:
         """Its tables in a folder.

@@ -15,7 +15,7 @@ from pairsim.config.case_checks import check_together
 from pairsim.config.cost import Estimate
 from pairsim.config.identity import sources_of
 from pairsim.questions import events
-from pairsim.questions.question import InSweeps, Question, Tables
+from pairsim.questions.question import InSweeps, Question, Tables, rows_in
 from pairsim.results.columns import (
     HEALTH,
     POLYMER_HEALTH,
@@ -332,7 +332,7 @@ def answer(tables: Tables, record: dict[str, Any]) -> list[str]:
     """What the particles do at the end."""
     from pairsim.questions.run_answer import answer_of_run
 
-    return answer_of_run(tables["series"], record)
+    return answer_of_run(tables["series"], record) if rows_in(tables["series"]) else ["No step was completed."]
 
 
 def draw(directory: Path, out: Path, page: Page) -> list[Path]:
@@ -354,7 +354,6 @@ QUESTION = Question(
     solve=solve,
     tables=("series",),
     answer=answer,
-    nothing="No step was completed.",
     in_sweeps=InSweeps(
         result_columns, parameters=("beta", "De", "Ca_e", "d0"), last=("steps", "unknowns", "wall_time")
     ),
@@ -365,6 +364,6 @@ QUESTION = Question(
     ),
     distances={"d0": 0.1},
     frames="t",
-    resumable=True,
+    flags=("resume",),
     draws_from=None,
 )

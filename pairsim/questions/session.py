@@ -17,13 +17,13 @@ from typing import Any
 from pairsim.config.case import SceneCase
 from pairsim.config.identity import identity_of, key_of, sources_of
 from pairsim.fem.compilation import jit
-from pairsim.questions import events
+from pairsim.questions import Question, events, own_files
 from pairsim.questions.events import Outcome
 from pairsim.questions.progress import Reporter
 from pairsim.questions.record import Record
 from pairsim.results.checkpoint import Checkpoint, check_same, load
 from pairsim.results.folders import kind_of, read_record
-from pairsim.results.output import CHECKPOINT, RunFolder, plain
+from pairsim.results.output import CHECKPOINT, RunFolder, files_of, plain
 from pairsim.results.table_files import TableWriter, read_table
 from pairsim.results.xdmf import FieldsWriter
 from pairsim.runtime.duration import duration
@@ -59,50 +59,40 @@ class Options:
     title: str = ""
 
 
-def carry_out(
-    solve: Callable[..., events.Events],
-    case: SceneCase,
-    directory: Path,
-    options: Options,
-    notes: Sequence[str],
-    files: Sequence[str],
-    *,
-    appended: str = "",
-    resume: bool = False,
-    **more: Any,
+def carry_out[C: SceneCase](
+    question: Question[C], case: C, directory: Path, options: Options, *, resume: bool = False, **more: Any
 ) -> Outcome:
     """Compute a case and write the results to a folder, which is locked against other commands meanwhile.
 
     Args:
-        solve: The computation; takes the case, its monitor and `more`, and `earlier` where it resumes another one.
+        question: What is computed of it.
         case: The validated case.
         directory: Folder for the results.
         options: Overwriting, progress, signals and budget.
-        notes: What the user should know of the case beforehand.
-        files: Names of the files that commands write; --overwrite removes them.
-        appended: Name of the appended table of a computation that can be resumed, else empty.
         resume: Continue from the checkpoint in the folder. Without a checkpoint, and with at most one row in the
             table, the computation starts anew.
-        more: Keywords of the command's own.
+        more: Keywords of the computation.
 
     Returns:
-        How the command ended. Results computed before a failure are in the folder, too.
+        How the computation ended. Results computed before a failure are in the folder, too.
 
     Raises:
         InputError: The folder exists and may not be overwritten, cannot be resumed, belongs to another command, or
             another command is writing to it.
         WriteFailure: case.yaml or run.json cannot be written.
     """
+    notes = [*case.notes, *question.estimate(case).notes]
+    files = own_files() if options.overwrite else files_of(question.tables, question.captions)
     with sole_writer(directory, options.command):
-        earlier = _earlier(case, directory, f"{appended}.csv") if resume else None
+        earlier = _earlier(case, directory, f"{question.tables[0]}.csv") if resume else None
         if earlier is not None:
             folder = RunFolder(directory, files)
             more["earlier"] = earlier
         else:
             folder = RunFolder.create(directory, options.overwrite or resume, files)
-            notes = [*notes, *(["no checkpoint: starting at t = 0"] if resume else [])]
-        session = Session(case, folder, options, notes, earlier, resumable=bool(appended))
-        with closing(solve(case, monitor=session.monitor, **more)) as computation:
+            notes += ["no checkpoint: starting at t = 0"] if resume else []
+        session = Session(case, folder, options, notes, earlier, question.resumable)
+        with closing(question.solve(case, monitor=session.monitor, **more)) as computation:
             return session.carry_out(computation)
 
 

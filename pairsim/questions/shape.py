@@ -13,7 +13,7 @@ from pairsim.config.case_checks import check_scene
 from pairsim.config.cost import Estimate, steady_estimate
 from pairsim.config.curve_case import Values
 from pairsim.config.mistakes import Mistake, missing
-from pairsim.questions.question import InSweeps, Question, Tables
+from pairsim.questions.question import InSweeps, Question, Tables, rows_in
 from pairsim.results.columns import AREA, Column
 
 if TYPE_CHECKING:
@@ -109,6 +109,8 @@ def answer(tables: Tables, _: dict[str, Any]) -> list[str]:
     """How far the particle deforms, and how fast it moves."""
     from pairsim.results.units import with_error
 
+    if not rows_in(tables["shape"]):
+        return ["No shape was found."]
     D, error, Ca_e, U = (tables["shape"][name] for name in ("D_1", "D_error", "Ca_e", "U_1"))
     ends = (0, -1) if len(D) > 1 else (0,)
     shapes = (f"{with_error(D[i], error[i])} at Ca_e = {Ca_e[i]:.4g}" for i in ends)
@@ -145,5 +147,4 @@ QUESTION = Question(
     in_sweeps=InSweeps(lambda _: ("points", "D_1", "D_error"), parameters=("beta", "De")),
     draw=draw,
     captions={"shape": "Shape and velocity over the elastic capillary number"},
-    nothing="No shape was found.",
 )

@@ -12,6 +12,7 @@ import sys
 import traceback
 from contextlib import suppress
 from multiprocessing.connection import Connection
+from typing import Any
 
 import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that loads MPI or makes threads
 
@@ -21,7 +22,7 @@ from pairsim.plots.style import Page
 from pairsim.questions import QUESTIONS
 from pairsim.questions.progress import Reporter
 from pairsim.questions.record import memory
-from pairsim.questions.session import Options
+from pairsim.questions.session import Options, carry_out
 from pairsim.questions.warm_start import WarmStart
 from pairsim.results.output import CHECKPOINT
 from pairsim.runtime.child_process import end_with_parent
@@ -51,20 +52,20 @@ def compute(job: Job, warm_start: WarmStart) -> tuple[str, str]:
     Returns:
         Reason and message of its failure, where run.json does not have them; else empty.
     """
-    command = QUESTIONS[job.command]
-    more = {"warm_start": warm_start} if command.in_sweeps.neighbours else {}
+    question = QUESTIONS[job.command]
+    more: dict[str, Any] = {"warm_start": warm_start} if question.in_sweeps.neighbours else {}
     try:
-        case, outcome = parse_case(command, job.data, job.line), None
+        case, outcome = parse_case(question, job.data, job.line), None
         with Signals() as signals:
             options = Options(True, Reporter(), job.line, signals)
-            if command.resumable and (job.folder / CHECKPOINT).is_file():
+            if question.resumable and (job.folder / CHECKPOINT).is_file():
                 with suppress(InputError):  # it cannot be used
-                    outcome = command.compute(case, job.folder, options, resume=True, **more)
+                    outcome = carry_out(question, case, job.folder, options, resume=True, **more)
             if outcome is None:
-                outcome = command.compute(case, job.folder, options, **more)
-        if outcome.status == "finished" and command.draws_from is not None:
+                outcome = carry_out(question, case, job.folder, options, **more)
+        if outcome.status == "finished" and question.draws_from is not None:
             with suppress(OSError, InputError):  # a picture can be drawn again
-                command.draw(job.folder, job.folder, Page())
+                question.draw(job.folder, job.folder, Page())
     except InputError as error:
         return "refused", str(error)
     except RunFailure as failure:

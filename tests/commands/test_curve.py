@@ -7,6 +7,7 @@ import json
 import re
 import signal
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +24,7 @@ from pairsim.inputs.case_files import read_case
 from pairsim.plots.meridional_section import outlines
 from pairsim.questions import QUESTIONS
 from pairsim.questions.progress import Reporter
-from pairsim.questions.session import Options
+from pairsim.questions.session import Options, carry_out
 from pairsim.questions.warm_start import WarmStart
 from pairsim.results.table_files import read_table
 from pairsim.results.xdmf import read_frame
@@ -117,7 +118,7 @@ def test_a_curve_that_starts_from_its_neighbour_has_the_stresses_of_its_own_para
 ) -> None:
     """As a sweep of curves does it."""
     warm_start, options = WarmStart(), Options(False, Reporter(), "test")
-    compute = QUESTIONS["curve"].compute
+    compute = partial(carry_out, QUESTIONS["curve"])
     compute(pairsim.load(GIESEKUS, kind="curve", **first), tmp_path / "neighbour", options, warm_start=warm_start)
     branch = warm_start._branch
     compute(pairsim.load(GIESEKUS, kind="curve"), tmp_path / "warm", options, warm_start=warm_start)
