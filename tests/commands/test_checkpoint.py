@@ -93,12 +93,10 @@ def assert_close(whole: Path, resumed: Path) -> None:
         assert np.abs(a["dU_error"][at] - b["dU_error"][there]).max() < 0.8 * a["dU_error"].max()
 
 
-VISCOELASTIC = pytest.param({"De": 1}, marks=pytest.mark.slow)
+VISCOELASTIC = pytest.param({"De": 1, "start": "steady"}, marks=pytest.mark.slow)
 
 
-@pytest.fixture(
-    scope="module", params=[{}, {"start": "steady"}, VISCOELASTIC], ids=["newtonian", "steady start", "viscoelastic"]
-)
+@pytest.fixture(scope="module", params=[{}, VISCOELASTIC], ids=["newtonian", "viscoelastic, steady start"])
 def stopped(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Case, Path, Path]:
     """A case, the folder of an uninterrupted run, and that of a run stopped after six steps and resumed."""
     base, case = tmp_path_factory.mktemp("runs"), soft(**request.param, dU_error=True)
@@ -162,26 +160,6 @@ def test_end_of_a_killed_run_is_recorded_at_resume(stopped: tuple[Case, Path, Pa
     }
     assert (cut / "series.csv").read_bytes() == rows
     assert np.array_equal(read_times(cut), frames)
-
-
-@pytest.mark.parametrize("checkpoint", [60, 0])
-def test_the_last_frame_of_a_run_that_ended_early_is_kept(
-    checkpoint: float, stopped: tuple[Case, Path, Path], tmp_path: Path
-) -> None:
-    """A gap exceeds its limit between two outputs, and the run is killed before that is written to run.json."""
-    case, whole, _ = stopped
-    t, d = (read_table(whole / "series.csv")[name] for name in ("t", "d"))
-    k = next(k for k in range(2, len(t)) if np.abs(t[k] - read_times(whole)).min() > 1e-9)
-    limit = "min_gap" if d[k] < d[k - 1] else "max_gap"
-    output = {**SOFT["output"], "checkpoint": checkpoint}
-    case = soft(De=case.De, start=case.start, limits={limit: float(d[k - 1] + d[k]) / 2}, output=output)
-    ended = run(case, tmp_path / "run")
-    assert (ended.status, ended.reason) == ("finished", "contact" if limit == "min_gap" else "max_gap")
-    (tmp_path / "run" / "run.json").write_text(json.dumps({"status": "running"}))
-    times = read_times(tmp_path / "run")
-    assert times[-1] == read_table(tmp_path / "run" / "series.csv")["t"][-1]
-    assert run(case, tmp_path / "run", resume=True).reason == ended.reason
-    assert np.array_equal(read_times(tmp_path / "run"), times)
 
 
 def test_run_beyond_its_new_end_is_kept(tmp_path: Path) -> None:
@@ -256,7 +234,6 @@ def test_a_folder_is_enough_to_resume(short: Path, tmp_path: Path, pairsim: Pair
     ("changes", "key", "values"),
     [
         ({"Ca_e": 0.2}, "Ca_e", ("0.2", "0.1")),
-        ({"De": 1}, "De", ("1", "0")),
         ({"mesh": {"Np": 10, "max_size": 0.15}}, "mesh.Np", ("10", "8")),
         ({"time": {"end": 0.02, "first_step": 0.001, "tol": 1e-3}}, "time.tol", ("0.001", "0.0003")),
     ],
@@ -279,18 +256,11 @@ def damaged(path: Path, how: str) -> None:
     elif how == "flipped":
         middle = len(content) // 2
         path.write_bytes(content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :])
-    elif how == "empty":
-        path.write_bytes(b"")
-    elif how == "text":
-        path.write_text("not a checkpoint\n")
-    elif how == "other":
+    else:
         np.savez(path, x=np.arange(3))
-    elif how == "array":
-        with path.open("wb") as file:
-            np.save(file, np.arange(3))
 
 
-@pytest.mark.parametrize("how", ["torn", "flipped", "empty", "text", "other", "array"])
+@pytest.mark.parametrize("how", ["torn", "flipped", "other"])
 def test_a_damaged_checkpoint_is_refused(how: str, short: Path, tmp_path: Path) -> None:
     shutil.copytree(short, tmp_path, dirs_exist_ok=True)
     damaged(tmp_path / "checkpoint.npz", how)
@@ -343,14 +313,10 @@ def test_run_that_fills_the_disk_with_fields_can_be_resumed(tmp_path: Path, monk
     assert read_times(tmp_path / "run") == pytest.approx(read_times(tmp_path / "whole"))
 
 
-@pytest.mark.slow
 def test_what_cannot_be_resumed_is_an_input_error(short: Path, tmp_path: Path, pairsim: Pairsim) -> None:
     shutil.copytree(short, tmp_path / "run")
-    done = pairsim("run", "--resume", "run", "--set", "Ca_e=0.3")
-    assert done.returncode == 2
-    assert done.stderr.count("Ca_e") == 1
-    (tmp_path / "run" / "checkpoint.npz").write_text("torn")
-    for arguments in ([], ["--resume", "run"], ["--resume", "run", "-o", "other"], ["--resume", "nowhere"]):
+    ca_e = ["--resume", "run", "--set", "Ca_e=0.3"]
+    for arguments in ([], ca_e, ["--resume", "run", "-o", "other"], ["--resume", "nowhere"]):
         done = pairsim("run", *arguments)
         assert done.returncode == 2, done.stdout + done.stderr
         assert "Traceback" not in done.stderr

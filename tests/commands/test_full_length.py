@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import csv
 import json
+import os
+import subprocess
+import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,6 +18,7 @@ from support.inputs import CONFIGS, ROOT
 
 from pairsim.results.table_files import read_table
 from pairsim.runtime.arrays import Array
+from pairsim.runtime.child_process import module_command
 
 pytestmark = [pytest.mark.long, pytest.mark.timeout(3600)]
 
@@ -79,3 +84,60 @@ def test_shipped_cases_of_many_all_finish(command: str, count: int, tmp_path: Pa
 def rows(table: Path) -> list[dict[str, str]]:
     with table.open() as file:
         return list(csv.DictReader(file))
+
+
+def test_every_page_can_be_computed(tmp_path: Path) -> None:
+    folders = (ROOT / "docs" / "validation", ROOT / "docs" / "results" / "validation")
+    before = {path: path.read_bytes() for folder in folders for path in folder.rglob("*") if path.is_file()}
+    command = [sys.executable, str(ROOT / "scripts" / "validation.py"), "all", "--quick", "-o", str(tmp_path)]
+    done = subprocess.run(
+        command, env=os.environ | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.count("Larger than allowed: nothing.") == len(list(folders[0].glob("*.md"))) - 1
+    assert all(path.read_bytes() == content for path, content in before.items())
+
+
+STEPS, POINTS = 5000, 3000
+MANY_STEPS = "beta: 0.4\nDe: 0\nCa_e: 0\nd0: 0.1\nlength: 3\nends: developed\nmesh: {Np: 6}\n"
+MANY_STEPS += f"time: {{end: 100, max_step: 0.002}}\noutput: {{every: 0.02}}\nlimits: {{max_steps: {STEPS}}}\n"
+MANY_POINTS = "beta: 0.4\nDe: 0\nCa_e: 0\nlength: 3\nends: developed\nmesh: {Np: 6}\ntol: 1\n"
+MANY_POINTS += f"d: {{start: 0.1, stop: 1, num: {POINTS}, spacing: log}}\nmax_points: {POINTS}\n"
+
+
+def growth(folder: Path, command: str, text: str, table: str, count: int) -> float:
+    """Growth of the memory from a fifth of the rows of a table to the last but one [MB].
+
+    After the last row the answer is put into words, with modules of some 8 MB that nothing has needed before.
+    """
+    (folder / "case.yaml").write_text(text)
+    words = module_command("pairsim", command, "case.yaml", "-o", "out", "-q")
+    process = subprocess.Popen(words, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    first = last = 0.0
+    path = folder / "out" / table
+    try:
+        while process.poll() is None:
+            status = Path(f"/proc/{process.pid}/status").read_text()
+            rows = path.read_bytes().count(b"\n") - 1 if path.exists() else 0
+            # Memory that the system has moved to swap counts as well.
+            sizes = [float(line.split()[1]) for line in status.splitlines() if line.startswith(("RssAnon", "VmSwap"))]
+            if sizes and count // 5 <= rows < count:
+                last = sum(sizes) / 1000
+                first = first or last
+            time.sleep(0.5)
+    finally:
+        process.kill()
+    assert path.read_bytes().count(b"\n") - 1 == count
+    assert first
+    print(f"{command}: {first:.1f} MB after {count // 5} rows, {last:.1f} MB after {count}")
+    return last - first
+
+
+def test_memory_of_a_run_does_not_grow(tmp_path: Path) -> None:
+    """Frames of the fields are written every tenth step, too."""
+    assert growth(tmp_path, "run", MANY_STEPS, "series.csv", STEPS) < 2
+
+
+def test_memory_of_a_curve_grows_by_the_numbers_of_its_points(tmp_path: Path) -> None:
+    """What is kept of a point are its numbers and its row of curve.csv, some thirty Python objects and 4 kB."""
+    assert growth(tmp_path, "curve", MANY_POINTS, "curve.csv", POINTS) < 6e-3 * (POINTS - POINTS // 5)

@@ -66,19 +66,7 @@ def test_second_run_is_refused_and_the_first_one_is_whole(tmp_path: Path, pairsi
     assert not {file.name for file in out.iterdir()} & {*LOCK_FILES}
 
 
-@pytest.mark.slow
-def test_lock_of_a_killed_run_is_taken_over(tmp_path: Path, pairsim: Pairsim) -> None:
-    (tmp_path / "case.yaml").write_text(ENDLESS)
-    out = tmp_path / "out"
-    with at_work(tmp_path, "run", "case.yaml", "-o", "out", table=out / "series.csv") as first:
-        first.kill()
-    assert not is_locked(out)
-    done = pairsim("run", "case.yaml", "--resume", "out", "-q", "--set", "time.end=0.1")
-    assert done.returncode == 0, done.stderr
-    assert read_table(out / "series.csv")["t"][-1] == pytest.approx(0.1)
-
-
-@pytest.fixture(params=[0, errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP], ids=lambda number: f"errno {number}")
+@pytest.fixture(params=[0, errno.ENOSYS, errno.ENOLCK], ids=lambda number: f"errno {number}")
 def killed_owner(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
     """A program that is killed while it has a lock; here and there a file system is without `flock`, if not 0.
 
@@ -131,15 +119,15 @@ def test_a_folder_that_cannot_be_written_can_be_read(tmp_path: Path, monkeypatch
 
 @pytest.mark.parametrize(
     ("name", "command"),
-    [("PMI_SIZE", "run"), ("OMPI_COMM_WORLD_SIZE", "curve"), ("SLURM_STEP_NUM_TASKS", "critical")],
+    [("PMI_SIZE", "run"), ("OMPI_COMM_WORLD_SIZE", "curve"), ("SLURM_STEP_NUM_TASKS", "sweep")],
 )
 def test_processes_that_do_not_see_each_other_are_refused(
     name: str, command: str, tmp_path: Path, pairsim: Pairsim, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """With a launcher of another MPI, each process would run the same case in the same folder."""
     monkeypatch.setenv(name, "2")
-    place = {"run": "d0: 0.1", "curve": "d: [0.1]", "critical": "d: [0.1, 1]"}[command]
-    (tmp_path / "case.yaml").write_text(f"{{{place}, {BASE.rstrip(', ')}}}\n")
+    case = {"run": "{d0: 0.1, ", "curve": "{d: [0.1], ", "sweep": "{grid: {d0: [0.1]}, base: {"}[command] + BASE
+    (tmp_path / "case.yaml").write_text(case.rstrip(", ") + "}}\n"[command != "sweep" :])
     done = pairsim(command, "case.yaml", "-o", "out", timeout=60)
     assert done.returncode == 2
     assert "2 processes that do not see each other" in done.stderr

@@ -64,18 +64,15 @@ def test_check_law_tells_a_wrong_sign(pairsim_apart: Pairsim, folder: Path) -> N
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ((r".*", ""), "my_laws.py: must have a law"),
         ((r"return self.Jm /", "return (self.Jm /"), r"my_laws.py:\d+: cannot be imported: SyntaxError"),
-        ((r"import dataclass\n", "import dataclasses\n"), r"my_laws.py:1: cannot be imported: ImportError"),
         ((r'"fene-cr"', '"giesekus"'), "FeneCR.name: got 'giesekus'; is the name of another law"),
-        ((r'    words = "stiff.*\n', ""), "Gent.words: must be a text"),
         ((r"@dataclass.frozen=True.\nclass Gent", "class Gent"), "Gent: must be decorated"),
     ],
 )
 def test_mistakes_in_a_file_of_laws_are_told(
     pairsim_apart: Pairsim, folder: Path, change: tuple[str, str], said: str
 ) -> None:
-    (folder / "my_laws.py").write_text(re.sub(change[0], change[1], LAWS, flags=re.DOTALL if change[0] == ".*" else 0))
+    (folder / "my_laws.py").write_text(re.sub(*change, LAWS))
     done = pairsim_apart("curve", "case.yaml", "--dry-run", "--laws", "my_laws.py")
     assert done.returncode == 2
     assert re.search(said, done.stderr), done.stderr

@@ -65,7 +65,7 @@ def test_run_and_curve_in_units(tmp_path: Path, pairsim: Pairsim) -> None:
 
 def test_table_and_travel_refuse_other_folders(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "ran").mkdir()
-    (tmp_path / "ran" / "run.json").write_text('{"status": "finished"}')
+    (tmp_path / "ran" / "run.json").write_text('{"kind": "run", "status": "finished"}')
     (tmp_path / "ran" / "series.csv").write_text("t,d\n0.1,0.2\n")
     for words, message in (
         (("table", "ran", "--physical"), "ran: must be the result of a case with a physical block"),
@@ -80,20 +80,3 @@ def test_table_and_travel_refuse_other_folders(tmp_path: Path, pairsim: Pairsim)
         assert message in done.stderr
         assert "Traceback" not in done.stderr
     assert pairsim("table", "ran").stdout == "t [D_c/U_av],d [D_c]\n0.1,0.2\n"
-
-
-@pytest.mark.parametrize(
-    ("table", "message"),
-    [
-        ("t,null\n", "series.csv: got 'null'; must be a column of `pairsim`"),
-        ("t,dU\n0,x\n", "series.csv: must have numbers in its rows"),
-        ("", "series.csv: cannot be read"),
-    ],
-)
-def test_damaged_table_is_refused(table: str, message: str, tmp_path: Path, pairsim: Pairsim) -> None:
-    (tmp_path / "series.csv").write_text(table)
-    scales = {"length": 1e-3, "velocity": 1.0, "stress": 1.0, "time": 1.0}
-    (tmp_path / "run.json").write_text(json.dumps({"kind": "run", "scales": scales}))
-    done = pairsim("table", ".", "--physical")
-    assert done.returncode == 2
-    assert message in done.stderr

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import io
-import json
 import os
+import re
 import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
-from support.commands import Pairsim
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+from support.commands import in_process
 from support.field_samples import scene
 
 from pairsim.config.quantities import LENGTH, si
@@ -40,15 +42,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize(
-    "value",
-    [
-        "!!python/object/apply:os.system [touch executed]",
-        "!!python/name:os.system",
-        "!!python/module:os",
-        "!anything 1",
-    ],
-)
+@pytest.mark.parametrize("value", ["!!python/object/apply:os.system [touch executed]", "!anything 1"])
 def test_yaml_makes_no_objects(value: str, here: Path) -> None:
     path = here / "case.yaml"
     path.write_text(CASE + f"name: {value}\n")
@@ -57,26 +51,21 @@ def test_yaml_makes_no_objects(value: str, here: Path) -> None:
     assert not (here / "executed").exists()
 
 
-@pytest.mark.parametrize(
-    "unit", ["__import__('os').system('touch executed')", "um if 1 else m", "(lambda: um)()", "um;m"]
-)
+@pytest.mark.parametrize("unit", ["__import__('os').system('touch executed')", "(lambda: um)()"])
 def test_quantities_are_not_evaluated(unit: str, here: Path) -> None:
     with pytest.raises(ValueError, match=r"must be a length"):
         si(f"1 {unit}", LENGTH)
     assert not (here / "executed").exists()
 
 
-@pytest.mark.parametrize("name", ["../out", "/tmp/out", "..", ".hidden", "a/b", "a\\b", "~", "$HOME", "-rf"])
-def test_name_of_a_case_is_no_path(name: str, here: Path) -> None:
+@pytest.mark.parametrize("name", ["../out", "/tmp/out", "..", ".hidden", "a/b", "$HOME", "-rf"])
+def test_name_of_a_case_or_sweep_is_no_path(name: str, here: Path) -> None:
     path = here / "case.yaml"
     path.write_text(CASE + f"name: '{name}'\n")
     with pytest.raises(InputError, match="must be a word"):
         read_case(QUESTIONS["run"], path)
-
-
-@pytest.mark.parametrize("name", ["../out", "/tmp/out", "..", ".hidden", "a/b"])
-def test_name_of_a_sweep_is_no_path(name: str, here: Path) -> None:
-    path = here / "grid.yaml"
+    if name in ("$HOME", "-rf"):
+        return  # a folder may be named so
     path.write_text(f"name: '{name}'\n" + GRID)
     with pytest.raises(InputError, match="must be a name for a folder"):
         read_grid(path)
@@ -117,17 +106,26 @@ def test_record_of_settings_holds_them_as_comments(here: Path) -> None:
         read_grid(here / "grid.yaml", ("mesh.Np=8\nname: x",))
 
 
-def test_report_shows_text_as_text(here: Path, pairsim: Pairsim) -> None:
-    folder = here / "<img src=x onerror=alert(1)>"
-    folder.mkdir()
-    hostile = "<script>alert(1)</script>"
-    record = {"status": "failed", "kind": "run", "reason": hostile, "message": hostile, "command": hostile}
-    (folder / "run.json").write_text(json.dumps(record))
-    (folder / "case.yaml").write_text(CASE)
-    (folder / "series.csv").write_text("t,dU\n")
-    done = pairsim("report", folder.name)
-    assert done.returncode == 0, done.stderr
-    page = (folder / "report.html").read_text()
-    assert hostile not in page
-    assert folder.name not in page
-    assert "&lt;script&gt;alert(1)" in page
+WHOLE = "beta: 0.4\nDe: 0.5\nCa_e: 0.1\nd0: 0.1\nliquid: {law: giesekus, alpha: 0.1}\nmesh:\n  Np: 20\n"
+PARTS = ("- 1", "{a: 1", "&a [*a]", "*b", "<<: [1]\n", "!!python/name:os.system", "\t1", "yes", ".nan", "-1", "50 um")
+
+
+@pytest.mark.slow
+def test_a_damaged_file_ends_a_command_in_order(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    codes = set[int]()
+    place, part = st.integers(0, len(WHOLE)), st.sampled_from(PARTS) | st.text(max_size=5)
+
+    @settings(derandomize=True, database=None, deadline=None, phases=[Phase.generate], max_examples=30)
+    @given(place, place, part)
+    def each(first: int, last: int, part: str) -> None:
+        text = WHOLE[: min(first, last)] + part + WHOLE[max(first, last) :]
+        (tmp_path / "case.yaml").write_bytes(text.encode("utf-8", "surrogateescape"))
+        done = in_process(tmp_path, ("run", "case.yaml", "--dry-run"), capfd)
+        assert done.returncode in (0, 2), (text, done)
+        assert re.match(r"pairsim( \w+)?: ", done.stderr) if done.returncode else done.stdout, (text, done)
+        assert "Traceback" not in done.stderr, (text, done)
+        codes.add(done.returncode)
+
+    each()
+    assert codes == {0, 2}
+    assert [path.name for path in tmp_path.iterdir()] == ["case.yaml"]

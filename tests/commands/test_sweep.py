@@ -11,13 +11,13 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
+from matplotlib import image
 from support.commands import Pairsim, descendants, words_of
-from support.inputs import ROOT, TINY
+from support.inputs import ROOT, STUDY, TINY
 from support.pictures import colours
 from support.result_folders import make_sweep
 from typer.testing import CliRunner
@@ -25,6 +25,7 @@ from typer.testing import CliRunner
 import pairsim as package
 from pairsim.cli.app import app
 from pairsim.results.folders import read_record
+from pairsim.results.table_files import read_table
 from pairsim.runtime.child_process import module_command
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps import task
@@ -167,16 +168,6 @@ def test_the_same_command_repeats_failures_of_the_machine_only(tmp_path: Path) -
     assert "max_steps" in shown
 
 
-@pytest.mark.slow
-def test_another_grid_is_refused(swept: Path) -> None:
-    other = subprocess.run(
-        command("--set", "mesh.Np=9", ranks=2), cwd=swept, capture_output=True, text=True, check=False
-    )
-    assert other.returncode == 2
-    assert other.stderr.count("another grid") == 1
-    assert "Traceback" not in other.stderr
-
-
 def test_a_sweep_of_another_version_is_named(pairsim: Pairsim, tmp_path: Path) -> None:
     (tmp_path / "grid.yaml").write_text(THREE)
     make_sweep(tmp_path / "out", "run", {}, [], grid="of then", versions={"pairsim": "0.2.9"})
@@ -194,58 +185,30 @@ def test_folder_that_is_no_sweep_is_left_alone(pairsim: Pairsim, tmp_path: Path)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("victim", ["all", "a rank"])
-def test_killed_sweep_is_finished_by_the_same_command(victim: str, swept: Path, tmp_path: Path) -> None:
-    """kill -9: no process continues, no file is damaged, no finished case is repeated, and the table is the same."""
-    (tmp_path / "grid.yaml").write_text(THREE)
-    job = subprocess.Popen(command(ranks=2), cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    out = tmp_path / "out"
-    while job.poll() is None and not any('"finished"' in text for text in records(out).values()):
-        time.sleep(0.02)
-    tree = descendants(job.pid)
-    ranks = [pid for pid in tree if "sweep" in words_of(pid) and "mpirun" not in words_of(pid)[0]]
-    assert len(ranks) == 2
-    for pid in [job.pid, *ranks] if victim == "all" else ranks[-1:]:
-        with suppress(ProcessLookupError):  # ended with a process killed before
-            os.kill(pid, signal.SIGKILL)
-    assert job.wait(timeout=200) != 0
-    deadline = time.monotonic() + 50
-    while any("pairsim.sweeps.child" in words_of(pid) for pid in tree):
-        assert time.monotonic() < deadline, "an orphan goes on"
-        time.sleep(0.02)
-    finished = {name: text for name, text in records(out).items() if '"finished"' in text}
-    assert 0 < len(finished) < 3
-    done = subprocess.run(command(ranks=2), cwd=tmp_path, capture_output=True, text=True, timeout=200, check=False)
-    assert done.returncode == 0, done.stderr
-    assert finished.items() <= records(out).items()
-    assert rows_of(out) == rows_of(swept / "out")
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("ranks", [0, 2])
-def test_sweep_killed_ten_times_loses_nothing(ranks: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("kills", "ranks"), [(1, 2), *(pytest.param(10, ranks, marks=pytest.mark.long) for ranks in (0, 2))]
+)
+def test_a_sweep_killed_again_and_again_loses_nothing(kills: int, ranks: int, tmp_path: Path) -> None:
     """What has finished is not computed again, what has not is computed, and the table is that of no kill."""
-    (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: {start: 0.1, stop: 0.4, num: 10}, Ca_e: [0, 0.05]}\n")
+    distances = f"{{start: 0.1, stop: 0.4, num: {max(kills, 2)}}}"
+    (tmp_path / "grid.yaml").write_text(TINY + f"grid: {{d0: {distances}, Ca_e: [0, 0.05]}}\n")
     out, chance = tmp_path / "out", random.Random(ranks)
     finished: dict[str, str] = {}
-    words, killed = command(*(() if ranks else ("--workers", "2")), ranks=ranks), 0
-    while killed < 10 and len(finished) < 18:
+    words = command(*(() if ranks else ("--workers", "2")), ranks=ranks)
+    for _ in range(kills):
         job = subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.DEVNULL, start_new_session=True)
-        wanted = len(finished) + chance.randint(0, 2)
-        while sum('"finished"' in text for text in records(out).values()) < wanted:
+        while sum('"finished"' in text for text in records(out).values()) <= len(finished):
             assert job.poll() is None
             time.sleep(0.01)
-        time.sleep(chance.uniform(0, 2))
+        time.sleep(chance.uniform(0, 0.5))
         tree = descendants(job.pid)
         os.killpg(job.pid, signal.SIGKILL)
         job.wait()
         while any("pairsim.sweeps.child" in words_of(pid) or "sweep" in words_of(pid) for pid in tree):
             time.sleep(0.01)
-        killed += 1
         now = {name: text for name, text in records(out).items() if '"finished"' in text}
         assert finished.items() <= now.items(), "a finished case was computed again"
         finished = now
-    assert killed >= 5
     done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert finished.items() <= records(out).items()
@@ -349,11 +312,13 @@ def test_a_chain_survives_the_death_of_a_member(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_curves_are_swept_too(tmp_path: Path) -> None:
+def test_curves_are_swept_too(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """results.csv has points, zeros and peak of every curve, as in its folder; pictures are drawn."""
     (tmp_path / "grid.yaml").write_text(CURVES.replace("[0.15]", "[0.1, 0.3]") + "grid: {Ca_e: [0, 0.05]}\n")
     result = package.sweep(tmp_path / "grid.yaml", folder=tmp_path / "out", workers=2)
     assert result.status == "finished"
+    assert capfd.readouterr() == ("", "")
+    assert package.open(tmp_path / "out").table.equals(result.table)
     assert ",".join(name for name in result.table if name != "wall_time") == (
         "folder,status,reason,Ca_e,beta,De,points,zeros,zeros_error,stable,d_peak,d_peak_error,dU_peak,dU_error,"
         "unknowns,warnings"
@@ -403,15 +368,6 @@ def test_pictures_of_a_sweep(swept: Path, tmp_path: Path) -> None:
         plot_sweep(swept / "out", tmp_path, "xi")
 
 
-def test_launcher_whose_mpi_is_another_is_an_input_error(tmp_path: Path) -> None:
-    (tmp_path / "grid.yaml").write_text(THREE)
-    environment = {**os.environ, "SLURM_STEP_NUM_TASKS": "4"}
-    done = subprocess.run(command(), cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
-    assert done.returncode == 2
-    assert "4 processes that do not see each other" in done.stderr
-    assert not (tmp_path / "out").exists()
-
-
 @pytest.mark.slow
 def test_a_case_without_a_steady_state_is_finished(tmp_path: Path, pairsim: Pairsim) -> None:
     base = "base: {beta: 0.4, De: 0, d: [0.2], ends: developed, length: 3, mesh: {Np: 8}}\n"
@@ -422,12 +378,55 @@ def test_a_case_without_a_steady_state_is_finished(tmp_path: Path, pairsim: Pair
 
 
 @pytest.mark.slow
-def test_cases_do_not_import_what_lies_in_the_current_folder(
-    decoys: Path, tmp_path: Path, pairsim_apart: Pairsim
-) -> None:
+def test_cases_do_not_import_what_lies_in_the_current_folder(tmp_path: Path, pairsim_apart: Pairsim) -> None:
     """Above a clone of the project, its folder would be taken for the package."""
+    (tmp_path / "pairsim").mkdir()
+    for name in ("yaml", "numpy", "pydantic"):
+        (tmp_path / f"{name}.py").write_text("raise ImportError('a decoy')\n")
     (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1]}\n")
     done = pairsim_apart("sweep", "grid.yaml", "-o", "out", "-q")
     assert done.returncode == 0, done.stderr
     assert counts(tmp_path / "out") == {"finished": 1}
-    assert not decoys.exists()
+
+
+def test_bad_grid_ends_with_2_and_writes_nothing(tmp_path: Path, pairsim: Pairsim) -> None:
+    (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1, -0.2]}\n")
+    done = pairsim("sweep", "grid.yaml", ranks=2)
+    assert done.returncode == 2
+    assert done.stderr.count("entry d0 = -0.2: d0: got -0.2") == 1
+    assert "Traceback" not in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["grid.yaml"]
+
+
+def test_dry_run_lists_all_cases_and_computes_none(tmp_path: Path) -> None:
+    (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1, 0.2, 0.2]}\n")
+    result = CliRunner().invoke(app, ["sweep", str(tmp_path / "grid.yaml"), "-o", str(tmp_path / "out"), "--dry-run"])
+    assert result.exit_code == 0
+    assert "2 cases of pairsim run" in result.output
+    assert "1 duplicates left out" in result.output
+    assert all(case.folder in result.output for case in read_grid(tmp_path / "grid.yaml").cases)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+def test_study_runs_resumes_and_draws(tmp_path: Path, pairsim: Pairsim) -> None:
+    (tmp_path / "study.yaml").write_text(STUDY)
+    done = pairsim("study", "study.yaml", "-o", "out", "-q", ranks=2)
+    assert (done.returncode, done.stdout.strip()) == (0, "out"), done.stderr
+    with (tmp_path / "out" / "study.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["mesh.Np"], row["time.fixed_step"]) for row in rows] == [
+        ("8", ""), ("11", ""), ("16", ""), ("8", "0.005"),
+    ]  # fmt: skip
+    assert [row["reference"] for row in rows] == ["false", "false", "true", "false"]
+    assert [row["steps"] for row in rows][3] == "4"
+    ends = {float(row["dU@0.02"]) for row in rows}
+    assert ends == {read_table(path)["dU"][-1] for path in tmp_path.glob("out/sweep-1/*/series.csv")}
+    assert image.imread(tmp_path / "out" / "study.png").shape[1] > 500
+    records = {path: path.read_text() for path in tmp_path.glob("out/sweep-1/*/run.json")}
+    assert len(records) == 4
+    (tmp_path / "out" / "study.csv").unlink()
+    again = pairsim("study", "study.yaml", "-o", "out", "-q")
+    assert again.returncode == 0, again.stderr
+    assert all(path.read_text() == text for path, text in records.items())
+    assert (tmp_path / "out" / "study.csv").is_file()

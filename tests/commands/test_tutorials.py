@@ -93,21 +93,6 @@ def shows(expected: str, output: str) -> bool:
     return all(any(alike(line, found) for found in lines) for line in expected.splitlines())
 
 
-@pytest.mark.parametrize(
-    ("expected", "output", "right"),
-    [
-        ("t,d\n0.5,0.1038", "t,d\n0.5,0.10378", True),
-        ("t,d\n0.5,0.11", "t,d\n0.5,0.10378", False),
-        ("a\nb", "b\na", False),
-        ("4 cases, about ... s", "note\n4 cases, about 17 s", True),
-        ("note: ...", "error: 3", False),
-        ("finished", "finished end", False),
-    ],
-)
-def test_outputs_are_compared(expected: str, output: str, right: bool) -> None:
-    assert shows(expected, output) == right
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
 def test_tutorial(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

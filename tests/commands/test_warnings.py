@@ -55,12 +55,46 @@ def test_lone_rigid_sphere_takes_ever_larger_steps() -> None:
     assert pairsim.run(sphere, time={"end": 2}).check().record["steps"] < 40
 
 
-@pytest.mark.parametrize("name", ["curve.csv", "study.csv"])
-def test_resume_leaves_results_of_other_commands_alone(name: str, tmp_path: Path, pairsim: Pairsim) -> None:
+def test_resume_leaves_results_of_other_commands_alone(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text("beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\n")
     (tmp_path / "out").mkdir()
-    (tmp_path / "out" / name).write_text("precious")
+    (tmp_path / "out" / "curve.csv").write_text("precious")
+    (tmp_path / "out" / "run.json").write_text('{"kind": "curve"}')
     done = pairsim("run", "case.yaml", "--resume", "out")
     assert done.returncode == 2
     assert "results of another command" in done.stderr
-    assert (tmp_path / "out" / name).read_text() == "precious"
+    assert (tmp_path / "out" / "curve.csv").read_text() == "precious"
+
+
+@pytest.mark.slow
+def test_a_stress_that_cells_do_not_resolve_is_told(capfd: pytest.CaptureFixture[str]) -> None:
+    """At the wall of a pipe whose cells are half as large as its radius c changes by more than e^2 within a cell."""
+    pipe = {"particles": 0, "De": 10, "ends": "developed", "length": 1, "mesh": {"max_size": 0.25}}
+    for end, count in ((0.001, 0), (2, 1)):
+        result = pairsim.run(pipe, time={"end": end}, output={"fields": False}, progress=True).check()
+        assert len(result.warnings) == count
+        assert ("is not resolved" in capfd.readouterr().err) == bool(count)
+
+
+PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": 3, "mesh": {"Np": 8}}
+PAIR |= {"output": {"fields": False}}
+
+
+def about_steps(result: Any) -> list[str]:
+    """Warnings of a result about time steps."""
+    return [warning for warning in result.check().warnings if "time steps" in warning]
+
+
+@pytest.mark.parametrize(("setting", "warned"), [({"tol": 3e-4}, False), ({"fixed_step": 0.02}, True)])
+def test_long_steps_are_reported(setting: dict[str, float], warned: bool, capfd: pytest.CaptureFixture[str]) -> None:
+    assert bool(about_steps(pairsim.run(PAIR, time={"end": 1, **setting}, progress=True))) == warned
+    assert ("time steps may cause" in capfd.readouterr().err) == warned
+
+
+@pytest.mark.slow
+def test_long_steps_before_a_stop_are_reported_after_it(tmp_path: Path) -> None:
+    long_steps = PAIR | {"time": {"fixed_step": 0.1, "end": 0.8}}
+    whole = pairsim.run(long_steps)
+    pairsim.run(long_steps, time={"end": 0.2}, folder=tmp_path).check()
+    resumed = pairsim.run(long_steps, folder=tmp_path, resume=True)
+    assert about_steps(resumed) == about_steps(whole) != []

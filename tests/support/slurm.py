@@ -24,7 +24,6 @@ PACKAGES = {"munged": "munge", "slurmctld": "slurmctld", "slurmd": "slurmd", "sb
 # `pairsim` is that of this Python; the daemons are not on the PATH of everybody.
 PATH = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"], "/usr/sbin", "/sbin"])
 POLL = 0.2  # [s]
-DOWN_AFTER = 6  # seconds without an answer after which Slurm gives a node up
 CONFIGURATION = """\
 ClusterName=trial
 SlurmctldHost={host}(127.0.0.1)
@@ -49,7 +48,6 @@ SelectType=select/cons_tres
 SelectTypeParameters=CR_Core_Memory
 SchedulerParameters=sched_interval=2,bf_interval=2
 SlurmdParameters=config_overrides
-SlurmdTimeout={down_after}
 ReturnToService=2
 MpiDefault=none
 DefMemPerCPU=1000
@@ -91,7 +89,6 @@ class Slurm:
     def __init__(self, folder: Path, work: Path) -> None:
         self.folder, self.work, self.host = folder, work, platform.node().partition(".")[0]
         self.environment = os.environ | {"SLURM_CONF": str(folder / "slurm.conf"), "PATH": PATH}
-        self._daemons: dict[str, subprocess.Popen[bytes]] = {}
         self._before = set(descendants(os.getpid()))
 
     def start(self) -> None:
@@ -104,7 +101,7 @@ class Slurm:
         (self.folder / "munge.key").write_bytes(secrets.token_bytes(128))
         ports = {"controller_port": free_port(), "node_port": free_port()}
         places = {"folder": self.folder, "host": self.host, "user": getpass.getuser()}
-        text = CONFIGURATION.format(**places, **ports, down_after=DOWN_AFTER)
+        text = CONFIGURATION.format(**places, **ports)
         (self.folder / "slurm.conf").write_text(text)
         (self.folder / "cgroup.conf").write_text(CGROUP)
         files = {"key-file": "munge.key", "socket": "munge.sock", "pid-file": "munge.pid", "seed-file": "munge.seed"}
@@ -112,56 +109,36 @@ class Slurm:
         self._start("munged", "--foreground", "--force", *options)  # --force: a folder that others cannot enter
         wait_for("munged", (self.folder / "munge.sock").exists, 10)
         self._start("slurmctld", "-D")
-        self.start_node()
-
-    def start_node(self) -> None:
-        """Start slurmd, and wait until the controller takes the node for usable."""
         self._start("slurmd", "-D")
-        wait_for("the node is up", lambda: self.node_state() in ("idle", "mixed", "allocated"), 60)
+        wait_for("the node is up", lambda: self.ask("sinfo", "--noheader", "--format", "%T") == "idle", 60)
 
     def _start(self, program: str, *options: str) -> None:
         found = shutil.which(program, path=PATH)
         assert found is not None
         command = ["setpriv", "--pdeathsig", "KILL", found, *options]  # it ends with this process, however that ends
         with (self.folder / f"{program}.out").open("ab") as out:
-            self._daemons[program] = subprocess.Popen(
+            subprocess.Popen(
                 command, env=self.environment, stdin=subprocess.DEVNULL, stdout=out, stderr=out, process_group=0
             )
-
-    def kill_slurmd(self) -> None:
-        """Kill slurmd; its jobs go on."""
-        slurmd = self._daemons.pop("slurmd")
-        slurmd.kill()
-        slurmd.wait()
-
-    def crash_node(self) -> None:
-        """Kill slurmd and its jobs, as the crash of a node would."""
-        self.kill_slurmd()
-        controllers = {pid for daemon in self._daemons.values() for pid in descendants(daemon.pid)}
-        kill(self._processes() - controllers)
 
     def _processes(self) -> set[int]:
         """All processes that came of it."""
         return set(descendants(os.getpid())) - self._before
 
-    def run(self, command: str, code: int = 0) -> str:
-        """Run a line of shell that must end with an exit code; returns its output, which is printed, too."""
+    def run(self, command: str) -> str:
+        """Run a line of shell that must succeed; returns its output, which is printed, too."""
         print(f"$ {command}", flush=True)
         done = subprocess.run(
             command, shell=True, cwd=self.work, env=self.environment, capture_output=True, text=True, check=False
         )
         print(done.stdout + done.stderr, flush=True)
-        assert done.returncode == code
+        assert done.returncode == 0
         return done.stdout + done.stderr
 
     def ask(self, *command: str) -> str:
         """Output of a command of Slurm, without line ends; empty if it fails."""
         done = subprocess.run(command, env=self.environment, capture_output=True, text=True, timeout=60, check=False)
         return done.stdout.strip() if done.returncode == 0 else ""
-
-    def node_state(self) -> str:
-        """State of the node, such as idle, or `down*`."""
-        return self.ask("sinfo", "--noheader", "--format", "%T")
 
     def job(self, number: str) -> dict[str, str]:
         """What Slurm knows of a job, such as JobState and Restarts; empty if nothing."""
@@ -176,11 +153,6 @@ class Slurm:
         """Wait until no task of a job is in the queue."""
         queue = ("squeue", "--noheader", "--jobs", job, "--format", "%T")
         wait_for(f"job {job} ends", lambda: not self.ask(*queue), 300)
-
-    def cancel(self, job: str) -> None:
-        """Cancel a job, and wait until it has ended."""
-        self.run(f"scancel {job}")
-        self.wait_for_end(job)
 
     def stop(self) -> None:
         """Kill all processes that came of it, and print the last lines of its logs."""

@@ -21,8 +21,10 @@ def names(folder: Path) -> list[str]:
 
 def test_create_makes_parents_and_accepts_an_empty_folder(tmp_path: Path) -> None:
     path = tmp_path / "a" / "b"
-    assert RunFolder.create(path).path == path
-    RunFolder.create(path)
+    folder = RunFolder.create(path)
+    assert RunFolder.create(path).path == folder.path == path
+    with pytest.raises(ValueError, match="is not a file of pairsim"):  # --overwrite would miss it
+        folder.write_json("other.json", {})
 
 
 def test_create_refuses_a_folder_with_files_and_leaves_it_alone(tmp_path: Path) -> None:
@@ -38,20 +40,13 @@ def test_overwrite_removes_own_files_and_no_others(tmp_path: Path) -> None:
         (tmp_path / name).write_text("x")
     for name in ("fields", "sub"):
         (tmp_path / name).mkdir()
-    for name in ("0000.h5", "000012.h5", ".0013.h5.part"):
+    for name in ("0000.h5", "000012.h5", ".0013.h5.part", "mine.h5"):
         (tmp_path / "fields" / name).write_text("x")
     (tmp_path / "sub" / "series.csv").write_text("x")
     RunFolder.create(tmp_path, True, own_files())
-    assert names(tmp_path) == ["my.csv", "notes.txt", "sub"]
-    assert names(tmp_path / "sub") == ["series.csv"]
-
-
-def test_overwrite_removes_frames_and_nothing_else_from_their_folder(tmp_path: Path) -> None:
-    (tmp_path / "fields").mkdir()
-    for name in ("0000.h5", "mine.h5"):
-        (tmp_path / "fields" / name).write_text("x")
-    RunFolder.create(tmp_path, overwrite=True)
+    assert names(tmp_path) == ["fields", "my.csv", "notes.txt", "sub"]
     assert names(tmp_path / "fields") == ["mine.h5"]
+    assert names(tmp_path / "sub") == ["series.csv"]
 
 
 def test_overwrite_removes_a_link_and_not_what_it_points_to(tmp_path: Path) -> None:
@@ -95,18 +90,6 @@ def test_nan_is_refused_by_key_and_the_old_file_stays(tmp_path: Path, value: obj
         folder.write_yaml("case.yaml", {"x": value})
     assert json.loads((folder.path / "run.json").read_text()) == {"ok": 1}
     assert names(folder.path) == ["run.json"]
-
-
-def test_infinity_is_yaml_and_not_json(tmp_path: Path) -> None:
-    folder = RunFolder.create(tmp_path / "run")
-    assert yaml.safe_load(folder.write_yaml("case.yaml", {"x": float("inf")}).read_text()) == {"x": float("inf")}
-    with pytest.raises(ValueError, match="JSON"):
-        folder.write_json("run.json", {"x": float("inf")})
-
-
-def test_names_that_overwrite_would_miss_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="is not a file of pairsim"):
-        RunFolder.create(tmp_path / "run").write_json("other.json", {})
 
 
 def test_failed_write_leaves_the_old_file_and_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,11 +1,19 @@
-"""The error that is quoted with dU in a run: its four terms."""
+"""The error that is quoted with dU in a run: its four terms, that of the time steps, and the warnings of them."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 import pytest
 
-from pairsim.solvers.errors.run_errors import Interval
+from pairsim.inputs.case_files import parse_case
+from pairsim.questions import QUESTIONS
+from pairsim.questions.warnings import long_steps, warnings_of_run
+from pairsim.solvers.errors.run_errors import Interval, RunErrors
+from pairsim.solvers.errors.time_error import SAFETY, TimeError
+from pairsim.solvers.stepping.step_size import Scheme
+from pairsim.solvers.transient.state import Extremes
 
 
 def quoted(t: np.ndarray, dU: np.ndarray, correction: np.ndarray, steps: float = 0.0, De: float = 0.0) -> np.ndarray:
@@ -58,3 +66,80 @@ def test_intervals_widen_where_cells_do_not_resolve_the_stress() -> None:
         Interval(memory=3.0).add(1.0, 0, np.zeros(1), np.array([1e-5]), 1e-6, s_jump)[0] for s_jump in (0.5, 1.1, 2.2)
     ]
     assert found == pytest.approx([2.1e-5, 2.1e-5, 1.61e-4])
+
+
+KEYS: dict[str, Any] = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": "auto"}
+ORDER = 3
+
+
+def estimate(t: np.ndarray, dU: np.ndarray, order: int = ORDER, mesh: np.ndarray | None = None) -> float:
+    """The estimated error itself, where the largest |dU| is one."""
+    error = TimeError(order)
+    for row in zip(t.tolist(), np.zeros(len(t)) if mesh is None else mesh, dU, strict=True):
+        error.add(row[0], int(row[1]), [row[2]])
+    return error.part
+
+
+@pytest.mark.parametrize("order", [2, 3])
+def test_estimate_is_what_bdf_leaves_of_a_polynomial(order: int) -> None:
+    """Of the derivative of t^(order + 1), in steps that vary; the first three are too early to count."""
+    t = np.array([0.001, 0.002, 0.003, 0.1, 0.2, 0.35, 0.5, 1.0])
+
+    def left(k: int) -> float:
+        old = t[k - order : k][::-1]
+        scheme = Scheme.bdf(old.tolist(), t[k])
+        h_star = sum(w * time ** (order + 1) for w, time in zip(scheme.weights, old, strict=True))
+        return float(abs((t[k] ** (order + 1) - h_star) / scheme.g - (order + 1) * t[k] ** order))
+
+    largest = max(left(k) for k in range(3, len(t)))
+    assert estimate(t, t**order, order) == pytest.approx(SAFETY * largest / (order + 1), rel=1e-9)
+
+
+@pytest.mark.parametrize(("power", "longest", "factor"), [(1, 0, 3), (3, 2, 3), (3, 3, 1)])
+def test_errors_of_the_first_three_steps_count_three_times(power: int, longest: int, factor: float) -> None:
+    """Orders rise with the steps; t^k has the derivatives that count, and one step is much longer than all others."""
+    t = np.cumsum(np.where(np.arange(4) == longest, 0.48, 0.01))
+    order = min(longest + 1, ORDER)
+    old = np.concatenate([[0.0], t])[longest + 1 - order : longest + 1]
+    left = np.prod(t[longest] - old) / (order + 1)
+    assert estimate(t, t**power) == pytest.approx(SAFETY * factor * left / t[-1] ** power, rel=1e-9)
+
+
+def test_estimate_ignores_jumps_at_remeshings_and_the_first_moment() -> None:
+    t = np.arange(1, 40) * 0.02
+    smooth = np.cos(t)
+    jumps = smooth + np.where(t > 0.4, 0.1, 0.0) + np.where(np.isclose(t, 0.42), 3.0, 0.0)
+    assert estimate(t, jumps, mesh=(t > 0.41).astype(int)) == pytest.approx(estimate(t, smooth), rel=0.1)
+    assert estimate(t, jumps) > 0.05
+    assert estimate(t * 1e-4, smooth) == 0
+
+
+def test_rounding_errors_of_a_rigid_pair_do_not_count() -> None:
+    noise = 1e-11 * np.random.default_rng(0).uniform(-1, 1, 50)
+    assert estimate(np.arange(1, 51) * 0.1, noise) < 1e-3
+
+
+def test_error_to_quote_above_the_requested_accuracy_gives_a_warning() -> None:
+    """Relative to the largest |dU|, after stresses have set in; nothing without estimates."""
+    case = parse_case(QUESTIONS["run"], KEYS | {"dU_error": True}, "")
+    for correction, shown in ((5e-3, True), (1e-3, False), (None, False)):
+        errors = RunErrors.of(case.liquid_model)
+
+        def add(t: float, part: float, errors: RunErrors = errors, correction: float | None = correction) -> None:
+            errors.add(t, 0, np.ones(1), None if correction is None else np.array([part * correction]), 0.0)
+
+        for t in np.arange(1, 20) * 0.1:
+            add(float(t), 1.0)
+        assert not any("dU_error is up to 2 %" in text for text in warnings_of_run(case, errors, Extremes()))
+        add(2.0, 2.0)
+        assert any("dU_error is up to 2 %" in text for text in warnings_of_run(case, errors, Extremes())) is shown
+
+
+def test_estimated_error_above_the_requested_accuracy_gives_a_warning() -> None:
+    assert not long_steps(parse_case(QUESTIONS["run"], KEYS, ""), 0.009)
+    (warning,) = long_steps(parse_case(QUESTIONS["run"], KEYS | {"time": {"fixed_step": 0.1}}, ""), 0.24)
+    assert (
+        "24 % of the largest |dU|, more than accuracy: 1%; use shorter steps (--set time.fixed_step=0.025)" in warning
+    )
+    assert not long_steps(parse_case(QUESTIONS["run"], KEYS | {"accuracy": "5%"}, ""), 0.04)
+    assert "time.tol" in long_steps(parse_case(QUESTIONS["run"], KEYS | {"accuracy": "5%"}, ""), 0.06)[0]

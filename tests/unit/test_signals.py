@@ -58,17 +58,6 @@ def test_under_nohup_a_hangup_changes_nothing() -> None:
         assert signals.number == 0
 
 
-@pytest.mark.parametrize("number", [0, signal.SIGTERM])
-def test_process_that_ends_after_a_signal_ignores_sigterm(number: int) -> None:
-    with Signals(final=True):
-        before = signal.getsignal(signal.SIGTERM)
-        if number:
-            signal.raise_signal(number)
-    after = signal.getsignal(signal.SIGTERM)
-    assert (after == signal.SIG_IGN) == bool(number)
-    assert after != before
-
-
 def test_newtons_method_stops_before_the_next_factorisation() -> None:
     transient = Transient(soft_pair(0.4, 0.1, 0.1, mesh=MeshSettings(Np=6), length=2.0))
     newton = transient.newton

@@ -1,4 +1,4 @@
-"""scripts/paper: its figures, the judgement of statements, and one small figure from end to end."""
+"""The pages of scripts/paper, scripts/validation and scripts/accuracy: made of the results, judged by margins."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from collections import Counter
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -15,20 +16,25 @@ import pandas as pd
 import pytest
 from support.inputs import ROOT
 
+import pairsim
 from pairsim.inputs.case_files import read_case
 from pairsim.questions import QUESTIONS
-from pairsim.sweeps.grid import Grid, read_grid
+from pairsim.sweeps.grid import Grid, grid_from, read_grid
 
 sys.path.append(str(ROOT / "scripts"))  # the modules of a script lie beside it
 
+import accuracy
 import paper
-from book import cases, pages
+import validation
+from book import cases, pages, statements
+from book.statements import Judged
 from paper_statements import deviations, judged
 
 GRIDS = [name for name in paper.computations(paper.FIGURES) if not name.startswith("fig02/")]
 CHECKED = paper.computations(paper.CHECKS)
 
 
+@cache
 def grid(name: str, *, quick: bool) -> Grid:
     _, path, *settings = paper.words(name, quick)
     return read_grid(Path(path), tuple(settings[1::2]))
@@ -65,14 +71,6 @@ def test_each_curve_has_a_transient_and_six_have_three() -> None:
     assert sum(count == 3 for count in markers.values()) >= 6
 
 
-def test_a_figure_that_is_unknown_is_named(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys, "argv", ["paper", "fig99"])
-    with pytest.raises(SystemExit) as ended:
-        paper.main()
-    assert ended.value.code == 2
-    assert "fig99" in capsys.readouterr().err
-
-
 @pytest.mark.slow
 def test_what_is_to_do_is_listed(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
@@ -107,16 +105,6 @@ def test_parameters_are_matched(tmp_path: Path) -> None:
         list(cases.grouped([case([0.4, 0.4])], {"De": [1, 0.5]}))
 
 
-def test_verdicts_of_other_computations_are_named_where_they_differ() -> None:
-    def again(finer: str, periodic: str, in_time: str) -> str:
-        return paper.again(pd.Series({"verdict": "holds", "finer": finer, "periodic": periodic, "transients": in_time}))
-
-    assert again("holds", "holds", "holds") == "the same"
-    assert again("holds", "holds", "") == "the same; in time: not judged"
-    assert again("holds", "within error", "holds") == "the same; periodic ends: within error"
-    assert again("", "", "") == "not judged"
-
-
 def test_page_is_that_of_the_stored_results() -> None:
     text = paper.PAGE.read_text()
     assert pages.marks(text) == set(paper.blocks())
@@ -126,7 +114,7 @@ def test_page_is_that_of_the_stored_results() -> None:
     assert list(zip(stored["figure"], stored["the paper says"], strict=True)) == known
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_two_small_figures_from_end_to_end(tmp_path: Path) -> None:
     """Figs. 2 and 4: meshes, two runs with a single particle, pictures in two widths."""
     script = [sys.executable, str(ROOT / "scripts" / "paper.py"), "fig02", "fig04", "--quick", "-o", str(tmp_path)]
@@ -139,3 +127,105 @@ def test_two_small_figures_from_end_to_end(tmp_path: Path) -> None:
     (off,) = {len(deviations(case.frame(0.1))) for case in cases.Cases(tmp_path, []).of("fig04/runs")}
     assert off == 1
     assert "| the paper says |" in (tmp_path / "statements.md").read_text()
+
+
+BOOK, CONFIGS = ROOT / "docs" / "validation", ROOT / "configs" / "validation"
+
+
+@pytest.fixture(scope="module")
+def values() -> pd.DataFrame:
+    """All values with references."""
+    return pd.concat([validation.judged(validation.stored(name)) for name in validation.PAGES])
+
+
+def test_no_number_of_a_page_was_typed() -> None:
+    made = validation.pages()
+    assert set(made) == {path.name for path in BOOK.glob("*.md")}
+    for name, text in made.items():
+        assert (BOOK / name).read_text() == text, "written by scripts/validation all --pages"
+
+
+def test_every_table_is_stored_and_has_its_place() -> None:
+    for name, page in validation.PAGES.items():
+        assert pages.marks((BOOK / f"{name}.md").read_text()) == set(page["tables"]) == set(validation.stored(name))
+
+
+def test_page_of_speed_is_that_of_the_stored_results() -> None:
+    page = accuracy.PAGE.read_text()
+    assert pages.marks(page) == set(accuracy.blocks())
+    assert pages.filled(page, accuracy.blocks()) == page, "written by scripts/accuracy --page"
+
+
+def test_differences_are_as_small_as_allowed(values: pd.DataFrame) -> None:
+    assert len(values) > 120
+    assert values["good"].all()
+
+
+def test_every_reference_has_a_source_and_is_used(values: pd.DataFrame) -> None:
+    groups, sources = (validation.REFERENCES[name] for name in ("groups", "sources"))
+    hows = [
+        how
+        for page in validation.PAGES.values()
+        for table in page["tables"].values()
+        for how in (table, *table.get("compare", {}).values())
+    ]
+    assert {group["source"] for group in groups.values()} | {how["source"] for how in hows if "source" in how} == set(
+        sources
+    )
+    assert {float(value) for group in groups.values() for value in group["values"].values()} <= set(values["reference"])
+
+
+def test_cases_of_the_book_are_valid() -> None:
+    for page in validation.PAGES.values():
+        for sweep in page.get("sweeps", {}).values():
+            grid = {key: value for key, value in sweep.items() if key not in ("quick", "may_fail")}
+            for each in (grid, grid | sweep.get("quick", {})):
+                assert grid_from(CONFIGS / "book.yaml", each).cases
+
+
+def test_values_that_are_too_far_off_are_found() -> None:
+    table = pd.DataFrame(
+        {"value": [1.01, 1.01, 0.1, 5.0], "reference": [1, 1, 0, None], "allowed": [0.02, 0.005, 0.2, 0.1]}
+    )
+    assert validation.judged({"one": table})["good"].tolist() == [True, False, True]
+
+
+PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": "auto", "mesh": {"Np": 12}}
+
+
+@pytest.mark.parametrize(
+    ("margins", "verdict"),
+    [
+        ([(1.0, 0.1), (0.2, 0.1)], "holds"),
+        ([(1.0, 0.1), (0.05, 0.1)], "within error"),
+        ([(-0.05, 0.1), (1.0, 0.1)], "within error"),
+        ([(0.05, 0.1), (-0.2, 0.1)], "does not hold"),
+    ],
+)
+def test_verdicts(margins: list[tuple[float, float]], verdict: str) -> None:
+    assert Judged(tuple(margins)).verdict == verdict
+
+
+def test_margins() -> None:
+    values = [(1.0, 0.0), (2.0, 0.5), (4.0, 0.25)]
+    assert statements.rising(values).margins == ((1.0, 0.5), (2.0, 0.75))
+    assert statements.falling(values).margins == ((-1.0, 0.5), (-2.0, 0.75))
+    assert statements.alike(values, within=5.0).margins == ((2.0, 0.25),)
+    assert statements.below([(-3.0, 0.1)], limit=4.0).margins == ((1.0, 0.1),)
+    assert statements.above(values, limit=0.5).margins == ((0.5, 0.0), (1.5, 0.5), (3.5, 0.25))
+    assert statements.negative(values).margins[0] == (-1.0, 0.0)
+    assert statements.ratio((4.0, 0.4), (2.0, 0.0)) == (2.0, pytest.approx(0.2))
+
+
+def test_statements_are_joined_with_their_numbers() -> None:
+    both = statements.each([1.0, 2.0], lambda value: statements.positive([(value, 0.1)], "x"), "at {:g}".format)
+    assert (both.verdict, both.numbers) == ("holds", "at 1: x 1; at 2: x 2")
+
+
+@pytest.mark.slow
+def test_sign_of_a_curve() -> None:
+    curve = pairsim.curve(PAIR, d=[0.05, 0.1, 0.4], max_points=3)
+    repels = statements.of_sign(curve, 1, high=0.2)
+    assert repels.verdict == "holds"
+    assert repels.numbers.startswith("least dU from d = 0.05 to 0.1: ")
+    assert statements.of_sign(curve, -1, low=0.05, high=0.1).verdict == "does not hold"
