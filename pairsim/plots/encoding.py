@@ -12,11 +12,10 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import LogLocator, StrMethodFormatter
 
 from pairsim.plots.axes import WIDE
 from pairsim.plots.labels import equation, hashable, measured, parameter_label, symbol
-from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED
+from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED, colour_bar
 from pairsim.runtime.errors import InputError
 
 MOST_PANELS = 6
@@ -125,11 +124,7 @@ class Encoding:
         if self._many:
             numbers, unit, scale = self._scale()
             label = parameter_label(self.colour, unit) if unit else symbol(self.colour)
-            plain: dict[str, Any] = {"ticks": LogLocator(subs=(1, 2, 5)), "format": StrMethodFormatter("{x:g}")}
-            bar = figure.colorbar(
-                scale, ax=axes, label=label, aspect=30, **(plain if isinstance(scale.norm, LogNorm) else {})
-            )
-            bar.minorticks_off()
+            bar = colour_bar(figure, scale, ax=axes, label=label, aspect=30)
             if measured(self.values[self.colour]) is None:
                 bar.set_ticks(numbers, labels=[str(value) for value in self.values[self.colour]])
 

@@ -14,7 +14,7 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.path import Path as Outline
 from matplotlib.patheffects import withStroke
-from matplotlib.ticker import LogLocator, MaxNLocator, StrMethodFormatter
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import LinearNDInterpolator
@@ -22,7 +22,7 @@ from scipy.interpolate import LinearNDInterpolator
 from pairsim.plots.field_values import Field, particle_velocity
 from pairsim.plots.labels import tex_number
 from pairsim.plots.meridional_section import outlines, tessellate
-from pairsim.plots.style import DIVERGING, GREY, SEQUENTIAL, Page
+from pairsim.plots.style import DIVERGING, GREY, SEQUENTIAL, Page, colour_bar
 from pairsim.plots.units import Units
 from pairsim.results.columns import LENGTH, TIME
 from pairsim.results.xdmf import FieldFrame
@@ -183,16 +183,13 @@ def draw_view(axis: Axes, view: View, place: int, layers: Sequence[tuple[Layer, 
 def mark_view(axis: Axes, view: View) -> None:
     """A title, which way the liquid flows, which particle is which: T, L of a pair, else numbers from upstream."""
     axis.set_title(view.title)
-    halo = [withStroke(linewidth=1.6, foreground="white")]
-    place = (0.015, 0.955)
-    axis.text(
-        *place, r"flow $\rightarrow$", transform=axis.transAxes, va="top", fontsize=7, zorder=4, path_effects=halo
-    )
+    look: dict[str, Any] = {"zorder": 4, "path_effects": [withStroke(linewidth=1.6, foreground="white")]}
+    axis.text(0.015, 0.955, r"flow $\rightarrow$", transform=axis.transAxes, va="top", fontsize=7, **look)
     count = len(view.particles)
     names = "TL" if count == 2 else [str(i) for i in range(1, count + 1)] if count > 2 else []
     for name, line in zip(names, view.particles, strict=False):
         z = float(line[:, 0].min() + line[:, 0].max()) / 2
-        axis.text(z, 0, name, ha="center", va="center", zorder=4, path_effects=halo)
+        axis.text(z, 0, name, ha="center", va="center", **look)
 
 
 def _streamlines(axis: Axes, view: View) -> None:
@@ -247,16 +244,7 @@ def sheet(
         axis.set_xlabel(views[0].label("z"))
     for i, (layer, scale) in enumerate(scaled):
         place = grid[rows + i // abreast, i % abreast * each : (i % abreast + 1) * each]
-        add_bar(figure, figure.add_subplot(place, label="<colorbar>"), layer, scale)
+        cax, beyond = figure.add_subplot(place, label="<colorbar>"), "both" if layer.diverging else "max"
+        few = MaxNLocator(5)
+        colour_bar(figure, scale, orientation="horizontal", label=layer.label, cax=cax, extend=beyond, ticks=few)
     return figure, axes, scaled
-
-
-def add_bar(figure: Figure, axis: Axes, layer: Layer, scale: ScalarMappable) -> None:
-    """A colour bar in a panel of its own, with few ticks."""
-    look: dict[str, Any] = {"orientation": "horizontal", "label": layer.label, "cax": axis}
-    look |= {"extend": "both" if layer.diverging else "max"}
-    if isinstance(scale.norm, LogNorm):
-        look |= {"ticks": LogLocator(subs=(1, 2, 5)), "format": StrMethodFormatter("{x:g}")}
-        figure.colorbar(scale, **look).minorticks_off()
-    else:
-        figure.colorbar(scale, ticks=MaxNLocator(5), **look)

@@ -12,8 +12,11 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import ListedColormap
+from matplotlib.cm import ScalarMappable
+from matplotlib.colorbar import Colorbar
+from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, StrMethodFormatter
 
 from pairsim.results.output import make_folder, part_of
 from pairsim.runtime.errors import InputError
@@ -36,6 +39,21 @@ MARKERS = "os^Dv<>P"
 SEQUENTIAL, DIVERGING = "cividis", "RdBu_r"
 ORDERED = ListedColormap(mpl.colormaps["viridis"](range(0, 236)))  # without its yellow end
 GREY = "0.72"
+
+
+def colour_bar(figure: Figure, scale: ScalarMappable, **look: Any) -> Colorbar:
+    """A colour bar, with plain numbers where its scale is logarithmic.
+
+    Args:
+        figure: The figure.
+        scale: The colours.
+        look: Where it lies and how it looks, as in `Figure.colorbar`.
+    """
+    if isinstance(scale.norm, LogNorm):
+        look |= {"ticks": LogLocator(subs=(1, 2, 5)), "format": StrMethodFormatter("{x:g}")}
+    bar = figure.colorbar(scale, **look)
+    bar.minorticks_off()
+    return bar
 
 
 @contextmanager
