@@ -110,7 +110,7 @@ def test_a_finer_mesh_with_a_larger_error_is_not_kept(monkeypatch: pytest.Monkey
 
     def worse_on_finer_cells(self: Branch, parameters: Parameters) -> Point:
         point = own(self, parameters)
-        widening = 1.0 if self.scene.constraints.size < 1.5 * coarse else 1e3
+        widening = 1.0 if self.solver.constraints.size < 1.5 * coarse else 1e3
         return replace(point, estimate=replace(point.estimate, widening=widening))
 
     monkeypatch.setattr(Branch, "at", worse_on_finer_cells)

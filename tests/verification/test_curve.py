@@ -316,7 +316,7 @@ def test_the_mesh_of_a_solution_is_that_of_its_extension_alone(viscoelastic: Bra
 def test_the_softest_shapes_end_and_the_message_has_the_place() -> None:
     """Two spheres of beta .4 at d .1 have no steady shape beyond a Ca_e near .16, which depends on the mesh."""
     branch = branch_of(case())
-    end = follow(branch.branch, branch.solver.parameters.with_Ca_e(0.25))
+    end = follow(branch.solver, branch.solver.parameters.with_Ca_e(0.25))
     branch.close()
     assert end is not None
     assert end.proven
