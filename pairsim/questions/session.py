@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -106,10 +106,8 @@ def _earlier(case: SceneCase, directory: Path, table: str) -> events.Earlier | N
     if found is not None:
         check_same(found.case, plain(case.resolved() | sources_of(case)), str(directory / CHECKPOINT))
         return events.Earlier(found, read_record(directory).get("status") == "finished")
-    kind = case.kind
-    with suppress(InputError):  # nothing is there
-        kind = kind_of(directory)
-    if kind != case.kind:
+    files = [file.name for file in directory.iterdir() if not file.name.startswith(".") and file.name != "case.yaml"]
+    if files and kind_of(directory) != case.kind:
         allowed = f"must be the folder of a {case.kind}, but holds results of another command"
         raise InputError(str(directory), "--resume", None, allowed)
     if path.exists() and len(next(iter(read_table(path).values()))) > 1:

@@ -55,14 +55,19 @@ def test_lone_rigid_sphere_takes_ever_larger_steps() -> None:
     assert pairsim.run(sphere, time={"end": 2}).check().record["steps"] < 40
 
 
-def test_resume_leaves_results_of_other_commands_alone(tmp_path: Path, pairsim: Pairsim) -> None:
+@pytest.mark.parametrize(
+    ("record", "message"),
+    [('{"kind": "curve"}', "results of another command"), ("", "must be a folder of results")],
+    ids=["of another command", "of nobody"],
+)
+def test_resume_leaves_other_files_alone(record: str, message: str, tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text("beta: 0.4\nDe: 0\nCa_e: 0.1\nd0: 0.1\n")
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "curve.csv").write_text("precious")
-    (tmp_path / "out" / "run.json").write_text('{"kind": "curve"}')
+    (tmp_path / "out" / "run.json").write_text(record)
     done = pairsim("run", "case.yaml", "--resume", "out")
     assert done.returncode == 2
-    assert "results of another command" in done.stderr
+    assert message in done.stderr
     assert (tmp_path / "out" / "curve.csv").read_text() == "precious"
 
 
