@@ -16,6 +16,7 @@ from pairsim.config.physical import BLOCK, stands_for
 from pairsim.config.quantities import QUANTITY
 from pairsim.physics import liquids
 from pairsim.physics.declared import PARAMETERS
+from pairsim.physics.own_laws import OPTION
 from pairsim.runtime.text import as_typed
 
 Groups = dict[str, type[BaseModel]]
@@ -105,6 +106,10 @@ def _mistake(key: str, problems: list[Any], groups: Groups, data: Mapping[str, A
         stem = re.sub(r"\[\d+\]$", "", "d" if key.startswith("d0") else key)
         if measured := next((of.key for given, of in stands_for(data) if given == stem), None):
             return Mistake(key, value, f"{allowed}; with a unit it is {BLOCK}.{measured}")
+    if re.match(r"(liquid|solid)\b", key) and any(
+        each["type"] in ("literal_error", "union_tag_invalid") for each in problems
+    ):
+        allowed += f"; {OPTION} FILE adds laws of your own"
     odd = "number" in allowed and isinstance(value, str) and re.match(r"[-+.]?\d", value)  # 1:30, 0,4
     return Mistake(key, value, allowed + DECIMAL if odd else allowed)
 

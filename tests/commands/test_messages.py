@@ -136,6 +136,7 @@ MISTAKES = {
         (
             "case.yaml:5: liquid: got 'water'; must be 'newtonian', 'carreau', 'fene-p', 'giesekus', 'oldroyd-b',"
             " 'power-law', 'ptt-linear', 'ptt-exp' or 'white-metzner', or a group with law and its parameters"
+            "; --laws FILE adds laws of your own"
         ),
     ),
     "law without its parameter": (
