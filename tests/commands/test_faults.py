@@ -12,7 +12,6 @@ import pytest
 from support.commands import Pairsim
 from support.inputs import TINY
 
-from pairsim.fem.compilation.jit import JIT_OPTIONS
 from pairsim.results.folders import read_record
 from pairsim.runtime.child_process import module_command
 from pairsim.sweeps.folder import read_sweep
@@ -59,27 +58,27 @@ def test_a_folder_that_was_removed_ends_the_command_with_a_file_that_cannot_be_w
 
 @pytest.fixture
 def empty_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The base folder of an empty cache of compiled forms, for this process and its children."""
+    """The base folder of an empty cache of compiled forms for child processes."""
     base = tmp_path / "cache"
     base.mkdir()
     monkeypatch.setenv("XDG_CACHE_HOME", str(base))
-    monkeypatch.setitem(JIT_OPTIONS, "cache_dir", str(base / "pairsim"))
     return base
 
 
 @pytest.mark.slow
 def test_no_compiler_is_a_sentence_and_not_the_fault_of_a_case(
-    empty_cache: Path, tmp_path: Path, pairsim: Pairsim, monkeypatch: pytest.MonkeyPatch
+    empty_cache: Path, tmp_path: Path, pairsim_apart: Pairsim, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """In processes of their own: this one may have loaded the forms already."""
     monkeypatch.setenv("CC", "no-such-compiler")
     (tmp_path / "case.yaml").write_text(TUBE)
-    done = pairsim("run", "case.yaml", "-o", "out", "-q")
+    done = pairsim_apart("run", "case.yaml", "-o", "out", "-q")
     assert done.returncode == 4
     assert "there is no C compiler (no-such-compiler)" in done.stderr
     assert len(done.stderr.splitlines()) == 1
     assert read_record(tmp_path / "out")["reason"] == "environment"
     (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1, 0.2]}\n")
-    done = pairsim("sweep", "grid.yaml", "-o", "swept", "-q")
+    done = pairsim_apart("sweep", "grid.yaml", "-o", "swept", "-q")
     assert done.returncode == 4
     assert "there is no C compiler" in done.stderr
     counts = read_sweep(tmp_path / "swept")["counts"]
