@@ -30,7 +30,7 @@ from book.computing import CONFIGS, DOCS, made, pairsim, parser_of
 from matplotlib import pyplot
 
 import pairsim as api
-from pairsim.config.accuracy import SETTINGS, Cells
+from pairsim.cases.accuracy import SETTINGS, Cells
 from pairsim.results.output import write_text
 
 STUDIES = {path.stem: yaml.safe_load(path.read_text()) for path in sorted((CONFIGS / "accuracy").glob("*.yaml"))}

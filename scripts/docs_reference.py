@@ -15,11 +15,11 @@ from jinja2 import Environment, StrictUndefined
 from typer.cli import get_docs_for_click
 
 import pairsim
+from pairsim.cases.example import write_example
 from pairsim.cli.app import app
-from pairsim.config.example import write_example
-from pairsim.inputs.case_files import FILES, read_case
-from pairsim.inputs.schema import schema_rows
 from pairsim.questions import QUESTIONS
+from pairsim.questions.case_files import FILES, read_case
+from pairsim.questions.schema import schema_rows
 from pairsim.results import columns as tables
 from pairsim.results.columns import Column, column
 from pairsim.runtime import errors

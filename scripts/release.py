@@ -98,7 +98,7 @@ def archives(work: Path) -> Points:
     lacking = set(git("ls-tree", "-r", "--name-only", "HEAD").splitlines()) - names - set(NOT_IN_SDIST)
     yield "the sdist has all files of the project", f"not {', '.join(sorted(lacking))}" if lacking else ""
     with zipfile.ZipFile(WHEEL) as zipped:
-        lacking = {"pairsim/py.typed", "pairsim/config/examples/run.yaml"} - set(zipped.namelist())
+        lacking = {"pairsim/py.typed", "pairsim/cases/examples/run.yaml"} - set(zipped.namelist())
         commit = zipped.read("pairsim/commit.txt").decode().strip()
     yield "the wheel has its examples", f"not {', '.join(sorted(lacking))}" if lacking else ""
     right = bool(commit) and git("rev-parse", "HEAD").startswith(commit)

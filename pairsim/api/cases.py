@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any, Literal, NoReturn, overload
 
 from pairsim.api.laws import with_blocks
-from pairsim.config.case import Case, SceneCase
-from pairsim.config.curve_case import CriticalCase, CurveCase
-from pairsim.config.merging import merge, section_of
-from pairsim.config.physical import forget_numbers
-from pairsim.config.yaml_file import Section, read_yaml
-from pairsim.inputs.case_files import parse_case
+from pairsim.cases.case import Case, SceneCase
+from pairsim.cases.curve_case import CriticalCase, CurveCase
+from pairsim.cases.merging import merge, section_of
+from pairsim.cases.physical import forget_numbers
+from pairsim.cases.yaml_file import Section, read_yaml
 from pairsim.questions import QUESTIONS
+from pairsim.questions.case_files import parse_case
 from pairsim.results.output import plain
 from pairsim.runtime.errors import InputError
 

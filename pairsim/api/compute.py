@@ -16,8 +16,8 @@ import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that load
 # isort: split
 from pairsim.api.cases import AnyCase, load
 from pairsim.api.results import CriticalResult, CurveResult, Result, RunResult, result_of
-from pairsim.config.cost import LARGE
-from pairsim.config.quantities import seconds_of
+from pairsim.cases.cost import LARGE
+from pairsim.cases.quantities import seconds_of
 from pairsim.questions import QUESTIONS
 from pairsim.questions.progress import Style, make_reporter, style_of
 from pairsim.questions.session import Options, carry_out

@@ -14,7 +14,7 @@ import numpy as np
 
 from pairsim.api.cases import load
 from pairsim.api.curve import Curve
-from pairsim.config.case import SceneCase
+from pairsim.cases.case import SceneCase
 from pairsim.physics.scales import Scales
 from pairsim.questions import Question
 from pairsim.questions.answer import cost_line

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pairsim.api.results import SHOWN, Result, result_of
-from pairsim.config.merging import section_of
+from pairsim.cases.merging import section_of
 from pairsim.questions import QUESTIONS
 from pairsim.questions.progress import Style, style_of
 from pairsim.results.output import plain

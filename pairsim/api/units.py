@@ -7,9 +7,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from pairsim.api.cases import load
-from pairsim.config.case import SceneCase
-from pairsim.config.physical import Physical
-from pairsim.config.units_report import DEFAULTS, UnitsReport, units_report
+from pairsim.cases.case import SceneCase
+from pairsim.cases.physical import Physical
+from pairsim.cases.units_report import DEFAULTS, UnitsReport, units_report
 from pairsim.questions import QUESTIONS
 
 if TYPE_CHECKING:

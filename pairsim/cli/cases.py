@@ -172,9 +172,9 @@ def _compute(
     flags: dict[str, bool],
 ) -> None:
     """Check a case, and show its cost, or compute it by the function of the Python interface."""
-    from pairsim.config.identity import default_folder
-    from pairsim.inputs.case_files import read_case
+    from pairsim.cases.identity import default_folder
     from pairsim.questions import QUESTIONS
+    from pairsim.questions.case_files import read_case
     from pairsim.runtime.launcher import first_alone, rank
     from pairsim.runtime.signals import Signals
 
@@ -233,8 +233,8 @@ def mesh(
 
     Lengths are in tube diameters D_c. Prints the numbers of cells and nodes.
     """
-    from pairsim.inputs.case_files import read_case
     from pairsim.questions import QUESTIONS
+    from pairsim.questions.case_files import read_case
 
     checked = read_case(QUESTIONS["run"], case, tuple(set_ or ()))
     check_free(output, overwrite)

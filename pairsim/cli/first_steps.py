@@ -21,7 +21,7 @@ def init(
     kind: Annotated[OfExamples, typer.Option("--kind", help="The command that reads the file.")] = "run",
 ) -> None:
     """Write a commented example to NAME.yaml; an existing file is never replaced."""
-    from pairsim.config.example import write_example
+    from pairsim.cases.example import write_example
 
     path = write_example(kind, name or kind, Path())
     typer.echo(str(path))
@@ -67,7 +67,7 @@ def schema(
     """
     from rich.table import Table
 
-    from pairsim.inputs.schema import json_schema, schema_rows, values_in
+    from pairsim.questions.schema import json_schema, schema_rows, values_in
 
     if set_ and case is None:
         raise InputError("pairsim schema", "--set", None, "must be used with --case, whose keys it replaces")

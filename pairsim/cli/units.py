@@ -17,7 +17,7 @@ from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
     from pairsim.api.units import Units
-    from pairsim.config.units_report import UnitsReport
+    from pairsim.cases.units_report import UnitsReport
 
 app = typer.Typer()
 ENDS = {"ends": "developed", "length": "auto"}
@@ -134,9 +134,9 @@ def units(
     default used.
     """
     from pairsim.api.units import units as units_of
-    from pairsim.config.merging import section_of
-    from pairsim.config.units_file import case_text
-    from pairsim.config.yaml_file import apply_settings
+    from pairsim.cases.merging import section_of
+    from pairsim.cases.units_file import case_text
+    from pairsim.cases.yaml_file import apply_settings
     from pairsim.physics import liquids
     from pairsim.results.output import plain
 
@@ -215,7 +215,7 @@ def _driven_by(pressure: str | None, over: str | None, given: Mapping[str, Any],
     Raises:
         InputError: One of both is missing, or the flow is given, too.
     """
-    from pairsim.config.pressure import velocity_for
+    from pairsim.cases.pressure import velocity_for
 
     if pressure is None or over is None:
         option, other = ("--over", "--pressure") if over is None else ("--pressure", "--over")
@@ -240,7 +240,7 @@ def _fitted(
     Raises:
         InputError: A file cannot be used, or an option says what the fit says.
     """
-    from pairsim.inputs.rheometer import keys_of, read_measured, sentences
+    from pairsim.cases.rheometer import keys_of, read_measured, sentences
     from pairsim.physics.rheometry import fits
     from pairsim.plots.rheometry import draw_fit
 

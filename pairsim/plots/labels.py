@@ -6,10 +6,10 @@ from collections.abc import Collection, Hashable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pairsim.config.materials import declared_in, is_viscous, liquid_block, liquid_of, solid_blocks
-from pairsim.config.physical import BLOCK, QUANTITIES
-from pairsim.config.quantities import in_one_unit
-from pairsim.config.yaml_file import read_yaml
+from pairsim.cases.materials import declared_in, is_viscous, liquid_block, liquid_of, solid_blocks
+from pairsim.cases.physical import BLOCK, QUANTITIES
+from pairsim.cases.quantities import in_one_unit
+from pairsim.cases.yaml_file import read_yaml
 from pairsim.physics import declared
 from pairsim.physics.declared import LAWS
 

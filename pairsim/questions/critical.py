@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from pairsim.config.cost import Estimate, steady_estimate
-from pairsim.config.curve_case import CriticalCase, check_critical
+from pairsim.cases.cost import Estimate, steady_estimate
+from pairsim.cases.curve_case import CriticalCase, check_critical
 from pairsim.questions import events
 from pairsim.questions.question import InSweeps, Question, Tables, Value, rows_in
 from pairsim.results.columns import CRITICAL_COLUMNS, LENGTH

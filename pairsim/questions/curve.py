@@ -9,8 +9,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pairsim.config.cost import Estimate, steady_estimate
-from pairsim.config.curve_case import CurveCase, check_curve
+from pairsim.cases.cost import Estimate, steady_estimate
+from pairsim.cases.curve_case import CurveCase, check_curve
 from pairsim.questions import events
 from pairsim.questions.answer import shapes_in
 from pairsim.questions.question import InSweeps, Question, Tables, Value, rows_in

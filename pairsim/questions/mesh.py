@@ -7,7 +7,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 
-from pairsim.config.case import Case
+from pairsim.cases.case import Case
 from pairsim.fem.meshes.cell_sizes import make_outlines
 from pairsim.fem.meshes.geometry import Geometry, Reference
 from pairsim.fem.meshes.meshing import liquid_mesh, particle_meshes

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pairsim.config.case import FREE_ENDS, Case, SceneCase
-from pairsim.config.curve_case import CurveCase
+from pairsim.cases.case import FREE_ENDS, Case, SceneCase
+from pairsim.cases.curve_case import CurveCase
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.fem.scene import at_rest, poiseuille
 from pairsim.runtime.monitor import Monitor

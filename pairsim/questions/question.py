@@ -13,9 +13,9 @@ from pairsim.results.folders import read_record
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
-    from pairsim.config.case import SceneCase
-    from pairsim.config.cost import Estimate
-    from pairsim.config.mistakes import Mistake
+    from pairsim.cases.case import SceneCase
+    from pairsim.cases.cost import Estimate
+    from pairsim.cases.mistakes import Mistake
     from pairsim.plots.style import Page
     from pairsim.questions.events import Events
 

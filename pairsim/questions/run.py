@@ -10,10 +10,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pairsim.config.case import Case
-from pairsim.config.case_checks import check_together
-from pairsim.config.cost import Estimate
-from pairsim.config.identity import sources_of
+from pairsim.cases.case import Case
+from pairsim.cases.case_checks import check_together
+from pairsim.cases.cost import Estimate
+from pairsim.cases.identity import sources_of
 from pairsim.questions import events
 from pairsim.questions.question import InSweeps, Question, Tables, rows_in
 from pairsim.results.columns import (

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pairsim.config.case import SceneCase
-from pairsim.config.identity import identity_of, key_of, sources_of
+from pairsim.cases.case import SceneCase
+from pairsim.cases.identity import identity_of, key_of, sources_of
 from pairsim.fem.compilation import jit
 from pairsim.questions import Question, events, own_files
 from pairsim.questions.events import Outcome

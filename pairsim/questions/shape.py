@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import Field
 
-from pairsim.config.case import SceneCase
-from pairsim.config.case_checks import check_scene
-from pairsim.config.cost import Estimate, steady_estimate
-from pairsim.config.curve_case import Values
-from pairsim.config.mistakes import Mistake, missing
+from pairsim.cases.case import SceneCase
+from pairsim.cases.case_checks import check_scene
+from pairsim.cases.cost import Estimate, steady_estimate
+from pairsim.cases.curve_case import Values
+from pairsim.cases.mistakes import Mistake, missing
 from pairsim.questions.question import InSweeps, Question, Tables, rows_in
 from pairsim.results.columns import AREA, Column
 

@@ -7,8 +7,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from pairsim.config.case import SceneCase
-from pairsim.config.checked_range import beyond_checked
+from pairsim.cases.case import SceneCase
+from pairsim.cases.checked_range import beyond_checked
 from pairsim.questions.events import Event, Outcome, Summary, Table
 from pairsim.questions.warm_start import WarmStart
 from pairsim.questions.warnings import ErrorAt, above, coarse_mesh, moves_on, near_ends, unresolved_stress

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.config.accuracy import SETTINGS, settings_of
-from pairsim.config.case import Case, SceneCase
-from pairsim.config.checked_range import beyond_checked
-from pairsim.config.curve_case import CurveCase
+from pairsim.cases.accuracy import SETTINGS, settings_of
+from pairsim.cases.case import Case, SceneCase
+from pairsim.cases.checked_range import beyond_checked
+from pairsim.cases.curve_case import CurveCase
 from pairsim.solvers.curves.interpolant import CurveInterpolant
 from pairsim.solvers.errors.run_errors import RunErrors
 from pairsim.solvers.errors.time_error import LEAST

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.config.yaml_file import yaml_text
+from pairsim.cases.yaml_file import yaml_text
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import LOCK_FILES
 

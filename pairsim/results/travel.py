@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import scipy
 
-from pairsim.config.quantities import LENGTH as A_LENGTH
-from pairsim.config.quantities import si
+from pairsim.cases.quantities import LENGTH as A_LENGTH
+from pairsim.cases.quantities import si
 from pairsim.physics.scales import Scales
 from pairsim.results.columns import TIME
 from pairsim.results.curve_table import curve_of, stretch_of

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from pairsim.config.cost import Estimate
-from pairsim.config.identity import folder_name, identity_of, key_of
-from pairsim.inputs.case_files import parse_case
+from pairsim.cases.cost import Estimate
+from pairsim.cases.identity import folder_name, identity_of, key_of
 from pairsim.questions import Question
+from pairsim.questions.case_files import parse_case
 
 
 @dataclass(frozen=True)

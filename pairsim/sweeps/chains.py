@@ -8,7 +8,7 @@ from itertools import groupby, pairwise
 from math import ceil
 from typing import Any
 
-from pairsim.config.physical import BLOCK
+from pairsim.cases.physical import BLOCK
 from pairsim.sweeps.case import SweepCase
 
 

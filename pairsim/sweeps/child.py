@@ -17,9 +17,9 @@ from typing import Any
 import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that loads MPI or makes threads
 
 # isort: split
-from pairsim.inputs.case_files import parse_case
 from pairsim.plots.style import Page
 from pairsim.questions import QUESTIONS
+from pairsim.questions.case_files import parse_case
 from pairsim.questions.progress import Reporter
 from pairsim.questions.record import memory
 from pairsim.questions.session import Options, carry_out

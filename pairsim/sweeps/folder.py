@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pairsim.config.yaml_file import yaml_text
+from pairsim.cases.yaml_file import yaml_text
 from pairsim.questions import QUESTIONS, Question
 from pairsim.questions.question import Value
 from pairsim.results.folders import read_record

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NoReturn
 
-from pairsim.config.merging import merge
-from pairsim.config.mistakes import Mistake, input_error
-from pairsim.config.yaml_file import Section, place_of, read_yaml
+from pairsim.cases.merging import merge
+from pairsim.cases.mistakes import Mistake, input_error
+from pairsim.cases.yaml_file import Section, place_of, read_yaml
 from pairsim.runtime.errors import InputError
 
 

@@ -19,9 +19,9 @@ from support.references import reference
 
 import pairsim
 from pairsim.api.results import Result
-from pairsim.inputs.case_files import read_case
 from pairsim.plots.meridional_section import outlines
 from pairsim.questions import QUESTIONS
+from pairsim.questions.case_files import read_case
 from pairsim.questions.progress import Reporter
 from pairsim.questions.session import Options, carry_out
 from pairsim.questions.warm_start import WarmStart

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from support.commands import Pairsim
 
-from pairsim.inputs.case_files import read_case
-from pairsim.inputs.schema import json_schema
 from pairsim.questions import QUESTIONS
+from pairsim.questions.case_files import read_case
+from pairsim.questions.schema import json_schema
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import as_typed
 

@@ -200,7 +200,7 @@ ORDERINGS = """
 import os, signal, subprocess, sys
 from pairsim.runtime.fenicsx import MPI
 from pairsim.questions import QUESTIONS
-from pairsim.inputs.case_files import parse_case
+from pairsim.questions.case_files import parse_case
 from pairsim.questions.problems import problem_of
 from pairsim.solvers.transient.transient import Transient
 

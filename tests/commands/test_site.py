@@ -13,8 +13,8 @@ import typer
 from support.inputs import ROOT
 
 from pairsim.cli.app import app
-from pairsim.inputs.case_files import FILES
-from pairsim.inputs.schema import schema_rows
+from pairsim.questions.case_files import FILES
+from pairsim.questions.schema import schema_rows
 
 
 @pytest.fixture(scope="module")

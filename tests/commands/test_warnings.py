@@ -10,9 +10,9 @@ import pytest
 from support.commands import Pairsim
 
 import pairsim
-from pairsim.config.checked_range import beyond_checked
-from pairsim.inputs.case_files import parse_case
+from pairsim.cases.checked_range import beyond_checked
 from pairsim.questions import QUESTIONS
+from pairsim.questions.case_files import parse_case
 
 
 @pytest.mark.slow
@@ -29,7 +29,7 @@ from pairsim.questions import QUESTIONS
 def test_every_computation_tells_of_a_short_tube_and_of_a_De_above_all_that_were_checked(
     compute: Callable[..., pairsim.Result], place: dict[str, Any], ends: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pairsim.config.checked_range.MOST_DE", 0.01)
+    monkeypatch.setattr("pairsim.cases.checked_range.MOST_DE", 0.01)
     pair = {"beta": 0.4, "De": 0.02, "Ca_e": 0, "length": 2.4, "mesh": {"Np": 8, "max_size": 0.25}}
     warnings = compute(pair, ends=ends, **place).check().warnings
     assert sum("the ends affect dU" in warning for warning in warnings) == 1

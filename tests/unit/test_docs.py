@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from support.inputs import ROOT
 
-from pairsim.config.case import Case
-from pairsim.config.example import write_example
-from pairsim.inputs.case_files import read_case
+from pairsim.cases.case import Case
+from pairsim.cases.example import write_example
 from pairsim.questions import QUESTIONS, own_files
+from pairsim.questions.case_files import read_case
 from pairsim.results.columns import STUDY_COLUMNS, SWEEP_COLUMNS, column
 from pairsim.results.output import PICTURE_ENDINGS
 from pairsim.sweeps.study import COUNTS

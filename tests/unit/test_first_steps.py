@@ -13,12 +13,12 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
+from pairsim.cases.cost import Estimate
+from pairsim.cases.identity import default_folder
 from pairsim.cli.app import app
-from pairsim.config.cost import Estimate
-from pairsim.config.identity import default_folder
-from pairsim.inputs.case_files import FILES, read_case
-from pairsim.inputs.schema import schema_rows
 from pairsim.questions import QUESTIONS
+from pairsim.questions.case_files import FILES, read_case
+from pairsim.questions.schema import schema_rows
 from pairsim.sweeps.grid import read_grid
 
 CONFIGS = Path(__file__).parents[2] / "configs"

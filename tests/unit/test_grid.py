@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 from support.inputs import ROOT, examples
 
-from pairsim.config.case import Case
-from pairsim.config.curve_case import CriticalCase, CurveCase
-from pairsim.config.merging import GROUPS
-from pairsim.config.ranges import spelled_out
-from pairsim.config.wording import groups_of
+from pairsim.cases.case import Case
+from pairsim.cases.curve_case import CriticalCase, CurveCase
+from pairsim.cases.merging import GROUPS
+from pairsim.cases.ranges import spelled_out
+from pairsim.cases.wording import groups_of
 from pairsim.questions import QUESTIONS
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.case import SweepCase

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pairsim.inputs.case_files import parse_case
 from pairsim.questions import QUESTIONS
+from pairsim.questions.case_files import parse_case
 from pairsim.questions.warnings import long_steps, warnings_of_run
 from pairsim.solvers.errors.run_errors import Interval, RunErrors
 from pairsim.solvers.errors.time_error import SAFETY, TimeError

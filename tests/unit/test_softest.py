@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pairsim.config.softest import WALL_RATE, beyond_tension, tension
+from pairsim.cases.softest import WALL_RATE, beyond_tension, tension
 from pairsim.physics.liquids import NEWTONIAN, single
 from pairsim.physics.liquids.oldroyd_b import OldroydB
 

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 from syrupy.assertion import SnapshotAssertion
 
-from pairsim.config.case import Case
-from pairsim.inputs.case_files import parse_case
+from pairsim.cases.case import Case
 from pairsim.questions import QUESTIONS
+from pairsim.questions.case_files import parse_case
 from pairsim.questions.problems import problem_of
 from pairsim.questions.run import end_of
 from pairsim.questions.warnings import (

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from pairsim.config.yaml_file import Place, apply_settings, place_of, read_yaml, yaml_text
+from pairsim.cases.yaml_file import Place, apply_settings, place_of, read_yaml, yaml_text
 from pairsim.results.output import plain
 from pairsim.runtime.errors import InputError
 

@@ -9,8 +9,8 @@ import pytest
 from support.scenes import reached
 
 from pairsim.fem.meshes.size_field import AdaptedSizes
-from pairsim.inputs.case_files import parse_case
 from pairsim.questions import QUESTIONS
+from pairsim.questions.case_files import parse_case
 from pairsim.questions.problems import steady_problem
 from pairsim.solvers.curves import adaptation
 from pairsim.solvers.curves.adaptation import ROUNDS, AdaptiveBranch, largest_dU

@@ -14,10 +14,10 @@ from support.points import made_point
 from support.scenes import reached, traced
 
 import pairsim
-from pairsim.config.curve_case import CurveCase
-from pairsim.inputs.case_files import parse_case
+from pairsim.cases.curve_case import CurveCase
 from pairsim.physics.solids import soft
 from pairsim.questions import QUESTIONS
+from pairsim.questions.case_files import parse_case
 from pairsim.questions.problems import steady_problem
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.solvers.curves.branch import Branch, Point

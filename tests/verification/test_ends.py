@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import pairsim
-from pairsim.config.softest import LARGEST, beyond_steady_shapes, largest_Ca_e
+from pairsim.cases.softest import LARGEST, beyond_steady_shapes, largest_Ca_e
 from pairsim.fem.surface import UNSTABLE, compression
 from pairsim.physics.solids import soft
 from pairsim.solvers.parameters import Parameters

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from pairsim.fem.algebra.elimination_order import dependence_on_unknowns, elimination_order, node_of_unknowns
-from pairsim.inputs.case_files import parse_case
 from pairsim.questions import QUESTIONS
+from pairsim.questions.case_files import parse_case
 from pairsim.questions.problems import steady_problem
 from pairsim.solvers.nonlinear import factors
 from pairsim.solvers.nonlinear.factors import Factors, MumpsOptions

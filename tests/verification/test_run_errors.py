@@ -13,8 +13,8 @@ from pairsim.fem.recovery.enriched_residual import EnrichedUnknowns
 from pairsim.fem.recovery.enriched_scene import EnrichedScene
 from pairsim.fem.recovery.patch_recovery import WIDE, PatchRecovery
 from pairsim.fem.recovery.recovered_solution import RecoveredSolution
-from pairsim.inputs.case_files import parse_case
 from pairsim.questions import QUESTIONS
+from pairsim.questions.case_files import parse_case
 from pairsim.questions.problems import problem_of
 from pairsim.solvers.stepping.step import Step
 from pairsim.solvers.transient.transient import Transient

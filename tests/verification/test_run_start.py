@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pairsim.inputs.case_files import parse_case
 from pairsim.physics.pipe import Pipe
 from pairsim.questions import QUESTIONS
+from pairsim.questions.case_files import parse_case
 from pairsim.questions.problems import problem_of
 from pairsim.solvers.curves.branch import Point
 from pairsim.solvers.stepping.step import Step

@@ -10,8 +10,8 @@ from scipy.sparse.linalg import LinearOperator, gmres
 from support.scenes import reached
 
 import pairsim
-from pairsim.inputs.case_files import parse_case
 from pairsim.questions import QUESTIONS
+from pairsim.questions.case_files import parse_case
 from pairsim.questions.problems import steady_problem
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.parameters import Parameters

@@ -9,8 +9,8 @@ from __future__ import annotations
 import pytest
 from support.scenes import reached
 
-from pairsim.inputs.case_files import parse_case
 from pairsim.questions import QUESTIONS
+from pairsim.questions.case_files import parse_case
 from pairsim.questions.problems import problem_of, solution_order, steady_problem
 from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.curves.curve import trace

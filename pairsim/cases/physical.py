@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
-from pairsim.config.materials import declared_in, liquid_block
-from pairsim.config.mistakes import Mistake, missing
-from pairsim.config.quantities import (
+from pairsim.cases.materials import declared_in, liquid_block
+from pairsim.cases.mistakes import Mistake, missing
+from pairsim.cases.quantities import (
     LENGTH,
     MOST_DISTANCES,
     RANGE_OF_LENGTHS,
@@ -30,7 +30,7 @@ from pairsim.config.quantities import (
     rounded,
     si,
 )
-from pairsim.config.values import is_finite
+from pairsim.cases.values import is_finite
 from pairsim.physics import liquids
 from pairsim.physics.declared import DIMENSIONS
 from pairsim.physics.liquids import Liquid, Newtonian, ViscousLaw
@@ -63,7 +63,7 @@ class Quantity(NamedTuple):
 
     @property
     def field(self) -> Any:
-        """Type and description of the field; `pairsim.config.physical.values_in` checks its values."""
+        """Type and description of the field; `pairsim.cases.physical.values_in` checks its values."""
         one = distances(self.dimension) if self.gives == "d" else quantity(self.dimension)
         kind = one | many(one) if self.many else one
         words = self.dimension.words

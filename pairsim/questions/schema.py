@@ -10,10 +10,10 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from pairsim.config.material_keys import BLOCKS
-from pairsim.config.wording import groups_of
-from pairsim.inputs.case_files import FILES, read_case
+from pairsim.cases.material_keys import BLOCKS
+from pairsim.cases.wording import groups_of
 from pairsim.questions import QUESTIONS
+from pairsim.questions.case_files import FILES, read_case
 from pairsim.runtime.errors import InputError
 
 LIST = "a list, each entry "

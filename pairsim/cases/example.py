@@ -28,7 +28,7 @@ def write_example(kind: str, name: str, directory: Path) -> Path:
         allowed = "must be a name of letters, digits and . _ + -, without a folder"
         raise InputError("pairsim init", "NAME", stem, allowed)
     path = directory / f"{stem}.yaml"
-    text = files("pairsim.config").joinpath("examples", f"{kind}.yaml").read_text(encoding="utf-8")
+    text = files("pairsim.cases").joinpath("examples", f"{kind}.yaml").read_text(encoding="utf-8")
     try:
         with path.open("x", encoding="utf-8") as file:
             file.write(text.format(name=stem, file=path.name))

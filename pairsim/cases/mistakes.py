@@ -11,7 +11,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from pairsim.config.yaml_file import place_of
+from pairsim.cases.yaml_file import place_of
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import as_typed
 

@@ -8,13 +8,13 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
-from pairsim.config.accuracy import DEFAULT, percent
-from pairsim.config.case import SceneCase
-from pairsim.config.case_checks import check_scene
-from pairsim.config.materials import is_viscous
-from pairsim.config.mistakes import Mistake, broken, missing
-from pairsim.config.ranges import RANGE, range_schema, spelled_out
-from pairsim.config.values import FOLLOWED, CurveTolerance, Distance, Positive, Velocity, Whole
+from pairsim.cases.accuracy import DEFAULT, percent
+from pairsim.cases.case import SceneCase
+from pairsim.cases.case_checks import check_scene
+from pairsim.cases.materials import is_viscous
+from pairsim.cases.mistakes import Mistake, broken, missing
+from pairsim.cases.ranges import RANGE, range_schema, spelled_out
+from pairsim.cases.values import FOLLOWED, CurveTolerance, Distance, Positive, Velocity, Whole
 
 MOST_VALUES = 10_000
 _RANGE = "a list, or {start, stop, num, spacing: log or linear} with start and stop above 0 and num from 2 to 10000"

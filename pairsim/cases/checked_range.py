@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pairsim.config.case import SceneCase
-from pairsim.config.materials import slowest_of
+from pairsim.cases.case import SceneCase
+from pairsim.cases.materials import slowest_of
 
 MOST_DE = 2.0  # docs/explanation/limits.md
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pairsim.config.case import SceneCase
+from pairsim.cases.case import SceneCase
 from pairsim.physics.own_laws import digest_of, file_of
 
 RUNS = Path("runs")

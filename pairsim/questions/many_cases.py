@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from pairsim.config.mistakes import Mistake, missing
-from pairsim.config.quantities import quantity_range
-from pairsim.config.ranges import RANGE, range_schema, spelled_out
-from pairsim.config.values import FOLDER_WORDS, Number, Positive, Whole, fits_a_folder, is_finite
+from pairsim.cases.mistakes import Mistake, missing
+from pairsim.cases.quantities import quantity_range
+from pairsim.cases.ranges import RANGE, range_schema, spelled_out
+from pairsim.cases.values import FOLDER_WORDS, Number, Positive, Whole, fits_a_folder, is_finite
 from pairsim.questions import QUESTIONS
 
 MOST_CASES = 100_000

@@ -9,14 +9,14 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from pairsim.config.case import SceneCase
-from pairsim.config.cost import check_size
-from pairsim.config.mistakes import Mistake, input_error, without
-from pairsim.config.physical import InNumbers, forget_numbers
-from pairsim.config.wording import mistakes_of
-from pairsim.config.yaml_file import Section, apply_settings, read_yaml
-from pairsim.inputs.many_cases import StudyFile, SweepFile
+from pairsim.cases.case import SceneCase
+from pairsim.cases.cost import check_size
+from pairsim.cases.mistakes import Mistake, input_error, without
+from pairsim.cases.physical import InNumbers, forget_numbers
+from pairsim.cases.wording import mistakes_of
+from pairsim.cases.yaml_file import Section, apply_settings, read_yaml
 from pairsim.questions import QUESTIONS, Question
+from pairsim.questions.many_cases import StudyFile, SweepFile
 from pairsim.runtime.errors import InputError
 
 FILES: dict[str, type[BaseModel]] = {

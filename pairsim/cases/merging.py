@@ -6,8 +6,8 @@ import copy
 from collections.abc import Callable, Mapping
 from typing import Any, NoReturn
 
-from pairsim.config.physical import BLOCK
-from pairsim.config.yaml_file import DEFAULT_LAWS, Section, places_in
+from pairsim.cases.physical import BLOCK
+from pairsim.cases.yaml_file import DEFAULT_LAWS, Section, places_in
 from pairsim.runtime.errors import InputError
 
 GROUPS = ("mesh", "time", "limits", "output", BLOCK)  # keys of a case whose value is a group of keys

@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal, Union
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, create_model
 
-from pairsim.config.materials import ELASTIC, MODES, VISCOUS
-from pairsim.config.quantities import many
-from pairsim.config.values import Number
+from pairsim.cases.materials import ELASTIC, MODES, VISCOUS
+from pairsim.cases.quantities import many
+from pairsim.cases.values import Number
 from pairsim.physics import liquids, solids
 from pairsim.physics.liquids import ConformationLaw, Newtonian
 from pairsim.physics.material import Material, Parameter

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from pairsim.config import values
-from pairsim.config.accuracy import DEFAULT, PIPE_CELL, ROW_GRADING, SETTINGS
-from pairsim.config.default_end import DEFAULT_END, SHORTEST_RUN
+from pairsim.cases import values
+from pairsim.cases.accuracy import DEFAULT, PIPE_CELL, ROW_GRADING, SETTINGS
+from pairsim.cases.default_end import DEFAULT_END, SHORTEST_RUN
 
 MOST_OUTPUTS = 10_000
 USUAL = SETTINGS[DEFAULT]

@@ -1,7 +1,7 @@
 """The keys of a case, and the quantities that follow from them.
 
-The models here and in `pairsim.config.groups` are the only definition of keys, defaults, limits and their
-documentation. `pairsim.inputs.case_files` validates YAML files against them.
+The models here and in `pairsim.cases.groups` are the only definition of keys, defaults, limits and their
+documentation. `pairsim.questions.case_files` validates YAML files against them.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 from pydantic import Field, create_model, model_validator
 
-from pairsim.config import values
-from pairsim.config.accuracy import DEFAULT, Accuracy, percent, settings_of
-from pairsim.config.default_end import default_end
-from pairsim.config.groups import Keys, Limits, MeshOptions, OutputOptions, TimeOptions
-from pairsim.config.material_keys import material_fields
-from pairsim.config.materials import (
+from pairsim.cases import values
+from pairsim.cases.accuracy import DEFAULT, Accuracy, percent, settings_of
+from pairsim.cases.default_end import default_end
+from pairsim.cases.groups import Keys, Limits, MeshOptions, OutputOptions, TimeOptions
+from pairsim.cases.material_keys import material_fields
+from pairsim.cases.materials import (
     cells_of,
     is_viscous,
     liquid_block,
@@ -25,8 +25,8 @@ from pairsim.config.materials import (
     solids_of,
     viscosities_of,
 )
-from pairsim.config.physical import Physical
-from pairsim.config.softest import beyond_steady_shapes, beyond_tension
+from pairsim.cases.physical import Physical
+from pairsim.cases.softest import beyond_steady_shapes, beyond_tension
 from pairsim.physics import liquids, solids
 from pairsim.physics.liquids import Liquid
 from pairsim.physics.scales import Scales

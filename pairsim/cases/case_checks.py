@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import inf
 
-from pairsim.config.case import FREE_ENDS, Case, SceneCase
-from pairsim.config.groups import MOST_OUTPUTS
-from pairsim.config.materials import declared_in, is_viscous, liquid_block
-from pairsim.config.mistakes import Mistake, broken, missing
+from pairsim.cases.case import FREE_ENDS, Case, SceneCase
+from pairsim.cases.groups import MOST_OUTPUTS
+from pairsim.cases.materials import declared_in, is_viscous, liquid_block
+from pairsim.cases.mistakes import Mistake, broken, missing
 
 
 def check_scene(case: SceneCase, counts: dict[str, int]) -> Iterator[Mistake]:

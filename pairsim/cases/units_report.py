@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from pairsim.config.case import Case, SceneCase
-from pairsim.config.checked_range import beyond_checked
-from pairsim.config.materials import declared_in, is_viscous
+from pairsim.cases.case import Case, SceneCase
+from pairsim.cases.checked_range import beyond_checked
+from pairsim.cases.materials import declared_in, is_viscous
 from pairsim.physics.scales import Scales
 from pairsim.runtime.errors import NoSteadyState
 

@@ -9,11 +9,11 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from pairsim.config.material_keys import BLOCKS, MODELS
-from pairsim.config.materials import liquid_block, solid_blocks
-from pairsim.config.mistakes import UNKNOWN, Mistake, missing
-from pairsim.config.physical import BLOCK, stands_for
-from pairsim.config.quantities import QUANTITY
+from pairsim.cases.material_keys import BLOCKS, MODELS
+from pairsim.cases.materials import liquid_block, solid_blocks
+from pairsim.cases.mistakes import UNKNOWN, Mistake, missing
+from pairsim.cases.physical import BLOCK, stands_for
+from pairsim.cases.quantities import QUANTITY
 from pairsim.physics import liquids
 from pairsim.physics.declared import PARAMETERS
 from pairsim.physics.own_laws import OPTION

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-from pairsim.config.case import SceneCase
-from pairsim.config.mistakes import Mistake
+from pairsim.cases.case import SceneCase
+from pairsim.cases.mistakes import Mistake
 from pairsim.fem.meshes.columns import LONGEST
 
 STRIPS = 200  # slices of the tube over which the number of cells is summed

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
-from pairsim.config.ranges import spelled_out
+from pairsim.cases.ranges import spelled_out
 from pairsim.physics.material import Dimension
 from pairsim.runtime.errors import InputError
 

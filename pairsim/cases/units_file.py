@@ -6,9 +6,9 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pairsim.config.case import SceneCase
-from pairsim.config.physical import QUANTITIES
-from pairsim.config.yaml_file import yaml_text
+from pairsim.cases.case import SceneCase
+from pairsim.cases.physical import QUANTITIES
+from pairsim.cases.yaml_file import yaml_text
 
 WIDE = 24  # column of the comments
 KEY = re.compile(r"( *)(\w+):")

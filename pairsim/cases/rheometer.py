@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pairsim.config.quantities import unit_in_si
+from pairsim.cases.quantities import unit_in_si
 from pairsim.physics.liquids.viscous import ZERO_SHEAR, ViscousLaw
 from pairsim.physics.material import Dimension
 from pairsim.physics.solids.solid import MODULUS

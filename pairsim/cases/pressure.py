@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import brentq
 
-from pairsim.config.case import SceneCase
-from pairsim.config.quantities import LENGTH, si
+from pairsim.cases.case import SceneCase
+from pairsim.cases.quantities import LENGTH, si
 from pairsim.physics.material import Dimension
 from pairsim.physics.pipe import Pipe
 from pairsim.runtime.errors import InputError, NoSteadyState

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from pairsim.config.values import is_finite
+from pairsim.cases.values import is_finite
 
 RANGE = ("start", "stop", "num", "spacing")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from pairsim.config.values import MOST_TIME
+from pairsim.cases.values import MOST_TIME
 
 # Least end [D_c/U_av], factors of De and of the largest Ca_e, and how a viscosity of the particles over eta_0 increases
 # the latter. The flow in the tube starts up like exp(-t/De), and soft pairs near each other (beta .5, d .04) forget

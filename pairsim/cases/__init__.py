@@ -1,0 +1,1 @@
+"""Cases: YAML or a dict becomes a validated model; keys, units, materials, checks, cost."""

@@ -1,1 +1,0 @@
-"""Turns YAML or a dict into a validated case."""

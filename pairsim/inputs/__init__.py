@@ -1,1 +1,0 @@
-"""Input files of all commands: reading, checking, and the list of their keys."""
