@@ -1,6 +1,6 @@
 """Mutation test: finds small changes of the physics, the constraints and the time scheme that the tests miss.
 
-usage: scripts/mutation [-n 150] [--seed 1] [-o runs/mutation] [--limit 3600] [--only WORD] [--tiers unit verification]
+usage: scripts/mutation [-n 150] [--seed 1] [-o runs/mutation] [--limit 3600] [--only WORD] [--folders physics numerics]
 
 Draws random positions in the modules of TARGETS, changes one at a time with an operator of cosmic-ray (a number by one,
 + to -, < to <=, ...) and runs the tests of `scripts/test` until one fails. This happens in a copy of the checkout in
@@ -52,7 +52,7 @@ TARGETS = (
 )
 # Operators whose mutants fail at once on floats, or mean the same: most `|` are in annotations.
 TRIVIAL = re.compile(r"BitOr|_(BitAnd|BitXor|LShift|RShift|FloorDiv|Mod)$|RemoveDecorator")
-TIERS = ("unit", "verification", "commands")
+FOLDERS = ("physics", "numerics", "verification", "questions", "shell")
 
 
 def copied(output: Path) -> Path:
@@ -110,7 +110,7 @@ def main() -> int:
     parser.add_argument("-o", "--output", type=Path, default=Path("runs/mutation"))
     parser.add_argument("--limit", type=float, default=3600.0, help="time limit of the tests of a mutant [s]")
     parser.add_argument("--only", default="", metavar="WORD", help="only modules whose path contains WORD")
-    parser.add_argument("--tiers", nargs="+", default=TIERS, choices=TIERS, help="folders of tests")
+    parser.add_argument("--folders", nargs="+", default=FOLDERS, choices=FOLDERS, help="folders of tests")
     arguments = parser.parse_args()
     output = arguments.output.resolve()
     tree = copied(output)
@@ -118,19 +118,19 @@ def main() -> int:
     os.environ |= {"PYTHONPATH": f"{tree}:{tree}/tests", "XDG_CACHE_HOME": f"{output}/cache", "OMP_NUM_THREADS": "1"}
     # The tests end with this process, however that ends.
     tests = shlex.join(["setpriv", "--pdeathsig", "TERM", sys.executable, "-P", "-m", "support.mutant"])
-    tiers, outcomes = " ".join(arguments.tiers), Counter[str]()
+    folders, outcomes = " ".join(arguments.folders), Counter[str]()
     with use_db(output / "session.sqlite") as session:
         if not session.num_work_items:
             init(find_modules(map(Path, TARGETS)), session, {})
         if not session.num_results:
-            found, said = run_tests(f"{tests} none {tiers}", None)
+            found, said = run_tests(f"{tests} none {folders}", None)
             if found != TestOutcome.SURVIVED:
                 print(f"the tests fail without any change:\n{said[-4000:]}", file=sys.stderr)
                 return 2
         results = dict(session.results)
         for item in sample(session.work_items, arguments.n, arguments.seed, arguments.only):
             if item.job_id not in results:
-                command = f"{tests} {item.mutations[0].module_path} {tiers}"
+                command = f"{tests} {item.mutations[0].module_path} {folders}"
                 results[item.job_id] = mutate_and_test(item.mutations, command, arguments.limit)
                 session.set_result(item.job_id, results[item.job_id])
             outcomes[outcome_of(item, results[item.job_id])] += 1

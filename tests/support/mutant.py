@@ -1,4 +1,4 @@
-"""Runs the tests on a mutant until one fails: `python -m support.mutant MODULE TIER...`, by scripts/mutation.py.
+"""Runs the tests on a mutant until one fails: `python -m support.mutant MODULE FOLDER...`, by scripts/mutation.py.
 
 The current folder is the changed copy of the checkout. Before the tests the cache of compiled forms is made anew from
 that of the unchanged code: the name of a compiled form contains its signature, with constants and quadrature, so that
@@ -26,14 +26,14 @@ def passed(files: list[Path]) -> bool:
     return not files or subprocess.run(command, check=False).returncode in (0, NO_TESTS)
 
 
-def main(module: str, *tiers: str) -> bool:
+def main(module: str, *folders: str) -> bool:
     """Whether all tests pass; those that name the module are first."""
     cache = Path(os.environ["XDG_CACHE_HOME"])
     shutil.rmtree(cache, ignore_errors=True)
     # FFCx does not change files that it has written: hard links suffice.
     without = shutil.ignore_patterns("*.lock")
     shutil.copytree(cache.with_name("compiled"), cache / "pairsim", copy_function=os.link, ignore=without)
-    files = [file for tier in tiers for file in sorted(Path("tests", tier).glob("test_*.py"))]
+    files = [file for folder in folders for file in sorted(Path("tests", folder).glob("test_*.py"))]
     files.sort(key=lambda file: Path(module).stem not in file.read_text(encoding="utf-8"))
     return passed(files)
 
