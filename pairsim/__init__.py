@@ -28,12 +28,12 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 if _TYPE_CHECKING:
     from pairsim.api.cases import load as load
+    from pairsim.api.cases import use_laws as use_laws
     from pairsim.api.compute import critical as critical
     from pairsim.api.compute import curve as curve
     from pairsim.api.compute import run as run
     from pairsim.api.compute import shape as shape
     from pairsim.api.folders import open as open
-    from pairsim.api.laws import use_laws as use_laws
     from pairsim.api.pictures import plot as plot
     from pairsim.api.report import report as report
     from pairsim.api.results import CriticalResult as CriticalResult
@@ -45,10 +45,9 @@ if _TYPE_CHECKING:
     from pairsim.api.units import units as units
 
 _MODULES = {
-    "cases": ("load",),
+    "cases": ("load", "use_laws"),
     "compute": ("run", "curve", "critical", "shape"),
     "folders": ("open",),
-    "laws": ("use_laws",),
     "pictures": ("plot",),
     "report": ("report",),
     "results": ("Result", "RunResult", "CurveResult", "CriticalResult"),

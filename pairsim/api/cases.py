@@ -1,18 +1,21 @@
-"""Load cases from files, dicts and other cases: `load`."""
+"""Load cases from files, dicts and other cases: `load`; laws of one's own in them: `use_laws`."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal, NoReturn, overload
 
-from pairsim.api.laws import with_blocks
 from pairsim.cases.case import Case, SceneCase
 from pairsim.cases.curve_case import CriticalCase, CurveCase
 from pairsim.cases.merging import merge, section_of
 from pairsim.cases.physical import forget_numbers
 from pairsim.cases.yaml_file import Section, read_yaml
+from pairsim.physics.material import Material
+from pairsim.physics.own_laws import file_of, load_file, name_file
+from pairsim.physics.solids import Solid
 from pairsim.questions import QUESTIONS
 from pairsim.questions.case_files import parse_case
 from pairsim.results.output import plain
@@ -20,6 +23,7 @@ from pairsim.runtime.errors import InputError
 
 AnyCase = str | PathLike[str] | Mapping[str, Any] | SceneCase
 """Input for a case: the path of a case file, a dict of keys and values, or a case returned by `load`."""
+DECLARED = "pairsim.physics.declared"  # the module that lists the laws for case files, once it is imported
 
 
 @overload
@@ -59,7 +63,7 @@ def load(path_or_dict: AnyCase, *, kind: str = "run", **overrides: Any) -> Scene
         return path_or_dict  # valid already
     data, source = content_of(path_or_dict)
     forget_numbers(data)
-    overrides = with_blocks(overrides)
+    overrides = _with_blocks(overrides)
 
     def refuse(key: str, value: Any, allowed: str) -> NoReturn:
         raise InputError(source, key, value, allowed)
@@ -87,9 +91,54 @@ def content_of(given: AnyCase) -> tuple[Section, str]:
         return section_of(given.model_dump(mode="json", exclude_unset=True)), "case"
     if isinstance(given, Mapping):
         try:
-            return section_of(plain(with_blocks(given))), "case"
+            return section_of(plain(_with_blocks(given))), "case"
         except (TypeError, ValueError) as error:
             raise InputError("case", "", None, str(error)) from None
     if isinstance(given, str | PathLike):
         return read_yaml(Path(given)), str(given)
     raise InputError("case", "", type(given).__name__, "must be the path of a case file, a dict of its keys, or a case")
+
+
+def use_laws(*laws: str | PathLike[str] | type[Material]) -> None:
+    """Make laws of one's own known, before the first case is read; processes of sweeps know them, too.
+
+    Args:
+        laws: Files as for `--laws`, or classes that are defined in a file.
+
+    Raises:
+        InputError: A file or class cannot be used, or a case has been read already.
+    """
+    for each in laws:
+        file = file_of(each) if isinstance(each, type) else Path(each)
+        if file is None:  # it ships
+            continue
+        name_file(file)
+        for law in [each] if isinstance(each, type) else load_file(file):
+            if DECLARED in sys.modules and law.name not in sys.modules[DECLARED].LAWS:
+                allowed = "must be known before the first case is read: import it, or call pairsim.use_laws, earlier"
+                raise InputError("pairsim.use_laws", law.__name__, None, allowed)
+
+
+def _with_blocks(keys: Mapping[str, Any]) -> dict[str, Any]:
+    """Keys of a case with blocks in place of laws; the Ca_e of a solid is that of the case if this has none.
+
+    Raises:
+        InputError: A law cannot be used.
+    """
+    found = dict(keys)
+    for key in ("liquid", "solid"):
+        value = found.get(key)
+        each = value if isinstance(value, list | tuple) else [value]
+        if not any(isinstance(law, Material) for law in each):
+            continue
+        use_laws(*(type(law) for law in each if isinstance(law, Material)))
+        blocks = [_block(law) if isinstance(law, Material) else law for law in each]
+        found[key] = blocks if isinstance(value, list | tuple) else blocks[0]
+        Ca_es = [law.Ca_e for law in each if isinstance(law, Solid)]
+        if Ca_es:
+            found.setdefault("Ca_e", Ca_es if len(Ca_es) > 1 else Ca_es[0])
+    return found
+
+
+def _block(law: Material) -> dict[str, Any]:
+    return {"law": law.name} | {name: getattr(law, name) for name in law.parameters()}

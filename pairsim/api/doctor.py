@@ -11,7 +11,6 @@ from pathlib import Path
 
 from pairsim.fem.compilation import jit
 from pairsim.runtime.errors import EnvironmentFailure
-from pairsim.runtime.launcher import find_mpirun
 from pairsim.runtime.version import __version__
 
 INSTALL = "pip install 'pairsim[fenicsx]'; see docs/how-to/install.md"
@@ -35,7 +34,8 @@ def findings() -> Iterator[tuple[str, str]]:
         raise EnvironmentFailure(f"there is no C compiler ({name})", advice=remedy)
     yield "C compiler", compiler
     yield "cache of compiled forms", str(jit.cache())
-    yield "mpirun", find_mpirun() or "none: a sweep then uses --workers"
+    beside = Path(sys.executable).parent / "mpirun"
+    yield "mpirun", str(beside) if beside.exists() else shutil.which("mpirun") or "none: a sweep then uses --workers"
     yield "ffmpeg", shutil.which("ffmpeg") or "none: plot --animate makes GIF files"
 
     from pairsim.runtime.fenicsx import MPI, dolfinx, petsc_version

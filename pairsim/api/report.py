@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import base64
+import re
 import tempfile
 import time
 from collections import Counter
 from collections.abc import Mapping
+from html import escape
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -23,7 +25,6 @@ from pairsim.questions import QUESTIONS
 from pairsim.results.folders import kind_of
 from pairsim.results.output import REPORT, write_text
 from pairsim.results.tables import headings, in_units, readable
-from pairsim.results.typography import html_of
 from pairsim.results.units import scales_in
 from pairsim.runtime.duration import duration
 from pairsim.runtime.errors import InputError
@@ -39,6 +40,13 @@ CAPTIONS = {
     "sweep_map": "How the cases ended",
 }
 """What is said below pictures, by the names of their files; those of commands have their own."""
+SIGNS = (
+    (r"\+-", "&plusmn;"),
+    (r"(?<![A-Za-z])u([lm])\b", r"&micro;\1"),
+    (r"\)e-(\d+)", r") &times; 10<sup>&minus;\1</sup>"),
+    (r"\)e(\d+)", r") &times; 10<sup>\1</sup>"),
+)
+"""What stands in HTML where a terminal has letters."""
 MOST_ROWS = 500  # of a table
 
 
@@ -66,7 +74,7 @@ def report(folder: str | PathLike[str]) -> Path:
     step = -(-len(table) // MOST_ROWS) or 1
     loader = jinja2.PackageLoader("pairsim.api")
     pages = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, loader=loader)
-    pages.filters["set"] = lambda text: Markup(html_of(text))
+    pages.filters["set"] = lambda text: Markup(_typeset(text))
     case = next((path for name in ("case.yaml", "grid.yaml") if (path := directory / name).is_file()), None)
     page = pages.get_template("report.html.j2").render(
         **content,
@@ -127,6 +135,13 @@ def _provenance(record: Mapping[str, Any]) -> dict[str, str]:
         "versions": ", ".join(f"{name} {number}" for name, number in record.get("versions", {}).items()),
     }
     return {name: str(value) for name, value in found.items() if value}
+
+
+def _typeset(text: str) -> str:
+    text = escape(text)
+    for pattern, sign in SIGNS:
+        text = re.sub(pattern, sign, text)
+    return text
 
 
 def _html(table: pd.DataFrame) -> str:

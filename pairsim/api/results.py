@@ -6,7 +6,6 @@ import shutil
 import weakref
 from collections.abc import Mapping
 from functools import cached_property
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -30,14 +29,14 @@ if TYPE_CHECKING:
     import pandas as pd
     import pyvista as pv
 
-SHOWN = 8  # rows of a table shown in a notebook
+    from pairsim.results.xdmf import FieldFrame
 
 
 class Result:
     """The result of a computation; returned by `run`, `curve`, `critical` and `open`.
 
     Files are read when first accessed, and only once. To see the progress of a running computation, `open` its folder
-    again. In a notebook it shows its answer and its table.
+    again.
 
     Args:
         folder: The folder of results.
@@ -217,10 +216,13 @@ class Result:
         Args:
             at: One of `places`: a time, of a curve a distance.
 
+        Returns:
+            Names and components are as in fields.xdmf: vectors are (z, r, 0). Cell data: `region`, 0 in the liquid and
+            i in particle i from upstream. Field data: `t`, the time or distance.
+
         Raises:
             InputError: There are no fields there.
         """
-        from pairsim.api.grids import grid_of
         from pairsim.results.xdmf import read_frame
 
         hits = np.flatnonzero(np.isclose(self.places, at, rtol=1e-9, atol=1e-12))
@@ -229,7 +231,7 @@ class Result:
             key = "fields: [...]" if self.command.frames == "d" else "output.fields: true"
             allowed = f"must be one of {listed}" if listed else f"was not written; the case needs `{key}` for fields"
             raise InputError("fields", self.command.frames, at, allowed)
-        return grid_of(read_frame(self._place, int(hits[0])))
+        return _grid_of(read_frame(self._place, int(hits[0])))
 
     def _headline(self) -> str:
         reason = f" ({self.reason})" if self.reason not in ("", "end") else ""
@@ -239,11 +241,20 @@ class Result:
     def __repr__(self) -> str:
         return f"<{self._headline()}>"
 
-    def _repr_html_(self) -> str:
-        from pairsim.results.tables import readable
 
-        table = readable(self.table).to_html(max_rows=SHOWN, index=False, float_format="{:.5g}".format)
-        return f"<pre>{escape(self._headline())}\n{escape(self.answer)}</pre>{table}"
+def _grid_of(frame: FieldFrame) -> pv.UnstructuredGrid:
+    import pyvista as pv
+
+    from pairsim.results.xdmf import components
+
+    points = np.pad(frame.points, ((0, 0), (0, 1)))
+    grid = pv.UnstructuredGrid({pv.CellType.QUADRATIC_TRIANGLE: frame.cells}, points)
+    for name, values in frame.point_data.items():
+        for part, array in components(values, name).items():
+            grid.point_data[part] = array
+    grid.cell_data["region"] = frame.region
+    grid.field_data["t"] = [frame.t]
+    return grid
 
 
 class RunResult(Result):

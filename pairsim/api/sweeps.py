@@ -6,12 +6,11 @@ from collections.abc import Mapping
 from concurrent.futures import Executor
 from contextlib import nullcontext
 from functools import cached_property
-from html import escape
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pairsim.api.results import SHOWN, Result, result_of
+from pairsim.api.results import Result, result_of
 from pairsim.cases.merging import section_of
 from pairsim.questions import QUESTIONS
 from pairsim.questions.progress import Style, style_of
@@ -108,15 +107,9 @@ class SweepResult:
 
         return plot(self.folder, out=folder, **options)
 
-    def _headline(self) -> str:
-        counts = ", ".join(f"{count} {status}" for status, count in self.record["counts"].items() if count)
-        return f"pairsim sweep {self.record['name']}: {counts}, {self.folder}"
-
     def __repr__(self) -> str:
-        return f"<{self._headline()}>"
-
-    def _repr_html_(self) -> str:
-        return f"<p><b>{escape(self._headline())}</b></p>{self.table.to_html(max_rows=SHOWN, index=False)}"
+        counts = ", ".join(f"{count} {status}" for status, count in self.record["counts"].items() if count)
+        return f"<pairsim sweep {self.record['name']}: {counts}, {self.folder}>"
 
 
 def sweep(

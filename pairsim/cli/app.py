@@ -8,6 +8,7 @@ from __future__ import annotations
 import atexit
 import gc
 import sys
+import traceback
 from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
@@ -23,8 +24,6 @@ from pairsim.runtime.errors import (
     InputError,
     PairsimError,
     RunFailure,
-    abort_others,
-    unexpected,
 )
 from pairsim.runtime.launcher import rank
 from pairsim.runtime.version import __version__, commit
@@ -98,11 +97,19 @@ def main() -> NoReturn:
     except OSError as error:
         named = error.filename or "standard output"
         _complain(EnvironmentFailure(f"{named} cannot be used ({error.strerror or error})"))
-        abort_others(ENVIRONMENT)
-        sys.exit(ENVIRONMENT)
+        _abort(ENVIRONMENT)
     except Exception:
-        sys.exit(unexpected())
+        traceback.print_exc()
+        _abort(1)
     sys.exit(0)
+
+
+def _abort(code: int) -> NoReturn:
+    """End the process, and others of its MPI job, which would wait for this one."""
+    mpi = sys.modules.get("mpi4py.MPI")
+    if mpi is not None and mpi.COMM_WORLD.size > 1:
+        mpi.COMM_WORLD.Abort(code)
+    sys.exit(code)
 
 
 def _complain(error: Exception) -> None:

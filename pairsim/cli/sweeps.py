@@ -138,10 +138,9 @@ def status(directory: Annotated[Path, _path("Folder of results.")]) -> None:
     from rich.console import Group
 
     from pairsim.results.folders import kind_of
-    from pairsim.results.status import case_status
     from pairsim.runtime.locks import is_locked
     from pairsim.sweeps.folder import read_sweep
-    from pairsim.sweeps.progress import status_view
+    from pairsim.sweeps.progress import case_status, status_view
 
     if (kind := kind_of(directory)) in ("sweep", "study"):
         inner = sorted(path.parent for path in directory.glob("*/sweep.json"))

@@ -282,7 +282,7 @@ def _motion_over_d(regions: Sequence[Region], zeros: Sequence[in_tables.Zero]) -
 
 def _starts(table: Mapping[str, Array]) -> list[str]:
     """From where on pairs that start at an end of the curve and move along it are on the curve, if that is far."""
-    from pairsim.results.memory import forgotten_at
+    from pairsim.results.curve_table import forgotten_at
 
     lines = []
     for end, sign in ((0, 1), (-1, -1)):

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.results.memory import FORGOTTEN
+from pairsim.results.curve_table import FORGOTTEN
 
 SETTLED = "settled"  # entry of run.json
 NOTHING = 1e-9  # |dU| of particles that keep their distance [U_av]; chosen

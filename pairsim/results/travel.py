@@ -15,8 +15,7 @@ from pairsim.cases.quantities import LENGTH as A_LENGTH
 from pairsim.cases.quantities import si
 from pairsim.physics.scales import Scales
 from pairsim.results.columns import TIME
-from pairsim.results.curve_table import curve_of, stretch_of
-from pairsim.results.memory import forgotten_at
+from pairsim.results.curve_table import curve_of, forgotten_at, stretch_of
 from pairsim.results.units import in_unit, scales_in, scales_of, with_error
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError

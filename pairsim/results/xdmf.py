@@ -30,8 +30,7 @@ from pairsim.results.output import FIELDS_XDMF, FRAMES, frame_files, write_bytes
 from pairsim.runtime.errors import InputError
 
 TENSOR = ("zz", "zr", "rr", "tt")
-TOPOLOGY = {6: "Tri_6", 9: "Quad_9"}
-"""XDMF cell types by number of nodes, in the spelling that both VTK and meshio read."""
+TOPOLOGY = "Tri_6"  # six-node triangles, in the spelling that both VTK and meshio read
 HEAD = '<?xml version="1.0" encoding="utf-8"?>\n<Xdmf Version="3.0">\n <Domain>\n'
 HEAD += '  <Grid Name="fields" GridType="Collection" CollectionType="Temporal">\n'
 END = "  </Grid>\n </Domain>\n</Xdmf>\n"
@@ -46,7 +45,7 @@ class FieldFrame:
     Attributes:
         t: Time [D_c/U_av]; for a curve the distance [D_c].
         points: Coordinates z, r of the nodes of the deformed mesh [D_c], shape (n, 2).
-        cells: Node numbers in the order of VTK: triangles, shape (m, 6), or quadrilaterals, shape (m, 9).
+        cells: Node numbers of triangles in the order of VTK, shape (m, 6).
         region: 0 in the liquid, i in particle i from upstream, shape (m,).
         point_data: Scalars (n,), vectors z, r (n, 2) or symmetric tensors zz, zr, rr, tt (n, 4) by name.
     """
@@ -157,7 +156,7 @@ def _grid(
         element = ElementTree.SubElement(grid, tag, attributes)
         ElementTree.SubElement(element, "DataItem", kind | shape).text = f"{file}:/{name}"
 
-    add("cells", cells, "Topology", TopologyType=TOPOLOGY[cells.shape[1]], NumberOfElements=str(len(cells)))
+    add("cells", cells, "Topology", TopologyType=TOPOLOGY, NumberOfElements=str(len(cells)))
     add("position", fields["position"], "Geometry", GeometryType="XYZ")
     add("region", region, "Attribute", Name="region", AttributeType="Scalar", Center="Cell")
     for name, values in fields.items():

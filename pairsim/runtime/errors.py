@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-import traceback
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -195,21 +193,3 @@ def failure_of(reason: str, message: str) -> RunFailure:
     failure = next((kind for kind in RunFailure.__subclasses__() if kind.reason == reason), RunFailure)(message)
     failure.sentence = message  # which contains reason, time and step
     return failure
-
-
-def unexpected() -> int:
-    """Print the traceback of an unexpected exception, and abort the other MPI processes, which would otherwise hang.
-
-    Returns:
-        The exit code, 1.
-    """
-    traceback.print_exc()
-    abort_others(1)
-    return 1
-
-
-def abort_others(code: int) -> None:
-    """End all MPI processes with an exit code if there are several: the others wait for this one."""
-    mpi = sys.modules.get("mpi4py.MPI")
-    if mpi is not None and mpi.COMM_WORLD.size > 1:
-        mpi.COMM_WORLD.Abort(code)

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import os
-import shutil
 import signal
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pairsim.runtime.errors import InputError, PairsimError
@@ -23,12 +21,6 @@ POLL = 0.1
 SIZES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS")
 """Variables of mpirun and srun with the number of processes that they start; PMIx has none. SLURM_NTASKS is that of a
 whole job, in which a batch script may run single processes."""
-
-
-def find_mpirun() -> str | None:
-    """Path of mpirun: that of the Python environment, else that on PATH; None if there is none."""
-    beside = Path(sys.executable).parent / "mpirun"
-    return str(beside) if beside.exists() else shutil.which("mpirun")
 
 
 def communicator() -> MPI.Intracomm | None:

@@ -1,4 +1,4 @@
-"""What a person sees of a sweep: before it with --dry-run, while it goes on, and with `pairsim status`."""
+"""What a person sees of a sweep: with --dry-run, while it goes on, and with `pairsim status`, also of a case."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import re
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from pathlib import Path
 from typing import Any, Self
 
 from rich.console import Console, Group
@@ -14,13 +15,15 @@ from rich.table import Table
 from rich.text import Text
 
 from pairsim.questions.progress import Style
-from pairsim.results.status import COLOURS
+from pairsim.results.folders import valid_record
 from pairsim.runtime.signals import sigterm_waits
 from pairsim.sweeps.folder import CaseState
 from pairsim.sweeps.grid import Grid
 
 NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?")
 """By which the warnings of one kind differ."""
+COLOURS = {"finished": "green", "failed": "red", "interrupted": "yellow", "running": "cyan"}
+"""Of cases, by status."""
 
 
 class SweepProgress:
@@ -129,3 +132,27 @@ def dry_run_view(grid: Grid) -> Group:
         table.add_row(*map(Text, [case.folder, *values, f"~{case.estimate.unknowns}", case.estimate.duration]))
     headline = f"{len(grid.cases)} cases of pairsim {grid.command.name}" + (f" ({notes})" if notes else "")
     return Group(Text(headline), table)
+
+
+def case_status(directory: Path, working: bool) -> Group:
+    """Status, message, wall time and warnings of a folder, for the terminal.
+
+    Args:
+        directory: The folder.
+        working: Whether a command is writing to it now.
+
+    Raises:
+        InputError: run.json is missing or invalid.
+    """
+    record = valid_record(directory)
+    status, reason, message = (str(record.get(key, "")) for key in ("status", "reason", "message"))
+    if status == "running" and not working:
+        status, message = "interrupted", "the command was killed; a run can be continued with pairsim run --resume"
+    style = COLOURS.get(status, "")
+    parts = [
+        Text(f"{directory}: {status}" + (f" ({reason})" if reason else ""), style=style),
+        *([Text(message)] if message else []),
+        Text(f"{record.get('wall_time', 0.0):.3g} s of wall time, by: {record.get('command', '')}", style="dim"),
+        *(Text(f"warning: {warning}") for warning in record.get("warnings", [])),
+    ]
+    return Group(*parts)

@@ -9,7 +9,7 @@ import pytest
 from support.result_folders import curve_table
 
 from pairsim.questions.curve import answer_of_curve
-from pairsim.results.memory import FORGOTTEN, forgotten_at
+from pairsim.results.curve_table import FORGOTTEN, forgotten_at
 from pairsim.results.travel import travel
 from pairsim.runtime.errors import InputError
 

@@ -20,18 +20,13 @@ from pairsim.runtime.errors import InputError
 SHAPES = [(0.20, 0.20), (0.21, 0.195), (0.23, 0.187)]  # half axes of both particles at each time
 
 
-def sequence(kind: int = 6) -> list[FieldFrame]:
+def sequence() -> list[FieldFrame]:
     """Three times; the mesh is another one at the last."""
     frames = []
     for k, (a, b) in enumerate(SHAPES):
         shapes = [(-0.3 + 0.05 * k, a, b), (0.3 + 0.05 * k, a, b)]
-        frames.append(scene(0.1 * (k + 1), shapes, kind=kind, rays=(8, 8, 10)[k]))
+        frames.append(scene(0.1 * (k + 1), shapes, rays=(8, 8, 10)[k]))
     return frames
-
-
-@pytest.fixture(params=[6, 9], ids=["triangles", "quadrilaterals"])
-def frames(request: pytest.FixtureRequest) -> list[FieldFrame]:
-    return sequence(request.param)
 
 
 def written(folder: Path, frames: list[FieldFrame]) -> Path:
@@ -41,9 +36,8 @@ def written(folder: Path, frames: list[FieldFrame]) -> Path:
     return folder
 
 
-def test_frames_are_shown_as_they_were_given_also_after_the_folder_was_moved(
-    frames: list[FieldFrame], tmp_path: Path
-) -> None:
+def test_frames_are_shown_as_they_were_given_also_after_the_folder_was_moved(tmp_path: Path) -> None:
+    frames = sequence()
     (tmp_path / "here").mkdir()
     folder = written(tmp_path / "here", frames).rename(tmp_path / "there")
     found = frames_everywhere(folder)

@@ -9,23 +9,19 @@ from numpy.typing import NDArray
 
 from pairsim.results.xdmf import FieldFrame
 
-LOCAL = {
-    6: np.array([(0, 0), (2, 0), (2, 2), (1, 0), (2, 1), (1, 1)]),
-    9: np.array([(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1)]),
-}
-"""Nodes of a second-order cell in VTK's order, on the 3 x 3 nodes of a square."""
+LOCAL = np.array([(0, 0), (2, 0), (2, 2), (1, 0), (2, 1), (1, 1)])
+"""Nodes of a six-node triangle in VTK's order, on the 3 x 3 nodes of a square."""
 
 
-def patch(nodes: NDArray[np.float64], kind: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Second-order cells on a lattice of nodes, shape (2a + 1, 2b + 1, 2)."""
+def patch(nodes: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Six-node triangles on a lattice of nodes, shape (2a + 1, 2b + 1, 2)."""
     numbers = np.arange(nodes.shape[0] * nodes.shape[1]).reshape(nodes.shape[:2])
     cells = []
     for i in range(0, nodes.shape[0] - 1, 2):
         for j in range(0, nodes.shape[1] - 1, 2):
             square = numbers[i : i + 3, j : j + 3]
-            cells.append([square[a, b] for a, b in LOCAL[kind]])
-            if kind == 6:
-                cells.append([square[b, a] for a, b in LOCAL[kind][[0, 2, 1, 5, 4, 3]]])
+            cells.append([square[a, b] for a, b in LOCAL])
+            cells.append([square[b, a] for a, b in LOCAL[[0, 2, 1, 5, 4, 3]]])
     return nodes.reshape(-1, 2), np.array(cells)
 
 
@@ -33,7 +29,6 @@ def scene(
     t: float,
     shapes: list[tuple[float, float, float]],
     *,
-    kind: int = 6,
     rigid: bool = False,
     rays: int = 8,
     half_length: float = 2.0,
@@ -56,15 +51,15 @@ def scene(
             reach = np.minimum(room / np.abs(ray[:, 0]), 0.5 / np.abs(ray[:, 1]))
         box = centre + ray * reach[:, None]
         s = np.linspace(0, 1, 9)[:, None, None]
-        patches.append((*patch(outline * (1 - s) + box * s, kind), 0))
+        patches.append((*patch(outline * (1 - s) + box * s), 0))
         if not rigid:
             s = np.linspace(0, 1, 5)[:, None, None]
-            patches.append((*patch(centre * (1 - s) + outline * s, kind), i))
+            patches.append((*patch(centre * (1 - s) + outline * s), i))
     if not shapes:
         lattice = np.meshgrid(
             np.linspace(-half_length, half_length, 4 * rays + 1), np.linspace(0, 0.5, 9), indexing="ij"
         )
-        patches.append((*patch(np.stack(lattice, axis=-1), kind), 0))
+        patches.append((*patch(np.stack(lattice, axis=-1)), 0))
     starts = np.cumsum([0, *(len(points) for points, _, _ in patches)])
     points = np.vstack([p for p, _, _ in patches])
     cells = np.vstack([c + start for (_, c, _), start in zip(patches, starts[:-1], strict=True)])
