@@ -14,14 +14,17 @@ ORDER = ("run", "curve", "critical")
 """The questions that come first in lists; others follow by name."""
 SHARED = {
     "answer",
+    "case_files",
     "check_law",
     "events",
+    "many_cases",
     "mesh",
     "problems",
     "progress",
     "question",
     "record",
     "run_answer",
+    "schema",
     "session",
     "sphere_in_extension",
     "steady",
