@@ -62,7 +62,7 @@ def compute(output: Path, only: str) -> None:
 def plain(study: dict[str, Any]) -> list[float]:
     """Wall time per Newton iteration with a new matrix [s], in PLAIN_COUNTED steps of the paper's discretisation."""
     import pairsim.runtime.fenicsx  # noqa: F401 - orders MPI ahead of everything compiled
-    from pairsim.questions.problems import problem_of
+    from pairsim.computing.problems import problem_of
     from pairsim.solvers.nonlinear.renewal import MatrixPolicy
     from pairsim.solvers.transient.transient import Transient
 

@@ -17,9 +17,9 @@ from typer.cli import get_docs_for_click
 import pairsim
 from pairsim.cases.example import write_example
 from pairsim.cli.app import app
-from pairsim.questions import QUESTIONS
-from pairsim.questions.case_files import FILES, read_case
-from pairsim.questions.schema import schema_rows
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import FILES, read_case
+from pairsim.computing.schema import schema_rows
 from pairsim.results import columns as tables
 from pairsim.results.columns import Column, column
 from pairsim.runtime import errors

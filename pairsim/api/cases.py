@@ -13,11 +13,11 @@ from pairsim.cases.curve_case import CriticalCase, CurveCase
 from pairsim.cases.merging import merge, section_of
 from pairsim.cases.physical import forget_numbers
 from pairsim.cases.yaml_file import Section, read_yaml
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import parse_case
 from pairsim.physics.material import Material
 from pairsim.physics.own_laws import file_of, load_file, name_file
 from pairsim.physics.solids import Solid
-from pairsim.questions import QUESTIONS
-from pairsim.questions.case_files import parse_case
 from pairsim.results.output import plain
 from pairsim.runtime.errors import InputError
 

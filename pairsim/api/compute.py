@@ -18,9 +18,9 @@ from pairsim.api.cases import AnyCase, load
 from pairsim.api.results import CriticalResult, CurveResult, Result, RunResult, result_of
 from pairsim.cases.cost import LARGE
 from pairsim.cases.quantities import seconds_of
-from pairsim.questions import QUESTIONS
-from pairsim.questions.progress import Style, make_reporter, style_of
-from pairsim.questions.session import Options, carry_out
+from pairsim.computing import QUESTIONS
+from pairsim.computing.progress import Style, make_reporter, style_of
+from pairsim.computing.session import Options, carry_out
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import command_line
 from pairsim.runtime.signals import Signals

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 
+from pairsim.computing import QUESTIONS
 from pairsim.plots.style import FORMATS, MOVIES, Page
-from pairsim.questions import QUESTIONS
 from pairsim.results.folders import kind_of
 from pairsim.results.output import FIELDS_XDMF
 from pairsim.runtime.errors import InputError

@@ -21,7 +21,7 @@ from pairsim.api import folders
 from pairsim.api.pictures import plot
 from pairsim.api.results import Result
 from pairsim.api.sweeps import SweepResult
-from pairsim.questions import QUESTIONS
+from pairsim.computing import QUESTIONS
 from pairsim.results.folders import kind_of
 from pairsim.results.output import REPORT, write_text
 from pairsim.results.tables import headings, in_units, readable

@@ -14,10 +14,10 @@ import numpy as np
 from pairsim.api.cases import load
 from pairsim.api.curve import Curve
 from pairsim.cases.case import SceneCase
+from pairsim.computing import Question
+from pairsim.computing.answer import cost_line
+from pairsim.computing.question import Tables, rows_in
 from pairsim.physics.scales import Scales
-from pairsim.questions import Question
-from pairsim.questions.answer import cost_line
-from pairsim.questions.question import Tables, rows_in
 from pairsim.results.columns import EQUILIBRIA_COLUMNS
 from pairsim.results.folders import valid_record
 from pairsim.results.travel import Travel, travel

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from pairsim.api.results import Result, result_of
 from pairsim.cases.merging import section_of
-from pairsim.questions import QUESTIONS
-from pairsim.questions.progress import Style, style_of
+from pairsim.computing import QUESTIONS
+from pairsim.computing.progress import Style, style_of
 from pairsim.results.output import plain
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import is_locked

@@ -10,7 +10,7 @@ from pairsim.api.cases import load
 from pairsim.cases.case import SceneCase
 from pairsim.cases.physical import Physical
 from pairsim.cases.units_report import DEFAULTS, UnitsReport, units_report
-from pairsim.questions import QUESTIONS
+from pairsim.computing import QUESTIONS
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -1,7 +1,7 @@
 """The keys of a case, and the quantities that follow from them.
 
 The models here and in `pairsim.cases.groups` are the only definition of keys, defaults, limits and their
-documentation. `pairsim.questions.case_files` validates YAML files against them.
+documentation. `pairsim.computing.case_files` validates YAML files against them.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
     from pairsim.api.results import Result
-    from pairsim.questions.progress import Style
+    from pairsim.computing.progress import Style
 
 app = typer.Typer(rich_markup_mode="rich")
 
@@ -173,8 +173,8 @@ def _compute(
 ) -> None:
     """Check a case, and show its cost, or compute it by the function of the Python interface."""
     from pairsim.cases.identity import default_folder
-    from pairsim.questions import QUESTIONS
-    from pairsim.questions.case_files import read_case
+    from pairsim.computing import QUESTIONS
+    from pairsim.computing.case_files import read_case
     from pairsim.runtime.launcher import first_alone, rank
     from pairsim.runtime.signals import Signals
 
@@ -198,9 +198,9 @@ def _compute(
 
 def _end(result: Result, directory: Path, shown: Style) -> NoReturn:
     """Draw, give the folder (stdout) and what to do next (stderr), and exit with the code of the outcome."""
-    from pairsim.questions.answer import advice
-    from pairsim.questions.question import rows_in
-    from pairsim.questions.record import exit_code
+    from pairsim.computing.answer import advice
+    from pairsim.computing.question import rows_in
+    from pairsim.computing.record import exit_code
     from pairsim.results.output import FIELDS_XDMF
 
     question, code = result.command, exit_code(result.status, result.reason)
@@ -233,15 +233,15 @@ def mesh(
 
     Lengths are in tube diameters D_c. Prints the numbers of cells and nodes.
     """
-    from pairsim.questions import QUESTIONS
-    from pairsim.questions.case_files import read_case
+    from pairsim.computing import QUESTIONS
+    from pairsim.computing.case_files import read_case
 
     checked = read_case(QUESTIONS["run"], case, tuple(set_ or ()))
     check_free(output, overwrite)
     if output.suffix not in (".msh", ".vtu", ".xdmf"):
         raise InputError(str(output), "-o", output.suffix, "must be a name ending in .msh, .vtu or .xdmf")
 
-    from pairsim.questions.mesh import write_mesh
+    from pairsim.computing.mesh import write_mesh
 
     for name, count in write_mesh(checked, output).items():
         typer.echo(f"{name}: {count}")

@@ -67,7 +67,7 @@ def schema(
     """
     from rich.table import Table
 
-    from pairsim.questions.schema import json_schema, schema_rows, values_in
+    from pairsim.computing.schema import json_schema, schema_rows, values_in
 
     if set_ and case is None:
         raise InputError("pairsim schema", "--set", None, "must be used with --case, whose keys it replaces")

@@ -48,7 +48,7 @@ def table(
     a physical block, else D_c, U_av and D_c/U_av. Of a sweep, the tables of all
     cases, one below the other, with the parameters that vary.
     """
-    from pairsim.questions import QUESTIONS
+    from pairsim.computing import QUESTIONS
     from pairsim.results.folders import kind_of
     from pairsim.results.tables import csv_text, screen_text, table_of
 

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any, cast
 
 from pairsim.cases.cost import Estimate, steady_estimate
 from pairsim.cases.curve_case import CriticalCase, check_critical
-from pairsim.questions import events
-from pairsim.questions.question import InSweeps, Question, Tables, Value, rows_in
+from pairsim.computing import events
+from pairsim.computing.question import InSweeps, Question, Tables, Value, rows_in
 from pairsim.results.columns import CRITICAL_COLUMNS, LENGTH
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 
 if TYPE_CHECKING:
+    from pairsim.computing.steady import Solutions
+    from pairsim.computing.warnings import ErrorAt
     from pairsim.plots.style import Page
-    from pairsim.questions.steady import Solutions
-    from pairsim.questions.warnings import ErrorAt
     from pairsim.results.zeros import Zero
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.curves.branch import Point
@@ -44,8 +44,8 @@ def solve(case: CriticalCase, *, monitor: Monitor) -> events.Events:
         case: The validated case.
         monitor: Ends the computation.
     """
-    from pairsim.questions.problems import steady_problem
-    from pairsim.questions.steady import Solutions, health_columns
+    from pairsim.computing.problems import steady_problem
+    from pairsim.computing.steady import Solutions, health_columns
     from pairsim.solvers.curves.critical import find_all, follow_all
 
     least, most = case.d
@@ -123,7 +123,7 @@ class _Zeros:
         return events.Progress(len(self._wanted), text, self._solved)
 
     def _critical(self, critical: Critical, branch: int) -> Iterator[events.Event]:
-        from pairsim.questions.steady import error_at, point_row
+        from pairsim.computing.steady import error_at, point_row
         from pairsim.solvers.curves.zero_lines import value_of
 
         point = critical.point
@@ -146,8 +146,8 @@ class _Zeros:
 
     def end(self) -> Iterator[events.Event]:
         """What run.json says."""
-        from pairsim.questions.steady import adaptation_report
-        from pairsim.questions.warnings import large_errors
+        from pairsim.computing.steady import adaptation_report
+        from pairsim.computing.warnings import large_errors
 
         entries: dict[str, Any] = {"ends": self._ends}
         case, branch, warnings = self.found.case, self.found.branch, [*self._warnings]

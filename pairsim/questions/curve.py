@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from pairsim.cases.cost import Estimate, steady_estimate
 from pairsim.cases.curve_case import CurveCase, check_curve
-from pairsim.questions import events
-from pairsim.questions.answer import shapes_in
-from pairsim.questions.question import InSweeps, Question, Tables, Value, rows_in
+from pairsim.computing import events
+from pairsim.computing.answer import shapes_in
+from pairsim.computing.question import InSweeps, Question, Tables, Value, rows_in
 from pairsim.results.columns import (
     EQUILIBRIA_COLUMNS,
     FORCES,
@@ -29,9 +29,9 @@ from pairsim.runtime.errors import RunFailure
 from pairsim.solvers.curves.distances import between
 
 if TYPE_CHECKING:
+    from pairsim.computing.steady import Solutions
+    from pairsim.computing.warm_start import WarmStart
     from pairsim.plots.style import Page
-    from pairsim.questions.steady import Solutions
-    from pairsim.questions.warm_start import WarmStart
     from pairsim.results import zeros as in_tables
     from pairsim.results.xdmf import FieldFrame
     from pairsim.runtime.arrays import Array
@@ -65,8 +65,8 @@ def solve(
         sensitivities: Compute the derivatives of dU with respect to Ca_e, De and beta, too.
         warm_start: Solutions of the previous curve to start from; keeps those of this curve. The caller closes it.
     """
-    from pairsim.questions.problems import solution_order, steady_problem
-    from pairsim.questions.steady import Solutions, point_row
+    from pairsim.computing.problems import solution_order, steady_problem
+    from pairsim.computing.steady import Solutions, point_row
     from pairsim.solvers.curves.curve import trace
     from pairsim.solvers.parameters import Parameters
 
@@ -100,7 +100,7 @@ def solve(
 
 def _columns(case: CurveCase, sensitivities: bool) -> list[str]:
     """The columns of curve.csv."""
-    from pairsim.questions.steady import health_columns
+    from pairsim.computing.steady import health_columns
 
     parameters = [name for name, value in (("Ca_e", max(case.Ca_es)), ("De", case.De), ("beta", 1.0)) if value]
     parameters = parameters if sensitivities else []
@@ -170,8 +170,8 @@ def _said(zero: Equilibrium) -> str:
 
 def _end(case: CurveCase, found: Solutions, warnings: list[str]) -> Iterator[events.Event]:
     """What run.json says, and the fields of the last state on a way that has not arrived."""
-    from pairsim.questions.steady import adaptation_report, moving_errors
-    from pairsim.questions.warnings import far_apart
+    from pairsim.computing.steady import adaptation_report, moving_errors
+    from pairsim.computing.warnings import far_apart
     from pairsim.solvers.curves.adaptation import ENOUGH
     from pairsim.solvers.curves.curve import ROUNDING, interpolants
 
@@ -193,7 +193,7 @@ def _end(case: CurveCase, found: Solutions, warnings: list[str]) -> Iterator[eve
 
 def _large_force_errors(case: CurveCase, points: list[Point]) -> list[str]:
     """Warnings of large errors of the forces that move the particles, relative to themselves."""
-    from pairsim.questions.warnings import ErrorAt, large_errors
+    from pairsim.computing.warnings import ErrorAt, large_errors
     from pairsim.solvers.steady.continuation import where
 
     errors = [

@@ -14,8 +14,8 @@ from pairsim.cases.case import Case
 from pairsim.cases.case_checks import check_together
 from pairsim.cases.cost import Estimate
 from pairsim.cases.identity import sources_of
-from pairsim.questions import events
-from pairsim.questions.question import InSweeps, Question, Tables, rows_in
+from pairsim.computing import events
+from pairsim.computing.question import InSweeps, Question, Tables, rows_in
 from pairsim.results.columns import (
     HEALTH,
     POLYMER_HEALTH,
@@ -73,7 +73,7 @@ class _Run:
     """
 
     def __init__(self, case: Case, monitor: Monitor, earlier: events.Earlier | None) -> None:
-        from pairsim.questions.problems import problem_of
+        from pairsim.computing.problems import problem_of
 
         self.case, self.problem, self.earlier = case, problem_of(case, monitor), earlier
         self.old = old = earlier.checkpoint if earlier is not None else None
@@ -138,7 +138,7 @@ class _Run:
 
     def _with_accuracy(self, outcome: events.Outcome, errors: RunErrors) -> events.Outcome:
         """An outcome whose message says whether an adapted run has kept its accuracy."""
-        from pairsim.questions.warnings import accuracy_of
+        from pairsim.computing.warnings import accuracy_of
 
         if self.adaptation is None or outcome.status != "finished":
             return outcome
@@ -188,7 +188,7 @@ class _Run:
 
     def _end(self) -> Iterator[events.Event]:
         """What run.json says, and the last fields."""
-        from pairsim.questions.warnings import accuracy_of, warnings_of_run
+        from pairsim.computing.warnings import accuracy_of, warnings_of_run
         from pairsim.solvers.errors.run_errors import RunErrors
         from pairsim.solvers.transient.state import Extremes
 
@@ -330,7 +330,7 @@ def _coarse_run(adaptation: RunAdaptation) -> dict[str, Any]:
 
 def answer(tables: Tables, record: dict[str, Any]) -> list[str]:
     """What the particles do at the end."""
-    from pairsim.questions.run_answer import answer_of_run
+    from pairsim.computing.run_answer import answer_of_run
 
     return answer_of_run(tables["series"], record) if rows_in(tables["series"]) else ["No step was completed."]
 

@@ -13,12 +13,12 @@ from pairsim.cases.case_checks import check_scene
 from pairsim.cases.cost import Estimate, steady_estimate
 from pairsim.cases.curve_case import Values
 from pairsim.cases.mistakes import Mistake, missing
-from pairsim.questions.question import InSweeps, Question, Tables, rows_in
+from pairsim.computing.question import InSweeps, Question, Tables, rows_in
 from pairsim.results.columns import AREA, Column
 
 if TYPE_CHECKING:
+    from pairsim.computing.events import Events
     from pairsim.plots.style import Page
-    from pairsim.questions.events import Events
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.curves.adaptation import AdaptiveBranch
 
@@ -75,10 +75,10 @@ def estimate(case: ShapeCase) -> Estimate:
 
 def solve(case: ShapeCase, *, monitor: Monitor) -> Events:
     """Solve the shapes in ascending Ca_e."""
+    from pairsim.computing.events import AtEnd, Begin, Outcome, Progress, Row, Table
+    from pairsim.computing.problems import steady_problem
+    from pairsim.computing.steady import Solutions, health_columns, point_row
     from pairsim.fem.diagnostics import contour
-    from pairsim.questions.events import AtEnd, Begin, Outcome, Progress, Row, Table
-    from pairsim.questions.problems import steady_problem
-    from pairsim.questions.steady import Solutions, health_columns, point_row
     from pairsim.solvers.parameters import Parameters
     from pairsim.solvers.steady.first_solution import coarser
 

@@ -8,8 +8,8 @@ from typing import Any
 
 from pairsim.cases.cost import Estimate
 from pairsim.cases.identity import folder_name, identity_of, key_of
-from pairsim.questions import Question
-from pairsim.questions.case_files import parse_case
+from pairsim.computing import Question
+from pairsim.computing.case_files import parse_case
 
 
 @dataclass(frozen=True)

@@ -17,13 +17,13 @@ from typing import Any
 import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that loads MPI or makes threads
 
 # isort: split
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import parse_case
+from pairsim.computing.progress import Reporter
+from pairsim.computing.record import memory
+from pairsim.computing.session import Options, carry_out
+from pairsim.computing.warm_start import WarmStart
 from pairsim.plots.style import Page
-from pairsim.questions import QUESTIONS
-from pairsim.questions.case_files import parse_case
-from pairsim.questions.progress import Reporter
-from pairsim.questions.record import memory
-from pairsim.questions.session import Options, carry_out
-from pairsim.questions.warm_start import WarmStart
 from pairsim.results.output import CHECKPOINT
 from pairsim.runtime.child_process import end_with_parent
 from pairsim.runtime.errors import InputError, RunFailure

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.cases.yaml_file import yaml_text
-from pairsim.questions import QUESTIONS, Question
-from pairsim.questions.question import Value
+from pairsim.computing import QUESTIONS, Question
+from pairsim.computing.question import Value
 from pairsim.results.folders import read_record
 from pairsim.results.output import plain, write_text
 from pairsim.runtime.errors import InputError

@@ -17,9 +17,9 @@ from pairsim.cases.mistakes import Mistake, Mistakes, input_error
 from pairsim.cases.physical import BLOCK, forget_numbers
 from pairsim.cases.values import FOLDER_WORDS, fits_a_folder, is_finite, is_name
 from pairsim.cases.yaml_file import DEFAULT_LAWS, Section, apply_settings, places_in, read_yaml
-from pairsim.questions import QUESTIONS, Question
-from pairsim.questions.case_files import check_file, wrong_keys
-from pairsim.questions.many_cases import SweepFile, check_sweep
+from pairsim.computing import QUESTIONS, Question
+from pairsim.computing.case_files import check_file, wrong_keys
+from pairsim.computing.many_cases import SweepFile, check_sweep
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.case import SweepCase
 from pairsim.sweeps.reader import file_named, merged_into, value_at

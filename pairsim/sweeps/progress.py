@@ -14,7 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
-from pairsim.questions.progress import Style
+from pairsim.computing.progress import Style
 from pairsim.results.folders import valid_record
 from pairsim.runtime.signals import sigterm_waits
 from pairsim.sweeps.folder import CaseState

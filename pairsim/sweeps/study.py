@@ -15,9 +15,9 @@ import pandas as pd
 
 from pairsim.cases.mistakes import Mistake, input_error
 from pairsim.cases.yaml_file import Section, places_in, read_yaml
-from pairsim.questions import QUESTIONS
-from pairsim.questions.case_files import check_file
-from pairsim.questions.many_cases import StudyFile, check_study
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import check_file
+from pairsim.computing.many_cases import StudyFile, check_study
 from pairsim.results.columns import series_columns
 from pairsim.results.folders import read_record
 from pairsim.results.output import write_text

@@ -15,8 +15,8 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, cast
 
+from pairsim.computing.progress import Style
 from pairsim.physics.own_laws import OWN
-from pairsim.questions.progress import Style
 from pairsim.results.output import write_text
 from pairsim.results.table_files import table_text
 from pairsim.runtime.errors import ENVIRONMENT, EnvironmentFailure, InputError

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from pairsim.questions import QUESTIONS
+from pairsim.computing import QUESTIONS
 from pairsim.results.folders import read_record
 from pairsim.results.tables import table_of
 from pairsim.results.units import scales_in

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pairsim.questions import QUESTIONS
+from pairsim.computing import QUESTIONS
 from pairsim.results.folders import read_record
 from pairsim.results.output import write_text
 from pairsim.runtime.child_process import clean_environment, module_command

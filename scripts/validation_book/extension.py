@@ -7,10 +7,10 @@ import pandas as pd
 from matplotlib import pyplot
 from scipy.optimize import brentq
 
+from pairsim.computing.sphere_in_extension import exact_stretches, stretches
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics.solids import soft
 from pairsim.physics.solids.neo_hookean import NeoHookean
-from pairsim.questions.sphere_in_extension import exact_stretches, stretches
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.steady.continuation import begin, follow

@@ -9,14 +9,14 @@ import pytest
 from scipy.spatial import cKDTree
 
 from pairsim.cases.cost import liquid_cells
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import parse_case
 from pairsim.fem.meshes import cell_sizes
 from pairsim.fem.meshes.cell_sizes import Distances, make_outlines
 from pairsim.fem.meshes.columns import LONGEST
 from pairsim.fem.meshes.geometry import Geometry, MeshSettings, Reference
 from pairsim.fem.meshes.meshing import liquid_mesh
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
-from pairsim.questions import QUESTIONS
-from pairsim.questions.case_files import parse_case
 
 
 def test_cells_around_deformed_outlines_grow_with_the_distance_from_them() -> None:

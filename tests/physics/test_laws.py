@@ -13,6 +13,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import pairsim
+from pairsim.computing.check_law import checks
 from pairsim.physics import liquids, solids
 from pairsim.physics.conformation import polymer_stress
 from pairsim.physics.homogeneous import extension, shear, stress_after
@@ -31,7 +32,6 @@ from pairsim.physics.solids import Solid
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.physics.solids.mooney_rivlin import MooneyRivlin
 from pairsim.physics.solids.neo_hookean import NeoHookean
-from pairsim.questions.check_law import checks
 
 VISCOUS: list[ViscousLaw] = [Newtonian(), PowerLaw(n=0.6), Carreau(n=0.5, Cu=3.0, a=1.5, eta_inf=0.1)]
 ELASTIC: list[ConformationLaw] = [

@@ -11,10 +11,10 @@ import pytest
 from support.result_folders import curve_table
 from syrupy.assertion import SnapshotAssertion
 
-from pairsim.questions.answer import advice
+from pairsim.computing.answer import advice
+from pairsim.computing.run_answer import answer_of_run
 from pairsim.questions.critical import answer_of_critical
 from pairsim.questions.curve import answer_of_curve
-from pairsim.questions.run_answer import answer_of_run
 from pairsim.results.settled import SETTLED, start_up
 from pairsim.results.units import with_error
 from pairsim.results.zeros import Zero

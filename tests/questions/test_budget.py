@@ -10,7 +10,7 @@ import pytest
 from support.commands import Pairsim
 
 import pairsim as api
-from pairsim.questions.progress import Reporter
+from pairsim.computing.progress import Reporter
 from pairsim.runtime.errors import BudgetSpent
 from pairsim.runtime.monitor import Monitor
 

@@ -18,9 +18,9 @@ from support.scenes import dU, soft_pair
 
 import pairsim
 from pairsim.cases.case import Case
+from pairsim.computing.progress import Reporter
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics import solids
-from pairsim.questions.progress import Reporter
 from pairsim.results.checkpoint import Checkpoint, load
 from pairsim.results.output import RunFolder, write_bytes
 from pairsim.results.table_files import read_table

@@ -19,12 +19,12 @@ from support.references import reference
 
 import pairsim
 from pairsim.api.results import Result
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import read_case
+from pairsim.computing.progress import Reporter
+from pairsim.computing.session import Options, carry_out
+from pairsim.computing.warm_start import WarmStart
 from pairsim.plots.meridional_section import outlines
-from pairsim.questions import QUESTIONS
-from pairsim.questions.case_files import read_case
-from pairsim.questions.progress import Reporter
-from pairsim.questions.session import Options, carry_out
-from pairsim.questions.warm_start import WarmStart
 from pairsim.results.table_files import read_table
 from pairsim.results.xdmf import read_frame
 from pairsim.runtime.arrays import Array

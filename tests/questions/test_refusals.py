@@ -11,8 +11,8 @@ from support.commands import Pairsim
 
 import pairsim
 from pairsim.cases.checked_range import beyond_checked
-from pairsim.questions import QUESTIONS
-from pairsim.questions.case_files import parse_case
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import parse_case
 
 
 @pytest.mark.slow

@@ -199,9 +199,9 @@ def test_an_interrupted_run_keeps_its_rows(tmp_path: Path) -> None:
 ORDERINGS = """
 import os, signal, subprocess, sys
 from pairsim.runtime.fenicsx import MPI
-from pairsim.questions import QUESTIONS
-from pairsim.questions.case_files import parse_case
-from pairsim.questions.problems import problem_of
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import parse_case
+from pairsim.computing.problems import problem_of
 from pairsim.solvers.transient.transient import Transient
 
 keys = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "ends": "developed", "length": "auto", "mesh": {"Np": 8}}

@@ -9,11 +9,10 @@ import pytest
 from syrupy.assertion import SnapshotAssertion
 
 from pairsim.cases.case import Case
-from pairsim.questions import QUESTIONS
-from pairsim.questions.case_files import parse_case
-from pairsim.questions.problems import problem_of
-from pairsim.questions.run import end_of
-from pairsim.questions.warnings import (
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import parse_case
+from pairsim.computing.problems import problem_of
+from pairsim.computing.warnings import (
     ErrorAt,
     coarse_mesh,
     large_errors,
@@ -22,6 +21,7 @@ from pairsim.questions.warnings import (
     near_ends,
     unresolved_stress,
 )
+from pairsim.questions.run import end_of
 
 
 def case(**keys: Any) -> Case:

@@ -16,7 +16,7 @@ import pandas as pd
 import pytest
 
 import pairsim
-from pairsim.questions.progress import Reporter
+from pairsim.computing.progress import Reporter
 from pairsim.results.table_files import read_table
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": 3, "mesh": {"Np": 8, "max_size": 0.3}}

@@ -17,8 +17,8 @@ import pytest
 from support.inputs import ROOT
 
 import pairsim
-from pairsim.questions import QUESTIONS
-from pairsim.questions.case_files import read_case
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import read_case
 from pairsim.sweeps.grid import Grid, grid_from, read_grid
 
 sys.path.append(str(ROOT / "scripts"))  # the modules of a script lie beside it

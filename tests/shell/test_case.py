@@ -12,8 +12,8 @@ from support.inputs import CONFIGS, ROOT
 
 from pairsim.cases.accuracy import SETTINGS
 from pairsim.cases.curve_case import CurveCase
-from pairsim.questions import QUESTIONS
-from pairsim.questions.case_files import parse_case, read_case
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import parse_case, read_case
 from pairsim.runtime.errors import InputError
 
 MINIMAL = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}

@@ -14,8 +14,8 @@ from typer.main import get_command
 from typer.testing import CliRunner
 
 from pairsim.cli.app import app
-from pairsim.questions import progress
-from pairsim.questions.progress import BarReporter
+from pairsim.computing import progress
+from pairsim.computing.progress import BarReporter
 from pairsim.runtime.child_process import module_command
 
 COMMANDS = sorted(get_command(app).commands)  # type: ignore[attr-defined]

@@ -10,8 +10,8 @@ from support.inputs import ROOT
 
 from pairsim.cases.case import Case
 from pairsim.cases.example import write_example
-from pairsim.questions import QUESTIONS, own_files
-from pairsim.questions.case_files import read_case
+from pairsim.computing import QUESTIONS, own_files
+from pairsim.computing.case_files import read_case
 from pairsim.results.columns import STUDY_COLUMNS, SWEEP_COLUMNS, column
 from pairsim.results.output import PICTURE_ENDINGS
 from pairsim.sweeps.study import COUNTS

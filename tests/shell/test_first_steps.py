@@ -16,9 +16,9 @@ from typer.testing import CliRunner
 from pairsim.cases.cost import Estimate
 from pairsim.cases.identity import default_folder
 from pairsim.cli.app import app
-from pairsim.questions import QUESTIONS
-from pairsim.questions.case_files import FILES, read_case
-from pairsim.questions.schema import schema_rows
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import FILES, read_case
+from pairsim.computing.schema import schema_rows
 from pairsim.sweeps.grid import read_grid
 
 CONFIGS = Path(__file__).parents[2] / "configs"

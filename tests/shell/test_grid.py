@@ -12,7 +12,7 @@ from pairsim.cases.curve_case import CriticalCase, CurveCase
 from pairsim.cases.merging import GROUPS
 from pairsim.cases.ranges import spelled_out
 from pairsim.cases.wording import groups_of
-from pairsim.questions import QUESTIONS
+from pairsim.computing import QUESTIONS
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.case import SweepCase
 from pairsim.sweeps.chains import chains

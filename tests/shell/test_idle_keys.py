@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from pairsim.questions import QUESTIONS
-from pairsim.questions.case_files import parse_case
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import parse_case
 
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1}
 

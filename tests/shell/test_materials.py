@@ -14,12 +14,12 @@ import pairsim
 from pairsim.cases.case import Case
 from pairsim.cases.identity import default_folder
 from pairsim.cli.app import app
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import parse_case, read_case
 from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.power_law import PowerLaw
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.plots.labels import case_parts
-from pairsim.questions import QUESTIONS
-from pairsim.questions.case_files import parse_case, read_case
 from pairsim.runtime.errors import InputError
 
 PAIR: dict[str, Any] = {"beta": 0.4, "Ca_e": 0.1, "d0": 0.1}

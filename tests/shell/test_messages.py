@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from support.commands import Pairsim
 
-from pairsim.questions import QUESTIONS
-from pairsim.questions.case_files import read_case
-from pairsim.questions.schema import json_schema
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import read_case
+from pairsim.computing.schema import json_schema
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import as_typed
 

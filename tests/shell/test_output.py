@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
-from pairsim.questions import own_files
+from pairsim.computing import own_files
 from pairsim.results.output import RunFolder, write_text
 from pairsim.runtime.errors import InputError
 

@@ -13,8 +13,8 @@ import typer
 from support.inputs import ROOT
 
 from pairsim.cli.app import app
-from pairsim.questions.case_files import FILES
-from pairsim.questions.schema import schema_rows
+from pairsim.computing.case_files import FILES
+from pairsim.computing.schema import schema_rows
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ import yaml
 from support.inputs import ROOT, STUDY, examples
 
 from pairsim.cases.yaml_file import read_yaml
-from pairsim.questions.many_cases import StudyFile
+from pairsim.computing.many_cases import StudyFile
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import Grid, grid_from, read_grid
 from pairsim.sweeps.study import FAMILIES, families, read_study, study_table

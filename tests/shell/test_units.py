@@ -14,10 +14,10 @@ from typer.testing import CliRunner
 
 from pairsim.cases.quantities import LENGTH, quantity_range, si
 from pairsim.cli.app import app
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import parse_case, read_case, read_with
 from pairsim.physics.liquids.viscous import ZERO_SHEAR
 from pairsim.physics.scales import Scales, mean_velocity
-from pairsim.questions import QUESTIONS
-from pairsim.questions.case_files import parse_case, read_case, read_with
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.grid import read_grid
 

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from support.scenes import reached
 
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import parse_case
+from pairsim.computing.problems import steady_problem
 from pairsim.fem.diagnostics import Observation
 from pairsim.fem.meshes.six_node_mesh import shape_values
 from pairsim.fem.recovery.enriched_nodes import EnrichedNodes, nodes_of
 from pairsim.fem.recovery.enriched_residual import EnrichedTests
 from pairsim.fem.recovery.patch_recovery import WIDE, PatchRecovery
-from pairsim.questions import QUESTIONS
-from pairsim.questions.case_files import parse_case
-from pairsim.questions.problems import steady_problem
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.estimate import ROUNDING, ErrorEstimate, ErrorEstimator
 from pairsim.solvers.parameters import Parameters

@@ -10,13 +10,13 @@ from scipy import sparse
 from scipy.optimize import brentq, minimize_scalar
 from support.references import reference
 
+from pairsim.computing.sphere_in_extension import K, exact_stretches, stretches
 from pairsim.fem.algebra.constraints import Constraints
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics.solids import Solid, soft
 from pairsim.physics.solids.kelvin_voigt import KelvinVoigt
 from pairsim.physics.solids.mooney_rivlin import MooneyRivlin
 from pairsim.physics.solids.neo_hookean import NeoHookean
-from pairsim.questions.sphere_in_extension import K, exact_stretches, stretches
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.meshed_scene import MeshedScene
 from pairsim.solvers.parameters import Parameters

@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import parse_case
+from pairsim.computing.problems import problem_of
 from pairsim.fem.meshes.six_node_mesh import shape_values
 from pairsim.fem.recovery.enriched_nodes import EnrichedNodes, nodes_of
 from pairsim.fem.recovery.enriched_residual import EnrichedUnknowns
 from pairsim.fem.recovery.enriched_scene import EnrichedScene
 from pairsim.fem.recovery.patch_recovery import WIDE, PatchRecovery
 from pairsim.fem.recovery.recovered_solution import RecoveredSolution
-from pairsim.questions import QUESTIONS
-from pairsim.questions.case_files import parse_case
-from pairsim.questions.problems import problem_of
 from pairsim.solvers.stepping.step import Step
 from pairsim.solvers.transient.transient import Transient
 

@@ -10,9 +10,9 @@ from scipy.sparse.linalg import LinearOperator, gmres
 from support.scenes import reached
 
 import pairsim
-from pairsim.questions import QUESTIONS
-from pairsim.questions.case_files import parse_case
-from pairsim.questions.problems import steady_problem
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import parse_case
+from pairsim.computing.problems import steady_problem
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.first_solution import first_scene

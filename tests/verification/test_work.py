@@ -9,9 +9,9 @@ from __future__ import annotations
 import pytest
 from support.scenes import reached
 
-from pairsim.questions import QUESTIONS
-from pairsim.questions.case_files import parse_case
-from pairsim.questions.problems import problem_of, solution_order, steady_problem
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import parse_case
+from pairsim.computing.problems import problem_of, solution_order, steady_problem
 from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.curves.curve import trace
 from pairsim.solvers.parameters import Parameters

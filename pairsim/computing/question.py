@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from pairsim.cases.case import SceneCase
     from pairsim.cases.cost import Estimate
     from pairsim.cases.mistakes import Mistake
+    from pairsim.computing.events import Events
     from pairsim.plots.style import Page
-    from pairsim.questions.events import Events
 
 Value = float | int | str | list[float] | list[bool] | None
 """A value in results.csv."""
@@ -47,7 +47,7 @@ class InSweeps[C: SceneCase]:
             out.
         parameters: Keys that results.csv always has, also if they do not vary.
         last: Last columns of results.csv, taken from run.json.
-        neighbours: Keys along which a case can start from the solutions of the last one (`questions/warm_start.py`);
+        neighbours: Keys along which a case can start from the solutions of the last one (`computing/warm_start.py`);
             empty where it cannot.
     """
 
@@ -72,7 +72,7 @@ class Question[C: SceneCase]:
         model: Keys of its case file; `model.kind` is the name of the command.
         check: Yields the mistakes in which keys do not go together.
         estimate: Estimates the size and the duration of a case.
-        solve: Its computation, a generator of the events in `questions/events.py`: takes the case, and as keywords its
+        solve: Its computation, a generator of the events in `computing/events.py`: takes the case, and as keywords its
             `monitor`, the flags, `warm_start` where its cases have `neighbours`, and `earlier` to resume.
         tables: Names of its tables without .csv, the main one first.
         columns: The first columns of its main table, in its reference; those that no other command has are described.

@@ -16,7 +16,7 @@ from pairsim.cases.mistakes import Mistake, missing
 from pairsim.cases.quantities import quantity_range
 from pairsim.cases.ranges import RANGE, range_schema, spelled_out
 from pairsim.cases.values import FOLDER_WORDS, Number, Positive, Whole, fits_a_folder, is_finite
-from pairsim.questions import QUESTIONS
+from pairsim.computing import QUESTIONS
 
 MOST_CASES = 100_000
 MOST_VALUES = 10 * MOST_CASES  # of all keys of grid, or of a group of zip

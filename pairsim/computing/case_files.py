@@ -15,8 +15,8 @@ from pairsim.cases.mistakes import Mistake, input_error, without
 from pairsim.cases.physical import InNumbers, forget_numbers
 from pairsim.cases.wording import mistakes_of
 from pairsim.cases.yaml_file import Section, apply_settings, read_yaml
-from pairsim.questions import QUESTIONS, Question
-from pairsim.questions.many_cases import StudyFile, SweepFile
+from pairsim.computing import QUESTIONS, Question
+from pairsim.computing.many_cases import StudyFile, SweepFile
 from pairsim.runtime.errors import InputError
 
 FILES: dict[str, type[BaseModel]] = {

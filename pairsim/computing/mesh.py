@@ -8,10 +8,10 @@ import meshio
 import numpy as np
 
 from pairsim.cases.case import Case
+from pairsim.computing.problems import mesh_settings
 from pairsim.fem.meshes.cell_sizes import make_outlines
 from pairsim.fem.meshes.geometry import Geometry, Reference
 from pairsim.fem.meshes.meshing import liquid_mesh, particle_meshes
-from pairsim.questions.problems import mesh_settings
 from pairsim.runtime.errors import WriteFailure
 
 FORMATS = {".msh": {"file_format": "gmsh22"}, ".xdmf": {"data_format": "XML"}}  # XML: one file

@@ -12,8 +12,8 @@ from pydantic import BaseModel
 
 from pairsim.cases.material_keys import BLOCKS
 from pairsim.cases.wording import groups_of
-from pairsim.questions import QUESTIONS
-from pairsim.questions.case_files import FILES, read_case
+from pairsim.computing import QUESTIONS
+from pairsim.computing.case_files import FILES, read_case
 from pairsim.runtime.errors import InputError
 
 LIST = "a list, each entry "

@@ -1,4 +1,4 @@
-"""Carry out the computation of a command: all that it yields (`questions/events.py`) is written, shown and kept here.
+"""Carry out the computation of a command: all that it yields (`computing/events.py`) is written, shown and kept here.
 
 A session has a locked folder, run.json, tables, fields, a checkpoint, progress and signals. A failure of any
 of these is an outcome.
@@ -16,11 +16,11 @@ from typing import Any
 
 from pairsim.cases.case import SceneCase
 from pairsim.cases.identity import identity_of, key_of, sources_of
+from pairsim.computing import Question, events, own_files
+from pairsim.computing.events import Outcome
+from pairsim.computing.progress import Reporter
+from pairsim.computing.record import Record
 from pairsim.fem.compilation import jit
-from pairsim.questions import Question, events, own_files
-from pairsim.questions.events import Outcome
-from pairsim.questions.progress import Reporter
-from pairsim.questions.record import Record
 from pairsim.results.checkpoint import Checkpoint, check_same, load
 from pairsim.results.folders import kind_of, read_record
 from pairsim.results.output import CHECKPOINT, RunFolder, files_of, plain

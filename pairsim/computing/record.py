@@ -13,8 +13,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from pairsim.computing.events import Outcome
 from pairsim.physics.scales import Scales
-from pairsim.questions.events import Outcome
 from pairsim.results.output import RunFolder
 from pairsim.runtime.errors import ENVIRONMENT, BranchEnd, EnvironmentFailure
 from pairsim.runtime.fenicsx import petsc_version

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pairsim.questions.answer import shapes_in
+from pairsim.computing.answer import shapes_in
 from pairsim.results.columns import LENGTH, TIME, VELOCITY, error_of, suffixes_in
 from pairsim.results.settled import NOTHING, SETTLED, Settled
 from pairsim.results.units import factor, in_unit, scales_in, with_error

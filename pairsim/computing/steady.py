@@ -9,9 +9,9 @@ import numpy as np
 
 from pairsim.cases.case import SceneCase
 from pairsim.cases.checked_range import beyond_checked
-from pairsim.questions.events import Event, Outcome, Summary, Table
-from pairsim.questions.warm_start import WarmStart
-from pairsim.questions.warnings import ErrorAt, above, coarse_mesh, moves_on, near_ends, unresolved_stress
+from pairsim.computing.events import Event, Outcome, Summary, Table
+from pairsim.computing.warm_start import WarmStart
+from pairsim.computing.warnings import ErrorAt, above, coarse_mesh, moves_on, near_ends, unresolved_stress
 from pairsim.results.columns import (
     CURVE_HEALTH,
     FORCES,

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from pairsim.computing.sphere_in_extension import exact_stretches, problem_in_extension, stretches
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics.conformation import IDENTITY, relaxation
 from pairsim.physics.homogeneous import conformation_after, extension, rate_of_change, shear, steady_shear, stress_after
@@ -16,7 +17,6 @@ from pairsim.physics.liquids.conformation import Invariants
 from pairsim.physics.material import Material
 from pairsim.physics.pipe import Pipe
 from pairsim.physics.solids import Solid
-from pairsim.questions.sphere_in_extension import exact_stretches, problem_in_extension, stretches
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import PairsimError
 from pairsim.solvers.problems import Problem

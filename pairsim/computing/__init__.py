@@ -1,0 +1,58 @@
+"""What questions share: their record, the session that carries them out, quasi-steady solutions, warnings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from importlib import import_module
+from pathlib import Path
+from pkgutil import iter_modules
+from typing import Any
+
+from pairsim.computing.question import Question
+from pairsim.results.columns import Column, declare
+
+ORDER = ("run", "curve", "critical")
+"""The questions that come first in lists; others follow by name."""
+FOLDER = Path(__file__).parent.with_name("questions")
+"""Where the questions are, each in the file of its name."""
+
+
+class _Questions(Mapping[str, Question[Any]]):
+    """The questions by name, which is that of their file; the file is imported when its question is asked for."""
+
+    def __init__(self) -> None:
+        found = {entry.name for entry in iter_modules([str(FOLDER)])}
+        self._names = (*ORDER, *sorted(found - set(ORDER)))
+
+    def __getitem__(self, name: str) -> Question[Any]:
+        if name not in self._names:
+            raise KeyError(name)
+        question: Question[Any] = import_module(f"pairsim.questions.{name}").QUESTION
+        declare(each for each in question.columns if isinstance(each, Column))
+        return question
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._names
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+
+QUESTIONS = _Questions()
+"""The questions by name, which is that of their command, too."""
+
+
+def own_files() -> tuple[str, ...]:
+    """Every file that a question writes into a folder of results, but for single frames of fields."""
+    from pairsim.results.output import files_of
+
+    found = QUESTIONS.values()
+    return files_of(
+        (name for each in found for name in each.tables), (name for each in found for name in each.captions)
+    )
+
+
+__all__ = ["QUESTIONS", "Question", "own_files"]
