@@ -9,6 +9,10 @@ import pytest
 from support.commands import Done, Pairsim, apart, in_process
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--rewrite-messages", action="store_true", help="write what commands say into mistakes.yaml")
+
+
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Import MPI through pairsim first, as the commands do."""
     if not session.config.pluginmanager.hasplugin("dsession"):  # which starts workers and runs no test itself
