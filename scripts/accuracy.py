@@ -31,7 +31,7 @@ from matplotlib import pyplot
 
 import pairsim as api
 from pairsim.cases.accuracy import SETTINGS, Cells
-from pairsim.results.output import write_text
+from pairsim.results.folder import write_text
 
 STUDIES = {path.stem: yaml.safe_load(path.read_text()) for path in sorted((CONFIGS / "accuracy").glob("*.yaml"))}
 PAGE, PICTURE = DOCS / "explanation" / "accuracy.md", DOCS / "images" / "accuracy.png"

@@ -22,6 +22,7 @@ from pairsim.computing.case_files import FILES, read_case
 from pairsim.computing.schema import schema_rows
 from pairsim.results import columns as tables
 from pairsim.results.columns import Column, column
+from pairsim.results.units import PURE, SECONDS
 from pairsim.runtime import errors
 from pairsim.runtime.errors import RunFailure
 
@@ -53,7 +54,7 @@ def table_of_columns(*groups: Iterable[str | Column]) -> str:
     """Table with name, symbol, meaning and unit of columns."""
     rows = []
     for entry in (column(each) if isinstance(each, str) else each for each in chain(*groups)):
-        unit = entry.unit if entry.unit in ("", "s", "bytes") else f"${entry.unit}$"
+        unit = entry.unit.name if entry.unit in (PURE, SECONDS) else f"${entry.unit.tex}$"
         rows.append((code(entry.name), f"${entry.symbol}$" if entry.symbol else "", escaped(entry.meaning), unit))
     return table(("column", "symbol", "meaning", "unit"), rows)
 
@@ -99,7 +100,7 @@ def environment() -> Environment:
         "shared_keys": [row for row in keys["run"] if all(row in keys[command] for command in QUESTIONS)],
         "tables": tables,
         "curve_columns": tables.curve_columns(2, True, ("Ca_e", "De", "beta"), True),
-        "numbered_columns": tables.NUMBERED,
+        "numbered_columns": [entry.with_suffix("_i") for entry in tables.COLUMNS if entry.of],
         "examples": {path.name: path.read_text() for path in sorted(CONFIGS.glob("*.yaml"))},
     }
     return jinja

@@ -27,7 +27,7 @@ from book import pages
 from book.cases import Case, Cases
 from book.computing import CONFIGS, pairsim, parser_of
 
-from pairsim.results.output import write_text
+from pairsim.results.folder import write_text
 
 FINE = ("fine.1", "fine.2")
 TIMES = 10

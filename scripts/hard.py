@@ -24,7 +24,7 @@ from book.computing import CONFIGS, pairsim, parser_of
 
 import pairsim as api
 from pairsim.results.columns import suffixes_in
-from pairsim.results.output import write_text
+from pairsim.results.folder import write_text
 
 UNTYPED = ("error", "crashed", "refused", "not_computed", "out_of_memory", "case_timeout", "write_failed")
 """Reasons that the sweep assigns to cases that did not report their own end."""

@@ -19,7 +19,7 @@ from book.computing import parser_of
 from book.pages import RESULTS, filled, markdown
 from validation_book.page import BOOK, PAGES, REFERENCES, Page
 
-from pairsim.results.output import write_text
+from pairsim.results.folder import write_text
 from pairsim.results.units import with_error
 
 PLUS_MINUS = "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}"

@@ -18,7 +18,7 @@ from pairsim.computing.case_files import parse_case
 from pairsim.physics.material import Material
 from pairsim.physics.own_laws import file_of, load_file, name_file
 from pairsim.physics.solids import Solid
-from pairsim.results.output import plain
+from pairsim.results.folder import plain
 from pairsim.runtime.errors import InputError
 
 AnyCase = str | PathLike[str] | Mapping[str, Any] | SceneCase

@@ -9,7 +9,7 @@ from typing import Any
 from pairsim.api.results import result_of
 from pairsim.api.sweeps import SweepResult
 from pairsim.computing import QUESTIONS
-from pairsim.results.folders import kind_of
+from pairsim.results.folder import kind_of
 from pairsim.runtime.errors import InputError
 
 

@@ -11,8 +11,7 @@ from pathlib import Path
 
 from pairsim.computing import QUESTIONS
 from pairsim.plots.style import FORMATS, MOVIES, Page
-from pairsim.results.folders import kind_of
-from pairsim.results.output import FIELDS_XDMF
+from pairsim.results.folder import FIELDS_XDMF, kind_of
 from pairsim.runtime.errors import InputError
 
 

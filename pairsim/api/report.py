@@ -22,8 +22,7 @@ from pairsim.api.pictures import plot
 from pairsim.api.results import Result
 from pairsim.api.sweeps import SweepResult
 from pairsim.computing import QUESTIONS
-from pairsim.results.folders import kind_of
-from pairsim.results.output import REPORT, write_text
+from pairsim.results.folder import REPORT, kind_of, write_text
 from pairsim.results.tables import headings, in_units, readable
 from pairsim.results.units import scales_in
 from pairsim.runtime.duration import duration

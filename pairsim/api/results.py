@@ -19,7 +19,7 @@ from pairsim.computing.answer import cost_line
 from pairsim.computing.question import Tables, rows_in
 from pairsim.physics.scales import Scales
 from pairsim.results.columns import EQUILIBRIA_COLUMNS
-from pairsim.results.folders import valid_record
+from pairsim.results.folder import valid_record
 from pairsim.results.travel import Travel, travel
 from pairsim.results.units import scales_of
 from pairsim.runtime.arrays import Array

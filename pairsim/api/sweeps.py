@@ -14,7 +14,7 @@ from pairsim.api.results import Result, result_of
 from pairsim.cases.merging import section_of
 from pairsim.computing import QUESTIONS
 from pairsim.computing.progress import Style, style_of
-from pairsim.results.output import plain
+from pairsim.results.folder import plain
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import is_locked
 from pairsim.runtime.signals import Signals

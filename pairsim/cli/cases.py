@@ -201,7 +201,7 @@ def _end(result: Result, directory: Path, shown: Style) -> NoReturn:
     from pairsim.computing.answer import advice
     from pairsim.computing.question import rows_in
     from pairsim.computing.record import exit_code
-    from pairsim.results.output import FIELDS_XDMF
+    from pairsim.results.folder import FIELDS_XDMF
 
     question, code = result.command, exit_code(result.status, result.reason)
     rows, least = rows_in(result.columns), question.draws_from

@@ -87,7 +87,7 @@ def write_file(path: Path, text: str) -> None:
     Raises:
         InputError: It cannot be written.
     """
-    from pairsim.results.output import write_text
+    from pairsim.results.folder import write_text
 
     try:
         write_text(path, text)

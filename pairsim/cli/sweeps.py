@@ -137,7 +137,7 @@ def status(directory: Annotated[Path, _path("Folder of results.")]) -> None:
     """
     from rich.console import Group
 
-    from pairsim.results.folders import kind_of
+    from pairsim.results.folder import kind_of
     from pairsim.runtime.locks import is_locked
     from pairsim.sweeps.folder import read_sweep
     from pairsim.sweeps.progress import case_status, status_view

@@ -49,7 +49,7 @@ def table(
     cases, one below the other, with the parameters that vary.
     """
     from pairsim.computing import QUESTIONS
-    from pairsim.results.folders import kind_of
+    from pairsim.results.folder import kind_of
     from pairsim.results.tables import csv_text, screen_text, table_of
 
     check_free(output, overwrite)
@@ -88,7 +88,7 @@ def _print(text: str, output: Path | None) -> None:
 def _look_up_table(directory: Path) -> str:
     """The table of moduli of a folder of shapes, or of a sweep of them."""
     from pairsim.results.cytometry import look_up_table
-    from pairsim.results.folders import read_record
+    from pairsim.results.folder import read_record
 
     found = [folder for folder in (directory, *sorted(directory.glob("*/"))) if (folder / "shape.csv").is_file()]
     return look_up_table([each for each in found if read_record(each).get("status") in ENDED], directory.name)
@@ -115,7 +115,7 @@ def travel(
     block, also in s and mm.
     """
     import pairsim
-    from pairsim.results.folders import kind_of
+    from pairsim.results.folder import kind_of
 
     if (kind := kind_of(directory)) != "curve":
         raise InputError(str(directory), "", None, f"must be a folder of `pairsim curve`, not of `pairsim {kind}`")

@@ -138,7 +138,7 @@ def units(
     from pairsim.cases.units_file import case_text
     from pairsim.cases.yaml_file import apply_settings
     from pairsim.physics import liquids
-    from pairsim.results.output import plain
+    from pairsim.results.folder import plain
 
     check_free(output, overwrite)
     options = {

@@ -47,7 +47,7 @@ QUESTIONS = _Questions()
 
 def own_files() -> tuple[str, ...]:
     """Every file that a question writes into a folder of results, but for single frames of fields."""
-    from pairsim.results.output import files_of
+    from pairsim.results.folder import files_of
 
     found = QUESTIONS.values()
     return files_of(

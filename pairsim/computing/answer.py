@@ -45,7 +45,7 @@ def advice(afterwards: str, status: str, reason: str, message: str, directory: P
         directory: The folder of its results.
         resumable: Whether the command goes on from a checkpoint.
     """
-    from pairsim.results.output import WAY
+    from pairsim.results.folder import WAY
 
     if reason == BranchEnd.reason:
         way, drawn = directory / WAY, "and fields.png the last shapes" if (directory / "fields.png").exists() else ""

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pairsim.results.columns import Column
-from pairsim.results.folders import read_record
+from pairsim.results.folder import read_record
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from typing import Any
 
 from pairsim.computing.events import Outcome
 from pairsim.physics.scales import Scales
-from pairsim.results.output import RunFolder
+from pairsim.results.folder import RunFolder
 from pairsim.runtime.errors import ENVIRONMENT, BranchEnd, EnvironmentFailure
 from pairsim.runtime.fenicsx import petsc_version
 from pairsim.runtime.version import __version__

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from pairsim.computing.answer import shapes_in
-from pairsim.results.columns import LENGTH, TIME, VELOCITY, error_of, suffixes_in
+from pairsim.results.columns import error_of, suffixes_in
 from pairsim.results.settled import NOTHING, SETTLED, Settled
-from pairsim.results.units import factor, in_unit, scales_in, with_error
+from pairsim.results.units import LENGTH, TIME, VELOCITY, in_unit, scales_in, with_error
 from pairsim.runtime.arrays import Array
 
 MOST_GAPS = 3  # that have a sentence each
@@ -30,7 +30,7 @@ def answer_of_run(series: Mapping[str, Array], record: Mapping[str, Any]) -> lis
         d, (dU, error), settled = series[f"d{gap}"], _last_dU(series, gap), Settled.of(record, i)
         lines.append(f"{who} {_motion(series['t'], d, dU, error, settled, record)}")
         if scales is not None:
-            first, last = (f"{each:.5g} um" for each in d[[0, -1]] * factor(scales, LENGTH))
+            first, last = (f"{each:.5g} um" for each in d[[0, -1]] * LENGTH.factor(scales))
             took, speed = in_unit(scales, TIME, series["t"][-1]), in_unit(scales, VELOCITY, dU, error, "+")
             lines.append(f"In physical units: from d = {first} to {last} in {took}, dU = {speed} at the end.")
     if gaps and (message := record.get(SETTLED, {}).get("message")):
@@ -53,7 +53,7 @@ def _train(series: Mapping[str, Array], gaps: Sequence[str], record: Mapping[str
     scales, (low, high) = scales_in(record), (int(np.argmin(last)), int(np.argmax(last)))
 
     def said(d: float) -> str:
-        return f"{d * factor(scales, LENGTH):.5g}{' um' if scales else ''}"
+        return f"{d * LENGTH.factor(scales):.5g}{' um' if scales else ''}"
 
     return [
         *([f"Gap {low + 1} collides."] if record.get("reason") == "contact" else []),

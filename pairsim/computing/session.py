@@ -22,8 +22,7 @@ from pairsim.computing.progress import Reporter
 from pairsim.computing.record import Record
 from pairsim.fem.compilation import jit
 from pairsim.results.checkpoint import Checkpoint, check_same, load
-from pairsim.results.folders import kind_of, read_record
-from pairsim.results.output import CHECKPOINT, RunFolder, files_of, plain
+from pairsim.results.folder import CHECKPOINT, RunFolder, files_of, kind_of, plain, read_record
 from pairsim.results.table_files import TableWriter, read_table
 from pairsim.results.xdmf import FieldsWriter
 from pairsim.runtime.duration import duration

@@ -15,7 +15,7 @@ from pairsim.plots.labels import case_parts, read_case
 from pairsim.plots.sections import Layer, View, draw_view, mark_view, sheet, views_of
 from pairsim.plots.style import Page, picture_file, printing
 from pairsim.plots.units import Units
-from pairsim.results.output import make_folder
+from pairsim.results.folder import make_folder
 from pairsim.results.xdmf import read_frame, read_times
 from pairsim.runtime.errors import InputError
 

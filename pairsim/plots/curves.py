@@ -16,7 +16,7 @@ from pairsim.plots.overlay import draw_overlay
 from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED, Page
 from pairsim.plots.units import Units
 from pairsim.results.columns import column, suffixes_in
-from pairsim.results.output import WAY
+from pairsim.results.folder import WAY
 from pairsim.results.table_files import read_table
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError

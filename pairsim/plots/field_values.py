@@ -9,7 +9,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from pairsim.plots.meridional_section import surface_nodes
-from pairsim.results.columns import STRESS, VELOCITY
+from pairsim.results.units import PURE, STRESS, VELOCITY, Unit
 from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
@@ -31,7 +31,7 @@ class Field:
     """
 
     symbol: str
-    unit: str
+    unit: Unit
     values: Callable[[FieldFrame], Array]
     liquid: str
     solid: str = ""
@@ -78,7 +78,7 @@ def _stored(name: str) -> Callable[[FieldFrame], Array]:
 FIELDS: dict[str, Field] = {
     "velocity": Field(r"u_z", VELOCITY, _axial(), "velocity", "tau_s", diverging=False),
     "streamlines": Field(r"u_z - U", VELOCITY, _axial(particle_velocity), "velocity"),
-    "tr_c": Field(r"\mathrm{tr}\,c", "", _stored("tr_c"), "tr_c", diverging=False),
+    "tr_c": Field(r"\mathrm{tr}\,c", PURE, _stored("tr_c"), "tr_c", diverging=False),
     "N1": Field(r"\tau_{zz} - \tau_{rr}", STRESS, _stress(np.array([1, 0, -1, 0])), "tau_p", "tau_s"),
     "tau_zz": Field(r"\tau_{zz}", STRESS, _stress(np.array([1, 0, 0, 0])), "tau_p", "tau_s"),
     "pressure": Field(r"p", STRESS, _stored("pressure"), "pressure", diverging=False),

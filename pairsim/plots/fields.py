@@ -15,7 +15,7 @@ from pairsim.plots.sections import Layer, View, draw_view, layer_of, mark_view, 
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.results.columns import suffixes_in
-from pairsim.results.output import WAY
+from pairsim.results.folder import WAY
 from pairsim.results.table_files import read_table
 from pairsim.results.xdmf import read_frame, read_times
 from pairsim.runtime.errors import InputError

@@ -17,7 +17,7 @@ from pairsim.plots.lines import Line, lines_of, series_of
 from pairsim.plots.style import Page, printing
 from pairsim.plots.units import Units
 from pairsim.results.columns import column, error_of
-from pairsim.results.folders import kind_of
+from pairsim.results.folder import kind_of
 from pairsim.runtime.errors import InputError
 
 FIRST = ("beta", "De", "Ca_e", "d0", "particles", "liquid", "xi")

@@ -24,7 +24,7 @@ from pairsim.plots.labels import tex_number
 from pairsim.plots.meridional_section import outlines, tessellate
 from pairsim.plots.style import DIVERGING, GREY, SEQUENTIAL, Page, colour_bar
 from pairsim.plots.units import Units
-from pairsim.results.columns import LENGTH, TIME
+from pairsim.results.units import LENGTH, TIME
 from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.arrays import Array
 

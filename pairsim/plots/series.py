@@ -15,11 +15,11 @@ from pairsim.plots.labels import case_parts, read_case
 from pairsim.plots.space_time import draw_space_time
 from pairsim.plots.style import COLOURS, LINES, Page, printing
 from pairsim.plots.units import Units
-from pairsim.results.columns import TIME, VELOCITY, column, error_of, suffixes_in
-from pairsim.results.folders import read_record
-from pairsim.results.output import SERIES
+from pairsim.results.columns import column, error_of, suffixes_in
+from pairsim.results.folder import SERIES, read_record
 from pairsim.results.settled import Settled, start_up
 from pairsim.results.table_files import read_table
+from pairsim.results.units import TIME, VELOCITY
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 

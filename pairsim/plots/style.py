@@ -18,7 +18,7 @@ from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, StrMethodFormatter
 
-from pairsim.results.output import make_folder, part_of
+from pairsim.results.folder import make_folder, part_of
 from pairsim.runtime.errors import InputError
 
 FORMATS = ("png", "pdf", "svg")

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pairsim.physics.scales import Scales
-from pairsim.results.columns import LENGTH, column
-from pairsim.results.folders import read_record
-from pairsim.results.units import UNITS, factor, scales_in, scales_of, unit_of
+from pairsim.results.columns import column, known
+from pairsim.results.folder import read_record
+from pairsim.results.units import LENGTH, Unit, scales_in, scales_of
 from pairsim.results.xdmf import FieldFrame
 from pairsim.results.zeros import Zero
 from pairsim.runtime.arrays import Array
@@ -41,19 +41,19 @@ class Units:
             return Units(scales_of(record, str(directory)))
         return Units(scales_in(record) if physical is None else None)
 
-    def factor(self, unit: str) -> float:
+    def factor(self, unit: Unit) -> float:
         """Factor from a unit of the tables to the one that is drawn."""
-        return factor(self.scales, unit)
+        return unit.factor(self.scales)
 
-    def name(self, unit: str) -> str:
+    def name(self, unit: Unit) -> str:
         """The unit that is drawn for one of the tables (TeX)."""
-        if self.scales is None or unit not in UNITS:
-            return f"${unit or '-'}$"
-        return UNITS[unit][1].replace("um", "µm").replace("^2", "$^2$")
+        if self.scales is None or not unit.physical:
+            return f"${unit.tex or '-'}$"
+        return unit.physical.replace("um", "µm").replace("^2", "$^2$")
 
     def table(self, columns: Mapping[str, Array]) -> dict[str, Array]:
         """The columns of a table in the units that are drawn."""
-        factors = {name: self.factor(unit_of(name)) for name in columns}
+        factors = {name: self.factor(entry.unit) if (entry := known(name)) is not None else 1.0 for name in columns}
         return {name: values * factors[name] if factors[name] != 1 else values for name, values in columns.items()}
 
     def zeros(self, zeros: Iterable[Zero]) -> tuple[Zero, ...]:

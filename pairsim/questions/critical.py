@@ -11,7 +11,8 @@ from pairsim.cases.cost import Estimate, steady_estimate
 from pairsim.cases.curve_case import CriticalCase, check_critical
 from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, Tables, Value, rows_in
-from pairsim.results.columns import CRITICAL_COLUMNS, LENGTH
+from pairsim.results.columns import CRITICAL_COLUMNS
+from pairsim.results.units import LENGTH
 from pairsim.runtime.errors import MeshFailure, NoSteadyState
 
 if TYPE_CHECKING:

@@ -18,8 +18,6 @@ from pairsim.results.columns import (
     EQUILIBRIA_COLUMNS,
     FORCES,
     GAP,
-    LENGTH,
-    VELOCITY,
     curve_columns,
     names_of,
     suffixes,
@@ -225,7 +223,7 @@ def answer_of_curve(
         record: run.json.
     """
     from pairsim.results.curve_table import peak_of, regions_of
-    from pairsim.results.units import in_unit, scales_in, with_error
+    from pairsim.results.units import LENGTH, VELOCITY, in_unit, scales_in, with_error
 
     gaps = suffixes_in(table, "dU")
     if not gaps:

@@ -152,7 +152,7 @@ class _Run:
             WallTime, TooManySteps: A limit of the case was exceeded.
         """
         from pairsim.results.checkpoint import Checkpoint
-        from pairsim.results.output import plain
+        from pairsim.results.folder import plain
 
         case, limits = self.case, self.case.limits
         wanted, resolved = milestones(case), plain(case.resolved() | sources_of(case))

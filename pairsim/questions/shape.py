@@ -14,7 +14,8 @@ from pairsim.cases.cost import Estimate, steady_estimate
 from pairsim.cases.curve_case import Values
 from pairsim.cases.mistakes import Mistake, missing
 from pairsim.computing.question import InSweeps, Question, Tables, rows_in
-from pairsim.results.columns import AREA, Column
+from pairsim.results.columns import Column
+from pairsim.results.units import AREA
 
 if TYPE_CHECKING:
     from pairsim.computing.events import Events
@@ -23,12 +24,12 @@ if TYPE_CHECKING:
     from pairsim.solvers.curves.adaptation import AdaptiveBranch
 
 COARSER = 2**0.5
-D_ERROR = Column("D_error", r"\epsilon_D", "|D - D on a mesh with cells 2^0.5 times larger|", "")
+D_ERROR = Column("D_error", r"\epsilon_D", "|D - D on a mesh with cells 2^0.5 times larger|")
 CONTOUR = (
     Column("area", "A", "area of the meridional section", AREA),
-    Column("deformation", r"\mathrm{Def}", "1 - 2 sqrt(pi area)/perimeter of the meridional section", ""),
+    Column("deformation", r"\mathrm{Def}", "1 - 2 sqrt(pi area)/perimeter of the meridional section"),
     Column("area_hull", r"A_c", "area of the convex hull of the section", AREA),
-    Column("deformation_hull", r"\mathrm{Def}_c", "deformation of the convex hull, as cytometry measures it", ""),
+    Column("deformation_hull", r"\mathrm{Def}_c", "deformation of the convex hull, as cytometry measures it"),
 )
 COLUMNS = ("Ca_e", "D_1", D_ERROR, *CONTOUR, "U_1", "U_correction_1", "dp_plus", "dp_plus_correction", "newton")
 COARSE_TOO = 1.5  # factor of the time for also solving on a coarser mesh

@@ -16,7 +16,7 @@ from typing import Any, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from pairsim.results.output import CHECKPOINT, RunFolder, write_bytes
+from pairsim.results.folder import CHECKPOINT, RunFolder, write_bytes
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.transient.adaptation import RunAdaptation

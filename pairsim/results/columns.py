@@ -7,8 +7,10 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from pairsim.results.units import FORCE, LENGTH, PURE, RATE, SECONDS, STRESS, TIME, VELOCITY, Unit
+
 GAP, PARTICLE = "gap", "particle"
-NAMES: dict[str, dict[str, str]] = {
+WORDS: dict[str, dict[str, str]] = {
     "": {"": ""},
     GAP: {"": "the pair", "_i": "particles i and i+1"},
     PARTICLE: {
@@ -17,7 +19,8 @@ NAMES: dict[str, dict[str, str]] = {
         "_i": "particle i (counted from upstream)",
     },
 }
-"""What the columns of a gap or particle are of, by their suffix: that of a pair, and `_i` in larger rows."""
+"""The gaps and particles by the suffixes of their columns: those of a pair, and `_i` in larger rows."""
+SUFFIX = "_[0-9]+|_[LT]|"
 
 
 @dataclass(frozen=True)
@@ -28,7 +31,7 @@ class Column:
         name: Its name in the header, but for the suffix of a gap or particle.
         symbol: Symbol of the paper (TeX); `{_}`, in a subscript `{,}`, stands for the suffix.
         meaning: Its description; `{_}` stands for the suffix, `{of}` for the gap or particle.
-        unit: Its unit (TeX), empty if it has none.
+        unit: Its unit.
         of: What it has a column for each of, `GAP` or `PARTICLE`; empty where it has one.
         whole: Whether its values are whole numbers.
         unknown: Whether a value may be unknown, nan in the file.
@@ -40,7 +43,7 @@ class Column:
     name: str
     symbol: str
     meaning: str
-    unit: str = ""
+    unit: Unit = PURE
     of: str = ""
     whole: bool = False
     unknown: bool = False
@@ -48,11 +51,15 @@ class Column:
     polymer: bool = False
 
     def with_suffix(self, suffix: str) -> Column:
-        """Its column for a gap or particle."""
-        number, words = suffix.removeprefix("_"), NAMES[self.of]
-        subscript = f"_{{{number}}}" if number.isdecimal() else suffix
+        """Its column for a gap or particle.
+
+        Raises:
+            KeyError: It has no column with this suffix.
+        """
+        number = suffix.removeprefix("_")
+        subscript, words = (f"_{{{number}}}", "_i") if number.isdecimal() else (suffix, suffix)
         symbol = self.symbol.replace("{_}", subscript).replace("{,}", suffix.replace("_", ","))
-        meaning = self.meaning.replace("{_}", suffix).replace("{of}", words.get(suffix, words.get("_i", "")))
+        meaning = self.meaning.replace("{_}", suffix).replace("{of}", WORDS[self.of][words])
         return replace(self, name=self.name + suffix, symbol=symbol, meaning=meaning)
 
 
@@ -75,32 +82,26 @@ def suffixes(of: str, n: int) -> list[str]:
 
 def suffixes_in(names: Iterable[str], quantity: str) -> list[str]:
     """The suffixes with which a quantity is among the names of columns, in their order; see `suffixes`."""
-    return [name.removeprefix(quantity) for name in names if re.fullmatch(rf"{quantity}(_\d+|_[LT])?", name)]
+    return [name.removeprefix(quantity) for name in names if re.fullmatch(f"{quantity}({SUFFIX})", name)]
 
 
 def error_of(name: str) -> str:
     """The column of the error of a column: `dU_error_1` of `dU_1`."""
-    return re.sub(r"(_\d+|_[LT])?$", r"_error\1", name, count=1)
+    return re.sub(f"({SUFFIX})$", r"_error\1", name, count=1)
 
 
-RATE = r"U_{av}/D_c"
-TIME, VELOCITY, LENGTH, STRESS = r"D_c/U_{av}", r"U_{av}", r"D_c", r"\eta_0 U_{av}/D_c"
-FORCE = r"\eta_0 U_{av} D_c"
-AREA = r"D_c^2"
-
-
-def _plain(name: str, meaning: str, unit: str = "", *, whole: bool = False) -> Column:
+def _plain(name: str, meaning: str, unit: Unit = PURE, *, whole: bool = False) -> Column:
     """A column without a symbol."""
     return Column(name, "", meaning, unit, whole=whole)
 
 
-def _correction(of: str, name: str, unit: str) -> Column:
+def _correction(of: str, name: str, unit: Unit) -> Column:
     """The estimated discretisation error of a quantity."""
     meaning = f"estimate of exact minus discrete {name}{{_}}, contained in it where corrected is 1"
     return Column(f"{name}_correction", r"\delta^h{_}", meaning, unit, of, unknown=True)
 
 
-def _error(of: str, name: str, unit: str, by: str) -> Column:
+def _error(of: str, name: str, unit: Unit, by: str) -> Column:
     """The half-width of the interval of a quantity."""
     meaning = f"error of {name}{{_}} by {by}, half-width"
     return Column(f"{name}_error", r"\epsilon{_}", meaning, unit, of, unknown=True)
@@ -112,12 +113,18 @@ def _by(name: str, symbol: str) -> Column:
     return Column(f"by_{name}", symbol, f"derivative of dU_held{{_}} by {name}", VELOCITY, GAP)
 
 
-def _of_polymer(name: str, symbol: str, meaning: str, unit: str) -> Column:
+def _observed(name: str, symbol: str, meaning: str, unit: Unit = PURE) -> Column:
+    """A column of the same name as in `Observation`."""
+    return Column(name, symbol, meaning, unit, value=lambda o: getattr(o, name))
+
+
+def _of_polymer(name: str, symbol: str, meaning: str, unit: Unit = PURE) -> Column:
     """A column of the same name as in `Observation.conformation`."""
     return Column(name, symbol, meaning, unit, value=lambda o: getattr(o.conformation, name), polymer=True)
 
 
 _TAYLOR = "Taylor parameter (L_z - L_r)/(L_z + L_r) of {of}"
+_RELATIVE = "velocity of the downstream particle of {of} minus that of the upstream one; positive: they separate"
 _HELD = "dU{_} with all distances held, as if shapes and stresses had endless time"
 _DISCRETE = "dU{_} of the discrete solution, at held distances or in a run, without the estimate of its error"
 _CORRECTED = (
@@ -136,34 +143,26 @@ COLUMNS: tuple[Column, ...] = (
     Column("t", r"t", "time", TIME),
     Column("d", r"d{_}", "distance between the facing surfaces of {of} on the axis", LENGTH, GAP),
     Column("U", r"U{_}", "velocity of {of}, the volume average of u_z", VELOCITY, PARTICLE),
-    Column(
-        "dU",
-        r"\Delta U{_}",
-        "velocity of the downstream particle of {of} minus that of the upstream one; positive: they separate",
-        VELOCITY,
-        GAP,
-    ),
+    Column("dU", r"\Delta U{_}", _RELATIVE, VELOCITY, GAP),
     Column("dU_held", r"\Delta U_{h{,}}", _HELD, VELOCITY, GAP),
     Column("dU_discrete", r"\Delta U^h{_}", _DISCRETE, VELOCITY, GAP),
     _plain("corrected", _CORRECTED, whole=True),
-    Column("stretch", r"\mathrm{d}c{_}/\mathrm{d}d", _STRETCH, "", GAP),
+    Column("stretch", r"\mathrm{d}c{_}/\mathrm{d}d", _STRETCH, PURE, GAP),
     Column("t_relax", r"t_r", "slowest decay time of a disturbance at held distance", TIME, unknown=True),
-    Column("D", r"D{_}", _TAYLOR, "", PARTICLE),
+    Column("D", r"D{_}", _TAYLOR, PURE, PARTICLE),
     Column("dp", r"\Delta p", "pressure drop over the length of the tube", STRESS),
     Column("dp_plus", r"\Delta p^+", "pressure drop in excess of that of the same tube without particles", STRESS),
     Column("F", r"F{_}", _MOVED, FORCE, PARTICLE),
     Column("dt", r"\Delta t", "size of the time step that ends at t", TIME),
-    Column(
-        "newton", r"n", "Newton iterations of the step, or of the continuation from the previous point", "", whole=True
-    ),
-    Column("mesh", r"k", "number of remeshings before the step", "", whole=True),
-    Column("meshes", r"k", "number of meshes made so far", "", whole=True),
+    Column("newton", "n", "Newton iterations of the step, or of the continuation from the previous point", whole=True),
+    Column("mesh", r"k", "number of remeshings before the step", whole=True),
+    Column("meshes", r"k", "number of meshes made so far", whole=True),
     Column("slope", r"\mathrm{d}\Delta U{_}/\mathrm{d}d", _SLOPE, RATE, GAP),
     _by("Ca_e", r"\mathrm{Ca}_e"),
     _by("De", r"\mathrm{De}"),
     _by("beta", r"\beta"),
-    Column("Ca_e", r"\mathrm{Ca}_e", "elastic capillary number of the soft particles", ""),
-    Column("De", r"\mathrm{De}", "Deborah number", ""),
+    Column("Ca_e", r"\mathrm{Ca}_e", "elastic capillary number of the soft particles"),
+    Column("De", r"\mathrm{De}", "Deborah number"),
     Column("d_cr", r"d_{cr}", "critical distance, at which dU = 0", LENGTH),
     _plain("stable", "true: the pair returns to this distance after a small displacement"),
     _plain(
@@ -175,7 +174,7 @@ COLUMNS: tuple[Column, ...] = (
     _plain("peak", "largest |dU| between a zero and the next, over that of the whole curve"),
     _plain("certain", "true: |dU| exceeds its error on both sides of the zero"),
     Column("d_error", r"\epsilon_d", "error of the distance, dU_error/|slope|; empty where two zeros meet", LENGTH),
-    Column("parameter_error", r"\epsilon", "error of the followed parameter where two zeros meet; empty elsewhere", ""),
+    Column("parameter_error", r"\epsilon", "error of the followed parameter where two zeros meet; empty elsewhere"),
     _correction(GAP, "dU", VELOCITY),
     _error(GAP, "dU", VELOCITY, "mesh, ends, Newton's method and motion"),
     Column("ends_error", r"\epsilon_{L{,}}", _ENDS, VELOCITY, GAP),
@@ -184,28 +183,14 @@ COLUMNS: tuple[Column, ...] = (
     _correction(PARTICLE, "F", FORCE),
     _error(PARTICLE, "F", FORCE, "mesh, ends and Newton's method"),
     _plain("wanted", "1 for a requested point, 0 for a point added by refinement", whole=True),
-    Column(
-        "m",
-        r"m",
-        "uniform source in the continuity equation of the liquid; measures the error of the time scheme",
-        RATE,
-        value=lambda o: o.m,
-    ),
-    Column(
-        "volume_error",
-        r"\epsilon_V",
-        "largest relative change of a particle's volume",
-        "",
-        value=lambda o: o.volume_error,
-    ),
-    Column(
-        "distortion", r"q", "smallest ratio of the current to the reference Jacobian of a liquid cell; 0: inverted", ""
-    ),
-    _of_polymer("c_max", r"\max\,\mathrm{tr}\,c", "largest trace of the conformation tensor", ""),
+    _observed("m", "m", "uniform source in the liquid's continuity equation; measures the error of time steps", RATE),
+    _observed("volume_error", r"\epsilon_V", "largest relative change of a particle's volume"),
+    Column("distortion", "q", "smallest ratio of the current to the reference Jacobian of a liquid cell; 0: inverted"),
+    _of_polymer("c_max", r"\max\,\mathrm{tr}\,c", "largest trace of the conformation tensor"),
     _of_polymer("c_max_z", "z", "axial position of c_max", LENGTH),
     _of_polymer("c_max_r", "r", "radial position of c_max", LENGTH),
-    _of_polymer("c_min", r"\min\,c", "smallest eigenvalue of the conformation tensor", ""),
-    _of_polymer("s_jump", r"[s]", "largest change of s = log c within a cell", ""),
+    _of_polymer("c_min", r"\min\,c", "smallest eigenvalue of the conformation tensor"),
+    _of_polymer("s_jump", r"[s]", "largest change of s = log c within a cell"),
 )
 """All columns, but for those of one command alone. Plots take their labels from symbol and unit."""
 OBSERVED = tuple(entry.name for entry in COLUMNS if entry.value is not None and not entry.polymer)
@@ -226,7 +211,7 @@ _OF_CASES = (
     _plain("points", "points of the curve or of the lines of critical distances", whole=True),
     _plain("steps", "accepted time steps of a run", whole=True),
     _plain("unknowns", "unknowns of the largest linear system", whole=True),
-    _plain("wall_time", "wall time, without the start of Python; the median of all repetitions", "s"),
+    _plain("wall_time", "wall time, without the start of Python; the median of all repetitions", SECONDS),
 )
 SWEEP_COLUMNS = (
     _plain("folder", "folder of the case within that of the sweep"),
@@ -245,7 +230,7 @@ STUDY_COLUMNS = (
     *_OF_CASES,
     _plain("newton_iterations", "total number of Newton iterations", whole=True),
     _plain("factorisations", "total number of factorisations of Newton's matrix", whole=True),
-    _plain("wall_time_spread", "largest minus smallest wall time of the repetitions", "s"),
+    _plain("wall_time_spread", "largest minus smallest wall time of the repetitions", SECONDS),
     _plain("*@*", "the compared column at each entry of `at`, such as dU@0.5; its last value without `at`"),
     _plain("error", "largest difference from the reference or the exact values, over all entries of `at`"),
     _plain("relative_error", "error relative to the largest of the reference or exact values"),
@@ -258,21 +243,20 @@ WHOLE = frozenset(entry.name for entry in (*COLUMNS, *SWEEP_COLUMNS, *STUDY_COLU
 """Names of the columns with whole numbers, in all tables including results.csv and study.csv."""
 
 
-_LISTED: dict[str, Column] = {}  # by name, with `_i` for numbers
+_ALONE: dict[str, Column] = {}
 _OF_MANY: dict[str, Column] = {}  # quantities of every gap or particle
 
 
 def declare(columns: Iterable[Column]) -> None:
     """Add columns to those that are known."""
     for entry in columns:
-        _LISTED.update({entry.name + suffix: entry.with_suffix(suffix) for suffix in NAMES[entry.of]})
         if entry.of:
             _OF_MANY[entry.name] = entry
+        else:
+            _ALONE[entry.name] = entry.with_suffix("")
 
 
 declare(COLUMNS)
-NUMBERED = tuple(entry for name, entry in _LISTED.items() if name.endswith("_i"))
-"""The columns of every gap or particle where there are more than two particles, or one."""
 
 
 def column(name: str) -> Column:
@@ -281,20 +265,18 @@ def column(name: str) -> Column:
     Raises:
         KeyError: There is no such column.
     """
-    if name in _LISTED and not name.endswith("_i"):
-        return _LISTED[name]
-    quantity, _, number = name.rpartition("_")
-    if not number.isdecimal():
-        raise KeyError(name)
-    return _OF_MANY[quantity].with_suffix(f"_{number}")
+    if name in _ALONE:
+        return _ALONE[name]
+    suffix = name[len(re.sub(f"({SUFFIX})$", "", name, count=1)) :]
+    return _OF_MANY[name.removesuffix(suffix)].with_suffix(suffix)
 
 
-def may_be_unknown(name: str) -> bool:
-    """Whether a value of a column may be unknown; False for columns that are not of pairsim."""
+def known(name: str) -> Column | None:
+    """The same, None for a column that is not of pairsim."""
     try:
-        return column(name).unknown
+        return column(name)
     except KeyError:
-        return False
+        return None
 
 
 def _suffixes_of(quantity: str, n: int) -> list[str]:

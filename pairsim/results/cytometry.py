@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pairsim.results.folders import read_record
+from pairsim.results.folder import read_record
 from pairsim.results.table_files import read_table
 from pairsim.results.units import scales_of
 from pairsim.runtime.errors import InputError

@@ -12,8 +12,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from pairsim.results.columns import may_be_unknown
-from pairsim.results.output import naming, write_text
+from pairsim.results.columns import known
+from pairsim.results.folder import naming, write_text
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
@@ -107,7 +107,7 @@ class TableWriter:
         ascending: bool = False,
     ) -> None:
         self.path, self.columns, self.appended, self._ascending = Path(path), tuple(columns), appended, ascending
-        self._unknown = frozenset(filter(may_be_unknown, columns))
+        self._unknown = {name for name in columns if (entry := known(name)) is not None and entry.unknown}
         self._rows = [self._values(row) for row in rows]
         self._replace()
         self._file = self.path.open("a", encoding="utf-8", newline="") if appended else None

@@ -9,10 +9,10 @@ from pathlib import Path
 import pandas as pd
 
 from pairsim.physics.scales import Scales
-from pairsim.results.columns import WHOLE, column, error_of, suffixes_in
-from pairsim.results.folders import read_record, valid_record
+from pairsim.results.columns import WHOLE, error_of, known, suffixes_in
+from pairsim.results.folder import read_record, valid_record
 from pairsim.results.table_files import read_table, table_text
-from pairsim.results.units import UNITS, factor, scales_in, scales_of, unit_of
+from pairsim.results.units import PURE, Unit, scales_in, scales_of
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
@@ -36,9 +36,13 @@ def whole_numbers(table: pd.DataFrame) -> pd.DataFrame:
 
 def with_units(table: pd.DataFrame, physical: bool = False) -> pd.DataFrame:
     """The table with `attrs["units"]`: the unit of each column by its name, "" for pure numbers."""
-    known = {name: UNITS.get(unit_of(name), ("", "")) for name in map(str, table.columns)}
-    table.attrs["units"] = {name: unit[physical] for name, unit in known.items()}
+    units = {name: _unit_of(name) for name in map(str, table.columns)}
+    table.attrs["units"] = {name: unit.physical if physical else unit.name for name, unit in units.items()}
     return table
+
+
+def _unit_of(name: str) -> Unit:
+    return PURE if (entry := known(name)) is None else entry.unit
 
 
 def in_units(table: pd.DataFrame, scales: Scales) -> pd.DataFrame:
@@ -47,8 +51,8 @@ def in_units(table: pd.DataFrame, scales: Scales) -> pd.DataFrame:
     Raises:
         ValueError: A column that has a unit has something else than numbers.
     """
-    units = {str(name): unit_of(str(name)) for name in table.columns}
-    converted = {n: table[n].astype(float) * factor(scales, unit) for n, unit in units.items() if unit in UNITS}
+    units = {str(name): _unit_of(str(name)) for name in table.columns}
+    converted = {n: table[n].astype(float) * unit.factor(scales) for n, unit in units.items() if unit.physical}
     return with_units(table.assign(**converted), True)
 
 
@@ -86,11 +90,8 @@ def table_of(directory: Path, name: str, physical: bool | None, by_gap: bool = F
     scales = scales_of(valid_record(directory), str(directory)) if physical else None
     scales = scales_in(read_record(directory)) if physical is None else scales
     table = frame_of(read_table(path))
-    for each in map(str, table.columns):
-        try:
-            column(each)
-        except KeyError:
-            raise InputError(str(path), "", each, "must be a column of `pairsim`") from None
+    if foreign := [name for name in map(str, table.columns) if known(name) is None]:
+        raise InputError(str(path), "", foreign[0], "must be a column of `pairsim`")
     table = tidy(table) if by_gap else table
     try:
         return in_units(table, scales) if scales is not None else table

@@ -14,9 +14,8 @@ import scipy
 from pairsim.cases.quantities import LENGTH as A_LENGTH
 from pairsim.cases.quantities import si
 from pairsim.physics.scales import Scales
-from pairsim.results.columns import TIME
 from pairsim.results.curve_table import curve_of, forgotten_at, stretch_of
-from pairsim.results.units import in_unit, scales_in, scales_of, with_error
+from pairsim.results.units import TIME, in_unit, scales_in, scales_of, with_error
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.curves.interpolant import CurveInterpolant

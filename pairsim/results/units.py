@@ -1,39 +1,50 @@
-"""Units of the columns of all tables, dimensionless and physical."""
+"""The units of columns, dimensionless and physical, and numbers with their errors as text."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from pairsim.physics.scales import Scales
-from pairsim.results.columns import AREA, FORCE, LENGTH, RATE, STRESS, TIME, VELOCITY, column
 from pairsim.runtime.errors import InputError
 
-UNITS: dict[str, tuple[str, str, Callable[[Scales], float]]] = {
-    TIME: ("D_c/U_av", "s", lambda scales: scales.time),
-    LENGTH: ("D_c", "um", lambda scales: 1e6 * scales.length),
-    VELOCITY: ("U_av", "um/s", lambda scales: 1e6 * scales.velocity),
-    STRESS: ("eta_0 U_av/D_c", "Pa", lambda scales: scales.stress),
-    RATE: ("U_av/D_c", "1/s", lambda scales: 1 / scales.time),
-    AREA: ("D_c^2", "um^2", lambda scales: 1e12 * scales.length**2),
-    FORCE: ("eta_0 U_av D_c", "nN", lambda scales: 1e9 * scales.stress * scales.length**2),
-}
-"""For each unit of a column: its name, the physical unit, and the factor from the one to the other."""
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit of columns.
+
+    Attributes:
+        name: Its name; empty for pure numbers.
+        physical: The name of the physical unit in its place; empty for pure numbers.
+        size: Its size in the physical unit, from the scales of an experiment.
+    """
+
+    name: str = ""
+    physical: str = ""
+    size: Callable[[Scales], float] = lambda _: 1.0
+
+    @property
+    def tex(self) -> str:
+        """Its name in TeX."""
+        return self.name.replace("eta_0", r"\eta_0").replace("U_av", "U_{av}")
+
+    def factor(self, scales: Scales | None) -> float:
+        """The factor to the physical unit; 1 without scales."""
+        return 1.0 if scales is None else self.size(scales)
 
 
-def unit_of(name: str) -> str:
-    """The unit of a column of pairsim; "" of others and of pure numbers."""
-    try:
-        return column(name).unit
-    except KeyError:  # of another table
-        return ""
-
-
-def factor(scales: Scales | None, unit: str) -> float:
-    """The factor from a unit of the columns to the physical one; 1 without scales, and for pure numbers."""
-    return UNITS[unit][2](scales) if scales is not None and unit in UNITS else 1.0
+PURE = Unit()
+TIME = Unit("D_c/U_av", "s", lambda scales: scales.time)
+LENGTH = Unit("D_c", "um", lambda scales: 1e6 * scales.length)
+VELOCITY = Unit("U_av", "um/s", lambda scales: 1e6 * scales.velocity)
+STRESS = Unit("eta_0 U_av/D_c", "Pa", lambda scales: scales.stress)
+RATE = Unit("U_av/D_c", "1/s", lambda scales: 1 / scales.time)
+AREA = Unit("D_c^2", "um^2", lambda scales: 1e12 * scales.length**2)
+FORCE = Unit("eta_0 U_av D_c", "nN", lambda scales: 1e9 * scales.stress * scales.length**2)
+SECONDS = Unit("s", "s")
 
 
 def scales_in(record: Mapping[str, Any]) -> Scales | None:
@@ -78,7 +89,7 @@ def with_error(value: float, error: float | None, sign: str = "") -> str:
     return text if scale == 1.0 else f"({text})e{exponent}"
 
 
-def in_unit(scales: Scales, unit: str, value: float, error: float | None = None, sign: str = "") -> str:
-    """A number with its error in the physical unit that belongs to a unit of the columns, such as 10.0 +- 0.5 um."""
-    by = factor(scales, unit)
-    return f"{with_error(by * value, None if error is None else by * error, sign)} {UNITS[unit][1]}"
+def in_unit(scales: Scales, unit: Unit, value: float, error: float | None = None, sign: str = "") -> str:
+    """A number with its error in the physical unit in place of a unit of columns, such as 10.0 +- 0.5 um."""
+    size = unit.size(scales)
+    return f"{with_error(size * value, None if error is None else size * error, sign)} {unit.physical}"

@@ -26,7 +26,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
-from pairsim.results.output import FIELDS_XDMF, FRAMES, frame_files, write_bytes, write_text
+from pairsim.results.folder import FIELDS_XDMF, FRAMES, frame_files, write_bytes, write_text
 from pairsim.runtime.errors import InputError
 
 TENSOR = ("zz", "zr", "rr", "tt")

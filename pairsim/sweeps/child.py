@@ -24,7 +24,7 @@ from pairsim.computing.record import memory
 from pairsim.computing.session import Options, carry_out
 from pairsim.computing.warm_start import WarmStart
 from pairsim.plots.style import Page
-from pairsim.results.output import CHECKPOINT
+from pairsim.results.folder import CHECKPOINT
 from pairsim.runtime.child_process import end_with_parent
 from pairsim.runtime.errors import InputError, RunFailure
 from pairsim.runtime.signals import Signals

@@ -17,8 +17,7 @@ from typing import Any
 from pairsim.cases.yaml_file import yaml_text
 from pairsim.computing import QUESTIONS, Question
 from pairsim.computing.question import Value
-from pairsim.results.folders import read_record
-from pairsim.results.output import plain, write_text
+from pairsim.results.folder import plain, read_record, write_text
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import command_line, is_locked
 from pairsim.runtime.version import __version__

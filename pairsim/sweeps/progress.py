@@ -15,7 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from pairsim.computing.progress import Style
-from pairsim.results.folders import valid_record
+from pairsim.results.folder import valid_record
 from pairsim.runtime.signals import sigterm_waits
 from pairsim.sweeps.folder import CaseState
 from pairsim.sweeps.grid import Grid

@@ -19,8 +19,7 @@ from pairsim.computing import QUESTIONS
 from pairsim.computing.case_files import check_file
 from pairsim.computing.many_cases import StudyFile, check_study
 from pairsim.results.columns import series_columns
-from pairsim.results.folders import read_record
-from pairsim.results.output import write_text
+from pairsim.results.folder import read_record, write_text
 from pairsim.results.table_files import read_table, table_text
 from pairsim.sweeps.grid import Grid, grid_from
 

@@ -39,7 +39,7 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
     dotted = {"color": "0.6", "linestyle": ":", "zorder": 1}
     series += [_line(group, dotted) for group in families(points, "time") if len(group) > 1]
     compared = column(list(table.columns)[list(table.columns).index("wall_time_spread") + 1].partition("@")[0])
-    error = f"error of ${compared.symbol}$  [${compared.unit or '-'}$]"
+    error = f"error of ${compared.symbol}$  [${compared.unit.tex or '-'}$]"
     panel = Panel("wall time  [s]", error, wide="x", margins=(0.2, 0.14))  # labels stand right of their points
     figure, (axes,) = draw_chart(page, [panel], series, [ORDERS])
     axes.set_yscale("log")

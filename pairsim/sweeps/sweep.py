@@ -17,7 +17,7 @@ from typing import Any, cast
 
 from pairsim.computing.progress import Style
 from pairsim.physics.own_laws import OWN
-from pairsim.results.output import write_text
+from pairsim.results.folder import write_text
 from pairsim.results.table_files import table_text
 from pairsim.runtime.errors import ENVIRONMENT, EnvironmentFailure, InputError
 from pairsim.runtime.launcher import communicator

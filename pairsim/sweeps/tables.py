@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from pairsim.computing import QUESTIONS
-from pairsim.results.folders import read_record
+from pairsim.results.folder import read_record
 from pairsim.results.tables import table_of
 from pairsim.results.units import scales_in
 from pairsim.runtime.errors import InputError

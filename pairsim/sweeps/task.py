@@ -21,8 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.computing import QUESTIONS
-from pairsim.results.folders import read_record
-from pairsim.results.output import write_text
+from pairsim.results.folder import read_record, write_text
 from pairsim.runtime.child_process import clean_environment, module_command
 from pairsim.runtime.errors import EnvironmentFailure
 from pairsim.sweeps.folder import STOP, CaseState, read_state

@@ -16,7 +16,7 @@ from filelock import FileLock
 from support.inputs import TINY
 
 from pairsim.fem.compilation.jit import JIT_OPTIONS, UNFINISHED, in_cache
-from pairsim.results.folders import read_record
+from pairsim.results.folder import read_record
 from pairsim.runtime.child_process import module_command
 from pairsim.runtime.errors import EnvironmentFailure
 

@@ -22,7 +22,7 @@ from pairsim.computing.progress import Reporter
 from pairsim.fem.meshes.geometry import MeshSettings
 from pairsim.physics import solids
 from pairsim.results.checkpoint import Checkpoint, load
-from pairsim.results.output import RunFolder, write_bytes
+from pairsim.results.folder import RunFolder, write_bytes
 from pairsim.results.table_files import read_table
 from pairsim.results.xdmf import read_times
 from pairsim.runtime.errors import InputError

@@ -13,7 +13,7 @@ from pairsim.cases.example import write_example
 from pairsim.computing import QUESTIONS, own_files
 from pairsim.computing.case_files import read_case
 from pairsim.results.columns import STUDY_COLUMNS, SWEEP_COLUMNS, column
-from pairsim.results.output import PICTURE_ENDINGS
+from pairsim.results.folder import PICTURE_ENDINGS
 from pairsim.sweeps.study import COUNTS
 
 WIDTH = 100

@@ -12,7 +12,7 @@ import pytest
 from support.commands import Pairsim
 from support.inputs import TINY
 
-from pairsim.results.folders import read_record
+from pairsim.results.folder import read_record
 from pairsim.runtime.child_process import module_command
 from pairsim.sweeps.folder import read_sweep
 

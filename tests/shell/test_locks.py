@@ -18,7 +18,7 @@ import pytest
 from support.commands import Done, Pairsim
 from support.inputs import TINY
 
-from pairsim.results.output import RunFolder
+from pairsim.results.folder import RunFolder
 from pairsim.results.table_files import read_table
 from pairsim.results.xdmf import read_frame
 from pairsim.runtime.errors import InputError

@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from pairsim.computing import own_files
-from pairsim.results.output import RunFolder, write_text
+from pairsim.results.folder import RunFolder, write_text
 from pairsim.runtime.errors import InputError
 
 

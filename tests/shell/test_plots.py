@@ -29,7 +29,7 @@ from pairsim.plots.overlay import varying_keys
 from pairsim.plots.sections import _streamlines, views_of
 from pairsim.plots.style import GREY, MM, Page
 from pairsim.plots.units import Units
-from pairsim.results.output import FIELD_NAMES
+from pairsim.results.folder import FIELD_NAMES
 from pairsim.runtime.errors import InputError
 
 CASES = {

@@ -13,7 +13,7 @@ from support.field_samples import PAIR, scene
 from support.result_folders import make_curve, make_run, make_sweep
 
 from pairsim.api.report import report
-from pairsim.results.output import RunFolder
+from pairsim.results.folder import RunFolder
 from pairsim.runtime.errors import InputError
 
 RECORD = {

@@ -11,7 +11,7 @@ from syrupy.assertion import SnapshotAssertion
 from typer.testing import CliRunner
 
 from pairsim.cli.app import app
-from pairsim.results.folders import kind_of
+from pairsim.results.folder import kind_of
 
 TABLES = {"run": "series.csv", "curve": "curve.csv", "critical": "critical.csv"}
 

@@ -24,7 +24,7 @@ from typer.testing import CliRunner
 
 import pairsim as package
 from pairsim.cli.app import app
-from pairsim.results.folders import read_record
+from pairsim.results.folder import read_record
 from pairsim.results.table_files import read_table
 from pairsim.runtime.child_process import module_command
 from pairsim.runtime.errors import InputError

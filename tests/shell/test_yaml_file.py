@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from pairsim.cases.yaml_file import Place, apply_settings, place_of, read_yaml, yaml_text
-from pairsim.results.output import plain
+from pairsim.results.folder import plain
 from pairsim.runtime.errors import InputError
 
 TEXT = "a: 1\nmesh:\n  Np: 20\n  growth: 1e-1\nlist: [{x: 1},\n  {y: 2}]\n"

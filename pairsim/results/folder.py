@@ -1,4 +1,4 @@
-"""The files of a folder of results: their names, and how they are written, aside and renamed (`write_text`)."""
+"""A folder of results: the names of its files, how they are written, and what its run.json says."""
 
 from __future__ import annotations
 
@@ -198,3 +198,59 @@ class RunFolder:
         text = json.dumps(plain(content), indent=2, allow_nan=False, ensure_ascii=False)
         write_text(path, text + "\n")
         return path
+
+
+MARKS = {
+    "sweep": ("sweep.json", "sweep-*-of-*.json"),
+    "study": ("study.csv", "sweep-[0-9]*/grid.yaml"),
+}
+"""The files by which the folder of a command for many cases is recognised."""
+MOST_FOLDERS = 5  # that a message names
+
+
+def kind_of(directory: Path) -> str:
+    """The command that wrote a folder.
+
+    Raises:
+        InputError: It is not a folder of results.
+    """
+    if not directory.exists():
+        raise InputError(str(directory), "", None, "no such folder")
+    if not directory.is_dir():
+        raise InputError(
+            str(directory), "", None, "must be a folder of results, such as runs/quickstart, but is a file"
+        )
+    for kind, patterns in MARKS.items():
+        if any(path.is_file() for pattern in patterns for path in directory.glob(pattern)):
+            return kind
+    if isinstance(named := read_record(directory).get("kind"), str):
+        return named
+    content = "has no run.json, sweep.json or study.csv" if any(directory.iterdir()) else "is empty"
+    inside = sorted({path.parent.name for path in directory.glob("*/run.json")})
+    more = ", ..." if len(inside) > MOST_FOLDERS else ""
+    hint = f"; there are results in its folders {', '.join(inside[:MOST_FOLDERS])}{more}" if inside else ""
+    raise InputError(str(directory), "", None, f"must be a folder of results, but {content}{hint}")
+
+
+def read_record(directory: Path) -> dict[str, Any]:
+    """Read run.json of a folder; returns an empty dict if it is missing or invalid."""
+    try:
+        return valid_record(directory)
+    except InputError:
+        return {}
+
+
+def valid_record(directory: Path) -> dict[str, Any]:
+    """Read run.json of a folder.
+
+    Raises:
+        InputError: It is missing or invalid.
+    """
+    path = directory / "run.json"
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(str(path), "", None, f"cannot be read ({error})") from None
+    if not isinstance(record, dict):
+        raise InputError(str(path), "", None, "must be a JSON object")
+    return record
