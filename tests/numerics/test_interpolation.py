@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.tri import Triangulation
 
-from pairsim.fem.compilation.loops import call
-from pairsim.fem.meshes.interpolation import interpolate
+from pairsim.fem.meshes.interpolation import containing, interpolate
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 
 
@@ -46,11 +45,9 @@ def test_a_linear_field_is_reproduced_and_a_quadratic_one_in_straight_cells(bent
 
 def test_points_are_found_as_another_library_finds_them_and_those_outside_are_not() -> None:
     mesh = lattice(12, 5, 0.01)
-    corners = np.ascontiguousarray(mesh.cells[:, :3], dtype=np.int32)
     rng = np.random.default_rng(2)
     wanted = np.column_stack([rng.uniform(-1.2, 1.2, 2000), rng.uniform(-0.1, 0.6, 2000)])
-    found = np.empty(len(wanted), dtype=np.int32)
-    assert call("find_triangles", len(corners), corners, len(mesh.points), mesh.points, 2000, wanted, 0.0, found) == 0
-    finder = Triangulation(*mesh.points.T, corners).get_trifinder()
+    found = containing(mesh.cells[:, :3], mesh.points, wanted)
+    finder = Triangulation(*mesh.points.T, mesh.cells[:, :3]).get_trifinder()
     assert np.array_equal(found, finder(*wanted.T))
     assert 0 < np.count_nonzero(found < 0) < 1500

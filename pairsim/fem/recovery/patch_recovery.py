@@ -10,10 +10,8 @@ Differential Equations, 2003, chapter 4).
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
-from pairsim.fem.compilation.loops import call
 from pairsim.fem.meshes.six_node_mesh import SixNodeMesh
 from pairsim.fem.recovery.enriched_nodes import EnrichedNodes
 from pairsim.runtime.arrays import Array, Indices
@@ -27,8 +25,6 @@ WIDE = {2: 14, 3: 25}
 NARROW = {2: 9}
 # Ridge of the normal equations over their mean diagonal, for patches whose nodes do not settle all coefficients.
 RIDGE = 1e-13
-ANY = -1  # parity of polynomials that are neither even nor odd in r
-SINGULAR = 2  # status of `patch_fits`
 
 
 def _powers(degree: int) -> list[tuple[int, int]]:
@@ -37,10 +33,19 @@ def _powers(degree: int) -> list[tuple[int, int]]:
 
 def _monomials(x: Array, degree: int) -> Array:
     """All products z^i r^j with i + j up to a degree, (..., 2) -> (..., (degree + 1)(degree + 2)/2)."""
-    powers = [np.ones_like(x)]
-    for _ in range(degree):
-        powers.append(powers[-1] * x)
-    return np.stack([powers[i][..., 0] * powers[j][..., 1] for i, j in _powers(degree)], axis=-1)
+    powers = np.ones((degree + 1, 2, *x.shape[:-1]))
+    for i in range(degree):
+        powers[i + 1] = powers[i] * np.moveaxis(x, -1, 0)
+    i, j = np.transpose(_powers(degree))
+    return np.moveaxis(powers[i, 0] * powers[j, 1], 0, -1)
+
+
+def _least_squares(basis: Array) -> Array:
+    """Maps values at the points of patches to the coefficients of k functions, (v, points, k) -> (v, k, points)."""
+    transposed, size = basis.transpose(0, 2, 1), basis.shape[2]
+    normal = transposed @ basis
+    ridge = RIDGE * normal.trace(axis1=1, axis2=2) / size
+    return np.linalg.inv(normal + ridge[:, None, None] * np.eye(size)) @ transposed
 
 
 class PatchRecovery:
@@ -55,10 +60,17 @@ class PatchRecovery:
         self._nodes, self._degree = nodes, nodes.degree
         mesh, number = nodes.mesh, np.full(len(nodes.mesh.points), -1)
         number[mesh.vertices] = np.arange(len(mesh.vertices))
-        self._pointer, self._around = _patches(mesh, number, fewest, 6 if nodes.degree == 3 else 3)
-        self._centres, pointer = mesh.points[mesh.vertices], self._pointer
-        x = mesh.points[self._around] - np.repeat(self._centres, np.diff(pointer), axis=0)
-        self._scales = np.sqrt(np.add.reduceat(x**2, pointer[:-1], axis=0) / np.diff(pointer)[:, None])
+        self._centres, patches = mesh.points[mesh.vertices], _patches(mesh, fewest, 6 if nodes.degree == 3 else 3)
+        # Arrays of patches have room for the largest one.
+        count = np.diff(patches.indptr)
+        self._filled = np.arange(count.max()) < count[:, None]
+        self._members = np.zeros(self._filled.shape, dtype=np.int32)
+        self._members[self._filled] = patches.indices
+        x = (mesh.points[self._members] - self._centres[:, None]) * self._filled[..., None]
+        self._scales = np.sqrt((x**2).sum(axis=1) / count[:, None])
+        basis = _monomials(x / self._scales[:, None], self._degree) * self._filled[..., None]
+        self._coefficients, self._on_axis = _least_squares(basis), self._centres[:, 1] < 1e-12
+        self._basis = basis[self._on_axis]
         self._fits: dict[bool, sparse.csr_matrix] = {}
         self._blend = self._blended(number[nodes.vertices])
 
@@ -77,33 +89,16 @@ class PatchRecovery:
         Returns:
             Shape (n_vertices k, n_nodes) for k coefficients.
         """
-        if odd in self._fits:
-            return self._fits[odd]
-        size = len(_powers(self._degree))
-        if self._fits:
-            other = self._fits[not odd]
-            data, columns, ends = other.data.copy(), other.indices, other.indptr
-        else:
-            data, columns = np.empty(len(self._around) * size), np.empty(len(self._around) * size, dtype=np.int32)
-            ends = np.concatenate([[0], np.cumsum(np.repeat(np.diff(self._pointer), size))])
-            self._fit(np.arange(len(self._centres)), ANY, data, columns)
-        # On the axis a field is odd or even in r, and so is its polynomial, as if the patch had its mirror image.
-        self._fit(np.flatnonzero(self._centres[:, 1] < 1e-12), int(odd), data, columns)
-        shape = len(self._centres) * size, len(self._nodes.mesh.points)
-        self._fits[odd] = sparse.csr_matrix((data, columns, ends), shape=shape)
+        if odd not in self._fits:
+            # On the axis a field is odd or even in r, and so is its polynomial, as if the patch had its mirror image.
+            parity = np.array([j % 2 == odd for _, j in _powers(self._degree)])
+            self._coefficients[self._on_axis] = _least_squares(self._basis * parity)
+            size = len(parity)
+            filled, columns = (np.repeat(each[:, None], size, axis=1) for each in (self._filled, self._members))
+            ends = np.concatenate([[0], filled.sum(axis=2).cumsum()])
+            shape = len(filled) * size, len(self._nodes.mesh.points)
+            self._fits[odd] = sparse.csr_matrix((self._coefficients[filled], columns[filled], ends), shape=shape)
         return self._fits[odd]
-
-    def _fit(self, patches: Indices, parity: int, data: Array, columns: NDArray[np.int32]) -> None:
-        """Set the rows of some patches, whose polynomials have ANY parity in r, are even (0) or odd (1)."""
-        points = np.ascontiguousarray(self._nodes.mesh.points)
-        status = call(
-            *("patch_fits", len(patches), patches, self._pointer, self._around, points),
-            *(self._centres, self._scales, np.int32(self._degree), np.int32(parity), RIDGE, data, columns),
-        )
-        if status == SINGULAR:
-            raise np.linalg.LinAlgError("the nodes of a patch do not settle a polynomial")
-        if status:
-            raise MemoryError
 
     def _blended(self, patches: Indices) -> sparse.csr_matrix:
         """The recovered field at the nodes of one degree higher, as a matrix that acts on the polynomials of `fits`.
@@ -124,25 +119,27 @@ class PatchRecovery:
         return matrix.copy()
 
 
-def _patches(mesh: SixNodeMesh, vertex: Indices, fewest: int, carried: int) -> tuple[Indices, NDArray[np.int32]]:
-    """Nodes of the patch of every vertex, in compressed form.
+def _patches(mesh: SixNodeMesh, fewest: int, carried: int) -> sparse.csr_matrix:
+    """Which nodes are in the patch of every vertex, boolean, shape (vertices, nodes).
 
     Args:
         mesh: The mesh.
-        vertex: Number of each node among the vertices.
         fewest: Patches with fewer nodes take in the next ring of cells.
         carried: Number of nodes of a cell that count, the vertices or all.
     """
-    corners, count = vertex[mesh.cells[:, :3]].ravel(), len(mesh.vertices)
-    around = np.argsort(corners, kind="stable") // 3
-    around_pointer = np.concatenate([[0], np.cumsum(np.bincount(corners, minlength=count))])
-    pointer, most, found = np.empty(count + 1, dtype=np.int64), 2 * fewest * count, -1
-    while found < 0:
-        nodes, markers = np.empty(most, dtype=np.int32), [np.full(len(each), -1) for each in (mesh.cells, mesh.points)]
-        found = call(
-            *("patch_nodes", count, around_pointer, around, vertex, np.ascontiguousarray(mesh.cells)),
-            *(np.int32(mesh.cells.shape[1]), np.int32(carried), fewest, *markers),
-            *(np.empty(len(mesh.cells), dtype=np.int64), most, pointer, nodes),
-        )
-        most *= 2
-    return pointer, nodes[:found].copy()
+
+    def of_cells(count: int) -> sparse.csr_matrix:
+        ends, ones = count * np.arange(len(mesh.cells) + 1), np.ones(count * len(mesh.cells), dtype=bool)
+        return sparse.csr_matrix((ones, mesh.cells[:, :count].ravel(), ends), shape=(len(mesh.cells), len(mesh.points)))
+
+    corners, vertices = of_cells(3)[:, mesh.vertices], np.arange(len(mesh.vertices))
+    around, neighbours = (sparse.csr_matrix(corners.T @ each) for each in (of_cells(carried), corners))
+    row, patches, near = vertices.copy(), around, neighbours
+    few = np.diff(patches.indptr) < fewest
+    while few.any():
+        vertices, near = vertices[few], near[few]
+        more = near @ around
+        row[vertices] = patches.shape[0] + np.arange(len(vertices))
+        patches, near = sparse.vstack([patches, more], format="csr"), near @ neighbours
+        few = np.diff(more.indptr) < fewest
+    return patches[row]
