@@ -245,13 +245,9 @@ class Result:
 def _grid_of(frame: FieldFrame) -> pv.UnstructuredGrid:
     import pyvista as pv
 
-    from pairsim.results.xdmf import components
-
-    points = np.pad(frame.points, ((0, 0), (0, 1)))
-    grid = pv.UnstructuredGrid({pv.CellType.QUADRATIC_TRIANGLE: frame.cells}, points)
-    for name, values in frame.point_data.items():
-        for part, array in components(values, name).items():
-            grid.point_data[part] = array
+    fields = frame.stored
+    grid = pv.UnstructuredGrid({pv.CellType.QUADRATIC_TRIANGLE: frame.cells}, fields.pop("position"))
+    grid.point_data.update(fields)
     grid.cell_data["region"] = frame.region
     grid.field_data["t"] = [frame.t]
     return grid

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from scipy import sparse
@@ -15,6 +14,7 @@ from pairsim.physics.conformation import exponential, polymer_stress, trace
 from pairsim.physics.pipe import PipeState, across
 from pairsim.results.xdmf import FieldFrame
 from pairsim.runtime.arrays import Array
+from pairsim.solvers.stepping.step import Step
 
 
 def elastic_stress(body: Body, h: Array) -> Array:
@@ -51,24 +51,9 @@ def elastic_stress(body: Body, h: Array) -> Array:
     return np.asarray(splu(mass).solve(load))
 
 
-class Moment(Protocol):
-    """A solution: an accepted time step, or a quasi-steady solution (whose `t` is the distance d)."""
-
-    @property
-    def t(self) -> float: ...
-    @property
-    def scene(self) -> Scene: ...
-    @property
-    def x(self) -> Array: ...
-    @property
-    def h(self) -> Array: ...
-    @property
-    def velocity(self) -> Array: ...
-
-
 @dataclass(frozen=True)
 class SteadyMoment:
-    """A quasi-steady solution as a `Moment`, with the attributes of a time step."""
+    """A quasi-steady solution with those attributes of a time step that `frame` needs; `t` is the distance d."""
 
     t: float
     scene: Scene
@@ -77,7 +62,7 @@ class SteadyMoment:
     velocity: Array
 
 
-def frame(step: Moment, origin: Array, flow: PipeState) -> FieldFrame:
+def frame(step: Step | SteadyMoment, origin: Array, flow: PipeState) -> FieldFrame:
     """All fields of a solution on the deformed mesh, in the frame that moves with the particles.
 
     Args:

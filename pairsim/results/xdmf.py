@@ -16,9 +16,7 @@ from __future__ import annotations
 
 import io
 import re
-from contextlib import ExitStack
 from dataclasses import dataclass, field
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -30,10 +28,15 @@ from pairsim.results.folder import FIELDS_XDMF, FRAMES, frame_files, write_bytes
 from pairsim.runtime.errors import InputError
 
 TENSOR = ("zz", "zr", "rr", "tt")
-TOPOLOGY = "Tri_6"  # six-node triangles, in the spelling that both VTK and meshio read
-HEAD = '<?xml version="1.0" encoding="utf-8"?>\n<Xdmf Version="3.0">\n <Domain>\n'
-HEAD += '  <Grid Name="fields" GridType="Collection" CollectionType="Temporal">\n'
-END = "  </Grid>\n </Domain>\n</Xdmf>\n"
+HEAD = """<?xml version="1.0" encoding="utf-8"?>
+<Xdmf Version="3.0">
+ <Domain>
+  <Grid Name="fields" GridType="Collection" CollectionType="Temporal">
+"""
+END = """  </Grid>
+ </Domain>
+</Xdmf>
+"""
 REFERENCE = re.compile(r"(fields(?:/\d+)?\.h5):((?:/\w+)+)")
 """File, relative to the folder, and dataset of an array; until version 0.2 the file was `fields.h5`."""
 
@@ -45,7 +48,7 @@ class FieldFrame:
     Attributes:
         t: Time [D_c/U_av]; for a curve the distance [D_c].
         points: Coordinates z, r of the nodes of the deformed mesh [D_c], shape (n, 2).
-        cells: Node numbers of triangles in the order of VTK, shape (m, 6).
+        cells: Numbers of the six nodes of each triangle in the order of VTK, shape (m, 6).
         region: 0 in the liquid, i in particle i from upstream, shape (m,).
         point_data: Scalars (n,), vectors z, r (n, 2) or symmetric tensors zz, zr, rr, tt (n, 4) by name.
     """
@@ -56,25 +59,19 @@ class FieldFrame:
     region: NDArray[np.int64]
     point_data: dict[str, NDArray[np.float64]] = field(default_factory=dict)
 
-    def check(self) -> None:
-        """Check that every number is known.
-
-        Raises:
-            ValueError: A number is not finite.
-        """
-        for name, values in {"t": np.asarray(self.t), "points": self.points, **self.point_data}.items():
-            if not np.isfinite(values).all():
-                raise ValueError(f"{name} is not finite at t = {self.t:g}")
-
-
-def components(values: NDArray[np.float64], name: str) -> dict[str, NDArray[np.float64]]:
-    """The arrays stored for a point field, by name; see the description of this module."""
-    values = np.asarray(values, dtype=np.float64)
-    if values.ndim == 1:
-        return {name: values}
-    if values.shape[1] == 2:
-        return {name: np.pad(values, ((0, 0), (0, 1)))}
-    return {f"{name}_{part}": values[:, i] for i, part in enumerate(TENSOR)}
+    @property
+    def stored(self) -> dict[str, NDArray[np.float64]]:
+        """Position and fields as they are stored, by name; see the description of this module."""
+        found = dict[str, NDArray[np.float64]]()
+        for name, given in {"position": self.points, **self.point_data}.items():
+            values = np.asarray(given, dtype=np.float64)
+            if values.ndim == 1:
+                found[name] = values
+            elif values.shape[1] == 2:
+                found[name] = np.pad(values, ((0, 0), (0, 1)))
+            else:
+                found |= {f"{name}_{part}": values[:, i] for i, part in enumerate(TENSOR)}
+        return found
 
 
 class FieldsWriter:
@@ -91,8 +88,8 @@ class FieldsWriter:
 
     def __init__(self, folder: Path | str, keep: int = 0) -> None:
         self.folder = Path(folder)
-        grids = grids_of(self.folder)
-        self._grids = {time_of(grid): _text(grid) for grid in grids[:keep]}
+        grids = _grids(self.folder)
+        self._grids = {_time(grid): ElementTree.tostring(grid, encoding="unicode") for grid in grids[:keep]}
         if len(self._grids) < len(grids):
             self._write_index()
         for number, file in frame_files(self.folder):
@@ -111,22 +108,22 @@ class FieldsWriter:
             ValueError: A number of the frame is not finite.
             OSError: The files cannot be written; the frames before are kept.
         """
-        frame.check()
         if frame.t in self._grids:
             return
-        fields = {"position": np.pad(np.asarray(frame.points, dtype=np.float64), ((0, 0), (0, 1)))}
-        for name, values in frame.point_data.items():
-            fields |= components(values, name)
+        fields = frame.stored
+        for name, values in {"t": np.asarray(frame.t), **fields}.items():
+            if not np.isfinite(values).all():
+                raise ValueError(f"{name} is not finite at t = {frame.t:g}")
         mesh = {name: np.asarray(getattr(frame, name), dtype=np.int64) for name in ("cells", "region")}
         file = f"{FRAMES}/{self.frames:04d}.h5"
         (self.folder / FRAMES).mkdir(exist_ok=True)
-        write_bytes(self.folder / file, _hdf5_content({**mesh, **fields}))
-        self._grids[frame.t] = _text(_grid(frame.t, file, **mesh, fields=fields))
+        write_bytes(self.folder / file, _hdf5_content(mesh | fields))
+        self._grids[frame.t] = _described(frame.t, file, mesh | fields)
         self._write_index()
 
     def _write_index(self) -> None:
-        grids = [text for _, text in sorted(self._grids.items())]
-        if grids:
+        if self._grids:
+            grids = (f"   {text.strip()}\n" for _, text in sorted(self._grids.items()))
             write_text(self.folder / FIELDS_XDMF, "".join([HEAD, *grids, END]))
         else:
             (self.folder / FIELDS_XDMF).unlink()
@@ -143,42 +140,37 @@ def _hdf5_content(arrays: dict[str, NDArray[Any]]) -> bytes:
     return buffer.getvalue()
 
 
-def _grid(
-    t: float, file: str, cells: NDArray[Any], region: NDArray[Any], fields: dict[str, NDArray[Any]]
-) -> ElementTree.Element:
-    """The description of a frame."""
-    grid = ElementTree.Element("Grid", Name=f"t = {t:.6g}", GridType="Uniform")
-    ElementTree.SubElement(grid, "Time", Value=repr(float(t)))
+def _described(t: float, file: str, arrays: dict[str, NDArray[Any]]) -> str:
+    """A frame in XDMF.
 
-    def add(name: str, values: NDArray[Any], tag: str, **attributes: str) -> None:
-        kind = {"DataType": "Int" if values.dtype.kind == "i" else "Float", "Precision": str(values.dtype.itemsize)}
-        shape = {"Dimensions": " ".join(map(str, values.shape)), "Format": "HDF"}
-        element = ElementTree.SubElement(grid, tag, attributes)
-        ElementTree.SubElement(element, "DataItem", kind | shape).text = f"{file}:/{name}"
+    Args:
+        t: Its time.
+        file: Its HDF5 file, relative to the folder.
+        arrays: Its cells, region, position and fields.
+    """
 
-    add("cells", cells, "Topology", TopologyType=TOPOLOGY, NumberOfElements=str(len(cells)))
-    add("position", fields["position"], "Geometry", GeometryType="XYZ")
-    add("region", region, "Attribute", Name="region", AttributeType="Scalar", Center="Cell")
-    for name, values in fields.items():
-        shape = "Scalar" if values.ndim == 1 else "Vector"
-        add(name, values, "Attribute", Name=name, AttributeType=shape, Center="Node")
-    return grid
+    def item(name: str) -> str:
+        kind = "Int" if arrays[name].dtype.kind == "i" else "Float"
+        shape = " ".join(map(str, arrays[name].shape))
+        return f'<DataItem DataType="{kind}" Precision="8" Dimensions="{shape}" Format="HDF">{file}:/{name}</DataItem>'
 
+    def attribute(name: str) -> str:
+        kind, center = "Vector" if arrays[name].ndim == 2 else "Scalar", "Cell" if name == "region" else "Node"
+        return f'    <Attribute Name="{name}" AttributeType="{kind}" Center="{center}">{item(name)}</Attribute>'
 
-def _text(grid: ElementTree.Element) -> str:
-    ElementTree.indent(grid, " ", 3)
-    return "   " + ElementTree.tostring(grid, encoding="unicode").rstrip() + "\n"
-
-
-@lru_cache(maxsize=4)
-def _parsed(path: Path, *_signature: int) -> tuple[ElementTree.Element, ...]:
-    grids = tuple(ElementTree.parse(path).iterfind("Domain/Grid/Grid"))
-    for grid in grids:
-        time_of(grid)
-    return grids
+    return "\n".join(
+        [
+            f'<Grid Name="t = {t:.6g}" GridType="Uniform">',
+            f'    <Time Value="{float(t)!r}" />',
+            f'    <Topology TopologyType="Tri_6" NumberOfElements="{len(arrays["cells"])}">{item("cells")}</Topology>',
+            f'    <Geometry GeometryType="XYZ">{item("position")}</Geometry>',
+            *(attribute(name) for name in arrays if name != "cells"),
+            "   </Grid>",
+        ]
+    )
 
 
-def grids_of(folder: Path | str) -> tuple[ElementTree.Element, ...]:
+def _grids(folder: Path | str) -> list[ElementTree.Element]:
     """The descriptions of the frames in fields.xdmf, none without the file.
 
     Raises:
@@ -186,20 +178,16 @@ def grids_of(folder: Path | str) -> tuple[ElementTree.Element, ...]:
     """
     path = Path(folder) / FIELDS_XDMF
     try:
-        state = path.stat()  # the file is replaced as a whole: these numbers tell whether it is still the same
-        return _parsed(path, state.st_ino, state.st_mtime_ns, state.st_size)
+        grids = ElementTree.parse(path).findall("Domain/Grid/Grid")
+        _ = [*map(_time, grids)]
     except FileNotFoundError:
-        return ()
+        return []
     except (OSError, ValueError, ElementTree.ParseError) as error:
         raise InputError(str(path), "", None, f"must be a readable file with fields ({error})") from error
+    return grids
 
 
-def time_of(grid: ElementTree.Element) -> float:
-    """The time of a frame [D_c/U_av]; for a curve the distance [D_c].
-
-    Raises:
-        ValueError: It has none.
-    """
+def _time(grid: ElementTree.Element) -> float:
     if (time := grid.find("Time")) is None:
         raise ValueError(f"{grid.get('Name')} has no time")
     return float(time.get("Value", ""))
@@ -217,7 +205,7 @@ def read_times(folder: Path | str) -> NDArray[np.float64]:
     Raises:
         InputError: fields.xdmf is damaged.
     """
-    return np.array([time_of(grid) for grid in grids_of(folder)], dtype=float)
+    return np.array([*map(_time, _grids(folder))], dtype=float)
 
 
 def read_frame(folder: Path | str, index: int = -1) -> FieldFrame:
@@ -230,11 +218,11 @@ def read_frame(folder: Path | str, index: int = -1) -> FieldFrame:
     Raises:
         InputError: There is no such frame, or its files cannot be read.
     """
-    grids = grids_of(folder)
+    grids = _grids(folder)
     if not -len(grids) <= index < len(grids):
         raise InputError(str(Path(folder) / FIELDS_XDMF), "frame", index, f"must be below {len(grids)}")
     try:
-        return _frame(time_of(grids[index]), _arrays(Path(folder), grids[index]))
+        return _frame(_time(grids[index]), _arrays(Path(folder), grids[index]))
     except (OSError, LookupError, RuntimeError, TypeError, ValueError) as error:  # of h5py and numpy for other content
         name = f"{Path(folder) / FIELDS_XDMF}, {grids[index].get('Name')}"
         raise InputError(name, "", None, f"must be a readable file with fields ({error})") from error
@@ -247,23 +235,18 @@ def _arrays(folder: Path, grid: ElementTree.Element) -> dict[str, NDArray[Any]]:
     """
     import h5py
 
-    arrays, files = {}, dict[str, Any]()
-    with ExitStack() as opened:
-        for part in grid.iterfind("*[DataItem]"):
-            if part.tag == "Geometry":  # the field `position`
-                continue
-            if (match := REFERENCE.fullmatch(part.findtext("DataItem", "").strip())) is None:
-                raise ValueError(f"{part.tag} of another program")
-            file, dataset = match.groups()
-            if file not in files:
-                files[file] = opened.enter_context(h5py.File(folder / file, "r", locking=False))
-            arrays[part.get("Name", part.tag)] = files[file][dataset][()]
+    arrays = {}
+    for part in grid.iterfind("*[DataItem]"):
+        if (match := REFERENCE.fullmatch(part.findtext("DataItem", "").strip())) is None:
+            raise ValueError(f"{part.tag} of another program")
+        with h5py.File(folder / match[1], "r", locking=False) as file:
+            arrays[part.get("Name", part.tag)] = file[match[2]][()]
     return arrays
 
 
 def _frame(t: float, arrays: dict[str, NDArray[Any]]) -> FieldFrame:
     """The frame that was stored as these arrays."""
-    points, cells, region = (arrays.pop(name) for name in ("position", "Topology", "region"))
+    points, cells, region, _ = (arrays.pop(name) for name in ("position", "Topology", "region", "Geometry"))
     data: dict[str, NDArray[np.float64]] = {}
     for name, values in arrays.items():
         stem, _, part = name.rpartition("_")

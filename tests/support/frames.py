@@ -8,7 +8,7 @@ import meshio
 import numpy as np
 import pyvista
 
-from pairsim.results.xdmf import FieldFrame, components, read_frame, read_times
+from pairsim.results.xdmf import FieldFrame, read_frame, read_times
 
 KIND = pyvista.CellType.QUADRATIC_TRIANGLE
 
@@ -39,9 +39,7 @@ def frames_everywhere(folder: Path) -> list[FieldFrame]:
     with meshio.xdmf.TimeSeriesReader(folder / "fields.xdmf") as reader:
         assert reader.num_steps == len(frames)
         for k in [*range(1, len(frames), 2), *range(0, len(frames), 2)]:
-            frame, fields = frames[k], dict[str, np.ndarray]()
-            for name, values in frame.point_data.items():
-                fields |= components(values, name)
+            frame = frames[k]
             opened.set_active_time_value(frame.t)
             grid = opened.read()
             assert set(grid.celltypes) == {KIND}
@@ -56,8 +54,8 @@ def frames_everywhere(folder: Path) -> list[FieldFrame]:
             assert np.array_equal(cells[0].data, frame.cells)
             assert np.array_equal(cell_data["region"][0], frame.region)
             assert np.array_equal(point_data["position"], points)
-            assert set(point_data) == set(grid.point_data) == {"position", *fields}
-            for name, values in fields.items():
+            assert set(point_data) == set(grid.point_data) == set(frame.stored)
+            for name, values in frame.stored.items():
                 assert np.array_equal(grid[name], values)
                 assert np.array_equal(point_data[name], values)
     return frames
