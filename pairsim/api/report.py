@@ -25,9 +25,9 @@ from pairsim.computing import QUESTIONS
 from pairsim.results.folder import REPORT, kind_of, write_text
 from pairsim.results.tables import headings, in_units, readable
 from pairsim.results.units import scales_in
-from pairsim.runtime.duration import duration
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import is_locked
+from pairsim.runtime.text import duration
 from pairsim.runtime.version import __version__
 
 CAPTIONS = {

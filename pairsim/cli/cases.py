@@ -175,25 +175,24 @@ def _compute(
     from pairsim.cases.identity import default_folder
     from pairsim.computing import QUESTIONS
     from pairsim.computing.case_files import read_case
-    from pairsim.runtime.launcher import first_alone, rank
+    from pairsim.runtime.launcher import check_single
     from pairsim.runtime.signals import Signals
 
+    check_single()
     question = QUESTIONS[name]
     case = read_case(question, file, tuple(settings or ()))
     directory = folder or default_folder(name, case, file.stem)
     if dry_run:
-        if rank() == 0:
-            notes = (f"note: {note}" for note in case.notes)
-            typer.echo("\n".join([f"{directory}: {question.estimate(case)}", *notes]))
+        notes = (f"note: {note}" for note in case.notes)
+        typer.echo("\n".join([f"{directory}: {question.estimate(case)}", *notes]))
         return
-    with first_alone(lambda note: typer.echo(f"pairsim: note: {note}", err=True)):
-        from pairsim.api import compute
+    from pairsim.api import compute
 
-        with Signals(final=True) as signals:
-            result = getattr(compute, name)(
-                case, folder=directory, overwrite=overwrite, progress=shown, signals=signals, budget=budget, **flags
-            )
-            _end(result, directory, shown)
+    with Signals(final=True) as signals:
+        result = getattr(compute, name)(
+            case, folder=directory, overwrite=overwrite, progress=shown, signals=signals, budget=budget, **flags
+        )
+        _end(result, directory, shown)
 
 
 def _end(result: Result, directory: Path, shown: Style) -> NoReturn:

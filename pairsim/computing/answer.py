@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.results.columns import suffixes_in
-from pairsim.runtime.duration import duration
 from pairsim.runtime.errors import BranchEnd
+from pairsim.runtime.text import duration
 
 MOST_SHAPES = 4  # that are all told
 CASE_NOT_AT_FAULT = ("interrupted", "write_failed", "environment")  # reasons for which the same command may succeed

@@ -13,9 +13,9 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 from rich.table import Column
 from rich.text import Text
 
-from pairsim.runtime.duration import duration
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.signals import sigterm_waits
+from pairsim.runtime.text import duration
 
 Style = Literal["auto", "bar", "lines", "none"]
 """How progress is shown; auto: a bar on a terminal, lines elsewhere."""

@@ -25,11 +25,11 @@ from pairsim.results.checkpoint import Checkpoint, check_same, load
 from pairsim.results.folder import CHECKPOINT, RunFolder, files_of, kind_of, plain, read_record
 from pairsim.results.table_files import TableWriter, read_table
 from pairsim.results.xdmf import FieldsWriter
-from pairsim.runtime.duration import duration
 from pairsim.runtime.errors import EnvironmentFailure, InputError, RunFailure, WriteFailure
 from pairsim.runtime.locks import sole_writer
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import Signals, Stopped
+from pairsim.runtime.text import duration
 
 SOON = 0.1  # part of the largest wall time after which it is shown where a computation has no result yet; chosen
 CHEAP = 50.0  # least time between checkpoints at convenient moments, over the wall time of writing one; chosen

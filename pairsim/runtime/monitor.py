@@ -5,9 +5,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from pairsim.runtime.duration import duration
 from pairsim.runtime.errors import BudgetSpent
 from pairsim.runtime.signals import Signals
+from pairsim.runtime.text import duration
 
 
 class Monitor:

@@ -1,4 +1,4 @@
-"""Values as text for messages, shortened."""
+"""Values and durations as text for messages."""
 
 from __future__ import annotations
 
@@ -33,3 +33,13 @@ def shortened(text: str) -> str:
     """A text whose middle is left out if it is long."""
     half = LONGEST // 2
     return text if len(text) <= LONGEST else f"{text[:half]}…{text[-half:]}"
+
+
+def duration(seconds: float) -> str:
+    """Format a duration in seconds as text: 42 s, 3 min 20 s, 2 h 05 min."""
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60:02d} s"
+    return f"{whole // 3600} h {whole % 3600 // 60:02d} min"

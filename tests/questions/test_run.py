@@ -13,7 +13,6 @@ from typing import Any
 
 import meshio
 import numpy as np
-import pandas as pd
 import pytest
 import yaml
 from support.commands import Pairsim, interrupted
@@ -114,21 +113,13 @@ SHORT = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "d0": 0.1, "length": 4, "mesh": {"Np
 SHORT |= {"time": {"end": 0.008, "first_step": 0.001}, "dU_error": True}
 
 
-@pytest.fixture(scope="module")
-def alone() -> pd.DataFrame:
-    """The series of a short run on one process."""
-    return pairsim.run(SHORT).check().table
-
-
 @pytest.mark.slow
-def test_under_mpirun_the_first_process_computes(alone: pd.DataFrame, tmp_path: Path, pairsim: Pairsim) -> None:
+def test_several_processes_for_one_case_are_refused_once(tmp_path: Path, pairsim: Pairsim) -> None:
     (tmp_path / "case.yaml").write_text(yaml.safe_dump(SHORT))
     done = pairsim("run", "case.yaml", "-o", "out", ranks=2)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.split() == ["out"]
-    assert done.stderr.count("1 of 2 wait: several cases share the cores with mpirun -n N pairsim sweep") == 1
-    together = read_table(tmp_path / "out" / "series.csv")
-    assert all(np.array_equal(together[name], alone[name]) for name in alone)
+    assert done.returncode == 2
+    assert done.stderr.count("one process computes a case, but 2 were started") == 1
+    assert not (tmp_path / "out").exists()
 
 
 def test_existing_results_are_replaced_only_when_asked(soft_run: Path, tmp_path: Path, pairsim: Pairsim) -> None:

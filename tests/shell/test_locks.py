@@ -66,11 +66,11 @@ def test_second_run_is_refused_and_the_first_one_is_whole(tmp_path: Path, pairsi
     assert not {file.name for file in out.iterdir()} & {*LOCK_FILES}
 
 
-@pytest.fixture(params=[0, errno.ENOSYS, errno.ENOLCK], ids=lambda number: f"errno {number}")
+@pytest.fixture(params=[0, errno.ENOSYS], ids=lambda number: f"errno {number}")
 def killed_owner(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
     """A program that is killed while it has a lock; here and there a file system is without `flock`, if not 0.
 
-    Lustre without `-o flock`, NFS without a lock service, or another.
+    As Lustre without `-o flock`.
     """
     program = "import os, pathlib, sys; from pairsim.runtime.locks import sole_writer\n"
     if request.param:
