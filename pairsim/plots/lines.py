@@ -12,9 +12,8 @@ import numpy as np
 from pairsim.plots.chart import FAILED, ZEROS, Series, point
 from pairsim.plots.units import Units
 from pairsim.results.columns import error_of, suffixes_in
-from pairsim.results.curve_table import curve_of
+from pairsim.results.curve_table import Zero, curve_of, zeros_in
 from pairsim.results.table_files import read_table
-from pairsim.results.zeros import Zero, zeros_in
 from pairsim.runtime.arrays import Array
 
 FINE = 400  # points of a smooth line

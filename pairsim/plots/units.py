@@ -8,10 +8,10 @@ from pathlib import Path
 
 from pairsim.physics.scales import Scales
 from pairsim.results.columns import column, known
+from pairsim.results.curve_table import Zero
 from pairsim.results.folder import read_record
 from pairsim.results.units import LENGTH, Unit, scales_in, scales_of
 from pairsim.results.xdmf import FieldFrame
-from pairsim.results.zeros import Zero
 from pairsim.runtime.arrays import Array
 
 

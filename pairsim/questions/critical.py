@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pairsim.computing.steady import Solutions
     from pairsim.computing.warnings import ErrorAt
     from pairsim.plots.style import Page
-    from pairsim.results.zeros import Zero
+    from pairsim.results.curve_table import Zero
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.curves.branch import Point
     from pairsim.solvers.curves.critical import Finding
@@ -189,7 +189,7 @@ def _lines(case: CriticalCase, region: Region | None) -> Iterator[tuple[Line, Pa
 
 def answer(tables: Tables, record: dict[str, Any]) -> list[str]:
     """Which critical distances there are, and where branches of them end."""
-    from pairsim.results.zeros import zeros_in
+    from pairsim.results.curve_table import zeros_in
 
     if not rows_in(tables["critical"]):
         return ["No critical distance was found in the given range: dU keeps its sign."]

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from pairsim.computing.steady import Solutions
     from pairsim.computing.warm_start import WarmStart
     from pairsim.plots.style import Page
-    from pairsim.results import zeros as in_tables
+    from pairsim.results import curve_table as in_tables
     from pairsim.results.xdmf import FieldFrame
     from pairsim.runtime.arrays import Array
     from pairsim.runtime.monitor import Monitor
@@ -205,7 +205,7 @@ def _large_force_errors(case: CurveCase, points: list[Point]) -> list[str]:
 
 def answer(tables: Tables, record: dict[str, Any]) -> list[str]:
     """Where particles separate and come closer, and how fast."""
-    from pairsim.results.zeros import zeros_in
+    from pairsim.results.curve_table import zeros_in
 
     if not rows_in(tables["curve"]):
         return ["No point was solved."]

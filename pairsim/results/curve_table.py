@@ -1,12 +1,16 @@
-"""dU of a table curve.csv as a function of the distance, and how far a pair moves before its start is forgotten."""
+"""What tables of curves say: dU as a function of the distance, its zeros, and from where on a start is forgotten."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy
 
+from pairsim.results.units import with_error
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import CurveInterpolant, Peak, Region
 
@@ -83,3 +87,23 @@ def forgotten_at(table: Mapping[str, Array], start: float) -> float | None:
     if len(way) and passed[-1] >= FORGOTTEN:
         return float(way[int(np.argmax(passed >= FORGOTTEN))])
     return float(way[-1]) if 0 < len(way) < STEPS else np.inf  # at rest, it has all the time
+
+
+@dataclass(frozen=True)
+class Zero:
+    """A distance at which dU vanishes, with its error where it is known, and whether it is stable."""
+
+    d: float
+    stable: bool
+    error: float | None = None
+
+    def __str__(self) -> str:
+        kind = "stable" if self.stable else "unstable"
+        return f"{with_error(self.d, self.error)} ({kind})"
+
+
+def zeros_in(table: Mapping[str, Any], name: str = "d") -> list[Zero]:
+    """The zeros in a table, whose distances are in the column `name`."""
+    errors = [float(each) if math.isfinite(each) else None for each in table.get("d_error", ())]
+    found = table.get(name, ()), table.get("stable", ()), errors or [None] * len(table.get(name, ()))
+    return [Zero(float(d), bool(stable), error) for d, stable, error in zip(*found, strict=True)]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -90,10 +89,10 @@ def travel(
     if curve is None:
         raise InputError(source, "", None, "must be the curve of a pair with at least two points")
     record = record or {}
-    first, last = (_end(option, d, curve, record, source) for option, d in (("--from", start), ("--to", stop)))
-    low, high = sorted((first.d, last.d))
-    if why := _obstacle(curve, first.d, last.d):
-        raise last.refusal(why)
+    begin, end = (_distance(option, d, curve, record, source) for option, d in (("--from", start), ("--to", stop)))
+    if why := _obstacle(curve, begin, end):
+        raise _refusal(source, "--to", stop, end, why)
+    low, high = sorted((begin, end))
     stretch = stretch_of(table)
     mean = scipy.interpolate.PchipInterpolator(np.log(curve.d), (table["U_L"] + table["U_T"]) / 2)
     places = np.log([low, *curve.d[(low < curve.d) & (curve.d < high)], high])
@@ -112,8 +111,45 @@ def travel(
         return value, max(value - least, most - value)
 
     (time, time_error), (length, length_error) = with_half_width(lambda x: 1.0), with_half_width(mean)
-    known = forgotten_at(table, first.d)
-    return Travel(first.d, last.d, time, length, time_error, length_error, known, scales_in(record))
+    forgotten = forgotten_at(table, begin)
+    return Travel(begin, end, time, length, time_error, length_error, forgotten, scales_in(record))
+
+
+def _distance(
+    option: str, given: float | str, curve: CurveInterpolant, record: Mapping[str, Any], source: str
+) -> float:
+    """A distance on the curve [D_c], which is an end of the curve where it differs from it by rounding.
+
+    Raises:
+        InputError: It is neither a number nor a length, the case has no units, or it is outside the curve.
+    """
+    if (number := _number(given)) is not None:
+        d = number
+    else:
+        try:
+            length = si(str(given), A_LENGTH)
+        except ValueError as error:
+            raise InputError(source, option, given, f"{error}, or a number of tube diameters") from None
+        d = length / scales_of(record, source).length
+    least, largest = float(curve.d[0]), float(curve.d[-1])
+    d = next((end for end in (least, largest) if abs(d - end) < SAME * end), d)
+    if not least <= d <= largest:
+        raise _refusal(source, option, given, d, f"must be between {least:g} and {largest:g}, the ends of the curve")
+    return d
+
+
+def _number(given: float | str) -> float | None:
+    try:
+        return float(given)
+    except ValueError:
+        return None
+
+
+def _refusal(source: str, option: str, given: float | str, d: float, allowed: str) -> InputError:
+    """The error that names a distance as it was given."""
+    if (number := _number(given)) is not None:
+        return InputError(source, option, number, allowed)
+    return InputError(source, option, given, f"gives d = {d:g}, which {allowed}")
 
 
 def _obstacle(curve: CurveInterpolant, start: float, stop: float) -> str:
@@ -131,42 +167,3 @@ def _obstacle(curve: CurveInterpolant, start: float, stop: float) -> str:
     inside = np.array([low, *samples[(low < samples) & (samples < high)], high])
     unsure = inside[np.abs(curve.values(inside)) <= curve.half_widths(inside)]
     return f"must be reached without a distance at which dU may vanish, as at {unsure[0]:.4g}" if unsure.size else ""
-
-
-@dataclass(frozen=True)
-class _End:
-    """One of the two distances: its option, what was given, as a number where it is one, and what that is [D_c]."""
-
-    option: str
-    given: float | str
-    d: float
-    source: str
-
-    def refusal(self, allowed: str) -> InputError:
-        """The error that names it as it was given."""
-        gives = f"gives d = {self.d:g}, which " if isinstance(self.given, str) else ""
-        return InputError(self.source, self.option, self.given, gives + allowed)
-
-
-def _length(option: str, given: str, source: str) -> float:
-    try:
-        return si(given, A_LENGTH)
-    except ValueError as error:
-        raise InputError(source, option, given, f"{error}, or a number of tube diameters") from None
-
-
-def _end(option: str, given: float | str, curve: CurveInterpolant, record: Mapping[str, Any], source: str) -> _End:
-    """A distance on the curve, which is an end of the curve where it differs from it by rounding.
-
-    Raises:
-        InputError: It is neither a number nor a length, the case has no units, or it is outside the curve.
-    """
-    with suppress(ValueError):
-        given = float(given)
-    d = given if isinstance(given, float) else _length(option, given, source) / scales_of(record, source).length
-    least, largest = float(curve.d[0]), float(curve.d[-1])
-    d = next((end for end in (least, largest) if abs(d - end) < SAME * end), d)
-    end = _End(option, given, d, source)
-    if not least <= d <= largest:
-        raise end.refusal(f"must be between {least:g} and {largest:g}, the ends of the curve")
-    return end

@@ -21,7 +21,7 @@ from pairsim.plots.overlay import draw_overlay
 from pairsim.plots.style import COLOURS, Page, printing
 from pairsim.plots.units import Units
 from pairsim.results.columns import column
-from pairsim.results.zeros import Zero
+from pairsim.results.curve_table import Zero
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.folder import read_sweep
 

@@ -14,9 +14,9 @@ from pairsim.computing.answer import advice
 from pairsim.computing.run_answer import answer_of_run
 from pairsim.questions.critical import answer_of_critical
 from pairsim.questions.curve import answer_of_curve
+from pairsim.results.curve_table import Zero
 from pairsim.results.settled import SETTLED, start_up
 from pairsim.results.units import with_error
-from pairsim.results.zeros import Zero
 from pairsim.runtime.errors import (
     BranchEnd,
     MeshFailure,
