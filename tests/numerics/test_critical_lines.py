@@ -58,12 +58,12 @@ class Formula:
         return np.array([(self.dU(along(1e-6)) - self.dU(along(-1e-6))) / 2e-6])
 
     def zero_on(self, along: Callable[[float], Parameters], tau: float, y: Array, *, settled: bool) -> Any:
-        tried = np.linspace(-0.5, 0.5, 2000)  # Newton finds the nearest zero
+        tried = np.linspace(-0.5, 0.5, 400)
         dU = np.array([self.dU(along(t)) for t in tried])
         signs = np.flatnonzero(dU[1:] * dU[:-1] <= 0)
         if not len(signs):
             return None
-        nearest = signs[np.argmin(np.abs(tried[signs] - tau))]
+        nearest = signs[np.argmin(np.abs(tried[signs] - tau))]  # as Newton finds it
         self.solver.parameters = along(brentq(lambda t: self.dU(along(t)), tried[nearest], tried[nearest + 1]))
         return SimpleNamespace(parameters=self.solver.parameters, d=self.solver.parameters.gaps[0])
 
