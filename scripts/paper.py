@@ -192,7 +192,7 @@ def store(output: Path, quick: bool) -> None:
         tables["markers"] = transients(cases).map("{:.5g}".format)
     keys = {"statements": ["figure", "the paper says"], "effort": ["figure"]}
     pages.save("paper", tables, keys | {"markers": ["beta", "De", "Ca_e", "d_0", "t"]})
-    times = [sweep.record["updated"] for name in cases.names if (sweep := cases.sweep(name))]
+    times = [(sweep.folder / "results.csv").stat().st_mtime for name in cases.names if (sweep := cases.sweep(name))]
     how = " With `--quick`, whose coarse meshes prove nothing." if quick else ""
     pages.save("paper", {"made": pd.DataFrame({"made": [made(times) + how]})})
 

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal, NoReturn, overload
+from typing import Any, Literal, overload
 
 from pairsim.cases.case import Case, SceneCase
 from pairsim.cases.curve_case import CriticalCase, CurveCase
@@ -64,14 +64,11 @@ def load(path_or_dict: AnyCase, *, kind: str = "run", **overrides: Any) -> Scene
     data, source = content_of(path_or_dict)
     forget_numbers(data)
     overrides = _with_blocks(overrides)
-
-    def refuse(key: str, value: Any, allowed: str) -> NoReturn:
-        raise InputError(source, key, value, allowed)
-
     try:
-        merge(data, plain(overrides), refuse)
+        changes = plain(overrides)
     except (TypeError, ValueError) as error:
         raise InputError(source, "", None, str(error)) from None
+    merge(data, changes, source)
     return parse_case(QUESTIONS[kind], data, source)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import nullcontext
 from functools import cached_property
@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pairsim.api.results import Result, result_of
+from pairsim.cases.identity import RUNS
 from pairsim.cases.merging import section_of
 from pairsim.computing import QUESTIONS
 from pairsim.computing.progress import Style, style_of
@@ -20,7 +21,7 @@ from pairsim.runtime.locks import is_locked
 from pairsim.runtime.signals import Signals
 from pairsim.sweeps.folder import ENDED, read_sweep, rows_of
 from pairsim.sweeps.grid import grid_from, read_grid
-from pairsim.sweeps.sweep import Options, Slots, run_sweep, with_workers
+from pairsim.sweeps.sweep import Options, Workers, run_sweep, with_workers
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,12 +30,13 @@ if TYPE_CHECKING:
 class SweepResult:
     """The result of a sweep; returned by `sweep` and `open`. Files are read when first accessed.
 
-    Args:
+    Attributes:
         folder: The folder of the sweep.
+        exit_code, message: How the call that has returned it ended, as on the command line.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, exit_code: int = 0, message: str = "") -> None:
+        self.folder, self.exit_code, self.message = folder, exit_code, message
 
     @cached_property
     def record(self) -> dict[str, Any]:
@@ -115,13 +117,14 @@ class SweepResult:
 def sweep(
     grid: str | PathLike[str] | Mapping[str, Any],
     *,
-    folder: str | PathLike[str],
+    folder: str | PathLike[str] | None = None,
     executor: Executor | None = None,
     workers: int = 1,
     chain: int | None = None,
     case_timeout: float | None = None,
     progress: bool | Style = False,
-    signals: bool = False,
+    signals: bool | Signals = False,
+    settings: Sequence[str] = (),
 ) -> SweepResult:
     """Compute every case of a grid that is not finished yet.
 
@@ -130,15 +133,17 @@ def sweep(
 
     Args:
         grid: Path of a grid file, or a dict of its keys: base, grid, zip, cases, exclude, command.
-        folder: Folder of the sweep; made, or continued.
+        folder: Folder of the sweep; made, or continued. Default: runs/<name of the grid>.
         executor: A `concurrent.futures.Executor`, such as that of a Dask client; threads of this process by default.
         workers: Cases that are computed at the same time; with an executor, how many it computes.
         chain: Largest number of neighbouring curves that start from one another; by default as many as leave each
             worker two chains. With 1, results do not depend on neighbours.
         case_timeout: Allowed wall time of a case, in seconds.
         progress: Show progress on stderr: True, "bar" or "lines".
-        signals: End in order at SIGINT, SIGTERM and SIGHUP, as the command line does. Without it no signal handler is
-            installed; a KeyboardInterrupt stops the running cases, and the same call continues later.
+        signals: End in order at SIGINT, SIGTERM and SIGHUP, as the command line does: True, or a
+            `pairsim.runtime.signals.Signals` that the caller has entered. Without it no signal handler is installed; a
+            KeyboardInterrupt stops the running cases, and the same call continues later.
+        settings: Keys to replace in every case, such as "mesh.Np=20".
 
     Returns:
         The result, also if cases failed or the sweep was interrupted.
@@ -150,14 +155,14 @@ def sweep(
         if isinstance(value, bool) or not isinstance(value, int) or value < 1:
             raise InputError("pairsim.sweep", name, value, "must be a whole number of at least 1")
 
-    def compute(slots: Slots, count: int) -> None:
+    def compute(workers: Workers) -> SweepResult:
         if isinstance(grid, Mapping):
-            checked = grid_from(Path("grid"), section_of(plain(grid)))
+            checked = grid_from(Path("grid"), section_of(plain(grid)), settings)
         else:
-            checked = read_grid(Path(grid))
-        with Signals() if signals else nullcontext() as caught:
-            options = Options(case_timeout, chain, count, style_of(progress), caught)
-            run_sweep(checked, Path(folder), options, slots)
+            checked = read_grid(Path(grid), settings)
+        directory = Path(folder or RUNS / checked.name)
+        with Signals() if signals is True else nullcontext(signals or None) as caught:
+            options = Options(case_timeout, chain, style_of(progress), caught)
+            return SweepResult(directory, *run_sweep(checked, directory, options, workers))
 
-    with_workers(compute, executor, workers)
-    return SweepResult(Path(folder))
+    return with_workers(compute, executor, workers)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Mapping
-from typing import Any, NoReturn
+from collections.abc import Mapping
+from typing import Any
 
 from pairsim.cases.physical import BLOCK
 from pairsim.cases.yaml_file import DEFAULT_LAWS, Section, places_in
@@ -13,34 +13,34 @@ from pairsim.runtime.errors import InputError
 GROUPS = ("mesh", "time", "limits", "output", BLOCK)  # keys of a case whose value is a group of keys
 
 
-def merge(
-    target: Section, changes: Mapping[str, Any], refuse: Callable[[str, Any, str], NoReturn], group: str = ""
-) -> None:
+def merge(target: Section, changes: Mapping[str, Any], source: str = "", group: str = "") -> None:
     """Merge changes into nested keys and values, in place.
 
     Args:
         target: Keys and values, groups nested.
         changes: New keys and values, groups nested or as dotted keys.
-        refuse: Raises an InputError for a key, its value and a message.
-        group: Prefix of the keys in error messages, such as "mesh.".
+        source: Name of the changes in messages, where the places of their keys are not known.
+        group: Prefix of the keys in messages, such as "mesh.".
 
     Raises:
-        InputError: A dotted key goes through a value that is not a group; raised by `refuse`.
+        InputError: A dotted key goes through a value that is not a group.
     """
     places = places_in(changes)
     for dotted, value in changes.items():
+        place = places.get(dotted)
         try:
             inner, last = target.within(dotted)
             of_law = last in DEFAULT_LAWS and isinstance(value, Mapping) and "law" not in value
-            if of_law or (last in GROUPS and isinstance(value, Mapping) and isinstance(inner.get(last), Mapping)):
-                merge(inner.group(last), value, refuse, f"{group}{dotted}.")
-            else:
-                new = copy.deepcopy(value)
-                inner.put(last, section_of(new) if isinstance(new, Mapping) else new, places.get(dotted))
+            grouped = of_law or (last in GROUPS and isinstance(value, Mapping) and isinstance(inner.get(last), Mapping))
+            held = inner.group(last) if grouped else inner
         except ValueError as error:
-            if isinstance(error, InputError):
-                raise
-            refuse(f"{group}{dotted}", value, str(error))
+            file, line = place or (source, None)
+            raise InputError(file, f"{group}{dotted}", value, str(error), line=line) from None
+        if grouped:
+            merge(held, value, source, f"{group}{dotted}.")
+        else:
+            new = copy.deepcopy(value)
+            inner.put(last, section_of(new) if isinstance(new, Mapping) else new, place)
 
 
 def flat(entry: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
@@ -13,7 +12,6 @@ from pydantic import BaseModel
 
 from pairsim.cases.yaml_file import place_of
 from pairsim.runtime.errors import InputError
-from pairsim.runtime.text import as_typed
 
 
 @dataclass(frozen=True)
@@ -78,35 +76,6 @@ def input_error(mistakes: Sequence[Mistake], data: Mapping[str, Any], source: st
         return InputError(file, mistake.key, value, mistake.allowed, line=line, entry=entry)
 
     return InputError.of_all(map(error, mistakes))
-
-
-class Mistakes:
-    """Collects the mistakes of a file with several cases, each of them once."""
-
-    def __init__(self) -> None:
-        self._found: dict[tuple[Any, ...], InputError] = {}
-        self._counts: Counter[tuple[Any, ...]] = Counter()
-
-    def __bool__(self) -> bool:
-        return bool(self._found)
-
-    def add(self, error: InputError) -> None:
-        """Add all mistakes of an error. A mistake in the base of a sweep occurs in every case, but is kept once."""
-        for each in error.mistakes:
-            same = (each.file, each.line, each.key, as_typed(each.value), each.allowed)
-            self._found.setdefault(same, each)
-            self._counts[same] += 1
-
-    def error(self, cases: int = 0) -> InputError:
-        """One error with all mistakes, in the order of the file.
-
-        Args:
-            cases: Number of cases that were checked: what is wrong in all of them is a mistake of "every case".
-        """
-        for same, each in self._found.items():
-            each.others = ()
-            each.entry = "every case" if self._counts[same] == cases > 1 else each.entry
-        return InputError.of_all(self._found.values())
 
 
 def without(data: Mapping[str, Any], mistakes: Iterable[Mistake]) -> dict[str, Any]:

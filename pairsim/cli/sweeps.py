@@ -63,25 +63,29 @@ def sweep(
     Exit codes: 0 no case failed, 2 wrong input, 3 some cases failed, 4
     installation or system at fault (pairsim doctor), 130 interrupted.
     """
-    from pairsim.sweeps.grid import read_grid
-    from pairsim.sweeps.sweep import Options, Slots, run_sweep, with_workers
-
-    settings = tuple(set_ or ())
+    settings = set_ or ()
     if dry_run:
+        from pairsim.sweeps.grid import read_grid
         from pairsim.sweeps.progress import dry_run_view
 
         if rank() == 0:
             print_table(dry_run_view(read_grid(grid, settings)))
         return
+    from pairsim.api import sweeps
 
-    def compute(slots: Slots, count: int) -> tuple[int, str, Path]:
-        checked = read_grid(grid, settings)
-        directory = output or Path("runs") / checked.name
-        options = Options(case_timeout, chain, count, "none" if quiet else progress, signals, settings)
-        return *run_sweep(checked, directory, options, slots), directory
-
+    style = "none" if quiet else progress
     with Signals(final=True) as signals:
-        _end(*with_workers(compute, workers=workers))
+        result = sweeps.sweep(
+            grid,
+            folder=output,
+            workers=workers,
+            chain=chain,
+            case_timeout=case_timeout,
+            progress=style,
+            signals=signals,
+            settings=settings,
+        )
+    _end(result.exit_code, result.message, result.folder)
 
 
 def _end(code: int, message: str, directory: Path) -> NoReturn:
@@ -112,19 +116,13 @@ def study(
     Exit codes: 0 no case failed, 2 wrong input, 3 some cases failed, 4
     installation or system at fault (pairsim doctor), 130 interrupted.
     """
-    from pairsim.sweeps.study import read_study, run_study
-    from pairsim.sweeps.sweep import Options, Slots, run_sweep, with_workers
-
-    def compute(slots: Slots, count: int) -> tuple[int, str, Path]:
-        keys, grids = read_study(file, tuple(set_ or ()))
-        directory = output or Path("runs") / grids[0].name
-        options = Options(case_timeout, 1, count, "none" if quiet else progress, signals)
-        return *run_study(
-            keys, grids, directory, lambda grid, folder: run_sweep(grid, folder, options, slots)
-        ), directory
+    from pairsim.sweeps.study import compute_study
+    from pairsim.sweeps.sweep import Options
 
     with Signals(final=True) as signals:
-        _end(*with_workers(compute))
+        options = Options(case_timeout, 1, "none" if quiet else progress, signals)
+        code, message, folder = compute_study(file, output, options, set_ or ())
+    _end(code, message, folder)
 
 
 @app.command(epilog="Examples: pairsim status runs/sweep | pairsim status runs/quickstart")

@@ -17,7 +17,6 @@ from pairsim.cases.wording import mistakes_of
 from pairsim.cases.yaml_file import Section, apply_settings, read_yaml
 from pairsim.computing import QUESTIONS, Question
 from pairsim.computing.many_cases import StudyFile, SweepFile
-from pairsim.runtime.errors import InputError
 
 FILES: dict[str, type[BaseModel]] = {
     **{name: command.model for name, command in QUESTIONS.items()},
@@ -122,20 +121,9 @@ def file_of_another_command(data: Mapping[str, Any], command: str, in_grid: bool
     return Mistake("", None, f"must be a file for `pairsim {command}`, but {one}{instead}{grid}")
 
 
-def wrong_keys(command: Question[Any], data: Mapping[str, Any], source: str, entry: str) -> InputError | None:
-    """The keys of a case that are wrong on their own, if any; missing keys and those that do not go together are not.
-
-    For the cases of a file whose other mistakes may have left out some of their keys.
-    """
-    numbers = InNumbers(data, command.model.model_fields)
-    _, wrong = _validated(command.model, numbers.data)
-    found = numbers.mistakes([mistake for mistake in wrong if not mistake.is_missing])
-    return input_error(found, data, source, entry) if found else None
-
-
-def check_file[T: BaseModel](
+def parse_file[T: BaseModel](
     command: str, model: type[T], check: Callable[[T], Iterator[Mistake]], data: Mapping[str, Any], source: str
-) -> tuple[T | None, list[Mistake]]:
+) -> T:
     """Validate the keys of a sweep or study file, each on its own and against each other, but not its cases.
 
     Args:
@@ -145,13 +133,13 @@ def check_file[T: BaseModel](
         data: Keys and values.
         source: Name of the file in messages.
 
-    Returns:
-        The file without its wrong keys, None if too little of it is left, and the mistakes.
-
     Raises:
-        InputError: The file is for another command.
+        InputError: The file has mistakes, or is for another command.
     """
     file, wrong = _validated(model, data)
     if wrong and (other := file_of_another_command(data, command)) is not None:
         raise input_error([other], data, source)
-    return file, wrong + (_others(check(file), wrong) if file is not None else [])
+    wrong += _others(check(file), wrong) if file is not None else []
+    if wrong or file is None:
+        raise input_error(wrong, data, source)
+    return file

@@ -8,8 +8,9 @@ from itertools import groupby, pairwise
 from math import ceil
 from typing import Any
 
+from pairsim.cases.identity import identity_of
 from pairsim.cases.physical import BLOCK
-from pairsim.sweeps.case import SweepCase
+from pairsim.sweeps.grid import SweepCase
 
 
 def chains(cases: Sequence[SweepCase], neighbours: Sequence[str], longest: int) -> list[list[SweepCase]]:
@@ -25,7 +26,7 @@ def chains(cases: Sequence[SweepCase], neighbours: Sequence[str], longest: int) 
         return [[case] for case in cases]
     alike: dict[str, list[SweepCase]] = {}
     for case in cases:
-        rest = {key: value for key, value in case.identity.items() if key not in (*neighbours, BLOCK)}
+        rest = {key: value for key, value in identity_of(case.case).items() if key not in (*neighbours, BLOCK)}
         alike.setdefault(json.dumps(rest, sort_keys=True), []).append(case)
     found = []
     for group in alike.values():
@@ -41,8 +42,8 @@ def _walk(group: list[SweepCase], keys: Sequence[str]) -> list[SweepCase]:
         return group
 
     def place(case: SweepCase) -> tuple[Any, ...]:
-        value = case.identity[keys[0]]
-        return tuple(value) if isinstance(value, list) else (value,)
+        value = getattr(case.case, keys[0])
+        return value if isinstance(value, tuple) else (value,)
 
     walked: list[SweepCase] = []
     for i, (_, row) in enumerate(groupby(sorted(group, key=place), key=place)):

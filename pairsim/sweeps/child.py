@@ -18,7 +18,6 @@ import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that load
 
 # isort: split
 from pairsim.computing import QUESTIONS
-from pairsim.computing.case_files import parse_case
 from pairsim.computing.progress import Reporter
 from pairsim.computing.record import memory
 from pairsim.computing.session import Options, carry_out
@@ -28,7 +27,7 @@ from pairsim.results.folder import CHECKPOINT
 from pairsim.runtime.child_process import end_with_parent
 from pairsim.runtime.errors import InputError, RunFailure
 from pairsim.runtime.signals import Signals
-from pairsim.sweeps.task import Job, Said
+from pairsim.sweeps.task import Said, Task
 
 IDLE = 60.0
 """Seconds without a case after which the process ends: workers of other executors live on after a sweep."""
@@ -40,32 +39,33 @@ def serve(connection: Connection) -> None:
     connection.send(True)  # ready
     with suppress(EOFError):
         while connection.poll(IDLE):
-            job: Job = connection.recv()
-            if not job.warm:
+            task, place = connection.recv()
+            if not place:
                 warm_start.close()
-            connection.send(Said(*compute(job, warm_start), memory()))
+            connection.send(Said(*compute(task, place, warm_start), memory()))
 
 
-def compute(job: Job, warm_start: WarmStart) -> tuple[str, str]:
-    """Compute a case and write it to its folder, from its checkpoint if it has one.
+def compute(task: Task, place: int, warm_start: WarmStart) -> tuple[str, str]:
+    """Compute a case of a task and write it to its folder, from its checkpoint if it has one.
 
     Returns:
         Reason and message of its failure, where run.json does not have them; else empty.
     """
-    question = QUESTIONS[job.command]
+    case, folder = task.cases[place].case, task.directory / task.cases[place].folder
+    question = QUESTIONS[case.kind]
     more: dict[str, Any] = {"warm_start": warm_start} if question.in_sweeps.neighbours else {}
     try:
-        case, outcome = parse_case(question, job.data, job.line), None
+        outcome = None
         with Signals() as signals:
-            options = Options(True, Reporter(), job.line, signals)
-            if question.resumable and (job.folder / CHECKPOINT).is_file():
+            options = Options(True, Reporter(), task.line, signals)
+            if question.resumable and (folder / CHECKPOINT).is_file():
                 with suppress(InputError):  # it cannot be used
-                    outcome = carry_out(question, case, job.folder, options, resume=True, **more)
+                    outcome = carry_out(question, case, folder, options, resume=True, **more)
             if outcome is None:
-                outcome = carry_out(question, case, job.folder, options, **more)
+                outcome = carry_out(question, case, folder, options, **more)
         if outcome.status == "finished" and question.draws_from is not None:
             with suppress(OSError, InputError):  # a picture can be drawn again
-                question.draw(job.folder, job.folder, Page())
+                question.draw(folder, folder, Page())
     except InputError as error:
         return "refused", str(error)
     except RunFailure as failure:

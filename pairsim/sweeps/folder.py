@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from pairsim.cases.yaml_file import yaml_text
-from pairsim.computing import QUESTIONS, Question
+from pairsim.computing import QUESTIONS
 from pairsim.computing.question import Value
 from pairsim.results.folder import plain, read_record, write_text
 from pairsim.runtime.errors import InputError
@@ -49,31 +49,29 @@ class CaseState:
     values: Mapping[str, Value] = field(default_factory=dict)
 
 
-def read_state(directory: Path, key: str, command: Question[Any], values: bool = True) -> CaseState:
+def read_state(directory: Path, key: str, values: bool = True) -> CaseState:
     """How a case stands, by its folder.
 
     Args:
         directory: The folder of the case.
         key: The case's hash: a folder with that of another case says nothing.
-        command: The command of the sweep.
         values: Whether to read its tables.
     """
     record = read_record(directory)
     status = record.get("status")
     if record.get("key") != key or status not in ("running", *ENDED):
         return CaseState(directory.name)
-    known = command.values(directory) if values and status in ENDED else {}
+    known = QUESTIONS[record["kind"]].values(directory) if values and status in ENDED else {}
     words = record.get("reason", ""), record.get("message", "")
     return CaseState(directory.name, str(status), *words, record.get("warnings", ()), known)
 
 
-def begin(directory: Path, grid: Grid, settings: Sequence[str]) -> dict[str, Any]:
+def begin(directory: Path, grid: Grid) -> dict[str, Any]:
     """Write sweep.json and grid.yaml, unless they are there.
 
     Args:
         directory: The folder of the sweep, made if needed.
         grid: The grid.
-        settings: Those of --set.
 
     Returns:
         The content of sweep.json.
@@ -82,7 +80,6 @@ def begin(directory: Path, grid: Grid, settings: Sequence[str]) -> dict[str, Any
         InputError: The folder belongs to another grid, or is not that of a sweep.
         OSError: The files cannot be written.
     """
-    names = [path.name for path in directory.iterdir() if not path.name.startswith(".")]
     if (directory / "sweep.json").is_file():
         earlier = _read(directory)
         if earlier.get("grid") != grid.key:
@@ -90,38 +87,28 @@ def begin(directory: Path, grid: Grid, settings: Sequence[str]) -> dict[str, Any
             whose = "of another grid" if version == __version__ else f"by pairsim {version}, whose keys differ"
             raise InputError(str(directory), "-o", None, f"must be a folder for this grid, but has a sweep {whose}")
         return earlier
-    if names:
+    if any(not path.name.startswith(".") for path in directory.iterdir()):
         raise InputError(str(directory), "-o", None, "must be a new or empty folder, or one of a sweep")
-    content = {
-        "name": grid.name,
-        "command": grid.command.name,
-        "grid": grid.key,
-        "varying": list(grid.varying),
-        "parameters": list(dict.fromkeys((*grid.varying, *grid.command.in_sweeps.parameters))),
-        "columns": list(grid.columns),
-        "command_line": command_line(),
-        "working_folder": os.getcwd(),
-        "machine": {"node": platform.node(), "system": platform.platform()},
-        "versions": {"pairsim": __version__, "python": platform.python_version()},
-        "cases": [
-            {
-                "folder": case.folder,
-                "key": case.key,
-                "parameters": {
-                    **case.parameters,
-                    **{key: case.resolved.get(key) for key in grid.command.in_sweeps.parameters},
-                },
-            }
-            for case in grid.cases
-        ],
-    }
-    write_text(
-        directory / "grid.yaml", "".join(f"# --set {each}\n" for each in settings) + yaml_text(plain(grid.content))
+    cases = [{"folder": case.folder, "key": case.key, "parameters": case.parameters} for case in grid.cases]
+    content: dict[str, Any] = plain(
+        {
+            "name": grid.name,
+            "command": grid.question.name,
+            "grid": grid.key,
+            "varying": grid.varying,
+            "parameters": [*dict.fromkeys((*grid.varying, *grid.question.in_sweeps.parameters))],
+            "columns": grid.columns,
+            "command_line": command_line(),
+            "working_folder": os.getcwd(),
+            "machine": {"node": platform.node(), "system": platform.platform()},
+            "versions": {"pairsim": __version__, "python": platform.python_version()},
+            "cases": cases,
+        }
     )
-    text = json.dumps(plain(content), indent=1, ensure_ascii=False)
-    write_text(directory / "sweep.json", f"{text}\n")
-    found: dict[str, Any] = json.loads(text)
-    return found
+    text = "".join(f"# --set {each}\n" for each in grid.settings) + yaml_text(plain(grid.content))
+    write_text(directory / "grid.yaml", text)
+    write_text(directory / "sweep.json", json.dumps(content, indent=1, ensure_ascii=False) + "\n")
+    return content
 
 
 def _read(directory: Path) -> dict[str, Any]:
@@ -137,8 +124,7 @@ def _read(directory: Path) -> dict[str, Any]:
 
 
 def read_sweep(directory: Path, values: bool = True) -> dict[str, Any]:
-    """What sweep.json has, and how each case stands: all of `CaseState` in its entry, `counts` by status, and
-    `updated`, when results.csv was written [s since 1970].
+    """What sweep.json has, and how each case stands: all of `CaseState` in its entry, and `counts` by status.
 
     Args:
         directory: The folder of the sweep.
@@ -148,14 +134,13 @@ def read_sweep(directory: Path, values: bool = True) -> dict[str, Any]:
         InputError: The folder is not that of a sweep.
     """
     content = _read(directory)
-    command, working = QUESTIONS[content["command"]], is_locked(directory)
+    working = is_locked(directory)
     for case in content["cases"]:
-        case.update(vars(read_state(directory / case["folder"], case["key"], command, values)))
+        case.update(vars(read_state(directory / case["folder"], case["key"], values)))
         if case["status"] == "running" and not working:  # it was killed
             case["status"] = "pending"
     count = Counter(case["status"] for case in content["cases"])
-    made = (directory / "results.csv").stat().st_mtime if (directory / "results.csv").is_file() else 0.0
-    return content | {"counts": {status: count[status] for status in STATUSES}, "updated": made}
+    return content | {"counts": {status: count[status] for status in STATUSES}}
 
 
 def rows_of(content: Mapping[str, Any]) -> tuple[list[str], list[list[Any]]]:

@@ -5,26 +5,48 @@ from __future__ import annotations
 import copy
 import hashlib
 import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
 from typing import Any
 
-from pairsim.cases.merging import flat
-from pairsim.cases.mistakes import Mistake, Mistakes, input_error
+from pairsim.cases.case import SceneCase
+from pairsim.cases.identity import folder_name, identity_of, key_of
+from pairsim.cases.merging import flat, merge
+from pairsim.cases.mistakes import Mistake, input_error
 from pairsim.cases.physical import BLOCK, forget_numbers
-from pairsim.cases.values import FOLDER_WORDS, fits_a_folder, is_finite, is_name
+from pairsim.cases.values import is_finite, is_name
 from pairsim.cases.yaml_file import DEFAULT_LAWS, Section, apply_settings, places_in, read_yaml
 from pairsim.computing import QUESTIONS, Question
-from pairsim.computing.case_files import check_file, wrong_keys
+from pairsim.computing.case_files import parse_case, parse_file
 from pairsim.computing.many_cases import SweepFile, check_sweep
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.case import SweepCase
-from pairsim.sweeps.reader import file_named, merged_into, value_at
+from pairsim.runtime.text import as_typed
 
-NUMBERS = ("beta", "De", "Ca_e", "xi", "d0")  # keys whose values a physical block can give
+NUMBERS = ("beta", "De", "Ca_e", "xi", "d0")
+"""Keys whose values a `physical` block can give."""
+
+
+@dataclass(frozen=True)
+class SweepCase:
+    """A validated case of a sweep.
+
+    Attributes:
+        case: The case.
+        key: Hash of all that makes two cases the same.
+        parameters: Values of the varying keys of its grid, and of those that results.csv always has.
+    """
+
+    case: SceneCase
+    key: str
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def folder(self) -> str:
+        """Name of its folder, `<slug>-<beginning of key>`."""
+        return folder_name(self.case.slug, self.key)
 
 
 @dataclass(frozen=True)
@@ -32,35 +54,58 @@ class Grid:
     """A validated grid file.
 
     Attributes:
-        source: The file.
         name: Name of the sweep.
-        command: The command that computes each case.
+        question: The command that computes each case.
         cases: The cases without duplicates, in the order of the file.
         varying: Dotted keys that take more than one value, in the order of the file.
-        key: Hash of the set of cases.
         duplicates: Number of duplicates left out.
         excluded: Number of entries excluded.
         content: Content of the file, with the base case included.
+        settings: key=value settings that replace keys in every case.
     """
 
-    source: Path
     name: str
-    command: Question[Any]
+    question: Question[Any]
     cases: tuple[SweepCase, ...]
     varying: tuple[str, ...]
-    key: str
     duplicates: int
     excluded: int
     content: dict[str, Any]
+    settings: tuple[str, ...] = ()
+
+    @property
+    def key(self) -> str:
+        """Hash of the set of cases."""
+        return hashlib.sha256("\n".join(sorted(case.key for case in self.cases)).encode()).hexdigest()
 
     @property
     def columns(self) -> tuple[str, ...]:
         """Result columns of all cases, in the order of their first appearance."""
-        own = (name for case in self.cases for name in case.columns)
-        return tuple(dict.fromkeys((*own, *self.command.in_sweeps.last)))
+        shown = self.question.in_sweeps
+        return tuple(dict.fromkeys((*(name for each in self.cases for name in shown.columns(each.case)), *shown.last)))
 
 
-def read_grid(path: Path, settings: tuple[str, ...] = ()) -> Grid:
+@dataclass(frozen=True)
+class _Entry:
+    """What an entry of a grid file changes in the base case.
+
+    Attributes:
+        name: The entry in messages.
+        changes: Keys and values, dotted or nested.
+        combined: Whether it is a combination of `grid` and `zip`, to which `exclude` applies.
+    """
+
+    name: str
+    changes: Section
+    combined: bool
+
+    @property
+    def keys(self) -> Iterable[str]:
+        """The dotted keys that it changes."""
+        return self.changes if self.combined else flat(self.changes)
+
+
+def read_grid(path: Path, settings: Sequence[str] = ()) -> Grid:
     """Read a grid file and validate every case.
 
     Args:
@@ -73,174 +118,106 @@ def read_grid(path: Path, settings: tuple[str, ...] = ()) -> Grid:
     return grid_from(path, read_yaml(path), settings)
 
 
-def grid_from(
-    path: Path, data: dict[str, Any], settings: tuple[str, ...] = (), names: Sequence[str] | None = None
-) -> Grid:
+def grid_from(path: Path, data: dict[str, Any], settings: Sequence[str] = (), listed: str = "cases") -> Grid:
     """As `read_grid`, from the content of a grid file.
 
     Args:
         path: The file, to whose folder relative paths in the content refer.
         data: The content.
         settings: key=value settings that replace keys in every case.
-        names: Names of the entries of `cases` in messages.
+        listed: What the key `cases` is called in messages.
     """
-    reader = GridReader(path, data, settings, names, Mistakes())
-    grid = reader.grid(partly=bool(reader.mistakes))
-    if grid is None:
-        raise reader.mistakes.error(reader.count)
-    return grid
+    file = parse_file("sweep", SweepFile, check_sweep, data, str(path))
+    question, base = QUESTIONS[file.command], read_base(path, data)
+    found: dict[str, tuple[SceneCase, Section]] = {}
+    varied: dict[str, None] = {}
+    errors: list[InputError] = []
+    used, entries, excluded = set[int](), 0, 0
+    for entry in _entries(path, data, file, listed):
+        try:
+            merged = merged_case(base, entry.changes, settings)
+            if entry.combined and (hits := {i for i, rule in enumerate(file.exclude) if _matches(merged, rule)}):
+                used |= hits
+                excluded += 1
+                continue
+            entries += 1
+            case = parse_case(question, merged, str(path), entry.name)
+        except InputError as error:
+            errors.append(error)
+            continue
+        varied |= dict.fromkeys(entry.keys)
+        found.setdefault(key_of(question.name, identity_of(case)), (case, merged))
+    if errors:
+        raise _all_of(errors, entries)
+    wrong = [
+        Mistake(f"exclude[{i}]", rule, "must match at least one entry of the grid")
+        for i, rule in enumerate(file.exclude)
+        if i not in used
+    ]
+    if not found:
+        wrong.append(Mistake("exclude", None, "must leave at least one case"))
+    if wrong:
+        raise input_error(wrong, data, str(path))
+    varying, cases = _with_parameters(varied, found, question.in_sweeps.parameters)
+    name, content = file.name or path.stem, {**data, "base": base}
+    return Grid(name, question, cases, varying, entries - len(found), excluded, content, tuple(settings))
 
 
-class GridReader:
-    """Reads the content of a grid file; its mistakes are collected.
+def read_base(path: Path, data: Mapping[str, Any]) -> Section:
+    """The case that is the base of a grid or study file.
 
     Args:
-        path, data, settings, names: As for `grid_from`.
-        mistakes: Those of the file that the content is from; the cases are then checked key by key only.
+        path: The file.
+        data: Its valid content; the base may be the name of a case file.
 
-    Attributes:
-        file: The content without its wrong keys.
-        name: Name of the sweep.
-        base: The base case.
-        count: Number of cases so far.
+    Raises:
+        InputError: That file cannot be read.
     """
-
-    def __init__(
-        self,
-        path: Path,
-        data: dict[str, Any],
-        settings: tuple[str, ...],
-        names: Sequence[str] | None,
-        mistakes: Mistakes,
-    ) -> None:
-        self.path, self.data, self.settings, self.names, self.mistakes = path, data, settings, names, mistakes
-        self.count = self.excluded = 0
-        file, wrong = check_file("sweep", SweepFile, check_sweep, data, str(path))
-        self.refuse(*wrong)
-        self.file = file or SweepFile()
-        self.name = self.file.name or path.stem
-        if not fits_a_folder(self.name):
-            wrong_name = f"is the name of the file; name must be given, as {FOLDER_WORDS}"
-            self.refuse(Mistake("name", self.name, wrong_name))
-        self.base = Section()
-        with self.collected():
-            if "base" in self.file.model_fields_set:
-                base = data.get("base", {})
-                base = file_named(path, base, "base", data) if isinstance(base, str) else base
-                forget_numbers(base)
-                merged_into(self.base, base, (str(path), "base", data))
-        self.command = QUESTIONS[self.file.command]
-
-    def refuse(self, *mistakes: Mistake) -> None:
-        """Collect mistakes in the content."""
-        if mistakes:
-            self.mistakes.add(input_error(mistakes, self.data, str(self.path)))
-
-    @contextmanager
-    def collected(self) -> Iterator[None]:
-        """Context whose InputError is one of the mistakes of the file."""
-        try:
-            yield
-        except InputError as error:
-            self.mistakes.add(error)
-
-    def _axes(self) -> Iterator[list[Section]]:
-        """Yield the factors of the product of all combinations: for each, the list of its changes."""
-        for key, values in self.file.grid.items():
-            yield [Section({key: value}, places_in(self.data["grid"])) for value in values]
-        given = self.data["zip"] if isinstance(self.data.get("zip"), list) else [self.data.get("zip")]
-        for columns, source in zip(self.file.zip, given, strict=False):
-            rows = zip(*columns.values(), strict=False)
-            yield [Section(dict(zip(columns, row, strict=True)), places_in(source)) for row in rows]
-
-    def _entries(self) -> Iterator[tuple[str, Section, bool]]:
-        """Yield for each entry: its name in messages, its changes, and whether `exclude` applies."""
-        axes = list(self._axes())
-        for row in product(*axes) if axes else ():
-            changes = Section()
-            for part in row:
-                changes.update(part)
-                changes.places.update(part.places)
-            yield "entry " + ", ".join(f"{key} = {value}" for key, value in changes.items()), changes, True
-        cases = self.data.get("cases")
-        for i, entry in enumerate(cases if isinstance(cases, list | tuple) else ()):
-            where = self.names[i] if self.names is not None else f"cases[{i}]"
-            if isinstance(entry, str):
-                with self.collected():
-                    content = file_named(self.path, entry, where, self.data)
-                    named = {"name": Path(entry).stem} if is_name(Path(entry).stem) else {}
-                    yield where, Section({**named, **content}, content.places), False
-            elif isinstance(entry, dict):
-                yield where, Section(entry, places_in(entry)), False
-
-    def _checked(self, partly: bool) -> Iterator[tuple[Iterable[str], Section, SweepCase]]:
-        """Check every entry that is not excluded; yields changed keys, merged keys and case where they are right."""
-        used = set()
-        for where, changes, optional in self._entries():
-            with self.collected():
-                merged = merged_into(copy.deepcopy(self.base), changes, (str(self.path), where, self.data))
-                apply_settings(merged, self.settings)
-                hits = {i for i, each in enumerate(self.file.exclude) if optional and _matches(merged, each)}
-                if hits and not partly:
-                    used |= hits
-                    self.excluded += 1
-                    continue
-                self.count += 1
-                if not partly:
-                    case = SweepCase.of(self.command, merged, str(self.path), where)
-                    yield changes if optional else flat(changes), merged, case
-                elif (error := wrong_keys(self.command, merged, str(self.path), where)) is not None:
-                    raise error
-        for i in () if partly else sorted(set(range(len(self.file.exclude))) - used):
-            unmatched = self.file.exclude[i]
-            self.refuse(Mistake(f"exclude[{i}]", unmatched, "must match at least one entry of the grid"))
-
-    def grid(self, partly: bool) -> Grid | None:
-        """Merge the keys of every entry, apply exclusions, validate, and remove duplicates.
-
-        Args:
-            partly: Whether to check single keys only, in a file with other mistakes.
-
-        Returns:
-            The grid; None if there are mistakes.
-        """
-        found: dict[str, tuple[SweepCase, Section]] = {}
-        varied: dict[str, None] = {}
-        entries = 0
-        for keys, merged, case in self._checked(partly):
-            varied |= dict.fromkeys(keys)
-            found.setdefault(case.key, (case, merged))
-            entries += 1
-        if not found and not self.mistakes:
-            self.refuse(Mistake("exclude", None, "must leave at least one case"))
-        if self.mistakes:
-            return None
-        if any(key.startswith(BLOCK) for key in varied):  # the numbers computed from it vary, too
-            varied |= dict.fromkeys(NUMBERS)
-            if any(value_at(merged, f"{BLOCK}.end") is not None for _, merged in found.values()):
-                varied["time.end"] = None
-        whole = [flat(merged) | flat(case.resolved) for case, merged in found.values()]
-        for law in DEFAULT_LAWS.keys() & varied.keys():
-            varied |= {key: None for each in whole for key in each if key.startswith(f"{law}.")}
-        values = [
-            {key: each[key] if key in each else value_at(case.resolved, key, value_at(merged, key)) for key in varied}
-            for each, (case, merged) in zip(whole, found.values(), strict=True)
-        ]
-        varying = tuple(key for key in varied if any(each[key] != values[0][key] for each in values))
-        cases = tuple(
-            replace(case, parameters={key: each[key] for key in varying})
-            for (case, _), each in zip(found.values(), values, strict=True)
-        )
-        key, duplicates, content = _whole_key(found), entries - len(found), {**self.data, "base": self.base}
-        return Grid(self.path, self.name, self.command, cases, varying, key, duplicates, self.excluded, content)
+    base = data.get("base", {})
+    base = read_yaml(path.parent / base) if isinstance(base, str) else base
+    forget_numbers(base)
+    return merged_case(Section(), base)
 
 
-def _whole_key(keys: Iterable[str]) -> str:
-    """Hash of a set of cases."""
-    return hashlib.sha256("\n".join(sorted(keys)).encode()).hexdigest()
+def merged_case(base: Section, changes: Mapping[str, Any], settings: Sequence[str] = ()) -> Section:
+    """A copy of a case with changes, of which settings are the last.
+
+    Raises:
+        InputError: A dotted key goes through a value that is no group.
+    """
+    merged = copy.deepcopy(base)
+    merge(merged, changes)
+    apply_settings(merged, tuple(settings))
+    return merged
 
 
-def _matches(merged: Mapping[str, Any], entry: Mapping[str, Any]) -> bool:
+def _entries(path: Path, data: Mapping[str, Any], file: SweepFile, listed: str) -> Iterator[_Entry]:
+    """Yield all combinations of `grid` and `zip`, and the entries of `cases`.
+
+    Raises:
+        InputError: A case file cannot be read.
+    """
+    axes = [[Section({key: each}, places_in(data["grid"])) for each in values] for key, values in file.grid.items()]
+    groups = data.get("zip", {})
+    for group, columns in zip(groups if isinstance(groups, list) else [groups], file.zip, strict=False):
+        rows = zip(*columns.values(), strict=True)
+        axes.append([Section(dict(zip(columns, row, strict=True)), places_in(group)) for row in rows])
+    for parts in product(*axes) if axes else ():
+        changes = Section()
+        for part in parts:
+            changes.update(part)
+            changes.places.update(part.places)
+        yield _Entry("entry " + ", ".join(f"{key} = {value}" for key, value in changes.items()), changes, True)
+    for i, given in enumerate(data.get("cases", ())):
+        if isinstance(given, str):
+            content = read_yaml(path.parent / given)
+            name = {"name": Path(given).stem} if is_name(Path(given).stem) else {}
+            yield _Entry(f"{listed}[{i}]", Section(name | content, content.places), False)
+        else:
+            yield _Entry(f"{listed}[{i}]", Section(given, places_in(given)), False)
+
+
+def _matches(merged: Mapping[str, Any], rule: Mapping[str, Any]) -> bool:
     """Whether a case matches an exclusion in every key: equal, or between min and max."""
 
     def fits(value: Any, wanted: Any) -> bool:
@@ -250,4 +227,49 @@ def _matches(merged: Mapping[str, Any], entry: Mapping[str, Any]) -> bool:
             return math.isclose(value, wanted, rel_tol=1e-9)
         return bool(value == wanted)
 
-    return all(fits(value_at(merged, key), wanted) for key, wanted in entry.items())
+    values = {**merged, **flat(merged)}
+    return all(fits(values.get(key), wanted) for key, wanted in rule.items())
+
+
+def _all_of(errors: Sequence[InputError], cases: int) -> InputError:
+    """One error with each mistake once; what is wrong in all of several cases is so in "every case"."""
+    mistakes: dict[Any, InputError] = {}
+    count: Counter[Any] = Counter()
+    for each in (mistake for error in errors for mistake in error.mistakes):
+        same = each.file, each.line, each.key, as_typed(each.value), each.allowed
+        count[same] += 1
+        mistakes.setdefault(same, each)
+    for same, each in mistakes.items():
+        each.others = ()
+        each.entry = "every case" if count[same] == cases > 1 else each.entry
+    return InputError.of_all(mistakes.values())
+
+
+def _with_parameters(
+    varied: Iterable[str], found: Mapping[str, tuple[SceneCase, Section]], always: Sequence[str]
+) -> tuple[tuple[str, ...], tuple[SweepCase, ...]]:
+    """The keys whose values differ between cases, and the cases with these values.
+
+    Args:
+        varied: The dotted keys that the file varies.
+        found: The cases by their hash, each with the keys that it was made from.
+        always: Further keys whose values are wanted.
+    """
+    values = []
+    for case, merged in found.values():
+        resolved = case.resolved()
+        values.append({**resolved, **flat(merged), **flat(resolved)})
+    keys = dict.fromkeys(varied)
+    if any(key.startswith(BLOCK) for key in keys):  # the numbers computed from it vary, too
+        keys |= dict.fromkeys(NUMBERS)
+        if any(f"{BLOCK}.end" in each for each in values):
+            keys["time.end"] = None
+    for law in (law for law in DEFAULT_LAWS if law in keys):
+        keys |= dict.fromkeys(key for each in values for key in each if key.startswith(f"{law}."))
+    varying = tuple(key for key in keys if any(each.get(key) != values[0].get(key) for each in values))
+    wanted = dict.fromkeys((*varying, *always))
+    cases = (
+        SweepCase(case, key, {name: each.get(name) for name in wanted})
+        for (key, (case, _)), each in zip(found.items(), values, strict=True)
+    )
+    return varying, tuple(cases)

@@ -128,9 +128,11 @@ def dry_run_view(grid: Grid) -> Group:
     notes = ", ".join(f"{count} {what}" for count, what in counts if count)
     table = Table("folder", *grid.varying, "unknowns", "takes", box=None, pad_edge=False)
     for case in grid.cases:
-        values = [f"{value:g}" if isinstance(value, float) else str(value) for value in case.parameters.values()]
-        table.add_row(*map(Text, [case.folder, *values, f"~{case.estimate.unknowns}", case.estimate.duration]))
-    headline = f"{len(grid.cases)} cases of pairsim {grid.command.name}" + (f" ({notes})" if notes else "")
+        values = (case.parameters[key] for key in grid.varying)
+        shown = [f"{value:g}" if isinstance(value, float) else str(value) for value in values]
+        estimate = grid.question.estimate(case.case)
+        table.add_row(*map(Text, [case.folder, *shown, f"~{estimate.unknowns}", estimate.duration]))
+    headline = f"{len(grid.cases)} cases of pairsim {grid.question.name}" + (f" ({notes})" if notes else "")
     return Group(Text(headline), table)
 
 

@@ -5,7 +5,8 @@ Each discretisation is a case of a sweep, and each repetition a sweep of its own
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -13,93 +14,98 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pairsim.cases.identity import RUNS
 from pairsim.cases.mistakes import Mistake, input_error
 from pairsim.cases.yaml_file import Section, places_in, read_yaml
 from pairsim.computing import QUESTIONS
-from pairsim.computing.case_files import check_file
+from pairsim.computing.case_files import parse_file
 from pairsim.computing.many_cases import StudyFile, check_study
 from pairsim.results.columns import series_columns
 from pairsim.results.folder import read_record, write_text
 from pairsim.results.table_files import read_table, table_text
 from pairsim.sweeps.grid import Grid, grid_from
+from pairsim.sweeps.sweep import INTERRUPTED, Options, Workers, run_sweep, with_workers
 
 TABLE = "study.csv"
 FAMILIES = {"space": "mesh.", "time": "time."}
 """Discretisations that differ only in keys with one of these prefixes form a family, for which orders are computed."""
 COUNTS = ("unknowns", "steps", "newton_iterations", "factorisations")
 MEASURED = ("status", "reason", *COUNTS, "wall_time", "wall_time_spread")
-INTERRUPTED = 130  # exit code
 SAME = 1e-9  # relative tolerance at which two times or distances count as equal
 
 
-def read_study(path: Path, settings: tuple[str, ...] = ()) -> tuple[StudyFile, list[Grid]]:
+def read_study(path: Path, settings: Sequence[str] = ()) -> tuple[StudyFile, list[Grid]]:
     """Read a study file; returns its keys, and a grid for each repetition, the first one with all discretisations.
 
     Raises:
         InputError: The file or a case has mistakes; lists file, entry, key, value and what is allowed.
     """
     data = read_yaml(path)
-    file, wrong = check_file("study", StudyFile, check_study, data, str(path))
-    if file is not None and not wrong:
-        names = [f"discretisations[{i}]" for i in range(len(file.discretisations))]
-        by_count = {n: grid_from(path, _grid_file(file, data, n), settings, names) for n in sorted({*file.repeats})}
-        grids = [next(by_count[n] for n in by_count if n > i) for i in range(max(file.repeats))]
-        known = series_columns(grids[0].cases[0].resolved["particles"])[1:]
-        if file.quantity not in known:
-            wrong.append(Mistake("quantity", file.quantity, f"must be one of {', '.join(known)}"))
-        if equal := grids[0].duplicates:
-            wrong.append(Mistake("discretisations", None, f"must all differ; {equal} are equal to an earlier one"))
-    if file is None or wrong:
-        raise input_error(wrong, data, str(path))
-    return file, grids
-
-
-def _grid_file(file: StudyFile, data: dict[str, Any], repetitions: int) -> dict[str, Any]:
-    """The content of the grid file of the discretisations with at least so many repetitions."""
+    file = parse_file("study", StudyFile, check_study, data, str(path))
     at = {"d" if file.command == "curve" else "output.times": file.at} if file.at else {}
-    cases = []
-    for entry, count in zip(data["discretisations"], file.repeats, strict=True):
-        if count >= repetitions:
-            changes = {key: value for key, value in entry.items() if key != "repeat"}
-            cases.append(Section(changes | at, places_in(entry)))
-    return {key: data[key] for key in ("name", "base", "command") if key in data} | {"cases": cases}
+    cases = [
+        Section({key: value for key, value in entry.items() if key != "repeat"} | at, places_in(entry))
+        for entry in data["discretisations"]
+    ]
+    shared = {key: data[key] for key in ("name", "base", "command") if key in data}
+    grid = grid_from(path, shared | {"cases": cases}, settings, "discretisations")
+    wrong, known = [], series_columns(grid.cases[0].case.n)[1:]
+    if file.quantity not in known:
+        wrong.append(Mistake("quantity", file.quantity, f"must be one of {', '.join(known)}"))
+    if grid.duplicates:
+        allowed = f"must all differ; {grid.duplicates} are equal to an earlier one"
+        wrong.append(Mistake("discretisations", None, allowed))
+    if wrong:
+        raise input_error(wrong, data, str(path))
+    counted = list(zip(grid.cases, file.repeats, strict=True))
+    repeated = (tuple(case for case, count in counted if count > i) for i in range(max(file.repeats)))
+    return file, [replace(grid, cases=each) for each in repeated]
 
 
-def run_study(
-    file: StudyFile, grids: Sequence[Grid], directory: Path, sweep: Callable[[Grid, Path], tuple[int, str]]
-) -> tuple[int, str]:
+def compute_study(
+    path: Path, folder: Path | None, options: Options, settings: Sequence[str] = ()
+) -> tuple[int, str, Path]:
     """Compute the cases of a study that are not finished yet, and write study.csv and study.png into its folder.
 
     Args:
-        file, grids: The study, from `read_study`.
-        directory: Its folder; created, or continued if it exists.
-        sweep: Computes a grid into a folder; returns exit code and message, as this function does for the worst sweep.
+        path: The study file.
+        folder: Folder of the study; made, or continued if it exists. None: runs/<name of the study>.
+        options: How its sweeps are computed.
+        settings: key=value settings that replace keys in every case.
+
+    Returns:
+        Exit code and message of the sweep that has ended worst, and the folder.
 
     Raises:
-        InputError: The folder belongs to another study, or another command is writing to it.
+        InputError: The study is invalid, the folder belongs to another one, or another command is writing to it.
     """
-    from pairsim.sweeps.study_plots import plot_study
 
-    done: list[tuple[int, str]] = []
-    for i, grid in enumerate(grids):
-        done.append(sweep(grid, directory / f"sweep-{i + 1}"))
-        if done[-1][0] == INTERRUPTED:
-            break
-    worst = max(done, key=lambda each: each[0])
-    table = study_table(file, grids, directory).dropna(axis="columns", how="all").convert_dtypes()
-    rows = table.astype(object).where(table.notna(), None).to_numpy().tolist()
-    write_text(directory / TABLE, table_text(list(table.columns), rows))
-    plot_study(directory)
-    return worst
+    def compute(workers: Workers) -> tuple[int, str, Path]:
+        from pairsim.sweeps.study_plots import plot_study
+
+        file, grids = read_study(path, settings)
+        directory = folder or RUNS / grids[0].name
+        done: list[tuple[int, str]] = []
+        for i, grid in enumerate(grids):
+            done.append(run_sweep(grid, directory / f"sweep-{i + 1}", options, workers))
+            if done[-1][0] == INTERRUPTED:
+                break
+        table = study_table(file, grids, directory).dropna(axis="columns", how="all").convert_dtypes()
+        rows = table.astype(object).where(table.notna(), None).to_numpy().tolist()
+        write_text(directory / TABLE, table_text(list(table.columns), rows))
+        plot_study(directory)
+        return *max(done, key=lambda each: each[0]), directory
+
+    return with_workers(compute)
 
 
 def study_table(file: StudyFile, grids: Sequence[Grid], directory: Path) -> pd.DataFrame:
-    """The columns of study.csv, with a row for each discretisation in the order of the file; see `run_study`."""
+    """The columns of study.csv, with a row for each discretisation in the order of the file."""
     compared = [f"{file.quantity}@{place:g}" for place in file.at] or [file.quantity]
     rows = []
     for case, count in zip(grids[0].cases, file.repeats, strict=True):
         folders = [directory / f"sweep-{i + 1}" / case.folder for i in range(count)]
-        rows.append(case.parameters | _measured(folders, file, compared))
+        rows.append({**case.parameters, **_measured(folders, file, compared)})
     table = pd.DataFrame(rows, columns=[*grids[0].varying, *MEASURED, *compared])
     values = table[compared].astype(float)
     whole = values.notna().all(axis=1)

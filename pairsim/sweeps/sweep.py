@@ -23,10 +23,9 @@ from pairsim.runtime.errors import ENVIRONMENT, EnvironmentFailure, InputError
 from pairsim.runtime.launcher import communicator
 from pairsim.runtime.locks import command_line, sole_writer
 from pairsim.runtime.signals import ENDING, Signals
-from pairsim.sweeps.case import SweepCase
 from pairsim.sweeps.chains import chains
 from pairsim.sweeps.folder import ENDED, STOP, CaseState, begin, read_state, rows_of
-from pairsim.sweeps.grid import Grid
+from pairsim.sweeps.grid import Grid, SweepCase
 from pairsim.sweeps.progress import SweepProgress
 from pairsim.sweeps.task import Task, compute
 
@@ -36,8 +35,8 @@ LEAST, MULTIPLE = 1.0, 50.0
 """Time between two writings of results.csv: at least so many seconds, and times what the last one took."""
 MACHINE = ("write_failed", "out_of_memory", "refused", EnvironmentFailure.reason)
 """Reasons of failures of the machine, not of the case, which the next command repeats."""
-Slots = Sequence[tuple[Executor, int | None]]
-"""Executors, each with the number of tasks that it is given at a time; None: all."""
+INTERRUPTED = 130
+"""Exit code of a sweep that was interrupted."""
 
 
 @dataclass(frozen=True)
@@ -48,29 +47,38 @@ class Options:
         case_timeout: Largest wall time of a case [s]; None for no limit.
         chain: Largest number of neighbouring curves that start from one another; None: as many as leave each worker
             two chains.
-        workers: Number of cases at a time, for the length of chains.
         progress: How progress is shown.
         signals: The signals that end the sweep in order, caught by the caller; without, a KeyboardInterrupt does.
-        settings: The settings of --set, for grid.yaml.
     """
 
     case_timeout: float | None = None
     chain: int | None = None
-    workers: int = 1
     progress: Style = "none"
     signals: Signals | None = None
-    settings: tuple[str, ...] = ()
 
 
-def with_workers[T](work: Callable[[Slots, int], T], executor: Executor | None = None, workers: int = 1) -> T:
+@dataclass(frozen=True)
+class Workers:
+    """What computes the cases of a sweep.
+
+    Attributes:
+        executors: Each with the number of tasks that it is given at a time; None: all.
+        count: Number of cases at a time, for the length of chains.
+    """
+
+    executors: Sequence[tuple[Executor, int | None]]
+    count: int
+
+
+def with_workers[T](work: Callable[[Workers], T], executor: Executor | None = None, count: int = 1) -> T:
     """Call a function with what computes the cases of its sweeps.
 
     Under mpirun, where all processes call this, the first one calls it, and the others compute until it has ended.
 
     Args:
-        work: The function; takes the executors and the number of cases at a time.
+        work: The function.
         executor: The executor; None: threads of this process, or the processes of mpirun.
-        workers: Number of cases at a time; of an executor, what it has.
+        count: Number of cases at a time; of an executor, what it has.
 
     Returns:
         The result of the function, on all processes.
@@ -80,11 +88,11 @@ def with_workers[T](work: Callable[[Slots, int], T], executor: Executor | None =
         BaseException: What the function raises, on all processes.
     """
     if executor is not None:
-        return work([(executor, None)], workers)
+        return work(Workers([(executor, None)], count))
     comm = communicator()
     if comm is None:
-        with ThreadPoolExecutor(workers) as threads:
-            return work([(threads, workers)], workers)
+        with ThreadPoolExecutor(count) as threads:
+            return work(Workers([(threads, count)], count))
     from mpi4py.futures import MPICommExecutor
 
     result: T | None = None
@@ -92,11 +100,11 @@ def with_workers[T](work: Callable[[Slots, int], T], executor: Executor | None =
     with _signals_left_to_the_first(comm.rank), MPICommExecutor(comm) as others:
         if others is not None:
             try:
-                if workers > 1:
+                if count > 1:
                     allowed = "must be 1 under mpirun, whose processes are the workers"
-                    raise InputError("--workers", "", workers, allowed)
+                    raise InputError("--workers", "", count, allowed)
                 with ThreadPoolExecutor(1) as here:
-                    result = work([(cast(Executor, others), comm.size - 1), (here, 1)], comm.size)
+                    result = work(Workers([(cast(Executor, others), comm.size - 1), (here, 1)], comm.size))
             except BaseException as caught:
                 error = caught
     result, error = comm.bcast((result, error))
@@ -108,10 +116,7 @@ def with_workers[T](work: Callable[[Slots, int], T], executor: Executor | None =
 @contextmanager
 def _signals_left_to_the_first(rank: int) -> Iterator[None]:
     """Context in which other processes than the first ignore what ends a sweep."""
-    if rank == 0:
-        yield
-        return
-    before = {number: signal.signal(number, signal.SIG_IGN) for number in ENDING}
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in (ENDING if rank else ())}
     try:
         yield
     finally:
@@ -119,14 +124,14 @@ def _signals_left_to_the_first(rank: int) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def run_sweep(grid: Grid, directory: Path, options: Options, slots: Slots) -> tuple[int, str]:
+def run_sweep(grid: Grid, directory: Path, options: Options, workers: Workers) -> tuple[int, str]:
     """Compute the cases of a grid that are not finished.
 
     Args:
         grid: The grid.
         directory: Folder of the sweep; made, or continued if it exists.
         options: The options.
-        slots: What computes the cases, from `with_workers`.
+        workers: What computes the cases, from `with_workers`.
 
     Returns:
         Exit code (0: no case has failed; 3: some have; 4: the environment is at fault; 130: interrupted) and a message.
@@ -136,8 +141,7 @@ def run_sweep(grid: Grid, directory: Path, options: Options, slots: Slots) -> tu
     """
     with sole_writer(directory, command_line()):
         (directory / STOP).unlink(missing_ok=True)
-        content = begin(directory, grid, options.settings)
-        return _Sweep(grid, directory.resolve(), content, options, slots).run()
+        return _Sweep(grid, directory.resolve(), options, workers).run()
 
 
 class _Sweep:
@@ -145,25 +149,25 @@ class _Sweep:
 
     Args:
         grid: The grid.
-        directory: Its folder.
-        content: The content of sweep.json.
+        directory: Its folder, locked.
         options: The options.
-        slots: What computes the cases.
+        workers: What computes the cases.
     """
 
-    def __init__(self, grid: Grid, directory: Path, content: dict[str, Any], options: Options, slots: Slots) -> None:
-        self.grid, self.directory, self.content, self.options = grid, directory, content, options
-        self.cases = {case["folder"]: case for case in content["cases"]}
+    def __init__(self, grid: Grid, directory: Path, options: Options, workers: Workers) -> None:
+        self.directory, self.options = directory, options
+        self.content = begin(directory, grid)
+        self.cases: dict[str, dict[str, Any]] = {case["folder"]: case for case in self.content["cases"]}
         left = []
         for case in grid.cases:
-            state = read_state(directory / case.folder, case.key, grid.command)
+            state = read_state(directory / case.folder, case.key)
             if state.status not in ENDED or state.reason in MACHINE:
                 left.append(case)
                 state = CaseState(case.folder)
             self.cases[case.folder].update(vars(state))
-        longest = options.chain or ceil(len(left) / (2 * options.workers))
-        self.todo = deque(chains(left, grid.command.in_sweeps.neighbours, longest))
-        self.free = [executor for executor, count in slots for _ in range(len(left) if count is None else count)]
+        longest = options.chain or ceil(len(left) / (2 * workers.count))
+        self.todo = deque(chains(left, grid.question.in_sweeps.neighbours, longest))
+        self.free = [each for each, count in workers.executors for _ in range(len(left) if count is None else count)]
         self.running: dict[Future[list[CaseState]], tuple[Executor, list[SweepCase]]] = {}
         self.ended: SimpleQueue[Future[list[CaseState]]] = SimpleQueue()
         self.progress = SweepProgress(options.progress, len(grid.cases), len(left))
@@ -177,10 +181,10 @@ class _Sweep:
             try:
                 while self.running or (self.todo and not self.why):
                     if self.options.signals is not None and (number := self.options.signals.number):
-                        self._stop(130, signal.Signals(number).name)
+                        self._stop(INTERRUPTED, signal.Signals(number).name)
                     self._step()
             except KeyboardInterrupt as interrupt:  # a second Ctrl-C
-                self._stop(130, str(interrupt) or signal.SIGINT.name)
+                self._stop(INTERRUPTED, str(interrupt) or signal.SIGINT.name)
             except BaseException:
                 self._stop(1, "stopped")  # executors wait for their tasks
                 raise
@@ -204,14 +208,7 @@ class _Sweep:
 
     def _submit(self, executor: Executor, chain: list[SweepCase]) -> None:
         environment = {OWN: os.environ[OWN]} if OWN in os.environ else {}
-        task = Task(
-            self.grid.command.name,
-            self.directory,
-            tuple((case.folder, case.key, case.resolved) for case in chain),
-            command_line(),
-            self.options.case_timeout,
-            environment,
-        )
+        task = Task(self.directory, tuple(chain), command_line(), self.options.case_timeout, environment)
         future = executor.submit(compute, task)
         self.running[future] = executor, chain
         future.add_done_callback(self.ended.put)
@@ -253,7 +250,7 @@ class _Sweep:
             return self.code, f"{self.why}; {text}"
         if failed:
             return 3, f"{text}; pairsim status {self.directory} lists the reasons"
-        return (130 if pending else 0), text
+        return (INTERRUPTED if pending else 0), text
 
 
 def _result(future: Future[list[CaseState]], chain: list[SweepCase]) -> list[CaseState]:

@@ -18,13 +18,13 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from pairsim.computing import QUESTIONS
 from pairsim.results.folder import read_record, write_text
 from pairsim.runtime.child_process import clean_environment, module_command
 from pairsim.runtime.errors import EnvironmentFailure
 from pairsim.sweeps.folder import STOP, CaseState, read_state
+from pairsim.sweeps.grid import SweepCase
 
 POLL = 1.0
 """Interval at which a task that waits for its child looks whether the sweep is to stop [s]."""
@@ -41,43 +41,21 @@ class Task:
     """Cases that are computed one after another, each from the solutions of the one before.
 
     Attributes:
-        command: Name of the command.
         directory: Folder of the sweep.
-        cases: Folder, key and content of each case.
+        cases: The cases.
         line: Command line of the sweep, for run.json.
         timeout: Largest wall time of a case [s]; None for no limit.
         environment: Environment variables of the child.
     """
 
-    command: str
     directory: Path
-    cases: tuple[tuple[str, str, dict[str, Any]], ...]
+    cases: tuple[SweepCase, ...]
     line: str
     timeout: float | None
     environment: Mapping[str, str]
 
 
-@dataclass(frozen=True)
-class Job:
-    """A case for a child process.
-
-    Attributes:
-        command: Name of the command.
-        data: The case with every default.
-        folder: Its folder.
-        line: The command line, for run.json.
-        warm: Whether it starts from the solutions of the case before.
-    """
-
-    command: str
-    data: dict[str, Any]
-    folder: Path
-    line: str
-    warm: bool
-
-
-@dataclass(frozen=True)
-class Said:
+class Said(NamedTuple):
     """What a child process says of a case.
 
     Attributes:
@@ -96,12 +74,13 @@ def compute(task: Task) -> list[CaseState]:
     Returns:
         How its cases stand; those that the sweep did not let end are "pending".
     """
-    command, states = QUESTIONS[task.command], []
-    for place, (folder, key, data) in enumerate(task.cases):
-        where = task.directory / folder
-        if not (task.directory / STOP).exists() and not _is_finished(where, key):
-            refusal = _compute(task, Job(task.command, data, where, task.line, warm=place > 0), key)
-        states.append(refusal or read_state(where, key, command))
+    states = []
+    for place, case in enumerate(task.cases):
+        state = read_state(task.directory / case.folder, case.key, values=False)
+        refusal = None
+        if state.status != "finished" and not (task.directory / STOP).exists():
+            refusal = _compute(task, place)
+        states.append(refusal or read_state(task.directory / case.folder, case.key))
     return states
 
 
@@ -165,43 +144,47 @@ class Child:
         self.process.wait()
 
 
-def _compute(task: Task, job: Job, key: str) -> CaseState | None:
+def _compute(task: Task, place: int) -> CaseState | None:
     """Compute a case, and complete its run.json where the child could not.
 
     Returns:
         How it stands, if its folder cannot say so.
     """
-    begin, stop = time.monotonic(), task.directory / STOP
-    child, said, why = _ask(task, job, stop)
+    case, begin = task.cases[place], time.monotonic()
+    folder = task.directory / case.folder
+    child, said, why = _ask(task, place)
     if said is not None:
-        interrupted = read_record(job.folder).get("status") == "interrupted"
+        interrupted = read_record(folder).get("status") == "interrupted"
     else:
         interrupted = -child.process.returncode in STOPPING
     if said is None or why or interrupted or said.memory > MOST_MEMORY:
         child.close()
         _own.child = None
-    if why == "interrupted" or (interrupted and not why) or _is_finished(job.folder, key):  # the next command goes on
+    finished = read_state(folder, case.key, values=False).status == "finished"
+    if finished or why == "interrupted" or (interrupted and not why):  # the next command goes on
         return None
-    reason, message = (said.reason, said.message) if said is not None else _death(child)
     if why:
         reason, message = why, f"stopped after {task.timeout:g} s"
+    else:
+        reason, message = said[:2] if said is not None else _death(child)
     if reason == "refused":  # the folder is someone else's
-        return CaseState(job.folder.name, "failed", reason, message)
+        return CaseState(case.folder, "failed", reason, message)
     if reason:
-        record = read_record(job.folder)
-        about = {"kind": job.command, "command": job.line, "key": key}
-        record = {**(record if record.get("key") == key else about), "wall_time": time.monotonic() - begin}
+        record = read_record(folder)
+        about = {"kind": case.case.kind, "command": task.line, "key": case.key}
+        record = {**(record if record.get("key") == case.key else about), "wall_time": time.monotonic() - begin}
         text = json.dumps({**record, "status": "failed", "reason": reason, "message": message}, indent=2)
         try:
-            job.folder.mkdir(exist_ok=True)
-            write_text(job.folder / "run.json", text + "\n")
+            folder.mkdir(exist_ok=True)
+            write_text(folder / "run.json", text + "\n")
         except OSError as error:
-            return CaseState(job.folder.name, "failed", "write_failed", str(error))
+            return CaseState(case.folder, "failed", "write_failed", str(error))
     return None
 
 
-def _ask(task: Task, job: Job, stop: Path) -> tuple[Child, Said | None, str]:
+def _ask(task: Task, place: int) -> tuple[Child, Said | None, str]:
     """Give a case to the child of this thread, a new one where there is none: what it says, and why it was stopped."""
+    stop = task.directory / STOP
     while True:
         child: Child = getattr(_own, "child", None) or Child(task.environment)
         _own.child, fresh = child, not child.ready
@@ -210,7 +193,7 @@ def _ask(task: Task, job: Job, stop: Path) -> tuple[Child, Said | None, str]:
             if not child.ready or why:
                 return child, None, why
         with suppress(OSError):
-            child.connection.send(job)
+            child.connection.send((task, place))
         said, why = child.wait(stop, task.timeout)
         if said is not None or fresh or child.process.returncode:
             return child, said, why
@@ -226,8 +209,3 @@ def _death(child: Child) -> tuple[str, str]:
         return "out_of_memory", "killed by SIGKILL, probably because the system ran out of memory"
     name = f"exit code {code}" if code >= 0 else signal.Signals(-code).name
     return "crashed", f"ended by {name}" + (f": {last}" if last else "")
-
-
-def _is_finished(folder: Path, key: str) -> bool:
-    record = read_record(folder)
-    return record.get("key") == key and record.get("status") == "finished"

@@ -31,7 +31,6 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError, NoSteadyState
 from pairsim.solvers.curves.branch import Branch, Point
 from pairsim.solvers.curves.curve import Zero
-from pairsim.sweeps.case import SweepCase
 
 CURVE = "beta: 0.4\nDe: 0\nCa_e: 0.1\nends: developed\nlength: auto\nmesh: {Np: 10}\nd: [0.3, 0.1]\n"
 PAIR = {"beta": 0.4, "De": 0, "Ca_e": 0.1, "ends": "developed", "length": "auto", "mesh": {"Np": 8}}
@@ -66,7 +65,7 @@ def test_force_on_a_moved_sphere_is_written_answered_and_swept(tmp_path: Path, p
     assert force == pytest.approx(reference("sphere in tube, Newtonian", "K") * 3 * np.pi * 0.5, rel=5e-3)
     assert f"F_1 = {int(force)}." in done.stderr
     assert QUESTIONS["curve"].values(tmp_path / "out")["F_1"] == force
-    assert "F_1" in SweepCase.of(QUESTIONS["curve"], yaml.safe_load(keys), "case.yaml").columns
+    assert "F_1" in QUESTIONS["curve"].in_sweeps.columns(read_case(QUESTIONS["curve"], tmp_path / "case.yaml"))
 
 
 @pytest.mark.slow

@@ -43,10 +43,10 @@ def grid(name: str, *, quick: bool) -> Grid:
 @pytest.mark.parametrize("quick", [False, True])
 @pytest.mark.parametrize("name", GRIDS + CHECKED)
 def test_computations_are_grids(name: str, quick: bool) -> None:
-    cases = grid(name, quick=quick).cases
-    assert cases
+    checked = grid(name, quick=quick)
+    assert checked.cases
     if quick:  # a CI machine computes each in a minute at most
-        assert {case.estimate.duration for case in cases} == {"seconds"}
+        assert {checked.question.estimate(each.case).duration for each in checked.cases} == {"seconds"}
 
 
 def test_all_figures_have_what_they_show() -> None:
@@ -59,7 +59,7 @@ def test_all_figures_have_what_they_show() -> None:
 def test_each_curve_has_a_transient_and_six_have_three() -> None:
     def parameters(name: str) -> list[tuple[float, ...]]:
         return [
-            tuple(np.ravel(case.resolved[key])[0] for key in ("beta", "De", "Ca_e"))
+            tuple(np.ravel(case.case.resolved()[key])[0] for key in ("beta", "De", "Ca_e"))
             for case in grid(name, quick=False).cases
         ]
 

@@ -33,10 +33,10 @@ def test_discretisation_may_be_repeated_less_often_than_the_others(tmp_path: Pat
 
 def test_cases_have_the_places_of_the_comparison(tmp_path: Path) -> None:
     _, (grid,) = checked(tmp_path, STUDY)
-    assert [case.resolved["output"]["times"] for case in grid.cases] == [[0.01, 0.02]] * 4
+    assert [case.case.resolved()["output"]["times"] for case in grid.cases] == [[0.01, 0.02]] * 4
     text = "command: curve\nbase: {beta: 0.4, De: 0, Ca_e: 0}\nat: [0.2, 0.1]\n"
     _, (grid,) = checked(tmp_path, text + "discretisations: [{mesh.Np: 8}, {mesh.Np: 10}]\n")
-    assert [case.resolved["d"] for case in grid.cases] == [[0.2, 0.1]] * 2
+    assert [case.case.resolved()["d"] for case in grid.cases] == [[0.2, 0.1]] * 2
 
 
 def test_quantity_is_a_column_of_the_results(tmp_path: Path) -> None:

@@ -70,7 +70,7 @@ def make_sweep(
     cases = [{"folder": name, "key": name, "parameters": values} for name, values in parameters.items()]
     for name in parameters:
         if (path := folder / name / "run.json").is_file():
-            path.write_text(json.dumps({**json.loads(path.read_text()), "key": name}))
+            path.write_text(json.dumps({"kind": command, **json.loads(path.read_text()), "key": name}))
     keys = list(dict.fromkeys(key for values in parameters.values() for key in values))
     content = {"name": "sweep", "command": command, "varying": varying, "parameters": keys, "columns": []}
     (folder / "sweep.json").write_text(json.dumps({**content, "cases": cases, **more}))
