@@ -19,6 +19,7 @@ from pairsim import errors as errors
 from pairsim.runtime.errors import InputError as InputError
 from pairsim.runtime.errors import PairsimError as PairsimError
 from pairsim.runtime.errors import RunFailure as RunFailure
+from pairsim.runtime.questions import NAMES as _QUESTIONS
 from pairsim.runtime.version import __version__ as __version__
 
 # One thread a process: MPI is how pairsim uses more cores, and BLAS threads under it only fight each other.
@@ -29,32 +30,33 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 if _TYPE_CHECKING:
     from pairsim.api.cases import load as load
     from pairsim.api.cases import use_laws as use_laws
-    from pairsim.api.compute import critical as critical
-    from pairsim.api.compute import curve as curve
-    from pairsim.api.compute import run as run
-    from pairsim.api.compute import shape as shape
     from pairsim.api.folders import open as open
     from pairsim.api.pictures import plot as plot
     from pairsim.api.report import report as report
-    from pairsim.api.results import CriticalResult as CriticalResult
-    from pairsim.api.results import CurveResult as CurveResult
     from pairsim.api.results import Result as Result
-    from pairsim.api.results import RunResult as RunResult
     from pairsim.api.sweeps import SweepResult as SweepResult
     from pairsim.api.sweeps import sweep as sweep
     from pairsim.api.units import units as units
+    from pairsim.questions.critical import CriticalResult as CriticalResult
+    from pairsim.questions.critical import critical as critical
+    from pairsim.questions.curve import CurveResult as CurveResult
+    from pairsim.questions.curve import curve as curve
+    from pairsim.questions.run import RunResult as RunResult
+    from pairsim.questions.run import run as run
+    from pairsim.questions.shape import ShapeResult as ShapeResult
+    from pairsim.questions.shape import shape as shape
 
 _MODULES = {
-    "cases": ("load", "use_laws"),
-    "compute": ("run", "curve", "critical", "shape"),
-    "folders": ("open",),
-    "pictures": ("plot",),
-    "report": ("report",),
-    "results": ("Result", "RunResult", "CurveResult", "CriticalResult"),
-    "sweeps": ("sweep", "SweepResult"),
-    "units": ("units",),
+    "api.cases": ("load", "use_laws"),
+    "api.folders": ("open",),
+    "api.pictures": ("plot",),
+    "api.report": ("report",),
+    "api.results": ("Result",),
+    "api.sweeps": ("sweep", "SweepResult"),
+    "api.units": ("units",),
+    **{f"questions.{_name}": (_name, f"{_name.capitalize()}Result") for _name in _QUESTIONS},
 }
-"""The modules of `pairsim.api`, and what they are imported for."""
+"""Modules, and what they are imported for: each file of a question has its function and the class of its results."""
 _HERE = ("InputError", "PairsimError", "RunFailure", "__version__", "errors")
 
 __all__ = sorted((*_HERE, *(_name for _names in _MODULES.values() for _name in _names)))
@@ -65,7 +67,7 @@ def __getattr__(name: str) -> _Any:
     module = next((module for module, names in _MODULES.items() if name in names), None)
     if module is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = globals()[name] = getattr(_import_module(f"pairsim.api.{module}"), name)
+    value = globals()[name] = getattr(_import_module(f"pairsim.{module}"), name)
     return value
 
 

@@ -41,7 +41,7 @@ WORST = {
 def row_of(case: Any) -> dict[str, Any]:
     """How a case ended, and its worst indicators."""
     table = case.table
-    text = (case.folder / f"{case.command.tables[0]}.csv").read_text() if len(table) else ""
+    text = (case.folder / f"{case.question.tables[0]}.csv").read_text() if len(table) else ""
     last = table.iloc[-1:] if "t" in table else table
     row = {"case": case.folder.name.rpartition("-")[0], "outcome": case.status, "reason": case.reason}
     for name, (title, worst) in WORST.items():
@@ -49,7 +49,7 @@ def row_of(case: Any) -> dict[str, Any]:
     return row | {
         "steps or points": len(table),
         "wall s": case.record.get("wall_time"),
-        "announced": case.command.estimate(api.load(case.folder / "case.yaml", kind=case.command.name)).duration,
+        "announced": case.question.estimate(api.load(case.folder / "case.yaml", kind=case.question.name)).duration,
         "t": last["t"].max() if "t" in table else None,
         "d": last[[f"d{gap}" for gap in suffixes_in(last.columns, "d")]].min(axis=None) if text else None,
         "warnings": "; ".join(re.split("[,:]", warning)[0] for warning in case.warnings),

@@ -1,4 +1,4 @@
-"""Compute one case: `run`, `curve`, `critical`, and a function for every other command."""
+"""Compute one case: what `pairsim.run` and the functions of all other questions do."""
 
 from __future__ import annotations
 
@@ -11,16 +11,12 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that loads MPI or is compiled
-
-# isort: split
 from pairsim.api.cases import AnyCase, load
-from pairsim.api.results import CriticalResult, CurveResult, Result, RunResult, result_of
+from pairsim.api.results import Result
 from pairsim.cases.cost import LARGE
 from pairsim.cases.quantities import seconds_of
-from pairsim.computing import QUESTIONS
+from pairsim.computing import Question
 from pairsim.computing.progress import Style, make_reporter, style_of
-from pairsim.computing.session import Options, carry_out
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.locks import command_line
 from pairsim.runtime.signals import Signals
@@ -32,16 +28,17 @@ PATIENCE = 240.0
 
 
 class Computation[R: Result]:
-    """A command for one case as a function, such as `pairsim.run`.
+    """The Python function of a question, such as `pairsim.run`.
 
     Args:
-        name: Name of the command.
-        about: What it computes, in a sentence.
+        question: What it computes of a case.
+        about: The same in words, by a sentence on the first line.
     """
 
-    def __init__(self, name: str, about: str) -> None:
-        self.question = QUESTIONS[name]
-        self.__name__, self.__doc__ = name, f"{about}\n\n{cleandoc(str(Computation.__call__.__doc__))}"
+    def __init__(self, question: Question[Any], about: str | None) -> None:
+        self.question = question
+        sentence = str(about).splitlines()[0]
+        self.__name__, self.__doc__ = question.name, f"{sentence}\n\n{cleandoc(str(Computation.__call__.__doc__))}"
 
     def __call__(
         self,
@@ -76,6 +73,11 @@ class Computation[R: Result]:
             InputError: The case or the folder cannot be used.
             WriteFailure: The first files of the folder or the last run.json cannot be written.
         """
+        import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that loads MPI or is compiled
+
+        # isort: split
+        from pairsim.computing.session import Options, carry_out
+
         flags = {name: more.pop(name, False) for name in self.question.flags}
         if flags.get("resume") and folder is None:
             allowed = "must be left out without a folder, which has the checkpoint"
@@ -94,19 +96,7 @@ class Computation[R: Result]:
             if folder is None:
                 shutil.rmtree(directory, ignore_errors=True)
             raise
-        result: R = result_of(self.question, directory, asdict(outcome), temporary=folder is None)
+        result: R = self.question.result(self.question, directory, asdict(outcome), temporary=folder is None)
         if style != "none":
             reporter.say(result.answer)
         return result
-
-
-run: Computation[RunResult] = Computation("run", "Compute a case in time.")
-"""Compute a case in time: `run(case, folder=...)`, with the arguments of a `Computation`."""
-curve: Computation[CurveResult] = Computation("curve", "Compute the quasi-steady master curve dU(d) and its zeros.")
-"""Compute the quasi-steady master curve dU(d) of a case, which has `d` in place of `d0`, and its zeros."""
-critical: Computation[CriticalResult] = Computation(
-    "critical", "Find the distances at which dU = 0, and follow them over a parameter."
-)
-"""Find the distances at which dU = 0, and follow them over Ca_e or De, which the case has under `along`."""
-shape: Computation[Result] = Computation("shape", "Compute the steady shape of one particle over Ca_e.")
-"""Compute the steady shape of one particle over the values of Ca_e that the case has under `along`."""

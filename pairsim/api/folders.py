@@ -6,7 +6,6 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from pairsim.api.results import result_of
 from pairsim.api.sweeps import SweepResult
 from pairsim.computing import QUESTIONS
 from pairsim.results.folder import kind_of
@@ -14,7 +13,7 @@ from pairsim.runtime.errors import InputError
 
 
 def open(folder: str | PathLike[str]) -> Any:
-    """Open the results of `run`, `curve`, `critical` or `sweep`.
+    """Open the results of a question such as `curve`, or of `sweep`.
 
     Args:
         folder: The folder of results. The computation may still be running; files are read when first accessed.
@@ -38,4 +37,4 @@ def open(folder: str | PathLike[str]) -> Any:
         )
     if kind not in QUESTIONS:
         raise InputError(str(path / "run.json"), "kind", kind, f"must be {' or '.join(QUESTIONS)}")
-    return result_of(QUESTIONS[kind], path)
+    return QUESTIONS[kind].result(QUESTIONS[kind], path)

@@ -117,7 +117,7 @@ def _of_result(result: Result | SweepResult) -> dict[str, Any]:
         "answer": [line for line in result.answer.splitlines() if not line.startswith("Warning: ")],
         "warnings": result.warnings,
         "table": readable(result.table if scales is None else in_units(result.table, scales), whole=True),
-        "file": f"{result.command.tables[0]}.csv",
+        "file": f"{result.question.tables[0]}.csv",
         "provenance": _provenance(result.record),
     }
 

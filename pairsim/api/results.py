@@ -9,52 +9,51 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
-import numpy as np
-
 from pairsim.api.cases import load
-from pairsim.api.curve import Curve
-from pairsim.cases.case import SceneCase
 from pairsim.computing import Question
-from pairsim.computing.answer import cost_line
 from pairsim.computing.question import Tables, rows_in
-from pairsim.physics.scales import Scales
-from pairsim.results.columns import EQUILIBRIA_COLUMNS
-from pairsim.results.folder import valid_record
-from pairsim.results.travel import Travel, travel
-from pairsim.results.units import scales_of
-from pairsim.runtime.arrays import Array
+from pairsim.results.folder import WAY, valid_record
 from pairsim.runtime.errors import BranchEnd, InputError, failure_of
+from pairsim.runtime.text import duration
 
 if TYPE_CHECKING:
     import pandas as pd
     import pyvista as pv
 
+    from pairsim.cases.case import SceneCase
+    from pairsim.physics.scales import Scales
     from pairsim.results.xdmf import FieldFrame
+    from pairsim.runtime.arrays import Array
+
+CASE_NOT_AT_FAULT = ("interrupted", "write_failed", "environment")
+"""Reasons for which the same command may succeed."""
+LIMITS = ("wall_time", "max_steps")
+"""Reasons that are keys of `limits` as well."""
 
 
 class Result:
-    """The result of a computation; returned by `run`, `curve`, `critical` and `open`.
+    """The result of a computation; returned by the functions of questions such as `curve`, and by `open`.
 
     Files are read when first accessed, and only once. To see the progress of a running computation, `open` its folder
     again.
 
     Args:
+        question: What was computed.
         folder: The folder of results.
-        command: The command that wrote it.
         ending: Status, reason and message, if they are not to be taken from run.json: a sweep also records crashes and
             timeouts. None: those of run.json.
         temporary: Whether the folder goes with the result.
 
     Attributes:
         folder: The folder; None for one that is temporary.
-        command: The command that computed it.
+        question: What was computed.
     """
 
     def __init__(
-        self, folder: Path, command: Question[Any], ending: Mapping[str, Any] | None = None, temporary: bool = False
+        self, question: Question[Any], folder: Path, ending: Mapping[str, Any] | None = None, temporary: bool = False
     ) -> None:
         self.folder = None if temporary else folder
-        self.command, self._ending, self._place = command, ending, folder
+        self.question, self._ending, self._place = question, ending, folder
         if temporary:
             weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
 
@@ -73,22 +72,23 @@ class Result:
 
         Counts are integers; `table.attrs["units"]` has the unit of each column.
         """
-        return self._frame(self.command.tables[0])
+        return self.frame(self.question.tables[0])
 
-    def _frame(self, name: str) -> pd.DataFrame:
-        """A table of the command with pandas, whose import takes .4 s; empty if it is not there."""
+    def frame(self, name: str) -> pd.DataFrame:
+        """A table, such as "equilibria" of a curve; empty if it is not there."""
         from pairsim.results.tables import frame_of
 
-        return frame_of(self._columns[name])
+        return frame_of(self.tables[name])
 
     @cached_property
     def columns(self) -> Mapping[str, Array]:
         """The columns of the main table as arrays by name."""
-        return self._columns[self.command.tables[0]]
+        return self.tables[self.question.tables[0]]
 
     @cached_property
-    def _columns(self) -> Tables:
-        return self.command.read_tables(self._place)
+    def tables(self) -> Tables:
+        """The columns of all tables as arrays by name, by the name of the table."""
+        return self.question.read_tables(self._place)
 
     @property
     def scales(self) -> Scales:
@@ -97,7 +97,9 @@ class Result:
         Raises:
             InputError: The case has no `physical` block.
         """
-        return scales_of(self.record, self.command.name if self.folder is None else str(self.folder))
+        from pairsim.results.units import scales_of
+
+        return scales_of(self.record, self.question.name if self.folder is None else str(self.folder))
 
     @property
     def physical(self) -> pd.DataFrame:
@@ -120,7 +122,7 @@ class Result:
     @property
     def kind(self) -> str:
         """Name of the command."""
-        return self.command.name
+        return self.question.name
 
     @cached_property
     def case(self) -> SceneCase:
@@ -172,19 +174,53 @@ class Result:
 
     @property
     def answer(self) -> str:
-        """The answer in words, a line or more: what the particles do, how fast, the cost and the warnings."""
+        """The answer in words, a line or more: what the particles do, how fast, the warnings and the cost."""
         warnings = [f"Warning: {warning}" for warning in self.warnings]
         ended = [] if self.status == "finished" else [f"{self.status.capitalize()}: {self.message}"]
-        cost = [cost_line(self.record)] if self.record else []
-        if self.reason == BranchEnd.reason:
+        if proven := self.reason == BranchEnd.reason:
             ended = [f"There is no steady state: {self.message}."]
-        found = self._answer() if self._place.is_dir() else []  # it may have been removed
-        return "\n".join([*ended, *found, *warnings, *cost])
+        found = self.findings() if self._place.is_dir() and (rows_in(self.columns) or not proven) else []
+        return "\n".join([*ended, *found, *warnings, *self._cost()])
 
-    def _answer(self) -> list[str]:
-        if self.reason == BranchEnd.reason and not rows_in(self.columns):
+    def findings(self) -> list[str]:
+        """What the tables say in words, a line each; each question says its own."""
+        return []
+
+    def _cost(self) -> list[str]:
+        """Wall time and work."""
+        if not (record := self.record):
             return []
-        return self.command.answer(self._columns, self.record)
+        parts = [f"{record[key]} {key}" for key in ("steps", "points") if key in record]
+        parts += [f"{record['unknowns']:,} unknowns"] if "unknowns" in record else []
+        work = f" ({', '.join(parts)})" if parts else ""
+        return [f"Took {duration(float(record.get('wall_time', 0.0)))}{work}."]
+
+    def afterwards(self) -> str:
+        """What may come next where it has finished."""
+        return f"pairsim plot {self._place} draws it again"
+
+    @property
+    def advice(self) -> str:
+        """What to do next, in a line."""
+        directory, reason = self._place, self.reason
+        if reason == BranchEnd.reason:
+            drawn = " and fields.png the last shapes" if (directory / "fields.png").exists() else ""
+            way = directory / WAY
+            known = f"; {way} has the steady states on the way{drawn}" if way.exists() else ""
+            return f"Next: a smaller Ca_e or De{known}."
+        if self.status == "finished":
+            return f"Next: {self.afterwards()}."
+        if reason in LIMITS:
+            return (
+                f"Next: pairsim run --resume {directory} --set limits.{reason}=... continues from the last checkpoint."
+            )
+        if reason not in CASE_NOT_AT_FAULT:
+            _, found, remedy = self.message.rpartition("; try ")
+            change = f"try {remedy}; " if found else ""
+            return f"Next: {change}unchanged, the case fails in the same way. What was written stands."
+        if self.question.resumable:
+            return f"Next: pairsim run --resume {directory} continues from the last checkpoint."
+        return "Next: the same command with --overwrite computes it again; what was written stands until then."
 
     def plot(self, folder: Path | str, **options: Any) -> list[Path]:
         """Draw the result, as `pairsim plot` does.
@@ -223,14 +259,16 @@ class Result:
         Raises:
             InputError: There are no fields there.
         """
+        import numpy as np
+
         from pairsim.results.xdmf import read_frame
 
         hits = np.flatnonzero(np.isclose(self.places, at, rtol=1e-9, atol=1e-12))
         if not hits.size:
             listed = ", ".join(f"{place:g}" for place in self.places)
-            key = "fields: [...]" if self.command.frames == "d" else "output.fields: true"
+            key = "fields: [...]" if self.question.frames == "d" else "output.fields: true"
             allowed = f"must be one of {listed}" if listed else f"was not written; the case needs `{key}` for fields"
-            raise InputError("fields", self.command.frames, at, allowed)
+            raise InputError("fields", self.question.frames, at, allowed)
         return _grid_of(read_frame(self._place, int(hits[0])))
 
     def _headline(self) -> str:
@@ -251,83 +289,3 @@ def _grid_of(frame: FieldFrame) -> pv.UnstructuredGrid:
     grid.cell_data["region"] = frame.region
     grid.field_data["t"] = [frame.t]
     return grid
-
-
-class RunResult(Result):
-    """The result of a run in time. `table` is series.csv, with a row for each accepted step."""
-
-    @property
-    def times(self) -> Array:
-        """Times at which there are fields [D_c/U_av], shape (n,)."""
-        return self.places
-
-
-class CurveResult(Result):
-    """A master curve. `table` is curve.csv, with a row for each point."""
-
-    @cached_property
-    def equilibria(self) -> pd.DataFrame:
-        """The zeros of dU (equilibria.csv): d, stable, slope, peak, d_error and certain."""
-        found = self._frame("equilibria")
-        return found if len(found.columns) else found.reindex(columns=list(EQUILIBRIA_COLUMNS))
-
-    @property
-    def zeros(self) -> pd.DataFrame:
-        """Another name of `equilibria`."""
-        return self.equilibria
-
-    @cached_property
-    def curve(self) -> Curve:
-        """dU as a function of the distance: `dU, half_width = result.curve(d)`."""
-        return Curve(self.columns)
-
-    def dU(self, d: Any, gap: int = 1) -> Any:
-        """dU at any distance of the curve [U_av]; see `curve`, which returns the half-width of its interval, too."""
-        return self.curve(d, gap)[0]
-
-    def travel(self, start: float | str, stop: float | str) -> Travel:
-        """Time and length of tube in which the pair moves from one distance to another, as `pairsim travel`.
-
-        Args:
-            start: First distance: a number [D_c], or a text with a unit such as "5um".
-            stop: Last distance.
-
-        Returns:
-            Time, length and their half-widths; as text what the command prints.
-
-        Raises:
-            InputError: A distance is outside the curve, or the pair does not move from the one to the other.
-        """
-        source = "curve" if self.folder is None else str(self.folder)
-        return travel(self.columns, start, stop, source, self.record)
-
-    @property
-    def distances(self) -> Array:
-        """Distances at which there are fields [D_c], shape (n,); see `fields` of the case."""
-        return self.places
-
-    def _headline(self) -> str:
-        zeros = ", ".join(
-            f"{'stable' if row.stable else 'unstable'} zero at d = {row.d:.5g}" for row in self.zeros.itertuples()
-        )
-        return super()._headline() + (f"; {zeros}" if zeros else "")
-
-
-class CriticalResult(Result):
-    """Critical distances. `table` is critical.csv, with a row for each zero of dU."""
-
-    @property
-    def ends(self) -> list[dict[str, Any]]:
-        """For each end of a branch: where it is, and why the branch ends there."""
-        return list(self.record.get("ends", ()))
-
-
-TYPES: dict[str, type[Result]] = {"run": RunResult, "curve": CurveResult, "critical": CriticalResult}
-"""Results that have more to ask for than a table, by the command."""
-
-
-def result_of(
-    command: Question[Any], folder: Path, ending: Mapping[str, Any] | None = None, temporary: bool = False
-) -> Any:
-    """The result of a command in a folder; arguments as for `Result`."""
-    return TYPES.get(command.name, Result)(folder, command, ending, temporary)

@@ -10,7 +10,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pairsim.api.results import Result, result_of
+from pairsim.api.results import Result
 from pairsim.cases.identity import RUNS
 from pairsim.cases.merging import section_of
 from pairsim.computing import QUESTIONS
@@ -71,9 +71,9 @@ class SweepResult:
     @cached_property
     def cases(self) -> list[Result]:
         """Results of the cases that have ended, in the order of `table`."""
-        command = QUESTIONS[self.record["command"]]
+        question = QUESTIONS[self.record["command"]]
         ended = [entry for entry in self.record["cases"] if entry["status"] in ENDED]
-        return [result_of(command, self.folder / entry["folder"], entry) for entry in ended]
+        return [question.result(question, self.folder / entry["folder"], entry) for entry in ended]
 
     @property
     def status(self) -> str:

@@ -9,14 +9,15 @@ import atexit
 import gc
 import sys
 import traceback
+from importlib import import_module
 from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
-from pairsim.cli import cases, first_steps, laws, pictures, sweeps, tables, units
+from pairsim.cli import first_steps, laws, mesh, pictures, sweeps, tables, units
 from pairsim.cli.options import path_option
 from pairsim.runtime.errors import (
     ENVIRONMENT,
@@ -26,11 +27,32 @@ from pairsim.runtime.errors import (
     RunFailure,
 )
 from pairsim.runtime.launcher import rank
+from pairsim.runtime.questions import FOLDER, NAMES
 from pairsim.runtime.version import __version__, commit
 
 
+def command_of(question: str) -> Any:
+    """The command of a question, from its file."""
+    return typer.main.get_group(import_module(f"pairsim.questions.{question}").app).commands[question]
+
+
+class _OfQuestion(TyperCommand):
+    """The command of a question, whose file is imported when it is called; --help lists the first line of the file."""
+
+    def __init__(self, question: str) -> None:
+        with (FOLDER / f"{question}.py").open(encoding="utf-8") as file:
+            super().__init__(question, help=file.readline().lstrip("r").strip('"\n'))
+
+    def make_context(self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any) -> Any:
+        return command_of(str(self.name)).make_context(info_name, args, parent, **extra)
+
+
 class _All(TyperGroup):
-    """All commands; --laws may stand anywhere."""
+    """All commands, those of questions first; --laws may stand anywhere."""
+
+    def __init__(self, **attributes: Any) -> None:
+        super().__init__(**attributes)
+        self.commands = {name: _OfQuestion(name) for name in NAMES} | dict(self.commands)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         own, others = list[str](), list[str]()
@@ -55,7 +77,7 @@ app = typer.Typer(
     help="Soft and rigid spheres on the axis of a tube: do they separate or collide, and how fast?",
     epilog="Example: pairsim run configs/quickstart.yaml",
 )
-for _part in (cases, units, sweeps, tables, first_steps, laws, pictures):
+for _part in (mesh, units, sweeps, tables, first_steps, laws, pictures):
     app.add_typer(_part.app)
 
 

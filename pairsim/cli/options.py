@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from pairsim.runtime.errors import InputError
+from pairsim.runtime.questions import NAMES
 
 
 def path_argument(words: str, **more: Any) -> Any:
@@ -21,9 +22,15 @@ def path_option(*names: str, words: str, **more: Any) -> Any:
     return typer.Option(*names, help=words, show_default=False, **more)
 
 
-OfUnits = Literal["run", "curve", "critical"]
-OfExamples = Literal["run", "curve", "critical", "shape", "sweep"]
-OfFiles = Literal["run", "curve", "critical", "shape", "sweep", "study"]
+EXAMPLES = Path(__file__).parents[1] / "cases" / "examples"
+if TYPE_CHECKING:  # mypy cannot know them
+    OfQuestion = str
+    OfExamples = str
+    OfFiles = str
+else:
+    OfQuestion = Literal[NAMES]
+    OfFiles = Literal[(*NAMES, "sweep", "study")]
+    OfExamples = Literal[tuple(name for name in (*NAMES, "sweep") if (EXAMPLES / f"{name}.yaml").is_file())]
 CaseFile = Annotated[Path, path_argument("Case file (YAML); pairsim schema lists its keys.")]
 Folder = Annotated[Path, path_argument("Folder of results.", metavar="DIR")]
 Settings = Annotated[

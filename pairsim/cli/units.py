@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pairsim.cli.options import OfUnits, Settings, check_free, path_option, print_table, write_file
+from pairsim.cli.options import OfQuestion, Settings, check_free, path_option, print_table, write_file
 from pairsim.runtime.errors import InputError
 
 if TYPE_CHECKING:
@@ -122,7 +122,7 @@ def units(
     spectrum: Annotated[
         Path | None, path_option("--spectrum", words="CSV file of moduli: angular frequency, G', G''; alike.")
     ] = None,
-    kind: Annotated[OfUnits, typer.Option("--kind", help="The command that the case file is for.")] = "run",
+    kind: Annotated[OfQuestion, typer.Option("--kind", help="The command that the case file is for.")] = "run",
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Write a case file to this path.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing case file.")] = False,
     set_: Settings = None,

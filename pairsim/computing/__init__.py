@@ -4,41 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from importlib import import_module
-from pathlib import Path
-from pkgutil import iter_modules
 from typing import Any
 
 from pairsim.computing.question import Question
 from pairsim.results.columns import Column, declare
-
-ORDER = ("run", "curve", "critical")
-"""The questions that come first in lists; others follow by name."""
-FOLDER = Path(__file__).parent.with_name("questions")
-"""Where the questions are, each in the file of its name."""
+from pairsim.runtime.questions import NAMES
 
 
 class _Questions(Mapping[str, Question[Any]]):
     """The questions by name, which is that of their file; the file is imported when its question is asked for."""
 
-    def __init__(self) -> None:
-        found = {entry.name for entry in iter_modules([str(FOLDER)])}
-        self._names = (*ORDER, *sorted(found - set(ORDER)))
-
     def __getitem__(self, name: str) -> Question[Any]:
-        if name not in self._names:
+        if name not in NAMES:
             raise KeyError(name)
         question: Question[Any] = import_module(f"pairsim.questions.{name}").QUESTION
         declare(each for each in question.columns if isinstance(each, Column))
         return question
 
     def __contains__(self, name: object) -> bool:
-        return name in self._names
+        return name in NAMES
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._names)
+        return iter(NAMES)
 
     def __len__(self) -> int:
-        return len(self._names)
+        return len(NAMES)
 
 
 QUESTIONS = _Questions()

@@ -18,12 +18,14 @@ from pairsim.cases.yaml_file import Section, apply_settings, read_yaml
 from pairsim.computing import QUESTIONS, Question
 from pairsim.computing.many_cases import StudyFile, SweepFile
 
-FILES: dict[str, type[BaseModel]] = {
-    **{name: command.model for name, command in QUESTIONS.items()},
-    "sweep": SweepFile,
-    "study": StudyFile,
-}
-"""The model that defines each kind of file, by the command that reads it."""
+OF_MANY: dict[str, type[BaseModel]] = {"sweep": SweepFile, "study": StudyFile}
+FILES = (*QUESTIONS, *OF_MANY)
+"""The kinds of files, by the command that reads them."""
+
+
+def model_of(command: str) -> type[BaseModel]:
+    """The model that defines the file of a command."""
+    return OF_MANY[command] if command in OF_MANY else QUESTIONS[command].model
 
 
 def read_case[C: SceneCase](command: Question[C], path: Path, overrides: tuple[str, ...] = ()) -> C:
@@ -108,7 +110,7 @@ DISTANCES = {"run": "d0: 0.1", "curve": "d: {start: 0.02, stop: 0.8, num: 9}", "
 
 def file_of_another_command(data: Mapping[str, Any], command: str, in_grid: bool = False) -> Mistake | None:
     """A mistake if the keys of a file, or of a case of a grid, fit another command better, else None."""
-    unknown = {name: [key for key in data if key not in model.model_fields] for name, model in FILES.items()}
+    unknown = {name: [key for key in data if key not in model_of(name).model_fields] for name in FILES}
     least = min(map(len, unknown.values()))
     if len(unknown[command]) == least:
         return None

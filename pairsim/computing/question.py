@@ -58,10 +58,6 @@ class InSweeps[C: SceneCase]:
     neighbours: tuple[str, ...] = ()
 
 
-def _drawn_again(folder: Path, _: bool) -> str:
-    return f"pairsim plot {folder} draws it again"
-
-
 @dataclass(frozen=True)
 class Question[C: SceneCase]:
     """A command that computes one case and writes it to a folder.
@@ -76,12 +72,12 @@ class Question[C: SceneCase]:
             `monitor`, the flags, `warm_start` where its cases have `neighbours`, and `earlier` to resume.
         tables: Names of its tables without .csv, the main one first.
         columns: The first columns of its main table, in its reference; those that no other command has are described.
-        answer: Says in words what the tables and run.json hold.
+        result: Its class of results, derived from `pairsim.api.results.Result`: what they have beside a table, and what
+            they say in words.
         in_sweeps: What a sweep shows of it.
         draw: Draws what the tables of a folder hold into another one, and returns the pictures. Fields are drawn
             elsewhere.
         captions: What is said below each of these pictures in a report, by the name of its file.
-        afterwards: What may come next, for a folder and whether it has a relative velocity at several places.
         distances: Distances of a case of `pairsim units` that has none [D_c]; empty where it makes no such cases.
         frames: What its fields are written at: "t", "d", or "" where it writes none.
         flags: Keywords of its computation that are off by default; with "resume" it goes on from a checkpoint, and its
@@ -94,11 +90,10 @@ class Question[C: SceneCase]:
     estimate: Callable[[C], Estimate]
     solve: Callable[..., Events]
     tables: tuple[str, ...]
-    answer: Callable[[Tables, dict[str, Any]], list[str]]
+    result: type[Any]
     in_sweeps: InSweeps[C]
     draw: Callable[[Path, Path, Page], list[Path]]
     captions: Mapping[str, str]
-    afterwards: Callable[[Path, bool], str] = _drawn_again
     distances: Mapping[str, Any] = field(default_factory=dict)
     columns: tuple[str | Column, ...] = ()
     frames: str = ""

@@ -13,7 +13,7 @@ from pydantic import BaseModel
 from pairsim.cases.material_keys import BLOCKS
 from pairsim.cases.wording import groups_of
 from pairsim.computing import QUESTIONS
-from pairsim.computing.case_files import FILES, read_case
+from pairsim.computing.case_files import model_of, read_case
 from pairsim.runtime.errors import InputError
 
 LIST = "a list, each entry "
@@ -31,7 +31,7 @@ LIMITS = {"exclusiveMinimum": "above", "minimum": "at least", "exclusiveMaximum"
 def schema_rows(command: str = "run") -> list[tuple[str, str, str, str]]:
     """Key, allowed values, default and description of every key in the file of a command."""
     rows = []
-    groups = groups_of(FILES[command])
+    groups = groups_of(model_of(command))
     for group, model in groups.items():
         for name, field in model.model_fields.items():
             if not group and name in groups:
@@ -77,7 +77,7 @@ def values_in(command: str, path: Path, settings: tuple[str, ...]) -> dict[str, 
     resolved = read_case(QUESTIONS[command], path, settings).resolved()
     values: dict[str, str] = {}
     for key, value in resolved.items():
-        inner = value if isinstance(value, Mapping) and key in groups_of(FILES[command]) else {"": value}
+        inner = value if isinstance(value, Mapping) and key in groups_of(model_of(command)) else {"": value}
         if key in BLOCKS and isinstance(value, Mapping):
             inner = {"": value, **value}
         values |= {f"{key}.{name}" if name else key: _text(entry) for name, entry in inner.items()}
@@ -93,7 +93,7 @@ def _text(value: Any) -> str:
 
 def json_schema(command: str) -> str:
     """The JSON Schema for the file of a command."""
-    schema = FILES[command].model_json_schema()
+    schema = model_of(command).model_json_schema()
     schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": f"pairsim {command}"}
     return json.dumps(_plain(schema), indent=2)
 

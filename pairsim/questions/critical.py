@@ -1,4 +1,13 @@
-"""`pairsim critical`: the distances at which dU = 0, followed over a parameter."""
+r"""Find the distances at which dU = 0, and follow them over a parameter.
+
+The case file has along: {Ca_e: ...} or {De: ...} with values or {start, stop,
+num, spacing}, optionally lines: with values of the other parameter, and d:
+\[least, largest], the range of distances in tube diameters D_c. Writes
+critical.csv, critical.png, case.yaml and run.json.
+
+Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
+system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +16,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+import typer
+
+from pairsim.api.compute import Computation
+from pairsim.api.results import Result
 from pairsim.cases.cost import Estimate, steady_estimate
 from pairsim.cases.curve_case import CriticalCase, check_critical
+from pairsim.cli.compute import compute
+from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings
 from pairsim.computing import events
 from pairsim.computing.question import InSweeps, Question, Tables, Value, rows_in
 from pairsim.results.columns import CRITICAL_COLUMNS
@@ -187,15 +202,6 @@ def _lines(case: CriticalCase, region: Region | None) -> Iterator[tuple[Line, Pa
         yield {name: value}, with_value(cast("Followed", name), start, value)
 
 
-def answer(tables: Tables, record: dict[str, Any]) -> list[str]:
-    """Which critical distances there are, and where branches of them end."""
-    from pairsim.results.curve_table import zeros_in
-
-    if not rows_in(tables["critical"]):
-        return ["No critical distance was found in the given range: dU keeps its sign."]
-    return answer_of_critical(zeros_in(tables["critical"], "d_cr"), record)
-
-
 def answer_of_critical(zeros: Sequence[Zero], record: Mapping[str, Any]) -> list[str]:
     """The answer of a search that has found critical distances."""
     from pairsim.results.units import in_unit, scales_in
@@ -230,15 +236,55 @@ def read(tables: Tables) -> dict[str, Value]:
     return {"points": rows_in(table), **{name: table[of][wanted].tolist() for name, of in SHOWN.items()}}
 
 
+class CriticalResult(Result):
+    """Critical distances. `table` is critical.csv, with a row for each zero of dU."""
+
+    @property
+    def ends(self) -> list[dict[str, Any]]:
+        """For each end of a branch: where it is, and why the branch ends there."""
+        return list(self.record.get("ends", ()))
+
+    def findings(self) -> list[str]:
+        """Which critical distances there are, and where branches of them end."""
+        from pairsim.results.curve_table import zeros_in
+
+        if not rows_in(self.tables["critical"]):
+            return ["No critical distance was found in the given range: dU keeps its sign."]
+        return answer_of_critical(zeros_in(self.tables["critical"], "d_cr"), self.record)
+
+
 QUESTION = Question(
     model=CriticalCase,
     check=check_critical,
     estimate=estimate,
     solve=solve,
     tables=("critical", "way"),
-    answer=answer,
+    result=CriticalResult,
     in_sweeps=InSweeps(lambda _: ("points", "zeros", "stable"), read),
     draw=draw,
     captions={"critical": "Critical distances"},
     distances={"d": [0.02, 0.8]},
 )
+
+critical: Computation[CriticalResult] = Computation(QUESTION, __doc__)
+"""Find the distances at which dU = 0, and follow them over Ca_e or De, which the case has under `along`."""
+app = typer.Typer()
+
+
+@app.command(
+    "critical",
+    help=__doc__,
+    epilog="Examples: pairsim critical configs/critical.yaml | "
+    "pairsim critical case.yaml --set 'along={Ca_e: [0.02, 0.05, 0.1]}'",
+)
+def _command(
+    case: CaseFile,
+    output: Output = None,
+    overwrite: Overwrite = False,
+    budget: Budget = None,
+    dry_run: DryRun = False,
+    progress: Progress = "auto",
+    quiet: Quiet = False,
+    set_: Settings = None,
+) -> None:
+    compute(critical, case, output, overwrite, budget, dry_run, progress, quiet, set_)

@@ -1,16 +1,30 @@
-"""`pairsim curve`: the quasi-steady master curve dU(d), its zeros, and what it says in words."""
+"""Compute the quasi-steady master curve dU(d) and its zeros.
+
+The case file has d (distances in tube diameters D_c: a list, or {start, stop,
+num, spacing}) in place of d0. Writes curve.csv (dU in U_av), equilibria.csv,
+curve.png of two points or more, case.yaml and run.json.
+
+Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
+system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Generator, Iterator, Mapping, Sequence
-from functools import partial
+from functools import cached_property, partial
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
+import typer
+
+from pairsim.api.compute import Computation
+from pairsim.api.results import Result
 from pairsim.cases.cost import Estimate, steady_estimate
 from pairsim.cases.curve_case import CurveCase, check_curve
+from pairsim.cli.compute import compute
+from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings
 from pairsim.computing import events
 from pairsim.computing.answer import shapes_in
 from pairsim.computing.question import InSweeps, Question, Tables, Value, rows_in
@@ -27,10 +41,14 @@ from pairsim.runtime.errors import RunFailure
 from pairsim.solvers.curves.distances import between
 
 if TYPE_CHECKING:
+    import pandas as pd
+
+    from pairsim.api.curve import Curve
     from pairsim.computing.steady import Solutions
     from pairsim.computing.warm_start import WarmStart
     from pairsim.plots.style import Page
     from pairsim.results import curve_table as in_tables
+    from pairsim.results.travel import Travel
     from pairsim.results.xdmf import FieldFrame
     from pairsim.runtime.arrays import Array
     from pairsim.runtime.monitor import Monitor
@@ -203,15 +221,6 @@ def _large_force_errors(case: CurveCase, points: list[Point]) -> list[str]:
     return large_errors(case, "F_error", "F", errors)
 
 
-def answer(tables: Tables, record: dict[str, Any]) -> list[str]:
-    """Where particles separate and come closer, and how fast."""
-    from pairsim.results.curve_table import zeros_in
-
-    if not rows_in(tables["curve"]):
-        return ["No point was solved."]
-    return answer_of_curve(tables["curve"], zeros_in(tables["equilibria"]), record)
-
-
 def answer_of_curve(
     table: Mapping[str, Array], zeros: Sequence[in_tables.Zero], record: Mapping[str, Any]
 ) -> list[str]:
@@ -334,23 +343,113 @@ def read(tables: Tables) -> dict[str, Value]:
     return values | {name: zeros[column].tolist() for name, column in shown.items() if column in zeros}
 
 
+class CurveResult(Result):
+    """A master curve. `table` is curve.csv, with a row for each point."""
+
+    @cached_property
+    def equilibria(self) -> pd.DataFrame:
+        """The zeros of dU (equilibria.csv): d, stable, slope, peak, d_error and certain."""
+        found = self.frame("equilibria")
+        return found if len(found.columns) else found.reindex(columns=list(EQUILIBRIA_COLUMNS))
+
+    @property
+    def zeros(self) -> pd.DataFrame:
+        """Another name of `equilibria`."""
+        return self.equilibria
+
+    @cached_property
+    def curve(self) -> Curve:
+        """dU as a function of the distance: `dU, half_width = result.curve(d)`."""
+        from pairsim.api.curve import Curve
+
+        return Curve(self.columns)
+
+    def dU(self, d: Any, gap: int = 1) -> Any:
+        """dU at any distance of the curve [U_av]; see `curve`, which returns the half-width of its interval, too."""
+        return self.curve(d, gap)[0]
+
+    def travel(self, start: float | str, stop: float | str) -> Travel:
+        """Time and length of tube in which the pair moves from one distance to another, as `pairsim travel`.
+
+        Args:
+            start: First distance: a number [D_c], or a text with a unit such as "5um".
+            stop: Last distance.
+
+        Returns:
+            Time, length and their half-widths; as text what the command prints.
+
+        Raises:
+            InputError: A distance is outside the curve, or the pair does not move from the one to the other.
+        """
+        from pairsim.results.travel import travel
+
+        source = "curve" if self.folder is None else str(self.folder)
+        return travel(self.columns, start, stop, source, self.record)
+
+    @property
+    def distances(self) -> Array:
+        """Distances at which there are fields [D_c], shape (n,); see `fields` of the case."""
+        return self.places
+
+    def _headline(self) -> str:
+        zeros = ", ".join(
+            f"{'stable' if row.stable else 'unstable'} zero at d = {row.d:.5g}" for row in self.zeros.itertuples()
+        )
+        return super()._headline() + (f"; {zeros}" if zeros else "")
+
+    def findings(self) -> list[str]:
+        """Where particles separate and come closer, and how fast."""
+        from pairsim.results.curve_table import zeros_in
+
+        if not rows_in(self.tables["curve"]):
+            return ["No point was solved."]
+        return answer_of_curve(self.tables["curve"], zeros_in(self.tables["equilibria"]), self.record)
+
+    def afterwards(self) -> str:
+        if rows_in(self.columns) > 1 and "dU" in self.columns:
+            return f"pairsim travel {self._place} --from D --to D gives the time and tube that a pair needs"
+        return f"pairsim plot {self._place} draws it"
+
+
 QUESTION = Question(
     model=CurveCase,
     check=check_curve,
     estimate=estimate,
     solve=solve,
     tables=("curve", "equilibria", "way"),
-    answer=answer,
+    result=CurveResult,
     in_sweeps=InSweeps(result_columns, read, neighbours=("De", "Ca_e")),
     draw=draw,
     captions={"curve": "Relative velocity and shapes over distance"},
-    afterwards=lambda folder, pair: (
-        f"pairsim travel {folder} --from D --to D gives the time and tube that a pair needs"
-        if pair
-        else f"pairsim plot {folder} draws it"
-    ),
     distances={"d": {"start": 0.02, "stop": 0.8, "num": 9}},
     frames="d",
     draws_from=2,  # one point is no line, and matplotlib takes as long as a point
     flags=("sensitivities",),
 )
+
+curve: Computation[CurveResult] = Computation(QUESTION, __doc__)
+"""Compute the quasi-steady master curve dU(d) of a case, which has `d` in place of `d0`, and its zeros."""
+app = typer.Typer()
+
+
+@app.command(
+    "curve",
+    help=__doc__,
+    epilog="Examples: pairsim curve configs/curve.yaml | pairsim curve case.yaml -o out --sensitivities "
+    "--set 'd={start: 0.02, stop: 1, num: 12}'",
+)
+def _command(
+    case: CaseFile,
+    output: Output = None,
+    overwrite: Overwrite = False,
+    sensitivities: Annotated[
+        bool,
+        typer.Option("--sensitivities", help="Add the derivatives of dU with respect to Ca_e, De and beta at fixed d."),
+    ] = False,
+    budget: Budget = None,
+    dry_run: DryRun = False,
+    progress: Progress = "auto",
+    quiet: Quiet = False,
+    set_: Settings = None,
+) -> None:
+    compute(curve, case, output, overwrite, budget, dry_run, progress, quiet, set_, sensitivities=sensitivities)

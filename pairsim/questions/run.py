@@ -1,4 +1,13 @@
-"""`pairsim run`: one case in time, from a start of its own or from a checkpoint."""
+"""Compute one case in time.
+
+Writes series.csv, fields.xdmf, case.yaml, run.json and checkpoint.npz.
+Lengths are in tube diameters D_c, velocities in the mean velocity U_av, times
+in D_c/U_av.
+
+Exit codes: 0 finished (also at contact or max_gap), 2 wrong input, 3
+computation failed, 4 installation or system at fault (pairsim doctor), 130
+interrupted.
+"""
 
 from __future__ import annotations
 
@@ -8,14 +17,20 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
+import typer
+
+from pairsim.api.compute import Computation
+from pairsim.api.results import Result
 from pairsim.cases.case import Case
 from pairsim.cases.case_checks import check_together
 from pairsim.cases.cost import Estimate
 from pairsim.cases.identity import sources_of
+from pairsim.cli.compute import compute
+from pairsim.cli.options import Budget, DryRun, Output, Overwrite, Progress, Quiet, Settings, path_argument, path_option
 from pairsim.computing import events
-from pairsim.computing.question import InSweeps, Question, Tables, rows_in
+from pairsim.computing.question import InSweeps, Question, rows_in
 from pairsim.results.columns import (
     HEALTH,
     POLYMER_HEALTH,
@@ -25,11 +40,12 @@ from pairsim.results.columns import (
     series_columns,
     table_row,
 )
-from pairsim.runtime.errors import RunFailure, TooManySteps, WallTime
+from pairsim.runtime.errors import InputError, RunFailure, TooManySteps, WallTime
 from pairsim.runtime.signals import Stopped
 
 if TYPE_CHECKING:
     from pairsim.plots.style import Page
+    from pairsim.runtime.arrays import Array
     from pairsim.runtime.monitor import Monitor
     from pairsim.solvers.errors.run_errors import RunErrors
     from pairsim.solvers.problems import Problem
@@ -328,13 +344,6 @@ def _coarse_run(adaptation: RunAdaptation) -> dict[str, Any]:
     return {"wanted": adaptation.wanted, "cells": adaptation.factor, "coarse_run": coarse}
 
 
-def answer(tables: Tables, record: dict[str, Any]) -> list[str]:
-    """What the particles do at the end."""
-    from pairsim.computing.run_answer import answer_of_run
-
-    return answer_of_run(tables["series"], record) if rows_in(tables["series"]) else ["No step was completed."]
-
-
 def draw(directory: Path, out: Path, page: Page) -> list[Path]:
     """Velocities and shapes over time, and dU over d."""
     from pairsim.plots.series import draw_series
@@ -347,23 +356,81 @@ def result_columns(case: Case) -> tuple[str, ...]:
     return ("t", *names_of(case.n, "d", "dU", "U", "D"), "dp")
 
 
+class RunResult(Result):
+    """The result of a run in time. `table` is series.csv, with a row for each accepted step."""
+
+    @property
+    def times(self) -> Array:
+        """Times at which there are fields [D_c/U_av], shape (n,)."""
+        return self.places
+
+    def findings(self) -> list[str]:
+        """What the particles do at the end."""
+        from pairsim.computing.run_answer import answer_of_run
+
+        return (
+            answer_of_run(self.tables["series"], self.record)
+            if rows_in(self.tables["series"])
+            else ["No step was completed."]
+        )
+
+    def afterwards(self) -> str:
+        folder = self._place
+        return f"pairsim plot {folder} draws it; pairsim run --resume {folder} --set time.end=... continues"
+
+
 QUESTION = Question(
     model=Case,
     check=check_together,
     estimate=estimate,
     solve=solve,
     tables=("series",),
-    answer=answer,
+    result=RunResult,
     in_sweeps=InSweeps(
         result_columns, parameters=("beta", "De", "Ca_e", "d0"), last=("steps", "unknowns", "wall_time")
     ),
     draw=draw,
     captions={"series": "Velocities and shapes over time, relative velocity over distance"},
-    afterwards=lambda folder, _: (
-        f"pairsim plot {folder} draws it; pairsim run --resume {folder} --set time.end=... continues"
-    ),
     distances={"d0": 0.1},
     frames="t",
     flags=("resume",),
     draws_from=None,
 )
+
+run: Computation[RunResult] = Computation(QUESTION, __doc__)
+"""Compute a case in time: `run(case, folder=...)`, with the arguments of a `Computation`."""
+app = typer.Typer()
+
+
+@app.command(
+    "run",
+    help=__doc__,
+    epilog="Examples: pairsim run configs/quickstart.yaml | pairsim run case.yaml -o out --set Ca_e=0.05 | "
+    "pairsim run --resume out --set time.end=4",
+)
+def _command(
+    case: Annotated[Path | None, path_argument("Case file (YAML); pairsim schema lists its keys.")] = None,
+    output: Output = None,
+    overwrite: Overwrite = False,
+    resume: Annotated[
+        Path | None,
+        path_option(
+            "--resume",
+            metavar="DIR",
+            words="Continue the run in this folder from its checkpoint. "
+            "A case file or --set may change name, time.end, limits and output.",
+        ),
+    ] = None,
+    budget: Budget = None,
+    dry_run: DryRun = False,
+    progress: Progress = "auto",
+    quiet: Quiet = False,
+    set_: Settings = None,
+) -> None:
+    if resume is not None and (overwrite or output is not None):
+        option, allowed = "--overwrite" if overwrite else "-o", "must be left out with --resume, which gives the folder"
+        raise InputError("pairsim run", option, None, allowed)
+    if case is None and resume is None:
+        raise typer.BadParameter("must be given, or else --resume DIR", param_hint="CASE")
+    file, folder = case or Path(resume or "", "case.yaml"), resume or output
+    compute(run, file, folder, overwrite, budget, dry_run, progress, quiet, set_, resume=resume is not None)

@@ -1,19 +1,32 @@
-"""`pairsim shape`: the steady shape of one particle over Ca_e."""
+"""Compute the steady shape of one particle over Ca_e.
+
+The case file has particles: 1, and along: values of Ca_e (a list, or {start,
+stop, num, spacing}). Writes shape.csv (Taylor's D with its error, U in U_av),
+shape.png, case.yaml and run.json.
+
+Exit codes: 0 finished, 2 wrong input, 3 computation failed, 4 installation or
+system at fault (pairsim doctor), 5 no steady state there, 130 interrupted.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
+import typer
 from pydantic import Field
 
+from pairsim.api.compute import Computation
+from pairsim.api.results import Result
 from pairsim.cases.case import SceneCase
 from pairsim.cases.case_checks import check_scene
 from pairsim.cases.cost import Estimate, steady_estimate
 from pairsim.cases.curve_case import Values
 from pairsim.cases.mistakes import Mistake, missing
-from pairsim.computing.question import InSweeps, Question, Tables, rows_in
+from pairsim.cli.compute import compute
+from pairsim.cli.options import Budget, CaseFile, DryRun, Output, Overwrite, Progress, Quiet, Settings
+from pairsim.computing.question import InSweeps, Question, rows_in
 from pairsim.results.columns import Column
 from pairsim.results.units import AREA
 
@@ -106,18 +119,6 @@ def solve(case: ShapeCase, *, monitor: Monitor) -> Events:
     return found.outcome  # the branch ends before the last Ca_e
 
 
-def answer(tables: Tables, _: dict[str, Any]) -> list[str]:
-    """How far the particle deforms, and how fast it moves."""
-    from pairsim.results.units import with_error
-
-    if not rows_in(tables["shape"]):
-        return ["No shape was found."]
-    D, error, Ca_e, U = (tables["shape"][name] for name in ("D_1", "D_error", "Ca_e", "U_1"))
-    ends = (0, -1) if len(D) > 1 else (0,)
-    shapes = (f"{with_error(D[i], error[i])} at Ca_e = {Ca_e[i]:.4g}" for i in ends)
-    return [f"D = {' to '.join(shapes)}.", f"It moves at U = {' to '.join(f'{U[i]:.6g}' for i in ends)}."]
-
-
 def draw(directory: Path, out: Path, page: Page) -> list[Path]:
     """D and U over Ca_e."""
     from pairsim.plots.chart import POINT, Panel, Series, draw_chart
@@ -137,6 +138,21 @@ def draw(directory: Path, out: Path, page: Page) -> list[Path]:
         return page.save(figure, out, "shape")
 
 
+class ShapeResult(Result):
+    """Steady shapes. `table` is shape.csv, with a row for each Ca_e."""
+
+    def findings(self) -> list[str]:
+        """How far the particle deforms, and how fast it moves."""
+        from pairsim.results.units import with_error
+
+        if not rows_in(self.tables["shape"]):
+            return ["No shape was found."]
+        D, error, Ca_e, U = (self.tables["shape"][name] for name in ("D_1", "D_error", "Ca_e", "U_1"))
+        ends = (0, -1) if len(D) > 1 else (0,)
+        shapes = (f"{with_error(D[i], error[i])} at Ca_e = {Ca_e[i]:.4g}" for i in ends)
+        return [f"D = {' to '.join(shapes)}.", f"It moves at U = {' to '.join(f'{U[i]:.6g}' for i in ends)}."]
+
+
 QUESTION = Question(
     model=ShapeCase,
     check=check,
@@ -144,8 +160,31 @@ QUESTION = Question(
     solve=solve,
     tables=("shape", "way"),
     columns=COLUMNS,
-    answer=answer,
+    result=ShapeResult,
     in_sweeps=InSweeps(lambda _: ("points", "D_1", "D_error"), parameters=("beta", "De")),
     draw=draw,
     captions={"shape": "Shape and velocity over the elastic capillary number"},
 )
+
+shape: Computation[ShapeResult] = Computation(QUESTION, __doc__)
+"""Compute the steady shape of one particle over the values of Ca_e that the case has under `along`."""
+app = typer.Typer()
+
+
+@app.command(
+    "shape",
+    help=__doc__,
+    epilog="Examples: pairsim shape case.yaml | "
+    "pairsim shape case.yaml -o out --set 'along={start: 0.01, stop: 0.2, num: 8}'",
+)
+def _command(
+    case: CaseFile,
+    output: Output = None,
+    overwrite: Overwrite = False,
+    budget: Budget = None,
+    dry_run: DryRun = False,
+    progress: Progress = "auto",
+    quiet: Quiet = False,
+    set_: Settings = None,
+) -> None:
+    compute(shape, case, output, overwrite, budget, dry_run, progress, quiet, set_)

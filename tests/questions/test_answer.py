@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.result_folders import curve_table
 
-from pairsim.computing.answer import advice
+from pairsim.computing import QUESTIONS
 from pairsim.computing.run_answer import answer_of_run
 from pairsim.questions.critical import answer_of_critical
 from pairsim.questions.curve import answer_of_curve
@@ -149,33 +149,37 @@ def test_critical_distances_by_kind() -> None:
     ]
 
 
-@pytest.mark.parametrize("resumable", [True, False])
-def test_nobody_is_told_to_repeat_what_fails_in_the_same_way(resumable: bool, tmp_path: Path) -> None:
+def advice(kind: str, status: str, reason: str, message: str = "", folder: Path = Path("out")) -> str:
+    question = QUESTIONS[kind]
+    result = question.result(question, folder, {"status": status, "reason": reason, "message": message})
+    return str(result.advice)
+
+
+@pytest.mark.parametrize(("kind", "again"), [("run", "--resume out"), ("curve", "--overwrite")])
+def test_nobody_is_told_to_repeat_what_fails_in_the_same_way(kind: str, again: str, tmp_path: Path) -> None:
     """Only a case that is not at fault may succeed when it is repeated."""
-    out = Path("out")
     for failure in (
         NoSteadyState("no solution was found", advice="a larger mesh.Np"),
         MeshFailure("a cell of the new mesh is inverted", advice="a larger mesh.Np"),
         NewtonFailure("no convergence", t=0.1, step=3, advice="a larger mesh.Np"),
     ):
-        told = advice("", "failed", failure.reason, str(failure), out, resumable)
+        told = advice(kind, "failed", failure.reason, str(failure))
         assert "try a larger mesh.Np; unchanged, the case fails in the same way" in told
         assert not re.search("--overwrite|--resume", told)
-    ended = "", "finished", BranchEnd.reason, "steady states end at Ca_e = 0.15", tmp_path, resumable
+    ended = kind, "finished", BranchEnd.reason, "steady states end at Ca_e = 0.15", tmp_path
     assert advice(*ended) == "Next: a smaller Ca_e or De."
     (tmp_path / "way.csv").touch()
     assert advice(*ended) == f"Next: a smaller Ca_e or De; {tmp_path}/way.csv has the steady states on the way."
-    again = "--resume out" if resumable else "--overwrite"
     full = WriteFailure("No space left on device", advice="freeing disk space, then the same command")
-    assert again in advice("", "failed", full.reason, str(full), out, resumable)
-    assert again in advice("", "failed", "environment", "no C compiler", out, resumable)
-    assert again in advice("", "interrupted", "interrupted", "SIGINT", out, resumable)
+    assert again in advice(kind, "failed", full.reason, str(full))
+    assert again in advice(kind, "failed", "environment", "no C compiler")
+    assert again in advice(kind, "interrupted", "interrupted", "SIGINT")
 
 
 @pytest.mark.parametrize("limit", [WallTime, TooManySteps])
 def test_run_that_meets_a_limit_goes_on_with_a_larger_one(limit: type[RunFailure]) -> None:
     """With the same limit it would end at once."""
-    told = advice("run", "failed", limit.reason, str(limit("reached")), Path("out"), True)
+    told = advice("run", "failed", limit.reason, str(limit("reached")))
     assert f"--resume out --set limits.{limit.reason}=..." in told
 
 

@@ -17,7 +17,7 @@ from pairsim.cases.cost import Estimate
 from pairsim.cases.identity import default_folder
 from pairsim.cli.app import app
 from pairsim.computing import QUESTIONS
-from pairsim.computing.case_files import FILES, read_case
+from pairsim.computing.case_files import FILES, model_of, read_case
 from pairsim.computing.schema import schema_rows
 from pairsim.sweeps.grid import read_grid
 
@@ -59,7 +59,7 @@ def test_keys_of_an_example_that_are_commented_out_are_right(tmp_path: Path, mon
         say("init", kind, "--kind", kind)
         text = (tmp_path / f"{kind}.yaml").read_text()
         for key, rest in re.findall(r"^# (\w+): ([^#\n]*)", text, re.MULTILINE):
-            assert key in FILES[kind].model_fields, key
+            assert key in model_of(kind).model_fields, key
             own = yaml.safe_load(text) | {key: yaml.safe_load(rest)}
             if key == "physical":
                 own = {name: value for name, value in own.items() if name not in ("beta", "De", "Ca_e", "d0")}

@@ -1,0 +1,74 @@
+"""What the command of a question does: check a case, and show its cost, or compute it.
+
+Large libraries are imported inside the functions, so that --help and input errors are printed at once.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import typer
+
+from pairsim.runtime.errors import InputError
+
+if TYPE_CHECKING:
+    from pairsim.api.compute import Computation
+    from pairsim.api.results import Result
+    from pairsim.computing.progress import Style
+
+
+def compute(
+    computation: Computation[Any],
+    file: Path,
+    folder: Path | None,
+    overwrite: bool,
+    budget: str | None,
+    dry_run: bool,
+    progress: Style,
+    quiet: bool,
+    settings: list[str] | None,
+    **flags: bool,
+) -> None:
+    """Carry out the command of a question; arguments are those of its options, `flags` those that it alone has."""
+    from pairsim.cases.identity import default_folder
+    from pairsim.computing.case_files import read_case
+    from pairsim.runtime.launcher import check_single
+    from pairsim.runtime.signals import Signals
+
+    check_single()
+    question = computation.question
+    style: Style = "none" if quiet else progress
+    case = read_case(question, file, tuple(settings or ()))
+    directory = folder or default_folder(question.name, case, file.stem)
+    if dry_run:
+        notes = (f"note: {note}" for note in case.notes)
+        typer.echo("\n".join([f"{directory}: {question.estimate(case)}", *notes]))
+        return
+    with Signals(final=True) as signals:
+        result = computation(
+            case, folder=directory, overwrite=overwrite, progress=style, signals=signals, budget=budget, **flags
+        )
+        _end(result, directory, quiet)
+
+
+def _end(result: Result, directory: Path, quiet: bool) -> NoReturn:
+    """Draw, give the folder (stdout) and what to do next (stderr), and exit with the code of the outcome."""
+    from pairsim.computing.question import rows_in
+    from pairsim.computing.record import exit_code
+    from pairsim.results.folder import FIELDS_XDMF
+
+    least, code = result.question.draws_from, exit_code(result.status, result.reason)
+    drawn = least is not None and (rows_in(result.columns) >= least or (directory / FIELDS_XDMF).exists())
+    if result.status == "finished" and drawn:
+        try:
+            result.plot(directory)
+        except InputError as error:
+            typer.echo(f"warning: no picture: {error}; pairsim plot {directory} draws it", err=True)
+    if code == 0:
+        typer.echo(str(directory))
+    if quiet and code:
+        typer.echo(result.message, err=True)
+    elif not quiet and directory.is_dir():
+        typer.echo(result.advice, err=True)
+    raise typer.Exit(code)
